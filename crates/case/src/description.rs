@@ -14,7 +14,7 @@ use colluvium_points::Shape;
 
 pub use body::{Body, InitialStress, Velocity};
 pub use cut::{Bounds, Cut, CutAction, Sweep, thinnest};
-pub use obstacle::{Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall, ProfilePiece};
+pub use obstacle::{Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall, ProfilePiece};
 pub use output::{Broken, CrackTip, Measure, Output, Rasters};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -27,7 +27,12 @@ impl Case {
         let mut layered = Vec::new();
         for number in 0..self.bodies.len() {
             let mut shape = self.bodies[number].shape.clone();
+            let alone = matches!(shape, Shape::Layer { .. });
             for (path, layer) in shape.layers_mut(format!("bodies[{number}].shape")) {
+                if layer.follows_terrain() && !alone {
+                    let problem = "terrain is of a layer that is the whole shape of its body";
+                    return Err(CaseError::new(format!("{path}.rows"), problem));
+                }
                 self.lay(layer, &path)?;
                 layered.push(number);
             }
@@ -90,7 +95,7 @@ impl Case {
         if let Shape::ArcLayer { .. } = layer {
             return self.lay_along_arc(layer, path);
         }
-        let Shape::Layer { on, outline, thickness, measured, laid } = layer else { return Ok(()) };
+        let Shape::Layer { on, outline, thickness, measured, laid, .. } = layer else { return Ok(()) };
         let wrong = |key: &str, problem: String| CaseError::new(format!("{path}.{key}"), problem);
         let number = self.obstacles.iter().position(|obstacle| obstacle.name == *on);
         let number = number.ok_or_else(|| wrong("on", format!("{on:?} is not the name of an obstacle")))?;

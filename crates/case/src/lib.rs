@@ -21,6 +21,7 @@ mod obstacle;
 mod origin;
 pub mod output;
 mod plan_rasters;
+mod plan_region;
 mod point_list;
 mod pore_fluid;
 mod ramps;
@@ -36,7 +37,10 @@ pub use error::{CaseError, CaseErrors, printable};
 pub use features::{Feature, Honours, Needs};
 pub use formula::Formula;
 pub use load::spatial;
-pub use obstacle::{Covering, SLACK, Standing, holding, normal_inside, read_pairs};
+pub use obstacle::{
+    Covering, ObstacleLaw, ObstacleLaws, SLACK, Standing, holding, normal_inside, read_pairs,
+};
+pub use plan_region::PlanRegion;
 pub use point_list::PointList;
 pub use run::{RunError, RunOptions, RunReport, Safety, Verdict, run, run_made, run_method};
 pub use solver::{

@@ -75,7 +75,10 @@ impl Case {
             let Body { shape, points, .. } = body;
             points.iter_mut().map(|points| &mut points.file).chain(layers::files(shape))
         });
-        let surfaces = self.obstacles.iter_mut().filter_map(|obstacle| obstacle.shape.file_mut());
+        let surfaces = self.obstacles.iter_mut().flat_map(|obstacle| {
+            let outlines = obstacle.regions.iter_mut().filter_map(|region| region.outline.as_mut());
+            obstacle.shape.file_mut().into_iter().chain(outlines)
+        });
         let mapped = self.output.rasters.iter_mut().filter_map(|rasters| rasters.mapped.as_mut());
         bodies.chain(surfaces).chain(mapped).chain(self.methods.values_mut().flat_map(files_of_options))
     }

@@ -115,6 +115,7 @@ impl Case {
         for of in &mut self.obstacles {
             obstacle(&mut of.shape, visit);
             of.motion.iter_mut().for_each(|motion| place(&mut motion.centre, visit));
+            of.regions.iter_mut().filter_map(|region| region.shape.as_mut()).for_each(|of| shape(of, visit));
         }
         self.patches.iter_mut().for_each(|patch| shape(&mut patch.region, visit));
         self.cuts.iter_mut().for_each(|cut| shape(&mut cut.shape, visit));
@@ -139,6 +140,7 @@ impl Case {
                 Measure::RunOut { side, origin, .. } => visit(side.axis(), origin),
                 Measure::Probe { position, .. } | Measure::Gauge { position } => place(position, visit),
                 Measure::CrackTip(tip) => place(&mut tip.from, visit),
+                Measure::Reaction { about, .. } => place(about, visit),
                 Measure::Discharge { from, to } => {
                     place(from, visit);
                     place(to, visit);
@@ -238,11 +240,12 @@ mod tests {
             "boundaries": [{ "side": "x-min", "position": x(0.2), "wall": { "kind": "smooth" } }],
             "obstacles": [
                 { "name": "p", "shape": { "kind": "plane", "point": at(0.7, 0.1), "normal": [1, 2] }, "wall": { "kind": "rough" } },
-                { "name": "l", "shape": { "kind": "ground-line", "points": [at(0.1, 0.2), at(7.7, 0.6)] }, "wall": { "kind": "smooth" } },
+                { "name": "l", "shape": { "kind": "ground-line", "points": [at(0.1, 0.2), at(7.7, 0.6)] }, "wall": { "kind": "smooth" },
+                  "regions": [{ "shape": { "kind": "box", "min": [x(0.9)], "max": [x(1.7)] }, "wall": { "kind": "rough" } }] },
                 { "name": "c", "shape": { "kind": "profile", "start": at(0.0, 1.0),
                   "pieces": [{ "to": at(1.0, 0.0), "centre": at(1.0, 1.0) }] }, "wall": { "kind": "rough" } }
             ],
-            "measures": { "run": { "kind": "run-out", "side": "x-max", "origin": x(0.2), "initial_length": 1 },
+            "measures": { "push": { "kind": "reaction", "of": "l", "about": at(0.3, 0.9) }, "run": { "kind": "run-out", "side": "x-max", "origin": x(0.2), "initial_length": 1 },
                           "eye": { "kind": "probe", "position": at(0.7, 0.9), "radius": 1, "fields": ["stress"] } },
             "stages": [{ "name": "s", "duration": 1, "excavate": [{ "kind": "ball", "centre": at(0.6, 0.9), "radius": 0.1 }] }]
         });

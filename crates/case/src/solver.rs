@@ -161,6 +161,21 @@ pub struct Reaction {
     pub force: [f64; 3],
     /// Impulse since the start (N s).
     pub impulse: [f64; 3],
+    /// Moment of the force about the zero of the coordinates (N m; per metre in plane strain, where the last component counts); `None`
+    /// where the method does not tell it.
+    pub moment: Option<[f64; 3]>,
+}
+
+impl Reaction {
+    /// Moment of the force about a place `about` (m); `None` where the method does not tell it.
+    pub fn moment_about(&self, about: &[f64; 3]) -> Option<[f64; 3]> {
+        let force = &self.force;
+        let arm = |c: usize| {
+            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+            about[a] * force[b] - about[b] * force[a]
+        };
+        self.moment.map(|moment| std::array::from_fn(|c| moment[c] - arm(c)))
+    }
 }
 
 /// The problem of a body whose law cannot begin anew from the stress it has, for its own `reason`.

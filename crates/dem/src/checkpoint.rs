@@ -262,7 +262,8 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
         let Some(wall) = self.walls.iter().find(|wall| wall.name == name) else {
             return self.reaction_of_body(name);
         };
-        Some(Reaction { force: spatial(&wall.reaction[0]), impulse: spatial(&wall.reaction[1]) })
+        let [force, impulse] = wall.reaction.map(|of| spatial(&of));
+        Some(Reaction { force, impulse, moment: None })
     }
 
     fn dissipated(&self) -> Option<f64> {

@@ -61,7 +61,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 }
             };
             let (touch, _) = scene.touch_wall(i, wall, seen);
-            let law = &wall.laws[self.grains.kind[i] as usize];
+            let law = wall.law(self.grains.kind[i] as usize, &self.grains.position[i], &seen);
             let Some((push, tally)) = look(law, &touch, self.near.memory.get(k), None) else { continue };
             let mut force = spread(&push.across, &touch.normal);
             add(&mut force, push.normal, &touch.normal);
@@ -262,7 +262,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         for i in (0..self.grains.len()).filter(|&i| self.grains.body[i] == body && self.grains.held[i]) {
             add(&mut force, 1.0, &self.grains.force[i]);
         }
-        Some(Reaction { force: spatial(&force), impulse: [f64::NAN; 3] })
+        Some(Reaction { force: spatial(&force), impulse: [f64::NAN; 3], moment: None })
     }
 
     /// Kinetic and elastic energy of what there is (J).

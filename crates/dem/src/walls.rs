@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use colluvium_case::ObstacleLaws;
 use colluvium_points::Surface;
 
 use crate::contact::{APART, Law, Tally, Touch, act, end};
@@ -30,8 +31,12 @@ pub struct Wall<const D: usize> {
     pub position: f64,
     /// Its velocity (m/s).
     pub velocity: [f64; D],
-    /// Law for each kind.
+    /// Law for each kind; at an obstacle with regions, of the rest.
     pub laws: Vec<Law>,
+    /// Of an obstacle with regions, which of them rules where.
+    pub places: Option<ObstacleLaws>,
+    /// Law for each kind in each of the regions.
+    pub regions: Vec<Vec<Law>>,
     /// Force on it in the last step (N), and impulse since the start (N s).
     pub reaction: [[f64; D]; 2],
 }
@@ -52,6 +57,13 @@ impl<const D: usize> Wall<D> {
             Some(moving) => Some(&moving.placed),
             None => self.surface.as_deref(),
         }
+    }
+
+    /// The law between it and a grain of this kind at `x` (m), which sees it at this distance along the normal.
+    #[inline]
+    pub fn law(&self, kind: usize, x: &[f64; D], (distance, normal): &(f64, [f64; D])) -> &Law {
+        let region = self.places.as_ref().map_or(0, |places| places.region(&place(x, *distance, normal)));
+        self.regions.get(region).map_or(&self.laws[kind], |laws| &laws[kind])
     }
 
     /// Velocity of its part at `x` (m/s).
@@ -313,7 +325,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             return;
         }
         let (touch, arm) = self.touch_wall(i, wall, seen);
-        let law = &wall.laws[self.kind[i] as usize];
+        let law = wall.law(self.kind[i] as usize, &self.position[i], &seen);
         let tally = &mut shares.tallies[slab - shares.slab].0;
         let mut memory = shares.memory.get(slot);
         if touch.overlap > 0.0 || touch.overlap > -law.bridge(state, touch.radius) {

@@ -1,10 +1,9 @@
 //! What a flow is made of and how it is computed, as plain numbers.
 
 use std::fmt;
-use std::sync::Arc;
 
+use colluvium_case::PlanRegion;
 use colluvium_constitutive::basal::BasalRheology;
-use colluvium_points::{Outline, Shape};
 
 use crate::choices::{Continuity, Frame, Integration, Metric, Momentum, Phases};
 use crate::column::{Drainage, LowerBound, Profile};
@@ -157,9 +156,7 @@ impl FluidResistance {
 #[derive(Clone)]
 pub struct Zone {
     /// Where; everywhere when absent.
-    pub region: Option<Shape>,
-    /// Within what in plan, beside that; everywhere when absent.
-    pub outline: Option<Arc<Outline>>,
+    pub part: Option<PlanRegion>,
     /// Resistance; none when absent.
     pub law: Option<BasalRheology>,
     /// What the base lets through.
@@ -173,29 +170,20 @@ pub struct Zone {
 impl fmt::Debug for Zone {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let law = self.law.as_ref().map(|law| law.name);
-        write!(f, "Zone {{ {:?}, {law:?}, {:?}, {:?} }}", self.region, self.drainage, self.erosion)
+        write!(f, "Zone {{ {:?}, {law:?}, {:?}, {:?} }}", self.part, self.drainage, self.erosion)
     }
 }
 
 impl Zone {
     /// A sealed bed of one law everywhere, which nothing is taken from.
     pub fn everywhere(law: Option<BasalRheology>) -> Self {
-        Self {
-            region: None,
-            outline: None,
-            law,
-            drainage: Drainage::Sealed,
-            erosion: None,
-            erodible_depth: f64::INFINITY,
-        }
+        Self { part: None, law, drainage: Drainage::Sealed, erosion: None, erodible_depth: f64::INFINITY }
     }
 
     /// Whether it holds a place.
     #[inline]
     pub fn holds(&self, x: &[f64]) -> bool {
-        let within = |outline: &Arc<Outline>| x.len() == 2 && outline.contains([x[0], x[1]]);
-        self.region.as_ref().is_none_or(|region| region.contains(x))
-            && self.outline.as_ref().is_none_or(within)
+        self.part.as_ref().is_none_or(|part| part.holds(x))
     }
 }
 

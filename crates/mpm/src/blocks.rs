@@ -7,6 +7,7 @@ use colluvium_grid::{DomainsMut, Points, Square};
 
 use crate::points::PointSet;
 use crate::pore::Fluid;
+use crate::soaked::Soaked;
 use crate::stretch::right_stretch;
 
 /// What a block of points reports: the largest move along an axis (m), or its first failure.
@@ -51,6 +52,8 @@ pub struct Block<'a, const D: usize> {
     pub liquid_velocity: &'a mut [[f64; D]],
     /// Pore pressures (Pa); empty without liquid.
     pub pressure: &'a mut [f64],
+    /// What the liquid knows of obstacles; empty unless those act on points.
+    pub soaked: &'a mut [Soaked<D>],
 }
 
 /// Blocks that one thread takes at once.
@@ -82,6 +85,7 @@ impl<'a, const D: usize> Block<'a, D> {
             work: front(&mut self.work, points),
             liquid_velocity: front(&mut self.liquid_velocity, points),
             pressure: front(&mut self.pressure, points),
+            soaked: front(&mut self.soaked, points),
         };
         self.first += points;
         (lower, self)
@@ -142,8 +146,11 @@ impl<const D: usize> Block<'_, D> {
 impl<const D: usize> PointSet<D> {
     /// All points.
     pub fn whole(&mut self) -> Block<'_, D> {
-        let (liquid_velocity, pressure) = match &mut self.pore {
-            Some(pore) => (&mut pore.points.velocity[..], &mut pore.points.pressure[..]),
+        let (liquid_velocity, pressure, soaked) = match &mut self.pore {
+            Some(pore) => {
+                let points = &mut pore.points;
+                (&mut points.velocity[..], &mut points.pressure[..], &mut points.soaked[..])
+            }
             None => Default::default(),
         };
         Block {
@@ -161,6 +168,7 @@ impl<const D: usize> PointSet<D> {
             work: &mut self.points.work,
             liquid_velocity,
             pressure,
+            soaked,
         }
     }
 }

@@ -19,7 +19,7 @@ use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 12;
+const FORMAT: u32 = 13;
 
 /// What is no column of points.
 #[derive(Serialize, Deserialize)]
@@ -137,13 +137,14 @@ impl<const D: usize> Solver for MpmSolver<D> {
         if let Some(rock) =
             self.boundary.rocks.iter().flat_map(|rocks| &rocks.rocks).find(|rock| rock.name == name)
         {
-            return Some(Reaction { force: rock.state.force, impulse: rock.state.impulse });
+            let RockState { force, impulse, moment, .. } = rock.state;
+            return Some(Reaction { force, impulse, moment: Some(moment) });
         }
         if let Some(reaction) = self.boundary.bearing.as_ref().and_then(|bearing| bearing.reaction(name)) {
             return Some(reaction);
         }
         let driven = self.boundary.driven.iter().find(|driven| driven.name == name)?;
-        Some(Reaction { force: driven.state.force, impulse: driven.state.impulse })
+        Some(Reaction { force: driven.state.force, impulse: driven.state.impulse, moment: None })
     }
 
     fn dissipated(&self) -> Option<f64> {

@@ -46,6 +46,7 @@ mod readings;
 mod report;
 mod setup;
 mod size;
+mod soaked;
 mod solver;
 mod strain;
 mod stretch;

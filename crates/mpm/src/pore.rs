@@ -2,6 +2,8 @@
 
 use colluvium_points::columns;
 
+use crate::soaked::Soaked;
+
 /// Entry of the skeleton at a node; until the solve the fourth lane of its force is the drag `Q`.
 pub const SOLID: usize = 0;
 /// Entry of the liquid at a node; its mass is `M̄_L`, and until the solve the fourth lane of its force is `M_L`.
@@ -56,6 +58,8 @@ columns! {
         pub pressure: f64,
         /// Forces of prescribed boundary pressures in this step (N); empty where there are none.
         pub traction: [f64; D],
+        /// What it knows of obstacles; empty unless those act on points.
+        pub soaked: Soaked<D>,
     }
 }
 

@@ -12,7 +12,9 @@ use crate::bodies::Bodies;
 use crate::clock::Clock;
 use crate::obstacles::rocks::{Grip, Rock, RockState, Rocks, Room, Sums, look};
 use crate::points::{Columns, PointSet};
+use crate::pore::Fluid;
 use crate::pressed::Pressed;
+use crate::soaked::Soaked;
 use crate::vectors::square;
 
 /// Blocks that one thread takes at once.
@@ -32,6 +34,9 @@ pub fn begin_pressing<const D: usize>(
             0.5 * (set.points.initial_volume[p] / radius).powf(1.0 / D as f64)
         };
         set.points.pressed = (0..set.len()).map(|p| rocks.begin(&set.points.position[p], half(p))).collect();
+        if let Some(pore) = &mut set.pore {
+            pore.points.soaked = vec![Soaked::NEW; pore.points.len()];
+        }
         blocks = blocks.max(set.len().div_ceil(BLOCK));
     }
     rocks.make_room(blocks);
@@ -49,18 +54,42 @@ pub fn press<const D: usize>(
     let Rocks { rocks, rooms, horizon, passed } = &mut **rocks;
     let stiffness = clock.options.obstacle_stiffness;
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
-        let PointSet { points, states, material, domain, .. } = set;
-        let Columns { pressed, position, origin, stress, volume, .. } = points;
+        let PointSet { points, states, material, domain, pore, .. } = set;
+        let Columns { pressed, position, origin, stress, volume, initial_volume, .. } = points;
+        let fluid = pore.as_ref().and_then(|pore| pore.fluid);
         let domain = domain.as_slice();
         let (material, swept) = (&**material, passed.swept);
-        let of_set =
-            OfSet { material, position, origin, stress, volume, domain, background, stiffness, swept };
-        let blocks = pressed.par_chunks_mut(BLOCK).zip(states.blocks()).zip(&mut *rooms);
-        blocks.enumerate().with_min_len(GRAIN).for_each(|(block, ((points, states), room))| {
+        let of_set = OfSet {
+            material,
+            position,
+            origin,
+            stress,
+            volume,
+            initial_volume,
+            domain,
+            background,
+            stiffness,
+            swept,
+            fluid,
+        };
+        let act = |block: usize, points: &mut [_], soaked: &mut [_], states: &_, room: &mut Room<D>| {
             room.sums.fill(Sums::default());
             room.under = 0;
-            of_set.block(rocks, *horizon, block * BLOCK, points, states, room);
-        });
+            of_set.block(rocks, *horizon, block * BLOCK, (points, soaked), states, room);
+        };
+        let blocks = pressed.par_chunks_mut(BLOCK).zip(states.blocks()).zip(&mut *rooms);
+        match pore {
+            Some(pore) => {
+                let soaked = pore.points.soaked.par_chunks_mut(BLOCK);
+                let blocks = blocks.zip(soaked).enumerate().with_min_len(GRAIN);
+                blocks.for_each(|(block, (((points, states), room), soaked))| {
+                    act(block, points, soaked, states, room);
+                });
+            }
+            None => blocks.enumerate().with_min_len(GRAIN).for_each(|(block, ((points, states), room))| {
+                act(block, points, &mut [], states, room);
+            }),
+        }
         let count = pressed.len().div_ceil(BLOCK);
         for room in &rooms[..count] {
             passed.under += room.under;
@@ -116,11 +145,14 @@ struct OfSet<'a, const D: usize> {
     origin: &'a [[f64; D]],
     stress: &'a [SymTensor],
     volume: &'a [f64],
+    initial_volume: &'a [f64],
     domain: DomainSlice<'a, D>,
     background: &'a Background<D>,
     stiffness: f64,
     /// How far obstacles have come at most (m).
     swept: f64,
+    /// Its pore fluid, if any.
+    fluid: Option<Fluid>,
 }
 
 impl<const D: usize> OfSet<'_, D> {
@@ -130,7 +162,7 @@ impl<const D: usize> OfSet<'_, D> {
         rocks: &[Rock<D>],
         horizon: f64,
         first: usize,
-        points: &mut [Pressed<D>],
+        (points, soaked): (&mut [Pressed<D>], &mut [Soaked<D>]),
         states: &StateBlock,
         room: &mut Room<D>,
     ) {
@@ -146,9 +178,14 @@ impl<const D: usize> OfSet<'_, D> {
             // Where nothing was near it may not have been looked at for many steps.
             let touched = point.free <= 0.0;
             (point.seen, point.swept) = (way, self.swept);
+            let mut soaked = soaked.get_mut(k);
+            if let (Some(soaked), false) = (&mut soaked, touched) {
+                **soaked = Soaked::NEW;
+            }
             let seen = look(rocks, horizon, x, point, room);
             if !seen.acts() {
                 (point.force, point.spring) = ([0.0; D], [0.0; D]);
+                soaked.into_iter().for_each(|soaked| *soaked = Soaked::NEW);
                 continue;
             }
             let modulus = moduli.get_or_insert_with(|| {
@@ -166,6 +203,12 @@ impl<const D: usize> OfSet<'_, D> {
                 area: self.volume[p] / (2.0 * point.half),
             };
             grip.act(rocks, &seen, point, &mut room.sums);
+            if let (Some(soaked), Some(fluid)) = (soaked, &self.fluid) {
+                let modulus = fluid.bulk_modulus / fluid.porosity_at(self.volume[p], self.initial_volume[p]);
+                let stiffness = self.stiffness * modulus * self.volume[p] / (h * h);
+                let wet = Grip { stiffness, ..grip };
+                wet.soak(rocks, &seen, fluid.least, (point, soaked), &mut room.sums);
+            }
         }
     }
 }

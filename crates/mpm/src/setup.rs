@@ -185,11 +185,14 @@ pub fn solver<const D: usize>(
     } else {
         obstacles::faces(&standing, &background, &bearing)
     });
-    let told = !faces.is_empty() && obstacles::unaccounted(case, options).is_none();
+    let told = !faces.is_empty() && obstacles::unaccounted(options).is_none();
     let rocks = at_points.then(|| Box::new(Rocks::new(&standing, 2.0 * options.cell_size)));
     let driven = driven::driven(case);
     let Background { mesh, layout, .. } = &background;
-    let two_phase = two_phase::two_phase(case, options, layout);
+    let mut two_phase = two_phase::two_phase(case, options, layout);
+    if let Some(phases) = two_phase.as_mut().filter(|_| !at_points) {
+        phases.faces = Arc::new(obstacles::faces_of_fluid(&standing, &background));
+    }
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
@@ -306,14 +309,17 @@ fn check_fixed_step<const D: usize>(solver: &MpmSolver<D>, options: &MpmOptions)
 impl<const D: usize> MpmSolver<D> {
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
-        let walls = |case: &Case| -> Result<Walls, CaseError> {
+        let walls = |case: &Case, faces: &Arc<Faces>| -> Result<Walls, CaseError> {
             let mut walls = walls::walls(case, stage, &self.background, &self.clock.options)?;
             walls.set_off(self.clock.step == 0);
-            Ok(walls.with_faces(Arc::clone(&self.boundary.faces)))
+            Ok(walls.with_faces(Arc::clone(faces)))
         };
-        let own = walls(&self.clock.case)?;
-        let of_liquid =
-            self.two_phase.is_some().then(|| walls(&two_phase::of_liquid(&self.clock.case))).transpose()?;
+        let own = walls(&self.clock.case, &self.boundary.faces)?;
+        let of_liquid = self
+            .two_phase
+            .as_ref()
+            .map(|phases| walls(&two_phase::of_liquid(&self.clock.case), &phases.faces))
+            .transpose()?;
         if let (Some(phases), Some(of_liquid)) = (&mut self.two_phase, of_liquid) {
             phases.walls = of_liquid;
         }

@@ -11,6 +11,7 @@ use crate::mesh::{points_per_element, terrain};
 use crate::points::PointSet;
 use crate::pressed::Pressed;
 use crate::setup::options;
+use crate::soaked::Soaked;
 use crate::solver::MpmSolver;
 use crate::{MpmOptions, ObstacleContact, dispatch};
 
@@ -90,7 +91,8 @@ impl dispatch::Visitor for Estimate<'_> {
         let matrix = if options.transfer.is_affine() { D * D } else { 0 };
         let arrays = arrays + (matrix + if wet { D + 1 } else { 0 }) * number;
         let presses = options.obstacles == ObstacleContact::Points;
-        let arrays = arrays + if presses { size_of::<Pressed<D>>() } else { 0 };
+        let soaked = if wet { size_of::<Soaked<D>>() } else { 0 };
+        let arrays = arrays + if presses { size_of::<Pressed<D>>() + soaked } else { 0 };
         let mut memory = 0.0;
         for (body, points) in case.bodies.iter().zip(&points) {
             let path = || format!("materials.{}", body.material);

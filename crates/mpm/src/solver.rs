@@ -219,7 +219,7 @@ fn solve_momentum<const D: usize>(
         layout: &background.layout,
     };
     if let Some(bearing) = bearing {
-        bearing.take(&solve, &nodes.solved);
+        bearing.take(&solve, background, &nodes.solved);
     }
     for nodes in nodes.solved.chunks_exact_mut(background.layout.len()) {
         background.layout.each(nodes, |row, active, line| solve.row(row, active, line));

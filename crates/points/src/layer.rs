@@ -34,6 +34,26 @@ pub enum Measured {
     Normal,
 }
 
+/// How points lie in a layer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LayerRows {
+    /// On the lattice of the method, in level rows: the lowest of a place lies anywhere up to a spacing above the terrain.
+    #[default]
+    Level,
+    /// In rows that follow the terrain, as many over a place as spacings fit into its thickness, and one at least: each stands for its
+    /// share of the thickness, the lowest half of that above the terrain. Where the layer is thinner than a quarter of a spacing there
+    /// are none.
+    Terrain,
+}
+
+impl LayerRows {
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+    pub(crate) fn are_level(&self) -> bool {
+        *self == Self::Level
+    }
+}
+
 /// Thickness of a layer as read (m).
 #[derive(Clone, Debug)]
 pub enum Depths {
@@ -175,7 +195,7 @@ impl Layer {
     }
 
     /// From where to where it reaches over a place in plan (m).
-    fn stretch(&self, x: f64, y: f64) -> Option<[f64; 2]> {
+    pub(crate) fn stretch(&self, x: f64, y: f64) -> Option<[f64; 2]> {
         let thickness = self.thickness(x, y);
         let ground = self.ground.height(x, y).filter(|_| thickness > 0.0)?;
         Some([ground, ground + thickness])
@@ -249,6 +269,7 @@ mod tests {
             outline: "outline.geojson".into(),
             thickness: Thickness::Uniform(1.0),
             measured: Measured::Vertical,
+            rows: LayerRows::Level,
             laid: layer.into(),
         }
     }

@@ -33,7 +33,7 @@ mod terrain;
 pub use bisection::{Bisection, Bounds, halo};
 pub use boxes::{Place, meeting_boxes};
 pub use columns::Spare;
-pub use layer::{Depths, Laid, Layer, LayerError, Measured, Thickness};
+pub use layer::{Depths, Laid, Layer, LayerError, LayerRows, Measured, Thickness};
 pub use microstructure::Grains;
 pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError};
 pub use outline::Outline;

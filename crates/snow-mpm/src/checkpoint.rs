@@ -19,7 +19,7 @@ use crate::solver::SnowSolver;
 use crate::walls::Boundaries;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]

@@ -1,7 +1,7 @@
 //! Obstacles on the nodes: those in the solid or on its surface have the velocity that it allows (sheet: snow-mpm §3.7).
 
 use colluvium_case::description::{Obstacle, ObstacleMotion};
-use colluvium_case::{Case, CaseError, Standing, holding, normal_inside};
+use colluvium_case::{Case, CaseError, ObstacleLaw, Standing, holding, normal_inside};
 use colluvium_grid::{Face, Faces};
 use colluvium_points::surface::{Frame, Placed};
 
@@ -41,9 +41,9 @@ impl<const D: usize> Obstacles<D> {
         background: &Background<D>,
     ) -> Result<Self, CaseError> {
         let bearers = bearers(case)?;
-        let face = |obstacle: &Obstacle, normal| Face {
+        let face = |obstacle: &Obstacle, law: &ObstacleLaw, normal| Face {
             bearer: bearers.iter().position(|name| *name == obstacle.name).map(|number| number as u8),
-            ..Face::at_rest(normal, obstacle.friction(), obstacle.lets_go())
+            ..Face::at_rest(normal, law.friction(), law.lets_go())
         };
         let (mut resting, mut moving) = (Vec::new(), Vec::new());
         for standing in standing {
@@ -51,7 +51,7 @@ impl<const D: usize> Obstacles<D> {
             match &obstacle.motion {
                 None => resting.push(standing),
                 Some(motion) => moving.push(Moving {
-                    face: face(obstacle, [0.0; 3]),
+                    face: face(obstacle, standing.laws.at(&[0.0; D]), [0.0; 3]),
                     motion: motion.clone(),
                     placed: Placed { surface: standing.surface, frame: motion.frame(0.0) },
                     next: motion.frame(0.0),
@@ -64,7 +64,7 @@ impl<const D: usize> Obstacles<D> {
         } else {
             Faces::in_space(grid, layout, axis, |place, found| {
                 let held = holding(&resting, place, grid.cell);
-                found.extend(held.map(|(obstacle, normal)| face(obstacle, normal)));
+                found.extend(held.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
             })
         };
         Ok(Self { rest, moving, bearers })

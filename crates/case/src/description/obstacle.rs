@@ -1,5 +1,6 @@
 //! Rigid geometry that bodies meet.
 
+use colluvium_points::Shape;
 use colluvium_points::surface::Frame;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -20,6 +21,25 @@ pub struct Obstacle {
     /// How it moves; at rest when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<ObstacleMotion>,
+    /// Parts of its surface with a wall of their own, seen in plan; the first that holds a place rules there. An obstacle that moves
+    /// has none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<ObstacleRegion>,
+}
+
+/// A part of an obstacle's surface: all of it that lies in a part of the plan, which is the last coordinate left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObstacleRegion {
+    /// Where, in plan: a box of one coordinate in two dimensions, any shape of two dimensions in three. Give this or `outline`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<Shape>,
+    /// Where, in three dimensions: a file with polygons in metres, GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the
+    /// folder of the case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outline: Option<String>,
+    /// How it acts there.
+    pub wall: ObstacleWall,
 }
 
 /// A prescribed motion of an obstacle: it turns about a line that moves along.
@@ -205,22 +225,6 @@ impl ObstacleShape {
             Self::Raster { file, .. } | Self::Mesh { file } => Some(file),
             _ => None,
         }
-    }
-}
-
-impl Obstacle {
-    /// Coefficient of friction; infinite where nothing slips.
-    pub fn friction(&self) -> f64 {
-        match self.wall {
-            ObstacleWall::Rough => f64::INFINITY,
-            ObstacleWall::Smooth => 0.0,
-            ObstacleWall::Frictional { friction_coefficient, .. } => friction_coefficient,
-        }
-    }
-
-    /// Whether material lifts off it.
-    pub fn lets_go(&self) -> bool {
-        self.separation || matches!(self.wall, ObstacleWall::Frictional { .. })
     }
 }
 

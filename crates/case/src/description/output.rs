@@ -229,10 +229,14 @@ pub enum Measure {
         to: [f64; 2],
     },
     /// Force of the material on a rigid body, a patch or an obstacle (N; per metre in plane strain, per radian in axisymmetry): in
-    /// the last step, and its impulse since the start (N s), whose slope is the mean force.
+    /// the last step, and its impulse since the start (N s), whose slope is the mean force: columns `NAME.x`, `NAME.impulse.x`, ….
     Reaction {
         /// Name of the rigid body, patch or obstacle.
         of: String,
+        /// A place (m) about which the moment of the force of the last step is told too (N m; in plane strain N m per metre, anticlockwise):
+        /// columns `NAME.moment.x`, …, in the plane `NAME.moment`. Of obstacles, in the plane and in space.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        about: Vec<f64>,
     },
     /// Pressure of the material on a rigid body, a patch or an obstacle (Pa): the component of the force of the last step along a
     /// direction over an area; and in the column `NAME.impulse` (Pa s) that of its impulse since the start, whose slope is the mean
@@ -258,7 +262,7 @@ impl Measure {
     /// What the material's force on is measured: a rigid body, a patch or an obstacle.
     pub fn bearer(&self) -> Option<&str> {
         match self {
-            Self::Reaction { of } | Self::ImpactPressure { of, .. } => Some(of),
+            Self::Reaction { of, .. } | Self::ImpactPressure { of, .. } => Some(of),
             _ => None,
         }
     }

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::description::{Body, Broken, Measure, Side};
-use crate::{Case, Field, FieldData, Reaction, Role, Snapshot, Solver};
+use crate::{Case, Field, FieldData, Reaction, Role, Snapshot, Solver, spatial};
 
 pub use arc::arc_front;
 pub use fragments::fragments;
@@ -151,15 +151,29 @@ pub fn of_solver(case: &Case, solver: &dyn Solver) -> Vec<Reading> {
         if let Measure::ImpactPressure { of, direction, area } = measure {
             readings.extend(pressure(name, solver.reaction(of), direction, *area));
         }
-        let Measure::Reaction { of } = measure else { continue };
+        let Measure::Reaction { of, about } = measure else { continue };
         let reaction = solver.reaction(of);
         for (c, axis) in ["x", "y", "z"].into_iter().enumerate().take(case.dimension()) {
             let of = |value: fn(&Reaction) -> [f64; 3]| reaction.as_ref().map_or(f64::NAN, |r| value(r)[c]);
             readings.push((format!("{name}.{axis}"), "N".to_owned(), of(|r| r.force)));
             readings.push((format!("{name}.impulse.{axis}"), "N s".to_owned(), of(|r| r.impulse)));
         }
+        if !about.is_empty() {
+            let moment = reaction.as_ref().and_then(|reaction| reaction.moment_about(&spatial(about)));
+            readings.extend(moments(name, case.dimension(), moment.unwrap_or([f64::NAN; 3])));
+        }
     }
     readings
+}
+
+/// A moment: its components, or in the plane the one out of it.
+fn moments(name: &str, dimension: usize, [x, y, z]: [f64; 3]) -> Vec<Reading> {
+    let reading = |name: String, value: f64| (name, "N m".to_owned(), value);
+    if dimension < 3 {
+        return vec![reading(format!("{name}.moment"), z)];
+    }
+    let named = ["x", "y", "z"].into_iter().zip([x, y, z]);
+    named.map(|(axis, value)| reading(format!("{name}.moment.{axis}"), value)).collect()
 }
 
 /// Pressure on what bears `reaction` along `direction` over `area` (m²).
@@ -314,7 +328,7 @@ mod tests {
 
     #[test]
     fn a_pressure_is_force_along_a_direction_over_an_area() {
-        let reaction = Reaction { force: [30.0, 40.0, 0.0], impulse: [3.0, -4.0, 0.0] };
+        let reaction = Reaction { force: [30.0, 40.0, 0.0], impulse: [3.0, -4.0, 0.0], moment: None };
         let found = pressure("p", Some(reaction), &[6.0, 8.0], 2.0);
         assert!((found[0].2 - 25.0).abs() < 1e-12 && (found[1].2 + 0.7).abs() < 1e-12, "{found:?}");
         assert!(found[1].0 == "p.impulse" && pressure("p", None, &[1.0, 0.0], 2.0)[0].2.is_nan());

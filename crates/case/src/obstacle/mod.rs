@@ -1,11 +1,14 @@
 //! Obstacles of a case as surfaces, for methods.
 
 mod build;
+mod laws;
 
 use std::sync::Arc;
 
 pub use build::read_pairs;
+pub use laws::{ObstacleLaw, ObstacleLaws};
 
+use colluvium_points::surface::Nearest;
 use colluvium_points::{Raster, Surface};
 
 use crate::description::{Obstacle, ObstacleShape};
@@ -20,6 +23,8 @@ pub struct Standing<'a, const D: usize> {
     pub obstacle: &'a Obstacle,
     /// Its surface.
     pub surface: Arc<dyn Surface<D>>,
+    /// How it acts.
+    pub laws: ObstacleLaws,
 }
 
 /// How deep points may lie in an obstacle at the start, and nodes above its surface that count as on it, over the cell of a grid.
@@ -28,14 +33,15 @@ pub const SLACK: f64 = 1e-9;
 /// How deep under the surface nodes of a grid are held, over its cell: points do not get below that.
 const DEPTH: f64 = 6.0;
 
-/// The obstacles that a node of a grid with cells of a size (m) lies in or on, each with its normal there.
+/// The obstacles that a node of a grid with cells of a size (m) lies in or on, each with its law and its normal there.
 pub fn holding<'s, 'a, const D: usize>(
     standing: &'s [Standing<'a, D>],
     place: &'s [f64; D],
     cell: f64,
-) -> impl Iterator<Item = (&'a Obstacle, [f64; 3])> + use<'s, 'a, D> {
-    standing.iter().filter_map(move |Standing { obstacle, surface, .. }| {
-        Some((*obstacle, normal_inside(&**surface, place, cell)?))
+) -> impl Iterator<Item = (&'a Obstacle, ObstacleLaw, [f64; 3])> + use<'s, 'a, D> {
+    standing.iter().filter_map(move |Standing { obstacle, surface, laws, .. }| {
+        let gap = gap_inside(&**surface, place, cell)?;
+        Some((*obstacle, *laws.at(&gap.place), spatial(&gap.normal)))
     })
 }
 
@@ -45,8 +51,11 @@ pub fn normal_inside<const D: usize>(
     place: &[f64; D],
     cell: f64,
 ) -> Option<[f64; 3]> {
-    let gap = surface.gap(place, DEPTH * cell).filter(|gap| gap.distance <= SLACK * cell)?;
-    Some(spatial(&gap.normal))
+    gap_inside(surface, place, cell).map(|gap| spatial(&gap.normal))
+}
+
+fn gap_inside<const D: usize>(surface: &dyn Surface<D>, place: &[f64; D], cell: f64) -> Option<Nearest<D>> {
+    surface.gap(place, DEPTH * cell).filter(|gap| gap.distance <= SLACK * cell)
 }
 
 /// A place that an obstacle covers.
@@ -64,13 +73,20 @@ impl Case {
     /// The obstacles with their surfaces; files are read.
     ///
     /// # Errors
-    /// A shape that is none in this space, or a file that cannot be read or holds none, with its path.
+    /// A shape that is none in this space, or a file that cannot be read or holds none, with its path; the same of regions.
     pub fn standing<const D: usize>(&self) -> Result<Vec<Standing<'_, D>>, CaseError> {
         let mut standing = Vec::with_capacity(self.obstacles.len());
         for (number, obstacle) in self.obstacles.iter().enumerate() {
             let surface =
                 build::surface(&obstacle.shape, &format!("obstacles[{number}].shape"), &self.origin())?;
-            standing.push(Standing { number, obstacle, surface });
+            let regions = obstacle.regions.iter().enumerate().map(|(part, region)| {
+                let made = self.plan_region(region.shape.clone(), region.outline.as_deref());
+                made.map_err(|(key, problem)| {
+                    CaseError::new(format!("obstacles[{number}].regions[{part}].{key}"), problem)
+                })
+            });
+            let laws = ObstacleLaws::new(obstacle, regions.collect::<Result<_, _>>()?);
+            standing.push(Standing { number, obstacle, surface, laws });
         }
         Ok(standing)
     }

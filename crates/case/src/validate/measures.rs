@@ -1,7 +1,7 @@
 //! Rules of measures.
 
 use super::{Findings, driven};
-use crate::description::{CrackTip, Measure, Obstacle, ObstacleShape};
+use crate::description::{CrackTip, Measure, Obstacle, ObstacleShape, Space};
 use crate::output::{PLAIN, is_plain};
 
 impl Findings<'_> {
@@ -41,7 +41,7 @@ impl Findings<'_> {
                 Measure::ArcFront { .. } => self.arc_front(&path, measure),
                 Measure::CrackTip(tip) => self.crack_tip(&path, tip),
                 Measure::Fragments { .. } => self.fragments(&path, measure),
-                Measure::Reaction { of } => self.bearer(&path, of),
+                Measure::Reaction { of, about } => self.reaction(&path, of, about),
                 Measure::ImpactPressure { of, direction, area } => {
                     self.bearer(&path, of);
                     self.vector(&format!("{path}.direction"), direction);
@@ -64,6 +64,21 @@ impl Findings<'_> {
                 }
             }
         }
+    }
+
+    fn reaction(&mut self, path: &str, of: &str, about: &[f64]) {
+        self.bearer(path, of);
+        if about.is_empty() {
+            return;
+        }
+        let path = &format!("{path}.about");
+        let problem = "a moment about a place is told in plane strain and in space";
+        let space = self.case.space;
+        self.require(matches!(space, Space::PlaneStrain | Space::ThreeD), path, problem);
+        self.vector(path, about);
+        let is_obstacle = self.case.obstacles.iter().any(|obstacle| obstacle.name == of);
+        let problem = format!("moments are those on obstacles, and {of:?} is none: leave it out");
+        self.require(is_obstacle, path, problem);
     }
 
     fn bearer(&mut self, path: &str, of: &str) {

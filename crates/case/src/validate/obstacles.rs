@@ -18,14 +18,41 @@ impl Findings<'_> {
                     format!("{:?} names a body, a boundary, a patch or another obstacle too", obstacle.name);
                 self.report(format!("{path}.name"), problem);
             }
-            if let ObstacleWall::Frictional { friction_coefficient, adhesion } = obstacle.wall {
-                self.not_negative(format!("{path}.wall.friction_coefficient"), friction_coefficient, "");
-                self.not_negative(format!("{path}.wall.adhesion"), adhesion, " (Pa)");
-            }
+            self.obstacle_wall(&format!("{path}.wall"), obstacle.wall);
+            self.obstacle_regions(&path, obstacle);
             if let Some(motion) = &obstacle.motion {
                 self.obstacle_motion(&format!("{path}.motion"), motion);
             }
             self.obstacle_shape(&path, obstacle);
+        }
+    }
+
+    fn obstacle_wall(&mut self, path: &str, wall: ObstacleWall) {
+        if let ObstacleWall::Frictional { friction_coefficient, adhesion } = wall {
+            self.not_negative(format!("{path}.friction_coefficient"), friction_coefficient, "");
+            self.not_negative(format!("{path}.adhesion"), adhesion, " (Pa)");
+        }
+    }
+
+    fn obstacle_regions(&mut self, path: &str, obstacle: &Obstacle) {
+        let case = self.case;
+        if obstacle.regions.is_empty() {
+            return;
+        }
+        let path = format!("{path}.regions");
+        self.require(case.dimension() > 1, path.clone(), "one dimension has no plan");
+        let problem = "lie still in plan, and the obstacle moves: give each part as an obstacle of its own";
+        self.require(obstacle.motion.is_none(), path.clone(), problem);
+        for (number, region) in obstacle.regions.iter().enumerate() {
+            self.obstacle_wall(&format!("{path}[{number}].wall"), region.wall);
+            // What stands in files is looked at when the surface is needed.
+            let of_shape = region.outline.is_none() || region.shape.is_some();
+            if case.dimension() > 1
+                && (of_shape || case.dimension() < 3)
+                && let Err((key, problem)) = case.plan_region(region.shape.clone(), region.outline.as_deref())
+            {
+                self.report(format!("{path}[{number}].{key}"), problem);
+            }
         }
     }
 

@@ -231,7 +231,7 @@ pub(super) fn laws<const D: usize, const R: usize>(
     Ok(Laws { pairs, walls, step, bridge })
 }
 
-/// Names of boundaries and then obstacles, with their coefficients of friction.
+/// Names of boundaries, then of obstacles, then of obstacles once more for each of their regions, with their coefficients of friction.
 fn frictions(case: &Case) -> Vec<(&str, f64)> {
     let walls = case.boundaries.iter().map(|boundary| {
         let coefficient = match boundary.wall {
@@ -241,15 +241,16 @@ fn frictions(case: &Case) -> Vec<(&str, f64)> {
         };
         (boundary.name(), coefficient)
     });
-    let obstacles = case.obstacles.iter().map(|obstacle| {
-        let coefficient = match obstacle.wall {
-            ObstacleWall::Smooth => 0.0,
-            ObstacleWall::Frictional { friction_coefficient, .. } => friction_coefficient,
-            ObstacleWall::Rough => ROUGH,
-        };
-        (obstacle.name.as_str(), coefficient)
+    let of_wall = |wall: ObstacleWall| match wall {
+        ObstacleWall::Smooth => 0.0,
+        ObstacleWall::Frictional { friction_coefficient, .. } => friction_coefficient,
+        ObstacleWall::Rough => ROUGH,
+    };
+    let obstacles = case.obstacles.iter().map(|obstacle| (obstacle.name.as_str(), of_wall(obstacle.wall)));
+    let regions = case.obstacles.iter().flat_map(|obstacle| {
+        obstacle.regions.iter().map(|region| (obstacle.name.as_str(), of_wall(region.wall)))
     });
-    walls.chain(obstacles).collect()
+    walls.chain(obstacles).chain(regions).collect()
 }
 
 /// Largest gap (m) that a law bridges, between grains up to radius `largest` (m).

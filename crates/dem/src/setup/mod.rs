@@ -7,7 +7,7 @@ mod size;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, Plan, Solver, SolverError, spatial};
+use colluvium_case::{Case, CaseError, ObstacleLaws, Plan, Solver, SolverError, spatial};
 use colluvium_points::Surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -18,7 +18,7 @@ pub(crate) use size::size;
 
 use crate::cell::PeriodicCell;
 use crate::config::DemOptions;
-use crate::contact::{Attraction, STUCK};
+use crate::contact::{Attraction, Law, STUCK};
 use crate::grains::{Grains, volume};
 use crate::ledger::Ledger;
 use crate::lists::Lists;
@@ -137,7 +137,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         lists: Lists::default(),
         near: WallList::default(),
         walls: Vec::new(),
-        obstacles: standing.into_iter().map(|obstacle| obstacle.surface).collect(),
+        obstacles: standing.into_iter().map(|obstacle| (obstacle.surface, obstacle.laws)).collect(),
         scratch: Scratch::default(),
         since: Since::default(),
         stage: 0,
@@ -306,6 +306,14 @@ fn strength(scatter: f64, random: &mut ChaCha8Rng) -> f64 {
     (-draw.ln()).powf(1.0 / modulus) / crate::sizes::gamma(1.0 + 1.0 / modulus)
 }
 
+/// Laws of the regions of obstacle number `number`, which follow those of all walls and obstacles.
+fn laws_of_regions<const D: usize, const R: usize>(solver: &DemSolver<D, R>, number: usize) -> Vec<Vec<Law>> {
+    let case = &solver.case;
+    let before: usize = case.obstacles[..number].iter().map(|obstacle| obstacle.regions.len()).sum();
+    let first = case.boundaries.len() + case.obstacles.len() + before;
+    solver.laws.walls[first..first + case.obstacles[number].regions.len()].to_vec()
+}
+
 /// The walls that stand in a stage.
 fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize) -> Vec<Wall<D>> {
     let case = &solver.case;
@@ -324,10 +332,14 @@ fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize)
             std::array::from_fn(|c| v[c])
         }),
         laws: solver.laws.walls[number].clone(),
+        places: None,
+        regions: Vec::new(),
         reaction: [[0.0; D]; 2],
     };
-    let obstacle = |(number, surface): (usize, &Arc<dyn Surface<D>>)| Wall {
+    let obstacle = |(number, (surface, places)): (usize, &(Arc<dyn Surface<D>>, ObstacleLaws))| Wall {
         surface: Some(Arc::clone(surface)),
+        places: (!places.is_uniform()).then(|| places.clone()),
+        regions: laws_of_regions(solver, number),
         moving: case.obstacles[number].motion.as_ref().map(|motion| Moving::new(motion, surface, domain)),
         boundary: case.boundaries.len() + number,
         name: case.obstacles[number].name.clone(),
@@ -369,6 +381,9 @@ pub fn enter_stage<const D: usize, const R: usize>(
     let options = solver.stage_options();
     for wall in &mut solver.walls {
         wall.laws.clone_from(&solver.laws.walls[wall.boundary]);
+        if let Some(own) = standing.iter().find(|other| other.boundary == wall.boundary) {
+            wall.regions.clone_from(&own.regions);
+        }
         // What a stage before has pressed goes on as its boundary says.
         let own = standing.iter().find(|other| other.boundary == wall.boundary);
         if let (None, Some(own)) = (options.walls.get(&wall.name), own) {

@@ -6,6 +6,7 @@ use colluvium_case::{Case, CaseError, Honours, Needs};
 
 use crate::config::{CellControl, DemOptions, Fill, PairSpec};
 
+const ADHESION: &str = "adhesion of grains is in the pair of their kind and the obstacle: leave it out";
 const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
 
 /// What DEM says to the features of a case.
@@ -31,6 +32,7 @@ pub fn honours() -> Honours {
             "obstacles.wall=frictional",
             "obstacles.separation",
             "obstacles.motion*",
+            "obstacles.regions*",
             "measures=reaction",
             "measures=impact-pressure",
             "stages.damping",
@@ -52,10 +54,10 @@ pub fn honours() -> Honours {
         .refuses("boundaries.group", "dem has no mesh with groups of nodes")
         .refuses("boundaries.wall=absorbing", "dem has no absorbing boundaries")
         .refuses("boundaries.wall.bilateral", "grains can always lift off the walls of dem")
-        .refuses(
-            "obstacles.wall.adhesion",
-            "adhesion of grains is in the pair of their kind and the obstacle: leave it out",
-        )
+        .refuses("obstacles.wall.adhesion", ADHESION)
+        .refuses("obstacles.regions.wall.adhesion", ADHESION)
+        .refuses("measures.about", "dem tells the force on an obstacle and not its moment")
+        .refuses("bodies.shape.rows=terrain", "grains fill a layer by a packing of their own")
         .refuses("loads", "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress")
         .refuses("patches", "dem has no nodes to prescribe")
         .refuses("stages.excavate", "dem removes whole bodies only: use remove_bodies")

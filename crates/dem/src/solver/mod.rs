@@ -8,7 +8,7 @@ mod relist;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, SolverError, StepLimit, TimeStep, spatial};
+use colluvium_case::{Case, ObstacleLaws, SolverError, StepLimit, TimeStep, spatial};
 use colluvium_points::Surface;
 use colluvium_points::surface::Contacts;
 
@@ -100,8 +100,8 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) lists: Lists<D, R>,
     pub(crate) near: WallList<R>,
     pub(crate) walls: Vec<Wall<D>>,
-    /// Surfaces of the obstacles of the case.
-    pub(crate) obstacles: Vec<Arc<dyn Surface<D>>>,
+    /// Surfaces of the obstacles of the case, and how they act.
+    pub(crate) obstacles: Vec<(Arc<dyn Surface<D>>, ObstacleLaws)>,
     pub(crate) scratch: Scratch<D, R>,
     pub(crate) since: Since<D>,
     pub(crate) stage: usize,

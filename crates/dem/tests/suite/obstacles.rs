@@ -167,3 +167,32 @@ fn a_grain_in_an_obstacle_is_refused_with_its_place() {
     assert!(problem.starts_with("bodies[0].shape: the point at [0.2"), "{problem}");
     assert!(problem.contains("in the obstacle \"slope\""), "{problem}");
 }
+
+#[test]
+fn a_disk_slides_over_the_smooth_part_and_rolls_at_two_thirds_of_its_speed_on_the_rough_one() {
+    let mut value = resting(2, &json!({ "kind": "plane", "point": [0, 0], "normal": [0, 1] }), 0.0);
+    value["obstacles"][0]["regions"] = json!([{
+        "shape": { "kind": "box", "min": [1.0], "max": [50.0] },
+        "wall": { "kind": "frictional", "friction_coefficient": 0.3 }
+    }]);
+    let mut scene = Scene::new(linear(STIFFNESS, 0.2, 0.5, 0.5));
+    let weight = scene.density * 0.25 * std::f64::consts::PI * 9.81;
+    scene.gravity = vec![0.0, -9.81];
+    scene.grains.push((vec![0.0, 0.5 - weight / STIFFNESS], 0.5, vec![2.0, 0.0], vec![0.0]));
+    let own = scene.json();
+    for key in ["bodies", "gravity", "methods"] {
+        value[key] = own[key].clone();
+    }
+    let mut solver = begun(disks(&case(&value)).unwrap());
+    let mut until = |time: f64| {
+        while solver.time() < time - 1e-9 {
+            solver.step(time - solver.time()).unwrap();
+        }
+        solver.totals().momentum[0] / solver.totals().mass
+    };
+    let smooth = until(0.4);
+    assert!((smooth - 2.0).abs() < 1e-6, "{smooth}");
+    // It slips for 2 v/(7 ...) of a disk: v/(3 μ g) = 0.227 s.
+    let rolls = until(1.0);
+    assert!((rolls - 4.0 / 3.0).abs() < 2e-3, "{rolls}");
+}

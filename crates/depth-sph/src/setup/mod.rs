@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use colluvium_case::description::Space;
 use colluvium_case::{Case, CaseError, Plan, Size, Solver};
-use colluvium_points::{Outline, Raster, Shape};
+use colluvium_points::Raster;
 
 use ground::Ground;
 pub(crate) use refuse::honours;
@@ -22,7 +22,7 @@ pub(crate) use refuse::honours;
 use crate::NAME;
 use crate::bed::Bed;
 use crate::choices::{Frame, Phases};
-use crate::config::{DepthOptions, FluidResistanceOptions, Region};
+use crate::config::{DepthOptions, FluidResistanceOptions};
 use crate::flow::{Failure, Flow, Outside};
 use crate::settings::{
     Consolidation, EarthPressure, FluidResistance, Mixture, Numerics, PoreColumn, Settings, Zone,
@@ -265,42 +265,21 @@ fn fluid_resistance(options: &DepthOptions) -> FluidResistance {
     }
 }
 
-/// Where a part of the bed is.
-type Place = (Option<Shape>, Option<Arc<Outline>>);
-
-/// Where a part of the bed is, from `domain.origin`.
-fn place(case: &Case, region: &Region, key: &dyn Fn(&str) -> String) -> Result<Place, CaseError> {
-    match (&region.shape, &region.outline) {
-        (Some(shape), None) => {
-            let checked = shape.validate(case.dimension() - 1);
-            checked.map_err(|error| own(&key(&format!("shape.{}", error.path)), error.problem))?;
-            Ok((Some(case.off_origin(shape.clone())), None))
-        }
-        (None, Some(_)) if case.dimension() != 3 => {
-            Err(own(&key("outline"), "an outline in plan needs a space of 3d: give a shape"))
-        }
-        (None, Some(file)) => {
-            let outline = case.outline(file).map_err(|problem| own(&key("outline"), problem))?;
-            Ok((None, Some(Arc::new(outline))))
-        }
-        _ => Err(own(&key("shape"), "give either a shape or an outline")),
-    }
-}
-
 /// The parts of the bed, the rest of it last.
 fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError> {
     let law = material::basal_law(case, options)?;
     let mut zones = Vec::new();
     for (number, region) in options.regions.iter().enumerate() {
         let key = |name: &str| format!("regions[{number}].{name}");
-        let (shape, outline) = place(case, region, &key)?;
+        let shape = region.shape.clone().map(|shape| case.off_origin(shape));
+        let part = case.plan_region(shape, region.outline.as_deref());
+        let part = part.map_err(|(below, problem)| own(&key(&below), problem))?;
         let law = match &region.basal {
             Some(spec) => Some(spec.build().map_err(|error| own(&key("basal"), error.to_string()))?),
             None => law,
         };
         zones.push(Zone {
-            region: shape,
-            outline,
+            part: Some(part),
             law,
             drainage: region.drainage.unwrap_or(options.drainage),
             erosion: region.erosion,
@@ -308,8 +287,7 @@ fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError> {
         });
     }
     zones.push(Zone {
-        region: None,
-        outline: None,
+        part: None,
         law,
         drainage: options.drainage,
         erosion: options.erosion,

@@ -53,6 +53,8 @@ pub(crate) fn honours() -> Honours {
             "nodes of depth-sph that leave the terrain are removed and counted: see its options",
         )
         .passes_over("obstacles.separation", "flows of depth-sph stay on their bed")
+        .passes_over("bodies.shape.rows=terrain", "flows of depth-sph have columns and no rows of points")
+        .refuses("obstacles.regions", "what differs in parts of the bed stands in methods.depth-sph.regions")
         .refuses("obstacles.wall.adhesion", "say how the bed resists in methods.depth-sph.basal")
         .refuses("boundaries.group", "depth-sph has no mesh with groups of nodes")
         .refuses("boundaries.drained", "say what the bed lets through in methods.depth-sph.drainage")

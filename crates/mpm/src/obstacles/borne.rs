@@ -1,9 +1,10 @@
 //! What obstacles on the nodes bear: impulses, and the work of friction.
 
 use colluvium_case::{Case, CaseError, Reaction};
-use colluvium_grid::Node;
+use colluvium_grid::{Node, Walls};
 use serde::{Deserialize, Serialize};
 
+use crate::background::Background;
 use crate::momentum::MomentumSolve;
 
 /// Obstacles whose reactions are added up, at most: nodes name them in eight bits.
@@ -14,6 +15,8 @@ const MOST: usize = 255;
 pub struct Bearing {
     /// Names of those whose reaction the case measures.
     names: Vec<String>,
+    /// Room for what they bear of one node (N s).
+    own: Vec<[f64; 3]>,
     /// What they have borne.
     pub state: Borne,
 }
@@ -23,6 +26,8 @@ pub struct Bearing {
 pub struct Borne {
     /// Impulse of the last step on each obstacle whose reaction is measured (N s), and the step (s).
     step: (Vec<[f64; 3]>, f64),
+    /// Moment of the impulse of the last step about the zero of the coordinates (N m s).
+    moments: Vec<[f64; 3]>,
     /// Impulses since the start (N s).
     impulses: Vec<[f64; 3]>,
     /// Energy that friction has taken at all obstacles since the start (J).
@@ -49,8 +54,9 @@ impl Bearing {
             names.push(of.to_owned());
         }
         let none = vec![[0.0; 3]; names.len()];
-        let state = Borne { step: (none.clone(), 0.0), impulses: none, friction: 0.0 };
-        Ok(Self { names, state })
+        let state =
+            Borne { step: (none.clone(), 0.0), moments: none.clone(), impulses: none.clone(), friction: 0.0 };
+        Ok(Self { names, own: none, state })
     }
 
     /// The number under which faces of an obstacle tell what they bear; none where its reaction is not measured.
@@ -62,24 +68,56 @@ impl Bearing {
     pub fn reaction(&self, name: &str) -> Option<Reaction> {
         let number = usize::from(self.number(name)?);
         let (step, dt) = &self.state.step;
-        let force = step[number].map(|impulse| if *dt > 0.0 { impulse / dt } else { 0.0 });
-        Some(Reaction { force, impulse: self.state.impulses[number] })
+        let rate = |of: [f64; 3]| of.map(|impulse| if *dt > 0.0 { impulse / dt } else { 0.0 });
+        let moment = Some(rate(self.state.moments[number]));
+        Some(Reaction { force: rate(step[number]), impulse: self.state.impulses[number], moment })
     }
 
     /// Takes what the surfaces do in a step to the active nodes, before that is solved; row after row, so that sums do not depend on threads.
-    pub fn take<const D: usize>(&mut self, solve: &MomentumSolve<'_, D>, nodes: &[Node]) {
-        let Borne { step, impulses, friction } = &mut self.state;
+    pub fn take<const D: usize>(
+        &mut self,
+        solve: &MomentumSolve<'_, D>,
+        background: &Background<D>,
+        nodes: &[Node],
+    ) {
+        self.take_nodes(solve.dt, background, solve.walls, |index, number, impulses, friction| {
+            solve.bear(index, &nodes[number], impulses, friction);
+        });
+    }
+
+    /// The same where `bear` adds what a node with this index and number bears: impulses (N s) and energy that friction takes (J).
+    pub fn take_nodes<const D: usize>(
+        &mut self,
+        dt: f64,
+        background: &Background<D>,
+        walls: &Walls,
+        bear: impl Fn(&[usize; 3], usize, &mut [[f64; 3]], &mut f64),
+    ) {
+        let Borne { step, moments, impulses, friction } = &mut self.state;
+        let Background { grid, layout, axis, .. } = background;
         step.0.fill([0.0; 3]);
-        step.1 = solve.dt;
-        let layout = solve.layout;
-        for row in (0..layout.nodes()[0]).filter(|row| !solve.walls.is_free(0, *row)) {
+        moments.fill([0.0; 3]);
+        step.1 = dt;
+        for row in (0..layout.nodes()[0]).filter(|row| !walls.is_free(0, *row)) {
             let first = row * layout.strides()[0];
             for number in layout.active(row) {
                 let index = layout.index(row, number);
                 if layout.is_repeated(&index) {
                     continue;
                 }
-                solve.bear(&index, &nodes[first + number], &mut step.0, friction);
+                self.own.fill([0.0; 3]);
+                bear(&index, first + number, &mut self.own, friction);
+                let mut place = [0.0; 3];
+                for a in 0..D {
+                    place[a] = grid.origin[a] + grid.cell * axis.coordinate(index[a], grid.cells[a]);
+                }
+                for (own, (sum, moment)) in self.own.iter().zip(step.0.iter_mut().zip(&mut *moments)) {
+                    for c in 0..3 {
+                        let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+                        sum[c] += own[c];
+                        moment[c] += place[a] * own[b] - place[b] * own[a];
+                    }
+                }
             }
         }
         for (sum, impulse) in impulses.iter_mut().zip(&step.0) {

@@ -1,6 +1,8 @@
 //! The forces between a point and the surfaces that it presses on: a penalty on the overlap, and a spring along the surface with
 //! Coulomb's cap (docs/theory/mpm.md, obstacles).
 
+use colluvium_case::ObstacleLaw;
+
 /// Surfaces on which a point can press at once; of more the nearest count.
 pub const MOST: usize = 8;
 
@@ -13,6 +15,8 @@ pub struct Overlap<const D: usize> {
     pub depth: f64,
     /// Number of the obstacle.
     pub rock: usize,
+    /// How it acts there.
+    pub law: ObstacleLaw,
 }
 
 /// Share of the deepest overlap that counts as none.
@@ -136,10 +140,13 @@ pub fn rub<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use colluvium_case::description::ObstacleWall;
     use proptest::prelude::*;
 
+    const SMOOTH: ObstacleLaw = ObstacleLaw { wall: ObstacleWall::Smooth, separation: true };
+
     fn overlap<const D: usize>(normal: [f64; D], depth: f64) -> Overlap<D> {
-        Overlap { normal, depth, rock: 0 }
+        Overlap { normal, depth, rock: 0, law: SMOOTH }
     }
 
     #[test]

@@ -4,6 +4,7 @@ pub mod borne;
 mod law;
 pub mod rocks;
 
+use colluvium_case::description::ObstacleShape;
 use colluvium_case::{Case, CaseError, Standing, holding};
 use colluvium_grid::{Face, Faces};
 
@@ -32,13 +33,23 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     for (name, measure) in &case.measures {
         if let Some(of) = measure.bearer()
             && case.obstacles.iter().any(|obstacle| obstacle.name == of)
-            && let Some(what) = unaccounted(case, options)
+            && let Some(what) = unaccounted(options)
         {
             let problem = format!(
                 "with {what} mpm sums up the reaction of obstacles with `methods.mpm.obstacles` `points` only"
             );
             return Err(CaseError::new(format!("measures.{name}.of"), problem));
         }
+    }
+    if case.bodies.iter().any(|body| body.pore_fluid.is_some())
+        && let Some(number) = case
+            .obstacles
+            .iter()
+            .position(|obstacle| !lies_on_nodes(case, &obstacle.shape, options.cell_size))
+    {
+        let problem = "beside pore fluid an obstacle on nodes is a plane on a grid line: in cells that a surface cuts pore pressure \
+                       oscillates, or leaks away: take `methods.mpm.obstacles` `points`";
+        return Err(CaseError::new(format!("obstacles[{number}].shape"), problem));
     }
     if options.mesh.is_some() {
         return refuse("mesh", "nodes of a mesh are held by walls on its groups, not by obstacles");
@@ -55,11 +66,18 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
+/// Whether a shape is a plane along a line of the grid with cells of a size (m).
+fn lies_on_nodes(case: &Case, shape: &ObstacleShape, cell: f64) -> bool {
+    let ObstacleShape::Plane { point, normal } = shape else { return false };
+    let mut across = (0..normal.len()).filter(|axis| normal[*axis] != 0.0);
+    let (Some(axis), None) = (across.next(), across.next()) else { return false };
+    let cells = (point[axis] - case.domain.min[axis]) / cell;
+    (cells - cells.round()).abs() < 1e-6
+}
+
 /// Why nobody adds up what obstacles on the nodes bear; none where it is done.
-pub fn unaccounted(case: &Case, options: &MpmOptions) -> Option<&'static str> {
-    if case.bodies.iter().any(|body| body.pore_fluid.is_some()) {
-        Some("pore fluid")
-    } else if options.mass == Mass::Consistent {
+pub fn unaccounted(options: &MpmOptions) -> Option<&'static str> {
+    if options.mass == Mass::Consistent {
         Some("a consistent mass")
     } else if !options.contacts.is_empty() {
         Some("contacts")
@@ -80,9 +98,21 @@ pub fn faces<const D: usize>(
     }
     Faces::in_space(grid, layout, axis, |place, found| {
         let held = holding(standing, place, grid.cell);
-        found.extend(held.map(|(obstacle, normal)| Face {
+        found.extend(held.map(|(obstacle, law, normal)| Face {
             bearer: bearing.number(&obstacle.name),
-            ..Face::at_rest(normal, obstacle.friction(), obstacle.lets_go())
+            ..Face::at_rest(normal, law.friction(), law.lets_go())
         }));
+    })
+}
+
+/// The faces that a pore fluid meets at the same nodes: it slips along them, does not pass, and leaves where its skeleton may.
+pub fn faces_of_fluid<const D: usize>(standing: &[Standing<'_, D>], background: &Background<D>) -> Faces {
+    let Background { grid, layout, axis, .. } = background;
+    if standing.is_empty() {
+        return Faces::default();
+    }
+    Faces::in_space(grid, layout, axis, |place, found| {
+        let held = holding(standing, place, grid.cell);
+        found.extend(held.map(|(_, law, normal)| Face::at_rest(normal, 0.0, law.lets_go())));
     })
 }

@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use colluvium_case::Standing;
 use colluvium_case::description::{ObstacleMotion, ObstacleWall};
+use colluvium_case::{ObstacleLaw, ObstacleLaws, Standing};
 use colluvium_points::Surface;
 use colluvium_points::surface::{Contacts, Frame, Nearest, Placed};
 use serde::{Deserialize, Serialize};
 
 use super::law::{MOST, Overlap, length, rub, way_out};
 use crate::pressed::Pressed;
+use crate::soaked::Soaked;
 
 /// How far from its surface a point looks for the next one, over its half width.
 const LOOK: f64 = 2.0;
@@ -24,12 +25,8 @@ pub struct Rock<const D: usize> {
     pub name: String,
     /// Its surface.
     pub surface: Arc<dyn Surface<D>>,
-    /// Coefficient of friction; infinite where nothing slips.
-    pub friction: f64,
-    /// Shear stress borne beside friction (Pa).
-    pub adhesion: f64,
-    /// Whether what touches it stays on it.
-    pub holds: bool,
+    /// How it acts.
+    pub laws: ObstacleLaws,
     /// Its motion; `None` at rest.
     pub moving: Option<Moving<D>>,
     /// What it has borne.
@@ -117,13 +114,19 @@ pub struct Sums {
 pub struct Seen<const D: usize> {
     overlaps: [Overlap<D>; MOST],
     count: usize,
-    /// The obstacle that holds it, with the nearest place of its surface.
-    held: Option<(usize, Nearest<D>)>,
+    /// The obstacle that holds it, with the nearest place of its surface and its law there.
+    held: Option<(usize, Nearest<D>, ObstacleLaw)>,
 }
 
 impl<const D: usize> Seen<D> {
-    const NOTHING: Self =
-        Self { overlaps: [Overlap { normal: [0.0; D], depth: 0.0, rock: 0 }; MOST], count: 0, held: None };
+    const NOTHING: Self = {
+        let law = ObstacleLaw { wall: ObstacleWall::Smooth, separation: false };
+        Self {
+            overlaps: [Overlap { normal: [0.0; D], depth: 0.0, rock: 0, law }; MOST],
+            count: 0,
+            held: None,
+        }
+    };
 
     fn add(&mut self, overlap: Overlap<D>) {
         if self.count < MOST {
@@ -145,24 +148,16 @@ impl<const D: usize> Seen<D> {
 impl<const D: usize> Rocks<D> {
     /// The obstacles of a case; `horizon` (m) is how far points look around.
     pub fn new(standing: &[Standing<'_, D>], horizon: f64) -> Self {
-        let rock = |Standing { obstacle, surface, .. }: &Standing<'_, D>| {
-            let adhesion = match obstacle.wall {
-                ObstacleWall::Frictional { adhesion, .. } => adhesion,
-                _ => 0.0,
-            };
-            Rock {
-                name: obstacle.name.clone(),
-                surface: Arc::clone(surface),
-                friction: obstacle.friction(),
-                adhesion,
-                holds: !obstacle.lets_go(),
-                moving: obstacle.motion.as_ref().map(|motion| Moving {
-                    motion: motion.clone(),
-                    placed: Placed { surface: Arc::clone(surface), frame: motion.frame(0.0) },
-                    before: motion.frame(0.0),
-                }),
-                state: RockState::default(),
-            }
+        let rock = |Standing { obstacle, surface, laws, .. }: &Standing<'_, D>| Rock {
+            name: obstacle.name.clone(),
+            surface: Arc::clone(surface),
+            laws: laws.clone(),
+            moving: obstacle.motion.as_ref().map(|motion| Moving {
+                motion: motion.clone(),
+                placed: Placed { surface: Arc::clone(surface), frame: motion.frame(0.0) },
+                before: motion.frame(0.0),
+            }),
+            state: RockState::default(),
         };
         Self {
             rocks: standing.iter().map(rock).collect(),
@@ -252,18 +247,23 @@ pub fn look<const D: usize>(
         nearest = nearest.min(own.map_or(horizon.max(radius), |own| own.distance));
         let Some(own) = own.filter(|own| own.distance < radius) else { continue };
         room.under += u64::from(own.distance < 0.0);
-        if rock.holds && own.distance - point.reach <= TOUCH * point.half {
+        let law = *rock.laws.at(&own.place);
+        if law.lets_go() {
+            // It has come from a part that holds it.
+            point.bond = if point.bond == number as u32 + 1 { 0 } else { point.bond };
+        } else if own.distance - point.reach <= TOUCH * point.half {
             point.bond = number as u32 + 1;
         }
         if point.bond == number as u32 + 1 {
-            seen.held = Some((number, own));
+            seen.held = Some((number, own, law));
         }
         let all = room.found.all();
         let places = if all.is_empty() { std::slice::from_ref(&own) } else { all };
         for place in places {
             let depth = point.reach - place.distance;
             if depth > 0.0 {
-                seen.add(Overlap { normal: place.normal, depth, rock: number });
+                let law = *rock.laws.at(&place.place);
+                seen.add(Overlap { normal: place.normal, depth, rock: number, law });
             }
         }
     }
@@ -273,7 +273,7 @@ pub fn look<const D: usize>(
     }
     point.free = nearest - point.half;
     // A point that presses by less than its width pulls as far as that again.
-    if let Some((_, place)) = seen.held
+    if let Some((_, place, _)) = seen.held
         && place.distance - point.reach > point.half
     {
         (point.bond, seen.held) = (0, None);
@@ -317,10 +317,10 @@ impl<const D: usize> Grip<D> {
         // The obstacle that bears friction: the one that bears most of it.
         let (mut bears, mut most) = (None, -1.0);
         for (overlap, own) in seen.overlaps().iter().zip(ways).filter(|(_, own)| *own > 0.0) {
-            let rock = &rocks[overlap.rock];
+            let (rock, law) = (&rocks[overlap.rock], &overlap.law);
             // Without a normal force infinite friction bears nothing.
-            let bound =
-                if rock.friction == 0.0 { 0.0 } else { rock.friction * own } + rock.adhesion * self.area / k;
+            let bound = if law.friction() == 0.0 { 0.0 } else { law.friction() * own }
+                + law.adhesion() * self.area / k;
             cap += bound;
             if bound > most {
                 (bears, most) = (Some((overlap.rock, overlap.normal)), bound);
@@ -330,7 +330,7 @@ impl<const D: usize> Grip<D> {
             self.add(rock, &mut sums[overlap.rock], &push);
             sums[overlap.rock].stored += 0.5 * k * own * overlap.depth;
         }
-        if let Some((number, place)) = &seen.held {
+        if let Some((number, place, law)) = &seen.held {
             let pulled = place.distance - point.reach;
             if pulled > 0.0 {
                 let pull = place.normal.map(|n| -k * pulled * n);
@@ -338,7 +338,7 @@ impl<const D: usize> Grip<D> {
                 self.add(&rocks[*number], &mut sums[*number], &pull);
                 sums[*number].stored += 0.5 * k * pulled * pulled;
             }
-            if rocks[*number].friction.is_infinite() {
+            if law.friction().is_infinite() {
                 (cap, bears) = (f64::INFINITY, Some((*number, place.normal)));
             } else if bears.is_none() {
                 bears = Some((*number, place.normal));
@@ -361,6 +361,77 @@ impl<const D: usize> Grip<D> {
         if slip > 0.0 {
             sums[number].friction += k * cap * slip;
         }
+    }
+
+    /// Finds the force on the pore fluid of the point, whose springs have the stiffness of the grip, and adds it to that on the point.
+    /// What moves with the flux of the mixture does not pass the surface: the overlap is that of the point less what has seeped through
+    /// its skeleton. It pulls as far as the `least` pressure (Pa) allows where material does not lift off.
+    pub fn soak(
+        &self,
+        rocks: &[Rock<D>],
+        seen: &Seen<D>,
+        least: f64,
+        (point, soaked): (&mut Pressed<D>, &mut Soaked<D>),
+        sums: &mut [Sums],
+    ) {
+        let k = self.stiffness;
+        let mut wet = Seen::NOTHING;
+        for overlap in seen.overlaps() {
+            let depth = overlap.depth - soaked.out(&overlap.normal);
+            if depth > 0.0 {
+                wet.add(Overlap { depth, ..*overlap });
+            } else if overlap.law.lets_go() {
+                // It has left: when it comes back it presses at once.
+                (0..D).for_each(|c| soaked.seep[c] += depth * overlap.normal[c]);
+            }
+        }
+        soaked.force = [0.0; D];
+        let mut ways = [0.0; MOST];
+        way_out(wet.overlaps(), &mut ways);
+        for (overlap, own) in wet.overlaps().iter().zip(ways).filter(|(_, own)| *own > 0.0) {
+            let push = overlap.normal.map(|n| k * own * n);
+            self.push_fluid(
+                &rocks[overlap.rock],
+                &push,
+                (&mut *point, &mut *soaked),
+                &mut sums[overlap.rock],
+            );
+            sums[overlap.rock].stored += 0.5 * k * own * overlap.depth;
+        }
+        if let Some((number, place, _)) = &seen.held {
+            let overlap = point.reach - place.distance;
+            let depth = overlap - soaked.out(&place.normal);
+            if depth < 0.0 || overlap <= 0.0 {
+                let pull = (k * depth).max(least * self.area);
+                let pull = place.normal.map(|n| pull * n);
+                self.push_fluid(&rocks[*number], &pull, (&mut *point, &mut *soaked), &mut sums[*number]);
+                sums[*number].stored += 0.5 * k * depth * depth;
+            }
+        }
+        // Along a single surface what has seeped does not matter.
+        let normal = match (seen.overlaps(), &seen.held) {
+            ([overlap], None) => overlap.normal,
+            ([], Some((_, place, _))) => place.normal,
+            ([overlap], Some((number, ..))) if overlap.rock == *number => overlap.normal,
+            _ => return,
+        };
+        let out = soaked.out(&normal);
+        soaked.seep = normal.map(|n| out * n);
+    }
+
+    /// A force (N) on the fluid of the point.
+    fn push_fluid(
+        &self,
+        rock: &Rock<D>,
+        force: &[f64; D],
+        (point, soaked): (&mut Pressed<D>, &mut Soaked<D>),
+        sums: &mut Sums,
+    ) {
+        for c in 0..D {
+            point.force[c] += force[c];
+            soaked.force[c] += force[c];
+        }
+        self.add(rock, sums, force);
     }
 
     /// The reaction to a force (N) on the point.

@@ -45,7 +45,7 @@ pub(super) fn point_set<const D: usize>(
         field: 0,
         rigid: None,
         material,
-        extent: [width(ground, options, &samples, listed.is_some()); D],
+        extent: [width(ground, options, &samples, listed.is_some() || body.shape.follows_terrain()); D],
         points: Columns {
             id: (first_id as u32..(first_id + position.len()) as u32).collect(),
             velocity: position.iter().enumerate().map(velocity_at).collect(),
@@ -80,8 +80,8 @@ fn domains<const D: usize>(
     Ok(domains)
 }
 
-/// Full width of every point of a body (m); in elements, and of points that are `listed`, the mean one of squares or cubes of
-/// their volume.
+/// Full width of every point of a body (m); in elements, and of points that are `listed` or in rows of terrain, the mean one of squares
+/// or cubes of their volume.
 fn width<const D: usize>(
     ground: &Ground<'_, D>,
     options: &MpmOptions,
@@ -118,6 +118,10 @@ fn samples<const D: usize>(
     } else if ground.mesh.is_empty() {
         colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
             .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?
+    } else if body.shape.follows_terrain() {
+        let problem =
+            "terrain is of points on a lattice, and those of a mesh have their places in its elements";
+        return Err(CaseError::new(format!("{path}.shape.rows"), problem));
     } else {
         mesh::samples(ground.mesh, options, body)
     };

@@ -5,7 +5,7 @@ use colluvium_case::{Case, CaseError, Honours};
 use crate::{Formulation, Mass, ObstacleContact, ShapeFunctions};
 
 /// What MPM takes of a case beyond what all methods with points do.
-const TAKEN: [&str; 42] = [
+const TAKEN: [&str; 43] = [
     "space=axisymmetric",
     "domain.origin",
     "domain.periodic*",
@@ -35,6 +35,7 @@ const TAKEN: [&str; 42] = [
     "obstacles.wall=smooth",
     "obstacles.wall=frictional",
     "obstacles.separation",
+    "obstacles.regions*",
     "loads*",
     "patches",
     "patches.moves",
@@ -58,16 +59,18 @@ pub fn honours(case: &Case) -> Result<Honours, CaseError> {
         honours.takes(&["obstacles.wall.adhesion", "obstacles.motion*"])
     } else {
         let problem = "mpm knows no area of the nodes that an obstacle holds: take `methods.mpm.obstacles` `points` or leave it out";
-        honours.refuses("obstacles.wall.adhesion", problem).refuses(
-            "obstacles.motion",
-            "obstacles on nodes stand still: take `methods.mpm.obstacles` `points`",
-        )
+        honours
+            .refuses("obstacles.wall.adhesion", problem)
+            .refuses("obstacles.regions.wall.adhesion", problem)
+            .refuses(
+                "obstacles.motion",
+                "obstacles on nodes stand still: take `methods.mpm.obstacles` `points`",
+            )
     };
     if case.bodies.iter().any(|body| body.pore_fluid.is_some()) {
         honours = without_rigid(honours, "mpm with a pore_fluid")
             .refuses("stages.rayleigh_damping", "mpm with a pore_fluid has no Rayleigh damping")
-            .refuses("measures=dissipation", "mpm with a pore_fluid does not count dissipation")
-            .refuses("obstacles", "mpm with a pore_fluid has walls and no obstacles");
+            .refuses("measures=dissipation", "mpm with a pore_fluid does not count dissipation");
     }
     if options.formulation == Formulation::TotalLagrangian {
         let name = "the total-Lagrangian formulation of mpm";

@@ -10,15 +10,18 @@
 //! with `M_L = Σ N ρ_L Ω`, `M̄_L = Σ N n ρ_L Ω`, `M_S = Σ N m_S` and the drag `Q = Σ N n ρ_L g / k Ω`.
 //! Here pore pressure is compression-positive, `p_w = -p_L` of the sheet.
 
+mod bear;
 mod momentum;
 mod report;
 mod setup;
 mod strain;
 mod transfer;
 
+use std::sync::Arc;
+
 use colluvium_case::{Equilibrium, Scales, SolverError};
 use colluvium_constitutive::BLOCK;
-use colluvium_grid::{Gathered, Lanes, Layout, Node, Walls};
+use colluvium_grid::{Faces, Gathered, Lanes, Layout, Node, Walls};
 
 pub use momentum::PhaseSums;
 pub use setup::{cleared, of_liquid, pore_set, two_phase};
@@ -39,6 +42,7 @@ use crate::pore::SOLID;
 use crate::solver::{MpmSolver, work_of_loads};
 use crate::update::{PointUpdate, REMAPPED, SOLVED};
 use crate::vectors::{power, square_sum};
+use bear::bear_phases;
 use momentum::PhaseSolve;
 use strain::share_phase_strains;
 use transfer::{remap_phases, scatter_phases, update_phases};
@@ -53,6 +57,8 @@ pub struct TwoPhase {
     pub(crate) sums: PhaseSums,
     /// Walls of the liquid.
     pub(crate) walls: Walls,
+    /// Obstacles on the nodes, as the liquid meets them.
+    pub(crate) faces: Arc<Faces>,
     /// Largest liquid mass of a point (kg).
     pub(crate) heaviest: f64,
 }
@@ -155,7 +161,8 @@ fn solve_phases<const D: usize>(
     boundary: &mut Boundary<D>,
     phases: &mut TwoPhase,
 ) {
-    let Boundary { walls: own_walls, driven, contacts, nodal, load_starts, absorbing, .. } = boundary;
+    let Boundary { walls: own_walls, driven, contacts, nodal, load_starts, absorbing, bearing, .. } =
+        boundary;
     let (stage, dt) = (clock.stage(), clock.dt);
     let audit = stage.equilibrium.is_some();
     phases.held.clear();
@@ -177,6 +184,9 @@ fn solve_phases<const D: usize>(
         walls: [&*own_walls, &*walls],
         layout: &background.layout,
     };
+    if let Some(bearing) = bearing {
+        bear_phases(bearing, &solve, background, of_phases);
+    }
     background.layout.rows(of_phases, row_sums, |row, active, line| solve.row(row, active, line));
     absorbing.absorb_phases(clock, of_phases, [&*own_walls, &*walls]);
     hold_phases(clock, background, driven, contacts, of_phases);

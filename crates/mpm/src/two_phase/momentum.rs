@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use colluvium_grid::{Lanes, Layout, Node, Walls};
+use colluvium_grid::{Face, Lanes, Layout, Node, Walls};
 use serde::{Deserialize, Serialize};
 
 use crate::momentum::{RowSums, sign};
@@ -51,15 +51,40 @@ pub struct PhaseSolve<'a, const D: usize> {
 
 /// Masses and drag of a node.
 #[derive(Clone, Copy)]
-struct Masses {
+pub(super) struct Masses {
     /// `M_S` (kg).
-    solid: f64,
+    pub solid: f64,
     /// `M̄_L` (kg).
     liquid: f64,
     /// `M_L` (kg).
     full: f64,
     /// `Q` (kg/s).
     drag: f64,
+}
+
+impl Masses {
+    /// Of a node that is not solved yet.
+    pub fn of(node: &[Node; 2]) -> Self {
+        Self {
+            solid: node[SOLID].motion.as_array()[3],
+            liquid: node[LIQUID].motion.as_array()[3],
+            full: node[LIQUID].force.as_array()[3],
+            drag: node[SOLID].force.as_array()[3],
+        }
+    }
+}
+
+/// What the liquid of a node leaves to the equation of the mixture.
+#[derive(Clone, Copy, Default)]
+struct OfLiquid {
+    /// Its force without drag, per volume of liquid (N).
+    driving: [f64; 3],
+    /// Its damping (N).
+    damped: [f64; 3],
+    /// `M̄_L a_L` (N).
+    carried: [f64; 3],
+    /// What walls bear of the pore pressure, as a change of the skeleton's velocity (m/s).
+    lift: [f64; 3],
 }
 
 const VECTOR: Lanes = Lanes::new([1.0, 1.0, 1.0, 0.0]);
@@ -77,12 +102,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         let line_length = self.layout.strides()[0];
         for number in active {
             let node = &mut line[number];
-            let masses = Masses {
-                solid: node[SOLID].motion.as_array()[3],
-                liquid: node[LIQUID].motion.as_array()[3],
-                full: node[LIQUID].force.as_array()[3],
-                drag: node[SOLID].force.as_array()[3],
-            };
+            let masses = Masses::of(node);
             if masses.solid <= self.light[SOLID] {
                 // Too light for forces to mean anything: it moves with the points around it.
                 drift(&mut node[SOLID], masses.solid);
@@ -96,7 +116,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 let held = self.held.get(row * line_length + number).copied().unwrap_or_default();
                 let mut repeated = PhaseSums::default();
                 let sums = if self.layout.is_repeated(&index) { &mut repeated } else { &mut sums };
-                self.node(&index, node, &masses, held, sums);
+                self.node(&index, node, &masses, held, sums, |_, _| {});
             }
         }
         sums
@@ -125,60 +145,32 @@ impl<const D: usize> PhaseSolve<'_, D> {
         solid.force = acceleration;
     }
 
-    fn node(
+    /// A node with walls, damping or audit; `tell` is called with each change of the skeleton's velocity (m/s) by rigid geometry.
+    /// Returns the velocity of the skeleton before the step as its points see it.
+    pub(super) fn node(
         &self,
         index: &[usize; 3],
         [solid, liquid]: &mut [Node; 2],
         masses: &Masses,
         held: [u8; 2],
         sums: &mut PhaseSums,
-    ) {
+        tell: impl FnMut(&Face, [f64; 3]),
+    ) -> [f64; 3] {
+        let faced = self.is_faced(index);
         let is_free = |phase: usize, c: usize| held[phase] & (1 << c) == 0;
         // What is held is not damped: that would be counted with the force it takes to hold it.
-        let damping = |phase: usize, c: usize| if is_free(phase, c) { self.damping } else { 0.0 };
+        let damping = |phase: usize, c: usize| if is_free(phase, c) && !faced { self.damping } else { 0.0 };
         let wet = masses.liquid > self.light[LIQUID];
-        let start = self.start(SOLID, index, solid, masses.solid);
         let share = if wet { masses.liquid / masses.full } else { 0.0 };
-        // Liquid: force without drag, and its damping.
-        let (mut driving, mut damped) = ([0.0; 3], [0.0; 3]);
-        let mut carried = [0.0; 3];
-        // What walls bear of the pore pressure, as a change of the skeleton's velocity.
-        let mut lift = [0.0; 3];
         let mut weight = masses.solid;
-        if wet {
+        let OfLiquid { driving, damped, carried, lift } = if wet {
             weight += masses.liquid;
-            let mut from = self.start(LIQUID, index, liquid, masses.liquid);
-            let force = liquid.force.to_array();
-            let mut to = [0.0; 3];
-            let mut unbalanced = [0.0; 3];
-            for c in 0..D {
-                driving[c] = force[c] + masses.full * self.gravity[c];
-                damped[c] = -damping(LIQUID, c) * driving[c].abs() * sign(from[c]);
-                unbalanced[c] = driving[c] - masses.drag * (from[c] - start[c]);
-                to[c] = from[c] + self.dt * (unbalanced[c] + damped[c]) / (self.inertia * masses.full);
-            }
-            let free = to;
-            self.constrain(LIQUID, index, &mut from, &mut to, &[0.0; 3]);
-            for c in 0..D {
-                lift[c] = masses.full * (to[c] - free[c]) / masses.solid;
-                carried[c] = self.inertia * masses.liquid * (to[c] - from[c]) / self.dt;
-                if self.audit {
-                    let own = masses.liquid * self.gravity[c];
-                    sums.liquid.external += own * own;
-                    if !is_free(LIQUID, c) {
-                        continue;
-                    }
-                    if to[c] == free[c] {
-                        sums.liquid.unbalanced += (share * unbalanced[c]).powi(2);
-                    }
-                    sums.mixture.work += own * to[c] * self.dt;
-                    sums.mixture.kinetic += 0.5 * self.inertia * masses.liquid * to[c] * to[c];
-                }
-            }
-            self.finish(liquid, &from, &to, masses.liquid);
+            let start = self.start(SOLID, index, solid, masses.solid);
+            self.liquid(index, liquid, &start, masses, held[LIQUID], sums)
         } else {
             drift(liquid, masses.liquid);
-        }
+            OfLiquid::default()
+        };
         // Mixture.
         let motion = solid.motion.to_array();
         let force = solid.force.to_array();
@@ -191,15 +183,19 @@ impl<const D: usize> PhaseSolve<'_, D> {
             to[c] = from[c] + self.dt * force / (self.inertia * masses.solid);
         }
         let free = to;
-        self.constrain(SOLID, index, &mut from, &mut to, &lift);
+        self.walls[SOLID].constrain_and_tell(index, &mut from, &mut to, self.keep_start, &lift, tell);
         if self.audit {
+            let open = self.walls[SOLID].free_components(index);
             for c in 0..D {
                 let (own, all) = (masses.solid * self.gravity[c], weight * self.gravity[c]);
                 sums.mixture.external += all * all;
                 if !is_free(SOLID, c) {
                     continue;
                 }
-                if to[c] == free[c] {
+                if faced {
+                    let net = self.inertia * masses.solid * (to[c] - from[c]) / self.dt + carried[c];
+                    sums.mixture.unbalanced += (open[c] * net).powi(2);
+                } else if to[c] == free[c] {
                     sums.mixture.unbalanced += total[c] * total[c];
                 }
                 sums.mixture.work += own * to[c] * self.dt;
@@ -207,6 +203,63 @@ impl<const D: usize> PhaseSolve<'_, D> {
             }
         }
         self.finish(solid, &from, &to, masses.solid);
+        from
+    }
+
+    /// Solves the liquid of a node, with the velocity of the skeleton at the `start` of the step (m/s).
+    fn liquid(
+        &self,
+        index: &[usize; 3],
+        node: &mut Node,
+        start: &[f64; 3],
+        masses: &Masses,
+        held: u8,
+        sums: &mut PhaseSums,
+    ) -> OfLiquid {
+        let faced = self.is_faced(index);
+        let is_free = |c: usize| held & (1 << c) == 0;
+        let OfLiquid { mut driving, mut damped, mut carried, mut lift } = OfLiquid::default();
+        let mut from = self.start(LIQUID, index, node, masses.liquid);
+        let force = node.force.to_array();
+        let mut to = [0.0; 3];
+        let mut unbalanced = [0.0; 3];
+        for c in 0..D {
+            driving[c] = force[c] + masses.full * self.gravity[c];
+            let damping = if is_free(c) && !faced { self.damping } else { 0.0 };
+            damped[c] = -damping * driving[c].abs() * sign(from[c]);
+            unbalanced[c] = driving[c] - masses.drag * (from[c] - start[c]);
+            to[c] = from[c] + self.dt * (unbalanced[c] + damped[c]) / (self.inertia * masses.full);
+        }
+        let free = to;
+        self.walls[LIQUID].constrain(index, &mut from, &mut to, self.keep_start);
+        let open = if faced { self.walls[LIQUID].free_components(index) } else { [1.0; 3] };
+        let share = masses.liquid / masses.full;
+        for c in 0..D {
+            lift[c] = masses.full * (to[c] - free[c]) / masses.solid;
+            carried[c] = self.inertia * masses.liquid * (to[c] - from[c]) / self.dt;
+            if self.audit {
+                let own = masses.liquid * self.gravity[c];
+                sums.liquid.external += own * own;
+                if !is_free(c) {
+                    continue;
+                }
+                if faced {
+                    sums.liquid.unbalanced += (open[c] * carried[c]).powi(2);
+                } else if to[c] == free[c] {
+                    sums.liquid.unbalanced += (share * unbalanced[c]).powi(2);
+                }
+                sums.mixture.work += own * to[c] * self.dt;
+                sums.mixture.kinetic += 0.5 * self.inertia * masses.liquid * to[c] * to[c];
+            }
+        }
+        self.finish(node, &from, &to, masses.liquid);
+        OfLiquid { driving, damped, carried, lift }
+    }
+
+    /// Whether rigid geometry of any shape acts on a node. It is not damped there: local damping goes by the forces along the axes, which
+    /// the reaction of a leaning face is part of.
+    fn is_faced(&self, index: &[usize; 3]) -> bool {
+        !self.walls[SOLID].faces().at(index).is_empty()
     }
 
     /// Velocity of a phase before the step, walls that hold it included.
@@ -214,19 +267,8 @@ impl<const D: usize> PhaseSolve<'_, D> {
         let motion = node.motion.to_array();
         let mut start: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / mass } else { 0.0 });
         let mut end = start;
-        self.constrain(phase, index, &mut start, &mut end, &[0.0; 3]);
+        self.walls[phase].constrain(index, &mut start, &mut end, self.keep_start);
         start
-    }
-
-    fn constrain(
-        &self,
-        phase: usize,
-        index: &[usize; 3],
-        start: &mut [f64; 3],
-        end: &mut [f64; 3],
-        lift: &[f64; 3],
-    ) {
-        self.walls[phase].constrain_skeleton(index, start, end, self.keep_start, lift);
     }
 
     fn finish(&self, node: &mut Node, start: &[f64; 3], end: &[f64; 3], mass: f64) {

@@ -72,7 +72,10 @@ impl<const D: usize> MpmSolver<D> {
         let h = set.domain.as_slice().spacing(i, &self.background.ground());
         // In time over the root of the scale of inertia the equations are those without it, with a weaker drag.
         let scale = self.clock.options.mass_scaling.sqrt();
-        let scaled = Fluid { resistance: fluid.resistance / scale, ..fluid };
+        // Obstacles on points have springs of the fluid as of the skeleton.
+        let stiffening = if self.boundary.rocks.is_some() { self.clock.options.stiffening() } else { 1.0 };
+        let (modulus, bulk_modulus) = (stiffening * modulus, stiffening * fluid.bulk_modulus);
+        let scaled = Fluid { resistance: fluid.resistance / scale, bulk_modulus, ..fluid };
         let moving =
             |step: f64| bounds.courant / (1.0 / (scale * step) + square(&set.points.velocity[i]).sqrt() / h);
         let (dt, by_drag) = match self.clock.options.step_criterion {

@@ -1,6 +1,7 @@
 //! Pore fluid of a case: the points' share of it, and its walls.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use colluvium_case::description::{Body, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, PointList, spatial};
@@ -68,6 +69,7 @@ pub fn two_phase<const D: usize>(
             row_sums: vec![PhaseSums::default(); layout.nodes()[0]],
             sums: PhaseSums::default(),
             walls: Walls::default(),
+            faces: Arc::default(),
             heaviest: 0.0,
         })
     })

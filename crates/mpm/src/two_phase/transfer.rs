@@ -16,6 +16,7 @@ use crate::loads::apply_loads;
 use crate::mixed::{average_stresses, pull_with_cells};
 use crate::nodal::load_phase_nodes;
 use crate::pore::{Fluid, LIQUID, SOLID};
+use crate::pressing::press;
 use crate::strain::set_volumetric;
 use crate::transfer::force_columns;
 use crate::update::{Moved, PointUpdate, UpdateOfPoints, still};
@@ -26,11 +27,12 @@ pub(super) fn scatter_phases<const D: usize>(
     clock: &Clock,
     background: &Background<D>,
     bodies: &mut Bodies<D>,
-    boundary: &Boundary<D>,
+    boundary: &mut Boundary<D>,
     averages: &mut Averages<D>,
     phases: &mut TwoPhase,
 ) {
     apply_loads(clock, bodies, &boundary.load_starts);
+    press(clock, background, bodies, &mut boundary.rocks);
     average_stresses(clock, background, bodies, &mut averages.stresses);
     let full = averages.stresses.full_cells(0, background.cell_layout().len());
     let Background { layout, sweeps, axisymmetric, .. } = background;
@@ -69,6 +71,12 @@ pub(super) fn scatter_phases<const D: usize>(
                         let hoop = |stress: &SymTensor| -pulling * stress[2] / set.points.position[p][0];
                         body[SOLID] += Lanes::new([hoop(&total), 0.0, 0.0, 0.0]);
                         body[LIQUID] += Lanes::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
+                    }
+                    if let (Some(pressed), Some(soaked)) =
+                        (set.points.pressed.get(p), pore.points.soaked.get(p))
+                    {
+                        body[SOLID] += lanes(&pressed.force, 0.0);
+                        body[LIQUID] += lanes(&soaked.force, 0.0);
                     }
                     given.body[k] = body;
                 }
@@ -198,6 +206,7 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         let mut moves = [Moved::default(); BLOCK];
         if what.position {
             block.stretch_at_last();
+            self.seep(set, block, reads);
             for (p, read) in reads.iter().enumerate() {
                 moves[p] = self.move_point(block, p, read[SOLID].velocity.as_array());
             }
@@ -210,6 +219,18 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
         Ok(moved)
+    }
+
+    /// Counts how far the fluid seeps through the skeleton, for obstacles on points.
+    fn seep(&self, set: &OfSet<'_, D>, block: &mut Block<'_, D>, reads: &[[Gathered<D>; 2]]) {
+        let Some(fluid) = &set.fluid else { return };
+        let volumes = block.volume.iter().zip(block.initial_volume);
+        for ((soaked, [solid, liquid]), (volume, initial)) in block.soaked.iter_mut().zip(reads).zip(volumes)
+        {
+            let way = self.clock.dt * fluid.porosity_at(*volume, *initial);
+            let (solid, liquid) = (solid.velocity.as_array(), liquid.velocity.as_array());
+            (0..D).for_each(|c| soaked.seep[c] += way * (liquid[c] - solid[c]));
+        }
     }
 
     /// FLIP and PIC (sheet: mpm §2.6), alike for both phases.

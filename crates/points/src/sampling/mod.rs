@@ -4,10 +4,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
-use crate::Shape;
+use crate::{LayerRows, Shape};
 
 mod gauss;
 mod poisson;
+mod rows;
 
 pub use gauss::gauss_per_cell;
 pub use poisson::poisson_disk;
@@ -54,7 +55,8 @@ pub fn per_cell<const D: usize>(
 }
 
 /// Points on a square lattice with the given `spacing` (m), the first at half a spacing from
-/// `origin`: those that lie in the shape, last axis fastest.
+/// `origin`: those that lie in the shape, last axis fastest. Those of a layer whose rows follow the terrain are on the lattice in plan
+/// only.
 ///
 /// # Errors
 /// When there would be more than 2²⁸ candidates, or the spacing is not a length.
@@ -63,6 +65,11 @@ pub fn lattice<const D: usize>(
     origin: [f64; D],
     spacing: f64,
 ) -> Result<Vec<Sample<D>>, SamplingError> {
+    if let Shape::Layer { rows: LayerRows::Terrain, laid, .. } = shape
+        && let Some(layer) = laid.layer()
+    {
+        return rows::along_terrain(&Cells::around(shape, origin, spacing, 1.0)?, layer, origin, spacing);
+    }
     let volume = spacing.powi(D as i32);
     let centre =
         |cell: [i64; D]| std::array::from_fn(|axis| origin[axis] + (cell[axis] as f64 + 0.5) * spacing);

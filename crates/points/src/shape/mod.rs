@@ -1,10 +1,12 @@
 //! Shapes and their boolean combinations.
 
+mod layers;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::layer::{Laid, Measured, Thickness};
+use crate::layer::{Laid, LayerRows, Measured, Thickness};
 use crate::microstructure::{Grains, Packing, Wanted};
 use crate::polygon::{edges_cross, polygon_contains, polygon_crossings, signed_area};
 
@@ -54,6 +56,9 @@ pub enum Shape {
         /// Along what thickness is measured.
         #[serde(default)]
         measured: Measured,
+        /// How points lie in it, where a method lays them on a lattice.
+        #[serde(default, skip_serializing_if = "LayerRows::are_level")]
+        rows: LayerRows,
         /// What it is once its files are read.
         #[serde(skip)]
         laid: Laid,
@@ -412,24 +417,6 @@ impl Shape {
             }
             Self::Layer { laid, .. } => laid.volume(),
             Self::Union { .. } | Self::Intersection { .. } | Self::Difference { .. } => None,
-        }
-    }
-
-    /// Every layer that it consists of, and where it stands below `path`.
-    pub fn layers_mut(&mut self, path: String) -> Vec<(String, &mut Self)> {
-        match self {
-            Self::Layer { .. } | Self::ArcLayer { .. } => vec![(path, self)],
-            Self::Union { shapes } | Self::Intersection { shapes } => {
-                let each = shapes.iter_mut().enumerate();
-                each.flat_map(|(number, shape)| shape.layers_mut(format!("{path}.shapes[{number}]")))
-                    .collect()
-            }
-            Self::Difference { from, cut } => {
-                let mut all = from.layers_mut(format!("{path}.from"));
-                all.extend(cut.layers_mut(format!("{path}.cut")));
-                all
-            }
-            _ => Vec::new(),
         }
     }
 }

@@ -5,6 +5,8 @@ use colluvium_case::{Case, Honours};
 
 use crate::config::{NAME, SnowOptions};
 
+const ADHESION: &str = "snow-mpm knows no area of the nodes that an obstacle holds: leave it out";
+
 /// What the method says to the features of a case.
 pub(crate) fn honours() -> Honours {
     Honours::of_points(NAME)
@@ -28,6 +30,7 @@ pub(crate) fn honours() -> Honours {
             "obstacles.wall=frictional",
             "obstacles.separation",
             "obstacles.motion*",
+            "obstacles.regions*",
             "cuts",
             "cuts.*",
             "cuts.action=remove",
@@ -45,10 +48,9 @@ pub(crate) fn honours() -> Honours {
         .refuses("bodies.pore_fluid", "snow-mpm has one phase only: use mpm")
         .refuses("boundaries.group", "snow-mpm has no mesh with groups of nodes")
         .refuses("boundaries.wall=absorbing", "snow-mpm has no absorbing boundaries: use mpm")
-        .refuses(
-            "obstacles.wall.adhesion",
-            "snow-mpm knows no area of the nodes that an obstacle holds: leave it out",
-        )
+        .refuses("obstacles.wall.adhesion", ADHESION)
+        .refuses("obstacles.regions.wall.adhesion", ADHESION)
+        .refuses("measures.about", "snow-mpm tells the force on an obstacle and not its moment")
         .refuses("loads", "snow-mpm has no loads on surfaces: use a boundary with a velocity, or mpm")
         .refuses("patches", "snow-mpm has no patches of nodes: use a boundary with a velocity")
         .refuses("stages.excavate", "snow-mpm removes whole bodies only: use remove_bodies")

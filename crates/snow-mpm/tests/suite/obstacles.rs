@@ -190,3 +190,37 @@ fn reactions_of_more_obstacles_than_are_added_up_are_refused() {
     let error = refused(&case);
     assert!(error.starts_with("measures.z7.of: snow-mpm adds up"), "{error}");
 }
+
+#[test]
+fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
+    let case = changed(
+        json!({
+            "title": "block", "space": "plane-strain", "gravity": [0, -GRAVITY],
+            "domain": { "min": [0, 0.3], "max": [3, 0.9] },
+            "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400, "youngs_modulus": 1e6, "poissons_ratio": 0.0 } },
+            "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.5], "max": [0.9, 0.6] },
+                "velocity": { "kind": "uniform", "value": [2, 0] } }],
+            "obstacles": [{ "name": "floor", "wall": { "kind": "smooth" }, "separation": true,
+                "shape": { "kind": "plane", "point": [0, 0.5], "normal": [0, 1] },
+                "regions": [{ "shape": { "kind": "box", "min": [1.225], "max": [5] },
+                    "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] }],
+            "stages": [{ "name": "slide", "duration": 2 }],
+            "methods": { "snow-mpm": { "cell_size": 0.05 } }
+        }),
+        &json!({}),
+    );
+    let mut solver = begin(&SnowMpm, &case);
+    let middle = |solver: &dyn Solver| {
+        let places = solver.snapshot().positions;
+        places.iter().map(|x| x[0]).sum::<f64>() / places.len() as f64
+    };
+    advance_to(&mut *solver, 0.15);
+    let kept = solver.totals().momentum[0] / solver.totals().mass / 2.0;
+    assert!((kept - 1.0).abs() < 2e-3, "on the smooth part: {kept}");
+    advance_to(&mut *solver, 1.6);
+    // Over the edge friction grows with the share of the base on the rough part, so that the front stops v²/(2 μ g) + L/2 beyond it.
+    let exact = 4.0 / (2.0 * 0.3 * GRAVITY) + 0.3;
+    let way = middle(&*solver) + 0.3 - 1.225;
+    eprintln!("{way} {exact}");
+    assert!((way / exact - 1.0).abs() < 0.03, "{way} for {exact}");
+}

@@ -42,6 +42,7 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
             "obstacles.wall=frictional",
             "obstacles.wall.adhesion",
             "obstacles.separation",
+            "obstacles.regions*",
         ])
         .refuses("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
         .refuses("bodies.rigid", "sph has no rigid bodies: see `held` of its options")

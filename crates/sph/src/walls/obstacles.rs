@@ -6,9 +6,9 @@
 
 use std::sync::Arc;
 
-use colluvium_case::description::{Obstacle, ObstacleWall};
-use colluvium_case::{Case, CaseError, Standing};
-use colluvium_points::surface::Contacts;
+use colluvium_case::description::ObstacleWall;
+use colluvium_case::{Case, CaseError, ObstacleLaws, Standing};
+use colluvium_points::surface::{Contacts, Nearest};
 use colluvium_points::{ROWS, Surface};
 use rayon::prelude::*;
 
@@ -40,16 +40,16 @@ pub struct Site<'a, const D: usize> {
 }
 
 impl<const D: usize> Face<D> {
-    /// Of an obstacle, at rest.
-    fn of(obstacle: &Obstacle, normal: [f64; D], distance: f64) -> Self {
-        let (contact, adhesion) = match obstacle.wall {
-            ObstacleWall::Rough => (Contact::NoSlip, 0.0),
-            ObstacleWall::Smooth => (Contact::FreeSlip, 0.0),
-            ObstacleWall::Frictional { friction_coefficient, adhesion } => {
-                (Contact::Friction(friction_coefficient), adhesion)
-            }
+    /// Of an obstacle with these laws, at rest, at its nearest place.
+    fn of(laws: &ObstacleLaws, near: &Nearest<D>) -> Self {
+        let law = laws.at(&near.place);
+        let contact = match law.wall {
+            ObstacleWall::Rough => Contact::NoSlip,
+            ObstacleWall::Smooth => Contact::FreeSlip,
+            ObstacleWall::Frictional { friction_coefficient, .. } => Contact::Friction(friction_coefficient),
         };
-        Self { normal, distance: distance.max(0.0), contact, adhesion, lets_go: obstacle.lets_go() }
+        let (adhesion, lets_go) = (law.adhesion(), law.lets_go());
+        Self { normal: near.normal, distance: near.distance.max(0.0), contact, adhesion, lets_go }
     }
 
     /// Directions along the face, one for each axis but one.
@@ -106,7 +106,8 @@ pub fn sites<const D: usize>(
 /// An obstacle of the case.
 #[derive(Clone, Debug)]
 struct Solid<const D: usize> {
-    obstacle: Obstacle,
+    name: String,
+    laws: ObstacleLaws,
     surface: Arc<dyn Surface<D>>,
 }
 
@@ -145,9 +146,11 @@ impl<const D: usize> Obstacles<D> {
         for (body, places) in bodies {
             case.refuse_covered(&standing, body, places, slack)?;
         }
-        let solids = standing
-            .into_iter()
-            .map(|Standing { obstacle, surface, .. }| Solid { obstacle: obstacle.clone(), surface });
+        let solids = standing.into_iter().map(|Standing { obstacle, surface, laws, .. }| Solid {
+            name: obstacle.name.clone(),
+            laws,
+            surface,
+        });
         Ok(Self { solids: solids.collect(), blocks: Vec::new() })
     }
 
@@ -192,15 +195,15 @@ impl<const D: usize> Obstacles<D> {
             let mut listed = block.listed.iter().peekable();
             for (k, x) in positions.iter().enumerate() {
                 while let Some((_, number)) = listed.next_if(|(own, _)| *own as usize == k) {
-                    let Solid { obstacle, surface } = &solids[*number as usize];
+                    let Solid { laws, surface, .. } = &solids[*number as usize];
                     block.contacts.clear();
                     surface.touch(x, support, &mut block.contacts);
                     let touched = block.contacts.all().iter();
-                    block.faces.extend(touched.map(|near| Face::of(obstacle, near.normal, near.distance)));
+                    block.faces.extend(touched.map(|near| Face::of(laws, near)));
                     if block.contacts.is_empty()
                         && let Some(deeper) = surface.gap(x, support).filter(|gap| gap.distance < 0.0)
                     {
-                        block.faces.push(Face::of(obstacle, deeper.normal, deeper.distance));
+                        block.faces.push(Face::of(laws, &deeper));
                         let depth = -deeper.distance;
                         if block.deepest.is_none_or(|(.., most)| depth > most) {
                             block.deepest = Some((k as u32, *number, depth));
@@ -216,7 +219,7 @@ impl<const D: usize> Obstacles<D> {
     pub fn passed(&self, margin: f64) -> Option<(usize, &str)> {
         self.blocks.iter().enumerate().find_map(|(number, block)| {
             let (k, solid, _) = block.deepest.filter(|(.., depth)| *depth > margin)?;
-            Some((number * ROWS + k as usize, self.solids[solid as usize].obstacle.name.as_str()))
+            Some((number * ROWS + k as usize, self.solids[solid as usize].name.as_str()))
         })
     }
 

@@ -122,3 +122,35 @@ fn what_does_not_go_with_obstacles_is_refused_by_path() {
     let found = problem(&deep);
     assert!(found.starts_with("bodies[0].shape: the point at") && found.contains("\"floor\""), "{found}");
 }
+
+#[test]
+fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
+    let case = sliding(&json!({
+        "domain": { "min": [-1, -1], "max": [4, 2] },
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.8, 0.1] },
+            "stress": { "kind": "k0", "surface": 0.1, "coefficient": 0.25 },
+            "velocity": { "kind": "uniform", "value": [2, 0] } }],
+        "obstacles": [{ "name": "floor", "wall": { "kind": "smooth" }, "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 2] },
+            "regions": [{ "shape": { "kind": "box", "min": [1], "max": [9] },
+                "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] }],
+        "methods": { "sph": { "spacing": 0.025 } }
+    }));
+    let mut solver = begin(&case);
+    let middle = |solver: &dyn colluvium_case::Solver| {
+        let places = solver.snapshot().positions;
+        places.iter().map(|x| x[0]).sum::<f64>() / places.len() as f64
+    };
+    while solver.time() < 0.08 {
+        advance(&mut *solver, 1);
+    }
+    let kept = solver.totals().momentum[0] / solver.totals().mass / 2.0;
+    assert!((kept - 1.0).abs() < 2e-3, "on the smooth part: {kept}");
+    while solver.time() < 1.4 {
+        advance(&mut *solver, 1);
+    }
+    // Over the edge friction grows with the share of the base on the rough part, so that the front stops v²/(2 μ g) + L/2 beyond it.
+    let exact = 4.0 / (2.0 * 0.3 * 9.81) + 0.4;
+    let way = middle(&*solver) + 0.4 - 1.0;
+    eprintln!("{way} {exact}");
+    assert!((way / exact - 1.0).abs() < 0.03, "{way} for {exact}");
+}

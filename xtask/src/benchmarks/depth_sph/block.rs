@@ -1,5 +1,6 @@
 //! Single blocks and endless layers: what acts on a column without neighbours (sheet: depth-sph §5.4, V21; §5.5, V24–V26, V32).
 
+use colluvium::case::PlanRegion;
 use colluvium::depth_sph::bed::{Bed, BedPoint, paraboloid};
 use colluvium::depth_sph::choices::{Frame, Integration};
 use colluvium::depth_sph::column::{Drainage, LowerBound, Profile};
@@ -163,7 +164,7 @@ fn rack(outcome: &mut Outcome) -> Result<(), String> {
             let mut settings = saturated(12.0, 1.0, 0.5)?;
             let shape = json!({ "kind": "box", "min": [0], "max": [length] });
             let region = serde_json::from_value(shape).map_err(|error| error.to_string())?;
-            let zone = Zone { region: Some(region), drainage, ..settings.zones[0].clone() };
+            let zone = Zone { part: Some(PlanRegion::Shape(region)), drainage, ..settings.zones[0].clone() };
             settings.zones.insert(0, zone);
             let mut flow = block(settings, Bed::Flat(0.0), 2.0, 1e-9, 8.0)?;
             let mut before = state(&flow);

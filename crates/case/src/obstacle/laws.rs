@@ -1,0 +1,115 @@
+//! How an obstacle acts, from place to place.
+
+use crate::PlanRegion;
+use crate::description::{Obstacle, ObstacleWall};
+
+/// How an obstacle acts at a place of its surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObstacleLaw {
+    /// What it does along itself.
+    pub wall: ObstacleWall,
+    /// Whether material may lift off, whatever the wall.
+    pub separation: bool,
+}
+
+impl ObstacleLaw {
+    /// Coefficient of friction; infinite where nothing slips.
+    pub fn friction(&self) -> f64 {
+        match self.wall {
+            ObstacleWall::Rough => f64::INFINITY,
+            ObstacleWall::Smooth => 0.0,
+            ObstacleWall::Frictional { friction_coefficient, .. } => friction_coefficient,
+        }
+    }
+
+    /// Shear stress that it bears beside friction (Pa).
+    pub fn adhesion(&self) -> f64 {
+        match self.wall {
+            ObstacleWall::Frictional { adhesion, .. } => adhesion,
+            ObstacleWall::Rough | ObstacleWall::Smooth => 0.0,
+        }
+    }
+
+    /// Whether material lifts off it.
+    pub fn lets_go(&self) -> bool {
+        self.separation || matches!(self.wall, ObstacleWall::Frictional { .. })
+    }
+}
+
+/// How an obstacle acts, from place to place: by its regions, and by its own wall in the rest.
+#[derive(Clone, Debug)]
+pub struct ObstacleLaws {
+    regions: Vec<PlanRegion>,
+    /// Of the regions, and of the rest.
+    laws: Vec<ObstacleLaw>,
+}
+
+impl ObstacleLaws {
+    /// Of an obstacle whose regions are these, in their order.
+    pub(super) fn new(obstacle: &Obstacle, regions: Vec<PlanRegion>) -> Self {
+        let walls = obstacle.regions.iter().map(|region| region.wall).chain([obstacle.wall]);
+        let laws = walls.map(|wall| ObstacleLaw { wall, separation: obstacle.separation });
+        Self { regions, laws: laws.collect() }
+    }
+
+    /// Number of the region that rules at a place of the surface (m): that of the first that holds it, or one beyond the last.
+    #[inline]
+    pub fn region(&self, place: &[f64]) -> usize {
+        if self.regions.is_empty() {
+            return 0;
+        }
+        let plan = &place[..place.len() - 1];
+        self.regions.iter().position(|region| region.holds(plan)).unwrap_or(self.regions.len())
+    }
+
+    /// How it acts at a place of the surface (m).
+    #[inline]
+    pub fn at(&self, place: &[f64]) -> &ObstacleLaw {
+        &self.laws[self.region(place)]
+    }
+
+    /// Whether it acts alike everywhere.
+    pub fn is_uniform(&self) -> bool {
+        self.regions.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use crate::Case;
+
+    #[test]
+    fn the_first_region_that_holds_a_place_in_plan_rules_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let ring = json!([[[510.0, 0.0], [520.0, 0.0], [520.0, 9.0], [510.0, 9.0], [510.0, 0.0]]]);
+        let text = json!({ "type": "Polygon", "coordinates": ring }).to_string();
+        std::fs::write(folder.path().join("part.geojson"), text).unwrap();
+        let wall = |friction: f64| json!({ "kind": "frictional", "friction_coefficient": friction });
+        let case = json!({
+            "title": "t", "space": "3d", "gravity": [0, 0, -10],
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "domain": { "min": [500, 0, 0], "max": [530, 10, 9], "origin": [500, 0, 0] },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [501, 1, 5], "max": [502, 2, 6] } }],
+            "obstacles": [{
+                "name": "ground", "wall": { "kind": "smooth" },
+                "shape": { "kind": "plane", "point": [500, 0, 4], "normal": [1, 0, 3] },
+                "regions": [
+                    { "outline": "part.geojson", "wall": wall(0.5) },
+                    { "shape": { "kind": "box", "min": [515, 0], "max": [525, 10] }, "wall": wall(0.2) }
+                ]
+            }],
+            "stages": [{ "name": "s", "duration": 1 }]
+        });
+        let case = Case::from_value(&case, folder.path()).unwrap();
+        let standing = case.standing::<3>().unwrap();
+        let friction = |x: f64, y: f64| standing[0].laws.at(&[x, y, 7.0]).friction();
+        assert_eq!([friction(5.0, 5.0), friction(12.0, 5.0), friction(17.0, 5.0)], [0.0, 0.5, 0.5]);
+        assert_eq!([friction(17.0, 9.5), friction(24.0, 5.0), friction(26.0, 5.0)], [0.2, 0.2, 0.0]);
+        let mut missing = case.clone();
+        missing.obstacles[0].regions[0].outline = Some("none.geojson".to_owned());
+        let problem = missing.standing::<3>().unwrap_err().to_string();
+        assert!(problem.starts_with("obstacles[0].regions[0].outline: none.geojson"), "{problem}");
+    }
+}

@@ -1,0 +1,56 @@
+//! Parts of a surface, as they are seen in plan.
+
+use std::sync::Arc;
+
+use colluvium_points::{Outline, Shape};
+
+use crate::Case;
+
+/// A part of the plan.
+#[derive(Clone, Debug)]
+pub enum PlanRegion {
+    /// A shape in the coordinates of the plan.
+    Shape(Shape),
+    /// An outline in the two coordinates of a plan.
+    Outline(Arc<Outline>),
+}
+
+impl PlanRegion {
+    /// Whether it holds a place with these coordinates in plan (m).
+    #[inline]
+    pub fn holds(&self, place: &[f64]) -> bool {
+        match self {
+            Self::Shape(shape) => shape.contains(place),
+            Self::Outline(outline) => matches!(place, [x, y] if outline.contains([*x, *y])),
+        }
+    }
+}
+
+impl Case {
+    /// The part of the plan in a shape with coordinates from `domain.origin`, or in the outline of a file.
+    ///
+    /// # Errors
+    /// The key, `shape` or `outline`, with what is below it, and what is wrong: none is given, or both; a shape that is none in plan;
+    /// an outline where the plan is a line, or whose file cannot be read.
+    pub fn plan_region(
+        &self,
+        shape: Option<Shape>,
+        outline: Option<&str>,
+    ) -> Result<PlanRegion, (String, String)> {
+        let wrong = |key: &str, problem: String| Err((key.to_owned(), problem));
+        match (shape, outline) {
+            (Some(shape), None) => match shape.validate(self.dimension() - 1) {
+                Ok(()) => Ok(PlanRegion::Shape(shape)),
+                Err(error) => wrong(&format!("shape.{}", error.path), error.problem),
+            },
+            (None, Some(_)) if self.dimension() != 3 => {
+                wrong("outline", "an outline in plan needs a space of 3d: give a shape".to_owned())
+            }
+            (None, Some(file)) => match self.outline(file) {
+                Ok(outline) => Ok(PlanRegion::Outline(Arc::new(outline))),
+                Err(problem) => wrong("outline", problem),
+            },
+            _ => wrong("shape", "give either a shape or an outline".to_owned()),
+        }
+    }
+}
