@@ -138,8 +138,10 @@ fn a_size_is_that_of_the_plan_before_anything_is_made() {
             let share = size.points / plan.points as f64;
             assert!((0.95..1.05).contains(&share), "{name}: {share} of the points");
             let share = size.memory / plan.memory as f64;
-            assert!((0.6..1.1).contains(&share), "{name}: {share} of the memory");
-            assert!(size.fit(plan.memory as f64 * 2.0).is_ok() && size.fit(1e3).is_err());
+            // A plan tells what a run holds. Grains take up to two and a half times that while they are made, which the size tells.
+            let most = if method.name() == "dem" { 2.6 } else { 1.1 };
+            assert!((0.6..most).contains(&share), "{name}: {share} of the memory");
+            assert!(size.fit(2.0 * size.memory).is_ok() && size.fit(1e3).is_err());
             seen += 1;
         }
     }

@@ -192,7 +192,10 @@ fn a_disk_slides_over_the_smooth_part_and_rolls_at_two_thirds_of_its_speed_on_th
     };
     let smooth = until(0.4);
     assert!((smooth - 2.0).abs() < 1e-6, "{smooth}");
-    // It slips for 2 v/(7 ...) of a disk: v/(3 μ g) = 0.227 s.
+    // It slips for v/(3 μ g) = 0.227 s.
     let rolls = until(1.0);
-    assert!((rolls - 4.0 / 3.0).abs() < 2e-3, "{rolls}");
+    // The spring across has no dashpot and goes on swinging from μ m g, at √(3 k_t/m), about rolling: so does a third of the speed.
+    let across = 0.5 * STIFFNESS;
+    let swing = 0.3 * 9.81 / 3.0 * (3.0 / across).sqrt();
+    assert!((rolls - 4.0 / 3.0).abs() < 1.02 * swing, "{rolls}, swings by {swing}");
 }

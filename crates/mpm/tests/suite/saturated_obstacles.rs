@@ -236,8 +236,6 @@ fn settled(angle: f64) -> [[f64; 2]; 2] {
         };
         let pressures = scalars(&snapshot, "pore_pressure");
         let row = |of: &dyn Fn(usize) -> f64, row: usize| (8 * row..8 * row + 8).map(of).sum::<f64>() / 8.0;
-        let all: Vec<_> =
-            (0..16).map(|r| (row(&|i| pressures[i], r).round(), (1e6 * row(&sunk, r)).round())).collect();
         [row(&sunk, 14) - row(&sunk, 4), (5..11).map(|r| row(&|i| pressures[i], r)).sum::<f64>() / 6.0]
     })
 }
