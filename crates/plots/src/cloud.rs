@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::plane::plane;
-use super::{FONT, Picture, label, range, within};
+use super::{FONT, Picture, label, range, tick, within};
 use colluvium_case::{Field, FieldData, Snapshot};
 
 /// Points at their places, as squares of their own size, coloured by a value.
@@ -184,7 +184,7 @@ pub(crate) fn draw_bar<B: DrawingBackend>(
         .configure_mesh()
         .disable_mesh()
         .disable_x_axis()
-        .y_label_formatter(&label)
+        .y_label_formatter(&|at| tick(*at, values.end - values.start))
         .y_labels(6)
         .label_style((FONT, 13))
         .draw()

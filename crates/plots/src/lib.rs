@@ -186,6 +186,9 @@ mod tests {
         let points = vec![(0.0, 0.1), (0.4, -0.1)];
         let chart = LineChart { series: vec![Series::new("", points, Style::Line)], ..LineChart::default() };
         assert!(!chart.to_svg().unwrap().contains("e-1"), "no label with an exponent");
+        let points = [-1.0, 1.0].map(|x| ([x, x], [0.05, 0.05], x));
+        let cloud = PointCloud { points: points.to_vec(), ..PointCloud::default() };
+        assert!(!cloud.to_svg().unwrap().contains("e-1"), "nor in a plane or beside a bar of colours");
     }
 
     #[test]

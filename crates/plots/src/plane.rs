@@ -6,7 +6,7 @@ use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use super::{FONT, label};
+use super::{FONT, tick};
 
 /// Axes of numbers.
 type Plane<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
@@ -31,6 +31,7 @@ pub(crate) fn plane<'a, B: DrawingBackend>(
         let extra = 0.5 * (pixel * f64::from(pixels) - (range.end - range.start)).max(0.0);
         *range = range.start - extra..range.end + extra;
     }
+    let spans = [x.end - x.start, y.end - y.start];
     let mut chart = ChartBuilder::on(area)
         .caption(title, (FONT, 20))
         .margin(10)
@@ -43,8 +44,8 @@ pub(crate) fn plane<'a, B: DrawingBackend>(
         .disable_mesh()
         .x_desc(&axes[0])
         .y_desc(&axes[1])
-        .x_label_formatter(&label)
-        .y_label_formatter(&label)
+        .x_label_formatter(&|at| tick(*at, spans[0]))
+        .y_label_formatter(&|at| tick(*at, spans[1]))
         .y_labels(5)
         .label_style((FONT, 14))
         .axis_desc_style((FONT, 16))
