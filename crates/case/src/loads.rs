@@ -5,8 +5,8 @@
 
 use colluvium_points::area_vectors;
 
-use crate::Case;
 use crate::description::{Load, Side, Space};
+use crate::{Case, CaseError};
 
 impl Case {
     /// When its loads begin (s): at once, or never as long as their stage has not.
@@ -26,27 +26,35 @@ impl Case {
     /// Vector of load `number` at each of `positions` (m), of points of a body that each stand for a box of these edges (m): of a
     /// load on a side the full force (N; per metre in the plane, per radian in axisymmetry), else the area (m²) with its outward
     /// normal. Zero within the body.
+    ///
+    /// # Errors
+    /// When a load that is not bound to a side lies on nothing.
     pub fn carried<const D: usize>(
         &self,
         number: usize,
         positions: &[[f64; D]],
         extent: &[f64; D],
-    ) -> Vec<[f64; D]> {
+    ) -> Result<Vec<[f64; D]>, CaseError> {
         let load = &self.loads[number];
         if let Some(side) = load.side() {
             let per_area = load.per_area::<D>();
             let areas = self.side_areas(load, side, positions, extent);
-            return areas.into_iter().map(|area| per_area.map(|t| t * area)).collect();
+            return Ok(areas.into_iter().map(|area| per_area.map(|t| t * area)).collect());
         }
-        let Load::Surface { body, within, .. } = load else { return vec![[0.0; D]; positions.len()] };
-        let Some(body) = self.bodies.iter().find(|own| own.name == *body) else { return Vec::new() };
+        let Load::Surface { body, within, .. } = load else { return Ok(vec![[0.0; D]; positions.len()]) };
+        let Some(body) = self.bodies.iter().find(|own| own.name == *body) else { return Ok(Vec::new()) };
         let spacing = extent.iter().copied().fold(0.0, f64::max);
         let axisymmetric = self.space == Space::Axisymmetric;
-        area_vectors(&body.shape, positions, spacing, |place| match within {
+        let carried = area_vectors(&body.shape, positions, spacing, |place| match within {
             Some(region) if !region.contains(place) => 0.0,
             _ if axisymmetric => place[0],
             _ => 1.0,
-        })
+        });
+        if carried.iter().all(|vector| *vector == [0.0; D]) {
+            let problem = "no part of the surface of the body lies in it";
+            return Err(CaseError::new(format!("loads[{number}].within"), problem));
+        }
+        Ok(carried)
     }
 
     /// Area (m²; m in the plane, per radian in axisymmetry) of the box of each point on the loaded side, with the share of the
@@ -109,31 +117,24 @@ impl Load {
     }
 }
 
-/// An area vector after its surface has moved by the gradient of displacement `step`: `det f f⁻ᵀ a` for `f = 1 + step`, the cofactor
-/// of `f` times `a`.
+/// `cof f = det f f⁻ᵀ`.
+pub fn cofactor<const D: usize>(f: &[[f64; D]; D]) -> [[f64; D]; D] {
+    let at = |a: usize, b: usize| f[a % D][b % D];
+    match D {
+        1 => [[1.0; D]; D],
+        2 => std::array::from_fn(|a| {
+            std::array::from_fn(|b| if a == b { at(1 - a, 1 - b) } else { -at(1 - a, 1 - b) })
+        }),
+        _ => std::array::from_fn(|a| {
+            std::array::from_fn(|b| at(a + 1, b + 1) * at(a + 2, b + 2) - at(a + 1, b + 2) * at(a + 2, b + 1))
+        }),
+    }
+}
+
+/// An area vector after its surface has moved by the gradient of displacement `step`: `det f f⁻ᵀ a` for `f = 1 + step`.
 pub fn nanson<const D: usize>(step: &[[f64; D]; D], a: &[f64; D]) -> [f64; D] {
-    let f = |i: usize, j: usize| step[i][j] + if i == j { 1.0 } else { 0.0 };
-    std::array::from_fn(|i| {
-        (0..D)
-            .map(|j| {
-                let cofactor = match D {
-                    1 => 1.0,
-                    2 => {
-                        if i == j {
-                            f(1 - i, 1 - j)
-                        } else {
-                            -f(j, i)
-                        }
-                    }
-                    _ => {
-                        let ([a, b], [c, d]) = ([(i + 1) % 3, (i + 2) % 3], [(j + 1) % 3, (j + 2) % 3]);
-                        f(a, c) * f(b, d) - f(a, d) * f(b, c)
-                    }
-                };
-                cofactor * a[j]
-            })
-            .sum()
-    })
+    let f = std::array::from_fn(|i| std::array::from_fn(|j| step[i][j] + if i == j { 1.0 } else { 0.0 }));
+    cofactor::<D>(&f).map(|row| row.iter().zip(a).map(|(cofactor, a)| cofactor * a).sum())
 }
 
 #[cfg(test)]
@@ -168,7 +169,7 @@ mod tests {
         let case = Case::from_json(&text.to_string()).unwrap();
         let place = |k: usize| [0.1 * (k % 20) as f64 - 0.95, 0.1 * (k / 20) as f64 - 0.95];
         let points: Vec<[f64; 2]> = (0..400).map(place).filter(|[x, y]| x.hypot(*y) < 1.0).collect();
-        let carried = case.carried(0, &points, &[0.1, 0.1]);
+        let carried = case.carried(0, &points, &[0.1, 0.1]).unwrap();
         points.into_iter().zip(carried.iter().map(|vector| case.loads[0].force(vector))).collect()
     }
 

@@ -47,7 +47,7 @@ pub fn apply<const D: usize>(
     let load = &case.loads[number];
     let set = &mut sets[loaded(case, number, sets)?];
     let carried = if mesh.is_empty() || load.side().is_none() {
-        case.carried(number, &set.points.position, &set.extent)
+        case.carried(number, &set.points.position, &set.extent)?
     } else {
         let per_area = load.per_area::<D>();
         mesh::loaded_areas(case, number, mesh, set)?
@@ -55,10 +55,6 @@ pub fn apply<const D: usize>(
             .map(|area| per_area.map(|t| t * area))
             .collect()
     };
-    if load.side().is_none() && carried.iter().all(|vector| *vector == [0.0; D]) {
-        let problem = "no part of the surface of the body lies in it";
-        return Err(CaseError::new(format!("loads[{number}].within"), problem));
-    }
     set.loads.push(SurfaceLoad {
         number,
         liquid: load.is_of_fluid(),

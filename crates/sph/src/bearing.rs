@@ -1,6 +1,6 @@
 //! The forces of loads on particles, and how loads follow the surface ([`loads`](crate::loads)).
 
-use colluvium_case::loads::nanson;
+use colluvium_case::loads::{cofactor, nanson};
 
 use crate::algebra::apart;
 use crate::clock::Clock;
@@ -10,7 +10,6 @@ use crate::loads::Loads;
 use crate::particles::{Bodies, Group, Matrix, Particles};
 use crate::rates::Rates;
 use crate::setting::Setting;
-use crate::total::cofactor;
 
 /// Adds the loads at the end of a step of `dt` (s) to the accelerations.
 pub fn bear<const D: usize>(

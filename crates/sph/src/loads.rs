@@ -52,11 +52,7 @@ impl<const D: usize> Loads<D> {
                 let problem = format!("the body {:?} is held, whatever acts on it", load.body());
                 return Err(CaseError::new(format!("loads[{number}].body"), problem));
             }
-            let carried = case.carried(number, positions, &[spacing; D]);
-            if load.side().is_none() && carried.iter().all(|vector| *vector == [0.0; D]) {
-                let problem = "no part of the surface of the body lies in it";
-                return Err(CaseError::new(format!("loads[{number}].within"), problem));
-            }
+            let carried = case.carried(number, positions, &[spacing; D])?;
             all.push(OnBody { number, body, first, carried });
         }
         Ok(Self { all, starts: case.load_starts() })

@@ -5,6 +5,7 @@
 //! After Vignjevic et al. (2006) and Ganzenmüller (2015).
 
 use colluvium_case::CaseError;
+use colluvium_case::loads::cofactor;
 use colluvium_points::{NeighbourList, SearchError};
 use rayon::prelude::*;
 
@@ -40,20 +41,6 @@ pub struct Reference<const D: usize> {
 /// `a b`.
 fn matmul<const D: usize>(a: &Matrix<D>, b: &Matrix<D>) -> Matrix<D> {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..D).map(|k| a[i][k] * b[k][j]).sum()))
-}
-
-/// `cof F = det F F⁻ᵀ`.
-pub(crate) fn cofactor<const D: usize>(f: &Matrix<D>) -> Matrix<D> {
-    let at = |a: usize, b: usize| f[a % D][b % D];
-    match D {
-        1 => [[1.0; D]; D],
-        2 => std::array::from_fn(|a| {
-            std::array::from_fn(|b| if a == b { at(1 - a, 1 - b) } else { -at(1 - a, 1 - b) })
-        }),
-        _ => std::array::from_fn(|a| {
-            std::array::from_fn(|b| at(a + 1, b + 1) * at(a + 2, b + 2) - at(a + 1, b + 2) * at(a + 2, b + 1))
-        }),
-    }
 }
 
 impl<const D: usize> Configuration<D> {

@@ -66,11 +66,7 @@ impl Slope {
     /// The circle through two points of the surface with a sag (m) below their chord.
     fn circle(&self, exit: f64, entry: f64, sag: f64) -> Option<Circle> {
         let (low, high) = ([exit, self.surface(exit)], [entry, self.surface(entry)]);
-        let along = [high[0] - low[0], high[1] - low[1]];
-        let chord = along[0].hypot(along[1]);
-        let radius = (0.25 * chord * chord + sag * sag) / (2.0 * sag);
-        let rise = (radius - sag) / chord;
-        let centre = [0.5 * (low[0] + high[0]) - rise * along[1], 0.5 * (low[1] + high[1]) + rise * along[0]];
+        let (centre, radius) = through(low, high, sag);
         // Overhanging at its entry, or below the firm base.
         let lowest = if centre[0] > exit { centre[1] - radius } else { low[1] };
         let sound = centre[1] >= high[1] && lowest >= -1e-9 * self.height;
@@ -89,22 +85,13 @@ impl Slope {
             })
             .collect();
         let driving: f64 = slices.iter().map(|(weight, sine)| weight * sine).sum();
-        let mut factor = 1.0;
-        for _ in 0..100 {
-            let resisting: f64 = slices
-                .iter()
-                .map(|(weight, sine)| {
-                    let cosine = (1.0 - sine * sine).sqrt();
-                    (self.cohesion * width + weight * friction) / (cosine + sine * friction / factor)
-                })
-                .sum();
-            let next = resisting / driving;
-            if (next - factor).abs() < 1e-10 {
-                break;
-            }
-            factor = next;
-        }
-        if driving > 0.0 && factor > 0.0 { factor } else { f64::INFINITY }
+        balance(driving, |factor| {
+            let share = |(weight, sine): &(f64, f64)| {
+                let cosine = (1.0 - sine * sine).sqrt();
+                (self.cohesion * width + weight * friction) / (cosine + sine * friction / factor)
+            };
+            slices.iter().map(share).sum()
+        })
     }
 
     /// The circle with the least factor.
@@ -116,6 +103,33 @@ impl Slope {
         let (factor, at) = least(limits, SEARCH, factor)?;
         Some(Circle { factor, ..circle(at)? })
     }
+}
+
+/// Centre and radius of the circle through two points with a sag (m) below their chord.
+pub fn through(low: [f64; 2], high: [f64; 2], sag: f64) -> ([f64; 2], f64) {
+    let along = [high[0] - low[0], high[1] - low[1]];
+    let chord = along[0].hypot(along[1]);
+    let radius = (0.25 * chord * chord + sag * sag) / (2.0 * sag);
+    let rise = (radius - sag) / chord;
+    let centre = [0.5 * (low[0] + high[0]) - rise * along[1], 0.5 * (low[1] + high[1]) + rise * along[0]];
+    (centre, radius)
+}
+
+/// The factor with which what `resisting` says of it balances what drives a circle; infinite where none does, or where
+/// `resisting` is.
+pub fn balance(driving: f64, resisting: impl Fn(f64) -> f64) -> f64 {
+    let mut factor = 1.0;
+    for _ in 0..100 {
+        let next = resisting(factor) / driving;
+        if next.is_infinite() {
+            return f64::INFINITY;
+        }
+        if (next - factor).abs() < 1e-10 {
+            break;
+        }
+        factor = next;
+    }
+    if driving > 0.0 && factor > 0.0 { factor } else { f64::INFINITY }
 }
 
 #[cfg(test)]

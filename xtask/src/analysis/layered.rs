@@ -1,6 +1,7 @@
 //! Bishop's simplified method for a slope of several soils on a firm base (Bishop 1955): the limit-equilibrium check of factors of safety
 //! whose soils differ.
 
+use super::bishop::{balance, through};
 use super::numbers::least;
 
 /// A soil, from its top down to the next one.
@@ -62,11 +63,7 @@ impl Layered {
     /// Factor of the circle through two points of the surface with a sag (m) below their chord; infinite of one that is none.
     fn factor(&self, [exit, entry, sag]: [f64; 3]) -> f64 {
         let (low, high) = ([exit, self.surface(exit)], [entry, self.surface(entry)]);
-        let along = [high[0] - low[0], high[1] - low[1]];
-        let chord = along[0].hypot(along[1]);
-        let radius = (0.25 * chord * chord + sag * sag) / (2.0 * sag);
-        let rise = (radius - sag) / chord;
-        let centre = [0.5 * (low[0] + high[0]) - rise * along[1], 0.5 * (low[1] + high[1]) + rise * along[0]];
+        let (centre, radius) = through(low, high, sag);
         let deep = centre[0] > exit && centre[1] - radius < self.base;
         if centre[1] < high[1] || deep {
             return f64::INFINITY;
@@ -90,8 +87,7 @@ impl Layered {
                 (1.0 - sine * sine).sqrt(),
             ]);
         }
-        let mut factor = 1.0;
-        for _ in 0..100 {
+        balance(driving, |factor| {
             let mut resisting = 0.0;
             for [strength, friction, sine, cosine] in &slices {
                 let share = cosine + sine * friction / factor;
@@ -100,13 +96,8 @@ impl Layered {
                 }
                 resisting += strength / share;
             }
-            let next = resisting / driving;
-            if (next - factor).abs() < 1e-10 {
-                break;
-            }
-            factor = next;
-        }
-        if driving > 0.0 && factor > 0.0 { factor } else { f64::INFINITY }
+            resisting
+        })
     }
 
     /// The least factor of circles that leave and meet the surface in these ranges (m).

@@ -5,10 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::Container;
+use super::{Container, Heap};
 
-/// Disks in a row that come to rest above the container, after which it is full.
-const FULL: usize = 200;
 /// Supports that a disk rolls over before it is given up.
 const ROLLS: usize = 1000;
 /// Share of a distance that is no distance.
@@ -45,12 +43,6 @@ impl<'a> Bed<'a> {
 
     fn column(&self, x: f64) -> usize {
         (((x - self.container.low[0]) / self.width).max(0.0) as usize).min(self.columns.len() - 1)
-    }
-
-    fn add(&mut self, x: [f64; 2], radius: f64) {
-        let column = self.column(x[0]);
-        self.columns[column].push(self.placed.len() as u32);
-        self.placed.push((x, radius));
     }
 
     /// Disks within two of the largest diameters along the floor.
@@ -122,11 +114,12 @@ impl<'a> Bed<'a> {
         }
         ([centre[0] + side * reach * end.0.sin(), centre[1] + reach * end.0.cos()], end.1)
     }
+}
 
-    /// Where a disk dropped at `x` comes to rest; `None` where it rolls without end.
-    fn rest(&self, x: f64, radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; 2]> {
-        let (height, mut held) = self.fall([x, f64::INFINITY], radius);
-        let mut place = [x, height];
+impl Heap<2> for Bed<'_> {
+    fn rest(&self, over: [f64; 2], radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; 2]> {
+        let (height, mut held) = self.fall(over, radius);
+        let mut place = [over[0], height];
         let mut side = 0.0;
         for _ in 0..ROLLS {
             let on = match held {
@@ -149,6 +142,12 @@ impl<'a> Bed<'a> {
         }
         None
     }
+
+    fn add(&mut self, place: [f64; 2], radius: f64) {
+        let column = self.column(place[0]);
+        self.columns[column].push(self.placed.len() as u32);
+        self.placed.push((place, radius));
+    }
 }
 
 /// Drops disks, whose radii (m) `draw` gives one by one, at random places over a container until it is full: places and radii, the first
@@ -161,26 +160,11 @@ pub fn drop_and_roll(
     largest: f64,
     most: usize,
     random: &mut ChaCha8Rng,
-    mut draw: impl FnMut(&mut ChaCha8Rng) -> f64,
+    draw: impl FnMut(&mut ChaCha8Rng) -> f64,
 ) -> Result<Vec<([f64; 2], f64)>, String> {
     container.fits(0..1, largest)?;
     let mut bed = Bed::new(container, largest);
-    let mut above = 0;
-    while above < FULL {
-        let radius = draw(random);
-        let margin = if container.periodic[0] { 0.0 } else { radius };
-        let x = container.low[0] + margin + (container.width(0) - 2.0 * margin) * random.random::<f64>();
-        match bed.rest(x, radius, random) {
-            Some(place) if place[1] + radius <= container.high[1] => {
-                bed.add(place, radius);
-                above = 0;
-            }
-            _ => above += 1,
-        }
-        if bed.placed.len() > most {
-            return Err(format!("more than {most} grains"));
-        }
-    }
+    container.heap_up(&mut bed, most, random, draw)?;
     Ok(bed.placed)
 }
 

@@ -44,7 +44,54 @@ pub struct Container<const D: usize> {
     pub periodic: [bool; D],
 }
 
+/// Grains that are dropped one by one and lie where they came to rest.
+trait Heap<const D: usize> {
+    /// Where a grain of a radius (m) comes to rest that is dropped from above over a place, whose last coordinate is infinite; `None` where
+    /// it rolls without end.
+    fn rest(&self, over: [f64; D], radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; D]>;
+
+    /// Adds a grain at rest.
+    fn add(&mut self, place: [f64; D], radius: f64);
+}
+
+/// Grains in a row that come to rest above the container, after which it is full.
+const FULL: usize = 200;
+
 impl<const D: usize> Container<D> {
+    /// Drops grains, whose radii (m) `draw` gives one by one, at random places on a heap until the container is full.
+    ///
+    /// # Errors
+    /// When it would hold more than `most` of them.
+    fn heap_up(
+        &self,
+        heap: &mut impl Heap<D>,
+        most: usize,
+        random: &mut ChaCha8Rng,
+        mut draw: impl FnMut(&mut ChaCha8Rng) -> f64,
+    ) -> Result<(), String> {
+        let (mut count, mut above) = (0, 0);
+        while above < FULL {
+            let radius = draw(random);
+            let mut over = [f64::INFINITY; D];
+            for axis in 0..D - 1 {
+                let margin = if self.periodic[axis] { 0.0 } else { radius };
+                over[axis] =
+                    self.low[axis] + margin + (self.width(axis) - 2.0 * margin) * random.random::<f64>();
+            }
+            match heap.rest(over, radius, random) {
+                Some(place) if place[D - 1] + radius <= self.high[D - 1] => {
+                    heap.add(place, radius);
+                    (count, above) = (count + 1, 0);
+                }
+                _ => above += 1,
+            }
+            if count > most {
+                return Err(format!("more than {most} grains"));
+            }
+        }
+        Ok(())
+    }
+
     fn width(&self, axis: usize) -> f64 {
         self.high[axis] - self.low[axis]
     }

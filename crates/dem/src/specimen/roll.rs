@@ -6,14 +6,11 @@
 
 use std::f64::consts::PI;
 
-use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::Container;
+use super::{Container, Heap};
 use crate::vector::{add, cross, dot, minus, norm};
 
-/// Spheres in a row that come to rest above the container, after which it is full.
-const FULL: usize = 200;
 /// Ways of a sphere after which it is given up.
 const WAYS: usize = 1000;
 /// Share of a distance that is no distance, and angle (rad) that is none.
@@ -223,12 +220,6 @@ impl<'a> Bed<'a> {
         })
     }
 
-    fn add(&mut self, x: Place, radius: f64) {
-        let [i, j] = self.column(&x);
-        self.columns[i + self.counts[0] * j].push(self.placed.len() as u32);
-        self.placed.push((x, radius));
-    }
-
     /// Columns along an axis that what rolls from column `own` may meet.
     fn reach(&self, axis: usize, own: usize) -> Vec<usize> {
         let count = self.counts[axis] as i64;
@@ -279,10 +270,11 @@ impl<'a> Bed<'a> {
         }
         height
     }
+}
 
-    /// Where a sphere dropped from above over a place comes to rest; `None` where it rolls without end.
-    fn rest(&self, over: [f64; 2], radius: f64) -> Option<Place> {
-        let mut x = [over[0], over[1], f64::INFINITY];
+impl Heap<3> for Bed<'_> {
+    fn rest(&self, over: Place, radius: f64, _: &mut ChaCha8Rng) -> Option<Place> {
+        let mut x = over;
         x[2] = self.fall(&x, radius);
         for _ in 0..WAYS {
             let near = self.supports(&x, radius, x[2] - REACH * self.largest);
@@ -318,6 +310,12 @@ impl<'a> Bed<'a> {
         }
         None
     }
+
+    fn add(&mut self, place: Place, radius: f64) {
+        let [i, j] = self.column(&place);
+        self.columns[i + self.counts[0] * j].push(self.placed.len() as u32);
+        self.placed.push((place, radius));
+    }
 }
 
 /// Drops spheres, whose radii (m) `draw` gives one by one, at random places over a container until it is full: places and radii, the
@@ -330,7 +328,7 @@ pub fn drop_and_roll(
     largest: f64,
     most: usize,
     random: &mut ChaCha8Rng,
-    mut draw: impl FnMut(&mut ChaCha8Rng) -> f64,
+    draw: impl FnMut(&mut ChaCha8Rng) -> f64,
 ) -> Result<Vec<(Place, f64)>, String> {
     for axis in 0..2 {
         let width = container.width(axis);
@@ -339,30 +337,13 @@ pub fn drop_and_roll(
         }
     }
     let mut bed = Bed::new(container, largest);
-    let mut above = 0;
-    while above < FULL {
-        let radius = draw(random);
-        let over = [0, 1].map(|axis| {
-            let margin = if container.periodic[axis] { 0.0 } else { radius };
-            container.low[axis] + margin + (container.width(axis) - 2.0 * margin) * random.random::<f64>()
-        });
-        match bed.rest(over, radius) {
-            Some(place) if place[2] + radius <= container.high[2] => {
-                bed.add(place, radius);
-                above = 0;
-            }
-            _ => above += 1,
-        }
-        if bed.placed.len() > most {
-            return Err(format!("more than {most} grains"));
-        }
-    }
+    container.heap_up(&mut bed, most, random, draw)?;
     Ok(bed.placed)
 }
 
 #[cfg(test)]
 mod tests {
-    use rand::SeedableRng;
+    use rand::{RngExt, SeedableRng};
 
     use super::*;
 
