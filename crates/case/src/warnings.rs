@@ -55,8 +55,12 @@ impl Case {
             let against = outwards * self.gravity[boundary.side.axis()] > 0.0;
             against || boundary.group.is_some() || !matches!(boundary.wall, Wall::Smooth)
         };
-        let held = self.bodies.iter().any(|body| body.rigid)
-            || self.methods.values().any(|options| options.get("held").is_some());
+        let of_body = |own: &serde_json::Value| own.get("held").is_some_and(|held| held == true);
+        let of_method = |options: &serde_json::Value| {
+            let bodies = options.get("bodies").and_then(serde_json::Value::as_object);
+            options.get("held").is_some() || bodies.is_some_and(|bodies| bodies.values().any(of_body))
+        };
+        let held = self.bodies.iter().any(|body| body.rigid) || self.methods.values().any(of_method);
         let bound = held
             || !self.obstacles.is_empty()
             || !self.patches.is_empty()
@@ -201,8 +205,12 @@ impl Case {
 
 impl Plan {
     /// Mass of the points of each body (kg), pore fluid included.
-    pub fn masses<'a>(&'a self, case: &'a Case) -> impl Iterator<Item = f64> {
-        case.bodies.iter().zip(&self.volumes).map(|(body, volume)| case.bulk_density(body) * volume)
+    pub fn masses(&self, case: &Case) -> Vec<f64> {
+        let of_bulk = || {
+            let bodies = case.bodies.iter().zip(&self.volumes);
+            bodies.map(|(body, volume)| case.bulk_density(body) * volume).collect()
+        };
+        self.grains.clone().unwrap_or_else(of_bulk)
     }
 
     /// Its warnings, and a word on bodies of which their points are no good picture and on outputs that follow each other
@@ -210,7 +218,7 @@ impl Plan {
     pub fn all_warnings(&self, case: &Case) -> Vec<String> {
         let mut warnings = self.warnings.clone();
         let bodies = case.bodies.iter().zip(&self.volumes).enumerate();
-        for (number, (body, volume)) in bodies.filter(|(_, (body, _))| !body.rigid) {
+        for (number, (body, volume)) in bodies.filter(|(_, (body, _))| !body.rigid && self.grains.is_none()) {
             let exact = body.shape.volume(case.dimension(), case.space == Space::Axisymmetric);
             let excess = volume / exact - 1.0;
             if excess.abs() > MASS_SLACK {
@@ -286,6 +294,12 @@ mod tests {
         assert!(!falls([0.0, -9.81], |_| {}) && !falls([0.0, 0.0], |case| case["boundaries"] = json!([])));
         assert!(falls([0.0, 9.81], |_| {}) && falls([0.0, -9.81], |case| case["boundaries"] = json!([])));
         assert!(falls([-9.81, 0.0], |_| {}), "a smooth floor holds nothing along it");
+        assert!(!falls([-9.81, 0.0], |case| {
+            case["methods"] = json!({ "dem": { "bodies": { "b": { "held": true } } } });
+        }));
+        assert!(falls([-9.81, 0.0], |case| {
+            case["methods"] = json!({ "dem": { "bodies": { "b": { "held": false } } } });
+        }));
         assert!(!falls([-9.81, 0.0], |case| case["boundaries"][0]["wall"]["kind"] = json!("rough")));
         assert!(!falls([0.0, 9.81], |case| {
             case["obstacles"] = json!([{ "name": "o", "shape": { "kind": "ball", "centre": [2, 1.8], "radius": 0.1 },
@@ -365,13 +379,14 @@ mod tests {
         );
     }
 
-    #[test]
-    fn outputs_that_cut_the_steps_are_named() {
-        let text = r#"{ "title": "t", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+    /// A case of a body of 1 m with this output, and a plan of it in steps of 0.02 s whose points hold `volume` (m).
+    fn planned(output: &Value, volume: f64) -> (Case, Plan) {
+        let case = json!({
+            "title": "t", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
+            "materials": { "m": { "model": "linear-elastic", "density": 3, "youngs_modulus": 1, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }],
-            "stages": [{ "name": "s", "duration": 1 }], "output": { "frames": 0.01, "measures": 0.1 } }"#;
-        let case = Case::from_json(text).unwrap();
+            "stages": [{ "name": "s", "duration": 1 }], "output": output
+        });
         let time_step =
             TimeStep { dt: 0.02, limit: crate::StepLimit::ELASTIC_WAVE, point: None, position: [0.0; 3] };
         let plan = Plan {
@@ -379,12 +394,29 @@ mod tests {
             nodes: 2,
             time_step,
             memory: 1,
-            volumes: vec![1.0],
+            volumes: vec![volume],
+            grains: None,
             steps: 50,
             updates_per_second: 1.0,
             warnings: Vec::new(),
         };
+        (Case::from_json(&case.to_string()).unwrap(), plan)
+    }
+
+    #[test]
+    fn outputs_that_cut_the_steps_are_named() {
+        let (case, plan) = planned(&json!({ "frames": 0.01, "measures": 0.1 }), 1.0);
         let warnings = plan.all_warnings(&case);
         assert!(warnings.len() == 1 && warnings[0].starts_with("output.frames: 0.01 s"), "{warnings:?}");
+    }
+
+    #[test]
+    fn points_that_miss_volume_are_named_and_grains_have_a_mass_of_their_own() {
+        let (case, mut plan) = planned(&json!({}), 0.5);
+        let warnings = plan.all_warnings(&case);
+        assert!(warnings.len() == 1 && warnings[0].contains("hold 50.0 % of its volume"), "{warnings:?}");
+        assert_eq!(plan.masses(&case), [1.5]);
+        plan.grains = Some(vec![2.5]);
+        assert_eq!((plan.all_warnings(&case).len(), plan.masses(&case)), (0, vec![2.5]));
     }
 }

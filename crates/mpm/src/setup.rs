@@ -149,6 +149,7 @@ impl dispatch::Visitor for Measure<'_> {
             time_step,
             memory: solver.memory() as u64,
             volumes,
+            grains: None,
             updates_per_second: PACE[usize::from(D == 3)] / f64::from(phases),
             warnings,
         })

@@ -148,6 +148,7 @@ fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, Ca
             + (points as f64 * neighbours) as u64
             + states,
         volumes,
+        grains: None,
         updates_per_second: if D == 3 { 8e5 } else { 3e6 },
         warnings: warnings(case, options),
     })

@@ -90,6 +90,9 @@ pub struct Plan {
     /// Volume of the points of each body at the start (m³; m² × 1 m in plane strain, per radian in axisymmetry), rigid ones
     /// included.
     pub volumes: Vec<f64>,
+    /// Of a method whose points are grains with voids between them, the mass of those of each body (kg; per metre in plane strain): it
+    /// is not that of a bulk with the density of the material, and the grains need not hold the volume of the shape.
+    pub grains: Option<Vec<f64>>,
     /// Point-updates per second to expect per thread, from this project's benchmarks.
     pub updates_per_second: f64,
     /// Warnings worth showing: under-sampled cells, a Poisson ratio near 0.5, …

@@ -80,9 +80,12 @@ pub fn made(case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
 fn measure<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Plan {
     let time_step = solver.critical_step();
     let points = solver.grains.len();
-    let mut volumes = vec![0.0; case.bodies.len()];
-    for (body, radius) in solver.grains.body.iter().zip(&solver.grains.radius) {
+    let (mut volumes, mut masses) = (vec![0.0; case.bodies.len()], vec![0.0; case.bodies.len()]);
+    for ((body, radius), mass) in
+        solver.grains.body.iter().zip(&solver.grains.radius).zip(&solver.grains.mass)
+    {
         volumes[*body as usize] += volume(D, *radius);
+        masses[*body as usize] += mass;
     }
     Plan {
         points,
@@ -91,6 +94,7 @@ fn measure<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>
         time_step,
         memory: (points * BYTES_OF_GRAIN[D - 2]) as u64,
         volumes,
+        grains: Some(masses),
         updates_per_second: if D == 3 { 5e6 } else { 1e7 },
         warnings: refuse::warnings(case, &solver.options).into_iter().chain(off_target(solver)).collect(),
     }

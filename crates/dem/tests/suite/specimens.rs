@@ -128,3 +128,13 @@ fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
     let off = plan.warnings.iter().find(|said| said.contains("(0.3000 asked for)")).unwrap();
     assert!(off.contains("are left out"), "{off}");
 }
+
+#[test]
+fn the_mass_of_a_plan_is_that_of_the_grains_and_voids_between_them_are_no_fault() {
+    let case = case(&filled(&json!({ "kind": "random", "solid_fraction": 0.7 })));
+    let plan = Dem.plan(&case).unwrap();
+    // The material has a density of 1 kg/m³, the grains 2500 kg/m³ on 0.7 of 0.6 m².
+    near(plan.masses(&case)[0], 2500.0 * 0.7 * 0.6, 1e-9);
+    let warnings = plan.all_warnings(&case);
+    assert!(!warnings.iter().any(|said| said.contains("% of its volume")), "{warnings:?}");
+}

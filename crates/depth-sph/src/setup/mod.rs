@@ -111,6 +111,7 @@ fn planned<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, 
         time_step,
         memory: (points as f64 * bytes_per_node(case, options)) as u64,
         volumes: solver.volumes(),
+        grains: None,
         updates_per_second: if coupled { COUPLED_UPDATES_PER_SECOND } else { UPDATES_PER_SECOND },
         warnings,
     })

@@ -109,6 +109,7 @@ fn measured<const D: usize>(
         time_step,
         memory: memory as u64,
         volumes,
+        grains: None,
         updates_per_second: PACE[usize::from(D == 3)],
         warnings: refuse::warnings(case, options),
     })
