@@ -2,6 +2,7 @@
 
 mod body;
 mod cut;
+mod motion;
 mod obstacle;
 mod output;
 mod strength;
@@ -14,6 +15,7 @@ use colluvium_points::Shape;
 
 pub use body::{Body, InitialStress, Velocity};
 pub use cut::{Bounds, Cut, CutAction, Sweep, thinnest};
+pub use motion::PrescribedMotion;
 pub use obstacle::{Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall, ProfilePiece};
 pub use output::{Broken, CrackTip, Measure, Output, Rasters};
 use schemars::JsonSchema;
@@ -170,27 +172,6 @@ pub struct Patch {
     pub drained: bool,
 }
 
-/// The prescribed motion of a rigid body or of a patch in a stage.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PrescribedMotion {
-    /// Name of the rigid body or patch.
-    pub of: String,
-    /// Velocity (m/s), one number per space dimension; for a patch null leaves a component free.
-    pub velocity: Vec<Option<f64>>,
-    /// Time over which it grows from zero (s), counted from the beginning of the stage.
-    #[serde(default)]
-    pub ramp: f64,
-}
-
-impl PrescribedMotion {
-    /// Velocity after `elapsed` seconds of the stage (m/s); `None` for a component that is free.
-    pub fn velocity_at(&self, elapsed: f64) -> [Option<f64>; 3] {
-        let factor = if self.ramp > 0.0 { (elapsed / self.ramp).clamp(0.0, 1.0) } else { 1.0 };
-        std::array::from_fn(|c| self.velocity.get(c).copied().flatten().map(|v| factor * v))
-    }
-}
-
 /// The side of the box, or of an inner plane, that a wall occupies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -342,7 +323,7 @@ pub struct Stage {
     /// their ramps.
     #[serde(default)]
     pub equilibrium: Option<EquilibriumCriterion>,
-    /// Prescribed motions of rigid bodies and patches.
+    /// How rigid bodies and patches move.
     #[serde(default)]
     pub motions: Vec<PrescribedMotion>,
     /// What is set back at the end of the stage.
@@ -367,6 +348,11 @@ impl Stage {
     /// Factor on gravity after `elapsed` seconds of the stage, 0 to 1.
     pub fn gravity_factor(&self, elapsed: f64) -> f64 {
         if self.gravity_ramp > 0.0 { (elapsed / self.gravity_ramp).min(1.0) } else { 1.0 }
+    }
+
+    /// How the rigid body or patch of that name moves.
+    pub fn motion_of(&self, name: &str) -> Option<&PrescribedMotion> {
+        self.motions.iter().find(|motion| motion.of == name)
     }
 
     /// Local damping factor of each axis.

@@ -7,7 +7,7 @@ use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::description::{Body, Boundary, Domain, Measure, Velocity};
+use crate::description::{Body, Boundary, Domain, Measure, PrescribedMotion, Velocity};
 use crate::output::Seal;
 use crate::point_list::PointFile;
 use crate::{Case, CaseError, CaseErrors, json, layers, validate};
@@ -212,6 +212,11 @@ impl Case {
             .iter()
             .take(stage.saturating_add(1))
             .any(|s| s.remove_bodies.iter().any(|name| name == body))
+    }
+
+    /// Whether the rigid body of that name moves freely in any stage.
+    pub fn moves_freely(&self, body: &str) -> bool {
+        self.stages.iter().filter_map(|stage| stage.motion_of(body)).any(PrescribedMotion::is_free)
     }
 
     /// The options of method `name`, its defaults where the case gives none.

@@ -4,6 +4,7 @@ mod bodies;
 mod cuts;
 mod equilibrium;
 mod measures;
+mod motions;
 mod obstacles;
 mod strength;
 mod surface;
@@ -272,42 +273,6 @@ impl Findings<'_> {
         self.require(saturated || !drained, format!("{path}.drained"), problem);
     }
 
-    fn motions(&mut self, path: &str, stage: &Stage) {
-        let case = self.case;
-        let driven = driven(case);
-        let mut seen = HashSet::new();
-        for (number, motion) in stage.motions.iter().enumerate() {
-            let path = format!("{path}.motions[{number}]");
-            self.name(&format!("{path}.of"), &motion.of, &driven, "the name of a rigid body or of a patch");
-            let problem = format!("{:?} has two motions in the stage", motion.of);
-            self.require(seen.insert(&motion.of), format!("{path}.of"), problem);
-            let dimension = case.dimension();
-            let count = motion.velocity.len();
-            let problem = format!("has {count} entries, the space has {dimension} dimensions");
-            self.require(count == dimension, format!("{path}.velocity"), problem);
-            let rigid = case.bodies.iter().any(|body| body.rigid && body.name == motion.of);
-            for (axis, velocity) in motion.velocity.iter().enumerate() {
-                let path = format!("{path}.velocity[{axis}]");
-                match velocity {
-                    Some(velocity) => self.finite(path, *velocity),
-                    None => self.require(!rigid, path, "is null: a rigid body has no free component"),
-                }
-            }
-            self.not_negative(format!("{path}.ramp"), motion.ramp, " (s)");
-        }
-    }
-
-    /// What is `gone` cannot be moved.
-    fn motions_of_removed(&mut self, stage: usize, gone: &HashSet<&str>) {
-        let case = self.case;
-        for (number, motion) in case.stages[stage].motions.iter().enumerate() {
-            if gone.contains(motion.of.as_str()) {
-                let problem = format!("the body {:?} is removed by then", motion.of);
-                self.report(format!("stages[{stage}].motions[{number}].of"), problem);
-            }
-        }
-    }
-
     fn stages(&mut self) {
         let case = self.case;
         self.require(!case.stages.is_empty(), "stages", "at least one stage is needed");
@@ -404,10 +369,4 @@ impl Findings<'_> {
             self.require(options.is_object(), format!("methods.{name}"), problem);
         }
     }
-}
-
-/// Names of rigid bodies and patches: what can be driven.
-fn driven(case: &Case) -> Vec<&str> {
-    let rigid = case.bodies.iter().filter(|body| body.rigid).map(|body| body.name.as_str());
-    rigid.chain(case.patches.iter().map(|patch| patch.name.as_str())).collect()
 }

@@ -108,6 +108,22 @@ impl<const D: usize> Background<D> {
         trace + if self.axisymmetric { read.velocity.as_array()[0] / radius } else { 0.0 }
     }
 
+    /// Where a node is (m), by its number in memory and its index along the axes.
+    pub fn node_at(&self, number: usize, index: &[usize; 3]) -> [f64; 3] {
+        let mut place = [0.0; 3];
+        if self.is_meshed() {
+            if let Some(x) = self.mesh.nodes().get(number) {
+                place[..D].copy_from_slice(x);
+            }
+            return place;
+        }
+        for a in 0..D {
+            place[a] =
+                self.grid.origin[a] + self.grid.cell * self.axis.coordinate(index[a], self.grid.cells[a]);
+        }
+        place
+    }
+
     /// Least distance between nodes (m).
     pub fn spacing(&self) -> f64 {
         if self.is_meshed() { self.mesh.height() } else { self.grid.cell }

@@ -8,6 +8,7 @@ use crate::absorbing::{Absorbing, Impedance};
 use crate::background::Background;
 use crate::contact::{Contacts, RowTouch};
 use crate::driven::Driven;
+use crate::meet::Grips;
 use crate::nodal::NodalLoad;
 use crate::obstacles::borne::Bearing;
 use crate::obstacles::rocks::Rocks;
@@ -28,6 +29,8 @@ pub struct Boundary<const D: usize> {
     pub(crate) contacts: Contacts,
     /// Room for what the rows of nodes report of contacts, pair after pair.
     pub(crate) touched: Vec<RowTouch>,
+    /// Room for what rigid bodies that move freely touch.
+    pub(crate) grips: Grips,
     /// When the loads of the case begin (s); infinite as long as their stage has not.
     pub(crate) load_starts: Vec<f64>,
     /// Loads on nodes.

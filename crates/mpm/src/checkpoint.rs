@@ -15,11 +15,12 @@ use crate::obstacles::borne::Borne;
 use crate::obstacles::rocks::{Passed, RockState};
 use crate::points::PointSet;
 use crate::pressing::{forget_displacements, remark_on_obstacles};
+use crate::rigid::stop_loose;
 use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 13;
+const FORMAT: u32 = 14;
 
 /// What is no column of points.
 #[derive(Serialize, Deserialize)]
@@ -101,13 +102,16 @@ impl<const D: usize> Solver for MpmSolver<D> {
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
         for reset in &stage.reset {
             match reset {
-                Reset::Velocity => self.bodies.sets.iter_mut().for_each(|set| {
-                    set.points.velocity.fill([0.0; D]);
-                    set.points.affine.fill([[0.0; D]; D]);
-                    if let Some(pore) = &mut set.pore {
-                        pore.points.velocity.fill([0.0; D]);
-                    }
-                }),
+                Reset::Velocity => {
+                    stop_loose(&mut self.boundary.driven);
+                    self.bodies.sets.iter_mut().for_each(|set| {
+                        set.points.velocity.fill([0.0; D]);
+                        set.points.affine.fill([[0.0; D]; D]);
+                        if let Some(pore) = &mut set.pore {
+                            pore.points.velocity.fill([0.0; D]);
+                        }
+                    });
+                }
                 Reset::Displacement => {
                     forget_displacements(&mut self.bodies);
                     self.bodies
@@ -170,6 +174,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             .then_some(remark)
             .into_iter()
             .chain(remark_on_obstacles(self.boundary.rocks.as_deref()))
+            .chain(self.boundary.grips.remark())
             .collect()
     }
 

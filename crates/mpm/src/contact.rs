@@ -224,6 +224,51 @@ impl ContactLaw {
         (overlap >= -TOUCHING).then_some(Interface { normal, area, overlap })
     }
 
+    /// How much the impulse on either body falls (kg) with its own velocity, where one of the bodies has an infinite mass and the
+    /// other that of `mass` (kg); arguments as for [`ContactLaw::impulse`]. Row `i`, column `j`: component `i` by velocity `j`.
+    pub fn stiffness(
+        &self,
+        mass: f64,
+        velocities: [&[f64; 3]; 2],
+        Interface { normal, area, overlap }: Interface,
+        [cell, dt]: [f64; 2],
+        given: &Given,
+    ) -> [[f64; 3]; 3] {
+        let relative: [f64; 3] = std::array::from_fn(|c| mass * (velocities[0][c] - velocities[1][c]));
+        let approach = dot(&relative, &normal);
+        let (push, follows) = match &self.penalty {
+            None => (approach, 1.0),
+            Some(penalty) => {
+                let overlap = cell * overlap;
+                let (spring, parting) =
+                    (penalty.stiffness * overlap * area * dt - given.push, approach + mass * overlap / dt);
+                if spring < parting { (spring, 0.0) } else { (parting, 1.0) }
+            }
+        };
+        if !(push > 0.0) {
+            return [[0.0; 3]; 3];
+        }
+        let along: [f64; 3] = std::array::from_fn(|c| relative[c] - approach * normal[c]);
+        let shear = norm(&along);
+        let most =
+            self.penalty.and_then(|penalty| penalty.shear_strength).unwrap_or(f64::INFINITY) * area * dt;
+        let grown = self.friction * (given.push + push) + self.adhesion * area * dt;
+        let left = (grown.min(most) - given.rub).max(0.0);
+        let slips = shear > left;
+        let held = if slips { left / shear } else { 1.0 };
+        let slope = if slips && grown < most && left > 0.0 { self.friction * follows } else { 0.0 };
+        let slip = along.map(|c| if slips { c / shear } else { 0.0 });
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let one = if i == j { 1.0 } else { 0.0 };
+                let square = normal[i] * normal[j];
+                mass * (follows * square
+                    + held * (one - square - slip[i] * slip[j])
+                    + slope * slip[i] * normal[j])
+            })
+        })
+    }
+
     /// The impulse (N s) on the first body; `None` where they separate. `masses` are inertias (kg), one of which may be
     /// infinite, `cell` is the cell size (m) and `dt` the step. What bodies have `given` each other in the step before
     /// counts: the law holds for the sum, which is kept there.

@@ -3,17 +3,17 @@
 
 use std::ops::Range;
 
+use colluvium_case::Case;
 use colluvium_case::description::Patch;
-use colluvium_case::{Case, SolverError};
 use colluvium_grid::{Lanes, Node};
 use serde::{Deserialize, Serialize};
 
 use crate::MpmOptions;
 use crate::background::Background;
-use crate::bodies::{Bodies, failed};
 use crate::clock::Clock;
 use crate::config::Formulation;
 use crate::contact::Contacts;
+use crate::loose::{Course, Loose, UPRIGHT};
 use crate::pore::{LIQUID, SOLID};
 
 /// Distance (cells; least heights of the elements of a mesh) from the surface of a patch within which nodes still belong
@@ -31,21 +31,44 @@ pub struct Driven {
     pub bounds: [[f64; 3]; 2],
     /// Velocity at the start of the step (m/s); `None` where nothing was prescribed.
     pub before: [Option<f64>; 3],
+    /// What it does in the step where it is a rigid body that moves freely.
+    pub loose: Option<Loose>,
     /// What a restart needs.
     pub state: DrivenState,
 }
 
 /// What changes of a [`Driven`] in the course of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DrivenState {
-    /// Velocity at the end of the step (m/s); `None` where nothing is prescribed.
+    /// Velocity at the end of the step (m/s), of a rigid body that moves freely that of its centre of mass; `None` where nothing
+    /// is prescribed.
     pub velocity: [Option<f64>; 3],
+    /// Spin of a rigid body (rad/s).
+    pub spin: [f64; 3],
+    /// Angular momentum of a rigid body about its centre of mass (kg m²/s), with mass scaling.
+    pub turning: [f64; 3],
+    /// Axes of a rigid body at the start of the case, where they are now, as columns.
+    pub axes: [[f64; 3]; 3],
     /// Way since the start (m).
     pub way: [f64; 3],
     /// Force of the material on it in the last step (N).
     pub force: [f64; 3],
     /// Impulse of the material on it since the start (N s).
     pub impulse: [f64; 3],
+}
+
+impl Default for DrivenState {
+    fn default() -> Self {
+        Self {
+            velocity: [None; 3],
+            spin: [0.0; 3],
+            turning: [0.0; 3],
+            axes: UPRIGHT,
+            way: [0.0; 3],
+            force: [0.0; 3],
+            impulse: [0.0; 3],
+        }
+    }
 }
 
 impl Driven {
@@ -92,7 +115,17 @@ impl Driven {
         *lanes = Lanes::new(velocity);
     }
 
-    /// The velocity of a rigid body (m/s).
+    /// How a rigid body moves.
+    pub fn course(&self) -> Course {
+        Course { velocity: self.rigid_velocity(), turning: self.state.turning, axes: self.state.axes }
+    }
+
+    /// The velocity of a rigid body at a place (m/s).
+    pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
+        self.loose.as_ref().map_or(self.rigid_velocity(), |loose| loose.velocity_at(x))
+    }
+
+    /// The velocity of a rigid body (m/s), where it turns that of its centre of mass.
     pub fn rigid_velocity(&self) -> [f64; 3] {
         self.state.velocity.map(|v| v.unwrap_or(0.0))
     }
@@ -108,6 +141,7 @@ pub fn driven(case: &Case) -> Vec<Driven> {
             [low, high].map(|corner| std::array::from_fn(|c| corner.get(c).copied().unwrap_or(0.0)))
         }),
         before: [None; 3],
+        loose: None,
         state: DrivenState::default(),
     };
     let bodies = case.bodies.iter().filter(|body| body.rigid).map(|body| new(&body.name, None));
@@ -199,23 +233,6 @@ impl Place<'_> {
     }
 }
 
-/// Velocities at the end of a step of `dt`; forces are counted anew.
-pub fn drive<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, driven: &mut [Driven]) {
-    let stage = clock.stage();
-    let elapsed = clock.time + clock.dt - clock.stage_start;
-    for driven in &mut *driven {
-        let motion = stage.motions.iter().find(|motion| motion.of == driven.name);
-        driven.before = driven.state.velocity;
-        driven.state.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
-        driven.state.force = [0.0; 3];
-    }
-    for set in &mut bodies.sets {
-        let Some(number) = set.rigid else { continue };
-        let velocity = driven[number].rigid_velocity();
-        set.points.velocity.fill(std::array::from_fn(|c| velocity[c]));
-    }
-}
-
 /// Numbers of the patches that hold no node where they begin.
 pub fn empty_patches<const D: usize>(
     clock: &Clock,
@@ -229,73 +246,6 @@ pub fn empty_patches<const D: usize>(
         nodes == 0
     };
     driven.iter().filter(is_empty).filter_map(|driven| driven.patch).collect()
-}
-
-/// Moves what is driven, at the end of a step of `dt`; returns the largest move of a point along an axis (m).
-///
-/// # Errors
-/// When a point of a rigid body leaves the domain or the mesh.
-pub fn move_driven<const D: usize>(
-    clock: &Clock,
-    background: &Background<D>,
-    bodies: &mut Bodies<D>,
-    driven: &mut [Driven],
-) -> Result<f64, SolverError> {
-    let (mut moved, dt) = (0f64, clock.dt);
-    for driven in &mut *driven {
-        let velocity = driven.rigid_velocity();
-        (0..3).for_each(|c| driven.state.way[c] += dt * velocity[c]);
-    }
-    let (ground, mut lost) = (background.ground(), None);
-    if clock.options.formulation == Formulation::SmallDisplacement {
-        for set in &mut bodies.sets {
-            let Some(number) = set.rigid else { continue };
-            let velocity = driven[number].rigid_velocity();
-            set.points.origin.iter_mut().for_each(|x| (0..D).for_each(|c| x[c] -= dt * velocity[c]));
-        }
-        return Ok(0.0);
-    }
-    let within = !background.is_meshed() && background.periodic == [false; D];
-    for (place, set) in bodies.sets.iter_mut().enumerate() {
-        let Some(number) = set.rigid else { continue };
-        let velocity = driven[number].rigid_velocity();
-        let anchored = set.domain.are_anchored();
-        let mut domain = set.domain.as_mut();
-        for (p, position) in set.points.position.iter_mut().enumerate() {
-            (0..D).for_each(|c| position[c] += dt * velocity[c]);
-            let mut settled = domain.settle(p, &ground, position);
-            if within && !anchored && !background.grid.contains(position) {
-                settled = Err("a rigid body left the domain: enlarge the domain".to_owned());
-            }
-            lost = lost.or(settled.err().map(|reason| (place, p, reason)));
-        }
-        moved = velocity.iter().fold(moved, |most, v| most.max((dt * v).abs()));
-    }
-    match lost {
-        Some((set, point, reason)) => Err(failed(clock, &bodies.sets[set], point, reason)),
-        None => Ok(moved),
-    }
-}
-
-/// Gives the nodes of rigid bodies their velocity.
-pub fn hold_rigid<const D: usize>(
-    background: &Background<D>,
-    driven: &[Driven],
-    contacts: &Contacts,
-    solved: &mut [Node],
-) {
-    for (field, number) in contacts.rigid.iter().enumerate() {
-        let Some(number) = number else { continue };
-        let [x, y, z] = driven[*number].rigid_velocity();
-        let len = background.layout.len();
-        let nodes = &mut solved[field * len..(field + 1) * len];
-        background.layout.each(nodes, |_, active, line| {
-            for node in &mut line[active] {
-                let mass = node.motion.as_array()[3];
-                *node = Node { motion: Lanes::new([x, y, z, mass]), force: Lanes::ZERO };
-            }
-        });
-    }
 }
 
 /// Gives the solved nodes of the patches their velocity, and the acceleration of the prescribed motion, and `books` the

@@ -31,6 +31,21 @@ impl<const D: usize> MpmSolver<D> {
             push("obstacles.stored", "J", stored);
             work.into_iter().for_each(|work| push("obstacles.work", "J", work));
         }
+        for driven in &self.boundary.driven {
+            if driven.patch.is_some() || !self.clock.case.moves_freely(&driven.name) {
+                continue;
+            }
+            let (name, state) = (&driven.name, &driven.state);
+            for (axis, velocity) in AXES.into_iter().zip(driven.rigid_velocity()).take(D) {
+                push(&format!("{name}.velocity.{axis}"), "m/s", velocity);
+            }
+            for (c, axis) in AXES.into_iter().enumerate().filter(|(c, _)| D == 3 || (D == 2 && *c == 2)) {
+                push(&format!("{name}.spin.{axis}"), "rad/s", state.spin[c]);
+            }
+            if D == 2 {
+                push(&format!("{name}.angle"), "rad", state.axes[1][0].atan2(state.axes[0][0]));
+            }
+        }
         if let Some(bearing) = &self.boundary.bearing {
             push("obstacles.friction", "J", bearing.state.friction);
         }

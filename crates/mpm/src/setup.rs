@@ -23,6 +23,7 @@ use crate::dispatch::Chosen;
 use crate::driven::{self, Driven};
 use crate::dual::DualNodes;
 use crate::gap::SurfaceDistance;
+use crate::meet::Grips;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
 use crate::nodes::Nodes;
@@ -35,7 +36,7 @@ use crate::strain::CellStrains;
 use crate::touch::{filled, filled_on_mesh, radii};
 use crate::{
     MpmOptions, ObstacleContact, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh,
-    nodal, obstacles, two_phase, walls,
+    nodal, obstacles, rigid, two_phase, walls,
 };
 use bodies::point_set;
 pub use honours::honours;
@@ -188,7 +189,7 @@ pub fn solver<const D: usize>(
     });
     let told = !faces.is_empty() && obstacles::unaccounted(options).is_none();
     let rocks = at_points.then(|| Box::new(Rocks::new(&standing, 2.0 * options.cell_size)));
-    let driven = driven::driven(case);
+    let mut driven = driven::driven(case);
     let Background { mesh, layout, .. } = &background;
     let mut two_phase = two_phase::two_phase(case, options, layout);
     if let Some(phases) = two_phase.as_mut().filter(|_| !at_points) {
@@ -205,6 +206,8 @@ pub fn solver<const D: usize>(
         }
         sets.push(set);
     }
+    let clock = Clock::new(case, options);
+    rigid::start(&clock, &sets, &mut driven);
     let contacts = contact::contacts(case, options, &mut sets)?;
     mixed::resettable(case, options, &sets)?;
     let cells = background.cell_layout();
@@ -242,13 +245,14 @@ pub fn solver<const D: usize>(
         driven,
         contacts,
         touched: Vec::new(),
+        grips: Grips::default(),
         load_starts: case.load_starts(),
         nodal,
         absorbing: Absorbing::default(),
         impedances,
     };
     let mut solver = MpmSolver {
-        clock: Clock::new(case, options),
+        clock,
         averages: Averages { strains, stresses, dual, free_surface },
         bodies: Bodies::new(sets),
         background,

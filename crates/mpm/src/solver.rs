@@ -15,13 +15,14 @@ use crate::clock::Clock;
 use crate::config::{StressScheme, Transfer};
 use crate::consistent::{self, ConsistentMass};
 use crate::contact::Contacts;
-use crate::driven::{self, Driven, drive, move_driven};
+use crate::driven::{self, Driven};
 use crate::free_surface::relieve_surface;
 use crate::light::weaken_light_nodes;
 use crate::loads::follow_loads;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
 use crate::nodal::work_on_nodes;
 use crate::nodes::Nodes;
+use crate::rigid::{self, drive, move_driven};
 use crate::strain::share_strains_of_one_phase;
 use crate::touch::touch;
 use crate::transfer::{Scatter, remap, scatter, start_velocities};
@@ -225,17 +226,23 @@ fn solve_momentum<const D: usize>(
         background.layout.each(nodes, |row, active, line| solve.row(row, active, line));
     }
     absorbing.absorb(clock, &mut nodes.solved, walls);
-    driven::hold_rigid(background, driven, contacts, &mut nodes.solved);
-    touch(clock, background, light, &mut nodes.solved, boundary);
+    rigid::hold_rigid(background, driven, contacts, &mut nodes.solved);
+    touch(clock, background, bodies, &mut nodes.solved, boundary);
     let Boundary { walls, driven, contacts, nodal, load_starts, .. } = &mut *boundary;
     driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, true);
     damp_nodes(clock, background, nodes, walls);
     if clock.stage().damping_of_axes() != [0.0; 3] {
         driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, false);
     }
+    rigid::settle_loose(clock, driven);
+    rigid::hold_loose(background, driven, contacts, &mut nodes.solved);
     if clock.stage().equilibrium.is_some() {
         let mut sums = audit(clock, background, light, nodes, walls, contacts);
         sums.work += work_of_loads(bodies, driven, clock.dt);
+        for loose in driven.iter().filter_map(|driven| driven.loose.as_ref()) {
+            let stage = clock.stage();
+            sums.add(&loose.audit(clock.dt, &stage.damping_of_axes(), stage.rayleigh_damping));
+        }
         sums.work += work_on_nodes(clock, background, bodies, &nodes.solved, nodal, load_starts);
         nodes.external_work += sums.work;
         nodes.sums = sums;
@@ -306,7 +313,9 @@ pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[Driven
         work += dt * power(&set.points.traction, &set.points.velocity);
     }
     for driven in driven {
-        let velocity = driven.rigid_velocity();
+        let free = driven.loose.as_ref().map_or([false; 6], |loose| loose.free);
+        let velocity: [f64; 3] =
+            std::array::from_fn(|c| if free[c] { 0.0 } else { driven.rigid_velocity()[c] });
         work -= (0..3).map(|c| driven.state.force[c] * velocity[c] * dt).sum::<f64>();
     }
     work

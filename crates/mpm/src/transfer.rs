@@ -19,6 +19,7 @@ use crate::nodal::load_nodes;
 use crate::nodes::Nodes;
 use crate::points::PointSet;
 use crate::pressing::press;
+use crate::rigid::hold_loose_again;
 use crate::touch::{scatter_surfaces, touch_again};
 use crate::vectors::{lanes, three};
 
@@ -245,6 +246,7 @@ fn velocities_of_remapped<const D: usize>(
             }
         });
     }
+    hold_loose_again(background, &boundary.driven, &boundary.contacts, &mut nodes.remapped);
     if !start {
         touch_again(clock, background, bodies.light(clock), nodes, boundary);
     }

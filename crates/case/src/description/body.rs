@@ -21,14 +21,16 @@ pub struct Body {
     pub points: Option<PointFile>,
     /// Name of its material.
     pub material: String,
-    /// Initial velocity; at rest by default.
+    /// Initial velocity; at rest by default. Of a rigid body `uniform`, or `linear` with a turn, where the motion of the first
+    /// stage leaves it free.
     #[serde(default)]
     pub velocity: Velocity,
     /// Initial stress; stress-free by default.
     #[serde(default)]
     pub stress: InitialStress,
-    /// Whether it keeps its shape and moves as the `motions` of the stages say, at rest where they say nothing. What
-    /// it touches sticks to it, unless the method's options say otherwise; of its material only the density counts.
+    /// Whether it keeps its shape and moves as the `motions` of the stages say, at rest where they say nothing: at a prescribed
+    /// velocity, or as its weight, a force and what it touches make it. What it touches sticks to it, unless the method's
+    /// options say otherwise; of its material only the density counts.
     #[serde(default)]
     pub rigid: bool,
     /// Fluid in its pores that moves by itself (coupled two-phase analysis); none when absent.

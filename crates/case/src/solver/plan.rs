@@ -119,7 +119,12 @@ impl Plan {
     fn goes_on(&self, case: &Case) -> Result<(), CaseError> {
         let TimeStep { dt, limit, .. } = self.time_step;
         if dt == f64::INFINITY {
-            let problem = "nothing in the case can move, all bodies are rigid: there is no time step";
+            let loose = case.bodies.iter().any(|body| case.moves_freely(&body.name));
+            let problem = if loose {
+                "all bodies are rigid and nothing limits the time step: give the method a `time_step`"
+            } else {
+                "nothing in the case can move, all bodies are rigid: there is no time step"
+            };
             return Err(CaseError::new("bodies", problem));
         }
         let end = case.end_time();

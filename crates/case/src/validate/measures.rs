@@ -1,6 +1,7 @@
 //! Rules of measures.
 
-use super::{Findings, driven};
+use super::Findings;
+use super::motions::driven;
 use crate::description::{CrackTip, Measure, Obstacle, ObstacleShape, Space};
 use crate::output::{PLAIN, is_plain};
 

@@ -30,7 +30,7 @@ impl Findings<'_> {
             self.name(&format!("{path}.body"), load.body(), &bodies, "the name of a body");
             let rigid = case.bodies.iter().any(|body| body.rigid && body.name == load.body());
             let problem = format!(
-                "the body {:?} is rigid and moves as the stages say, whatever acts on it",
+                "the body {:?} is rigid: give the force in `motions` of a stage, with the velocity null",
                 load.body()
             );
             self.require(!rigid, format!("{path}.body"), problem);

@@ -564,12 +564,36 @@ fn motions_that_make_no_sense_are_named_where_they_are() {
     };
     assert!(driven(json!({ "of": "a", "velocity": [0, -1], "ramp": 0.5 })).is_ok());
     assert!(driven(json!({ "of": "p", "velocity": [null, -1] })).is_ok());
+    assert!(
+        driven(json!({ "of": "a", "velocity": [0, null], "force": [0, -1], "turns": true, "moment": [2] }))
+            .is_ok()
+    );
     let table = [
         (json!({ "of": "a", "velocity": [0] }), "stages[0].motions[0].velocity", "has 1 entries"),
         (
-            json!({ "of": "a", "velocity": [null, 1] }),
-            "stages[0].motions[0].velocity[0]",
-            "no free component",
+            json!({ "of": "a", "velocity": [0, null], "force": [1, 2] }),
+            "stages[0].motions[0].force[0]",
+            "whose velocity is prescribed",
+        ),
+        (
+            json!({ "of": "p", "velocity": [null, 1], "force": [1, 0] }),
+            "stages[0].motions[0].force",
+            "has no mass",
+        ),
+        (
+            json!({ "of": "a", "velocity": [null, 1], "force": [1] }),
+            "stages[0].motions[0].force",
+            "1 entries",
+        ),
+        (
+            json!({ "of": "a", "velocity": [null, 1], "moment": [1] }),
+            "stages[0].motions[0].moment",
+            "keeps its orientation",
+        ),
+        (
+            json!({ "of": "a", "velocity": [null, 1], "turns": true, "moment": [0, 0, 1] }),
+            "stages[0].motions[0].moment",
+            "one in the plane",
         ),
         (
             json!({ "of": "p", "velocity": [0, 1], "ramp": -1 }),

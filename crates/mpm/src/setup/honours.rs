@@ -88,10 +88,27 @@ pub fn honours(case: &Case) -> Result<Honours, CaseError> {
         honours = honours.refuses("domain.periodic", problem).refuses("bodies.pore_fluid", problem);
         honours = honours.refuses("obstacles", problem);
     }
+    if case.bodies.iter().any(|body| body.rigid && case.moves_freely(&body.name)) {
+        honours = loose(honours, options.shape);
+    }
     if options.mass == Mass::Consistent {
         honours = consistent(honours);
     }
     Ok(honours)
+}
+
+/// What rigid bodies that move freely do not go with.
+fn loose(honours: Honours, shape: ShapeFunctions) -> Honours {
+    let name = "a rigid body that moves freely (a null in the velocity of its motion, or `turns`)";
+    let mut honours = honours
+        .refuses("obstacles", format!("{name} does not feel obstacles: take boundaries, or a body"))
+        .refuses("domain.periodic", format!("{name} has no image on the other side"))
+        .refuses("bodies.pore_fluid", format!("{name} has no contact with pore fluid"));
+    if matches!(shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
+        let problem = "the domains of cpdi do not turn with a rigid body: use another shape";
+        honours = honours.refuses("stages.motions.turns", problem);
+    }
+    honours
 }
 
 /// The consistent mass matrix couples all nodes.

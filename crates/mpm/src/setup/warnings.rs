@@ -128,6 +128,14 @@ pub(super) fn warnings(case: &Case, options: &MpmOptions, courant: f64, points: 
         ));
     }
     warnings.extend(still_liquids(case, options));
+    let rigid = case.bodies.iter().filter(|body| body.rigid);
+    if let (Some(loose), true) = (rigid.clone().find(|body| case.moves_freely(&body.name)), rigid.count() > 1)
+    {
+        warnings.push(format!(
+            "bodies: rigid bodies do not act on each other: {:?} passes through the others; take a wall, or let one of two deform",
+            loose.name
+        ));
+    }
     if options.step_criterion == StepCriterion::Simple {
         warnings.push(
             "methods.mpm.step_criterion: simple is not safe: steps may be longer than what drag and the fast wave of both phases \

@@ -7,6 +7,7 @@ mod contact;
 mod driven;
 mod light;
 mod loads;
+mod loose;
 mod materials;
 mod mesh;
 mod mesh_contact;

@@ -15,6 +15,7 @@ mod liquid;
 mod manufactured;
 mod obstacle_heaps;
 mod obstacle_points;
+mod rigid_block;
 mod rigid_motion;
 mod saturated;
 mod self_weight;
@@ -41,6 +42,7 @@ pub const ALL: &[Benchmark] = &[
     simplices::BENCHMARK,
     simplices_soil::BENCHMARK,
     contact::BENCHMARK,
+    rigid_block::BENCHMARK,
     inclined_block::BENCHMARK,
     obstacle_points::BENCHMARK,
     obstacle_heaps::HEAPS,

@@ -1,0 +1,66 @@
+//! How rigid bodies and patches move.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How a rigid body or a patch moves in a stage: at a prescribed velocity, and, a rigid body, as forces make it where its
+/// velocity is null.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PrescribedMotion {
+    /// Name of the rigid body or patch.
+    pub of: String,
+    /// Velocity (m/s), one number per space dimension. Null leaves a component free: nodes of a patch then have their own, and
+    /// a rigid body moves along it by Newton's law, with the mass of its points, under its weight, `force`, and the forces of
+    /// what it touches; it begins with the velocity that it has.
+    pub velocity: Vec<Option<f64>>,
+    /// Force on a rigid body along components that are free (N; per metre in plane strain, per radian in axisymmetry); none
+    /// when absent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub force: Vec<f64>,
+    /// Moment on a rigid body that `turns`, about its centre of mass (N m; per metre in plane strain): one number in the
+    /// plane, positive from x to y, three in space; none when absent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moment: Vec<f64>,
+    /// Whether a rigid body turns about its centre of mass as `moment` and the forces of what it touches make it; else it
+    /// keeps its orientation.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub turns: bool,
+    /// Time over which velocity, force and moment grow from zero (s), counted from the beginning of the stage.
+    #[serde(default)]
+    pub ramp: f64,
+}
+
+impl PrescribedMotion {
+    /// Share of the velocity, force and moment after `elapsed` seconds of the stage, 0 to 1.
+    fn grown(&self, elapsed: f64) -> f64 {
+        if self.ramp > 0.0 { (elapsed / self.ramp).clamp(0.0, 1.0) } else { 1.0 }
+    }
+
+    /// Velocity after `elapsed` seconds of the stage (m/s); `None` for a component that is free.
+    pub fn velocity_at(&self, elapsed: f64) -> [Option<f64>; 3] {
+        let factor = self.grown(elapsed);
+        std::array::from_fn(|c| self.velocity.get(c).copied().flatten().map(|v| factor * v))
+    }
+
+    /// Force after `elapsed` seconds of the stage (N).
+    pub fn force_at(&self, elapsed: f64) -> [f64; 3] {
+        let factor = self.grown(elapsed);
+        std::array::from_fn(|c| factor * self.force.get(c).copied().unwrap_or(0.0))
+    }
+
+    /// Moment about the centre of mass after `elapsed` seconds of the stage (N m); in the plane the last component counts.
+    pub fn moment_at(&self, elapsed: f64) -> [f64; 3] {
+        let factor = self.grown(elapsed);
+        match self.moment[..] {
+            [about] => [0.0, 0.0, factor * about],
+            [x, y, z] => [x, y, z].map(|c| factor * c),
+            _ => [0.0; 3],
+        }
+    }
+
+    /// Whether a rigid body that moves so follows forces in any way.
+    pub fn is_free(&self) -> bool {
+        self.turns || self.velocity.contains(&None)
+    }
+}

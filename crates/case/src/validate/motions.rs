@@ -1,0 +1,113 @@
+//! What moves in a stage.
+
+use std::collections::HashSet;
+
+use crate::Case;
+use crate::description::{PrescribedMotion, Space, Stage, Velocity};
+
+use super::Findings;
+
+impl Findings<'_> {
+    pub(super) fn motions(&mut self, path: &str, stage: &Stage) {
+        let case = self.case;
+        let driven = driven(case);
+        let mut seen = HashSet::new();
+        for (number, motion) in stage.motions.iter().enumerate() {
+            let path = format!("{path}.motions[{number}]");
+            self.name(&format!("{path}.of"), &motion.of, &driven, "the name of a rigid body or of a patch");
+            let problem = format!("{:?} has two motions in the stage", motion.of);
+            self.require(seen.insert(&motion.of), format!("{path}.of"), problem);
+            let dimension = case.dimension();
+            let count = motion.velocity.len();
+            let problem = format!("has {count} entries, the space has {dimension} dimensions");
+            self.require(count == dimension, format!("{path}.velocity"), problem);
+            for (axis, velocity) in motion.velocity.iter().enumerate() {
+                velocity.iter().for_each(|v| self.finite(format!("{path}.velocity[{axis}]"), *v));
+            }
+            self.not_negative(format!("{path}.ramp"), motion.ramp, " (s)");
+            self.forces(&path, motion);
+        }
+    }
+
+    /// Forces are on rigid bodies, and on what is free of them.
+    fn forces(&mut self, path: &str, motion: &PrescribedMotion) {
+        let case = self.case;
+        let patch = case.patches.iter().any(|patch| patch.name == motion.of);
+        for (key, given) in [
+            ("force", !motion.force.is_empty()),
+            ("moment", !motion.moment.is_empty()),
+            ("turns", motion.turns),
+        ] {
+            let problem = "is of a rigid body: a patch holds nodes of what deforms, and has no mass";
+            self.require(!(patch && given), format!("{path}.{key}"), problem);
+        }
+        if !motion.force.is_empty() {
+            self.vector(&format!("{path}.force"), &motion.force);
+        }
+        for (axis, force) in motion.force.iter().enumerate() {
+            let idle = *force != 0.0 && motion.velocity.get(axis).is_some_and(Option::is_some);
+            let problem = "acts along a component whose velocity is prescribed: let that be null";
+            self.require(!idle, format!("{path}.force[{axis}]"), problem);
+        }
+        for (axis, moment) in motion.moment.iter().enumerate() {
+            self.finite(format!("{path}.moment[{axis}]"), *moment);
+        }
+        let axes = if case.space == Space::ThreeD { 3 } else { 1 };
+        let count = motion.moment.len();
+        let problem = format!("has {count} entries: one in the plane, three in space");
+        self.require(count == 0 || count == axes, format!("{path}.moment"), problem);
+        let problem = "acts on a body that keeps its orientation: let it have `turns`";
+        self.require(count == 0 || motion.turns, format!("{path}.moment"), problem);
+        let whirls = matches!(case.space, Space::PlaneStrain | Space::ThreeD);
+        let problem = "needs a space in which a body can turn: plane-strain or 3d";
+        self.require(whirls || !motion.turns, format!("{path}.turns"), problem);
+        let rigid = case.bodies.iter().any(|body| body.rigid && body.name == motion.of);
+        let radial = case.space == Space::Axisymmetric && motion.velocity.first() == Some(&None);
+        let problem = "is null: around an axis a rigid body moves along the axis only, let it be 0";
+        self.require(!(rigid && radial), format!("{path}.velocity[0]"), problem);
+    }
+
+    /// A rigid body has a velocity at the start where it moves freely from there.
+    pub(super) fn start_of_rigid(&mut self, path: &str, number: usize) {
+        let body = &self.case.bodies[number];
+        if !body.rigid || body.velocity == Velocity::Rest {
+            return;
+        }
+        let first = self.case.stages.first().and_then(|stage| stage.motion_of(&body.name));
+        let problem = "a rigid body moves as the motions of the stages say, and from rest, unless that of the first stage leaves it free";
+        self.require(first.is_some_and(PrescribedMotion::is_free), path, problem);
+        match &body.velocity {
+            Velocity::Uniform { .. } | Velocity::Rest => {}
+            Velocity::Linear { gradient, .. } => {
+                let at =
+                    |i: usize, j: usize| gradient.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0);
+                let turn = (0..3).all(|i| (0..3).all(|j| at(i, j) == -at(j, i)));
+                let problem = "of a rigid body is that of a turn: the entries (i, j) and (j, i) are opposite";
+                self.require(turn, format!("{path}.gradient"), problem);
+                let turns = first.is_some_and(|motion| motion.turns);
+                let still = gradient.iter().flatten().all(|g| *g == 0.0);
+                let problem =
+                    "turns the body, which the motion of the first stage does not let it: give that `turns`";
+                self.require(still || turns, format!("{path}.gradient"), problem);
+            }
+            _ => self.report(path, "a rigid body has a velocity of kind uniform or linear"),
+        }
+    }
+
+    /// What is `gone` cannot be moved.
+    pub(super) fn motions_of_removed(&mut self, stage: usize, gone: &HashSet<&str>) {
+        let case = self.case;
+        for (number, motion) in case.stages[stage].motions.iter().enumerate() {
+            if gone.contains(motion.of.as_str()) {
+                let problem = format!("the body {:?} is removed by then", motion.of);
+                self.report(format!("stages[{stage}].motions[{number}].of"), problem);
+            }
+        }
+    }
+}
+
+/// Names of rigid bodies and patches: what can be driven.
+pub(super) fn driven(case: &Case) -> Vec<&str> {
+    let rigid = case.bodies.iter().filter(|body| body.rigid).map(|body| body.name.as_str());
+    rigid.chain(case.patches.iter().map(|patch| patch.name.as_str())).collect()
+}

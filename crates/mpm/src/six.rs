@@ -1,0 +1,109 @@
+//! Small linear algebra of rigid motion: three components of translation and three of rotation.
+
+/// Three numbers of translation, then three of rotation.
+pub type Six = [f64; 6];
+
+/// A vector product.
+pub fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// A matrix times a vector.
+pub fn times<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|i| (0..N).map(|j| matrix[i][j] * vector[j]).sum())
+}
+
+/// Velocity (m/s) at an arm (m) from the centre of what moves with a velocity and a spin (rad/s).
+pub fn velocity_at(motion: &Six, arm: &[f64; 3]) -> [f64; 3] {
+    let [vx, vy, vz, wx, wy, wz] = *motion;
+    let turn = cross(&[wx, wy, wz], arm);
+    [vx + turn[0], vy + turn[1], vz + turn[2]]
+}
+
+/// A vector at an arm (m) from the centre, as a resultant and its moment about the centre.
+pub fn resultant(vector: &[f64; 3], arm: &[f64; 3]) -> Six {
+    let moment = cross(arm, vector);
+    [vector[0], vector[1], vector[2], moment[0], moment[1], moment[2]]
+}
+
+/// Matrix of the turn about the vector `turn`, by its length (rad).
+pub fn rotation(turn: &[f64; 3]) -> [[f64; 3]; 3] {
+    let angle = turn.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if angle == 0.0 {
+        return std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }));
+    }
+    let axis = turn.map(|c| c / angle);
+    let (sin, rest) = (angle.sin(), 2.0 * (0.5 * angle).sin().powi(2));
+    // 1 + sin [a]× + (1 - cos) [a]×².
+    let skew = [[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]];
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let one = if i == j { 1.0 } else { 0.0 };
+            let twice: f64 = (0..3).map(|k| skew[i][k] * skew[k][j]).sum();
+            one + sin * skew[i][j] + rest * twice
+        })
+    })
+}
+
+/// Solution of `matrix · x = right` in the components that are `free`, the others being zero; by elimination with the
+/// largest pivot, `None` where there is none.
+pub fn solve(matrix: &[Six; 6], right: &Six, free: &[bool; 6]) -> Option<Six> {
+    let (mut a, mut b) = (*matrix, *right);
+    for i in (0..6).filter(|i| !free[*i]) {
+        a[i] = std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 });
+        b[i] = 0.0;
+        (0..6).filter(|k| *k != i).for_each(|k| a[k][i] = 0.0);
+    }
+    for column in 0..6 {
+        let pivot = (column..6).max_by(|i, j| a[*i][column].abs().total_cmp(&a[*j][column].abs()))?;
+        // Written so that NaN has no solution.
+        if !(a[pivot][column].abs() > 0.0) {
+            return None;
+        }
+        a.swap(column, pivot);
+        b.swap(column, pivot);
+        for row in column + 1..6 {
+            let factor = a[row][column] / a[column][column];
+            (column..6).for_each(|k| a[row][k] -= factor * a[column][k]);
+            b[row] -= factor * b[column];
+        }
+    }
+    let mut x = [0.0; 6];
+    for row in (0..6).rev() {
+        let known: f64 = (row + 1..6).map(|k| a[row][k] * x[k]).sum();
+        x[row] = (b[row] - known) / a[row][row];
+    }
+    Some(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_system_with_held_components_is_solved_in_the_others() {
+        let matrix: [Six; 6] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| if i == j { 4.0 } else { 1.0 / (1.0 + i as f64 + 2.0 * j as f64) })
+        });
+        let free = [true, false, true, true, false, true];
+        let right = [1.0, 2.0, -3.0, 0.5, 9.0, 4.0];
+        let x = solve(&matrix, &right, &free).unwrap();
+        assert_eq!((x[1], x[4]), (0.0, 0.0));
+        let back = times(&matrix, &x);
+        for i in (0..6).filter(|i| free[*i]) {
+            assert!((back[i] - right[i]).abs() < 1e-14, "{i}: {back:?}");
+        }
+    }
+
+    #[test]
+    fn a_turn_keeps_lengths_and_its_axis() {
+        let turn = [0.3, -0.7, 1.1];
+        let matrix = rotation(&turn);
+        let kept = times(&matrix, &turn);
+        assert!((0..3).all(|c| (kept[c] - turn[c]).abs() < 1e-15));
+        let turned = times(&matrix, &[1.0, 2.0, 3.0]);
+        assert!((turned.iter().map(|c| c * c).sum::<f64>() - 14.0).abs() < 1e-14);
+        let quarter = times(&rotation(&[0.0, 0.0, 0.5 * std::f64::consts::PI]), &[1.0, 0.0, 0.0]);
+        assert!((quarter[0].abs() + (quarter[1] - 1.0).abs()) < 1e-15, "{quarter:?}");
+    }
+}

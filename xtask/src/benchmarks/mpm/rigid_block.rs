@@ -1,0 +1,155 @@
+//! Rigid bodies that forces move: a block on a frictional base, a footing on clay.
+
+use colluvium::case::RunReport;
+use colluvium::plots::{LineChart, Series, Style};
+
+use super::contact::mean;
+use crate::analysis::slope;
+use crate::benchmarks::{Benchmark, Outcome, case, run, series, set};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "mpm/rigid-block",
+    title: "Rigid bodies that forces move",
+    source: "closed form F / m - μ g; a footing under a force against the one under a velocity",
+    quick: Some(25),
+    full: 25,
+    run: benchmark,
+};
+
+/// Mass of the block (kg), push (N), coefficient of friction, gravity (m/s²).
+const MASS: f64 = 750.0;
+const PUSH: f64 = 6000.0;
+const FRICTION: f64 = 0.4;
+const GRAVITY: f64 = 10.0;
+/// When the push begins (s).
+const SETTLED: f64 = 0.3;
+
+/// Undrained strength of the clay (Pa), half width of the footing (m), speed at which it is pressed (m/s).
+const STRENGTH: f64 = 1e4;
+const HALF_WIDTH: f64 = 1.0;
+const SPEED: f64 = 0.01;
+
+fn benchmark(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    block(&mut outcome)?;
+    footing(&mut outcome)?;
+    Ok(outcome)
+}
+
+/// The part of a column from `start` (s) on, counted from there.
+fn since(report: &RunReport, column: &str, start: f64) -> Vec<(f64, f64)> {
+    let rows = series(report, column).into_iter().filter(|row| row.0 >= start);
+    rows.map(|row| (row.0 - start, row.1)).collect()
+}
+
+fn block(outcome: &mut Outcome) -> Result<(), String> {
+    let exact = PUSH / MASS - FRICTION * GRAVITY;
+    let mut chart = LineChart {
+        title: "Rigid block pushed over a frictional base".into(),
+        x_label: "time since the push begins (s)".into(),
+        y_label: "velocity (m/s)".into(),
+        ..LineChart::default()
+    };
+    chart.series.push(Series::new("F/m - μ g", vec![(0.0, 0.0), (0.5, 0.5 * exact)], Style::Dashed));
+    for shape in ["linear", "ugimp", "quadratic"] {
+        let mut case = case("mpm/rigid-block")?;
+        set(&mut case, "shape", shape);
+        let report = run(&case)?;
+        let speeds = since(&report, "block.velocity.x", SETTLED);
+        outcome.near(
+            format!("{shape}: acceleration (m/s²)"),
+            exact,
+            0.02,
+            slope(&speeds),
+            "the 2 % of sheet: mpm A-31, friction between two bodies that deform",
+        );
+        let [rubbed, borne] =
+            ["x", "y"].map(|axis| slope(&since(&report, &format!("reaction.impulse.{axis}"), SETTLED + 0.1)));
+        outcome.near(
+            format!("{shape}: friction over normal force"),
+            FRICTION,
+            0.002,
+            -rubbed / borne,
+            "the law of contact at each node; the rest is the mean over the rows of the table",
+        );
+        let late = since(&report, "block.velocity.x", SETTLED + 0.1);
+        let impulse = since(&report, "reaction.impulse.x", SETTLED + 0.1);
+        if let ([first, .., last], [begun, .., taken]) = (&late[..], &impulse[..]) {
+            let open = MASS * (last.1 - first.1) - PUSH * (last.0 - first.0) - (taken.1 - begun.1);
+            outcome.below(
+                format!("{shape}: momentum less impulses over the impulse of the push"),
+                "0",
+                open.abs() / (PUSH * (last.0 - first.0)),
+                1e-9,
+                "round-off",
+            );
+        }
+        chart.series.push(Series::new(shape, speeds, Style::Line));
+    }
+    outcome.svg("A rigid block, 750 kg, on an elastic base: 6 kN push it, friction 0.4 holds it.", &chart)
+}
+
+/// Settlement (m) and load over strength and width, of each frame.
+fn settling(report: &RunReport) -> Vec<(f64, f64)> {
+    let impulse = series(report, "reaction.impulse.y");
+    let load = |time: f64| {
+        let near: Vec<(f64, f64)> =
+            impulse.iter().copied().filter(|row| (row.0 - time).abs() < 0.06).collect();
+        slope(&near) / (HALF_WIDTH * STRENGTH)
+    };
+    let frames = report.frames.iter().filter(|frame| frame.time > 0.2);
+    frames.map(|frame| (-mean(frame, "displacement", 1, 1), load(frame.time))).collect()
+}
+
+/// Settlement under a load, by straight lines.
+fn under(curve: &[(f64, f64)], load: f64) -> f64 {
+    let part = curve.windows(2).find(|pair| pair[0].1 <= load && load < pair[1].1);
+    part.map_or(f64::NAN, |pair| {
+        let share = (load - pair[0].1) / (pair[1].1 - pair[0].1);
+        pair[0].0 + share * (pair[1].0 - pair[0].0)
+    })
+}
+
+fn footing(outcome: &mut Outcome) -> Result<(), String> {
+    let pressed = case("mpm/rigid-footing")?;
+    let mut driven = pressed.clone();
+    let motion = &mut driven.stages[0].motions[0];
+    motion.velocity = vec![Some(0.0), Some(-SPEED)];
+    motion.force.clear();
+    motion.ramp = 0.3;
+    let [by_force, by_velocity] = [settling(&run(&pressed)?), settling(&run(&driven)?)];
+    for load in [1.0, 2.0, 3.0] {
+        outcome.near(
+            format!("footing: settlement under {load} c_u (m)"),
+            under(&by_velocity, load),
+            0.03,
+            under(&by_force, load),
+            "both are slow, not at rest: loads are means over 0.1 s, in which the force grows by 3 % of its end",
+        );
+    }
+    let report = run(&pressed)?;
+    let end = series(&report, "reaction.impulse.y");
+    let late: Vec<(f64, f64)> = end.into_iter().filter(|row| row.0 > 2.8).collect();
+    let mean_force = 4.0 * STRENGTH * (2.9 / 3.0);
+    outcome.near(
+        "footing: reaction over the force, mean of the last 0.2 s",
+        1.0,
+        0.01,
+        slope(&late) / mean_force,
+        "what is left is the footing's own acceleration",
+    );
+    outcome.svg(
+        "A rigid footing on clay settles under a force as it does where it is pressed with a velocity.",
+        &LineChart {
+            title: "Rigid footing on Tresca clay".into(),
+            x_label: "settlement (m)".into(),
+            y_label: "load / (width × c_u)".into(),
+            series: vec![
+                Series::new("by a velocity", by_velocity, Style::Dashed),
+                Series::new("by a force", by_force, Style::Line),
+            ],
+            ..LineChart::default()
+        },
+    )
+}
