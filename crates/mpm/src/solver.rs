@@ -228,7 +228,7 @@ fn solve_momentum<const D: usize>(
     absorbing.absorb(clock, &mut nodes.solved, walls);
     rigid::hold_rigid(background, driven, contacts, &mut nodes.solved);
     touch(clock, background, bodies, &mut nodes.solved, boundary);
-    let Boundary { walls, driven, contacts, nodal, load_starts, .. } = &mut *boundary;
+    let Boundary { walls, driven, contacts, .. } = &mut *boundary;
     driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, true);
     damp_nodes(clock, background, nodes, walls);
     if clock.stage().damping_of_axes() != [0.0; 3] {
@@ -237,13 +237,7 @@ fn solve_momentum<const D: usize>(
     rigid::settle_loose(clock, driven);
     rigid::hold_loose(background, driven, contacts, &mut nodes.solved);
     if clock.stage().equilibrium.is_some() {
-        let mut sums = audit(clock, background, light, nodes, walls, contacts);
-        sums.work += work_of_loads(bodies, driven, clock.dt);
-        for loose in driven.iter().filter_map(|driven| driven.loose.as_ref()) {
-            let stage = clock.stage();
-            sums.add(&loose.audit(clock.dt, &stage.damping_of_axes(), stage.rayleigh_damping));
-        }
-        sums.work += work_on_nodes(clock, background, bodies, &nodes.solved, nodal, load_starts);
+        let sums = balance(clock, background, bodies, nodes, boundary);
         nodes.external_work += sums.work;
         nodes.sums = sums;
     }
@@ -253,6 +247,25 @@ fn solve_momentum<const D: usize>(
         Transfer::Apic | Transfer::Tpic => gather_affine(clock, background, bodies, nodes),
     }
     Ok(())
+}
+
+/// Measures of equilibrium of the step, with the work of loads and motions and what rigid bodies add that move freely.
+fn balance<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut Nodes,
+    boundary: &Boundary<D>,
+) -> RowSums {
+    let Boundary { walls, driven, contacts, nodal, load_starts, .. } = boundary;
+    let mut sums = audit(clock, background, bodies.light(clock), nodes, walls, contacts);
+    sums.work += work_of_loads(bodies, driven, clock.dt);
+    for loose in driven.iter().filter_map(|driven| driven.loose.as_ref()) {
+        let stage = clock.stage();
+        sums.add(&loose.audit(clock.dt, &stage.damping_of_axes(), stage.rayleigh_damping));
+    }
+    sums.work += work_on_nodes(clock, background, bodies, &nodes.solved, nodal, load_starts);
+    sums
 }
 
 /// Local damping. It goes by the forces out of balance: those of walls, of other bodies and of what is driven are in
