@@ -69,7 +69,7 @@ impl Case {
     }
 
     /// The files that bodies, layers and obstacles name, and options of methods: `mesh.file`, `regions[].outline`,
-    /// `inflows[].hydrograph`, `erodible_depth_raster`.
+    /// `inflows[].hydrograph`, `erodible_depth_raster`, `specimen`.
     fn files(&mut self) -> impl Iterator<Item = &mut String> {
         let bodies = self.bodies.iter_mut().flat_map(|body| {
             let Body { shape, points, .. } = body;
@@ -241,7 +241,7 @@ fn files_of_options(options: &mut Value) -> Vec<&mut String> {
     for (key, value) in options.as_object_mut().into_iter().flatten() {
         let named: Vec<&mut Value> = match key.as_str() {
             "mesh" => value.get_mut("file").into_iter().collect(),
-            "erodible_depth_raster" => vec![value],
+            "erodible_depth_raster" | "specimen" => vec![value],
             "regions" | "inflows" => {
                 let file = if key == "regions" { "outline" } else { "hydrograph" };
                 let parts = value.as_array_mut().into_iter().flatten();

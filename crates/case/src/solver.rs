@@ -370,6 +370,12 @@ pub trait Solver: Send {
     /// When the bytes are not such a state.
     fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError>;
 
+    /// The points with all that they carry, as the text of a file that another case of the method can begin with; `None` for methods
+    /// without such a file.
+    fn specimen(&self) -> Option<String> {
+        None
+    }
+
     /// The state of [`Solver::save`] as bytes.
     ///
     /// # Errors

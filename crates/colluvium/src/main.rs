@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    Failure, check, compare, element_test, export, new, plot, report, run, schema, sweep, verify,
+    Failure, check, compare, element_test, export, new, plot, report, run, schema, specimen, sweep, verify,
 };
 
 /// Point-based numerical methods for geomechanics.
@@ -44,6 +44,8 @@ enum Command {
     Export(export::Arguments),
     /// Writes a report of a run: one page with all that it left.
     Report(report::Arguments),
+    /// Prepares the specimen of a case of grains, and writes grains and contacts for other cases to begin with.
+    Specimen(specimen::Arguments),
     /// Runs a case with many values of its parameters: table, misfit, convergence.
     Sweep(sweep::Arguments),
     /// Says whether the files of a complete run are still what it wrote.
@@ -66,6 +68,7 @@ fn main() -> ExitCode {
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
+        Command::Specimen(arguments) => specimen::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
     };

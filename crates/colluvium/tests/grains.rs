@@ -240,3 +240,60 @@ fn grains_that_take_long_to_place_are_told_of_before_and_those_that_do_not_fit_a
     );
     assert_eq!(told(&filled(1.0, 0.1)), None);
 }
+
+/// Disks that fall on a floor and come to rest, in stages.
+fn bed() -> Value {
+    json!({
+        "title": "bed of disks", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, -10],
+        "materials": { "sand": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+        "bodies": [{ "name": "bed", "material": "sand", "shape": { "kind": "box", "min": [0, 0], "max": [1, 0.4] } }],
+        "boundaries": [
+            { "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
+            { "side": "x-max", "wall": { "kind": "smooth" } }
+        ],
+        "stages": [{ "name": "fall", "duration": 0.3 }, { "name": "rest", "duration": 0.1 }],
+        "methods": { "dem": {
+            "grains": { "sand": { "density": 2500, "fill": { "kind": "random", "solid_fraction": 0.7 },
+                "diameter": { "distribution": "uniform", "min": 0.04, "max": 0.06 } } },
+            "pairs": [{ "between": ["sand", "sand"], "friction": { "coefficient": 0.5 }, "rolling": { "friction": 0.1 },
+                "normal": { "law": "linear", "stiffness": 1e6, "restitution": 0.3 } }],
+            "stages": { "rest": { "reset_contacts": false } }
+        } }
+    })
+}
+
+#[test]
+fn a_specimen_is_written_by_the_command_line_and_another_case_begins_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let command = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_colluvium"));
+        let output = command.current_dir(folder.path()).args(arguments).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+    };
+    std::fs::write(folder.path().join("bed.json"), bed().to_string()).unwrap();
+    let prepare = ["specimen", "bed.json", "--until", "fall", "--out", "bed.specimen.json"];
+    let (code, said, problems) = command(&prepare);
+    assert!(code == 0 && said.contains("grains with their contacts at 0.300000 s"), "{said}{problems}");
+    assert_eq!(command(&prepare).0, 2, "there is one already");
+    let (code, _, problems) = command(&["specimen", "bed.json", "--until", "fell", "--out", "no.json"]);
+    assert!(code == 3 && problems.contains("there is no stage \"fell\"; there are fall, rest"), "{problems}");
+    // A case of the second stage alone that begins with the file, from its own folder, ends where the whole run does.
+    let mut second = bed();
+    second["stages"].as_array_mut().unwrap().remove(0);
+    second["methods"]["dem"]["specimen"] = json!("bed.specimen.json");
+    std::fs::write(folder.path().join("second.json"), second.to_string()).unwrap();
+    for name in ["bed", "second"] {
+        let (code, _, problems) = command(&["run", &format!("{name}.json"), "--out", name, "-q"]);
+        assert_eq!(code, 0, "{problems}");
+    }
+    let end = |name: &str| -> Value {
+        serde_json::from_slice(&std::fs::read(folder.path().join(name).join("summary.json")).unwrap())
+            .unwrap()
+    };
+    let (whole, second) = (end("bed"), end("second"));
+    let number = |of: &Value, key: &str| of["end"][key].as_f64().unwrap();
+    assert_eq!(number(&whole, "mass"), number(&second, "mass"));
+    let (own, other) = (number(&whole, "potential_energy"), number(&second, "potential_energy"));
+    assert!((own - other).abs() < 1e-9 * own, "{own}, {other}");
+}

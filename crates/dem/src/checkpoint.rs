@@ -285,7 +285,8 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn remarks(&self) -> Vec<String> {
-        self.specimens.iter().map(|specimen| format!("at the start, {specimen}")).collect()
+        let filled = self.specimens.iter().map(|specimen| format!("at the start, {specimen}"));
+        filled.chain(self.given.notes.iter().cloned()).collect()
     }
 
     fn frame(&self, wanted: Wanted) -> Frame {
@@ -299,6 +300,10 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
 
     fn budget(&self) -> Option<Budget> {
         Some(self.take_budget())
+    }
+
+    fn specimen(&self) -> Option<String> {
+        Some(self.stored())
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {

@@ -11,8 +11,8 @@ use crate::vector::{dot, minus};
 const CLOSE: f64 = 1e-9;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// The bodies that were filled with grains at the start. Those of single grains, of points from a file and those that grains rain into
-    /// are none.
+    /// The bodies that were filled with grains at the start. Those of single grains, of points or a specimen from a file and those that
+    /// grains rain into are none.
     pub fn specimens(&self) -> &[Specimen] {
         &self.specimens
     }
@@ -28,7 +28,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let touching = self.touching();
         let specimen = |(number, body): (usize, &colluvium_case::description::Body)| {
             let asked = match of_body(&self.options, body)? {
-                _ if body.points.is_some() => return None,
+                _ if body.points.is_some() || self.given.has(number) => return None,
                 _ if self.sources.iter().any(|source| source.body as usize == number) => return None,
                 Fill::Single => return None,
                 Fill::Lattice { .. } | Fill::DropAndRoll => None,

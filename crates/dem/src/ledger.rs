@@ -111,6 +111,11 @@ impl Ledger {
         }
     }
 
+    /// What happened before belongs to another run: the balance is that from the first step on.
+    pub fn goes_on(&mut self) {
+        self.going_on = Some(0.0);
+    }
+
     /// Sums over contacts of a step.
     pub fn contacts(&mut self, tally: &Tally) {
         self.elastic = tally.elastic;

@@ -31,6 +31,7 @@ mod setup;
 pub mod sizes;
 mod solver;
 pub mod specimen;
+mod store;
 mod surfaces;
 mod sweep;
 mod vector;

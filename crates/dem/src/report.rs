@@ -95,6 +95,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
+    /// Overlap of a contact over the smaller radius.
+    pub(crate) fn overlap_of(&self, contact: &Contact<D>) -> f64 {
+        let radius = &self.grains.radius;
+        let small = contact.other.map_or(radius[contact.grain], |j| radius[contact.grain].min(radius[j]));
+        contact.overlap / small
+    }
+
     /// Contacts that bore a force in the last step.
     pub fn contact_count(&self) -> u64 {
         self.ledger.contacts[0]

@@ -57,6 +57,8 @@ pub struct RunOptions {
     /// Keep the frames in memory, in [`RunReport::frames`]. After a resume, those before the checkpoint
     /// are read from their files and hold the fields that `output.fields` names.
     pub keep_frames: bool,
+    /// Keep what [`Solver::specimen`] gives at the end, in [`RunReport::specimen`].
+    pub keep_specimen: bool,
     /// Set from elsewhere to stop at the next step, with a checkpoint.
     pub stop: Option<Arc<AtomicBool>>,
     /// Commit of the program, for the record.
@@ -106,6 +108,8 @@ pub struct RunReport {
     /// The points at the end of the last failing trial of each, that with the least factor; `trial_displacement` is counted from its
     /// start.
     pub failing: BTreeMap<String, Snapshot>,
+    /// What another case can begin with, if it was to be kept.
+    pub specimen: Option<String>,
 }
 
 /// Runs a case with a method from its start, or from its checkpoint, to the end, and searches for the factors
@@ -466,6 +470,7 @@ impl Run<'_> {
             updates_per_second: updates / (session - self.searched.as_secs_f64()),
             safety: std::mem::take(&mut self.safety),
             failing: std::mem::take(&mut self.failing),
+            specimen: if self.options.keep_specimen { self.solver.specimen() } else { None },
         }
     }
 }

@@ -19,6 +19,7 @@ pub mod plot;
 pub mod report;
 pub mod run;
 pub mod schema;
+pub mod specimen;
 pub mod sweep;
 pub mod verify;
 

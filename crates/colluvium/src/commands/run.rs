@@ -45,6 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         overwrite: files.overwrite,
         progress: !files.quiet,
         keep_frames: false,
+        keep_specimen: false,
         stop: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
         warn: (!files.quiet).then_some(|remark| complain!("warning: {remark}")),

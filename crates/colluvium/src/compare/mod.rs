@@ -202,6 +202,7 @@ fn outcome(
             overwrite: options.overwrite,
             progress: options.progress,
             keep_frames: false,
+            keep_specimen: false,
             stop: options.stop.clone(),
             commit: options.commit.clone(),
             warn: options.warn,

@@ -190,6 +190,7 @@ fn one(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> 
         overwrite: begun && !same,
         progress: false,
         keep_frames: false,
+        keep_specimen: false,
         stop: Some(options.stop.clone()),
         commit: options.commit.clone(),
         warn: None,

@@ -29,6 +29,12 @@ pub struct DemOptions {
     /// What differs for single bodies, by their names.
     #[serde(default)]
     pub bodies: BTreeMap<String, BodyGrains>,
+    /// A specimen that bodies begin with in place of their fill: a file that `colluvium specimen` has written, from the folder of the
+    /// case. Its bodies must be bodies of the case, of the same kind; their grains begin with places, velocities, spins and sizes of
+    /// the file, held ones with the velocity that the case gives them, and contacts with all that they remember. The cell along
+    /// periodic axes and walls of the same name are those of the file. Other bodies are filled beside them.
+    #[serde(default)]
+    pub specimen: Option<String>,
     /// What holds in single stages, by their names.
     #[serde(default)]
     pub stages: BTreeMap<String, GrainStage>,

@@ -11,6 +11,7 @@ use crate::grains::{Grains, volume};
 use crate::rain::holds;
 use crate::specimen::layers::{Layers, pile};
 use crate::specimen::{Container, deposit, pack, roll};
+use crate::store::Stored;
 
 /// More grains than this do not fit in numbers.
 const MOST: usize = u32::MAX as usize / 2;
@@ -38,12 +39,17 @@ fn leans_in<const D: usize>(standing: &[Standing<'_, D>], (x, radius): &Placed<D
 pub(super) fn fill<const D: usize, const R: usize>(
     case: &Case,
     options: &DemOptions,
+    stored: Option<&Stored>,
     standing: &[Standing<'_, D>],
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
+    stored.map_or(Ok(()), |stored| stored.fill(case, options, grains))?;
+    let (count, next) = (grains.len(), next_id(grains));
+    let given = stored.map(Stored::counts).unwrap_or_default();
     for (number, body) in case.bodies.iter().enumerate() {
         let path = format!("bodies[{number}]");
-        if options.bodies.get(&body.name).is_some_and(|own| own.rain.is_some()) {
+        let rains = options.bodies.get(&body.name).is_some_and(|own| own.rain.is_some());
+        if rains || given.contains_key(body.name.as_str()) {
             continue;
         }
         let kind = &options.grains[&body.material];
@@ -77,11 +83,17 @@ pub(super) fn fill<const D: usize, const R: usize>(
         let own = options.bodies.get(&body.name).cloned().unwrap_or_default();
         begin(case, number, body, &own, start, grains)?;
     }
+    (next..).zip(&mut grains.id[count..]).for_each(|(next, id)| *id = next);
     if options.orientation {
         let start = if D == 2 { [0.0; 4] } else { [1.0, 0.0, 0.0, 0.0] };
         grains.orientation.resize(grains.len(), start);
     }
     Ok(())
+}
+
+/// Number of the next grain.
+pub(super) fn next_id<const D: usize, const R: usize>(grains: &Grains<D, R>) -> u32 {
+    grains.id.iter().max().map_or(0, |last| last + 1)
 }
 
 /// Radius of a grain of this area or volume.

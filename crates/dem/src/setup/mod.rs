@@ -7,7 +7,7 @@ mod size;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, ObstacleLaws, Plan, Solver, SolverError, spatial};
+use colluvium_case::{Case, CaseError, ObstacleLaws, Plan, Solver, SolverError, Standing, spatial};
 use colluvium_points::Surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -18,14 +18,16 @@ pub(crate) use size::size;
 
 use crate::cell::PeriodicCell;
 use crate::config::DemOptions;
+use crate::contact::bond::Bond;
 use crate::contact::{Attraction, Law, STUCK};
 use crate::grains::{Grains, volume};
 use crate::ledger::Ledger;
 use crate::lists::Lists;
 use crate::pairs::Columns;
 use crate::rain;
-use crate::solver::{DemSolver, Kind, Scratch, Since};
+use crate::solver::{DemSolver, Given, Kind, Scratch, Since};
 use crate::specimen::Specimen;
+use crate::store::Stored;
 use crate::surfaces::Moving;
 use crate::vector::{dot, minus};
 use crate::walls::{Wall, WallList};
@@ -96,7 +98,11 @@ fn measure<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>
         volumes,
         grains: Some(masses),
         updates_per_second: if D == 3 { 5e6 } else { 1e7 },
-        warnings: refuse::warnings(case, &solver.options).into_iter().chain(off_target(solver)).collect(),
+        warnings: refuse::warnings(case, &solver.options)
+            .into_iter()
+            .chain(off_target(solver))
+            .chain(solver.given.notes.iter().cloned())
+            .collect(),
     }
 }
 
@@ -119,16 +125,14 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         .collect();
     let mut grains = Grains::default();
     let standing = case.standing::<D>()?;
-    fill::fill(case, &options, &standing, &mut grains)?;
-    for body in 0..case.bodies.len() {
-        let of_body = (0..grains.len()).filter(|&i| grains.body[i] as usize == body && !grains.held[i]);
-        let places: Vec<[f64; D]> = of_body.map(|i| grains.position[i]).collect();
-        case.refuse_covered(&standing, body, &places, 0.0)?;
-    }
+    let stored = Stored::of(case, &options)?;
+    fill::fill(case, &options, stored.as_ref(), &standing, &mut grains)?;
+    check_covered(case, &standing, &grains)?;
     let laws = laws::laws(case, &options, &kinds, &grains, 0)?;
     let columns =
         Columns::of(&laws.pairs.iter().chain(laws.walls.iter().flatten()).copied().collect::<Vec<_>>());
-    let count = grains.len();
+    let next_id = fill::next_id(&grains);
+    let cell = stored.as_ref().map_or_else(|| Ok(domain(case)), |stored| stored.cell(case, domain(case)))?;
     let fastest = grains.velocity.iter().map(|v| dot(v, v)).fold(0.0, f64::max).sqrt();
     let mut solver = DemSolver {
         case: Arc::new(case.clone()),
@@ -137,7 +141,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         laws,
         columns,
         grains,
-        cell: domain(case),
+        cell,
         lists: Lists::default(),
         near: WallList::default(),
         walls: Vec::new(),
@@ -157,11 +161,13 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         imposed: None,
         one_by_one: false,
         sources: rain::sources(case, &options),
-        next_id: count as u32,
+        next_id,
         specimens: Vec::new(),
+        given: Given::default(),
         options,
     };
     solver.walls = walls(&solver, 0);
+    stored.map_or(Ok(()), |stored| stored.take_up(case, &mut solver))?;
     check_step(&solver)?;
     check_sheets(&solver)?;
     solver.relist().map_err(|error| CaseError::new("methods.dem", error.to_string()))?;
@@ -188,6 +194,20 @@ fn mean_diameter<const D: usize, const R: usize>(
         Some(source) if grains.is_empty() => source.mean(D),
         _ => 2.0 * grains.radius.iter().sum::<f64>() / grains.len() as f64,
     }
+}
+
+/// Grains that are free must not begin in obstacles.
+fn check_covered<const D: usize, const R: usize>(
+    case: &Case,
+    standing: &[Standing<'_, D>],
+    grains: &Grains<D, R>,
+) -> Result<(), CaseError> {
+    for body in 0..case.bodies.len() {
+        let of_body = (0..grains.len()).filter(|&i| grains.body[i] as usize == body && !grains.held[i]);
+        let places: Vec<[f64; D]> = of_body.map(|i| grains.position[i]).collect();
+        case.refuse_covered(standing, body, &places, 0.0)?;
+    }
+    Ok(())
 }
 
 /// A step that the case fixes must be one that contacts allow.
@@ -228,9 +248,11 @@ fn check_overlaps<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> R
     let (g, most) = (&solver.grains, solver.options.initial_overlap);
     let mut worst: Option<(f64, usize, Option<usize>)> = None;
     solver.visit(|contact, _, _| {
-        let small =
-            contact.other.map_or(g.radius[contact.grain], |j| g.radius[contact.grain].min(g.radius[j]));
-        let share = contact.overlap / small;
+        let share = solver.overlap_of(&contact);
+        let given = |grain: usize| solver.given.has(g.body[grain] as usize);
+        // A specimen is in balance with the overlaps that it has.
+        let of_file = given(contact.grain) && contact.other.is_none_or(given);
+        let most = if of_file { most.max(solver.given.overlap) } else { most };
         if share > most * (1.0 + 1e-9) && worst.is_none_or(|(before, ..)| share > before) {
             worst = Some((share, contact.grain, contact.other));
         }
@@ -260,6 +282,12 @@ fn bond<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> Result<
     for (list, pairs) in [&solver.lists.inner, &solver.lists.seam].into_iter().enumerate() {
         for (i, k) in pairs.firsts() {
             let j = pairs.other[k] as usize;
+            let given = |grain: usize| solver.given.has(g.body[grain] as usize);
+            if solver.given.bonded && given(i) && given(j) {
+                // Bonded, or broken, as the file says.
+                bonds += usize::from(pairs.memory.bond.get(k).is_some_and(Bond::holds));
+                continue;
+            }
             let law = &laws[g.kind[i] as usize * kinds + g.kind[j] as usize];
             let code = pairs.image.get(k).map_or(0, |code| *code as usize);
             let apart = minus(&minus(&g.position[i], &g.position[j]), &shifts[code].0);

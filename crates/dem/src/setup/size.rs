@@ -7,6 +7,7 @@ use super::{of_body, options};
 use crate::config::{DemOptions, Diameters, Fill, Packing};
 use crate::grains::volume;
 use crate::rain;
+use crate::store::Stored;
 
 /// Bytes of a disk and of a sphere while the solver is made, which is when it takes most, as the system has them resident (a third is
 /// allocated besides); and while it is placed, with its neighbours.
@@ -29,7 +30,13 @@ struct Expected {
 /// About how large the problem is.
 pub fn size(case: &Case) -> Result<Size, CaseError> {
     let options = options(case)?;
-    let all: Vec<Expected> = (0..case.bodies.len()).map(|body| expected(case, &options, body)).collect();
+    let stored = Stored::of(case, &options)?;
+    let given = stored.as_ref().map(Stored::counts).unwrap_or_default();
+    let of_body = |(number, body): (usize, &Body)| match given.get(body.name.as_str()) {
+        Some(count) => Expected { grains: *count as f64, ..Expected::default() },
+        None => expected(case, &options, number),
+    };
+    let all: Vec<Expected> = case.bodies.iter().enumerate().map(of_body).collect();
     let end = case.end_time();
     let sources = rain::sources(case, &options);
     let rain: f64 = sources.iter().map(|source| source.expected(case.dimension(), end)).sum();

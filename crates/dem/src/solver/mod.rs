@@ -88,6 +88,26 @@ pub struct Since<const D: usize> {
     pub others: f64,
 }
 
+/// What is from a specimen in a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Given {
+    /// Whether the grains of each body of the case are.
+    pub bodies: Vec<bool>,
+    /// Whether contacts were bonded, or cohesive from the start on.
+    pub bonded: bool,
+    /// Largest overlap over the smaller radius.
+    pub overlap: f64,
+    /// What is told of it.
+    pub notes: Vec<String>,
+}
+
+impl Given {
+    /// Whether the grains of body number `body` are.
+    pub fn has(&self, body: usize) -> bool {
+        self.bodies.get(body).is_some_and(|given| *given)
+    }
+}
+
 /// Grains in `D` dimensions with rotations of `R` components.
 pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) case: Arc<Case>,
@@ -129,6 +149,8 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) next_id: u32,
     /// How bodies were filled.
     pub(crate) specimens: Vec<Specimen>,
+    /// What is from a file.
+    pub(crate) given: Given,
     /// Bonds that broke: time (s) and ids of the grains.
     pub(crate) broken: Vec<(f64, u32, u32)>,
 }

@@ -18,3 +18,4 @@ mod rules;
 mod same;
 mod space;
 mod specimens;
+mod store;

@@ -10,7 +10,7 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
 }
 
 /// A heap of polydisperse grains that falls on a floor.
-fn heap(dimension: usize) -> Value {
+pub fn heap(dimension: usize) -> Value {
     let (low, high) = (vec![0.0; dimension], vec![if dimension == 2 { 3.0 } else { 1.1 }; dimension]);
     let mut domain = (low.clone(), high.clone());
     domain.1[1] = 4.0;
