@@ -16,6 +16,7 @@ mod laws;
 mod oblique;
 mod plane_shear;
 mod representative;
+mod representative_spheres;
 mod rest;
 mod scene;
 mod slope;
@@ -50,5 +51,7 @@ pub const ALL: &[Benchmark] = &[
     representative::BENCHMARK,
     representative::WALLS,
     representative::WINDOWS,
+    representative_spheres::BENCHMARK,
+    representative_spheres::WINDOWS,
     applications::BENCHMARK,
 ];

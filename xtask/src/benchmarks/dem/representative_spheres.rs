@@ -1,0 +1,192 @@
+//! How many spheres a periodic cell needs, and windows cut from a larger one (sheet: dem §5, B16).
+
+use colluvium::case::RunReport;
+use colluvium::plots::{Series, Style};
+use serde_json::{Value, json};
+
+use super::scene::{Grain, case, chart, load, options, points};
+use crate::analysis::larger;
+use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
+
+/// Cells of so many spheres.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "dem/representative-spheres",
+    title: "Triaxial tests of periodic cells of 75, 311 and 979 spheres, DEM",
+    source: "Sun 2020, §2.1, Figs 1 and 2; sheet: dem §5, B16",
+    quick: None,
+    full: 90,
+    run: |_| cells(),
+};
+
+/// Parts of one of them.
+pub const WINDOWS: Benchmark = Benchmark {
+    id: "dem/windows-spheres",
+    title: "Triaxial tests of windows cut from a specimen of 979 spheres, DEM",
+    quick: Some(25),
+    full: 40,
+    run: |quick| windows(if quick { &[311] } else { &PARTS }),
+    ..BENCHMARK
+};
+
+/// Spheres of the specimen of the file, of the source's windows, and of the cells.
+const WHOLE: u32 = 979;
+const PARTS: [u32; 4] = [619, 413, 311, 75];
+const CELLS: [u32; 3] = [75, 311, 979];
+/// Drawings of each cell.
+const SEEDS: u64 = 4;
+/// Durations of preparation and settling of the file, and the rate of the shear (times √(m/(P d))).
+const BEFORE: [f64; 2] = [100.0, 30.0];
+const RATE: f64 = 1e-3;
+/// Time for which a window comes to rest.
+const AGAIN: f64 = 60.0;
+/// Strain over which stresses are averaged.
+const WINDOW: f64 = 2e-3;
+
+/// What a test tells.
+struct Found {
+    /// Deviator at the peak over the lateral stress.
+    peak: f64,
+    /// Anisotropy of the contacts and porosity before the shear.
+    anisotropy: f64,
+    porosity: f64,
+}
+
+/// Of the rows after `start`.
+fn found(report: &RunReport, start: f64) -> Result<Found, String> {
+    let sheared = |name: &str| -> Vec<f64> {
+        series(report, name)
+            .into_iter()
+            .filter(|(time, _)| *time > start - 0.3)
+            .map(|(_, value)| value)
+            .collect()
+    };
+    let [xx, yy, zz] = ["xx", "yy", "zz"].map(|entry| sheared(&format!("cell_stress.{entry}")));
+    let ratios: Vec<f64> = (0..zz.len()).map(|k| zz[k] / (0.5 * (xx[k] + yy[k])) - 1.0).collect();
+    let rows = (WINDOW / RATE / 0.5).round() as usize + 1;
+    let peak = ratios.windows(rows).map(|part| part.iter().sum::<f64>() / rows as f64).fold(0.0, larger);
+    let first = |name: &str| sheared(name).first().copied().ok_or_else(|| format!("no {name}"));
+    let volume = first("cell.x")? * first("cell.y")? * first("cell.z")?;
+    let solid: f64 = scalars(&report.snapshot, "radius")
+        .iter()
+        .map(|r| 4.0 / 3.0 * std::f64::consts::PI * r.powi(3))
+        .sum();
+    Ok(Found { peak, anisotropy: first("fabric.anisotropy")?, porosity: 1.0 - solid / volume })
+}
+
+/// The case of that many spheres, drawn with a seed.
+fn cell(count: u32, seed: u64) -> Result<Value, String> {
+    let mut value = load("triaxial")?;
+    let whole = value["domain"]["max"][0].as_f64().ok_or("no box")?;
+    boxed(&mut value, whole * (f64::from(count) / f64::from(WHOLE)).cbrt());
+    options(&mut value)["seed"] = json!(seed);
+    Ok(value)
+}
+
+fn boxed(value: &mut Value, side: f64) {
+    value["domain"]["max"] = json!([side, side, side]);
+    value["bodies"][0]["shape"]["max"] = json!([side, side, side]);
+}
+
+/// Judges how even the contacts of about `count` spheres are before the shear.
+fn evenness(outcome: &mut Outcome, name: String, count: u32, anisotropy: f64) {
+    if count >= 300 {
+        outcome.below(
+            name,
+            "even",
+            anisotropy,
+            0.15,
+            "B16: even for all but 75 spheres; below 0.15 in its version in the plane",
+        );
+    } else {
+        outcome.show(
+            name,
+            "uneven in the source",
+            anisotropy,
+            "not judged: the source calls 75 grains too few",
+        );
+    }
+}
+
+fn cells() -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut picture = chart(
+        "Strength of periodic cells of spheres",
+        "spheres",
+        "deviator at the peak over the lateral stress",
+    );
+    picture.log = true;
+    let (mut marks, mut spreads) = (Vec::new(), Vec::new());
+    for count in CELLS {
+        let test = |seed| found(&run_by("dem", &case(&cell(count, seed)?)?)?, BEFORE[0] + BEFORE[1]);
+        let all: Vec<Found> = (1..=SEEDS).map(test).collect::<Result<_, _>>()?;
+        let mean = |of: fn(&Found) -> f64| all.iter().map(of).sum::<f64>() / SEEDS as f64;
+        let peak = mean(|own| own.peak);
+        let square = all.iter().map(|own| (own.peak - peak).powi(2)).sum::<f64>() / (SEEDS - 1) as f64;
+        spreads.push(square.sqrt());
+        marks.extend(all.iter().map(|own| (f64::from(count), own.peak)));
+        let most = all.iter().map(|own| own.anisotropy).fold(0.0, larger);
+        evenness(
+            &mut outcome,
+            format!("{count} spheres: largest anisotropy of the contacts before the shear"),
+            count,
+            most,
+        );
+        let reason = "not judged: no values in the source";
+        outcome.show(
+            format!("{count} spheres: deviator at the peak over the lateral stress"),
+            "",
+            peak,
+            reason,
+        );
+        let reason = "not judged: the source's dense specimen, whose preparation it does not give";
+        outcome.show(
+            format!("{count} spheres: porosity before the shear"),
+            "0.375",
+            mean(|own| own.porosity),
+            reason,
+        );
+    }
+    let name = "standard deviation of it between drawings, 979 spheres over 75";
+    outcome.below(name, "below one", spreads[2] / spreads[0], 1.0, "B16: it decreases with the number");
+    let reason = "not judged: four drawings tell it to a half";
+    outcome.show("the same, 311 spheres over 75", "below one", spreads[1] / spreads[0], reason);
+    picture.series.push(Series::new("four drawings of each", marks, Style::Markers));
+    outcome.svg("B16: fewer grains scatter more.", &picture)?;
+    Ok(outcome)
+}
+
+fn windows(counts: &[u32]) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut whole = cell(WHOLE, 1)?;
+    whole["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
+    options(&mut whole)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
+    let report = run_by("dem", &case(&whole)?)?;
+    let side =
+        |axis: &str| series(&report, &format!("cell.{axis}")).last().map(|(_, side)| *side).ok_or("no cell");
+    let sides = [side("x")?, side("y")?, side("z")?];
+    for &count in counts {
+        let share = (f64::from(count) / f64::from(WHOLE)).cbrt();
+        let widths = sides.map(|side| share * side);
+        // As far from the sides of its cell as a sphere reaches: none touches another across them.
+        let within = |x: &[f64; 3]| (0..3).all(|c| x[c] < widths[c]);
+        let grains: Vec<Grain> = (report.snapshot.positions.iter())
+            .filter(|x| within(x))
+            .map(|x| (x.iter().map(|c| c + 0.5).collect(), 0.5, vec![0.0; 3]))
+            .collect();
+        let mut value = cell(WHOLE, 1)?;
+        let cell = widths.map(|width| width + 1.0);
+        value["domain"]["max"] = json!(cell);
+        value["bodies"][0]["shape"]["max"] = json!(cell);
+        value["bodies"][0]["points"] = points(&format!("window-spheres-{count}"), &grains)?;
+        value["stages"].as_array_mut().ok_or("no stages")?.remove(0);
+        value["stages"][0]["duration"] = json!(AGAIN);
+        options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("prepare");
+        let own = found(&run_by("dem", &case(&value)?)?, AGAIN)?;
+        let number = grains.len();
+        let name = format!("window of {number} spheres: anisotropy of the contacts before the shear");
+        evenness(&mut outcome, name, count, own.anisotropy);
+        let name = format!("window of {number} spheres: deviator at the peak over the lateral stress");
+        outcome.show(name, "", own.peak, "not judged: no values in the source");
+    }
+    Ok(outcome)
+}
