@@ -13,6 +13,7 @@ use crate::clock::Clock;
 use crate::config::{History, SmoothingLength};
 use crate::lanes::{Record, record, set_velocity};
 use crate::loads::Loads;
+use crate::rigid::Rigid;
 use crate::setting::Setting;
 
 /// Least number of particles per task.
@@ -43,6 +44,8 @@ pub struct Group {
     pub history: Option<History>,
     /// Its mean over the step.
     pub factor: f64,
+    /// How it moves, where it is rigid.
+    pub rigid: Option<Rigid>,
     /// Whether others slip along it; only what is held may be smooth.
     pub smooth: bool,
     /// Whether a confining pressure acts on it.

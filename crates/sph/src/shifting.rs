@@ -81,7 +81,8 @@ impl<const D: usize> Shifting<D> {
         let fastest = &self.fastest;
         let moves = |i: usize| {
             let number = bodies.groups.iter().position(|body| body.range().contains(&i))?;
-            let body = Some(&bodies.groups[number]).filter(|body| body.held.is_none() && !surface[i])?;
+            let body = Some(&bodies.groups[number])
+                .filter(|body| body.held.is_none() && body.rigid.is_none() && !surface[i])?;
             let length = fastest.get(number).copied().unwrap_or_else(|| square(&p.velocity[i])).sqrt() * dt;
             pairs.shift(i, neighbours.of(i), length, (&body.range(), surface))
         };

@@ -8,6 +8,7 @@ use colluvium_points::HalfList;
 
 use crate::config::{SoundSpeed, SphOptions};
 use crate::particles::{Group, Particles};
+use crate::rigid::Rigid;
 use crate::setting::corner;
 
 /// Beyond this many particles the ids no longer fit.
@@ -82,12 +83,11 @@ pub(super) fn add_body<const D: usize>(
     let fluid = spec.facts().kind == Kind::Fluid;
     let end = start + count;
     let confined = options.confining.as_ref().is_some_and(|confining| {
-        confining.bodies.as_ref().map_or(held.is_none(), |names| names.contains(&body.name))
+        confining.bodies.as_ref().map_or(held.is_none() && !body.rigid, |names| names.contains(&body.name))
     });
     let smooth = options.smooth_bodies.contains(&body.name);
-    let body = number as u32;
     Ok(Group {
-        body,
+        body: number as u32,
         start,
         end,
         material,
@@ -97,6 +97,7 @@ pub(super) fn add_body<const D: usize>(
         held,
         history,
         factor,
+        rigid: body.rigid.then(Rigid::default),
         smooth,
         confined,
         fluid,

@@ -7,7 +7,7 @@ use colluvium_constitutive::{Kind, MaterialSpec};
 use super::defaults::{densities, has_jump};
 use crate::config::{
     Confined, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall, SmoothWall,
-    SphOptions, Symmetrisation, Tensile, VelocityGradient, WallStress, WallVelocity,
+    SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress, WallVelocity,
 };
 use crate::particles::Group;
 use crate::total;
@@ -33,6 +33,8 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
             "boundaries.wall=smooth",
             "boundaries.wall=frictional",
             "stages.damping",
+            "stages.motions*",
+            "bodies.rigid",
             "loads*",
             "obstacles",
             "obstacles.shape=*",
@@ -45,7 +47,8 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
             "obstacles.regions*",
         ])
         .refuses("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
-        .refuses("bodies.rigid", "sph has no rigid bodies: see `held` of its options")
+        .refuses_if(total, "bodies.rigid", in_total("bodies deform or are held"))
+        .refuses_if(options.ranks > 1, "bodies.rigid", "a rigid body is not shared out among ranks: use one")
         .refuses("bodies.drop_outside", "sph has no sides that points leave by")
         .refuses("bodies.pore_fluid", "sph has one phase; where no fluid leaves use the material undrained")
         .refuses("boundaries.group", "sph has no mesh with groups of nodes")
@@ -72,6 +75,7 @@ pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError>
     refuse_obstacles(case, options)?;
     check_periods(case, options)?;
     check_names(case, options)?;
+    check_rigid(case, options)?;
     if options.formulation == Formulation::TotalLagrangian {
         total::refuse(options)?;
     }
@@ -127,6 +131,30 @@ fn refuse_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> 
         if on {
             let problem = format!("does not go with obstacles, which have no particles: {cure}");
             return Err(CaseError::new(format!("methods.sph.{key}"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// What rigid bodies do not go with.
+fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    let Some(number) = case.bodies.iter().position(|body| body.rigid) else { return Ok(()) };
+    let problem = |problem: &str| Err(CaseError::new(format!("bodies[{number}].rigid"), problem));
+    if options.held.contains(&case.bodies[number].name) {
+        return problem(
+            "sph holds the body (`held`), or it is rigid and moves as the `motions` say: take one",
+        );
+    }
+    if options.integration != TimeIntegration::Leapfrog {
+        return problem("rigid bodies need methods.sph.integration leapfrog");
+    }
+    if !case.domain.periodic.is_empty() {
+        return problem("in a periodic domain sph has no rigid bodies");
+    }
+    for (stage, motions) in case.stages.iter().map(|stage| &stage.motions).enumerate() {
+        if let Some(motion) = motions.iter().position(|motion| motion.turns && case.dimension() == 3) {
+            let path = format!("stages[{stage}].motions[{motion}].turns");
+            return Err(CaseError::new(path, "sph turns rigid bodies in the plane only"));
         }
     }
     Ok(())

@@ -164,7 +164,9 @@ impl<const D: usize> SphSolver<D> {
         derive(setting, clock, bodies, walls, lists, rates, dt); // 3, 4
         kick(setting, clock, bodies, &rates.of.acceleration, 0.5 * (clock.last_step + dt), dt); // 5
         strain(setting, clock, bodies, walls, lists, rates, dt)?; // 6–8
-        drift(setting, clock, bodies, walls, lists, rates, dt) // 9
+        drift(setting, clock, bodies, walls, lists, rates, dt)?; // 9
+        bodies.turn_rigid(dt);
+        Ok(())
     }
 
     /// The leapfrog over the reference configuration.

@@ -38,6 +38,7 @@ pub fn accelerate<const D: usize>(
     resist_hourglass(setting, clock, bodies, walls, lists, rates);
     // Smooth bodies feel nothing.
     walls.smooth.ranges().for_each(|body| rates.of.acceleration[body].fill([0.0; D]));
+    bodies.stiffen(rates);
 }
 
 /// Viscosity against what the velocity gradients of the step before do not see.
@@ -112,7 +113,7 @@ fn find_gradients<const D: usize>(
     lists.weighed = true;
 }
 
-/// Velocities of XSPH. Bodies that are held move with none.
+/// Velocities of XSPH. Bodies that are held or rigid move with none.
 fn find_drift<const D: usize>(
     setting: &Setting<D>,
     bodies: &Bodies<D>,
@@ -129,7 +130,7 @@ fn find_drift<const D: usize>(
     over_rows(&lists.neighbours, &mut lists.weights, &mut rates.drift, |i, row, _, drift| {
         *drift = pairs.drift(i, row).map(|v| v * share);
     });
-    for group in bodies.groups.iter().filter(|group| group.held.is_some()) {
+    for group in bodies.groups.iter().filter(|group| group.held.is_some() || group.rigid.is_some()) {
         rates.drift[group.range()].fill([0.0; D]);
     }
 }

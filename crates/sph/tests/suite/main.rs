@@ -11,6 +11,7 @@ mod obstacles;
 mod operators;
 mod ranks;
 mod regularisation;
+mod rigid;
 mod schemes;
 mod smooth_bodies;
 mod solids;
