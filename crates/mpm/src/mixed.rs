@@ -278,7 +278,6 @@ mod tests {
     use super::*;
     use crate::MpmSolver;
     use crate::dispatch::tests::begun;
-    use crate::setup;
     use colluvium_case::Case;
     use colluvium_points::Spare;
     use serde_json::{Value, json};
@@ -377,37 +376,6 @@ mod tests {
                 pore.points.pressure
             );
         }
-    }
-
-    #[test]
-    fn only_laws_that_start_from_the_stress_of_a_point_are_reset() {
-        let refused = |change: &dyn Fn(&mut Value)| {
-            let mut text: Value = serde_json::from_str(&resettable_bars()[0].to_json()).unwrap();
-            change(&mut text);
-            let case = Case::from_json(&text.to_string()).unwrap();
-            setup::build(&case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem.clone()))
-        };
-        assert_eq!(refused(&|_| {}), Ok(()));
-        let hyperelastic =
-            json!({ "model": "neo-hookean", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 });
-        let (path, problem) = refused(&|text| {
-            text["materials"]["m"] = hyperelastic.clone();
-            text["bodies"][0]["stress"] = json!({ "kind": "none" });
-        })
-        .unwrap_err();
-        assert_eq!(path, "methods.mpm.mixed_reset");
-        assert!(problem.contains("\"m\" (neo-hookean)"), "{problem}");
-        let two_materials = |text: &mut Value| {
-            text["materials"]["other"] = text["materials"]["m"].clone();
-            let shape = json!({ "kind": "box", "min": [3], "max": [4] });
-            let next = json!({ "name": "next", "material": "other", "shape": shape });
-            text["bodies"].as_array_mut().unwrap().push(next);
-        };
-        let (path, problem) = refused(&two_materials).unwrap_err();
-        assert_eq!(path, "methods.mpm.mixed_reset");
-        assert!(problem.contains("\"b\" and \"next\""), "{problem}");
-        let points = refused(&|text| text["methods"]["mpm"]["integration"] = json!("points"));
-        assert_eq!(points.unwrap_err().1, "needs integration mixed or gauss");
     }
 
     #[test]

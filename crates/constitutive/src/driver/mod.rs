@@ -242,6 +242,3 @@ impl ElementTest {
         Ok(())
     }
 }
-
-#[cfg(test)]
-mod tests;

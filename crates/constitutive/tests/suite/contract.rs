@@ -5,7 +5,7 @@
 //! elastic trial, `‖σ‖ + M ‖Δε‖` with the wave modulus `M` (the larger of both ends where stiffness
 //! follows pressure).
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use colluvium_constitutive::laws::{
     DoubleScaleSpec, DruckerPragerSpec, Integration, Matching, MohrCoulombSpec, OutsideStrength, Softening,
@@ -33,7 +33,7 @@ struct Walker {
     density: f64,
 }
 
-fn subjects() -> Vec<Subject> {
+fn all() -> Vec<Subject> {
     let subject = |spec: MaterialSpec| {
         let law = spec.build().expect("an example builds");
         let start = SymTensor([-60e3, -50e3, -45e3, 3e3, -2e3, 1e3]);
@@ -45,6 +45,11 @@ fn subjects() -> Vec<Subject> {
         MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()).map(subject);
     let banded = yielding_surroundings().map(|spec| Subject { scale: SMALL, ..subject(spec) });
     registered.chain(banded).chain(steeply_softening().map(subject)).collect()
+}
+
+fn subjects() -> &'static [Subject] {
+    static SUBJECTS: LazyLock<Vec<Subject>> = LazyLock::new(all);
+    &SUBJECTS
 }
 
 /// Steps of 0.1 % in place of 10 %.
@@ -121,13 +126,13 @@ fn steeply_softening() -> [MaterialSpec; 4] {
     [pyramid, returned, semi_implicit, explicit]
 }
 
-fn solids() -> Vec<Subject> {
-    subjects().into_iter().filter(Subject::is_solid).collect()
+fn solids() -> impl Iterator<Item = &'static Subject> {
+    subjects().iter().filter(|subject| subject.is_solid())
 }
 
 /// The laws that say that they know no direction of their own.
-fn isotropic() -> Vec<Subject> {
-    subjects().into_iter().filter(|subject| subject.law.is_isotropic()).collect()
+fn isotropic() -> impl Iterator<Item = &'static Subject> {
+    subjects().iter().filter(|subject| subject.law.is_isotropic())
 }
 
 impl Subject {
@@ -318,12 +323,10 @@ proptest! {
     }
 
     #[test]
-    fn no_axis_is_special(path in gradients(3, 0.1)) {
+    fn no_axis_is_special(path in gradients(3, 0.1), q in proptest::sample::select(permutations().to_vec())) {
         for subject in isotropic() {
-            for q in permutations() {
-                let turned = subject.turned_with(&path, &q);
-                prop_assert!(turned.is_ok(), "{}: {}", subject.name(), turned.unwrap_err());
-            }
+            let turned = subject.turned_with(&path, &q);
+            prop_assert!(turned.is_ok(), "{}: {}", subject.name(), turned.unwrap_err());
         }
     }
 
@@ -406,37 +409,6 @@ proptest! {
     }
 
     #[test]
-    fn the_same_input_gives_the_same_bits_on_any_thread(path in gradients(4, 0.1)) {
-        for subject in subjects() {
-            let walk = || {
-                let walker = subject.walk(&path, 1e-3);
-                (walker.stress.0.map(f64::to_bits), subject.law.save(&walker.states))
-            };
-            let here = walk();
-            let there = std::thread::scope(|scope| {
-                let threads = [scope.spawn(walk), scope.spawn(walk)];
-                threads.map(|thread| thread.join().expect("no panic"))
-            });
-            prop_assert!(there.iter().all(|result| *result == here), "{}", subject.name());
-        }
-    }
-
-    #[test]
-    fn a_batch_gives_what_its_points_give_alone(gradients in gradients(24, 0.02)) {
-        for subject in subjects() {
-            let density = subject.spec.density();
-            let motions: Vec<Motion> = gradients.iter().map(|a| subject.motion(a, 1e-3, density)).collect();
-            let start = vec![InitialCondition { stress: subject.start, density }; motions.len()];
-            let (mut stresses, mut states) = subject.law.initial(&start).expect("admissible");
-            subject.law.update(&motions, &mut stresses, &mut states.blocks_mut()[0]).expect("a moderate step");
-            for (motion, stress) in motions.iter().zip(&stresses) {
-                let alone = subject.apply(&subject.walker(), motion);
-                prop_assert_eq!(alone.stress, *stress, "{}", subject.name());
-            }
-        }
-    }
-
-    #[test]
     fn tangents_are_the_slopes_of_the_update(
         before in gradients(1, 2e-3),
         direction in proptest::array::uniform6(-1.0..1.0f64),
@@ -468,6 +440,9 @@ proptest! {
                     ((plus - minus) * (0.5 / step), (plus + minus - middle.stress * 2.0) * (1.0 / step))
                 })
             };
+            // A forward algorithm takes the more steps the larger the strain: its stress is a staircase about the
+            // slope of each tread, and jumps on both sides are seen by neither difference.
+            let allowed = if subject.name().contains("integration: Explicit") { 1e-5 } else { 1e-6 };
             let step = 1e-4 * size.max(1e-4);
             let (coarse, fine) = (differences(2.0 * step), differences(step));
             for column in 0..6 {
@@ -482,11 +457,44 @@ proptest! {
                     }
                     let slope = near + (near - wide) / 3.0;
                     let error = (tangent.0[row][column] - slope).abs();
-                    // A forward algorithm takes the more steps the larger the strain: its stress is a staircase about the
-                    // slope of each tread, and jumps on both sides are seen by neither difference.
-                    let allowed = if format!("{:?}", subject.spec).contains("integration: Explicit") { 1e-5 } else { 1e-6 };
                     prop_assert!(error <= allowed * stiffest, "{} [{row}][{column}]: {error} of {stiffest}", subject.name());
                 }
+            }
+        }
+    }
+}
+
+proptest! {
+    // What these compare is equal or it is not: few paths tell.
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn the_same_input_gives_the_same_bits_on_any_thread(path in gradients(4, 0.1)) {
+        for subject in subjects() {
+            let walk = || {
+                let walker = subject.walk(&path, 1e-3);
+                (walker.stress.0.map(f64::to_bits), subject.law.save(&walker.states))
+            };
+            let here = walk();
+            let there = std::thread::scope(|scope| {
+                let threads = [scope.spawn(walk), scope.spawn(walk)];
+                threads.map(|thread| thread.join().expect("no panic"))
+            });
+            prop_assert!(there.iter().all(|result| *result == here), "{}", subject.name());
+        }
+    }
+
+    #[test]
+    fn a_batch_gives_what_its_points_give_alone(gradients in gradients(24, 0.02)) {
+        for subject in subjects() {
+            let density = subject.spec.density();
+            let motions: Vec<Motion> = gradients.iter().map(|a| subject.motion(a, 1e-3, density)).collect();
+            let start = vec![InitialCondition { stress: subject.start, density }; motions.len()];
+            let (mut stresses, mut states) = subject.law.initial(&start).expect("admissible");
+            subject.law.update(&motions, &mut stresses, &mut states.blocks_mut()[0]).expect("a moderate step");
+            for (motion, stress) in motions.iter().zip(&stresses) {
+                let alone = subject.apply(&subject.walker(), motion);
+                prop_assert_eq!(alone.stress, *stress, "{}", subject.name());
             }
         }
     }
@@ -500,7 +508,7 @@ fn with_and_without_cohesion() -> Vec<Subject> {
         let spec: MaterialSpec = serde_json::from_value(spec).ok()?;
         Some(Subject { law: spec.build().ok()?, spec, start: SymTensor::ZERO, scale: 1.0 })
     };
-    let subjects = subjects();
+    let subjects = all();
     let without: Vec<Subject> = subjects.iter().filter_map(bare).collect();
     assert!(without.len() >= 3, "laws have a cohesion");
     subjects.into_iter().chain(without).collect()

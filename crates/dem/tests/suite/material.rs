@@ -125,7 +125,7 @@ fn a_biaxial_test_of_a_dense_cell_has_the_friction_of_disks_and_dilates() {
     let test: ElementTest = serde_json::from_value(json!({
         "title": "biaxial test of grains", "material": disks(0.0, 4),
         "initial_stress": [-PRESSURE, -PRESSURE, -PRESSURE, 0, 0, 0],
-        "stages": [{ "path": { "kind": "biaxial-plane-strain", "axial_compression": 0.06 }, "steps": 60 }]
+        "stages": [{ "path": { "kind": "biaxial-plane-strain", "axial_compression": 0.03 }, "steps": 30 }]
     }))
     .unwrap();
     offer_material(&GranularCells);

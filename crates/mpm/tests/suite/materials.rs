@@ -1,6 +1,7 @@
 //! What laws get from the grid, and several materials on one grid.
 
-use colluvium_case::Case;
+use colluvium_case::{Case, Method};
+use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
 use crate::common::{begin, changed, solve, stresses, vectors};
@@ -107,4 +108,43 @@ fn two_materials_share_a_grid_as_bars_in_series_do() {
             );
         }
     }
+}
+
+#[test]
+fn only_laws_that_start_from_the_stress_of_a_point_are_reset() {
+    let refused = |change: &dyn Fn(&mut Value)| {
+        let mut text = json!({
+            "title": "bar", "space": "1d", "domain": { "min": [0], "max": [4] }, "gravity": [0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [3] },
+                         "stress": { "kind": "uniform", "value": [7, 0, 0, 0, 0, 0] } }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "mpm": { "cell_size": 1, "points_per_cell": 3, "shape": "linear", "integration": "mixed",
+                                  "mixed_reset": true } }
+        });
+        change(&mut text);
+        let case = Case::from_json(&text.to_string()).unwrap();
+        Mpm.build(&case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem.clone()))
+    };
+    assert_eq!(refused(&|_| {}), Ok(()));
+    let hyperelastic =
+        json!({ "model": "neo-hookean", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 });
+    let (path, problem) = refused(&|text| {
+        text["materials"]["m"] = hyperelastic.clone();
+        text["bodies"][0]["stress"] = json!({ "kind": "none" });
+    })
+    .unwrap_err();
+    assert_eq!(path, "methods.mpm.mixed_reset");
+    assert!(problem.contains("\"m\" (neo-hookean)"), "{problem}");
+    let two_materials = |text: &mut Value| {
+        text["materials"]["other"] = text["materials"]["m"].clone();
+        let shape = json!({ "kind": "box", "min": [3], "max": [4] });
+        let next = json!({ "name": "next", "material": "other", "shape": shape });
+        text["bodies"].as_array_mut().unwrap().push(next);
+    };
+    let (path, problem) = refused(&two_materials).unwrap_err();
+    assert_eq!(path, "methods.mpm.mixed_reset");
+    assert!(problem.contains("\"b\" and \"next\""), "{problem}");
+    let points = refused(&|text| text["methods"]["mpm"]["integration"] = json!("points"));
+    assert_eq!(points.unwrap_err().1, "needs integration mixed or gauss");
 }

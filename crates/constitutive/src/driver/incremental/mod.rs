@@ -242,6 +242,3 @@ fn initial(text: &str, unit: f64) -> Result<([f64; 6], Vec<f64>), Problem> {
     state.resize(count, 0.0);
     Ok((stress, state))
 }
-
-#[cfg(test)]
-mod tests;

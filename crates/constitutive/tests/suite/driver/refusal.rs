@@ -1,8 +1,14 @@
 //! A law that fails on the way is told from a stress that cannot be reached.
 
+use std::sync::Arc;
+
 use super::*;
-use crate::laws::Elasticity;
-use crate::{Corotational, Law, Point, Pointwise, SmallStrain};
+use colluvium_constitutive::laws::Elasticity;
+use colluvium_constitutive::{
+    Corotational, InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, Pointwise,
+    SmallStrain, SymTensor, Tangent, offer_material,
+};
+use serde_json::{Map, Value, json};
 
 /// Linear elastic, without a solution beyond 1 % of stretch in y.
 struct Stubborn(Elasticity);
@@ -39,24 +45,29 @@ impl SmallStrain for Stubborn {
         Ok(Point { stress: old.stress + self.0.stress(strain), state: stretch })
     }
 
-    fn tangent(&self, _: &SymTensor, _: &Motion, _: &Point<f64>) -> Option<crate::Tangent> {
+    fn tangent(&self, _: &SymTensor, _: &Motion, _: &Point<f64>) -> Option<Tangent> {
         Some(self.0.tangent())
+    }
+}
+
+struct StubbornLaw;
+
+impl MaterialFactory for StubbornLaw {
+    fn name(&self) -> &'static str {
+        "stubborn"
+    }
+
+    fn build(&self, _: f64, _: &Map<String, Value>) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(Arc::new(Corotational(Stubborn(Elasticity::new(YOUNG, 0.3)?))))
     }
 }
 
 /// Why the path stops, and the stretch in y it reaches.
 fn stopped(path: Path, steps: usize) -> (DriverError, f64) {
-    let material: std::sync::Arc<dyn Material> =
-        std::sync::Arc::new(Corotational(Stubborn(Elasticity::new(YOUNG, 0.3).unwrap())));
-    let start = [InitialCondition { stress: SymTensor::ZERO, density: 2000.0 }];
-    let (stresses, states) = material.initial(&start).unwrap();
-    let mut specimen = Specimen { material, stress: stresses[0], states, density: 2000.0 };
-    let mut record = Record::new(&specimen);
-    let program = path.program(&specimen.stress, 1.0, None).unwrap();
-    let stage = TestStage { path, steps, duration: 1.0 };
-    let place = solve::Place { number: 0, stage: &stage };
-    let error = solve::stage(&mut specimen, &mut record, &place, &program).unwrap_err();
-    (error, record.finish(&[]).last("strain_yy"))
+    offer_material(&StubbornLaw);
+    let law = json!({ "model": "other", "law": "stubborn", "density": 2000, "parameters": {} });
+    let trace = test(serde_json::from_value(law).unwrap(), 0.0, &[(path, steps)]).trace().unwrap();
+    (trace.stopped.unwrap(), trace.path.last("strain_yy"))
 }
 
 #[test]

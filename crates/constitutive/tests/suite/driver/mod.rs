@@ -1,22 +1,26 @@
+//! Element tests: paths, what is controlled, limits, output.
+
 mod control;
+mod incremental;
 mod materials;
 mod output;
 mod refusal;
 
 use colluvium_testkit::close;
 
-use super::*;
-use crate::laws::{
+use colluvium_constitutive::MaterialSpec;
+use colluvium_constitutive::driver::*;
+use colluvium_constitutive::laws::{
     DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
     Softening, StrainMeasure, UndrainedSpec,
 };
 
 /// Set R1 of the sheet (Pa).
-pub(super) const YOUNG: f64 = 20e6;
+const YOUNG: f64 = 20e6;
 const BULK: f64 = YOUNG / (3.0 * 0.4);
-pub(super) const SHEAR: f64 = YOUNG / 2.6;
+const SHEAR: f64 = YOUNG / 2.6;
 
-pub(super) fn elastic() -> MaterialSpec {
+fn elastic() -> MaterialSpec {
     MaterialSpec::LinearElastic(LinearElasticSpec {
         density: 2000.0,
         youngs_modulus: YOUNG,

@@ -1,10 +1,9 @@
+//! Tests in the form of incremental driver files.
+
+use colluvium_constitutive::driver::incremental::*;
+
 use super::*;
-use colluvium_testkit::close;
 
-use crate::driver::tests::{SHEAR, YOUNG, elastic};
-use crate::laws::{LinearElasticSpec, StrainMeasure};
-
-const BULK: f64 = YOUNG / (3.0 * 0.4);
 /// 11 22 33 12 13 23 as kPa.
 const START: &str = "6\n-100.0\n-100.0d0\n-1.0e2\n0\n0\n0\n2\n0.7\n";
 
