@@ -354,3 +354,21 @@ fn what_a_loose_body_does_not_go_with_is_refused_by_name() {
             .contains("do not turn")
     );
 }
+
+#[test]
+fn a_stage_with_equilibrium_ends_where_a_loaded_block_rests() {
+    let case = case(json!({
+        "gravity": [0, -G], "domain": { "min": [0, 0], "max": [0.4, 2] },
+        "bodies": [block(json!([0.0, 0.6])), soft([0.0, 0.0], [0.4, 0.6])],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
+                       { "side": "x-max", "wall": { "kind": "smooth" } }],
+        "measures": { "reaction": { "kind": "reaction", "of": "block" } },
+        "stages": [{ "name": "rest", "duration": 10, "damping": 0.5, "equilibrium": { "unbalanced_force": 1e-3, "kinetic_energy": 1e-4 },
+                     "motions": [{ "of": "block", "velocity": [0, null], "force": [0, -4000], "ramp": 0.2 }] }]
+    }));
+    let report = solve(&case);
+    let end = last(&report, "time");
+    assert!((0.2..5.0).contains(&end), "{end}");
+    let force = last(&report, "reaction.y");
+    assert!((force / (160.0 * G + 4000.0) - 1.0).abs() < 0.01, "{force}");
+}
