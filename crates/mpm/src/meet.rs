@@ -57,7 +57,8 @@ impl Grips {
         let times = self.unsettled;
         (times > 0).then(|| {
             format!(
-                "the contact of a rigid body that moves freely was not solved to the last digit in {times} steps, in which it rubs                  or rests less firmly than its law says (momentum is kept all the same): take a smaller time step"
+                "the contact of a rigid body that moves freely was not solved to the last digit in {times} steps, in which it rubs \
+                 or rests less firmly than its law says (momentum is kept all the same): take a smaller time step"
             )
         })
     }
@@ -213,7 +214,7 @@ pub fn meet<const D: usize>(
     let mut changed = false;
     for (field, number) in contacts.rigid.iter().enumerate() {
         let Some(number) = *number else { continue };
-        let Some(mut loose) = driven[number].loose.take() else { continue };
+        let Some(mut loose) = driven[number].loose.clone() else { continue };
         let touches: Vec<Touch<'_>> = contacts
             .pairs
             .iter()

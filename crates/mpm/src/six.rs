@@ -1,12 +1,10 @@
 //! Small linear algebra of rigid motion: three components of translation and three of rotation.
 
+use colluvium_points::surface::cross;
+use nalgebra::{SMatrix, SVector};
+
 /// Three numbers of translation, then three of rotation.
 pub type Six = [f64; 6];
-
-/// A vector product.
-pub fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
 
 /// A matrix times a vector.
 pub fn times<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N] {
@@ -45,35 +43,16 @@ pub fn rotation(turn: &[f64; 3]) -> [[f64; 3]; 3] {
     })
 }
 
-/// Solution of `matrix · x = right` in the components that are `free`, the others being zero; by elimination with the
-/// largest pivot, `None` where there is none.
+/// Solution of `matrix · x = right` in the components that are `free`, the others being zero; `None` where there is none.
 pub fn solve(matrix: &[Six; 6], right: &Six, free: &[bool; 6]) -> Option<Six> {
-    let (mut a, mut b) = (*matrix, *right);
-    for i in (0..6).filter(|i| !free[*i]) {
-        a[i] = std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 });
-        b[i] = 0.0;
-        (0..6).filter(|k| *k != i).for_each(|k| a[k][i] = 0.0);
-    }
-    for column in 0..6 {
-        let pivot = (column..6).max_by(|i, j| a[*i][column].abs().total_cmp(&a[*j][column].abs()))?;
-        // Written so that NaN has no solution.
-        if !(a[pivot][column].abs() > 0.0) {
-            return None;
-        }
-        a.swap(column, pivot);
-        b.swap(column, pivot);
-        for row in column + 1..6 {
-            let factor = a[row][column] / a[column][column];
-            (column..6).for_each(|k| a[row][k] -= factor * a[column][k]);
-            b[row] -= factor * b[column];
-        }
-    }
-    let mut x = [0.0; 6];
-    for row in (0..6).rev() {
-        let known: f64 = (row + 1..6).map(|k| a[row][k] * x[k]).sum();
-        x[row] = (b[row] - known) / a[row][row];
-    }
-    Some(x)
+    let entry = |i: usize, j: usize| match (free[i] && free[j], i == j) {
+        (true, _) => matrix[i][j],
+        (false, true) => 1.0,
+        (false, false) => 0.0,
+    };
+    let right = SVector::<f64, 6>::from_fn(|i, _| if free[i] { right[i] } else { 0.0 });
+    let x = SMatrix::<f64, 6, 6>::from_fn(entry).lu().solve(&right)?;
+    x.iter().all(|x| x.is_finite()).then(|| x.into())
 }
 
 #[cfg(test)]

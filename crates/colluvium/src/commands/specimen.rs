@@ -36,10 +36,6 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
-    if method.name() != "dem" {
-        let problem = format!("specimens are of grains: the method is {}, and not dem", method.name());
-        return Err(Failure::Usage(problem));
-    }
     let (out, quiet) = (&arguments.out, arguments.quiet);
     if out.exists() && !arguments.overwrite {
         return Err(Failure::Usage(format!("{}: is there already: give --overwrite", out.display())));
@@ -50,6 +46,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     method.size(&case)?.fit(free_memory())?;
     let pool = pool(arguments.threads)?;
     let (plan, solver) = pool.install(|| method.made(&case))?;
+    if solver.specimen().is_none() {
+        let problem = format!("specimens are of grains with contacts, and {} has none", method.name());
+        return Err(Failure::Usage(problem));
+    }
     let options = RunOptions {
         method: method.name().to_owned(),
         progress: !quiet,
