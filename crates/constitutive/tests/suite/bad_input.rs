@@ -1,6 +1,6 @@
 //! What `sheet: constitutive §7` asks to refuse is refused, and the error names the field. A case file gives
 //! these materials, so they are written as it would. More of it: the hypoplastic law in `hypoplasticity.rs`, bands in
-//! `localisation.rs`, the driver's control in `driver/tests.rs`.
+//! `localisation.rs`, the driver's control in `driver/control.rs`.
 
 use colluvium_constitutive::basal::{BasalFlow, BasalSpec};
 use colluvium_constitutive::laws::StrengthReduction;
