@@ -307,7 +307,8 @@ fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
             )
         })
     };
-    let body = case.bodies.iter().find(|b| elastic(&b.material) && !options.held.contains(&b.name))?;
+    let bears = |b: &&Body| elastic(&b.material) && !b.rigid && !options.held.contains(&b.name);
+    let body = case.bodies.iter().find(bears)?;
     Some(format!(
         "methods.sph.tensile: the body {} is elastic: where it comes under tension its particles clump and it crumbles; use \
          artificial-stress, or the formulation total-lagrangian where its particles keep their neighbours",

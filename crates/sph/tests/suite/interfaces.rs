@@ -381,6 +381,10 @@ fn elastic_bodies_are_told_what_tension_does_to_them() {
     assert!(!told(solid(1000.0), &cured).contains(of));
     assert!(!told(fluid(1000.0), &json!({})).contains(of));
     assert!(!told(solid(1000.0), &json!({ "held": ["left"] })).contains(of));
+    let mut rigid = halves(&[solid(1000.0), fluid(1000.0)], &json!({}));
+    rigid.domain.periodic.clear();
+    rigid.bodies[0].rigid = true;
+    assert!(!Sph.plan(&rigid).unwrap().warnings.join("\n").contains(of));
 }
 
 /// A floor of particles that are held at rest and strain by their law, a dynamic boundary (sheet: sph §2.13 e): a column on it comes to
