@@ -1,6 +1,6 @@
 //! What SPH refuses of a case, by its path, and what it allows with a word.
 
-use colluvium_case::description::Wall;
+use colluvium_case::description::{Body, Wall};
 use colluvium_case::{Case, CaseError, Honours};
 use colluvium_constitutive::{Kind, MaterialSpec};
 
