@@ -79,15 +79,9 @@ pub fn scatter_surfaces<const D: usize>(
 
 /// Radii of the nodes (m); none on the other side of the axis.
 pub fn radii<const D: usize>(background: &Background<D>) -> Vec<f64> {
-    let radius = |node: usize| match background.is_meshed() {
-        true => background.mesh.nodes().get(node).map_or(0.0, |x| x[0]),
-        false => {
-            let row = node / background.layout.strides()[0];
-            let Background { grid, axis, .. } = background;
-            grid.origin[0] + grid.cell * axis.coordinate(row, grid.cells[0])
-        }
-    };
-    (0..background.layout.len()).map(|node| radius(node).max(0.0)).collect()
+    let (layout, row) = (&background.layout, background.layout.strides()[0]);
+    let radius = |node: usize| background.node_at(node, &layout.index(node / row, node % row))[0];
+    (0..layout.len()).map(|node| radius(node).max(0.0)).collect()
 }
 
 /// Contact of the solved velocities, pair after pair. The contacts of three and more bodies at a node act on each

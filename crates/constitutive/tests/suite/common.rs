@@ -1,13 +1,48 @@
 //! What the tests share.
 
 use colluvium_constitutive::MaterialError;
-use colluvium_constitutive::laws::Elasticity;
+use colluvium_constitutive::laws::{DruckerPragerSpec, Elasticity, Matching, MohrCoulombSpec, StrainMeasure};
 
 pub use colluvium_testkit::{close, near};
 
 /// Set R1 of the constitutive sheet, in kPa.
 pub fn r1() -> Elasticity {
     Elasticity::new(20_000.0, 0.3).unwrap()
+}
+
+/// A cone with set R1 and a cohesion of 10 kPa, in kPa times `unit`.
+pub fn drucker_prager(unit: f64, matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec {
+    DruckerPragerSpec {
+        density: 2.0 * unit,
+        youngs_modulus: 20_000.0 * unit,
+        poissons_ratio: 0.3,
+        friction_angle: 30.0,
+        cohesion: 10.0 * unit,
+        dilatancy_angle,
+        matching,
+        softening: None,
+        dilatancy_decay: 0.0,
+        integration: Default::default(),
+        strain_measure: StrainMeasure::Rate,
+        project: false,
+    }
+}
+
+/// A pyramid with the same.
+pub fn mohr_coulomb(unit: f64, dilatancy_angle: f64) -> MohrCoulombSpec {
+    MohrCoulombSpec {
+        density: 2.0 * unit,
+        youngs_modulus: 20_000.0 * unit,
+        poissons_ratio: 0.3,
+        friction_angle: 30.0,
+        cohesion: 10.0 * unit,
+        dilatancy_angle,
+        softening: None,
+        dilatancy_decay: 0.0,
+        tensile_strength: None,
+        strain_measure: StrainMeasure::Rate,
+        project: false,
+    }
 }
 
 /// `found` agrees with `exact` to `digits` significant digits as printed: half a unit of the last one.

@@ -1,7 +1,7 @@
 //! Reference values of `sheet: constitutive §1–3` (kPa where the sheet says so), computed there with
 //! independent scripts.
 
-use crate::common::{close, r1};
+use crate::common::{self, close, r1};
 use colluvium_constitutive::laws::mohr_coulomb::{Pyramid, Region};
 use colluvium_constitutive::laws::{
     DruckerPragerSpec, ExactIn, Matching, MohrCoulombSpec, Softening, StrainMeasure, VonMisesSpec,
@@ -13,36 +13,11 @@ use colluvium_constitutive::{
 };
 
 fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec {
-    DruckerPragerSpec {
-        density: 2.0,
-        youngs_modulus: 20_000.0,
-        poissons_ratio: 0.3,
-        friction_angle: 30.0,
-        cohesion: 10.0,
-        dilatancy_angle,
-        matching,
-        softening: None,
-        dilatancy_decay: 0.0,
-        integration: Default::default(),
-        strain_measure: StrainMeasure::Rate,
-        project: false,
-    }
+    common::drucker_prager(1.0, matching, dilatancy_angle)
 }
 
 fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
-    MohrCoulombSpec {
-        density: 2.0,
-        youngs_modulus: 20_000.0,
-        poissons_ratio: 0.3,
-        friction_angle: 30.0,
-        cohesion: 10.0,
-        dilatancy_angle,
-        softening: None,
-        dilatancy_decay: 0.0,
-        tensile_strength: None,
-        strain_measure: StrainMeasure::Rate,
-        project: false,
-    }
+    common::mohr_coulomb(1.0, dilatancy_angle)
 }
 
 fn still() -> Motion {

@@ -9,6 +9,8 @@ use colluvium_constitutive::{
     InitialCondition, Mat3, Material, MaterialSpec, Motion, Pore, States, SymTensor,
 };
 
+use crate::common;
+
 fn elastic() -> MaterialSpec {
     MaterialSpec::LinearElastic(LinearElasticSpec {
         density: 2000.0,
@@ -19,36 +21,11 @@ fn elastic() -> MaterialSpec {
 }
 
 fn mohr_coulomb() -> MohrCoulombSpec {
-    MohrCoulombSpec {
-        density: 2000.0,
-        youngs_modulus: 20e6,
-        poissons_ratio: 0.3,
-        friction_angle: 30.0,
-        cohesion: 10e3,
-        dilatancy_angle: 10.0,
-        softening: None,
-        dilatancy_decay: 0.0,
-        tensile_strength: None,
-        strain_measure: StrainMeasure::Rate,
-        project: false,
-    }
+    common::mohr_coulomb(1e3, 10.0)
 }
 
 fn drucker_prager() -> DruckerPragerSpec {
-    DruckerPragerSpec {
-        density: 2000.0,
-        youngs_modulus: 20e6,
-        poissons_ratio: 0.3,
-        friction_angle: 30.0,
-        cohesion: 10e3,
-        dilatancy_angle: 10.0,
-        matching: Matching::Compression,
-        softening: None,
-        dilatancy_decay: 0.0,
-        integration: Default::default(),
-        strain_measure: StrainMeasure::Rate,
-        project: false,
-    }
+    common::drucker_prager(1e3, Matching::Compression, 10.0)
 }
 
 fn start(law: &dyn Material, stress: SymTensor) -> (SymTensor, States) {

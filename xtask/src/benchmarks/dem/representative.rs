@@ -87,14 +87,24 @@ fn found(report: &RunReport, start: f64, [down, side]: [&str; 2]) -> Result<(f64
     Ok((peak, anisotropy))
 }
 
-/// Judges the anisotropy of the contacts of about `count` disks before the shear.
-fn evenness(outcome: &mut Outcome, name: String, count: u32, anisotropy: f64) {
+/// Judges the anisotropy of the contacts of about `count` grains before the shear, for a reason.
+pub fn evenness(outcome: &mut Outcome, name: String, count: u32, anisotropy: f64, reason: &str) {
     if count >= 300 {
-        outcome.below(name, "even", anisotropy, 0.15, "B16: below 0.15 for 300 grains and more");
+        outcome.below(name, "even", anisotropy, 0.15, reason);
     } else {
         let reason = "not judged: the source calls 75 grains too few";
         outcome.show(name, "uneven in the source", anisotropy, reason);
     }
+}
+
+/// Why contacts of disks are to be even.
+const EVEN: &str = "B16: below 0.15 for 300 grains and more";
+
+/// Mean of some drawings, and their standard deviation.
+pub fn scatter(drawn: &[f64]) -> (f64, f64) {
+    let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
+    let square = drawn.iter().map(|own| (own - mean).powi(2)).sum::<f64>() / (drawn.len() - 1) as f64;
+    (mean, square.sqrt())
 }
 
 fn sizes() -> Result<Outcome, String> {
@@ -105,13 +115,12 @@ fn sizes() -> Result<Outcome, String> {
     let (mut points, mut spreads) = (Vec::new(), Vec::new());
     for count in COUNTS {
         let found: Vec<(f64, f64)> = (1..=SEEDS).map(|seed| test(count, seed)).collect::<Result<_, _>>()?;
-        let mean = found.iter().map(|own| own.0).sum::<f64>() / SEEDS as f64;
-        let square = found.iter().map(|own| (own.0 - mean).powi(2)).sum::<f64>() / (SEEDS - 1) as f64;
-        spreads.push(square.sqrt());
+        let (mean, spread) = scatter(&found.iter().map(|own| own.0).collect::<Vec<f64>>());
+        spreads.push(spread);
         points.extend(found.iter().map(|own| (f64::from(count), own.0)));
         let most = found.iter().map(|own| own.1).fold(0.0, larger);
         let name = format!("{count} disks: largest anisotropy of the contacts before the shear");
-        evenness(&mut outcome, name, count, most);
+        evenness(&mut outcome, name, count, most, EVEN);
         let reason = "not judged: no values in the source";
         outcome.show(format!("{count} disks: sine of the friction angle at the peak"), "", mean, reason);
     }
@@ -209,7 +218,7 @@ fn windows(counts: &[u32]) -> Result<Outcome, String> {
         let mean = |of: fn(&(f64, f64)) -> f64| own.iter().map(of).sum::<f64>() / own.len() as f64;
         let name =
             format!("windows of about {count} disks: mean anisotropy of the contacts before the shear");
-        evenness(&mut outcome, name, count, mean(|own| own.1));
+        evenness(&mut outcome, name, count, mean(|own| own.1), EVEN);
         let most = own.iter().map(|own| own.1).fold(0.0, larger);
         let reason = format!(
             "not judged: as many normals drawn at random, two to a disk, have {:.2} in the mean and more than {:.2} one time in ten",

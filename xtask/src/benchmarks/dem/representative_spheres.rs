@@ -4,6 +4,7 @@ use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
 use serde_json::{Value, json};
 
+use super::representative::{evenness, scatter};
 use super::scene::{Grain, case, chart, load, options, points};
 use crate::analysis::larger;
 use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
@@ -87,25 +88,8 @@ fn boxed(value: &mut Value, side: f64) {
     value["bodies"][0]["shape"]["max"] = json!([side, side, side]);
 }
 
-/// Judges how even the contacts of about `count` spheres are before the shear.
-fn evenness(outcome: &mut Outcome, name: String, count: u32, anisotropy: f64) {
-    if count >= 300 {
-        outcome.below(
-            name,
-            "even",
-            anisotropy,
-            0.15,
-            "B16: even for all but 75 spheres; below 0.15 in its version in the plane",
-        );
-    } else {
-        outcome.show(
-            name,
-            "uneven in the source",
-            anisotropy,
-            "not judged: the source calls 75 grains too few",
-        );
-    }
-}
+/// Why contacts of spheres are to be even.
+const EVEN: &str = "B16: even for all but 75 spheres; below 0.15 in its version in the plane";
 
 fn cells() -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
@@ -119,10 +103,9 @@ fn cells() -> Result<Outcome, String> {
     for count in CELLS {
         let test = |seed| found(&run_by("dem", &case(&cell(count, seed)?)?)?, BEFORE[0] + BEFORE[1]);
         let all: Vec<Found> = (1..=SEEDS).map(test).collect::<Result<_, _>>()?;
-        let mean = |of: fn(&Found) -> f64| all.iter().map(of).sum::<f64>() / SEEDS as f64;
-        let peak = mean(|own| own.peak);
-        let square = all.iter().map(|own| (own.peak - peak).powi(2)).sum::<f64>() / (SEEDS - 1) as f64;
-        spreads.push(square.sqrt());
+        let porosity = all.iter().map(|own| own.porosity).sum::<f64>() / SEEDS as f64;
+        let (peak, spread) = scatter(&all.iter().map(|own| own.peak).collect::<Vec<f64>>());
+        spreads.push(spread);
         marks.extend(all.iter().map(|own| (f64::from(count), own.peak)));
         let most = all.iter().map(|own| own.anisotropy).fold(0.0, larger);
         evenness(
@@ -130,6 +113,7 @@ fn cells() -> Result<Outcome, String> {
             format!("{count} spheres: largest anisotropy of the contacts before the shear"),
             count,
             most,
+            EVEN,
         );
         let reason = "not judged: no values in the source";
         outcome.show(
@@ -139,12 +123,7 @@ fn cells() -> Result<Outcome, String> {
             reason,
         );
         let reason = "not judged: the source's dense specimen, whose preparation it does not give";
-        outcome.show(
-            format!("{count} spheres: porosity before the shear"),
-            "0.375",
-            mean(|own| own.porosity),
-            reason,
-        );
+        outcome.show(format!("{count} spheres: porosity before the shear"), "0.375", porosity, reason);
     }
     let name = "standard deviation of it between drawings, 979 spheres over 75";
     outcome.below(name, "below one", spreads[2] / spreads[0], 1.0, "B16: it decreases with the number");
@@ -184,7 +163,7 @@ fn windows(counts: &[u32]) -> Result<Outcome, String> {
         let own = found(&run_by("dem", &case(&value)?)?, AGAIN)?;
         let number = grains.len();
         let name = format!("window of {number} spheres: anisotropy of the contacts before the shear");
-        evenness(&mut outcome, name, count, own.anisotropy);
+        evenness(&mut outcome, name, count, own.anisotropy, EVEN);
         let name = format!("window of {number} spheres: deviator at the peak over the lateral stress");
         outcome.show(name, "", own.peak, "not judged: no values in the source");
     }

@@ -118,7 +118,8 @@ fn footing(outcome: &mut Outcome) -> Result<(), String> {
     motion.velocity = vec![Some(0.0), Some(-SPEED)];
     motion.force.clear();
     motion.ramp = 0.3;
-    let [by_force, by_velocity] = [settling(&run(&pressed)?), settling(&run(&driven)?)];
+    let report = run(&pressed)?;
+    let [by_force, by_velocity] = [settling(&report), settling(&run(&driven)?)];
     for load in [1.0, 2.0, 3.0] {
         outcome.near(
             format!("footing: settlement under {load} c_u (m)"),
@@ -128,7 +129,6 @@ fn footing(outcome: &mut Outcome) -> Result<(), String> {
             "both are slow, not at rest: loads are means over 0.1 s, in which the force grows by 3 % of its end",
         );
     }
-    let report = run(&pressed)?;
     let end = series(&report, "reaction.impulse.y");
     let late: Vec<(f64, f64)> = end.into_iter().filter(|row| row.0 > 2.8).collect();
     let mean_force = 4.0 * STRENGTH * (2.9 / 3.0);

@@ -8,11 +8,13 @@ mod refusal;
 
 use colluvium_testkit::close;
 
+use crate::common;
+
 use colluvium_constitutive::MaterialSpec;
 use colluvium_constitutive::driver::*;
 use colluvium_constitutive::laws::{
-    DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
-    Softening, StrainMeasure, UndrainedSpec,
+    LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec, Softening,
+    StrainMeasure, UndrainedSpec,
 };
 
 /// Set R1 of the sheet (Pa).
@@ -30,36 +32,11 @@ fn elastic() -> MaterialSpec {
 }
 
 fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> MaterialSpec {
-    MaterialSpec::DruckerPrager(DruckerPragerSpec {
-        density: 2000.0,
-        youngs_modulus: YOUNG,
-        poissons_ratio: 0.3,
-        friction_angle: 30.0,
-        cohesion: 10e3,
-        dilatancy_angle,
-        matching,
-        softening: None,
-        dilatancy_decay: 0.0,
-        integration: Default::default(),
-        strain_measure: StrainMeasure::Rate,
-        project: false,
-    })
+    MaterialSpec::DruckerPrager(common::drucker_prager(1e3, matching, dilatancy_angle))
 }
 
 fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
-    MohrCoulombSpec {
-        density: 2000.0,
-        youngs_modulus: YOUNG,
-        poissons_ratio: 0.3,
-        friction_angle: 30.0,
-        cohesion: 10e3,
-        dilatancy_angle,
-        softening: None,
-        dilatancy_decay: 0.0,
-        tensile_strength: None,
-        strain_measure: StrainMeasure::Rate,
-        project: false,
-    }
+    common::mohr_coulomb(1e3, dilatancy_angle)
 }
 
 fn fluid() -> MaterialSpec {
