@@ -162,6 +162,11 @@ pub struct SphOptions {
     /// speed of sound: keeps hard impacts from passing a wall. 0 for none.
     #[serde(default)]
     pub wall_guard: f64,
+    /// Repulsion of particles of fluids closer than 0.7 spacings to each other or to their image in a smooth wall, as a share of the
+    /// square of the speed of sound, 0 to 0.2: pressure pushes the less the closer they are. Conserves momentum and energy; what
+    /// it stores counts as elastic energy. 0 for none.
+    #[serde(default = "repulsion")]
+    pub close_repulsion: f64,
     /// Ratio of horizontal to vertical stress by which `extrapolated` walls carry weight on.
     #[serde(default = "half")]
     pub wall_k0: f64,
@@ -223,6 +228,10 @@ fn smoothing() -> f64 {
 /// Fitted by the source for granular flow, cubic spline and smoothing 1.2.
 fn viscosity() -> f64 {
     0.1
+}
+/// Stops approaches at a tenth of the speed of sound at half a spacing.
+fn repulsion() -> f64 {
+    0.05
 }
 fn one() -> u32 {
     1

@@ -6,12 +6,16 @@ use rayon::prelude::*;
 
 use crate::algebra::square;
 use crate::config::SoundSpeed;
+use crate::pairs::Close;
 use crate::particles::{Bodies, Particles};
 use crate::rates::Rates;
 use crate::setting::Setting;
 
 /// The undamped leapfrog is stable up to about so many times `h / c` (sheet: sph §3.4, §7).
 const STABLE: f64 = 1.8;
+
+/// What keeps particles apart swings.
+const REPULSION: StepLimit = StepLimit::new("repulsion of close particles");
 
 /// A step, what limits it, and where.
 pub type Limit = (f64, StepLimit, Option<usize>);
@@ -21,6 +25,7 @@ pub type Limit = (f64, StepLimit, Option<usize>);
 pub fn find_limit<const D: usize>(setting: &Setting<D>, bodies: &mut Bodies<D>, rates: &Rates<D>) -> Limit {
     let (options, guests) = (&setting.options, &bodies.guests);
     let courant = if options.time_step.is_some() { STABLE } else { options.courant };
+    let close = Close::of(setting, &bodies.groups);
     let p = &mut bodies.particles;
     let mut least: Limit = (f64::INFINITY, StepLimit::NOTHING, None);
     for group in bodies.groups.iter().filter(|group| !group.smooth) {
@@ -49,11 +54,13 @@ pub fn find_limit<const D: usize>(setting: &Setting<D>, bodies: &mut Bodies<D>, 
                 }
                 let speed = square(&velocities[first + k]).sqrt();
                 let pull = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
+                let apart = close.filter(|_| group.is_free_fluid());
                 let limits = [
                     (courant * h / (wave + speed), StepLimit::ELASTIC_WAVE),
                     (0.25 * (h / pull).sqrt(), StepLimit::ACCELERATION),
                     (0.125 * h * h * density / viscosities[k], StepLimit::VISCOSITY),
                     (0.2 * h / (options.damping * sounds[k]), StepLimit::DAMPING),
+                    (apart.map_or(f64::INFINITY, |close| close.longest_step(wave)), REPULSION),
                 ];
                 for (dt, name) in limits {
                     if dt < least.0 {

@@ -60,6 +60,11 @@ impl Group {
         self.start..self.end
     }
 
+    /// Whether it is a fluid that moves by itself.
+    pub fn is_free_fluid(&self) -> bool {
+        self.fluid && self.held.is_none() && self.rigid.is_none()
+    }
+
     /// The same body without particles.
     pub fn hollow(&self) -> Self {
         Self {

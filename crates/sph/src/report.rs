@@ -6,6 +6,7 @@ use colluvium_points::surface::cross;
 
 use crate::algebra::square;
 use crate::config::{SmoothingLength, TimeIntegration};
+use crate::pairs::close_energy;
 use crate::particles::Group;
 use crate::solver::SphSolver;
 
@@ -147,6 +148,7 @@ impl<const D: usize> SphSolver<D> {
                 }
             }
         }
+        budget.elastic += close_energy(&self.setting, &self.bodies, &self.walls, self.clock.time);
         budget
     }
 }

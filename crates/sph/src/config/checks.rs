@@ -40,6 +40,7 @@ impl SphOptions {
         for (name, value, most) in [
             ("stress_diffusion", self.stress_diffusion, 0.5),
             ("density_diffusion", self.density_diffusion, 0.5),
+            ("close_repulsion", self.close_repulsion, 0.2),
             ("xsph", self.xsph, 1.0),
             ("hourglass_viscosity", self.hourglass_viscosity, 1.0),
         ] {

@@ -39,6 +39,7 @@ impl<const D: usize> Sums<'_, D> {
         }
         let thinness = Lanes::splat(1.0) / own.density;
         let mut sum = [Lanes::splat(0.0); D];
+        let (reach, mut push) = (self.close.map_or(0.0, |close| close.square), [0.0; D]);
         lanes::fours(&row[..regular], i, |start, four, count| {
             let near = four.map(|j| &records[j]);
             let (other, more) = (lanes::motions::<D>(near), lanes::rest::<D>(near));
@@ -72,24 +73,39 @@ impl<const D: usize> Sums<'_, D> {
                 (0..D).for_each(|c| pull[c] += apart[c] * viscosity);
             }
             (0..D).for_each(|c| sum[c] += pull[c]);
+            if let Some(close) = self.close
+                && square.simd_lt(Lanes::splat(reach)).any()
+            {
+                self.push_apart(i, (close, four), (&apart, square), &mut push);
+            }
         });
         let mut sum = sum.map(lanes::sum);
+        (0..D).for_each(|c| sum[c] += push[c]);
+        self.push_off_others(i, row, weights, form, &mut sum);
+        sum
+    }
+
+    /// What acts on `i` beside its neighbours as they are: its image, corrections, walls that answer, obstacles, guards.
+    fn push_off_others(&self, i: usize, row: &[u32], weights: &[f64], form: Form, sum: &mut [f64; D]) {
+        let regular = self.regular(row);
+        if let Some(close) = self.close {
+            self.push_off_faces(i, close, sum);
+        }
         if self.options.momentum == Momentum::Corrected {
-            self.add_corrected(i, &row[..regular], weights, &mut sum);
+            self.add_corrected(i, &row[..regular], weights, sum);
         }
         if !self.walls.smooth.is_empty() {
-            self.push_off_smooth(i, row, form, &mut sum);
+            self.push_off_smooth(i, row, form, sum);
         }
         if regular < row.len() {
-            self.push_off_walls(i, &row[regular..], form, &mut sum);
+            self.push_off_walls(i, &row[regular..], form, sum);
         }
         if !self.walls.obstacles.is_empty() {
-            self.push_off_obstacles(i, form, &mut sum);
+            self.push_off_obstacles(i, form, sum);
         }
         if self.options.wall_guard > 0.0 {
-            self.guard_walls(i, &row[self.before(row, self.first_wall)..], &mut sum);
+            self.guard_walls(i, &row[self.before(row, self.first_wall)..], sum);
         }
-        sum
     }
 
     /// `F` of the kernels of the neighbours.

@@ -7,6 +7,7 @@
 mod acceleration;
 mod adjoint;
 mod answer;
+mod close;
 mod extras;
 mod obstacles;
 mod rates;
@@ -19,13 +20,14 @@ use colluvium_points::{NeighbourList, ROWS};
 use rayon::prelude::*;
 
 pub use acceleration::Form;
+pub(crate) use close::{Close, close_energy};
 pub use extras::Shift;
 
 use crate::algebra::apart;
 use crate::config::{Momentum, SphOptions, Symmetrisation};
 use crate::kernel::Smoothing;
 use crate::lanes::{self, Lanes};
-use crate::particles::{Bodies, Matrix, Particles, Shown};
+use crate::particles::{Bodies, Group, Matrix, Particles, Shown};
 use crate::setting::Setting;
 use crate::walls::Walls;
 
@@ -67,6 +69,9 @@ pub struct Pairs<'a, const D: usize> {
 pub struct Sums<'a, const D: usize> {
     pairs: Pairs<'a, D>,
     shown: &'a Shown<D>,
+    groups: &'a [Group],
+    /// Repulsion of what comes close, where there are fluids.
+    close: Option<Close>,
 }
 
 impl<'a, const D: usize> Deref for Sums<'a, D> {
@@ -232,7 +237,12 @@ impl<'a, const D: usize> Pairs<'a, D> {
 impl<'a, const D: usize> Sums<'a, D> {
     /// Of `bodies` between `walls`.
     pub fn new(setting: &'a Setting<D>, bodies: &'a Bodies<D>, walls: &'a Walls<D>) -> Self {
-        Self { pairs: Pairs::new(setting, &bodies.particles, walls), shown: &bodies.shown }
+        Self {
+            pairs: Pairs::new(setting, &bodies.particles, walls),
+            shown: &bodies.shown,
+            groups: &bodies.groups,
+            close: Close::of(setting, &bodies.groups),
+        }
     }
 
     /// What the particles show each other.

@@ -64,6 +64,75 @@ fn a_column_that_breaks_goes_through_no_smooth_wall() {
     );
 }
 
+/// The least distance from the floor while a column spreads on it (m), and its front at the end (m).
+fn spread(sph: &Value) -> (f64, f64) {
+    let mut solver = begin(&column(false, sph));
+    let mut nearest = f64::INFINITY;
+    while solver.time() < 0.55 {
+        advance(&mut *solver, 1);
+        let snapshot = solver.snapshot();
+        nearest = snapshot.positions.iter().map(|x| x[1]).fold(nearest, f64::min);
+    }
+    (nearest, solver.snapshot().positions.iter().map(|x| x[0]).fold(0.0, f64::max))
+}
+
+/// A particle and its image have no way round each other.
+#[test]
+fn water_that_spreads_keeps_off_a_smooth_floor() {
+    for sph in [
+        json!({}),
+        json!({ "smooth_wall": "particles" }),
+        json!({ "kernel": "cubic-spline", "smoothing": 1.2, "viscosity_linear": 0.02 }),
+    ] {
+        let (nearest, front) = spread(&sph);
+        let mut without = sph.clone();
+        without["close_repulsion"] = json!(0.0);
+        let (sinks, before) = spread(&without);
+        assert!(nearest > 0.25 * SPACING && sinks < 0.1 * SPACING, "{sph}: {nearest} m, {sinks} m");
+        assert!((front / before - 1.0).abs() < 0.015, "{sph}: {front} m, {before} m");
+    }
+}
+
+/// Kinetic and stored energy (J), of the latter the most that there was, and by how much their sum, momentum and angular momentum
+/// were off in steps up to `end` (s), as shares of the start.
+fn balance(case: &Case, end: f64) -> [f64; 4] {
+    let mut solver = begin(case);
+    let start = solver.budget().unwrap();
+    let speed = (2.0 * start.kinetic / start.mass).sqrt();
+    let mut most = [0.0f64; 4];
+    while solver.time() < end {
+        advance(&mut *solver, 1);
+        let now = solver.budget().unwrap();
+        let off = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).sum::<f64>();
+        let found = [
+            now.elastic / start.kinetic,
+            ((now.kinetic + now.elastic) / start.kinetic - 1.0).abs(),
+            off(now.momentum, start.momentum) / (start.mass * speed),
+            off(now.angular_momentum, start.angular_momentum) / (start.mass * speed),
+        ];
+        (0..4).for_each(|k| most[k] = most[k].max(found[k]));
+    }
+    most
+}
+
+/// What the repulsion takes from the motion is in the budget, and comes back.
+#[test]
+fn particles_that_come_close_keep_energy_and_both_momenta() {
+    let options = |wall: &str| json!({ "smooth_wall": wall, "viscosity_linear": 0, "courant": 0.005 });
+    // Two particles that meet askew, and one that falls on a floor. The leapfrog is of second order: 3e-3 at four times the step.
+    let askew = [([1.0, 1.0], [1.05, 1.05], [2.0, 0.0]), ([1.2, 1.01], [1.25, 1.06], [-2.0, 0.0])];
+    let [stored, energy, momentum, turn] = balance(&water(&askew, &[], &options("mirror")), 0.06);
+    assert!(
+        stored > 0.5 && energy < 1e-3 && momentum < 1e-12 && turn < 1e-12,
+        "{stored} {energy} {momentum} {turn}"
+    );
+    for wall in ["mirror", "particles"] {
+        let case = water(&[([1.0, 0.1], [1.05, 0.15], [0.0, -2.0])], &["y-min"], &options(wall));
+        let [stored, energy, ..] = balance(&case, 0.1);
+        assert!(stored > 0.5 && energy < 1e-3, "{wall}: {stored} {energy}");
+    }
+}
+
 /// Two jets that meet at x = 2 m so fast that their particles pass each other, and one of them against a mirror there.
 #[test]
 fn half_of_a_symmetric_collision_with_a_mirror_is_the_whole() {
