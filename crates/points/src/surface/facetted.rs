@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 use super::contacts::Candidate;
+use super::crossing;
 use super::simplex::{Feature, nearest, normal};
 use super::tree::Tree;
 use super::vector::{cross, dot, minus, unit};
@@ -254,7 +255,7 @@ impl Facetted<3> {
     ///
     /// # Errors
     /// When an edge does not belong to exactly two triangles that run through it in opposite directions, with its place; when a
-    /// triangle has no area; when a number is not one of a vertex.
+    /// triangle has no area, or passes through another; when a number is not one of a vertex.
     pub fn closed(vertices: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Result<Self, SurfaceError> {
         let count = vertices.len();
         if let Some(number) = triangles.iter().position(|t| t.iter().any(|v| *v as usize >= count)) {
@@ -272,7 +273,28 @@ impl Facetted<3> {
         if triangles.iter().map(volume).sum::<f64>() < 0.0 {
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
-        Self::new(vertices, triangles)
+        let surface = Self::new(vertices, triangles)?;
+        surface.passes_through_itself().map_or(Ok(surface), Err)
+    }
+
+    /// The first two triangles without a common corner that pass through each other: behind such, inside and outside are not told.
+    fn passes_through_itself(&self) -> Option<SurfaceError> {
+        (0..self.facets.len()).find_map(|number| {
+            let (own, corners) = (&self.facets[number], self.corners(number));
+            let ((low, high), mut found) = (around(&corners), None::<usize>);
+            self.tree.visit_box(&low, &high, |other| {
+                let apart = own.iter().all(|v| !self.facets[other].contains(v));
+                if other > number && apart && crossing::cross_each_other(&corners, &self.corners(other)) {
+                    found = Some(found.map_or(other, |before| before.min(other)));
+                }
+            });
+            let other = self.corners(found?);
+            let problem = format!(
+                "the triangle from {:?} m passes through the one from {:?} m: unite what overlaps into one surface",
+                corners[0], other[0]
+            );
+            Some(SurfaceError::new("facets", problem))
+        })
     }
 
     /// A closed surface of loose triangles (m), as an STL file has them: corners with the same coordinates are one vertex.

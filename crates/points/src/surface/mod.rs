@@ -6,6 +6,7 @@
 
 mod ball;
 mod contacts;
+mod crossing;
 mod extruded;
 mod facetted;
 mod half_space;

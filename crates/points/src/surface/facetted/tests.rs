@@ -118,3 +118,19 @@ fn the_inside_of_a_hollow_ball_touches_as_a_bowl() {
     assert!((gap.distance - 0.1).abs() < 1e-15 && gap.normal == [0.0, 1.0]);
     assert!(bowl.contains(&[0.0, -1.1]) && !bowl.contains(&[0.0, 0.0]));
 }
+
+#[test]
+fn a_mesh_that_passes_through_itself_is_refused_and_one_of_two_pieces_is_not() {
+    let boxes = |shift: [f64; 3]| -> Vec<[[f64; 3]; 3]> {
+        let cube = cube();
+        let all = |shift: [f64; 3]| -> Vec<[[f64; 3]; 3]> {
+            let moved = |v: u32| std::array::from_fn(|c| cube.vertices()[v as usize][c] + shift[c]);
+            cube.facets().iter().map(|facet| facet.map(moved)).collect()
+        };
+        [all([0.0; 3]), all(shift)].concat()
+    };
+    let error = Facetted::from_triangles(&boxes([0.7, 0.6, 0.5])).unwrap_err();
+    assert!(error.problem.contains("passes through the one from"), "{error}");
+    assert!(Facetted::from_triangles(&boxes([2.5, 0.3, 0.2])).is_ok(), "apart");
+    assert!(Facetted::from_triangles(&boxes([2.0, 0.3, 0.2])).is_ok(), "face on face");
+}
