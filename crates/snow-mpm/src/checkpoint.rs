@@ -19,7 +19,10 @@ use crate::solver::SnowSolver;
 use crate::walls::Boundaries;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
+
+/// Depth of a point under an obstacle of which is told (cells).
+const SUNK: f64 = 0.1;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -146,6 +149,15 @@ impl<const D: usize> Solver for SnowSolver<D> {
 
     fn readings(&self) -> Vec<Reading> {
         self.take_readings()
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let places: Vec<[f64; D]> =
+            self.bodies.all.iter().flat_map(|body| &body.points.position).copied().collect();
+        let slack = SUNK * self.background.grid.cell;
+        let reason =
+            "obstacles act on the nodes here, and what is within a cell is not seen (take smaller cells)";
+        self.case.remark_on_covered(&places, slack, reason).into_iter().collect()
     }
 
     fn products(&self) -> Vec<Dataset> {

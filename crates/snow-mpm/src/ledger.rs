@@ -17,6 +17,8 @@ pub struct Ledger {
     gravity: f64,
     /// Work of walls on the nodes, friction and stops included; negative where they take.
     boundary: f64,
+    /// What friction has taken at obstacles, part of what walls do.
+    friction: f64,
     /// Work of local damping, negative.
     damping: f64,
     /// What left with points, or was set back between stages.
@@ -104,6 +106,7 @@ impl Ledger {
         self.gravity += sums.gravity;
         self.boundary += sums.boundary;
         self.damping += sums.damping;
+        self.friction += sums.friction;
     }
 
     /// Books what went at once, as points left or were set back: what there was `before` and `after`.
@@ -129,6 +132,11 @@ impl Ledger {
     pub fn numerical(&self, stored: &Stored) -> f64 {
         let came = self.start + self.gravity + self.boundary + self.damping - self.removed;
         came - stored.total() - self.dissipated_of_gone
+    }
+
+    /// What friction has taken at obstacles since the start (J).
+    pub fn friction(&self) -> f64 {
+        self.friction
     }
 
     /// The entries, for a row of the measures.

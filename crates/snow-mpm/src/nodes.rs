@@ -22,6 +22,8 @@ pub struct Sums {
     pub unbalanced: f64,
     /// Square of the weight (N²).
     pub weight: f64,
+    /// What friction takes at obstacles, counted against their own motion (J).
+    pub friction: f64,
     /// Impulses on the obstacles whose reaction is measured (N s).
     pub impulses: [[f64; 3]; BEARERS],
 }
@@ -35,6 +37,7 @@ impl Sums {
         self.kinetic += other.kinetic;
         self.unbalanced += other.unbalanced;
         self.weight += other.weight;
+        self.friction += other.friction;
         for (own, other) in self.impulses.as_flattened_mut().iter_mut().zip(other.impulses.as_flattened()) {
             *own += other;
         }
@@ -132,13 +135,23 @@ impl<const D: usize> Momentum<'_, D> {
         let before = end;
         if !free {
             let mut begun = start;
+            // What obstacles change along themselves, and its product with their velocities.
+            let (mut rubbed, mut carried) = ([0.0; 3], 0.0);
             // Velocities at the start stay what points gave (sheet: snow-mpm §3.5, note iii).
             self.walls.constrain_and_tell(index, &mut begun, &mut end, true, &[0.0; 3], |face, change| {
                 if let Some(number) = face.bearer {
                     let borne = &mut sums.impulses[usize::from(number)];
                     (0..D).for_each(|c| borne[c] -= mass * change[c]);
                 }
+                let across: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
+                for c in 0..3 {
+                    let along = change[c] - across * face.normal[c];
+                    rubbed[c] += along;
+                    carried += along * face.velocity[c];
+                }
             });
+            let slipped: f64 = (0..D).map(|c| 0.5 * rubbed[c] * (start[c] + end[c])).sum();
+            sums.friction -= mass * (slipped - carried);
         }
         let rate: [f64; 3] = std::array::from_fn(|c| (end[c] - start[c]) / self.dt);
         for c in 0..D {

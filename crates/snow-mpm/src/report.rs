@@ -85,6 +85,9 @@ impl<const D: usize> SnowSolver<D> {
             self.bodies.all.iter().flat_map(|body| &body.points.velocity).map(crate::vectors::square);
         let fastest = squares.fold(0.0, f64::max).sqrt();
         readings.push(("largest_speed".to_owned(), "m/s".to_owned(), fastest));
+        if !self.case.obstacles.is_empty() {
+            readings.push(("obstacles.friction".to_owned(), "J".to_owned(), self.ledger.friction()));
+        }
         for (cut, taken) in self.case.cuts.iter().zip(self.ledger.cuts()) {
             let entries =
                 [("travel", "m", taken.travel), ("mass", "kg", taken.mass), ("energy", "J", taken.energy)];

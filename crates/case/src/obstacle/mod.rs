@@ -128,6 +128,26 @@ impl Case {
     }
 }
 
+impl Case {
+    /// What is to be said at the end of a run of points at `places` (m) that lie deeper than `slack` (m) in an obstacle that stands
+    /// still: how deep the deepest lies, with `reason`. Nothing where there is none.
+    pub fn remark_on_covered<const D: usize>(
+        &self,
+        places: &[[f64; D]],
+        slack: f64,
+        reason: &str,
+    ) -> Option<String> {
+        let mut standing = self.standing::<D>().ok()?;
+        standing.retain(|standing| standing.obstacle.motion.is_none());
+        let Covering { obstacle, place, depth } = deepest(&standing, places, slack)?;
+        let name = &self.obstacles[obstacle].name;
+        Some(format!(
+            "a point at {:.4?} m lies {depth:.3e} m under the surface of the obstacle {name:?}: {reason}",
+            places[place]
+        ))
+    }
+}
+
 /// The place that lies deepest in an obstacle, and by more than `slack` (m).
 fn deepest<const D: usize>(
     standing: &[Standing<'_, D>],

@@ -31,11 +31,14 @@ fn block_on_plane(wall: &Value) -> Value {
     })
 }
 
-/// After settling: mean acceleration down the plane (m/s²), way down it (m), and work of walls over that of gravity.
-fn slid(wall: &Value) -> [f64; 3] {
+/// After settling: mean acceleration down the plane (m/s²), way down it (m), and work of walls and that of friction over that of
+/// gravity.
+fn slid(wall: &Value) -> [f64; 4] {
     let case = changed(block_on_plane(wall), &json!({}));
     let mut solver = begin(&SnowMpm, &case);
-    let works = |solver: &dyn Solver| ["work_of_walls", "work_of_gravity"].map(|name| reading(solver, name));
+    let works = |solver: &dyn Solver| {
+        ["work_of_walls", "obstacles.friction", "work_of_gravity"].map(|name| reading(solver, name))
+    };
     let mean = |all: &[[f64; 3]]| {
         all.iter().map(|v| v[0] * DOWN[0] + v[1] * DOWN[1]).sum::<f64>() / all.len() as f64
     };
@@ -47,24 +50,30 @@ fn slid(wall: &Value) -> [f64; 3] {
     let (end, after) = (solver.snapshot(), works(&*solver));
     let way = mean(&end.positions) - mean(&start.positions);
     let rate = (mean(&velocities(&end)) - mean(&velocities(&start))) / (end.time - start.time);
-    [rate, way, (after[0] - before[0]) / (after[1] - before[1])]
+    let [walls, friction, gravity] = std::array::from_fn(|k| after[k] - before[k]);
+    [rate, way, walls / gravity, friction / gravity]
 }
 
 #[test]
 fn a_block_slides_on_a_plane_along_no_axis_by_coulombs_law() {
-    let [rate, ..] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.3 }));
+    let [rate, _, walls, friction] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.3 }));
     let exact = GRAVITY * (0.5 - 0.3 * DOWN[0]);
-    let [_, way, _] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.7 }));
+    let [_, way, ..] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.7 }));
     assert!((rate / exact - 1.0).abs() < 5e-3, "{rate} for {exact}");
     assert!(way.abs() < 1e-3, "{way}");
+    let share = 0.3 * DOWN[0] / 0.5;
+    assert!(
+        (friction / share - 1.0).abs() < 0.01 && (walls + friction).abs() < 0.01,
+        "{friction} for {share}, {walls}"
+    );
 }
 
 #[test]
 fn a_smooth_plane_takes_nothing_of_what_slides() {
-    let [rate, _, work] = slid(&json!({ "kind": "smooth" }));
+    let [rate, _, work, friction] = slid(&json!({ "kind": "smooth" }));
     let exact = 0.5 * GRAVITY;
     assert!((rate / exact - 1.0).abs() < 1e-3, "{rate} for {exact}");
-    assert!(work.abs() < 5e-3, "{work}");
+    assert!(work.abs() < 5e-3 && friction.abs() < 1e-12, "{work} {friction}");
 }
 
 #[test]
