@@ -17,6 +17,13 @@ pub struct Node {
 }
 
 impl Node {
+    /// Changes a solved velocity (m/s), and the acceleration of the step of `dt` (s) with it.
+    #[inline(always)]
+    pub fn change_velocity(&mut self, change: Lanes, dt: f64) {
+        self.motion += change;
+        self.force += change * (1.0 / dt);
+    }
+
     /// Both at once.
     #[inline(always)]
     pub(crate) fn whole(&self) -> f64x8 {

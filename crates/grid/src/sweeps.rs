@@ -1,7 +1,7 @@
 //! Sweeps over points and their nodes: the only code that is compiled for each kind of shape functions and point domains.
 //!
 //! A solver chooses its [`Sweeps`] once ([`crate::Shape`]) and calls them for the points of a body in a slab ([`crate::Layout::scatter`]) or
-//! in a block, never for a single one. A sweep knows places and nodes; what is carried between them comes in and goes out in
+//! in a block, never for a single one ([`Sweeps::weights`] excepted). A sweep knows places and nodes; what is carried between them comes in and goes out in
 //! slices, one entry a point.
 //!
 //! A step of any material point method is `deposit`, a solve on the nodes, and `gather`. The affine transfers (APIC, TPIC) add
@@ -175,6 +175,14 @@ pub trait Sweeps<const D: usize>: Send + Sync + fmt::Debug {
 
     /// `Σ N (x_i - x_p)²` (m²) along each axis.
     fn second_moments(&self, ground: &Ground<'_, D>, points: &Points<'_, D>, out: &mut [[f64; D]]);
+
+    /// Calls `visit(point, node, N)` for every node of every point, for what a few points do by themselves.
+    fn weights(
+        &self,
+        ground: &Ground<'_, D>,
+        points: &Points<'_, D>,
+        visit: &mut dyn FnMut(usize, usize, f64),
+    );
 
     /// As [`Sweeps::deposit`], for two phases at once.
     fn deposit_phases(
@@ -401,6 +409,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Sweeps<D> f
         let domains = P::of(&points.domain);
         each::<D, S, B, P>(ground, points, |p, support| {
             out[p] = support.moments::<S, B>(ground.grid, &domains[p].anchor(&points.position[p])).1;
+        });
+    }
+
+    fn weights(
+        &self,
+        ground: &Ground<'_, D>,
+        points: &Points<'_, D>,
+        visit: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        each::<D, S, B, P>(ground, points, |p, support| {
+            support.for_each(&ground.strides, |number, w, _| visit(p, number, w));
         });
     }
 

@@ -20,7 +20,10 @@ use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 14;
+const FORMAT: u32 = 15;
+
+/// Depth of a point under an obstacle of which is told (cells).
+const SUNK: f64 = 0.1;
 
 /// What is no column of points.
 #[derive(Serialize, Deserialize)]
@@ -174,6 +177,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             .then_some(remark)
             .into_iter()
             .chain(remark_on_obstacles(self.boundary.rocks.as_deref()))
+            .chain(self.remark_on_nodes())
             .chain(self.boundary.grips.remark())
             .collect()
     }
@@ -258,6 +262,17 @@ impl<const D: usize> Solver for MpmSolver<D> {
 }
 
 impl<const D: usize> MpmSolver<D> {
+    /// What is to be said of points that lie in obstacles which act on the nodes.
+    fn remark_on_nodes(&self) -> Option<String> {
+        if self.clock.case.obstacles.is_empty() || self.boundary.rocks.is_some() {
+            return None;
+        }
+        let places: Vec<[f64; D]> = self.soft_sets().flat_map(|set| &set.points.position).copied().collect();
+        let reason = "obstacles act on the nodes here, and what is within a cell is not seen (take smaller cells, or \
+                      `methods.mpm.obstacles` `points`, which keeps points out)";
+        self.clock.case.remark_on_covered(&places, SUNK * self.background.grid.cell, reason)
+    }
+
     /// Active nodes and slabs after a restart. Slab bounds come from the checkpoint: since the sort
     /// points may have drifted, and the order of summation must stay what it was.
     fn restore_layout(&mut self, travel: f64) {

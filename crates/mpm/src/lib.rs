@@ -54,6 +54,7 @@ mod size;
 mod soaked;
 mod solver;
 mod stand;
+mod stopping;
 mod strain;
 mod stretch;
 mod surface_load;

@@ -51,7 +51,7 @@ pub fn press<const D: usize>(
 ) {
     let Some(rocks) = rocks else { return };
     rocks.advance(clock.time, [&background.grid.origin, &background.upper]);
-    let Rocks { rocks, rooms, horizon, passed } = &mut **rocks;
+    let Rocks { rocks, rooms, horizon, passed, .. } = &mut **rocks;
     let stiffness = clock.options.obstacle_stiffness;
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
         let PointSet { points, states, material, domain, pore, .. } = set;
@@ -123,19 +123,35 @@ pub fn remark_on_obstacles<const D: usize>(rocks: Option<&Rocks<D>>) -> Option<S
     let under = rocks.map_or(0, |rocks| rocks.passed.under);
     (under > 0).then(|| {
         format!(
-            "centres of points have been in an obstacle, {under} times a point and a step: they meet it too fast for its \
-             springs (raise `obstacle_stiffness`, take smaller cells or a stiffer material)"
+            "centres of points have been in an obstacle, {under} times a point and a step, though points are stopped before it: \
+             look at where it is thinner or more curved than a cell (take smaller cells, or a shorter step)"
         )
     })
 }
 
-/// Work of friction at obstacles since the start, energy of their springs, and work of their motion (J), which is `None` where
-/// they stand still; `None` where obstacles do not act on points.
-pub fn obstacle_energies<const D: usize>(rocks: Option<&Rocks<D>>) -> Option<(f64, f64, Option<f64>)> {
+/// Energies of obstacles that act on points (J).
+pub struct ObstacleEnergies {
+    /// Work of friction since the start.
+    pub friction: f64,
+    /// Energy of their springs.
+    pub stored: f64,
+    /// Energy taken since the start from points that were stopped.
+    pub stopped: f64,
+    /// Work of their motion; `None` where they stand still.
+    pub work: Option<f64>,
+}
+
+/// The energies of obstacles; `None` where they do not act on points.
+pub fn obstacle_energies<const D: usize>(rocks: Option<&Rocks<D>>) -> Option<ObstacleEnergies> {
     let rocks = &rocks?.rocks;
     let sum = |of: fn(&RockState) -> f64| rocks.iter().map(|rock| of(&rock.state)).sum();
     let moves = rocks.iter().any(|rock| rock.moving.is_some());
-    Some((sum(|state| state.friction), sum(|state| state.stored), moves.then(|| sum(|state| state.work))))
+    Some(ObstacleEnergies {
+        friction: sum(|state| state.friction),
+        stored: sum(|state| state.stored),
+        stopped: sum(|state| state.stopped),
+        work: moves.then(|| sum(|state| state.work)),
+    })
 }
 
 /// What the points of a set share.

@@ -3,7 +3,7 @@
 use colluvium_case::measure::Reading;
 
 use crate::points::PointSet;
-use crate::pressing::obstacle_energies;
+use crate::pressing::{ObstacleEnergies, obstacle_energies};
 use crate::solver::MpmSolver;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -26,9 +26,12 @@ impl<const D: usize> MpmSolver<D> {
         let [fewest, mean] = self.points_per_cell();
         push("points_per_cell.min", "", fewest);
         push("points_per_cell.mean", "", mean);
-        if let Some((friction, stored, work)) = obstacle_energies(self.boundary.rocks.as_deref()) {
+        if let Some(ObstacleEnergies { friction, stored, stopped, work }) =
+            obstacle_energies(self.boundary.rocks.as_deref())
+        {
             push("obstacles.friction", "J", friction);
             push("obstacles.stored", "J", stored);
+            push("obstacles.stopped", "J", stopped);
             work.into_iter().for_each(|work| push("obstacles.work", "J", work));
         }
         for driven in &self.boundary.driven {

@@ -23,6 +23,7 @@ use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
 use crate::nodal::work_on_nodes;
 use crate::nodes::Nodes;
 use crate::rigid::{self, drive, move_driven};
+use crate::stopping::{stop_remapped, stop_solved};
 use crate::strain::share_strains_of_one_phase;
 use crate::touch::touch;
 use crate::transfer::{Scatter, remap, scatter, start_velocities};
@@ -156,6 +157,7 @@ fn step<const D: usize>(
             solve_momentum(clock, background, bodies, nodes, boundary, consistent)?; // 2–4
             update_points::<SOLVED, D>(clock, background, bodies, nodes, boundary, averages, velocity)?; // 5
             remap(clock, background, bodies, nodes, boundary); // 6
+            stop_remapped(clock, background, bodies, nodes, (&boundary.walls, &mut boundary.rocks));
             share_strains_of_one_phase::<REMAPPED, D>(
                 clock,
                 background,
@@ -228,7 +230,7 @@ fn solve_momentum<const D: usize>(
     absorbing.absorb(clock, &mut nodes.solved, walls);
     rigid::hold_rigid(background, driven, contacts, &mut nodes.solved);
     touch(clock, background, bodies, &mut nodes.solved, boundary);
-    let Boundary { walls, driven, contacts, .. } = &mut *boundary;
+    let Boundary { walls, driven, contacts, rocks, .. } = &mut *boundary;
     driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, true);
     damp_nodes(clock, background, nodes, walls);
     if clock.stage().damping_of_axes() != [0.0; 3] {
@@ -236,6 +238,7 @@ fn solve_momentum<const D: usize>(
     }
     rigid::settle_loose(clock, driven);
     rigid::hold_loose(background, driven, contacts, &mut nodes.solved);
+    stop_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
     if clock.stage().equilibrium.is_some() {
         let sums = balance(clock, background, bodies, nodes, boundary);
         nodes.external_work += sums.work;

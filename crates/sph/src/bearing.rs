@@ -2,7 +2,7 @@
 
 use colluvium_case::loads::{cofactor, nanson};
 
-use crate::algebra::apart;
+use crate::algebra::{apart, dot};
 use crate::clock::Clock;
 use crate::kernel::Smoothing;
 use crate::lists::Lists;
@@ -10,6 +10,7 @@ use crate::loads::Loads;
 use crate::particles::{Bodies, Group, Matrix, Particles};
 use crate::rates::Rates;
 use crate::setting::Setting;
+use crate::walls::{Borne, Walls};
 
 /// Adds the loads at the end of a step of `dt` (s) to the accelerations.
 pub fn bear<const D: usize>(
@@ -46,6 +47,34 @@ pub fn bear<const D: usize>(
             }
         }
     }
+}
+
+/// Stops particles before obstacles at the end of a step of `dt` (s), and finds what obstacles have taken in it: friction by the
+/// acceleration along the nearest face at the last sums of the step and the velocity at its end. Whether any was stopped.
+pub fn bear_obstacles<const D: usize>(
+    setting: &Setting<D>,
+    bodies: &mut Bodies<D>,
+    walls: &mut Walls<D>,
+    rates: &mut Rates<D>,
+    dt: f64,
+) -> bool {
+    if walls.obstacles.is_empty() {
+        return false;
+    }
+    let Rates { by_obstacles, borne, .. } = rates;
+    let p = &bodies.particles;
+    borne.clear();
+    borne.resize(p.len(), Borne::default());
+    for (i, (borne, a)) in borne.iter_mut().zip(by_obstacles).enumerate() {
+        let faces = walls.obstacles.faces(i);
+        let Some(face) = faces.iter().min_by(|one, other| one.distance.total_cmp(&other.distance)) else {
+            continue;
+        };
+        let (v, n) = (&p.velocity[i], &face.normal);
+        let slip = dot(a, v) - dot(a, n) * dot(v, n);
+        borne.friction = -dt * p.mass[i] * slip;
+    }
+    walls.obstacles.stop(bodies, borne, dt, setting.options.spacing)
 }
 
 /// Lets the loads follow the surfaces over a step of `dt` (s) that has just been made. Over a reference configuration (`total`)

@@ -14,10 +14,10 @@ use crate::confinement::is_confined;
 use crate::lists::Listed;
 use crate::particles::Group;
 use crate::solver::{Audit, SphSolver};
-use crate::walls::planes;
+use crate::walls::{Borne, planes};
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -25,6 +25,7 @@ struct Saved {
     dimension: usize,
     clock: Clock,
     audit: Audit,
+    borne: Borne,
     /// Body, number of particles and states of the law.
     groups: Vec<(u32, usize, Vec<u8>)>,
     /// Columns of the particles, and of their rates.
@@ -61,6 +62,7 @@ impl<const D: usize> SphSolver<D> {
             dimension: D,
             clock: self.clock,
             audit: self.audit,
+            borne: self.borne,
             groups: bodies.groups.iter().map(of_group).collect(),
             particles: particle_bytes,
             rates: rate_bytes,
@@ -108,7 +110,7 @@ impl<const D: usize> SphSolver<D> {
         let [time, reach] = saved.listed_at;
         lists.listed = Listed { positions: saved.listed.as_chunks().0.to_vec(), time, reach };
         (lists.sorted, rates.current) = (saved.sorted, saved.current);
-        (self.clock, self.audit) = (saved.clock, saved.audit);
+        (self.clock, self.audit, self.borne) = (saved.clock, saved.audit, saved.borne);
         Some(())
     }
 

@@ -10,6 +10,7 @@ use crate::pairs::Pairs;
 use crate::particles::{Group, TASK};
 use crate::regularise::Near;
 use crate::solver::{SphSolver, show};
+use crate::walls::Borne;
 
 /// Distance (smoothing lengths) within which two particles are in one place: their kernel has no direction.
 const COINCIDENT: f64 = 1e-12;
@@ -91,8 +92,13 @@ impl<const D: usize> SphSolver<D> {
 
     /// Numbers of particles in one place and of corrections that fall back; none unless asked for.
     pub(crate) fn take_readings(&self) -> Vec<Reading> {
-        let Some(findings) = self.findings() else { return Vec::new() };
         let mut readings = Vec::new();
+        if !self.walls.obstacles.is_empty() {
+            let Borne { friction, stopped } = self.borne;
+            readings.push(("obstacles.friction".to_owned(), "J".to_owned(), friction));
+            readings.push(("obstacles.stopped".to_owned(), "J".to_owned(), stopped));
+        }
+        let Some(findings) = self.findings() else { return readings };
         let mut push = |name: &str, count: usize| {
             readings.push((name.to_owned(), String::new(), count as f64));
         };

@@ -91,6 +91,21 @@ impl<const D: usize> Lists<D> {
             rates.current = false;
             self.make(setting, clock, bodies, walls)?;
         }
+        self.place(setting, clock, bodies, walls, support)
+    }
+
+    /// Images, walls and what is near of obstacles in their places.
+    ///
+    /// # Errors
+    /// When a particle lies deep in an obstacle.
+    pub fn place(
+        &mut self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        bodies: &mut Bodies<D>,
+        walls: &mut Walls<D>,
+        support: f64,
+    ) -> Result<(), SolverError> {
         walls.place(clock.time, &mut bodies.particles);
         let p = &bodies.particles;
         walls.obstacles.find(&p.position[..p.len()], support);
@@ -99,7 +114,8 @@ impl<const D: usize> Lists<D> {
             None => Ok(()),
             Some((i, name)) => {
                 let reason = format!(
-                    "it passed the surface of the obstacle {name:?}: methods.sph.wall_guard keeps particles off"
+                    "it passed the surface of the obstacle {name:?}, before which particles are stopped: look at where that is \
+                     thinner or more curved than a spacing"
                 );
                 Err(p.failed(clock, i, reason))
             }

@@ -3,6 +3,7 @@
 use colluvium_constitutive::SymTensor;
 
 use crate::particles::Derivatives;
+use crate::walls::Borne;
 
 /// What the sums over neighbours give.
 #[derive(Clone, Default)]
@@ -15,6 +16,10 @@ pub struct Rates<const D: usize> {
     pub drift: Vec<[f64; D]>,
     /// Accelerations by loads and a confining pressure (m/s²); empty without.
     pub pushes: Vec<[f64; D]>,
+    /// Accelerations by obstacles (m/s²); empty without.
+    pub by_obstacles: Vec<[f64; D]>,
+    /// What obstacles have taken of each particle in the step; empty without.
+    pub borne: Vec<Borne>,
     /// `Σ_{j≠i} V_j W`, small at a surface; empty without a confining pressure.
     pub crowding: Vec<f64>,
     /// Rates of stress by its diffusion over their factor (Pa/s); empty without.

@@ -3,6 +3,7 @@
 pub mod borne;
 mod law;
 pub mod rocks;
+pub mod stops;
 
 use colluvium_case::description::ObstacleShape;
 use colluvium_case::{Case, CaseError, Standing, holding};

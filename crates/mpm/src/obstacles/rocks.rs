@@ -9,6 +9,7 @@ use colluvium_points::surface::{Contacts, Frame, Nearest, Placed};
 use serde::{Deserialize, Serialize};
 
 use super::law::{MOST, Overlap, length, rub, way_out};
+use super::stops::{Halt, Stops};
 use crate::pressed::Pressed;
 use crate::soaked::Soaked;
 
@@ -58,6 +59,8 @@ pub struct RockState {
     pub work: f64,
     /// Energy of its springs at the start of the last step (J).
     pub stored: f64,
+    /// Energy taken since the start from points that were stopped before its surface (J), not negative.
+    pub stopped: f64,
 }
 
 /// What changes of all obstacles in the course of a run.
@@ -80,6 +83,8 @@ pub struct Rocks<const D: usize> {
     pub rooms: Vec<Room<D>>,
     /// How far a point looks around where it finds none near (m).
     pub horizon: f64,
+    /// Room for points that are stopped before a surface.
+    pub stops: Stops<D>,
     /// What changes.
     pub passed: Passed,
 }
@@ -87,7 +92,11 @@ pub struct Rocks<const D: usize> {
 /// What a block of points finds and adds up.
 #[derive(Clone, Debug, Default)]
 pub struct Room<const D: usize> {
-    found: Contacts<D>,
+    pub found: Contacts<D>,
+    /// Points that come too near to a surface.
+    pub halts: Vec<Halt<D>>,
+    /// Nodes of these and weights, one point after another.
+    pub weights: Vec<(usize, f64)>,
     /// Of each obstacle.
     pub sums: Vec<Sums>,
     /// Points whose centres are in an obstacle.
@@ -107,6 +116,8 @@ pub struct Sums {
     pub work: f64,
     /// Energy of the springs (J).
     pub stored: f64,
+    /// Energy taken from points that are stopped before it (J).
+    pub stopped: f64,
 }
 
 /// What a point sees of the obstacles.
@@ -163,6 +174,7 @@ impl<const D: usize> Rocks<D> {
             rocks: standing.iter().map(rock).collect(),
             rooms: Vec::new(),
             horizon,
+            stops: Stops::default(),
             passed: Passed::default(),
         }
     }
@@ -212,7 +224,7 @@ impl<const D: usize> Rocks<D> {
 
 impl<const D: usize> Rock<D> {
     /// Its surface where it is.
-    fn now(&self) -> &dyn Surface<D> {
+    pub fn now(&self) -> &dyn Surface<D> {
         match &self.moving {
             Some(moving) => &moving.placed,
             None => &*self.surface,
@@ -224,6 +236,14 @@ impl<const D: usize> Rock<D> {
         self.moving.as_ref().map_or([0.0; D], |Moving { placed, before, .. }| {
             let was = before.outward(&placed.frame.inward(x));
             std::array::from_fn(|c| x[c] - was[c])
+        })
+    }
+
+    /// How far its part at `x` (m) goes until `time` (s) (m).
+    pub fn step_until(&self, x: &[f64; D], time: f64) -> [f64; D] {
+        self.moving.as_ref().map_or([0.0; D], |Moving { motion, placed, .. }| {
+            let goes = motion.frame(time).outward(&placed.frame.inward(x));
+            std::array::from_fn(|c| goes[c] - x[c])
         })
     }
 }

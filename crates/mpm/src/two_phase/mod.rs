@@ -40,6 +40,7 @@ use crate::nodes::Nodes;
 use crate::points::PointSet;
 use crate::pore::SOLID;
 use crate::solver::{MpmSolver, work_of_loads};
+use crate::stopping::{Stopping, with_mass};
 use crate::update::{PointUpdate, REMAPPED, SOLVED};
 use crate::vectors::{power, square_sum};
 use bear::bear_phases;
@@ -113,6 +114,7 @@ pub fn step_phases<const D: usize>(
             solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
             update_phases::<SOLVED, D>(clock, background, bodies, boundary, averages, phases, velocity)?; // 5
             remap_phases(clock, background, bodies, boundary, phases, false); // 6
+            stop_remapped(clock, background, bodies, boundary, phases);
             share_phase_strains::<REMAPPED, D>(clock, background, bodies, &mut averages.strains, phases); // 7
             follow_phases::<REMAPPED, D>(clock, background, bodies, phases);
             let rest = PointUpdate { position: true, ..stress };
@@ -161,8 +163,9 @@ fn solve_phases<const D: usize>(
     boundary: &mut Boundary<D>,
     phases: &mut TwoPhase,
 ) {
-    let Boundary { walls: own_walls, driven, contacts, nodal, load_starts, absorbing, bearing, .. } =
-        boundary;
+    let Boundary {
+        walls: own_walls, driven, contacts, nodal, load_starts, absorbing, bearing, rocks, ..
+    } = boundary;
     let (stage, dt) = (clock.stage(), clock.dt);
     let audit = stage.equilibrium.is_some();
     phases.held.clear();
@@ -190,6 +193,9 @@ fn solve_phases<const D: usize>(
     background.layout.rows(of_phases, row_sums, |row, active, line| solve.row(row, active, line));
     absorbing.absorb_phases(clock, of_phases, [&*own_walls, &*walls]);
     hold_phases(clock, background, driven, contacts, of_phases);
+    let stopping = Stopping { clock, background, bodies, walls: own_walls, takes: true };
+    let slow = |node: &mut [Node; 2], change| node[SOLID].change_velocity(change, dt);
+    stopping.stop(rocks, of_phases, |_, node| node[SOLID].motion, slow);
     if audit {
         *sums = PhaseSums::default();
         row_sums.iter().for_each(|row| sums.add(row));
@@ -197,6 +203,21 @@ fn solve_phases<const D: usize>(
             sums.mixture.work + work_of_loads(bodies, driven, dt) + work_of_pore_loads(bodies, dt);
         nodes.external_work += work_on_phase_nodes(clock, bodies, nodal, load_starts, of_phases);
     }
+}
+
+/// Stops points by the re-mapped velocities of the skeleton, by which they change place.
+fn stop_remapped<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    boundary: &mut Boundary<D>,
+    phases: &mut TwoPhase,
+) {
+    let Boundary { walls, rocks, .. } = boundary;
+    let TwoPhase { nodes, remapped, .. } = phases;
+    let stopping = Stopping { clock, background, bodies, walls, takes: false };
+    let of = |number: usize, own: &[Lanes; 2]| with_mass(own[SOLID], nodes[number][SOLID].motion);
+    stopping.stop(rocks, remapped, of, |node, change| node[SOLID] += change);
 }
 
 /// Work in the step (J) of prescribed pore pressures on the fluid beyond what they do on the mixture.

@@ -18,6 +18,7 @@ mod pressing;
 mod saturated_obstacles;
 mod shapes;
 mod solver;
+mod stopping;
 mod tension;
 mod transfers;
 mod two_phase;

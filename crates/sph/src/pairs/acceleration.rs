@@ -23,9 +23,15 @@ impl Form {
 
 impl<const D: usize> Sums<'_, D> {
     /// Acceleration of particle `i` by its neighbours (m/s²): steps 3 and 4 of `sheet: sph §3.3`. Keeps the weights
-    /// of the pairs.
+    /// of the pairs, and tells what share of it is the obstacles'.
     #[inline]
-    pub fn acceleration(&self, i: usize, row: &[u32], weights: &mut [f64]) -> [f64; D] {
+    pub fn acceleration(
+        &self,
+        i: usize,
+        row: &[u32],
+        weights: &mut [f64],
+        by_obstacles: Option<&mut [f64; D]>,
+    ) -> [f64; D] {
         let records = &self.shown.records;
         let regular = self.regular(row);
         let own_record = [&records[i]; 4];
@@ -81,12 +87,19 @@ impl<const D: usize> Sums<'_, D> {
         });
         let mut sum = sum.map(lanes::sum);
         (0..D).for_each(|c| sum[c] += push[c]);
-        self.push_off_others(i, row, weights, form, &mut sum);
+        self.push_off_others(i, (row, &*weights), form, &mut sum, by_obstacles);
         sum
     }
 
     /// What acts on `i` beside its neighbours as they are: its image, corrections, walls that answer, obstacles, guards.
-    fn push_off_others(&self, i: usize, row: &[u32], weights: &[f64], form: Form, sum: &mut [f64; D]) {
+    fn push_off_others(
+        &self,
+        i: usize,
+        (row, weights): (&[u32], &[f64]),
+        form: Form,
+        sum: &mut [f64; D],
+        by_obstacles: Option<&mut [f64; D]>,
+    ) {
         let regular = self.regular(row);
         if let Some(close) = self.close {
             self.push_off_faces(i, close, sum);
@@ -101,7 +114,11 @@ impl<const D: usize> Sums<'_, D> {
             self.push_off_walls(i, &row[regular..], form, sum);
         }
         if !self.walls.obstacles.is_empty() {
+            let before = *sum;
             self.push_off_obstacles(i, form, sum);
+            if let Some(own) = by_obstacles {
+                *own = std::array::from_fn(|c| sum[c] - before[c]);
+            }
         }
         if self.options.wall_guard > 0.0 {
             self.guard_walls(i, &row[self.before(row, self.first_wall)..], sum);

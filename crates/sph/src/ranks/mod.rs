@@ -24,6 +24,7 @@ use crate::config::{
 use crate::limit::{find_limit, time_step_of};
 use crate::regularise::is_regularisation_due;
 use crate::solver::{Audit, SphSolver, audits};
+use crate::walls::Borne;
 use parcel::{Parcel, assemble};
 
 /// Largest weight of a rank over the mean beyond which cuts are made anew (sheet: sph §3.9).
@@ -187,23 +188,23 @@ impl<const D: usize> RankedSolver<D> {
         if self.shared_out {
             self.exchange();
         }
-        self.refresh()?;
+        let support = self.refresh()?;
         on_all(&mut self.ranks, |rank| {
-            let SphSolver { clock, bodies, walls, lists, .. } = &mut rank.domain;
-            walls.place(clock.time, &mut bodies.particles);
-            lists.weighed = false;
+            let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
+            lists.place(setting, clock, bodies, walls, support)?;
             rank.domain.advance_listed(dt)
         })?;
         let SphSolver { setting, clock, .. } = self.first();
         if setting.is_audited(clock) {
             self.audit(dt);
         }
+        self.bear();
         self.ranks.iter_mut().for_each(|rank| rank.domain.clock.end_step(dt));
         Ok(())
     }
 
-    /// Lists for all ranks where particles have moved too far for the last ones.
-    fn refresh(&mut self) -> Result<(), SolverError> {
+    /// Lists for all ranks where particles have moved too far for the last ones. The largest support (m).
+    fn refresh(&mut self) -> Result<f64, SolverError> {
         let of_rank = |rank: &mut Rank<D>| {
             let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
             bodies.follow_density(setting);
@@ -215,7 +216,7 @@ impl<const D: usize> RankedSolver<D> {
         let SphSolver { setting, clock, lists, .. } = self.first();
         let support = setting.support(longest);
         if self.shared_out && reached + support <= lists.listed.reach {
-            return Ok(());
+            return Ok(support);
         }
         let is_sort_due = lists.is_sort_due(clock);
         self.ranks.par_iter_mut().for_each(|rank| {
@@ -231,7 +232,8 @@ impl<const D: usize> RankedSolver<D> {
             lists.list_from_here(setting, clock, &bodies.particles, support);
             rates.current = false;
         });
-        self.share_out()
+        self.share_out()?;
+        Ok(support)
     }
 
     /// Sums up over all particles in their sequence, for the first rank.
@@ -245,6 +247,20 @@ impl<const D: usize> RankedSolver<D> {
         found.sort_unstable_by_key(|(place, _)| *place);
         let first = &mut self.ranks[0].domain;
         first.audit = first.audit.next(found.into_iter().map(|(_, own)| own));
+    }
+
+    /// Adds up what obstacles have taken, over all particles in their sequence, for the first rank.
+    fn bear(&mut self) {
+        if self.first().walls.obstacles.is_empty() {
+            return;
+        }
+        let of_rank = |rank: &'_ Rank<D>| -> Vec<(u32, Borne)> {
+            rank.own().map(|i| (rank.sequence[i as usize], rank.domain.rates.borne[i as usize])).collect()
+        };
+        let mut found: Vec<(u32, Borne)> = self.ranks.par_iter().flat_map_iter(of_rank).collect();
+        found.sort_unstable_by_key(|(place, _)| *place);
+        let first = &mut self.ranks[0].domain;
+        found.iter().for_each(|(_, own)| first.borne.add(own));
     }
 
     /// Renews the copies in the halos.

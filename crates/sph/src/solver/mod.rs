@@ -25,7 +25,7 @@ pub(crate) use sums::find_rates;
 use colluvium_case::{SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
-use crate::bearing::follow;
+use crate::bearing::{bear_obstacles, follow};
 use crate::clock::Clock;
 use crate::limit::{find_limit, time_step_of};
 use crate::lists::{Listed, Lists};
@@ -35,7 +35,7 @@ use crate::regularise::Averages;
 use crate::setting::Setting;
 use crate::shifting::Shifting;
 use crate::total::Reference;
-use crate::walls::Walls;
+use crate::walls::{Borne, Walls};
 
 /// Distance from equilibrium and its pieces.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
@@ -76,6 +76,8 @@ pub struct SphSolver<const D: usize> {
     /// Of the schemes that need more than the state.
     pub(crate) kept: Kept<D>,
     pub(crate) audit: Audit,
+    /// What obstacles have taken since the start.
+    pub(crate) borne: Borne,
     /// The initial configuration, of the total-Lagrangian form.
     pub(crate) reference: Option<Box<Reference<D>>>,
 }
@@ -96,6 +98,7 @@ impl<const D: usize> SphSolver<D> {
             shifting: Shifting::default(),
             kept: Kept::default(),
             audit: Audit::default(),
+            borne: Borne::default(),
             reference: None,
         }
     }
@@ -107,6 +110,7 @@ impl<const D: usize> SphSolver<D> {
             lists: self.lists.hollow(),
             rates: self.rates.hollow(),
             audit: self.audit,
+            borne: self.borne,
             ..Self::new(self.setting.clone(), self.bodies.hollow(), self.walls.hollow())
         }
     }
@@ -123,10 +127,11 @@ impl<const D: usize> SphSolver<D> {
             self.list(true)?;
         }
         self.advance_listed(dt)?;
-        let Self { setting, clock, bodies, rates, audit, .. } = self;
+        let Self { setting, clock, bodies, rates, audit, borne, .. } = self;
         if setting.is_audited(clock) {
             *audit = audit.next(audits(setting, clock, bodies, rates, dt).map(|(_, own)| own));
         }
+        rates.borne.iter().for_each(|own| borne.add(own));
         clock.end_step(dt);
         Ok(())
     }
@@ -153,7 +158,8 @@ impl<const D: usize> SphSolver<D> {
         self.integrate(dt)?;
         let Self { setting, clock, bodies, walls, lists, rates, reference, .. } = self;
         follow(setting, bodies, lists, rates, reference.is_some(), dt);
-        if walls.turn_back(bodies, &mut rates.of, clock.time + dt) {
+        let turned = walls.turn_back(bodies, &mut rates.of, clock.time + dt);
+        if bear_obstacles(setting, bodies, walls, rates, dt) || turned {
             (lists.weighed, rates.current) = (false, false);
         }
         Ok(())

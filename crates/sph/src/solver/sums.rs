@@ -28,10 +28,23 @@ pub fn accelerate<const D: usize>(
     let gravity = setting.gravity_at(clock, dt);
     let sums = Sums::new(setting, bodies, walls);
     rates.of.acceleration.resize(bodies.particles.len(), [0.0; D]);
-    over_rows(&lists.neighbours, &mut lists.weights, &mut rates.of.acceleration, |i, row, weights, a| {
-        let pull = sums.acceleration(i, row, weights);
-        *a = std::array::from_fn(|c| pull[c] + gravity[c]);
-    });
+    let whole = |pull: [f64; D]| std::array::from_fn(|c| pull[c] + gravity[c]);
+    let (neighbours, weights) = (&lists.neighbours, &mut lists.weights);
+    if walls.obstacles.is_empty() {
+        over_rows(neighbours, weights, &mut rates.of.acceleration, |i, row, weights, a| {
+            *a = whole(sums.acceleration(i, row, weights, None));
+        });
+    } else {
+        rates.by_obstacles.resize(bodies.particles.len(), [0.0; D]);
+        let both = rates.of.acceleration.par_chunks_mut(ROWS).zip(rates.by_obstacles.par_chunks_mut(ROWS));
+        let blocks = both.zip(weights).zip(neighbours.blocks()).enumerate();
+        blocks.for_each(|(number, (((all, by_obstacles), weights), rows))| {
+            for (k, (a, own)) in all.iter_mut().zip(by_obstacles).enumerate() {
+                let i = number * ROWS + k;
+                *a = whole(sums.acceleration(i, rows.of(k), &mut weights[rows.range(k)], Some(own)));
+            }
+        });
+    }
     (lists.weighed, rates.current) = (true, true);
     confine(setting, clock, bodies, walls, lists, rates, dt);
     bear(setting, clock, bodies, rates, dt);

@@ -12,6 +12,7 @@ mod plane;
 mod planes;
 mod smooth_bodies;
 mod soil;
+mod stops;
 #[cfg(test)]
 mod tests;
 
@@ -21,6 +22,7 @@ pub use of_case::{check_walls, mirrors, planes};
 pub use plane::{Contact, Plane};
 pub use planes::Planes;
 pub use smooth_bodies::SmoothBodies;
+pub use stops::Borne;
 
 use crate::algebra::mirrored;
 use crate::config::WallStress;

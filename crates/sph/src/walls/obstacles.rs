@@ -130,6 +130,8 @@ struct Block<const D: usize> {
 pub struct Obstacles<const D: usize> {
     solids: Vec<Solid<D>>,
     blocks: Vec<Block<D>>,
+    /// Room for what a particle touches that is stopped.
+    pub(super) found: Contacts<D>,
 }
 
 impl<const D: usize> Obstacles<D> {
@@ -151,12 +153,12 @@ impl<const D: usize> Obstacles<D> {
             laws,
             surface,
         });
-        Ok(Self { solids: solids.collect(), blocks: Vec::new() })
+        Ok(Self { solids: solids.collect(), ..Self::default() })
     }
 
     /// The same, with nothing found yet.
     pub fn hollow(&self) -> Self {
-        Self { solids: self.solids.clone(), blocks: Vec::new() }
+        Self { solids: self.solids.clone(), ..Self::default() }
     }
 
     /// Whether there are none.
@@ -168,7 +170,7 @@ impl<const D: usize> Obstacles<D> {
     /// Lists which particles at `positions` may come within a support of an obstacle while none goes farther than `reach` (m)
     /// allows.
     pub fn list(&mut self, positions: &[[f64; D]], reach: f64) {
-        let Self { solids, blocks } = self;
+        let Self { solids, blocks, .. } = self;
         if solids.is_empty() {
             return;
         }
@@ -187,7 +189,7 @@ impl<const D: usize> Obstacles<D> {
 
     /// Finds the faces within `support` (m) of the particles at `positions`.
     pub fn find(&mut self, positions: &[[f64; D]], support: f64) {
-        let Self { solids, blocks } = self;
+        let Self { solids, blocks, .. } = self;
         blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
             block.faces.clear();
             block.ends.clear();
@@ -215,6 +217,28 @@ impl<const D: usize> Obstacles<D> {
         });
     }
 
+    /// Places that a ball of this `radius` (m) around `x`, where particle `i` has come to since it was listed, touches, of each
+    /// obstacle that it may meet; where `x` lies in one, the nearest place of that within `reach` (m).
+    pub(super) fn touched(
+        &self,
+        i: usize,
+        x: &[f64; D],
+        (radius, reach): (f64, f64),
+        found: &mut Contacts<D>,
+        mut visit: impl FnMut(&Nearest<D>, &ObstacleLaws),
+    ) {
+        let Some(block) = self.blocks.get(i / ROWS) else { return };
+        let k = (i % ROWS) as u32;
+        let first = block.listed.partition_point(|(own, _)| *own < k);
+        for (_, number) in block.listed[first..].iter().take_while(|(own, _)| *own == k) {
+            let Solid { laws, surface, .. } = &self.solids[*number as usize];
+            found.clear();
+            surface.touch(x, radius, found);
+            let inside = if found.is_empty() { surface.gap(x, reach) } else { None };
+            found.all().iter().chain(inside.as_ref()).for_each(|place| visit(place, laws));
+        }
+    }
+
     /// The first particle that lies deeper than `margin` (m) in an obstacle, with the obstacle's name.
     pub fn passed(&self, margin: f64) -> Option<(usize, &str)> {
         self.blocks.iter().enumerate().find_map(|(number, block)| {
@@ -228,8 +252,9 @@ impl<const D: usize> Obstacles<D> {
     pub fn faces(&self, i: usize) -> &[Face<D>] {
         let Some(block) = self.blocks.get(i / ROWS) else { return &[] };
         let k = i % ROWS;
+        let Some(&end) = block.ends.get(k) else { return &[] };
         let start = if k == 0 { 0 } else { block.ends[k - 1] };
-        &block.faces[start as usize..block.ends[k] as usize]
+        &block.faces[start as usize..end as usize]
     }
 }
 

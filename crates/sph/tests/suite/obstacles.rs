@@ -1,6 +1,6 @@
 //! Obstacles of any direction (sheet: sph §2.13).
 
-use colluvium_case::{Case, Method};
+use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
@@ -136,7 +136,7 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
         "methods": { "sph": { "spacing": 0.025 } }
     }));
     let mut solver = begin(&case);
-    let middle = |solver: &dyn colluvium_case::Solver| {
+    let middle = |solver: &dyn Solver| {
         let places = solver.snapshot().positions;
         places.iter().map(|x| x[0]).sum::<f64>() / places.len() as f64
     };
@@ -153,4 +153,83 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
     let way = middle(&*solver) + 0.4 - 1.0;
     eprintln!("{way} {exact}");
     assert!((way / exact - 1.0).abs() < 0.03, "{way} for {exact}");
+}
+
+fn reading(solver: &dyn Solver, name: &str) -> f64 {
+    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+}
+
+/// All energies (J), with what obstacles took of them.
+fn energy(solver: &dyn Solver) -> f64 {
+    let budget = solver.budget().unwrap();
+    let took = reading(solver, "obstacles.friction") + reading(solver, "obstacles.stopped");
+    budget.kinetic + budget.elastic + budget.potential + took
+}
+
+/// Two rows of sand thrown at a floor with a bump, faster than its waves run (24 m/s).
+fn thrown(integration: &str, wall: &Value) -> Case {
+    sliding(&json!({
+        "materials": { "m": { "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 7e5, "poissons_ratio": 0.3,
+            "friction_angle": 32 } },
+        "bodies": [{ "name": "layer", "material": "m", "shape": { "kind": "box", "min": [0, 0.5], "max": [1, 0.6] },
+            "velocity": { "kind": "uniform", "value": [5, -30] } }],
+        "obstacles": [{ "name": "floor", "wall": wall,
+            "shape": { "kind": "ground-line", "points": [[-2, -0.1], [0.2, 0], [0.4, 0.2], [0.7, -0.05], [5, 0.1]] } }],
+        "stages": [{ "name": "fall", "duration": 0.05 }],
+        "methods": { "sph": { "spacing": 0.05, "integration": integration } }
+    }))
+}
+
+#[test]
+fn no_particle_gets_into_an_obstacle_and_what_stops_it_is_told() {
+    for integration in [
+        "leapfrog",
+        "leapfrog-rates",
+        "predictor-corrector",
+        "velocity-verlet",
+        "runge-kutta4",
+        "verlet",
+        "position-verlet",
+    ] {
+        for wall in [
+            json!({ "kind": "smooth" }),
+            json!({ "kind": "rough" }),
+            json!({ "kind": "frictional", "friction_coefficient": 0.4 }),
+        ] {
+            let case = thrown(integration, &wall);
+            let standing = case.standing::<2>().unwrap();
+            let mut solver = begin(&case);
+            let (start, mut nearest, mut most) = (energy(&*solver), f64::INFINITY, 0.0f64);
+            while solver.time() < 0.05 {
+                advance(&mut *solver, 1);
+                most = most.max(energy(&*solver));
+                for x in solver.snapshot().positions {
+                    let gap = standing[0].surface.gap(&[x[0], x[1]], 1.0);
+                    nearest = gap.map_or(nearest, |gap| nearest.min(gap.distance));
+                }
+            }
+            assert!(nearest > 0.0, "{integration} {wall}: {nearest} m");
+            assert!(most < 1.01 * start, "{integration} {wall}: {most} J of {start}");
+            assert!(reading(&*solver, "obstacles.stopped") > 0.01 * start);
+        }
+    }
+}
+
+#[test]
+fn frictions_work_is_what_a_sliding_block_loses() {
+    let wall = json!({ "kind": "frictional", "friction_coefficient": 0.3 });
+    let mut more = plane(&wall);
+    more["stages"] = json!([{ "name": "slide", "duration": 0.1 }]);
+    more["bodies"] = json!([{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.3] },
+        "velocity": { "kind": "uniform", "value": [2, 0] } }]);
+    let mut solver = begin(&sliding(&more));
+    let start = solver.budget().unwrap();
+    while solver.time() < 0.1 {
+        advance(&mut *solver, 1);
+    }
+    let slower = 2.0 - solver.budget().unwrap().momentum[0] / start.mass;
+    let lost = 0.5 * start.mass * (4.0 - (2.0 - slower).powi(2));
+    let friction = reading(&*solver, "obstacles.friction");
+    assert!(lost > 0.0 && (friction / lost - 1.0).abs() < 0.05, "{friction} J of {lost} J");
+    assert_eq!(reading(&*solver, "obstacles.stopped"), 0.0);
 }

@@ -269,3 +269,12 @@ fn more_ranks_than_particles_are_refused() {
     let error = Sph.plan(&case).unwrap_err().to_string();
     assert!(error.starts_with("methods.sph.ranks: "), "{error}");
 }
+
+#[test]
+fn obstacles_and_what_they_take_are_the_same_in_ranks() {
+    let wall = json!({ "kind": "frictional", "friction_coefficient": 0.4 });
+    let ground = json!({ "boundaries": [], "obstacles": [{ "name": "ground", "wall": wall,
+        "shape": { "kind": "ground-line", "points": [[-1, 0.6], [0, 0], [1, 0], [3, 0.2]] } }],
+        "domain": { "min": [-1, -1], "max": [2, 1] } });
+    every_number_agrees(&heap(&json!({}), &ground), 150, "obstacles");
+}

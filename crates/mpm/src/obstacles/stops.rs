@@ -1,0 +1,293 @@
+//! Points that the grid would carry too near to a surface, and the impulses through their nodes that stop them
+//! (docs/theory/mpm.md, obstacles).
+
+use std::ops::Range;
+
+use super::rocks::Sums;
+
+/// Sweeps over the points that are stopped, at most.
+const SWEEPS: usize = 200;
+
+/// A point and a place of a surface to which it would come too near in the step.
+#[derive(Clone, Debug)]
+pub struct Halt<const D: usize> {
+    /// Its entries in the list of nodes and weights.
+    pub nodes: Range<usize>,
+    /// Where the point is (m).
+    pub place: [f64; D],
+    /// Unit normal out of the obstacle.
+    pub normal: [f64; D],
+    /// Least velocity along the normal with which it keeps its distance (m/s).
+    pub least: f64,
+    /// By how much it may stay behind that (m/s).
+    pub slack: f64,
+    /// Velocity of the obstacle there (m/s).
+    pub course: [f64; D],
+    /// Number of the obstacle.
+    pub rock: usize,
+    /// Coefficient of friction there, which may be infinite.
+    pub friction: f64,
+    /// Impulse along the normal (N s).
+    pub pushed: f64,
+    /// Impulse along the surface (N s).
+    pub rubbed: [f64; D],
+}
+
+/// The points that are stopped in a step, and the nodes that bear the impulses.
+#[derive(Clone, Debug, Default)]
+pub struct Stops<const D: usize> {
+    /// The points.
+    pub halts: Vec<Halt<D>>,
+    /// Nodes and weights: the number of a node in memory first, then its place in the lists below.
+    pub weights: Vec<(usize, f64)>,
+    /// Numbers of the nodes in memory, ascending.
+    pub numbers: Vec<usize>,
+    /// Their velocities (m/s).
+    pub velocity: Vec<[f64; D]>,
+    /// One over their inertia along each axis (1/kg); zero where something holds them.
+    pub ease: Vec<[f64; D]>,
+    /// By how much their velocities have changed (m/s).
+    pub change: Vec<[f64; D]>,
+    /// What each obstacle gets: impulses (N s) in place of forces.
+    pub sums: Vec<Sums>,
+}
+
+fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    (0..D).map(|c| a[c] * b[c]).sum()
+}
+
+impl<const D: usize> Stops<D> {
+    /// Forgets all.
+    pub fn clear(&mut self, rocks: usize) {
+        self.halts.clear();
+        self.weights.clear();
+        self.sums.clear();
+        self.sums.resize(rocks, Sums::default());
+    }
+
+    /// Takes over what a block of points has found.
+    pub fn take(&mut self, halts: &mut Vec<Halt<D>>, weights: &mut Vec<(usize, f64)>) {
+        let first = self.weights.len();
+        self.weights.append(weights);
+        self.halts.extend(
+            halts
+                .drain(..)
+                .map(|halt| Halt { nodes: halt.nodes.start + first..halt.nodes.end + first, ..halt }),
+        );
+    }
+
+    /// Lists the nodes; `of` has the velocity (m/s) of one and one over its inertia (1/kg).
+    pub fn list(&mut self, of: impl Fn(usize) -> ([f64; D], [f64; D])) {
+        let Self { weights, numbers, velocity, ease, change, .. } = self;
+        numbers.clear();
+        numbers.extend(weights.iter().map(|(number, _)| *number));
+        numbers.sort_unstable();
+        numbers.dedup();
+        for (number, _) in weights {
+            *number = numbers.partition_point(|own| *own < *number);
+        }
+        velocity.clear();
+        ease.clear();
+        for number in numbers.iter() {
+            let (own, light) = of(*number);
+            velocity.push(own);
+            ease.push(light);
+        }
+        change.clear();
+        change.resize(numbers.len(), [0.0; D]);
+    }
+
+    /// Gives the nodes the smallest impulses along the normals by which no point stays behind its least velocity, and along the
+    /// surfaces those of Coulomb's law: one point after another, until all have them.
+    pub fn solve(&mut self) {
+        let Self { halts, weights, velocity, ease, change, sums, .. } = self;
+        for _ in 0..SWEEPS {
+            let mut settled = true;
+            for halt in halts.iter_mut() {
+                let nodes = &weights[halt.nodes.clone()];
+                let mut point = Point { nodes, velocity, ease, change };
+                settled &= halt.act(&mut point, &mut sums[halt.rock]);
+            }
+            if settled {
+                return;
+            }
+        }
+    }
+}
+
+/// A point that is stopped, seen from its nodes.
+struct Point<'a, const D: usize> {
+    nodes: &'a [(usize, f64)],
+    velocity: &'a mut [[f64; D]],
+    ease: &'a [[f64; D]],
+    change: &'a mut [[f64; D]],
+}
+
+impl<const D: usize> Point<'_, D> {
+    /// Its velocity (m/s).
+    fn velocity(&self) -> [f64; D] {
+        let mut sum = [0.0; D];
+        for (node, w) in self.nodes {
+            (0..D).for_each(|c| sum[c] += w * self.velocity[*node][c]);
+        }
+        sum
+    }
+
+    /// How much faster along a unit vector it gets by a unit impulse along that (1/kg).
+    fn ease_along(&self, direction: &[f64; D]) -> f64 {
+        let of = |(node, w): &(usize, f64)| {
+            w * w * (0..D).map(|c| self.ease[*node][c] * direction[c] * direction[c]).sum::<f64>()
+        };
+        self.nodes.iter().map(of).sum()
+    }
+
+    /// Gives it an impulse (N s).
+    fn push(&mut self, impulse: &[f64; D]) {
+        for (node, w) in self.nodes {
+            for c in 0..D {
+                let change = w * impulse[c] * self.ease[*node][c];
+                self.velocity[*node][c] += change;
+                self.change[*node][c] += change;
+            }
+        }
+    }
+}
+
+impl<const D: usize> Halt<D> {
+    /// Gives the point what it lacks; says whether it lacked little.
+    fn act(&mut self, point: &mut Point<'_, D>, sums: &mut Sums) -> bool {
+        let ease = point.ease_along(&self.normal);
+        // Nodes that are held cannot give way.
+        if ease <= 0.0 {
+            return true;
+        }
+        let lacks = self.least - dot(&point.velocity(), &self.normal);
+        let more = (lacks / ease).max(-self.pushed);
+        if more != 0.0 {
+            self.pushed += more;
+            let taken = self.give(&self.normal.map(|n| more * n), point, sums);
+            sums.stopped += taken;
+        }
+        if self.friction > 0.0 && (self.pushed > 0.0 || self.rubbed != [0.0; D]) {
+            self.rub(point, sums);
+        }
+        lacks <= self.slack
+    }
+
+    /// Brings the impulse along the surface to what friction bears.
+    fn rub(&mut self, point: &mut Point<'_, D>, sums: &mut Sums) {
+        let velocity = point.velocity();
+        let slides: [f64; D] = std::array::from_fn(|c| velocity[c] - self.course[c]);
+        let out = dot(&slides, &self.normal);
+        let slides: [f64; D] = std::array::from_fn(|c| slides[c] - out * self.normal[c]);
+        let speed = dot(&slides, &slides).sqrt();
+        let bound = if self.pushed > 0.0 { self.friction * self.pushed } else { 0.0 };
+        let mut next = self.rubbed;
+        if speed > 0.0 {
+            let along = slides.map(|v| v / speed);
+            let ease = point.ease_along(&along);
+            if ease <= 0.0 {
+                return;
+            }
+            (0..D).for_each(|c| next[c] -= speed / ease * along[c]);
+        }
+        let full = dot(&next, &next).sqrt();
+        if full > bound {
+            next = next.map(|c| c * (bound / full));
+        }
+        let more = std::array::from_fn(|c| next[c] - self.rubbed[c]);
+        self.rubbed = next;
+        sums.friction += self.give(&more, point, sums);
+    }
+
+    /// Gives the point an impulse (N s), and the obstacle its reaction; the energy that it takes (J), counted against the obstacle.
+    fn give(&self, impulse: &[f64; D], point: &mut Point<'_, D>, sums: &mut Sums) -> f64 {
+        let before = point.velocity();
+        point.push(impulse);
+        let after = point.velocity();
+        let slides: [f64; D] = std::array::from_fn(|c| 0.5 * (before[c] + after[c]) - self.course[c]);
+        sums.work += dot(impulse, &self.course);
+        let at = |a: &[f64; D], c: usize| a.get(c).copied().unwrap_or(0.0);
+        for c in 0..3 {
+            sums.force[c] -= at(impulse, c);
+            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+            sums.moment[c] -= at(&self.place, a) * at(impulse, b) - at(&self.place, b) * at(impulse, a);
+        }
+        -dot(impulse, &slides)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two points over a floor on nodes 0, 1 and 2 of 1, 2 and 4 kg, which fall and slide.
+    fn stops(friction: f64) -> Stops<2> {
+        let halt = |nodes: Range<usize>, least: f64| Halt {
+            nodes,
+            place: [0.0; 2],
+            normal: [0.0, 1.0],
+            least,
+            slack: 1e-12,
+            course: [0.0; 2],
+            rock: 0,
+            friction,
+            pushed: 0.0,
+            rubbed: [0.0; 2],
+        };
+        let mut stops = Stops::default();
+        stops.clear(1);
+        stops.take(
+            &mut vec![halt(0..2, -0.1), halt(2..4, 0.0)],
+            &mut vec![(10, 0.3), (11, 0.7), (11, 0.6), (14, 0.4)],
+        );
+        stops.list(|number| {
+            let ease = match number {
+                10 => 1.0,
+                11 => 0.5,
+                _ => 0.25,
+            };
+            ([1.0, -2.0], [ease; 2])
+        });
+        stops
+    }
+
+    fn energy(stops: &Stops<2>) -> f64 {
+        let of = |(velocity, ease): (&[f64; 2], &[f64; 2])| 0.5 * dot(velocity, velocity) / ease[0];
+        stops.velocity.iter().zip(&stops.ease).map(of).sum()
+    }
+
+    #[test]
+    fn points_keep_their_least_velocities_and_the_energy_is_told() {
+        for friction in [0.0, 0.5, f64::INFINITY] {
+            let mut stops = stops(friction);
+            let (before, momentum) = (energy(&stops), 7.0);
+            stops.solve();
+            for halt in &stops.halts {
+                let of = |(node, w): &(usize, f64)| w * stops.velocity[*node][1];
+                let velocity: f64 = stops.weights[halt.nodes.clone()].iter().map(of).sum();
+                assert!(velocity >= halt.least - 1e-11, "{velocity}");
+                assert!(halt.pushed >= 0.0);
+                assert!(halt.rubbed[0].abs() <= friction * halt.pushed + 1e-12 && halt.rubbed[1] == 0.0);
+            }
+            let told = stops.sums[0].stopped + stops.sums[0].friction;
+            assert!((before - energy(&stops) - told).abs() < 1e-10 * before, "{friction}: {told}");
+            assert!(stops.sums[0].stopped > 0.0 && stops.sums[0].friction >= 0.0);
+            let kept: f64 = stops.velocity.iter().zip(&stops.ease).map(|(v, ease)| v[0] / ease[0]).sum();
+            assert!((momentum - kept - stops.sums[0].force[0]).abs() < 1e-10, "{kept}");
+        }
+    }
+
+    #[test]
+    fn what_is_held_does_not_move_and_what_leaves_is_let_go() {
+        let mut stops = stops(0.3);
+        stops.ease[1] = [0.0; 2];
+        stops.velocity.fill([0.0, 3.0]);
+        stops.solve();
+        assert_eq!(stops.change, [[0.0; 2]; 3]);
+        stops.velocity.fill([0.0, -3.0]);
+        stops.solve();
+        assert_eq!(stops.change[1], [0.0; 2]);
+        assert!(stops.change[0][1] > 0.0 && stops.change[2][1] > 0.0);
+    }
+}

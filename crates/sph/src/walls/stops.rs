@@ -1,0 +1,146 @@
+//! No particle gets into an obstacle: one that its stress has not pushed off is stopped before the surface.
+//!
+//! A particle of thin and fast flow has no stress to answer with. It is stopped as by an inelastic hit, with friction by Coulomb's
+//! law: the step is as if it had been made with the velocity that keeps the particle before the surface.
+
+use colluvium_points::surface::{Contacts, Nearest};
+use serde::{Deserialize, Serialize};
+
+use super::Obstacles;
+use crate::algebra::{dot, square};
+use crate::particles::{Bodies, Group};
+
+/// Least distance of a particle from an obstacle (spacings).
+const LEAST: f64 = 0.05;
+
+/// Share of that by which it may be nearer.
+const SLACK: f64 = 1e-3;
+
+/// Places one after another at which a particle is stopped in a step, at most.
+const PASSES: usize = 4;
+
+/// What obstacles take of the energy of particles (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Borne {
+    /// Work of friction.
+    pub friction: f64,
+    /// Energy of motion into the surface.
+    pub stopped: f64,
+}
+
+impl Borne {
+    /// Adds what another one has taken.
+    pub fn add(&mut self, other: &Self) {
+        self.friction += other.friction;
+        self.stopped += other.stopped;
+    }
+}
+
+impl<const D: usize> Obstacles<D> {
+    /// Stops particles before the surfaces at the end of a step of `dt` (s), and says what that takes from each; whether there
+    /// were any. `spacing` is that of the particles (m).
+    pub fn stop(&mut self, bodies: &mut Bodies<D>, borne: &mut [Borne], dt: f64, spacing: f64) -> bool {
+        let (mut any, mut found) = (false, std::mem::take(&mut self.found));
+        let Bodies { particles: p, groups, .. } = bodies;
+        let free = groups.iter().filter(|group| group.held.is_none() && group.rigid.is_none());
+        for i in free.flat_map(Group::range) {
+            let before = self.faces(i).iter().map(|face| face.distance).fold(f64::INFINITY, f64::min);
+            let way = 2.0 * dt * square(&p.velocity[i]).sqrt();
+            // Schemes with stages look at predicted places, which may lie within.
+            let kept = if before > 0.0 { (LEAST * spacing).min(before) } else { LEAST * spacing };
+            if before > kept + way {
+                continue;
+            }
+            let mut hit = Hit { x: p.position[i], v: p.velocity[i], taken: Borne::default() };
+            if !self.turn(i, &mut hit, &mut found, (kept, way), dt) {
+                continue;
+            }
+            any = true;
+            if let Some(previous) = p.previous.get_mut(i) {
+                (0..D).for_each(|c| previous[c] += hit.v[c] - p.velocity[i][c]);
+            }
+            (p.position[i], p.velocity[i]) = (hit.x, hit.v);
+            borne[i].add(&Borne {
+                friction: p.mass[i] * hit.taken.friction,
+                stopped: p.mass[i] * hit.taken.stopped,
+            });
+        }
+        self.found = found;
+        any
+    }
+
+    /// Turns a particle off what it is nearer to than `kept` (m); whether it was.
+    fn turn(
+        &self,
+        i: usize,
+        hit: &mut Hit<D>,
+        found: &mut Contacts<D>,
+        (kept, way): (f64, f64),
+        dt: f64,
+    ) -> bool {
+        let mut any = false;
+        for _ in 0..PASSES {
+            let mut deepest: Option<(Nearest<D>, f64)> = None;
+            let x = hit.x;
+            self.touched(i, &x, (kept, kept + way), found, |place, laws| {
+                let nearer = deepest.as_ref().is_none_or(|(deepest, _)| place.distance < deepest.distance);
+                if nearer && place.distance < (1.0 - SLACK) * kept {
+                    let friction = laws.at(&place.place).friction();
+                    deepest = Some((*place, friction));
+                }
+            });
+            let Some((place, friction)) = deepest else { break };
+            hit.stop(&place.normal, kept - place.distance, friction, dt);
+            any = true;
+        }
+        any
+    }
+}
+
+/// A particle that is stopped.
+struct Hit<const D: usize> {
+    x: [f64; D],
+    v: [f64; D],
+    /// What it has lost, over its mass (J/kg).
+    taken: Borne,
+}
+
+impl<const D: usize> Hit<D> {
+    /// Takes back `lacks` (m) of its way along the normal of a place, and the velocity with which it has gone that.
+    fn stop(&mut self, normal: &[f64; D], lacks: f64, friction: f64, dt: f64) {
+        (0..D).for_each(|c| self.x[c] += lacks * normal[c]);
+        let closing = dot(&self.v, normal);
+        let after = (closing + lacks / dt).min(closing.max(0.0));
+        let slip: [f64; D] = std::array::from_fn(|c| self.v[c] - closing * normal[c]);
+        let speed = dot(&slip, &slip).sqrt();
+        let rubs = if friction == 0.0 { 0.0 } else { (friction * (after - closing)).min(speed) };
+        // Nothing to rub, not even with infinite friction.
+        let rubs = if after > closing && speed > 0.0 { rubs } else { 0.0 };
+        let left = if speed > 0.0 { 1.0 - rubs / speed } else { 1.0 };
+        self.taken.stopped += 0.5 * (closing * closing - after * after);
+        self.taken.friction += 0.5 * speed * speed * (1.0 - left * left);
+        (0..D).for_each(|c| self.v[c] = left * slip[c] + after * normal[c]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hit_takes_the_way_back_and_the_energy_that_it_tells() {
+        let normal = [0.0, 1.0];
+        for friction in [0.0, 0.5, f64::INFINITY] {
+            let mut hit = Hit { x: [1.0, -0.2], v: [3.0, -4.0], taken: Borne::default() };
+            hit.stop(&normal, 0.3, friction, 0.1);
+            assert!((hit.x[1] - 0.1).abs() < 1e-15 && (hit.v[1] + 1.0).abs() < 1e-14, "{:?}", hit.v);
+            assert!((hit.v[0] - (3.0 - (friction * 3.0).min(3.0))).abs() < 1e-14 || friction == 0.0);
+            let lost = 12.5 - 0.5 * dot(&hit.v, &hit.v);
+            assert!((lost - hit.taken.friction - hit.taken.stopped).abs() < 1e-12, "{friction}");
+        }
+        // What leaves is not sped up.
+        let mut hit = Hit { x: [0.0, 0.0], v: [1.0, 2.0], taken: Borne::default() };
+        hit.stop(&normal, 0.1, 0.5, 0.1);
+        assert_eq!((hit.v, hit.taken), ([1.0, 2.0], Borne::default()));
+    }
+}
