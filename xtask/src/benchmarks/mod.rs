@@ -142,13 +142,18 @@ fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
     snapshot.scalars(name).unwrap_or_default().to_vec()
 }
 
-/// The largest depth of a point's centre under the first obstacle of a case in space, in any frame (m).
+/// The largest depth of a point's centre under the first obstacle of a case in space, in any frame (m). A centre on the surface, to
+/// the round-off of its coordinates, is not under it.
 fn deepest(case: &Case, report: &RunReport) -> Result<f64, String> {
     let standing = case.standing::<3>().map_err(|error| error.to_string())?;
     let surface = &standing[0].surface;
     let places = report.frames.iter().flat_map(|frame| &frame.positions);
-    let deep = places.filter(|x| surface.contains(x)).filter_map(|x| surface.gap(x, f64::INFINITY));
-    Ok(deep.map(|gap| -gap.distance).fold(0.0, larger))
+    let depth = |x: &[f64; 3]| {
+        let largest = x.iter().fold(0f64, |most, c| most.max(c.abs()));
+        let depth = -surface.gap(x, f64::INFINITY)?.distance;
+        (depth > 4.0 * f64::EPSILON * largest).then_some(depth)
+    };
+    Ok(places.filter(|x| surface.contains(x)).filter_map(depth).fold(0.0, larger))
 }
 
 /// Centre of mass of the points (m).
@@ -169,6 +174,35 @@ fn stresses(snapshot: &Snapshot) -> Vec<colluvium::constitutive::SymTensor> {
 /// A column of the measures; empty where there is none.
 fn series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
     report.table.pairs("time", name).unwrap_or_default()
+}
+
+/// What becomes of gravity's work on obstacles, over that work.
+struct OnObstacles {
+    /// Largest rise of the sum of all energies, with what obstacles took.
+    rise: f64,
+    /// Work of friction.
+    friction: f64,
+    /// What was taken from points that were stopped before a surface.
+    stopped: f64,
+}
+
+/// The balance of energy of a run with obstacles; kinetic, elastic and potential energy, what springs hold, and what friction and
+/// stops took: their sum falls by what the material dissipates.
+fn on_obstacles(report: &RunReport) -> OnObstacles {
+    let parts =
+        ["kinetic_energy", "elastic_energy", "potential_energy", "obstacles.friction", "obstacles.stopped"];
+    let [.., potential, friction, stopped] = parts.map(|name| series(report, name));
+    let fallen = potential.iter().map(|(_, e)| potential[0].1 - e).fold(0.0, larger);
+    let all = parts.into_iter().chain(["obstacles.stored"]).map(|name| series(report, name));
+    let mut sums = vec![0.0; potential.len()];
+    all.for_each(|part| part.iter().zip(&mut sums).for_each(|((_, e), sum)| *sum += e));
+    let (mut least, mut rise) = (f64::INFINITY, 0f64);
+    for energy in sums {
+        least = least.min(energy);
+        rise = rise.max(energy - least);
+    }
+    let last = |part: &[(f64, f64)]| part.last().map_or(f64::NAN, |last| last.1) / fallen;
+    OnObstacles { rise: rise / fallen, friction: last(&friction), stopped: last(&stopped) }
 }
 
 /// Where the points of a case in the plane were at the start (m).

@@ -4,7 +4,7 @@ use colluvium::case::{Case, RunReport};
 use colluvium::plots::{PointCloud, Series, Style};
 
 use super::chart;
-use crate::benchmarks::{Benchmark, Outcome, case, centre_of_mass, deepest, run_by};
+use crate::benchmarks::{Benchmark, Outcome, case, centre_of_mass, deepest, on_obstacles, run_by};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -39,6 +39,15 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
             report.frames.iter().map(|frame| (frame.time, centre_of_mass(frame)[0])).collect();
         picture.series.push(Series::new(method, path.clone(), Style::Line));
         above_ground(&mut outcome, method, &case, &report)?;
+        if ["mpm", "sph"].contains(&method) {
+            outcome.below(
+                format!("{method}: largest rise of the total energy over the work of gravity"),
+                "none",
+                on_obstacles(&report).rise,
+                1e-3,
+                "0.1 %: what springs and steps exchange",
+            );
+        }
         if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 2]) {
             outcome.png(&format!("{method} after 6 s, from the side."), &cloud)?;
         }

@@ -1,4 +1,4 @@
-//! The factor of safety of a slope of the ACADS survey, by MPM and SPH (sheet: sph §3.5).
+//! Factors of safety of the slopes of the ACADS survey, by MPM and SPH (sheet: sph §3.5).
 
 use colluvium::case::Case;
 
@@ -6,8 +6,8 @@ use super::failing;
 use crate::analysis::layered::{Layered, Soil};
 use crate::benchmarks::{Benchmark, Outcome, case, run_by};
 
-/// The benchmark.
-pub const BENCHMARK: Benchmark = Benchmark {
+/// One soil.
+pub const ONE: Benchmark = Benchmark {
     id: "compare/acads-1a",
     title: "Factor of safety of a slope of one soil, ACADS problem 1(a), MPM and SPH",
     source: "Giam & Donald 1989 (ACADS U255), problem EX1(a); Bishop 1955; Davis 1968",
@@ -16,10 +16,20 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: one,
 };
 
-/// What the strength of the case is multiplied by: with its own the slope does not stand.
+/// Three soils.
+pub const THREE: Benchmark = Benchmark {
+    id: "compare/acads-1c",
+    title: "Factor of safety of a slope of three soils, ACADS problem 1(c), MPM and SPH",
+    source: "Giam & Donald 1989 (ACADS U255), problem EX1(c); Bishop 1955; Davis 1968",
+    quick: None,
+    full: 300,
+    run: three,
+};
+
+/// What the strengths of the cases are multiplied by: with its own the first slope does not stand.
 const STRENGTHENED: f64 = 1.5;
 
-/// The surface: 10 m high, 2:1, 5 m over the base (m).
+/// The surface of both slopes: 10 m high, 2:1, 5 m over the base (m).
 fn surface() -> Vec<[f64; 2]> {
     vec![[0.0, 5.0], [10.0, 5.0], [30.0, 15.0], [50.0, 15.0]]
 }
@@ -76,5 +86,21 @@ fn one(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     let slope = Layered { soils: vec![soil(surface(), 20e3, 3e3, 19.6)], base: 0.0 };
     judge(&mut outcome, &case("compare/acads-1a")?, 1.0, bounds(&slope, 19.6))?;
+    Ok(outcome)
+}
+
+fn three(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let toe = [10.0, 5.0];
+    let middle = vec![toe, [20.0, 7.0], [30.0, 9.0], [34.0, 11.0], [50.0, 11.0]];
+    let lower = vec![toe, [20.0, 7.0], [32.0, 4.0], [50.0, 4.0]];
+    let soils = vec![
+        soil(surface(), 19.5e3, 0.0, 38.0),
+        soil(middle, 19.5e3, 5.3e3, 23.0),
+        soil(lower, 19.5e3, 7.2e3, 20.0),
+    ];
+    // Most of the slip surface lies in the middle soil.
+    let bounds = bounds(&Layered { soils, base: 0.0 }, 23.0);
+    judge(&mut outcome, &case("compare/acads-1c")?, 1.39, bounds)?;
     Ok(outcome)
 }

@@ -10,7 +10,7 @@ use crate::benchmarks::{Benchmark, Outcome, case, changed, run_by};
 /// A slope on other clay.
 pub const LAYERS: Benchmark = Benchmark {
     id: "compare/slope-layers",
-    title: "Factor of safety of an undrained slope on weaker, equal and stronger clay, MPM and SPH",
+    title: "Factor of safety of an undrained slope on equal and stronger clay, MPM and SPH",
     source: "Griffiths & Lane 1999, example 4; Taylor 1937; slip circles as upper bounds",
     quick: None,
     full: 1200,
@@ -29,6 +29,10 @@ pub const WEAK: Benchmark = Benchmark {
 
 /// Undrained strength of the slope (Pa).
 const STRENGTH: f64 = 50e3;
+
+/// How far below and above the least upper bound the factor is searched: wider than what is allowed. Trials far from it would only
+/// take time.
+const SEARCHED: [f64; 2] = [0.13, 0.07];
 
 /// The slope of 2:1 on clays below its toe: their tops (m) and strengths (Pa).
 fn clays(below: &[(f64, f64)], base: f64) -> Clays {
@@ -63,11 +67,17 @@ fn judge(outcome: &mut Outcome, name: &str, case: &Case, bound: f64) -> Result<(
 fn layers(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     let base = case("compare/slope-layers")?;
-    // At 0.6 the slope falls with what strength it has: circles give 0.93.
-    for ratio in [0.8, 1.0, 2.0] {
+    // One clay, and one below that the slip does not enter. Weaker ones slip below the toe, with no published factor.
+    for ratio in [1.0, 2.0] {
         let strength = ratio * STRENGTH;
-        let case = changed(&base, &[("/materials/lower/undrained_strength", json!(strength))])?;
         let bound = clays(&[(0.0, strength)], -10.0).circles();
+        let case = changed(
+            &base,
+            &[
+                ("/materials/lower/undrained_strength", json!(strength)),
+                ("/measures/safety/range", json!([bound - SEARCHED[0], bound + SEARCHED[1]])),
+            ],
+        )?;
         judge(&mut outcome, &format!("lower over upper strength {ratio}"), &case, bound)?;
         if ratio == 2.0 {
             let reason = "not judged: the least circle has less, and is an upper bound";

@@ -143,8 +143,14 @@ fn bowl(outcome: &mut Outcome) -> Result<(), String> {
 
 /// The balance of energy of the disk.
 fn energies(outcome: &mut Outcome, report: &RunReport) -> Result<(), String> {
-    let parts =
-        ["kinetic_energy", "elastic_energy", "potential_energy", "obstacles.stored", "obstacles.friction"];
+    let parts = [
+        "kinetic_energy",
+        "elastic_energy",
+        "potential_energy",
+        "obstacles.stored",
+        "obstacles.friction",
+        "obstacles.stopped",
+    ];
     let parts = parts.map(|name| series(report, name));
     let energy: Vec<(f64, f64)> =
         (0..parts[0].len()).map(|k| (parts[0][k].0, parts.iter().map(|part| part[k].1).sum())).collect();
