@@ -187,6 +187,8 @@ pub struct OfSet<'a, const D: usize> {
     pub anchored: bool,
     /// The pore fluid, if any.
     pub fluid: Option<Fluid>,
+    /// Whether the law is one of fluids.
+    pub flows: bool,
     /// Whether points that leave are taken away.
     pub drop_outside: bool,
     /// Where it is noted that points have left.

@@ -95,6 +95,7 @@ impl<const D: usize> Bodies<D> {
                 continue;
             }
             let material = set.material.clone();
+            let body = &clock.case.bodies[set.body as usize];
             let of_set = OfSet {
                 material: &*material,
                 extent: set.extent,
@@ -102,7 +103,8 @@ impl<const D: usize> Bodies<D> {
                 field: set.field,
                 anchored: set.domain.are_anchored(),
                 fluid: set.pore.as_ref().and_then(|pore| pore.fluid),
-                drop_outside: clock.case.bodies[set.body as usize].drop_outside,
+                flows: clock.case.materials[&body.material].is_fluid(),
+                drop_outside: body.drop_outside,
                 left,
             };
             match set.whole().update(&|block| update(&of_set, block)) {

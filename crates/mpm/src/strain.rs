@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use colluvium_case::Case;
-use colluvium_constitutive::{BLOCK, Motion};
+use colluvium_constitutive::{BLOCK, Material, Motion, StateBlock, SymTensor};
 use colluvium_grid::{Gathered, Lanes, Layout};
 
 use crate::MpmOptions;
@@ -123,14 +123,26 @@ impl CellStrains {
 }
 
 /// Gives a motion the volumetric strain `dilation` by its first `normal` components: the two of the plane, so that
-/// nothing strains out of it, or all three.
+/// nothing strains out of it, or all three; but for the share `kept` of its own.
 #[inline(always)]
-pub fn set_volumetric(motion: &mut Motion, normal: usize, dilation: f64) {
+pub fn set_volumetric(motion: &mut Motion, normal: usize, dilation: f64, kept: f64) {
     let own: f64 = (0..normal).map(|c| motion.gradient.0[c][c]).sum();
-    let extra = (dilation - own) / normal as f64;
+    let extra = (1.0 - kept) * (dilation - own) / normal as f64;
     for c in 0..normal {
         motion.gradient.0[c][c] += extra;
         motion.deformation.0[c][c] += extra;
+    }
+}
+
+/// Share of its own volumetric strain that a point of a fluid keeps, over its pressure over its bulk modulus. Averages leave
+/// motions within a cell without stiffness, and those grow under a pressure.
+const KEPT: f64 = 40.0;
+
+/// The shares of their own volumetric strains that points of a fluid keep, at their `stress` (Pa).
+pub fn kept_by_fluids(material: &dyn Material, stress: &[SymTensor], states: &StateBlock, kept: &mut [f64]) {
+    material.wave_moduli(stress, states, kept);
+    for (kept, stress) in kept.iter_mut().zip(stress) {
+        *kept = (KEPT * stress.pressure().max(0.0) / *kept).min(1.0);
     }
 }
 
@@ -227,12 +239,12 @@ mod tests {
         // sheet: mpm A-35.
         let start = [[0.01, 0.02, 0.0], [0.005, -0.03, 0.0], [0.0; 3]];
         let mut plane = motion(start);
-        set_volumetric(&mut plane, 2, 0.004);
+        set_volumetric(&mut plane, 2, 0.004, 0.0);
         let g = plane.gradient.0;
         assert!((g[0][0] + g[1][1] - 0.004).abs() < 1e-16 && g[2][2] == 0.0, "nothing out of the plane");
         assert!((g[0][0] - g[1][1] - 0.04).abs() < 1e-16 && g[0][1] == 0.02 && g[1][0] == 0.005);
         let mut solid = motion(start);
-        set_volumetric(&mut solid, 3, 0.004);
+        set_volumetric(&mut solid, 3, 0.004, 0.0);
         let g = solid.gradient.0;
         assert!(((0..3).map(|c| g[c][c]).sum::<f64>() - 0.004).abs() < 1e-16);
         assert!((g[0][0] - g[2][2] - 0.01).abs() < 1e-16);

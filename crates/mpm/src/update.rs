@@ -16,7 +16,7 @@ use crate::config::Formulation;
 use crate::dual::{DualNodes, average_slopes};
 use crate::nodes::Nodes;
 use crate::points::LEAST_VOLUME;
-use crate::strain::{CellStrains, set_volumetric};
+use crate::strain::{CellStrains, kept_by_fluids, set_volumetric};
 use crate::work::Before;
 
 /// Points read the solved nodes: velocity at the end of the step and acceleration.
@@ -169,14 +169,17 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         motions: &mut [Motion],
     ) -> Result<(), Failure> {
         let mut gradients = [[[0.0; D]; D]; BLOCK];
-        let mut failure = None;
+        let (mut failure, mut kept) = (None, [0.0; BLOCK]);
+        if self.strains.is_shared() && set.flows {
+            kept_by_fluids(set.material, block.stress, &block.states[0], &mut kept[..reads.len()]);
+        }
         for (p, (read, motion)) in reads.iter().zip(&mut *motions).enumerate() {
             let radius = block.position[p][0];
             self.set_gradient(motion, &read.gradient, read.velocity.as_array()[0], radius);
             motion.size = self.background.edge(&block.domain.as_slice(), p, &block.position[p]);
             if self.strains.is_shared() {
                 let shared = self.shared_strain(set.body, &block.points(&set.extent), p);
-                set_volumetric(motion, self.background.normal_strains(), shared[0]);
+                set_volumetric(motion, self.background.normal_strains(), shared[0], kept[p]);
             }
             let stretch = motion.deformation.determinant();
             // Written so that NaN counts as a failure.

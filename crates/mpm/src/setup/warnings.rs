@@ -81,11 +81,11 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
             .map(|axis| (high[axis] - low[axis]) * case.gravity[axis].abs() / gravity)
             .sum();
         let wanted = STIFF * spec.density * gravity * height;
-        if shared {
+        if shared && (linear || spec.bulk_modulus < 0.5 * wanted) {
             found.push(format!(
                 "methods.mpm.volumetric_strain: in the liquid {} at rest, averages leave motions within cells without stiffness, and the \
-                 pressure makes them grow, with musl and usl alike: use point with ugimp or quadratic functions, or mixed \
-                 integration",
+                 pressure makes them grow, with musl and usl alike: use ugimp with a bulk modulus of 100 ρgH at least, point with ugimp, \
+                 quadratic functions, or mixed integration",
                 body.name
             ));
         } else if linear && spec.bulk_modulus < wanted {

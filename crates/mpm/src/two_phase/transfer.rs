@@ -262,7 +262,7 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
             motion.size = self.background.edge(&block.domain.as_slice(), p, &block.position[p]);
             if self.strains.is_shared() {
                 strains = self.shared_strain(set.body, &block.points(&set.extent), p);
-                set_volumetric(motion, self.background.normal_strains(), strains[SOLID]);
+                set_volumetric(motion, self.background.normal_strains(), strains[SOLID], 0.0);
             }
             if let Err(reason) = deform(block, p, motion, set.fluid.as_ref(), strains) {
                 failure = Some(Failure { index: block.first + p, reason });
