@@ -32,6 +32,8 @@ pub struct Block<'a, const D: usize> {
     pub origin: &'a mut [[f64; D]],
     /// Velocities (m/s).
     pub velocity: &'a mut [[f64; D]],
+    /// Velocities of the grid (m/s); empty where points carry no others.
+    pub seen: &'a mut [[f64; D]],
     /// Volumes.
     pub volume: &'a mut [f64],
     /// Stresses (Pa).
@@ -75,6 +77,7 @@ impl<'a, const D: usize> Block<'a, D> {
             position: front(&mut self.position, points),
             origin: front(&mut self.origin, points),
             velocity: front(&mut self.velocity, points),
+            seen: front(&mut self.seen, points),
             volume: front(&mut self.volume, points),
             stress: front(&mut self.stress, points),
             states: front(&mut self.states, blocks),
@@ -158,6 +161,7 @@ impl<const D: usize> PointSet<D> {
             position: &mut self.points.position,
             origin: &mut self.points.origin,
             velocity: &mut self.points.velocity,
+            seen: &mut self.points.seen,
             volume: &mut self.points.volume,
             stress: &mut self.points.stress,
             states: self.states.blocks_mut(),

@@ -20,7 +20,7 @@ use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 15;
+const FORMAT: u32 = 16;
 
 /// Depth of a point under an obstacle of which is told (cells).
 const SUNK: f64 = 0.1;
@@ -109,6 +109,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
                     stop_loose(&mut self.boundary.driven);
                     self.bodies.sets.iter_mut().for_each(|set| {
                         set.points.velocity.fill([0.0; D]);
+                        set.points.seen.fill([0.0; D]);
                         set.points.affine.fill([[0.0; D]; D]);
                         if let Some(pore) = &mut set.pore {
                             pore.points.velocity.fill([0.0; D]);
@@ -179,6 +180,8 @@ impl<const D: usize> Solver for MpmSolver<D> {
             .chain(remark_on_obstacles(self.boundary.rocks.as_deref()))
             .chain(self.remark_on_nodes())
             .chain(self.boundary.grips.remark())
+            .chain(self.remark_on_unseen_motion())
+            .chain(self.remark_on_points_apart())
             .collect()
     }
 

@@ -48,12 +48,13 @@ pub struct MpmOptions {
     /// How velocities pass from the grid to the points and back.
     #[serde(default)]
     pub transfer: Transfer,
-    /// With `transfer` `xpic`: its order, 1 to 20. 1 is PIC; the higher, the less is dissipated, at the cost of
-    /// one more sweep over the grid each.
+    /// With `transfer` `xpic`, or `flip` with a `residual_time`: order of the filter, 1 to 20. With 1 XPIC is PIC; the higher, the less is
+    /// dissipated, at the cost of one more sweep over the grid each.
     #[serde(default = "xpic_order")]
     pub xpic_order: usize,
-    /// With `transfer` `xpic`: time (s) in which what it takes from the velocities falls to 1/e. Without an entry all of it goes in each
-    /// step, so that shorter steps dissipate more. Of the order of the root of a deposit's height over gravity.
+    /// With `transfer` `flip` or `xpic`: time (s) in which what the grid does not see of the velocities of points falls to 1/e, whatever the
+    /// step. Of the order of the root of a deposit's height over gravity. Without an entry FLIP keeps it, and XPIC takes all of it in each
+    /// step, so that shorter steps dissipate more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_time: Option<f64>,
     /// With `transfer` `flip`: share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
@@ -251,15 +252,18 @@ impl MpmOptions {
         if !(1..=20).contains(&self.xpic_order) {
             return Err(("xpic_order", format!("{} is not in 1..=20", self.xpic_order)));
         }
-        if self.xpic_order != xpic_order() && self.transfer != Transfer::Xpic {
-            return refuse("xpic_order", "needs transfer xpic");
+        if self.xpic_order != xpic_order() && !self.filters_velocities() {
+            return refuse("xpic_order", "needs transfer xpic or a residual_time");
         }
         if let Some(time) = self.residual_time {
             if !(time.is_finite() && time > 0.0) {
                 return Err(("residual_time", format!("{time} must be finite and positive (s)")));
             }
-            if self.transfer != Transfer::Xpic {
-                return refuse("residual_time", "needs transfer xpic");
+            if self.transfer.is_affine() {
+                return refuse(
+                    "residual_time",
+                    "needs transfer flip or xpic: points carry what the grid sees",
+                );
             }
         }
         for (name, none) in [("flip", self.flip == 1.0), ("stage_flip", self.stage_flip.is_empty())] {
@@ -379,6 +383,11 @@ impl MpmOptions {
             }
         }
         Ok(())
+    }
+
+    /// Whether points lose what the grid does not see of their velocities.
+    pub(crate) fn filters_velocities(&self) -> bool {
+        self.transfer == Transfer::Xpic || self.residual_time.is_some()
     }
 
     /// Share of the old velocity and of the acceleration in the update of a point in a stage; the rest is the grid's

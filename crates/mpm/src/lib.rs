@@ -62,6 +62,7 @@ mod tension;
 mod touch;
 mod transfer;
 mod two_phase;
+mod unseen;
 mod update;
 mod vectors;
 mod walls;

@@ -41,6 +41,8 @@ columns! {
         pub position: [f64; D],
         /// Velocities (m/s).
         pub velocity: [f64; D],
+        /// Velocities with which the grid moved them in the last step (m/s), where they carry others (FLIP, XPIC); empty otherwise.
+        pub seen: [f64; D],
         /// Masses (kg).
         pub mass: f64,
         /// Current volumes (m³; m² × 1 m in plane strain, per radian in axisymmetry).

@@ -149,6 +149,10 @@ impl<const D: usize> MpmSolver<D> {
                 scalar(&|s, i| (s.points.mass[i] + s.liquid_mass(i)) / s.points.volume[i]),
             ),
         ];
+        if self.bodies.sets.iter().any(|set| !set.points.seen.is_empty()) {
+            let seen = vector(&|s, i| spatial(&Self::grid_velocity(s, i)));
+            fields.push(field("grid_velocity", "m/s", FieldData::Vector(seen)));
+        }
         fields.extend(self.pore_fields(&order));
         let bodies: Vec<LawPoints<'_>> = self.bodies.sets.iter().map(PointSet::law_points).collect();
         let places: Vec<(usize, usize)> = order.iter().map(|&(_, set, index)| (set, index)).collect();

@@ -35,8 +35,8 @@ use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::touch::{filled, filled_on_mesh, radii};
 use crate::{
-    MpmOptions, ObstacleContact, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh,
-    nodal, obstacles, rigid, two_phase, walls,
+    MpmOptions, ObstacleContact, StressScheme, contact, dispatch, dual, free_surface, loads, mesh, nodal,
+    obstacles, rigid, two_phase, walls,
 };
 use bodies::point_set;
 pub use honours::honours;
@@ -131,7 +131,7 @@ impl dispatch::Visitor for Measure<'_> {
         for set in &solver.bodies.sets {
             volumes[set.body as usize] += set.points.initial_volume.iter().sum::<f64>();
         }
-        let mut warnings = warnings(self.case, self.options, solver.clock.courant, points);
+        let mut warnings = warnings(self.case, self.options, (solver.clock.courant, time_step.dt), points);
         for patch in driven::empty_patches(&solver.clock, &solver.background, &solver.boundary.driven) {
             warnings.push(format!("patches[{patch}].region: holds no node at the start"));
         }
@@ -263,7 +263,7 @@ pub fn solver<const D: usize>(
         manufactured: None,
     };
     // XPIC sweeps over the same nodes before they hold re-mapped velocities.
-    if options.stress_update != StressScheme::Usl || options.transfer == Transfer::Xpic {
+    if options.stress_update != StressScheme::Usl || options.filters_velocities() {
         solver.nodes.remapped = vec![Default::default(); solver.nodes.solved.len()];
     }
     if options.weakens_light_nodes() {

@@ -83,12 +83,15 @@ impl dispatch::Visitor for Estimate<'_> {
         let Counts { nodes, elements, points } = self.counts::<D>(&chosen.sweeps.axis())?;
         let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let number = size_of::<f64>();
-        // Position, velocity, origin; mass, volume, initial volume; id; with a pore fluid its velocity and pressure.
-        let arrays = (3 * D + 3) * number
+        // Position, velocity, origin, velocity of the grid, room for a filter; mass, volume, initial volume; id; with a pore fluid its
+        // velocity and pressure.
+        let (affine, filters) = (options.transfer.is_affine(), options.filters_velocities());
+        let vectors = 3 + usize::from(!affine) + usize::from(filters);
+        let arrays = (vectors * D + 3) * number
             + size_of::<u32>()
             + size_of::<SymTensor>()
             + chosen.sweeps.domains(0).size();
-        let matrix = if options.transfer.is_affine() { D * D } else { 0 };
+        let matrix = if affine { D * D } else { 0 };
         let arrays = arrays + (matrix + if wet { D + 1 } else { 0 }) * number;
         let presses = options.obstacles == ObstacleContact::Points;
         let soaked = if wet { size_of::<Soaked<D>>() } else { 0 };
@@ -101,7 +104,8 @@ impl dispatch::Visitor for Estimate<'_> {
             memory += points * (arrays + state + sorting(state)) as f64;
         }
         let fields = self.fields();
-        let remapped = usize::from(options.stress_update != StressScheme::Usl) * size_of::<Lanes>();
+        let remapped =
+            usize::from(options.stress_update != StressScheme::Usl || filters) * size_of::<Lanes>();
         let slopes = usize::from(options.weakens_light_nodes()) * size_of::<Lanes>();
         let surface = if fields > 1 { size_of::<Lanes>() } else { 0 };
         let per_node = fields * (size_of::<Node>() + remapped + slopes + surface) * if wet { 2 } else { 1 };

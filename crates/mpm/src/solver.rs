@@ -245,8 +245,8 @@ fn solve_momentum<const D: usize>(
         nodes.sums = sums;
     }
     match clock.options.transfer {
-        Transfer::Flip => {}
-        Transfer::Xpic => filter_velocities(clock, background, bodies, nodes, boundary),
+        Transfer::Flip if clock.options.residual_time.is_none() => {}
+        Transfer::Flip | Transfer::Xpic => filter_velocities(clock, background, bodies, nodes, boundary),
         Transfer::Apic | Transfer::Tpic => gather_affine(clock, background, bodies, nodes),
     }
     Ok(())

@@ -4,6 +4,7 @@ use colluvium_case::spatial;
 
 use crate::points::PointSet;
 use crate::solver::MpmSolver;
+use crate::unseen::height;
 use crate::vectors::square;
 
 /// Share of the mass of a liquid in tension from which it is worth a word.
@@ -24,9 +25,7 @@ impl<const D: usize> MpmSolver<D> {
         if !spec.is_fluid() || set.rigid.is_some() || gravity == 0.0 {
             return None;
         }
-        let (low, high) = body.shape.bounds(D);
-        let height: f64 =
-            (0..D).map(|axis| (high[axis] - low[axis]) * self.clock.gravity[axis].abs() / gravity).sum();
+        let height = height(&self.clock.case, body);
         let speed = set.points.velocity.iter().map(square).fold(0.0, f64::max);
         let allowed = spec.density() * (gravity * height + 0.5 * speed);
         let tension = |i: usize| -set.points.stress[i].pressure();

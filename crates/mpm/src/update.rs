@@ -232,6 +232,9 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         let dt = self.clock.dt;
         let step = velocity[..D].iter().fold(0f64, |step, v| step.max((dt * v).abs()));
         let radius = block.position[p][0];
+        if let Some(seen) = block.seen.get_mut(p) {
+            seen.copy_from_slice(&velocity[..D]);
+        }
         if self.clock.options.formulation == Formulation::SmallDisplacement {
             (0..D).for_each(|c| block.origin[p][c] -= dt * velocity[c]);
         } else {

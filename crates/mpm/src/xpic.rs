@@ -1,4 +1,4 @@
-//! Extended PIC (Hammerquist & Nairn 2017; sheet: mpm §2.6).
+//! Extended PIC (Hammerquist & Nairn 2017; sheet: mpm §2.6), and FLIP whose unseen velocities decay.
 //!
 //! With `S⁺` from points to grid and `S` back, XPIC(m) takes from the points what `m` sweeps cannot represent:
 //! `V ← V - (I - S S⁺)^m V + Δt S a`. The first sweep is the grid's velocity at the start of the step, which the
@@ -6,7 +6,7 @@
 //!
 //! Taken in every step, that dissipates with the number of steps. With a `residual_time` `τ` a step takes the share
 //! `1 - exp(-Δt/τ)` of it, the blend of FLIP and a filtered transfer by the step (Nairn & Hammerquist 2021): as much in the
-//! same time with any step.
+//! same time with any step. FLIP with a `residual_time` is the same.
 
 use colluvium_grid::{Lanes, Points};
 

@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
 use colluvium_case::solver::{restore_value, save_value};
-use colluvium_case::{Advance, Budget, Equilibrium, Frame, Solver, SolverError, TimeStep, Wanted};
+use colluvium_case::{Advance, Budget, Equilibrium, Frame, Reaction, Solver, SolverError, TimeStep, Wanted};
 use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
@@ -13,11 +13,12 @@ use crate::config::TimeIntegration;
 use crate::confinement::is_confined;
 use crate::lists::Listed;
 use crate::particles::Group;
+use crate::rates::Felt;
 use crate::solver::{Audit, SphSolver};
 use crate::walls::{Borne, planes};
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -38,6 +39,8 @@ struct Saved {
     current: bool,
     /// When loads begin (s), and what particles carry of them.
     loads: (Vec<f64>, Vec<Vec<f64>>),
+    /// What rigid bodies bear.
+    felt: Vec<Felt>,
 }
 
 impl<const D: usize> SphSolver<D> {
@@ -71,6 +74,7 @@ impl<const D: usize> SphSolver<D> {
             sorted: lists.sorted,
             current: rates.current,
             loads: bodies.loads.saved(),
+            felt: rates.felt.clone(),
         }
     }
 
@@ -110,6 +114,7 @@ impl<const D: usize> SphSolver<D> {
         let [time, reach] = saved.listed_at;
         lists.listed = Listed { positions: saved.listed.as_chunks().0.to_vec(), time, reach };
         (lists.sorted, rates.current) = (saved.sorted, saved.current);
+        rates.felt.clone_from(&saved.felt);
         (self.clock, self.audit, self.borne) = (saved.clock, saved.audit, saved.borne);
         Some(())
     }
@@ -214,6 +219,13 @@ impl<const D: usize> Solver for SphSolver<D> {
 
     fn readings(&self) -> Vec<Reading> {
         self.take_readings()
+    }
+
+    fn reaction(&self, name: &str) -> Option<Reaction> {
+        let case = &self.setting.case;
+        let number = case.bodies.iter().position(|body| body.rigid && body.name == name)?;
+        let Felt { force, impulse } = self.rates.felt.get(number).copied().unwrap_or_default();
+        Some(Reaction { force, impulse, moment: None })
     }
 
     fn is_closed(&self) -> bool {

@@ -4,13 +4,13 @@
 //! accelerations that come back only what moves the body as a whole is kept, the mean and the turn about the centre of
 //! mass, so that pairs give and take the same and momentum is that before. A prescribed component has none.
 
-use colluvium_case::Case;
+use colluvium_case::{Case, spatial};
 use rayon::prelude::*;
 
 use crate::clock::Clock;
 use crate::lanes::set_velocity;
 use crate::particles::{Bodies, Particles};
-use crate::rates::Rates;
+use crate::rates::{Felt, Rates};
 use crate::rigid::Rigid;
 
 /// Mass, middle and moment of inertia of particles.
@@ -110,14 +110,21 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Makes the accelerations of the particles of rigid bodies those of a body, with the forces of the stage.
-    pub fn stiffen(&self, rates: &mut Rates<D>) {
+    /// Makes the accelerations of the particles of rigid bodies those of a body, with the forces of the stage, and keeps what is
+    /// neither the weight under `gravity` (m/s²) nor a load: the force of the others.
+    pub fn stiffen(&self, rates: &mut Rates<D>, gravity: &[f64; D]) {
         let p = &self.particles;
         for group in &self.groups {
             let Some(rigid) = group.rigid else { continue };
             let range = group.range();
             let whole = Whole::of(p, &range);
             let (sum, moment) = whole.sums(p, &range, &rates.of.acceleration);
+            let pushed =
+                if rates.pushes.is_empty() { [0.0; D] } else { whole.sums(p, &range, &rates.pushes).0 };
+            let number = group.body as usize;
+            rates.felt.resize(rates.felt.len().max(number + 1), Felt::default());
+            rates.felt[number].force =
+                spatial(&std::array::from_fn::<f64, D, _>(|c| sum[c] - whole.mass * gravity[c] - pushed[c]));
             let swing = if rigid.turns && whole.inertia > 0.0 {
                 (moment + rigid.moment) / whole.inertia
             } else {

@@ -1,9 +1,19 @@
 //! Rates of the particles.
 
 use colluvium_constitutive::SymTensor;
+use serde::{Deserialize, Serialize};
 
 use crate::particles::Derivatives;
 use crate::walls::Borne;
+
+/// What a rigid body bears of the others.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Felt {
+    /// Force in the step (N).
+    pub force: [f64; 3],
+    /// Its impulse since the start (N s).
+    pub impulse: [f64; 3],
+}
 
 /// What the sums over neighbours give.
 #[derive(Clone, Default)]
@@ -26,6 +36,8 @@ pub struct Rates<const D: usize> {
     pub stress: Vec<SymTensor>,
     /// Rates of the smoothing lengths (m/s); empty without.
     pub length: Vec<f64>,
+    /// What bodies bear that are rigid, by their number in the case; empty without any.
+    pub felt: Vec<Felt>,
 }
 
 impl<const D: usize> Rates<D> {

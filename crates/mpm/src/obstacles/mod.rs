@@ -11,7 +11,7 @@ use colluvium_grid::{Face, Faces};
 
 use crate::background::Background;
 use crate::obstacles::borne::Bearing;
-use crate::{Formulation, Mass, MpmOptions, ObstacleContact, Transfer, WallFriction};
+use crate::{Formulation, Mass, MpmOptions, ObstacleContact, WallFriction};
 
 /// Refuses options that do not go with obstacles.
 pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
@@ -55,10 +55,10 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     if options.mesh.is_some() {
         return refuse("mesh", "nodes of a mesh are held by walls on its groups, not by obstacles");
     }
-    if options.transfer == Transfer::Xpic {
+    if options.filters_velocities() {
         return refuse(
-            "transfer",
-            "xpic filters velocities axis by axis, and obstacles hold them along any direction",
+            if options.residual_time.is_some() { "residual_time" } else { "transfer" },
+            "velocities are filtered axis by axis, and obstacles on nodes hold them along any direction",
         );
     }
     if options.wall_friction == WallFriction::Acceleration {

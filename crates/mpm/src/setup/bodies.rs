@@ -8,7 +8,7 @@ use colluvium_points::Sample;
 
 use crate::background::Background;
 use crate::points::{Columns, PointSet};
-use crate::{MpmOptions, StressScheme, Transfer, mesh, two_phase};
+use crate::{MpmOptions, StressScheme, mesh, two_phase};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -40,6 +40,7 @@ pub(super) fn point_set<const D: usize>(
     let domain = domains(background, &position, &path)?;
     let follows_later = domain.stretch() && options.stress_update == StressScheme::Usf;
     let used = |used: bool| if used { samples.len() } else { 0 };
+    let velocity: Vec<[f64; D]> = position.iter().enumerate().map(velocity_at).collect();
     Ok(PointSet {
         body: number as u32,
         field: 0,
@@ -48,14 +49,15 @@ pub(super) fn point_set<const D: usize>(
         extent: [width(ground, options, &samples, listed.is_some() || body.shape.follows_terrain()); D],
         points: Columns {
             id: (first_id as u32..(first_id + position.len()) as u32).collect(),
-            velocity: position.iter().enumerate().map(velocity_at).collect(),
+            seen: if options.transfer.is_affine() { Vec::new() } else { velocity.clone() },
+            velocity,
             mass: volume.iter().map(|v| v * density).collect(),
             initial_volume: volume.clone(),
             volume,
             stress,
             origin: position.clone(),
             affine: vec![[[0.0; D]; D]; used(options.transfer.is_affine())],
-            scratch: vec![[0.0; D]; used(options.transfer == Transfer::Xpic)],
+            scratch: vec![[0.0; D]; used(options.filters_velocities())],
             pending: vec![[[0.0; D]; D]; used(follows_later)],
             position,
             ..Columns::default()

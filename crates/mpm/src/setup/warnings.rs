@@ -5,7 +5,8 @@ use colluvium_case::description::{Boundary, Space, Wall};
 use colluvium_constitutive::MaterialSpec;
 
 use crate::config::{COURANT, Integration, ShapeFunctions, StepCriterion, VolumetricStrain, WallFriction};
-use crate::{MpmOptions, StressScheme};
+use crate::unseen::{height, time_of_fall};
+use crate::{MpmOptions, StressScheme, Transfer};
 
 /// Courant number at which stress last is stable with splines at sides of the domain that nothing holds, where the end
 /// functions are steep: 0.5 was not, in two and three dimensions, and 0.45 only just.
@@ -76,15 +77,12 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
         if body.rigid || gravity == 0.0 {
             continue;
         }
-        let (low, high) = body.shape.bounds(case.dimension());
-        let height: f64 = (0..case.dimension())
-            .map(|axis| (high[axis] - low[axis]) * case.gravity[axis].abs() / gravity)
-            .sum();
-        let wanted = STIFF * spec.density * gravity * height;
-        if shared && (linear || spec.bulk_modulus < 0.5 * wanted) {
+        let wanted = STIFF * spec.density * gravity * height(case, body);
+        let enough = if options.stress_update == StressScheme::Usl { wanted } else { 0.5 * wanted };
+        if shared && (linear || spec.bulk_modulus < enough) {
             found.push(format!(
                 "methods.mpm.volumetric_strain: in the liquid {} at rest, averages leave motions within cells without stiffness, and the \
-                 pressure makes them grow, with musl and usl alike: use ugimp with a bulk modulus of 100 ρgH at least, point with ugimp, \
+                 pressure makes them grow, with musl and usl alike: use ugimp with a bulk modulus of {enough:.2e} Pa at least, point with ugimp, \
                  quadratic functions, or mixed integration",
                 body.name
             ));
@@ -99,8 +97,30 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
     found
 }
 
-/// What of a case is allowed but worth a word; `courant` is the Courant number of its first step.
-pub(super) fn warnings(case: &Case, options: &MpmOptions, courant: f64, points: usize) -> Vec<String> {
+/// Most steps in the time of a fall through the height of a body in which XPIC leaves the flow alone.
+const FEW_STEPS: f64 = 50.0;
+
+/// XPIC that takes all that the grid does not see in each of many steps, of `dt` (s).
+fn filter_by_the_step(case: &Case, options: &MpmOptions, dt: f64) -> Option<String> {
+    let time = time_of_fall(case)?;
+    let often =
+        options.transfer == Transfer::Xpic && options.residual_time.is_none() && dt * FEW_STEPS < time;
+    often.then(|| {
+        format!(
+            "methods.mpm.transfer: xpic takes what the grid does not see from the velocities in each step, {:.0} times while the bodies fall by \
+             their height, and nearly all of the motion within cells with it: give it a residual_time, {time:.2} s for example",
+            time / dt
+        )
+    })
+}
+
+/// What of a case is allowed but worth a word; `courant` is the Courant number of its first step, of `dt` (s).
+pub(super) fn warnings(
+    case: &Case,
+    options: &MpmOptions,
+    (courant, dt): (f64, f64),
+    points: usize,
+) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(locking(case, options));
     let dimension = case.dimension() as u32;
@@ -128,6 +148,7 @@ pub(super) fn warnings(case: &Case, options: &MpmOptions, courant: f64, points: 
         ));
     }
     warnings.extend(still_liquids(case, options));
+    warnings.extend(filter_by_the_step(case, options, dt));
     let rigid = case.bodies.iter().filter(|body| body.rigid);
     if let (Some(loose), true) = (rigid.clone().find(|body| case.moves_freely(&body.name)), rigid.count() > 1)
     {

@@ -30,6 +30,9 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
     if options.transfer != Transfer::Flip {
         return refuse("methods.mpm.transfer", "only flip (or a share of it) is available with a pore_fluid");
     }
+    if options.residual_time.is_some() {
+        return refuse("methods.mpm.residual_time", "is of one phase and not available with a pore_fluid");
+    }
     if options.shape == ShapeFunctions::Cpdi2 {
         return refuse("methods.mpm.shape", "cpdi2 is not available with a pore_fluid: use cpdi");
     }

@@ -35,6 +35,8 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
             "stages.damping",
             "stages.motions*",
             "bodies.rigid",
+            "measures=reaction",
+            "measures=impact-pressure",
             "loads*",
             "obstacles",
             "obstacles.shape=*",
@@ -76,6 +78,7 @@ pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError>
     check_periods(case, options)?;
     check_names(case, options)?;
     check_rigid(case, options)?;
+    check_bearers(case)?;
     if options.formulation == Formulation::TotalLagrangian {
         total::refuse(options)?;
     }
@@ -155,6 +158,21 @@ fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         if let Some(motion) = motions.iter().position(|motion| motion.turns && case.dimension() == 3) {
             let path = format!("stages[{stage}].motions[{motion}].turns");
             return Err(CaseError::new(path, "sph turns rigid bodies in the plane only"));
+        }
+    }
+    Ok(())
+}
+
+/// Obstacles do not tell what they bear.
+fn check_bearers(case: &Case) -> Result<(), CaseError> {
+    for (name, measure) in &case.measures {
+        let of = measure.bearer();
+        if let Some(obstacle) = case.obstacles.iter().find(|obstacle| Some(obstacle.name.as_str()) == of) {
+            let problem = format!(
+                "sph tells the reaction of rigid bodies, and {:?} is an obstacle: make it a body that is rigid, or take mpm",
+                obstacle.name
+            );
+            return Err(CaseError::new(format!("measures.{name}.of"), problem));
         }
     }
     Ok(())

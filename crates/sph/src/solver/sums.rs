@@ -51,7 +51,7 @@ pub fn accelerate<const D: usize>(
     resist_hourglass(setting, clock, bodies, walls, lists, rates);
     // Smooth bodies feel nothing.
     walls.smooth.ranges().for_each(|body| rates.of.acceleration[body].fill([0.0; D]));
-    bodies.stiffen(rates);
+    bodies.stiffen(rates, &gravity);
 }
 
 /// Viscosity against what the velocity gradients of the step before do not see.

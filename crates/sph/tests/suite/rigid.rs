@@ -100,6 +100,47 @@ fn a_block_of_half_the_density_of_water_floats_with_half_of_it_under_water() {
     assert!((middle - level).abs() < 0.01, "{middle} {level}");
 }
 
+/// What it bears is all that changes its momentum beside weight and force, whether it follows forces or its velocity is prescribed.
+#[test]
+fn a_rigid_body_tells_the_force_on_it() {
+    let mut flying = block([0.4, 0.43]);
+    flying["velocity"] = json!({ "kind": "uniform", "value": [0.2, -2] });
+    let bed = json!({ "name": "bed", "material": "soft", "shape": { "kind": "box", "min": [0.46, 0.2], "max": [0.76, 0.4] } });
+    for motion in [json!([null, null]), json!([0.2, -2])] {
+        let free = motion[0].is_null();
+        let case = case(&json!({
+            "gravity": [0, -5], "bodies": [flying.clone(), bed.clone()], "output": { "measures": 0.01 },
+            "measures": { "push": { "kind": "reaction", "of": "block" } },
+            "stages": [{ "name": "s", "duration": 0.05, "motions": [{ "of": "block", "velocity": motion, "force": if free { json!([3, 0]) } else { json!([0, 0]) }, "turns": true }] }]
+        }));
+        let report = solve(&case);
+        let impulse =
+            |axis: &str| *report.table.column(&format!("push.impulse.{axis}")).unwrap().last().unwrap();
+        let mass = &report.snapshot;
+        let momentum = |body: u32| -> [f64; 2] {
+            let masses = colluvium_testkit::cases::scalars(mass, "mass");
+            let all = vectors(mass, "velocity").into_iter().zip(masses).zip(&mass.bodies);
+            all.filter(|(_, of)| **of == body)
+                .fold([0.0; 2], |sum, ((v, m), _)| [sum[0] + m * v[0], sum[1] + m * v[1]])
+        };
+        // Of the block, 10 kg, and of the bed, 60 kg: velocities stand half a step behind forces.
+        let (block, bed) = (momentum(0), momentum(1));
+        assert!(impulse("y") > 1.0, "{}", impulse("y"));
+        for (c, axis) in ["x", "y"].into_iter().enumerate() {
+            let taken = [0.0, 60.0 * -5.0 * 0.05][c] - bed[c];
+            assert!((impulse(axis) - taken).abs() < 0.01 * impulse("y"), "{axis}: {} {taken}", impulse(axis));
+            if free {
+                let gained = block[c] - [2.0 + 3.0 * 0.05, -20.0 - 10.0 * 5.0 * 0.05][c];
+                assert!(
+                    (impulse(axis) - gained).abs() < 0.01 * impulse("y"),
+                    "{axis}: {} {gained}",
+                    impulse(axis)
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn what_rigid_bodies_do_not_go_with_is_refused_by_name() {
     let refused =
@@ -108,6 +149,9 @@ fn what_rigid_bodies_do_not_go_with_is_refused_by_name() {
     assert!(refused(euler).contains("leapfrog"));
     let periodic = json!({ "domain": { "min": [-1, -1], "max": [2, 2], "periodic": ["x"] } });
     assert!(refused(periodic).contains("rigid"));
+    let obstacle = json!({ "obstacles": [{ "name": "floor", "wall": { "kind": "smooth" }, "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
+                           "measures": { "push": { "kind": "reaction", "of": "floor" } } });
+    assert!(refused(obstacle).starts_with("measures.push.of: sph tells the reaction of rigid bodies"));
     let mut solver = begin(&case(&json!({})));
     solver.step(1e-4).unwrap();
 }
