@@ -1,6 +1,6 @@
 //! `cargo xtask compare`: `colluvium compare` with its page under `target/compare/`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use colluvium::case::Case;
@@ -17,7 +17,8 @@ pub struct Arguments {
     /// Methods at a time, each on its share of the threads.
     #[arg(long, default_value_t = 1)]
     jobs: u16,
-    /// CSV file of profiles to compare with: columns position and height (m), and time (s) where there are several.
+    /// CSV file of profiles to compare with: columns position and height (m), and time (s) where there are several; the file
+    /// `reference.csv` beside the case when absent, where there is one.
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
 }
@@ -26,8 +27,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<bool, String> {
     let case = Case::load(&arguments.case).map_err(|errors| errors.to_string())?;
     let methods = compare::methods(&arguments.methods).map_err(|error| error.to_string())?;
-    let reference = arguments.reference.as_ref().map(|file| Reference::read(file)).transpose();
-    let reference = reference.map_err(|error| error.to_string())?.unwrap_or_default();
+    let told = |file: &Path| println!("reference: {}", file.display());
+    let reference = Reference::of(&arguments.case, arguments.reference.as_deref(), told);
+    let reference = reference.map_err(|error| error.to_string())?;
     let stem = arguments.case.file_stem().unwrap_or_default();
     let out = crate::root().join("target/compare").join(stem);
     let options = CompareOptions {

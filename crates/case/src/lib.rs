@@ -41,7 +41,7 @@ pub use obstacle::{
     Covering, ObstacleLaw, ObstacleLaws, SLACK, Standing, holding, normal_inside, read_pairs,
 };
 pub use plan_region::PlanRegion;
-pub use point_list::PointList;
+pub use point_list::{GrainColumns, PointList};
 pub use run::{RunError, RunOptions, RunReport, Safety, Verdict, run, run_made, run_method};
 pub use solver::{
     Advance, Budget, Dataset, Field, FieldData, Frame, Lattice, Method, PhaseBudget, Plan, PlanRaster,

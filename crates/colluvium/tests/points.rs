@@ -86,6 +86,49 @@ fn a_body_listed_point_by_point_moves_as_the_one_that_the_method_has_set() {
 }
 
 #[test]
+fn grains_are_as_their_file_lists_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut value = block("dem");
+    let body = value["bodies"][0].as_object_mut().unwrap();
+    body.remove("velocity");
+    body.remove("stress");
+    body.insert("points".to_owned(), json!({ "file": "grains.csv" }));
+    let spring = json!({ "law": "linear", "stiffness": 1e6, "damping_ratio": 0.1 });
+    let pairs = [["m", "m"], ["m", "iron"], ["iron", "iron"]];
+    let pairs = pairs.map(|pair| json!({ "between": pair, "normal": spring }));
+    value["methods"] = json!({ "dem": {
+        "grains": { "m": { "density": 2000, "diameter": { "distribution": "equal", "value": 0.2 } },
+                    "iron": { "density": 7800, "diameter": { "distribution": "equal", "value": 0.2 } } },
+        "pairs": pairs
+    } });
+    let file = |text: &str| std::fs::write(folder.path().join("grains.csv"), text).unwrap();
+    let case = || Case::from_value(&value, folder.path()).unwrap();
+    file("x,y,radius,kind,spin_z,held,id\n1.5,0.5,0.1,m,0,0,9\n2.5,1.5,0.2,iron,3,1,4\n");
+    let seen = after("dem", &case(), 20);
+    assert_eq!(seen.ids, [4, 9]);
+    let area = |radius: f64| std::f64::consts::PI * radius * radius;
+    let mass = seen.scalars("mass").unwrap();
+    for (found, asked) in mass.iter().zip([7800.0 * area(0.2), 2000.0 * area(0.1)]) {
+        assert!((found / asked - 1.0).abs() < 1e-12, "{found} for {asked}");
+    }
+    // The one falls, the other is held.
+    assert_eq!(seen.positions[0], [2.5, 1.5, 0.0]);
+    assert!(seen.positions[1][1] < 0.5);
+    let dem = colluvium::method("dem").unwrap();
+    for (text, words) in [
+        (
+            "x,y,radius,kind\n1.5,0.5,0.1,lead\n",
+            "the kind \"lead\" is none of methods.dem.grains, which are iron, m",
+        ),
+        ("x,y,radius,id\n1.5,0.5,0.1,3\n2.5,0.5,0.1,3\n", "two grains have the number 3"),
+    ] {
+        file(text);
+        let error = dem.build(&case()).err().expect("refused").to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
 fn points_that_do_not_suit_the_method_are_refused_or_remarked() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("points.csv"), "x,y\n1.5,0.5\n2.5,1.5\n").unwrap();

@@ -1,5 +1,7 @@
 //! Line charts.
 
+use std::ops::Range;
+
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
@@ -58,39 +60,41 @@ impl Picture for LineChart {
 
     fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String> {
         area.fill(&WHITE).map_err(|error| error.to_string())?;
-        let shown = |p: &&(f64, f64)| {
-            let finite = p.0.is_finite() && p.1.is_finite() && p.1.abs() < 1e200;
-            finite && (!self.log || (p.0 > 0.0 && p.1 > 0.0))
-        };
-        let all = || self.series.iter().flat_map(|s| &s.points).filter(shown);
-        let scale = |v: f64| if self.log { v.log10() } else { v };
-        let x = range(all().map(|p| scale(p.0)), 0.03);
-        let y = range(all().map(|p| scale(p.1)), 0.08);
+        let all: Vec<(f64, f64)> = self.drawn().flat_map(|(_, points)| points).collect();
+        let x = range(all.iter().map(|p| p.0), 0.03);
+        let y = range(all.iter().map(|p| p.1), 0.08);
+        let (corner, room) = self.legend(&x, &y);
+        let y = y.start..y.end + room * (y.end - y.start);
         if self.log {
-            let power = |r: std::ops::Range<f64>| (10f64.powf(r.start)..10f64.powf(r.end)).log_scale();
-            self.draw_in(area, power(x), power(y), [0.0; 2])
+            let power = |r: Range<f64>| (10f64.powf(r.start)..10f64.powf(r.end)).log_scale();
+            self.draw_in(area, power(x), power(y), [0.0; 2], corner)
         } else {
             let spans = [x.end - x.start, y.end - y.start];
-            self.draw_in(area, x, y, spans)
+            self.draw_in(area, x, y, spans, corner)
         }
     }
 }
 
 impl LineChart {
-    /// The corner with the fewest points, for the legend.
-    fn emptiest_corner(&self) -> SeriesLabelPosition {
-        let scale = |v: f64| if self.log { v.log10() } else { v };
-        let at = |p: &(f64, f64)| (scale(p.0), scale(p.1));
-        let points: Vec<(f64, f64)> = self.series.iter().flat_map(|s| s.points.iter().map(at)).collect();
-        let (x, y) = (range(points.iter().map(|p| p.0), 0.03), range(points.iter().map(|p| p.1), 0.08));
-        let share = |v: f64, r: &std::ops::Range<f64>| (v - r.start) / (r.end - r.start);
-        // A legend takes about half of the width and a third of the height.
+    /// The corner that the series leave free for the legend, and how far the vertical axis has to reach beyond them, as a share of its
+    /// length, where they leave none.
+    fn legend(&self, x: &Range<f64>, y: &Range<f64>) -> (SeriesLabelPosition, f64) {
+        let named = || self.series.iter().map(|series| series.label.chars().count()).filter(|&n| n > 0);
+        // Shares of the plane that it covers, with its margins: letters of 14 px are 7 wide, lines 20 high.
+        let (width, height) = self.plane();
+        let (wide, high) =
+            (7.0 * named().max().unwrap_or(0) as f64 + 50.0, 20.0 * named().count() as f64 + 26.0);
+        let (wide, high) = ((wide / width).min(1.0), (high / height).min(0.6));
+        let share = |v: f64, r: &Range<f64>| (v - r.start) / (r.end - r.start);
+        let places = self.drawn().flat_map(|(series, points)| {
+            let points: Vec<_> = points.iter().map(|p| (share(p.0, x), share(p.1, y))).collect();
+            if series.style == Style::Markers { points } else { along(&points) }
+        });
+        let places: Vec<(f64, f64)> = places.collect();
         let crowd = |right: bool, top: bool| {
-            let near = |p: &&(f64, f64)| {
-                let (u, v) = (share(p.0, &x), share(p.1, &y));
-                (if right { u > 0.5 } else { u < 0.5 }) && (if top { v > 0.65 } else { v < 0.35 })
-            };
-            points.iter().filter(near).count()
+            let beside = |u: f64| if right { u > 1.0 - wide } else { u < wide };
+            let level = |v: f64| if top { v > 1.0 - high } else { v < high };
+            places.iter().filter(|(u, v)| beside(*u) && level(*v)).count()
         };
         let corners = [
             (crowd(false, true), SeriesLabelPosition::UpperLeft),
@@ -98,8 +102,26 @@ impl LineChart {
             (crowd(true, false), SeriesLabelPosition::LowerRight),
             (crowd(false, false), SeriesLabelPosition::LowerLeft),
         ];
-        let least = corners.into_iter().min_by_key(|(count, _)| *count);
-        least.map_or(SeriesLabelPosition::UpperLeft, |(_, corner)| corner)
+        let free = corners.into_iter().find(|(count, _)| *count == 0);
+        free.map_or((SeriesLabelPosition::UpperRight, high / (1.0 - high)), |(_, corner)| (corner, 0.0))
+    }
+
+    /// Width and height of the plane between the axes (px).
+    fn plane(&self) -> (f64, f64) {
+        let (width, height) = self.size();
+        (f64::from(width) - 96.0, f64::from(height) - 100.0)
+    }
+
+    /// The series with their points that are drawn, on logarithmic axes as powers of ten.
+    fn drawn(&self) -> impl Iterator<Item = (&Series, Vec<(f64, f64)>)> {
+        let shown = |p: &&(f64, f64)| {
+            let finite = p.0.is_finite() && p.1.is_finite() && p.1.abs() < 1e200;
+            finite && (!self.log || (p.0 > 0.0 && p.1 > 0.0))
+        };
+        let scale = |v: f64| if self.log { v.log10() } else { v };
+        self.series.iter().map(move |series| {
+            (series, series.points.iter().filter(shown).map(|p| (scale(p.0), scale(p.1))).collect())
+        })
     }
 
     /// Draws in axes that span so much; of logarithmic ones nothing.
@@ -109,6 +131,7 @@ impl LineChart {
         x: X,
         y: Y,
         spans: [f64; 2],
+        legend: SeriesLabelPosition,
     ) -> Result<(), String>
     where
         B: DrawingBackend,
@@ -140,16 +163,10 @@ impl LineChart {
             .axis_style(RGBColor(90, 90, 90))
             .draw()
             .map_err(text)?;
-        for (number, series) in self.series.iter().enumerate() {
+        for (number, (series, points)) in self.drawn().enumerate() {
             let colour = PALETTE[number % PALETTE.len()];
-            let positive = |p: &&(f64, f64)| !self.log || (p.0 > 0.0 && p.1 > 0.0);
-            let points: Vec<(f64, f64)> = series
-                .points
-                .iter()
-                .filter(positive)
-                .filter(|p| p.0.is_finite() && p.1.is_finite() && p.1.abs() < 1e200)
-                .copied()
-                .collect();
+            let back = |v: f64| if self.log { 10f64.powf(v) } else { v };
+            let points: Vec<(f64, f64)> = points.into_iter().map(|p| (back(p.0), back(p.1))).collect();
             let line = colour.stroke_width(2);
             let drawn = match series.style {
                 Style::Line => chart.draw_series(LineSeries::new(points, line)).map_err(text)?,
@@ -174,7 +191,7 @@ impl LineChart {
         if self.series.iter().any(|s| !s.label.is_empty()) {
             chart
                 .configure_series_labels()
-                .position(self.emptiest_corner())
+                .position(legend)
                 .background_style(WHITE.mix(0.85))
                 .border_style(RGBColor(200, 200, 200))
                 .label_font((FONT, 14))
@@ -183,5 +200,41 @@ impl LineChart {
                 .map_err(text)?;
         }
         Ok(())
+    }
+}
+
+/// Places on a line through points, no farther apart than a hundredth.
+fn along(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let between = |pair: &[(f64, f64)]| {
+        let ((x, y), (to_x, to_y)) = (pair[0], pair[1]);
+        let parts = (100.0 * (to_x - x).abs().max((to_y - y).abs())).ceil().clamp(1.0, 100.0);
+        (1..=parts as usize).map(move |k| {
+            let share = k as f64 / parts;
+            (x + share * (to_x - x), y + share * (to_y - y))
+        })
+    };
+    points.first().copied().into_iter().chain(points.windows(2).flat_map(between)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(lines: &[&[(f64, f64)]]) -> LineChart {
+        let series = lines.iter().map(|points| Series::new("a line", points.to_vec(), Style::Line)).collect();
+        LineChart { series, ..LineChart::default() }
+    }
+
+    #[test]
+    fn the_legend_stands_where_no_line_passes_or_above_them_all() {
+        let unit = 0.0..1.0;
+        // Two points, but the line between them passes the corners in which it has none.
+        let (corner, room) = chart(&[&[(0.0, 0.0), (1.0, 1.0)]]).legend(&unit, &unit);
+        assert!(matches!(corner, SeriesLabelPosition::UpperLeft) && room == 0.0);
+        let cross = chart(&[&[(0.0, 0.0), (1.0, 1.0)], &[(0.0, 1.0), (1.0, 0.0)]]);
+        let (_, room) = cross.legend(&unit, &unit);
+        assert!(room > 0.1, "{room}");
+        let svg = cross.to_svg().unwrap();
+        assert!(svg.contains("a line"));
     }
 }

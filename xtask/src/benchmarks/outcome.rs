@@ -12,6 +12,9 @@ pub struct Outcome {
     pub figures: Vec<Figure>,
     /// Runs as animations.
     pub films: Vec<Film>,
+    /// Runs of one case by several methods side by side: part of a page.
+    #[serde(default)]
+    pub comparison: Option<String>,
 }
 
 /// A run as an animation.
@@ -124,6 +127,16 @@ pub struct Figure {
     pub bytes: Vec<u8>,
 }
 
+/// A number of the source to ten digits, plain where that is short.
+fn short(value: f64) -> String {
+    let rounded: f64 = format!("{value:.9e}").parse().unwrap_or(value);
+    match rounded.abs() {
+        0.0 => "0".to_owned(),
+        1e-3..1e6 => format!("{rounded}"),
+        _ => format!("{rounded:e}"),
+    }
+}
+
 impl Outcome {
     pub fn within(
         &mut self,
@@ -146,7 +159,7 @@ impl Outcome {
     /// Within a relative distance of the source's value (absolute for a value of zero).
     pub fn near(&mut self, name: impl Into<String>, exact: f64, tolerance: f64, measured: f64, reason: &str) {
         let width = tolerance * if exact == 0.0 { 1.0 } else { exact.abs() };
-        self.within(name, &format!("{exact:.10e}"), measured, (exact - width, exact + width), reason);
+        self.within(name, &short(exact), measured, (exact - width, exact + width), reason);
     }
 
     pub fn below(&mut self, name: impl Into<String>, claim: &str, measured: f64, bound: f64, reason: &str) {
@@ -163,5 +176,16 @@ impl Outcome {
         let bytes = picture.to_png()?;
         self.figures.push(Figure { caption: caption.to_owned(), extension: "png".to_owned(), bytes });
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_a_source_are_as_short_as_they_are_exact() {
+        let values = [0.404, 0.0, -2.5e-7, 1e9, 1.0 / 3.0, 0.1 + 0.2];
+        assert_eq!(values.map(short), ["0.404", "0", "-2.5e-7", "1e9", "0.3333333333", "0.3"]);
     }
 }

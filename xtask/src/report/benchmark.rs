@@ -1,5 +1,6 @@
 //! The page of a benchmark.
 
+use colluvium::compare::SECTIONS_STYLE;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::words::{STYLE, badge, bounds, number, seconds, verdict};
@@ -24,7 +25,7 @@ pub fn page(entry: &Entry, about: &Provenance, up: &str) -> Markup {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (benchmark.id) ": " (benchmark.title) }
-                style { (PreEscaped(STYLE)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(SECTIONS_STYLE)) }
             }
             body { main {
                 p class="soft" { a href=(index) { "← all benchmarks" } }
@@ -40,6 +41,7 @@ pub fn page(entry: &Entry, about: &Provenance, up: &str) -> Markup {
                 (films(entry))
                 (figures(entry))
                 (checks(entry))
+                @if let Some(comparison) = &entry.outcome.comparison { (PreEscaped(comparison)) }
                 (again(entry, up))
                 p class="soft" { "Commit " (about.commit) ", " (about.date) ", " (about.machine) ", " (about.rustc) }
             } }

@@ -201,7 +201,10 @@ fn entry(work: &Work, pool: &ThreadPool, known: &Known, progress: &Progress) -> 
         Ok(Err(error)) => (Outcome::default(), Some(error)),
         Err(_) => (Outcome::default(), Some("the benchmark panicked".to_owned())),
     };
-    outcome.films = recorder.films();
+    // A comparison has the runs on one slider.
+    if outcome.comparison.is_none() {
+        outcome.films = recorder.films();
+    }
     known.judge(benchmark, &mut outcome);
     let mut text = String::new();
     for check in &outcome.checks {

@@ -22,7 +22,8 @@ pub struct Arguments {
     /// Methods at a time, each on its share of the threads. One after the other when absent: times taken are then those of all threads.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: u16,
-    /// CSV file of profiles to compare with: columns position and height (m), and time (s) where there are several.
+    /// CSV file of profiles to compare with: columns position and height (m), and time (s) where there are several; the file
+    /// `reference.csv` beside the case when absent, where there is one.
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
     /// The two axes seen; xy when absent, and xz in three dimensions with gravity along z.
@@ -36,8 +37,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files = &arguments.files;
     let case = Case::load(&arguments.case)?;
     let methods = compare::methods(&arguments.methods)?;
-    let reference =
-        arguments.reference.as_ref().map(|file| Reference::read(file)).transpose()?.unwrap_or_default();
+    let quiet = files.quiet;
+    let reference = Reference::of(&arguments.case, arguments.reference.as_deref(), |file| {
+        if !quiet {
+            let _ = print(format_args!("reference: {}", file.display()));
+        }
+    })?;
     let out = files.folder(&arguments.case, "compare");
     let options = CompareOptions {
         out: out.clone(),
@@ -51,7 +56,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         warn: (!files.quiet).then_some(|remark| complain!("warning: {remark}")),
     };
     let pool = pool(arguments.threads)?;
-    let quiet = files.quiet;
     let results = pool.install(|| compare::run(&case, &methods, &options, &|result| tell(result, quiet)))?;
     if results.iter().any(|result| matches!(result.outcome, Outcome::Interrupted)) {
         return Err(Failure::Interrupted);

@@ -7,7 +7,7 @@ use clap::Args;
 use colluvium::case::output::{
     Collection, OutputError, Table, frame_arrays, table_arrays, write_atomically, write_npz,
 };
-use colluvium::case::{Case, PointList, Role, Snapshot};
+use colluvium::case::{Case, GrainColumns, PointList, Role, Snapshot};
 use colluvium::depth_sph::hand_over::stacks;
 use colluvium::pictures::frame;
 
@@ -85,6 +85,10 @@ fn list(snapshot: &Snapshot) -> Option<PointList> {
         velocities: Some(snapshot.vectors("velocity")?.to_vec()),
         stresses: Some(snapshot.tensors("stress")?.to_vec()),
         pore_pressures: snapshot.scalars(PointList::PORE_PRESSURE).map(pressures),
+        grains: GrainColumns {
+            radii: snapshot.scalars("radius").map(<[f64]>::to_vec),
+            ..GrainColumns::default()
+        },
     })
 }
 
@@ -98,6 +102,7 @@ fn table(list: &PointList, dimension: usize) -> String {
     heads.extend(list.velocities.iter().flat_map(|_| names(&PointList::VELOCITY[..dimension], "m/s")));
     heads.extend(list.stresses.iter().flat_map(|_| names(&PointList::STRESS, "Pa")));
     heads.extend(list.pore_pressures.iter().flat_map(|_| names(&[PointList::PORE_PRESSURE], "Pa")));
+    heads.extend(list.grains.radii.iter().flat_map(|_| names(&["radius"], "m")));
     let mut text = heads.join(",") + "\n";
     for (i, x) in list.positions.iter().enumerate() {
         let mut row = x[..dimension].to_vec();
@@ -105,6 +110,7 @@ fn table(list: &PointList, dimension: usize) -> String {
         row.extend(list.velocities.iter().flat_map(|all| all[i][..dimension].to_vec()));
         row.extend(list.stresses.iter().flat_map(|all| all[i].0));
         row.extend(list.pore_pressures.iter().map(|all| all[i]));
+        row.extend(list.grains.radii.iter().map(|all| all[i]));
         let row: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
         text += &(row.join(",") + "\n");
     }

@@ -44,13 +44,17 @@ pub(super) fn profiles(runs: &Runs<'_>, axes: Axes, wanted: usize, reference: &R
     let mut times = [times(runs, wanted), reference.times(&common)].concat();
     times.sort_by(f64::total_cmp);
     times.dedup();
+    // All start from one shape.
+    if times.len() > 2 {
+        times.remove(0);
+    }
     let name = |axis: usize| ["x", "y", "z"][axis];
     let chart = |time: f64| {
         let states = at_time(runs, time);
         let snapshots: Vec<&Snapshot> = states.iter().map(|(_, snapshot)| *snapshot).collect();
         let columns = Columns::over(&snapshots, axes)?;
         let line = |(method, snapshot): &(&'static str, &Snapshot)| {
-            Series::new(*method, columns.profile(snapshot, axes), Style::Line)
+            Series::new(*method, covered(columns.profile(snapshot, axes)), Style::Line)
         };
         let measured = reference.at(time, &common);
         let measured = measured.map(|curve| Series::new("reference", curve.clone(), Style::Markers));
@@ -63,6 +67,14 @@ pub(super) fn profiles(runs: &Runs<'_>, axes: Axes, wanted: usize, reference: &R
         })
     };
     times.iter().filter_map(|time| chart(*time)).collect()
+}
+
+/// A profile from the first column with points to the last: on a slope there is no floor at zero beyond.
+fn covered(profile: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    let filled = |(_, height): &(f64, f64)| *height != 0.0;
+    let Some(first) = profile.iter().position(filled) else { return profile };
+    let last = profile.iter().rposition(filled).unwrap_or(first);
+    profile[first..=last].to_vec()
 }
 
 /// One of the figures of a state.

@@ -21,6 +21,7 @@ use crate::jobs::side_by_side;
 
 pub use entrant::Entrant;
 pub use figures::{Axes, Figures};
+pub use page::{SECTIONS_STYLE, sections};
 pub use ran::Ran;
 pub use reference::Reference;
 

@@ -13,16 +13,24 @@ use crate::plots::{Animation, Ground, LineChart, Panel, Picture, PointCloud, Sha
 
 /// Times in the strip of pictures.
 const PICTURES: usize = 5;
+/// Bytes of the animation, about.
+const BYTES: usize = 800_000;
 /// Times of profiles.
 const PROFILES: usize = 4;
 
+/// Of the page of a comparison alone.
 const STYLE: &str = "
 body { font: 15px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1400px; margin: 0 auto; padding: 28px 20px 60px; }
 h1 { margin: 0 0 6px; font-size: 27px; } h2 { margin: 34px 0 8px; font-size: 19px; } h3 { margin: 12px 0 4px; font-size: 15px; }
-.wide { overflow-x: auto; } table { border-collapse: collapse; font-size: 13.5px; }
+table { border-collapse: collapse; font-size: 13.5px; }
 td, th { text-align: left; padding: 4px 18px 4px 0; vertical-align: top; border-bottom: 1px solid #dde3e9; }
 th { color: #5c6b7a; } td.number { font-variant-numeric: tabular-nums; white-space: nowrap; } .failed { color: #c0392b; }
-.soft { color: #5c6b7a; } .strip { display: grid; gap: 6px; } .strip img { width: 100%; height: auto; }
+.soft { color: #5c6b7a; }
+";
+
+/// Of [`sections`], on whatever page they stand.
+pub const SECTIONS_STYLE: &str = "
+.wide { overflow-x: auto; } .strip { display: grid; gap: 6px; } .strip img { width: 100%; height: auto; }
 .charts { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(420px, 100%), 1fr)); gap: 10px; }
 .charts svg { width: 100%; height: auto; }
 ";
@@ -34,13 +42,6 @@ pub(super) fn page(
     reference: &Reference,
 ) -> Result<Markup, CompareError> {
     let runs = runs(results);
-    let (axes, ground) = (Axes::of(case), ground(case));
-    let strip = strip(&runs, plane, &ground)?;
-    let player = player(case, &runs, plane, ground);
-    let profiles = svg(&charts::profiles(&runs, axes, PROFILES, reference))?;
-    let figures = svg(&charts::figures(&runs, axes))?;
-    let energies = svg(&charts::energies(&runs))?;
-    let measures = svg(&charts::measures(&runs))?;
     Ok(html! {
         (DOCTYPE)
         html lang="en" {
@@ -48,42 +49,84 @@ pub(super) fn page(
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width";
                 title { (case.title) ": methods compared" }
-                style { (PreEscaped(STYLE)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(SECTIONS_STYLE)) }
             }
             body {
                 h1 { (case.title) }
                 @if !case.notes.is_empty() { p class="soft" { @for note in &case.notes { (note) " " } } }
-                (strip)
-                @if let Some(player) = &player {
-                    h2 { "Animation" }
-                    p class="soft" { "All methods on one time, with one scale of colours and one set of axes." }
-                    (PreEscaped(player))
-                }
-                @if !profiles.is_empty() {
-                    h2 { "Profiles at equal times" }
-                    p class="soft" {
-                        "Highest point over columns that are the same for all methods"
-                        @if !reference.profiles.is_empty() { ", and the reference at the times of the frames nearest to its own" } "."
-                    }
-                    div class="charts" { @for chart in &profiles { div { (PreEscaped(chart)) } } }
-                }
-                @if !figures.is_empty() {
-                    h2 { "In time" }
-                    p class="soft" { "Measured of the frames, in the same way for all methods." }
-                    div class="charts" { @for chart in &figures { div { (PreEscaped(chart)) } } }
-                }
-                @if !energies.is_empty() {
-                    h2 { "Energy budget" }
-                    div class="charts" { @for chart in &energies { div { (PreEscaped(chart)) } } }
-                }
-                (differences(results, &runs, axes, reference))
+                (seen(case, &runs, plane, reference)?)
+                (differences(results, &runs, Axes::of(case), reference))
                 (methods(results))
                 (safety(case, &runs))
-                @if !measures.is_empty() {
-                    h2 { "What the case measures, and totals" }
-                    div class="charts" { @for chart in &measures { div { (PreEscaped(chart)) } } }
-                }
+                (measured(&runs)?)
             }
+        }
+    })
+}
+
+/// Pictures, animation and charts of some runs of a case side by side, as a page of one's own takes them, with [`SECTIONS_STYLE`]; the
+/// profiles of a reference over those of the runs.
+///
+/// # Errors
+/// When a picture cannot be drawn.
+pub fn sections(
+    case: &Case,
+    runs: &[(&'static str, &Ran)],
+    plane: [usize; 2],
+    reference: &Reference,
+) -> Result<String, CompareError> {
+    let own =
+        html! { (seen(case, runs, plane, reference)?) (differences(&[], runs, Axes::of(case), reference)) };
+    Ok(own.into_string())
+}
+
+/// What is seen of the runs, and what of them is drawn over time.
+fn seen(
+    case: &Case,
+    runs: &Runs<'_>,
+    plane: [usize; 2],
+    reference: &Reference,
+) -> Result<Markup, CompareError> {
+    let (axes, ground) = (Axes::of(case), ground(case));
+    let strip = strip(runs, plane, &ground)?;
+    let player = player(case, runs, plane, ground);
+    let profiles = svg(&charts::profiles(runs, axes, PROFILES, reference))?;
+    let figures = svg(&charts::figures(runs, axes))?;
+    let energies = svg(&charts::energies(runs))?;
+    Ok(html! {
+        (strip)
+        @if let Some(player) = &player {
+            h2 { "Animation" }
+            p class="soft" { "All methods on one time, with one scale of colours and one set of axes." }
+            (PreEscaped(player))
+        }
+        @if !profiles.is_empty() {
+            h2 { "Profiles at equal times" }
+            p class="soft" {
+                "Highest point over columns that are the same for all methods"
+                @if !reference.profiles.is_empty() { ", and the reference at the times of the frames nearest to its own" } "."
+            }
+            div class="charts" { @for chart in &profiles { div { (PreEscaped(chart)) } } }
+        }
+        @if !figures.is_empty() {
+            h2 { "In time" }
+            p class="soft" { "Measured of the frames, in the same way for all methods." }
+            div class="charts" { @for chart in &figures { div { (PreEscaped(chart)) } } }
+        }
+        @if !energies.is_empty() {
+            h2 { "Energy budget" }
+            div class="charts" { @for chart in &energies { div { (PreEscaped(chart)) } } }
+        }
+    })
+}
+
+/// What the case measures, and totals, in time.
+fn measured(runs: &Runs<'_>) -> Result<Markup, CompareError> {
+    let measures = svg(&charts::measures(runs))?;
+    Ok(html! {
+        @if !measures.is_empty() {
+            h2 { "What the case measures, and totals" }
+            div class="charts" { @for chart in &measures { div { (PreEscaped(chart)) } } }
         }
     })
 }
@@ -103,7 +146,7 @@ fn player(case: &Case, runs: &Runs<'_>, plane: [usize; 2], ground: Ground) -> Op
         });
     }
     let text = serde_json::to_value(case).ok()?;
-    let view = View { ground, ..animation::view(&text, plane, &[]) };
+    let view = View { ground, bytes: BYTES, ..animation::view(&text, plane, &[]) };
     Some(animation::player(&Animation::of(&panels, &view)?))
 }
 
@@ -145,7 +188,7 @@ fn strip(runs: &Runs<'_>, plane: [usize; 2], ground: &Ground) -> Result<Markup, 
         h2 { "At equal times" }
         p class="soft" { "One scale of colours (" (field) ") and one set of axes." }
         div class="wide" {
-            div class="strip" style=(format!("grid-template-columns: repeat({}, minmax(300px, 1fr))", runs.len())) {
+            div class="strip" style=(format!("grid-template-columns: repeat({}, minmax(240px, 1fr))", runs.len())) {
                 @for (method, _) in runs { h3 { (method) } }
                 @for cell in &cells { div { (cell) } }
             }
@@ -204,11 +247,11 @@ fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &R
             h2 { "At the end" }
             div class="wide" { table {
                 tr {
-                    th { "Method" } th { "Front (m)" } th { "Top (m)" } th { "Centre of mass (m)" } th { "Speed (m/s)" }
+                    th { "Method" } th { "Front (m)" } th { "Top (m)" } th { "Centre of mass (m)" } th { "Speed (m/s)" } th { "At rest from (s)" }
                     th { "Profile, from that of " (head) }
                     @if measured.is_some() { th { "Profile, from the reference" } }
                     th { "Energy, kinetic (J)" } th { "Points" } th { "Steps" }
-                    th { "Time taken (s)" } th { "Updates per second" } th { "Memory (MiB)" }
+                    th { "Time taken (s)" } th { "Updates per second" } @if !results.is_empty() { th { "Memory (MiB)" } }
                 }
                 @for (method, ran, snapshot) in &last {
                     @let figures = Figures::of(snapshot, axes);
@@ -218,6 +261,7 @@ fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &R
                         td class="number" { (value(&figures, |f| f.top)) }
                         td class="number" { (value(&figures, |f| f.centre[0])) ", " (value(&figures, |f| f.centre[1])) }
                         td class="number" { (value(&figures, |f| f.speed)) }
+                        td class="number" { (short(ran.rests().unwrap_or(f64::NAN))) }
                         td class="number" { (format!("{:.2} %", 100.0 * apart.off_first(snapshot))) }
                         @if measured.is_some() {
                             td class="number" { (format!("{:.2} %", 100.0 * apart.off_measured(snapshot))) }
@@ -227,13 +271,14 @@ fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &R
                         td class="number" { (ran.steps) }
                         td class="number" { (format!("{:.1}", ran.wall)) }
                         td class="number" { (format!("{:.2} million", ran.updates_per_second() / 1e6)) }
-                        td class="number" { (memory(method)) }
+                        @if !results.is_empty() { td class="number" { (memory(method)) } }
                     }
                 }
             } }
             p class="soft" {
-                "Front, top and speed: of 99.9 % of the mass. Profile: root mean square of the difference over that of the profile. Memory: what the method "
-                "estimates that it needs at least."
+                "Front, top and speed: of 99.9 % of the mass. At rest: the kinetic energy stays below a hundredth of its largest. \
+                 Profile: root mean square of the difference over that of the profile."
+                @if !results.is_empty() { " Memory: what the method estimates that it needs at least." }
             }
         }
     }

@@ -5,7 +5,8 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::case::output::{Collection, OutputError, Table, read_json};
-use crate::case::{Case, Snapshot};
+use crate::case::run::Outcome;
+use crate::case::{Case, RunReport, Snapshot};
 use crate::pictures;
 
 /// A run that came to its end.
@@ -56,6 +57,26 @@ impl State {
 }
 
 impl Ran {
+    /// The run of a report that has kept its frames.
+    pub fn of(report: &RunReport) -> Self {
+        let safety = report.safety.iter();
+        Self {
+            table: report.table.clone(),
+            frames: report.frames.clone(),
+            steps: report.steps,
+            points: report.snapshot.ids.len() as u64,
+            wall: report.wall,
+            kinetic: report.end.kinetic,
+            remarks: report.remarks.clone(),
+            safety: safety
+                .map(|(name, found)| {
+                    (name.clone(), [found.stable, found.failed], found.outcome() == Outcome::Undecided)
+                })
+                .collect(),
+            hash: format!("{:016x}", report.snapshot.hash()),
+        }
+    }
+
     /// Reads the folder of a run.
     ///
     /// # Errors
@@ -87,8 +108,45 @@ impl Ran {
         })
     }
 
+    /// When it came to rest (s): from then on the kinetic energy stays below a hundredth of its largest. `None` where it moves on, or never
+    /// moved.
+    pub fn rests(&self) -> Option<f64> {
+        let energy = self.table.pairs("time", "kinetic_energy")?;
+        let most = energy.iter().map(|(_, energy)| *energy).fold(0.0, f64::max);
+        let moving = energy.iter().rposition(|(_, energy)| *energy > 0.01 * most)?;
+        energy.get(moving + 1).map(|(time, _)| *time)
+    }
+
     /// Point-updates per second of wall-clock time.
     pub fn updates_per_second(&self) -> f64 {
         self.points as f64 * self.steps as f64 / self.wall
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_rests_when_its_energy_stays_low_to_the_end() {
+        let ran = |energy: [f64; 5]| Ran {
+            table: Table {
+                columns: [("time", "s"), ("kinetic_energy", "J")]
+                    .map(|(name, unit)| (name.to_owned(), unit.to_owned()))
+                    .to_vec(),
+                rows: energy.iter().enumerate().map(|(k, energy)| vec![k as f64, *energy]).collect(),
+            },
+            frames: Vec::new(),
+            steps: 0,
+            points: 0,
+            wall: 0.0,
+            kinetic: 0.0,
+            remarks: Vec::new(),
+            safety: Vec::new(),
+            hash: String::new(),
+        };
+        assert_eq!(ran([0.0, 5.0, 0.01, 1.0, 0.01]).rests(), Some(4.0));
+        assert_eq!(ran([0.0, 5.0, 0.01, 0.0, 0.2]).rests(), None);
+        assert_eq!(ran([0.0; 5]).rests(), None);
     }
 }

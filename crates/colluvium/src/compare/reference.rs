@@ -1,10 +1,13 @@
 //! Profiles that a comparison is held against: measured ones, or those of a closed form.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::CompareError;
 use super::figures::interpolated;
 use crate::case::output::Table;
+
+/// Name of the file of profiles beside a case.
+pub const BESIDE: &str = "reference.csv";
 
 /// A curve of position and height (m).
 type Curve = Vec<(f64, f64)>;
@@ -51,6 +54,41 @@ impl Reference {
         Ok(Self { profiles })
     }
 
+    /// The profiles that stand beside a case, in the file [`BESIDE`] of its folder, with that file; `None` where there is none, or one that
+    /// has no profiles.
+    ///
+    /// # Errors
+    /// As [`Self::read`], but for columns that lack.
+    pub fn beside(case: &Path) -> Result<Option<(PathBuf, Self)>, CompareError> {
+        let file = case.with_file_name(BESIDE);
+        if !file.is_file() {
+            return Ok(None);
+        }
+        let table = Table::read(&file)?;
+        match table.column("position").and(table.column("height")) {
+            Some(_) => Self::read(&file).map(|found| Some((file, found))),
+            None => Ok(None),
+        }
+    }
+
+    /// The profiles of the file that is named, or else of that beside the case; those of no file where there is none. `tell` hears of a
+    /// file that was found.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn of(case: &Path, named: Option<&Path>, tell: impl FnOnce(&Path)) -> Result<Self, CompareError> {
+        if let Some(file) = named {
+            return Self::read(file);
+        }
+        let found = Self::beside(case)?;
+        Ok(found
+            .map(|(file, found)| {
+                tell(&file);
+                found
+            })
+            .unwrap_or_default())
+    }
+
     /// The times of `frames` (s, ascending) that lie nearest to those of the profiles.
     pub(super) fn times(&self, frames: &[f64]) -> Vec<f64> {
         self.profiles.iter().filter_map(|(time, _)| nearest(frames, *time)).collect()
@@ -94,6 +132,21 @@ mod tests {
         std::fs::write(&path, "x,height\n0,1\n").unwrap();
         let error = Reference::read(&path).unwrap_err().to_string();
         assert!(error.contains("reference.csv: has no columns position and height"), "{error}");
+    }
+
+    #[test]
+    fn profiles_beside_a_case_are_found_and_other_files_of_that_name_are_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let case = folder.path().join("case.json");
+        let file = folder.path().join(BESIDE);
+        assert_eq!(Reference::beside(&case).unwrap(), None);
+        std::fs::write(&file, "viscosity,front (m)\n0.1,0.4\n").unwrap();
+        assert_eq!(Reference::beside(&case).unwrap(), None);
+        std::fs::write(&file, "position,height\n0,2\n1,1\n").unwrap();
+        let mut told = None;
+        let found = Reference::of(&case, None, |file| told = Some(file.to_owned())).unwrap();
+        assert_eq!(found.profiles, [(None, vec![(0.0, 2.0), (1.0, 1.0)])]);
+        assert_eq!(told, Some(file));
     }
 
     #[test]

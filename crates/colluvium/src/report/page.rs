@@ -24,7 +24,9 @@ pub(super) fn page(results: &Results, pictures: &Pictures) -> Markup {
                 h1 { (title) }
                 (state(results))
                 (what_ran(results))
-                @for note in results.case["notes"].as_array().into_iter().flatten() { p class="notes" { (text(note)) } }
+                @if let Some(notes) = results.case["notes"].as_array().filter(|notes| !notes.is_empty()) {
+                    p class="notes" { @for note in notes { (text(note)) " " } }
+                }
                 (warnings(&results.summary))
                 @if let Some(player) = &pictures.player {
                     h2 { "Animation" }

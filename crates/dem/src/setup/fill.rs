@@ -1,7 +1,9 @@
 //! Bodies as grains.
 
+use std::collections::HashSet;
+
 use colluvium_case::description::Body;
-use colluvium_case::{Case, CaseError, Standing, spatial};
+use colluvium_case::{Case, CaseError, PointList, Standing, spatial};
 use colluvium_points::Shape;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -44,7 +46,9 @@ pub(super) fn fill<const D: usize, const R: usize>(
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
     stored.map_or(Ok(()), |stored| stored.fill(case, options, grains))?;
-    let (count, next) = (grains.len(), next_id(grains));
+    let count = grains.len();
+    let listed = (0..case.bodies.len()).map(|body| case.point_list(body)).collect::<Result<Vec<_>, _>>()?;
+    let mut ids = Vec::new();
     let given = stored.map(Stored::counts).unwrap_or_default();
     for (number, body) in case.bodies.iter().enumerate() {
         let path = format!("bodies[{number}]");
@@ -55,12 +59,8 @@ pub(super) fn fill<const D: usize, const R: usize>(
         let kind = &options.grains[&body.material];
         let index = options.grains.keys().position(|name| *name == body.material).unwrap_or(0) as u32;
         let mut random = ChaCha8Rng::seed_from_u64(options.seed.wrapping_add(number as u64));
-        let placed = match case.point_list(number)? {
-            Some(list) => {
-                let of =
-                    |sample: &colluvium_points::Sample<D>| (sample.position, radius_of::<D>(sample.volume));
-                list.samples::<D>().iter().map(of).collect()
-            }
+        let placed = match &listed[number] {
+            Some(list) => as_listed(list),
             None => {
                 let mut placed = place::<D>(case, options, (body, &path), kind, &mut random)?;
                 if !matches!(of_body(options, body), Some(Fill::Single)) {
@@ -81,9 +81,13 @@ pub(super) fn fill<const D: usize, const R: usize>(
             grains.push(number as u32, index, *position, *radius, kind.density);
         }
         let own = options.bodies.get(&body.name).cloned().unwrap_or_default();
-        begin(case, number, body, &own, start, grains)?;
+        begin(number, body, &own, start, listed[number].as_ref(), grains)?;
+        if let Some(list) = &listed[number] {
+            kinds_as_listed(list, options, &path, start, grains)?;
+        }
+        ids.extend(ids_as_listed(listed[number].as_ref(), placed.len()));
     }
-    (next..).zip(&mut grains.id[count..]).for_each(|(next, id)| *id = next);
+    assign_ids(&ids, count, grains)?;
     if options.orientation {
         let start = if D == 2 { [0.0; 4] } else { [1.0, 0.0, 0.0, 0.0] };
         grains.orientation.resize(grains.len(), start);
@@ -102,30 +106,100 @@ fn radius_of<const D: usize>(amount: f64) -> f64 {
     if D == 2 { unit.sqrt() } else { unit.cbrt() }
 }
 
-/// Velocities and spins at the start.
+/// Grains as a file lists them, with the radius of what each point stands for where it has none.
+fn as_listed<const D: usize>(list: &PointList) -> Vec<Placed<D>> {
+    let radius =
+        |i: usize, volume: f64| list.grains.radii.as_ref().map_or(radius_of::<D>(volume), |all| all[i]);
+    let samples = list.samples::<D>().into_iter().enumerate();
+    samples.map(|(i, sample)| (sample.position, radius(i, sample.volume))).collect()
+}
+
+/// Kinds of grains as a file lists them, from grain `start` on, with the masses that follow.
+fn kinds_as_listed<const D: usize, const R: usize>(
+    list: &PointList,
+    options: &DemOptions,
+    path: &str,
+    start: usize,
+    grains: &mut Grains<D, R>,
+) -> Result<(), CaseError> {
+    for (i, name) in (start..).zip(list.grains.kinds.iter().flatten()) {
+        let found = options.grains.iter().enumerate().find(|(_, (known, _))| *known == name);
+        let Some((index, (_, kind))) = found else {
+            let known = options.grains.keys().cloned().collect::<Vec<_>>().join(", ");
+            let problem = format!("the kind {name:?} is none of methods.dem.grains, which are {known}");
+            return Err(CaseError::new(format!("{path}.points.file"), problem));
+        };
+        grains.kind[i] = index as u32;
+        grains.mass[i] = kind.density * volume(D, grains.radius[i]);
+    }
+    Ok(())
+}
+
+/// The numbers that a file gives its grains; none for those of bodies without.
+fn ids_as_listed(list: Option<&PointList>, count: usize) -> Vec<Option<u32>> {
+    let ids = list.and_then(|list| list.grains.ids.as_ref());
+    ids.map_or_else(|| vec![None; count], |ids| ids.iter().copied().map(Some).collect())
+}
+
+/// Numbers the grains from `first` on: as `ids` has it, and those without after all others.
+fn assign_ids<const D: usize, const R: usize>(
+    ids: &[Option<u32>],
+    first: usize,
+    grains: &mut Grains<D, R>,
+) -> Result<(), CaseError> {
+    let mut taken: HashSet<u32> = grains.id[..first].iter().copied().collect();
+    for id in ids.iter().flatten() {
+        if !taken.insert(*id) {
+            return Err(CaseError::new("bodies", format!("two grains have the number {id}")));
+        }
+    }
+    let mut next = taken.iter().max().map_or(0, |last| last + 1);
+    for (own, id) in grains.id[first..].iter_mut().zip(ids) {
+        *own = id.unwrap_or(next);
+        next += u32::from(id.is_none());
+    }
+    Ok(())
+}
+
+/// Velocities, spins, and what is held, at the start.
 fn begin<const D: usize, const R: usize>(
-    case: &Case,
     number: usize,
     body: &Body,
     own: &BodyGrains,
     start: usize,
+    list: Option<&PointList>,
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
-    let list = case.point_list(number)?;
-    if list.as_ref().is_some_and(|list| list.pore_pressures.is_some()) {
+    if list.is_some_and(|list| list.pore_pressures.is_some()) {
         let problem = "the points have pore pressures, and dem no pore fluid: leave the column out";
         return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
     }
-    let listed = list.and_then(|list| list.velocities);
+    let of_grains = list.map(|list| &list.grains);
+    let velocities = list.and_then(|list| list.velocities.as_ref());
+    let (spins, held) = (
+        of_grains.and_then(|grains| grains.spins.as_ref()),
+        of_grains.and_then(|grains| grains.held.as_ref()),
+    );
+    if spins.is_some() && !own.spin.is_empty() {
+        let problem = format!(
+            "the points have spins, and methods.dem.bodies.{} has `spin` as well: give one",
+            body.name
+        );
+        return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
+    }
     for i in start..grains.len() {
-        let velocity = match &listed {
+        let velocity = match velocities {
             Some(velocities) => velocities[i - start],
             None => body.velocity.at(spatial(&grains.position[i])),
         };
         grains.velocity[i] = std::array::from_fn(|c| velocity[c]);
-        grains.held[i] = own.held || body.rigid;
+        grains.held[i] = own.held || body.rigid || held.is_some_and(|held| held[i - start]);
         for (c, spin) in own.spin.iter().enumerate().take(R) {
             grains.spin[i][c] = *spin;
+        }
+        if let Some(spins) = spins {
+            // In the plane grains turn about z.
+            grains.spin[i] = std::array::from_fn(|c| spins[i - start][3 - R + c]);
         }
     }
     if body.rigid && own.held {

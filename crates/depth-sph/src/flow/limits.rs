@@ -27,6 +27,8 @@ pub struct Totals<const D: usize> {
     pub mass: f64,
     /// Momentum in plan (kg m/s).
     pub momentum: [f64; D],
+    /// Momentum upwards, with which the mass follows the bed (kg m/s).
+    pub rise: f64,
     /// Kinetic energy, with the motion along the bed (J).
     pub kinetic: f64,
     /// Potential energy of gravity (J).
@@ -123,7 +125,7 @@ impl<const D: usize> Flow<D> {
         let density = self.density(set);
         let mut order: Vec<usize> = (0..nodes.len()).collect();
         order.sort_by_key(|&i| nodes.id[i]);
-        let mut totals = Totals { mass: 0.0, momentum: [0.0; D], kinetic: 0.0, potential: 0.0 };
+        let mut totals = Totals { mass: 0.0, momentum: [0.0; D], rise: 0.0, kinetic: 0.0, potential: 0.0 };
         for i in order {
             let mass = density * nodes.volume[i];
             let (x, v) = (&nodes.position[i], &nodes.velocity[i]);
@@ -135,6 +137,7 @@ impl<const D: usize> Flow<D> {
             totals.potential += mass * (self.settings.gravity * level - along);
             for c in 0..D {
                 totals.momentum[c] += mass * v[c];
+                totals.rise += mass * v[c] * bed.slope[c];
             }
         }
         totals

@@ -128,13 +128,17 @@ impl<const D: usize> DepthSolver<D> {
 
     /// Totals.
     pub(super) fn take_budget(&self) -> Budget {
-        let spatial = |v: &[f64; D]| along(v, &[0.0; D]);
+        let spatial = |totals: &Totals<D>| {
+            let mut momentum = along(&totals.momentum, &[0.0; D]);
+            momentum[D] = totals.rise;
+            momentum
+        };
         let all: Vec<Totals<D>> = (0..self.flow.sets.len()).map(|set| self.flow.totals(set)).collect();
         let sum = |value: &dyn Fn(&Totals<D>) -> f64| all.iter().map(value).sum();
-        let momentum = std::array::from_fn(|c| all.iter().map(|t| spatial(&t.momentum)[c]).sum());
+        let momentum = std::array::from_fn(|c| all.iter().map(|t| spatial(t)[c]).sum());
         let liquid = all.get(1).filter(|_| self.flow.settings.phases == Phases::Two).map(|t| PhaseBudget {
             mass: t.mass,
-            momentum: spatial(&t.momentum),
+            momentum: spatial(t),
             kinetic: t.kinetic,
             elastic: 0.0,
             potential: t.potential,

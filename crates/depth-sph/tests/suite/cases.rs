@@ -128,6 +128,31 @@ fn two_phases_keep_their_masses_and_stay_together() {
     assert!((fluid / solid - 1.0).abs() < 0.1, "{fluid} {solid}");
 }
 
+#[test]
+fn momentum_is_along_the_bed_of_an_obstacle_and_grows_as_that_of_a_mass_point() {
+    let (angle, friction) = (30f64.to_radians(), 0.3);
+    let at = |x: f64, above: f64| [x, 3.0 - x * angle.tan() + above];
+    let mut solver = build(&json!({
+        "title": "layer on a plane", "space": "plane-strain", "gravity": [0, -9.81],
+        "domain": { "min": [-2, -5], "max": [12, 5] },
+        "materials": { "sand": { "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3,
+                                 "friction_angle": 40, "cohesion": 0 } },
+        "bodies": [{ "name": "layer", "material": "sand", "shape": { "kind": "polygon",
+                     "vertices": [at(1.0, -0.01), at(3.0, -0.01), at(3.0, 0.02), at(1.0, 0.02)] } }],
+        "obstacles": [{ "name": "bed", "shape": { "kind": "plane", "point": [0, 3], "normal": [angle.sin(), angle.cos()] },
+                        "wall": { "kind": "frictional", "friction_coefficient": friction } }],
+        "stages": [{ "name": "slide", "duration": 1 }],
+        "methods": { "depth-sph": { "spacing": 0.05 } }
+    }));
+    advance(solver.as_mut(), 100);
+    let totals = solver.totals();
+    let [x, y, _] = totals.momentum;
+    assert!((y / x + angle.tan()).abs() < 1e-9, "{y} {x}");
+    let size = x.hypot(y) / totals.mass;
+    let exact = 9.81 * (angle.sin() - friction * angle.cos()) * solver.snapshot().time;
+    assert!((size / exact - 1.0).abs() < 0.01, "{size} for {exact}");
+}
+
 /// Two halves of the heap, the first of which has more water.
 fn halves() -> Value {
     let mut value = fix(heap());

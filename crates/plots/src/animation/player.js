@@ -317,18 +317,60 @@
         for (let i = 0; i + 1 < nu; i++) {
           const corners = [place(i, j), place(i + 1, j), place(i + 1, j + 1), place(i, j + 1)];
           if (!corners.every(near)) continue;
-          const slope = [(corners[1][up] - corners[0][up]) / heights.spacing[0], (corners[3][up] - corners[0][up]) / heights.spacing[1]];
-          // Light from above the far left corner.
-          const light = (0.45 * slope[0] - 0.45 * slope[1] + 0.77) / Math.hypot(slope[0], slope[1], 1);
-          this.pieces.push({ corners, light: Math.max(0, Math.min(0.75, 0.7 * light)) });
+          this.pieces.push({ corners, light: this.light(corners, up, heights.spacing) });
         }
       }
       return this.pieces;
     }
 
+    // How light a piece of a surface is, under light from above the far left corner.
+    light(corners, up, spacing) {
+      const slope = [1, 3].map((k, c) => (corners[k][up] - corners[0][up]) / spacing[c]);
+      const light = (0.45 * slope[0] - 0.45 * slope[1] + 0.77) / Math.hypot(slope[0], slope[1], 1);
+      return Math.max(0, Math.min(0.75, 0.7 * light));
+    }
+
+    // The surface of a flow in pieces as wide as its nodes: corners, how light they are, and the value of the nearest node.
+    sheet(frame, v, up) {
+      const [a, b] = [0, 1, 2].filter((c) => c !== up), sheet = new Map();
+      let pitch = 0;
+      for (let k = 0; k < frame.n; k++) pitch += Math.max(frame.w[3 * k + a], frame.w[3 * k + b]) / frame.n;
+      if (!(pitch > 0)) return [];
+      const reach = 2.5 * pitch, span = (x) => [Math.ceil((x - reach) / pitch), Math.floor((x + reach) / pitch)];
+      for (let k = 0; k < frame.n; k++) {
+        const x = frame.x[3 * k + a], y = frame.x[3 * k + b], top = frame.x[3 * k + up] + frame.w[3 * k + up] / 2;
+        const [left, right] = span(x), [near, far] = span(y);
+        for (let i = left; i <= right; i++) {
+          for (let j = near; j <= far; j++) {
+            const share = 1 - ((i * pitch - x) ** 2 + (j * pitch - y) ** 2) / (reach * reach);
+            if (share <= 0) continue;
+            const key = i + "," + j, weight = share * share, at = sheet.get(key) || { i, j, sum: 0, top: 0, most: 0, value: 0 };
+            at.sum += weight;
+            at.top += weight * top;
+            if (weight > at.most) [at.most, at.value] = [weight, v[k]];
+            sheet.set(key, at);
+          }
+        }
+      }
+      const place = (at) => {
+        const p = [0, 0, 0];
+        [p[a], p[b], p[up]] = [at.i * pitch, at.j * pitch, at.top / at.sum];
+        return p;
+      };
+      const pieces = [];
+      for (const at of sheet.values()) {
+        const ring = [[0, 0], [1, 0], [1, 1], [0, 1]].map(([i, j]) => sheet.get(at.i + i + "," + (at.j + j)));
+        // A place that only the rim of a node reaches is outside.
+        if (!ring.every((one) => one && one.most > 0.3)) continue;
+        const corners = ring.map(place);
+        pieces.push({ corners, light: this.light(corners, up, [pitch, pitch]), value: at.value });
+      }
+      return pieces;
+    }
+
     // Behind what stands on it, the ground is drawn by its corners.
-    piece(pen, corners, light) {
-      pen.fillStyle = css([125, 105, 80], light);
+    piece(pen, corners, light, colour) {
+      pen.fillStyle = css(colour, light);
       pen.strokeStyle = pen.fillStyle;
       pen.beginPath();
       for (const [x, y] of corners) pen.lineTo(x, y);
@@ -345,7 +387,12 @@
       for (const { corners, light } of pieces) {
         const seen = corners.map((p) => camera.project(p));
         // A piece lies behind what lies on it.
-        dots.push([0, 0, Math.max(...seen.map((p) => p[2])), 0, { seen, light }]);
+        dots.push([0, 0, Math.max(...seen.map((p) => p[2])), 0, { seen, light, colour: [125, 105, 80] }]);
+      }
+      const sheet = shape === "depth" ? this.sheet(frame, v, camera.up) : [];
+      for (const { corners, light, value } of sheet) {
+        const seen = corners.map((p) => camera.project(p)), away = seen.reduce((sum, p) => sum + p[2] / 4, 0);
+        dots.push([0, 0, away, 0, { seen, light: light / 2, colour: this.colours[value] }]);
       }
       for (let k = 0; k < frame.n; k++) {
         const p = [frame.x[3 * k], frame.x[3 * k + 1], frame.x[3 * k + 2]];
@@ -356,13 +403,15 @@
           const bed = p.slice();
           bed[camera.up] -= w[camera.up] / 2;
           if (!pieces.length) dots.push([...camera.project(bed), across, null]);
+          // Where nodes are too few for a surface each is a dot.
+          if (sheet.length) continue;
           p[camera.up] += w[camera.up] / 2;
         }
         dots.push([...camera.project(p), across, v[k]]);
       }
       dots.sort((a, b) => b[2] - a[2]);
       for (const [x, y, away, across, value] of dots) {
-        if (value !== null && value.seen) { this.piece(pen, value.seen, value.light); continue; }
+        if (value !== null && value.seen) { this.piece(pen, value.seen, value.light, value.colour); continue; }
         const half = Math.max(0.8, camera.scale * across / 2), light = Math.max(0, Math.min(0.45, 0.22 + 0.5 * away));
         const colour = value === null ? [205, 195, 180] : this.colours[value];
         pen.fillStyle = css(colour, light);
@@ -405,7 +454,10 @@
       const [cx, cy] = camera.project(low.map((at, c) => (at + high[c]) / 2));
       const write = (text, [x, y], away) => {
         const far = Math.hypot(x - cx, y - cy) || 1;
-        pen.fillText(text, x + ((x - cx) / far) * away, y + ((y - cy) / far) * away + 4);
+        // On narrow pages no label leaves the canvas.
+        const half = pen.measureText(text).width / 2 + 2;
+        const at = Math.min(Math.max(x + ((x - cx) / far) * away, half), pen.canvas.clientWidth - half);
+        pen.fillText(text, at, y + ((y - cy) / far) * away + 4);
       };
       for (let c = 0; c < 3; c++) {
         const end = low.slice();

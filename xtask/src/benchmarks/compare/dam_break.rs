@@ -1,8 +1,8 @@
 //! A column of water let go on a dry floor (sheet: mpm A-25) by MPM, SPH and depth-integrated flow.
 
-use colluvium::plots::{PointCloud, Series, Style};
+use colluvium::plots::{Series, Style};
 
-use super::chart;
+use super::{Together, chart};
 use crate::analysis::{larger, slope};
 use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run_by, series, set_of};
 
@@ -33,7 +33,7 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
         points.iter().copied().filter(|(_, z)| *z > 1.5 && *z < 3.0).collect()
     };
     let mut picture = chart("Front of a surge on a dry bed", "t √(2g/a)", "x / a");
-    let mut fronts: Vec<Curve> = Vec::new();
+    let (mut fronts, mut together) = (Vec::<Curve>::new(), Together::default());
     for method in ["mpm", "sph", "depth-sph"] {
         let report = run_by(method, &case)?;
         let front: Curve = series(&report, "front").iter().map(|(t, x)| (t / unit, x / WIDTH)).collect();
@@ -44,9 +44,7 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
             report.end.mass / report.start.mass,
             "exact",
         );
-        if let Some(cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1]) {
-            outcome.png(&format!("{method} at the end."), &cloud)?;
-        }
+        together.add(method, &report);
         picture.series.push(Series::new(method, front.clone(), Style::Line));
         fronts.push(front);
     }
@@ -73,6 +71,7 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     picture.series.push(Series::new("Ritter, 99.9 %", exact.collect(), Style::Dashed));
     outcome.svg("Fronts of 99.9 % of the mass. Depth-integrated flow leaves at once at the speed of Ritter: it knows no time \
                  in which water must be set falling.", &picture)?;
+    together.show(&mut outcome, &case, "compare/dam-break")?;
     Ok(outcome)
 }
 

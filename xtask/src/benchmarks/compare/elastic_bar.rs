@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use colluvium::plots::{Series, Style};
 
-use super::chart;
+use super::{Together, chart};
 use crate::benchmarks::{Benchmark, Outcome, case, run_by};
 
 /// The benchmark.
@@ -35,8 +35,10 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let period = 4.0 / speed();
     let mut picture =
         chart("Momentum of an elastic bar in its first mode", "time (s)", "momentum over that at the start");
+    let mut together = Together::default();
     for method in ["mpm", "sph", "snow-mpm"] {
         let report = run_by(method, &case)?;
+        together.add(method, &report);
         let momentum = report.table.pairs("time", "momentum.x").ok_or("no momentum")?;
         let first = momentum.first().map_or(f64::NAN, |(_, momentum)| *momentum);
         outcome.near(
@@ -71,5 +73,6 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let line = exact.map(|time| (time, (2.0 * PI * time / period).cos())).collect();
     picture.series.push(Series::new("closed form", line, Style::Dashed));
     outcome.svg("Two periods.", &picture)?;
+    together.show(&mut outcome, &case, "compare/elastic-bar")?;
     Ok(outcome)
 }

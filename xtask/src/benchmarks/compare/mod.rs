@@ -10,10 +10,12 @@ mod slope_acads;
 mod slope_clays;
 mod slope_cut;
 
-use colluvium::case::RunReport;
+use colluvium::case::{Case, RunReport};
+use colluvium::compare::{self, Ran, Reference};
+use colluvium::pictures::plane_under;
 use colluvium::plots::{LineChart, PointCloud};
 
-use crate::benchmarks::{Benchmark, Outcome};
+use crate::benchmarks::{Benchmark, Outcome, recorder};
 
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
@@ -29,6 +31,28 @@ pub const ALL: &[Benchmark] = &[
     slope_clays::WEAK,
     slide::BENCHMARK,
 ];
+
+/// Runs of one case by several methods, which the page of the benchmark sets side by side.
+#[derive(Default)]
+struct Together(Vec<(&'static str, Ran)>);
+
+impl Together {
+    /// Adds the run of a method.
+    fn add(&mut self, method: &'static str, report: &RunReport) {
+        self.0.push((method, Ran::of(report)));
+    }
+
+    /// Sets them side by side, as `colluvium compare` does, with the reference beside the case of the folder `validation/<folder>`.
+    fn show(&self, outcome: &mut Outcome, case: &Case, folder: &str) -> Result<(), String> {
+        let file = crate::root().join("validation").join(folder).join("case.json");
+        let reference = Reference::of(&file, None, recorder::reads).map_err(|error| error.to_string())?;
+        let runs: Vec<(&'static str, &Ran)> = self.0.iter().map(|(method, ran)| (*method, ran)).collect();
+        let plane = plane_under(case.gravity.get(2).copied(), None);
+        let sections = compare::sections(case, &runs, plane, &reference);
+        outcome.comparison = Some(sections.map_err(|error| error.to_string())?);
+        Ok(())
+    }
+}
 
 /// A chart with its labels.
 fn chart(title: &str, x: &str, y: &str) -> LineChart {

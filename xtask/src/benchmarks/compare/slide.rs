@@ -1,9 +1,9 @@
 //! A layer of sand that slides down a terrain raster in space: MPM, SPH, DEM and depth-integrated flow.
 
 use colluvium::case::{Case, RunReport};
-use colluvium::plots::{PointCloud, Series, Style};
+use colluvium::plots::{Series, Style};
 
-use super::chart;
+use super::{Together, chart};
 use crate::benchmarks::{Benchmark, Outcome, case, centre_of_mass, deepest, on_obstacles, run_by};
 
 /// The benchmark.
@@ -25,7 +25,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     let case = case("compare/slide")?;
     let mut picture = chart("Centre of mass of a slide on a raster", "time (s)", "x (m)");
-    let mut found = Vec::new();
+    let (mut found, mut together) = (Vec::new(), Together::default());
     for method in ["mpm", "sph", "dem", "depth-sph"] {
         let report = run_by(method, &case)?;
         outcome.near(
@@ -48,9 +48,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
                 "0.1 %: what springs and steps exchange",
             );
         }
-        if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 2]) {
-            outcome.png(&format!("{method} after 6 s, from the side."), &cloud)?;
-        }
+        together.add(method, &report);
         found.push((method, path));
     }
     judge(&mut outcome, &found);
@@ -60,6 +58,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let point = (0..=20).map(|k| along(0.15 * f64::from(k))).collect();
     picture.series.push(Series::new("mass point on the upper slope", point, Style::Dashed));
     outcome.svg("The centre of mass in time.", &picture)?;
+    together.show(&mut outcome, &case, "compare/slide")?;
     Ok(outcome)
 }
 

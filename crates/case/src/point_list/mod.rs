@@ -24,6 +24,15 @@ use crate::{Case, CaseError};
 /// - `stress_xx`, `stress_yy`, `stress_zz`, `stress_xy`, `stress_yz`, `stress_zx`: the initial stress (Pa, tension-positive), in
 ///   place of the body's `stress`; zero for those left out;
 /// - `pore_pressure`: the initial pore pressure (Pa, compression-positive), in place of that of the body's `pore_fluid`.
+///
+/// For `dem` there are besides, and other methods pass over them:
+///
+/// - `radius`: that of the grain (m); without it the grain is as large as the point. With it `volume` may be left out, and is that of the
+///   grain;
+/// - `kind`: the kind of the grain, one of `methods.dem.grains`, in place of the body's material;
+/// - `spin_x`, `spin_y`, `spin_z`: the initial spin (rad/s), in the plane `spin_z`; zero for those left out;
+/// - `held`: 1 for grains that are held, 0 for others;
+/// - `id`: the number of the grain in all that is written, a whole number that no other grain has.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointFile {
@@ -47,6 +56,60 @@ pub struct PointList {
     pub stresses: Option<Vec<SymTensor>>,
     /// Initial pore pressures (Pa, compression-positive), if the file has them.
     pub pore_pressures: Option<Vec<f64>>,
+    /// What the file says of grains.
+    pub grains: GrainColumns,
+}
+
+/// What a file of points says of grains.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GrainColumns {
+    /// Radii (m).
+    pub radii: Option<Vec<f64>>,
+    /// Names of kinds.
+    pub kinds: Option<Vec<String>>,
+    /// Initial spins (rad/s).
+    pub spins: Option<Vec<[f64; 3]>>,
+    /// Whether they are held.
+    pub held: Option<Vec<bool>>,
+    /// Their numbers.
+    pub ids: Option<Vec<u32>>,
+}
+
+impl GrainColumns {
+    /// Columns with the initial spin (rad/s).
+    pub const SPIN: [&str; 3] = ["spin_x", "spin_y", "spin_z"];
+    /// The other columns.
+    const OTHERS: [&str; 4] = [RADIUS, KIND, HELD, ID];
+
+    /// Those that the file has, empty.
+    fn of(columns: &Columns) -> Self {
+        Self {
+            radii: columns.has(&[RADIUS]).then(Vec::new),
+            kinds: columns.has(&[KIND]).then(Vec::new),
+            spins: columns.has(&Self::SPIN).then(Vec::new),
+            held: columns.has(&[HELD]).then(Vec::new),
+            ids: columns.has(&[ID]).then(Vec::new),
+        }
+    }
+
+    /// Takes what a line says.
+    fn take(&mut self, row: &Row<'_>, columns: &Columns) -> Result<(), String> {
+        if let Some(radii) = &mut self.radii {
+            radii.push(row.positive(columns, RADIUS)?);
+        }
+        if let Some(kinds) = &mut self.kinds {
+            kinds.push(row.text(columns, KIND).to_owned());
+        }
+        let spin = row.numbers(columns, &Self::SPIN)?;
+        self.spins.iter_mut().for_each(|all| all.push(spin));
+        if let Some(held) = &mut self.held {
+            held.push(row.whole(columns, HELD, 1)? == 1);
+        }
+        if let Some(ids) = &mut self.ids {
+            ids.push(row.whole(columns, ID, u32::MAX / 2)?);
+        }
+        Ok(())
+    }
 }
 
 impl PointList {
@@ -125,6 +188,7 @@ impl Case {
             velocities: columns.has(&PointList::VELOCITY).then(Vec::new),
             stresses: columns.has(&PointList::STRESS).then(Vec::new),
             pore_pressures: columns.has(&[PointList::PORE_PRESSURE]).then(Vec::new),
+            grains: GrainColumns::of(&columns),
             ..PointList::default()
         };
         for record in reader.records() {
@@ -140,8 +204,10 @@ impl Case {
             list.positions.push(x);
             list.volumes.push(match source.spacing {
                 Some(spacing) => spacing.powi(self.dimension() as i32),
-                None => row.volume(&columns)?,
+                None if columns.has(&[VOLUME]) => row.positive(&columns, VOLUME)?,
+                None => of_grain(self.dimension(), row.positive(&columns, RADIUS)?),
             });
+            list.grains.take(&row, &columns)?;
             list.velocities.iter_mut().for_each(|all| all.push(velocity));
             let stress = row.numbers(&columns, &PointList::STRESS)?;
             list.stresses.iter_mut().for_each(|all| all.push(SymTensor(stress)));
@@ -159,6 +225,20 @@ impl Case {
 
 const PLACE: [&str; 3] = ["x", "y", "z"];
 const VOLUME: &str = "volume";
+const RADIUS: &str = "radius";
+const KIND: &str = "kind";
+const HELD: &str = "held";
+const ID: &str = "id";
+
+/// Length, area or volume of a grain (m, m², m³).
+fn of_grain(dimension: usize, radius: f64) -> f64 {
+    use std::f64::consts::PI;
+    match dimension {
+        1 => 2.0 * radius,
+        2 => PI * radius * radius,
+        _ => 4.0 / 3.0 * PI * radius.powi(3),
+    }
+}
 
 /// The names of the columns.
 struct Columns(Vec<String>);
@@ -173,6 +253,8 @@ impl Columns {
             .chain(&PointList::VELOCITY[..dimension])
             .chain(&PointList::STRESS)
             .chain([&PointList::PORE_PRESSURE])
+            .chain(&GrainColumns::SPIN[if dimension == 3 { 0 } else { 2 }..])
+            .chain(&GrainColumns::OTHERS)
             .copied()
             .collect();
         for (number, name) in names.iter().enumerate() {
@@ -208,7 +290,7 @@ impl Columns {
         };
         match (self.has(&[VOLUME]), source.spacing) {
             (true, Some(_)) => return twice("a column \"volume\"", "points.spacing"),
-            (false, None) => {
+            (false, None) if !self.has(&[RADIUS]) => {
                 return Err("the column \"volume\" is missing, and there is no `spacing`".to_owned());
             }
             _ => {}
@@ -257,12 +339,26 @@ impl Row<'_> {
         Ok(values)
     }
 
-    fn volume(&self, columns: &Columns) -> Result<f64, String> {
-        let volume = self.number(columns, VOLUME)?;
-        if volume > 0.0 {
-            return Ok(volume);
+    fn positive(&self, columns: &Columns, name: &str) -> Result<f64, String> {
+        let value = self.number(columns, name)?;
+        if value > 0.0 {
+            return Ok(value);
         }
-        Err(format!("line {}, column {VOLUME:?}: {volume} must be positive", self.line))
+        Err(format!("line {}, column {name:?}: {value} must be positive", self.line))
+    }
+
+    /// The whole number in a column, at most `most`.
+    fn whole(&self, columns: &Columns, name: &str, most: u32) -> Result<u32, String> {
+        let text = self.text(columns, name);
+        let value = text.parse().ok().filter(|value| *value <= most);
+        let problem =
+            || format!("line {}, column {name:?}: {text:?} is no whole number from 0 to {most}", self.line);
+        value.ok_or_else(problem)
+    }
+
+    /// The text in a column; none where there is no such column.
+    fn text(&self, columns: &Columns, name: &str) -> &str {
+        columns.position(name).map_or("", |column| &self.record[column])
     }
 }
 
@@ -301,101 +397,4 @@ fn apart(positions: &[[f64; 3]], lines: &[u64]) -> Result<(), String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn case(points: &str, more: &str) -> (tempfile::TempDir, Case) {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("points.csv"), points).unwrap();
-        let text = format!(
-            r#"{{
-            "title": "t", "space": "plane-strain", "domain": {{ "min": [0, 0], "max": [2, 2] }}, "gravity": [0, -10],
-            "materials": {{ "m": {{ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 }} }},
-            "bodies": [{{ "name": "b", "material": "m", "shape": {{ "kind": "box", "min": [0, 0], "max": [1, 1] }},
-                "points": {{ "file": "points.csv" }} {more} }}],
-            "stages": [{{ "name": "s", "duration": 1 }}]
-        }}"#
-        );
-        let value = crate::json::parse(&text).unwrap();
-        let case = Case::from_value(&value, folder.path()).unwrap();
-        (folder, case)
-    }
-
-    #[test]
-    fn columns_in_any_order_give_places_volumes_velocities_and_stresses() {
-        let text = "# from a tomography\ny (m), x (m), stress_yy (Pa), volume (m2), velocity_x (m/s), pore_pressure (Pa)\n\
-                    0.5, 0.25, -3e3, 0.01, 2, 4e3\n1, 0, -1, 0.03, -1, -5\n";
-        let (_folder, case) = case(text, "");
-        let list = case.point_list(0).unwrap().unwrap();
-        assert_eq!(list.positions, [[0.25, 0.5, 0.0], [0.0, 1.0, 0.0]]);
-        assert_eq!(list.volumes, [0.01, 0.03]);
-        assert_eq!(list.pore_pressures, Some(vec![4e3, -5.0]));
-        assert_eq!(list.velocities, Some(vec![[2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]));
-        let stress = SymTensor([0.0, -3e3, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(list.stresses.as_ref().unwrap()[0], stress);
-        assert_eq!(case.initial_stress_of(&case.bodies[0], Some(&list), 0, list.positions[0]), stress);
-        assert!((list.spacing(2) - 0.02f64.sqrt()).abs() < 1e-15);
-        let samples = list.samples::<2>();
-        assert_eq!((samples[1].position, samples[1].volume), ([0.0, 1.0], 0.03));
-    }
-
-    #[test]
-    fn every_mistake_in_a_list_is_named_with_its_line_and_column() {
-        let head = "x,y,volume\n0.5,0.5,1\n";
-        let mistakes = [
-            (format!("{head}0.2,a,1\n"), "", "line 3, column \"y\": \"a\" is not a finite number"),
-            (format!("{head}0.2,inf,1\n"), "", "line 3, column \"y\": \"inf\" is not a finite number"),
-            (format!("{head}# a remark\n0.2,0.1,-1\n"), "", "line 4, column \"volume\": -1 must be positive"),
-            (format!("{head}\n\n0.2,0.1,0\n"), "", "line 5, column \"volume\": 0 must be positive"),
-            (format!("# of\n{head}#\n0.2,0.1\n"), "", "line 5: has 2 values, the head has 3 columns"),
-            (format!("{head}0.2,0.1\n"), "", "line 3: has 2 values, the head has 3 columns"),
-            (
-                format!("{head}1.2,0.1,1\n"),
-                "",
-                "line 3: the point at [1.2, 0.1] m is not in the body's shape",
-            ),
-            (format!("{head}0.1,0.1,1\n0.5,0.5,2\n"), "", "line 4: the same place as line 2"),
-            ("x,y,volum\n".to_owned(), "", "unknown column \"volum\"; did you mean \"volume\"?"),
-            ("x,z,volume\n".to_owned(), "", "unknown column \"z\""),
-            ("x,x,volume\n".to_owned(), "", "two columns are called \"x\""),
-            ("x,volume\n".to_owned(), "", "the column \"y\" is missing"),
-            ("x,y\n".to_owned(), "", "the column \"volume\" is missing, and there is no `spacing`"),
-            ("x,y,volume\n".to_owned(), "", "holds no points"),
-            (
-                "x,y,volume,velocity_x\n".to_owned(),
-                r#", "velocity": { "kind": "uniform", "value": [1, 0] }"#,
-                "has velocities, and the body has `velocity` as well",
-            ),
-            (
-                "x,y,volume,stress_xy\n".to_owned(),
-                r#", "stress": { "kind": "uniform", "value": [1, 0, 0, 0, 0, 0] }"#,
-                "has stresses, and the body has `stress` as well",
-            ),
-            ("x,y,volume,stress_xy\n".to_owned(), r#", "rigid": true"#, "a rigid body begins at rest"),
-            (
-                "x,y,volume,pore_pressure\n".to_owned(),
-                r#", "pore_fluid": { "porosity": 0.4, "permeability": 1e-3, "pressure": { "kind": "uniform", "value": 1 } }"#,
-                "has pore pressures, and the body has `pore_fluid.pressure` as well",
-            ),
-        ];
-        for (text, more, words) in mistakes {
-            let (folder, case) = case(&text, more);
-            let error = case.point_list(0).unwrap_err().to_string();
-            let file = folder.path().join("points.csv");
-            let start = format!("bodies[0].points.file: {}: ", file.display());
-            assert!(error.starts_with(&start) && error.contains(words), "{text:?}: {error}");
-        }
-        let (folder, case) = case(head, "");
-        std::fs::remove_file(folder.path().join("points.csv")).unwrap();
-        assert!(case.point_list(0).unwrap_err().to_string().contains("cannot be read"));
-    }
-
-    #[test]
-    fn a_case_is_another_when_its_points_are() {
-        let (folder, case) = case("x,y,volume\n0.5,0.5,1\n", "");
-        let before = case.fingerprint();
-        assert_eq!(case.fingerprint(), before);
-        std::fs::write(folder.path().join("points.csv"), "x,y,volume\n0.5,0.5,2\n").unwrap();
-        assert_ne!(case.fingerprint(), before);
-    }
-}
+mod tests;
