@@ -28,6 +28,7 @@ mod dispatch;
 mod driven;
 mod dual;
 mod equilibrium;
+mod fall;
 mod free_surface;
 mod gap;
 mod light;

@@ -2,9 +2,9 @@
 
 use colluvium_case::spatial;
 
+use crate::fall::height;
 use crate::points::PointSet;
 use crate::solver::MpmSolver;
-use crate::unseen::height;
 use crate::vectors::square;
 
 /// Share of the mass of a liquid in tension from which it is worth a word.

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use colluvium_case::description::Body;
-use colluvium_case::{Case, spatial};
+use colluvium_case::spatial;
 
+use crate::fall::{height, time_of_fall};
 use crate::points::PointSet;
 use crate::solver::MpmSolver;
 use crate::vectors::square;
@@ -15,21 +15,6 @@ const NOTABLE: f64 = 0.5;
 const LEAST: f64 = 1e-5;
 /// Connected points of at most this share of all are apart from the others.
 const FEW: f64 = 0.01;
-
-/// Height of a body along gravity at the start (m); nothing without gravity.
-pub fn height(case: &Case, body: &Body) -> f64 {
-    let (low, high) = body.shape.bounds(case.dimension());
-    let along = (0..case.dimension()).map(|axis| (high[axis] - low[axis]) * case.gravity[axis].abs());
-    let gravity = case.gravity_size();
-    if gravity > 0.0 { along.sum::<f64>() / gravity } else { 0.0 }
-}
-
-/// The time in which what is as high as the bodies falls, `√(H/g)` (s); none without gravity.
-pub fn time_of_fall(case: &Case) -> Option<f64> {
-    let highest = case.bodies.iter().filter(|body| !body.rigid).map(|body| height(case, body));
-    let time = (highest.fold(0.0, f64::max) / case.gravity_size()).sqrt();
-    (time.is_finite() && time > 0.0).then_some(time)
-}
 
 impl<const D: usize> MpmSolver<D> {
     /// Velocity with which the grid moved a point in the last step (m/s), or its own where they are the same.

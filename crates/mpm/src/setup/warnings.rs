@@ -5,7 +5,7 @@ use colluvium_case::description::{Boundary, Space, Wall};
 use colluvium_constitutive::MaterialSpec;
 
 use crate::config::{COURANT, Integration, ShapeFunctions, StepCriterion, VolumetricStrain, WallFriction};
-use crate::unseen::{height, time_of_fall};
+use crate::fall::{height, time_of_fall};
 use crate::{MpmOptions, StressScheme, Transfer};
 
 /// Courant number at which stress last is stable with splines at sides of the domain that nothing holds, where the end
