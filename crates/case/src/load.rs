@@ -48,7 +48,7 @@ impl Case {
         let mut case: Self = json::from_value(value, "")?;
         case.validate()?;
         case.take_off_origin()?;
-        case.resolve_files(folder);
+        case.resolve_files(folder, value)?;
         case.laid()
     }
 
@@ -60,12 +60,18 @@ impl Case {
     }
 
     /// Files that the case names are meant from the folder of the case; a whole path is the same from
-    /// wherever the case, or the copy of it that a run keeps, is read.
-    fn resolve_files(&mut self, folder: &Path) {
+    /// wherever the case, or the copy of it that a run keeps, is read. What is no file, as a device or a pipe, is refused: reading it
+    /// may never end. `value` is the case as it was written.
+    fn resolve_files(&mut self, folder: &Path, value: &Value) -> Result<(), CaseErrors> {
         for file in self.files() {
             let path = folder.join(&*file);
+            if std::fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
+                let problem = format!("{}: is no regular file", path.display());
+                return Err(CaseError::new(place_of(value, file).unwrap_or_default(), problem).into());
+            }
             *file = std::path::absolute(&path).unwrap_or(path).display().to_string();
         }
+        Ok(())
     }
 
     /// The files that bodies, layers and obstacles name, and options of methods: `mesh.file`, `regions[].outline`,
@@ -255,6 +261,27 @@ fn files_of_options(options: &mut Value) -> Vec<&mut String> {
         }));
     }
     files
+}
+
+/// Path of the first text `wanted` in a JSON value.
+fn place_of(value: &Value, wanted: &str) -> Option<String> {
+    match value {
+        Value::String(text) => (text == wanted).then(String::new),
+        Value::Array(parts) => parts
+            .iter()
+            .enumerate()
+            .find_map(|(number, part)| Some(format!("[{number}]{}", place_within(part, wanted)?))),
+        Value::Object(parts) => {
+            parts.iter().find_map(|(key, part)| Some(format!("{key}{}", place_within(part, wanted)?)))
+        }
+        _ => None,
+    }
+}
+
+/// The same below a key or a number, with the point that parts keys.
+fn place_within(value: &Value, wanted: &str) -> Option<String> {
+    let place = place_of(value, wanted)?;
+    Some(if place.is_empty() || place.starts_with('[') { place } else { format!(".{place}") })
 }
 
 /// FNV-1a hash of bytes.

@@ -112,3 +112,13 @@ fn a_case_is_another_when_its_points_are() {
     std::fs::write(folder.path().join("points.csv"), "x,y,volume\n0.5,0.5,2\n").unwrap();
     assert_ne!(case.fingerprint(), before);
 }
+
+#[cfg(unix)]
+#[test]
+fn a_device_is_no_file() {
+    let (folder, case) = case("x,y,volume\n0.5,0.5,1\n", "");
+    let mut value: serde_json::Value = serde_json::from_str(&case.to_json()).unwrap();
+    value["bodies"][0]["points"]["file"] = serde_json::json!("/dev/zero");
+    let error = Case::from_value(&value, folder.path()).unwrap_err().to_string();
+    assert_eq!(error, "bodies[0].points.file: /dev/zero: is no regular file");
+}
