@@ -7,7 +7,7 @@ use super::figures::interpolated;
 use crate::case::output::Table;
 
 /// Name of the file of profiles beside a case.
-pub const BESIDE: &str = "reference.csv";
+const BESIDE: &str = "reference.csv";
 
 /// A curve of position and height (m).
 type Curve = Vec<(f64, f64)>;
@@ -54,7 +54,7 @@ impl Reference {
         Ok(Self { profiles })
     }
 
-    /// The profiles that stand beside a case, in the file [`BESIDE`] of its folder, with that file; `None` where there is none, or one that
+    /// The profiles that stand beside a case, in the file `reference.csv` of its folder, with that file; `None` where there is none, or one that
     /// has no profiles.
     ///
     /// # Errors
