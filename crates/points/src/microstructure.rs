@@ -15,6 +15,9 @@ const PLACES: [usize; 3] = [4096, 256, 72];
 /// Grains thrown for one that is needed, before the packing is given up.
 const THROWS: usize = 4000;
 
+/// Grains thrown in all for what is needed, before a packing of many grains is given up, and for each of them: seconds.
+const LONGEST: [usize; 2] = [5_000_000, 50];
+
 /// What a structure is to be.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wanted<'a> {
@@ -216,10 +219,12 @@ fn pack(wanted: &Wanted<'_>) -> Option<Packing> {
             counted.take(&all.centres[grain], radius);
             packing.add(all.centres[grain]);
         }
+        let count = all.centres.len();
+        let most = (THROWS * count).min(LONGEST[0] + LONGEST[1] * count);
         let mut throws = 0;
         while counted.fraction() < wanted.fraction {
             throws += 1;
-            if throws > THROWS * all.centres.len() {
+            if throws > most {
                 return None;
             }
             let centre = throw();
