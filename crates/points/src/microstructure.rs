@@ -1,6 +1,7 @@
 //! Porous structures of balls of one size that overlap: sintered grains, as of snow (sheet: snow-mpm A4).
 
 use std::collections::HashMap;
+use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
 
 use rand::{RngExt, SeedableRng};
@@ -17,6 +18,21 @@ const THROWS: usize = 4000;
 
 /// Grains thrown in all for what is needed, before a packing of many grains is given up, and for each of them: seconds.
 const LONGEST: [usize; 2] = [5_000_000, 50];
+
+/// Largest number of balls of a structure, about.
+const MOST: f64 = 1e6;
+
+/// What is wrong with a structure of so many balls as fill a share of a box; `None` where that is nothing.
+pub(crate) fn too_many(min: &[f64], max: &[f64], diameter: f64, fraction: f64) -> Option<String> {
+    let whole: f64 = min.iter().zip(max).map(|(low, high)| (high - low) / diameter).product();
+    // Over the cube around it.
+    let ball = if min.len() == 2 { PI / 4.0 } else { PI / 6.0 };
+    // At random places they cover 1 - exp(-n) of the box where together they are n times as large.
+    let balls = -(1.0 - fraction).ln() * whole / ball;
+    (balls > MOST).then(|| {
+        format!("{diameter} m makes about {balls:.1e} balls, more than {MOST:e}: take larger ones, or a smaller box")
+    })
+}
 
 /// What a structure is to be.
 #[derive(Clone, Copy, Debug)]
@@ -301,7 +317,18 @@ mod tests {
         else {
             unreachable!()
         };
-        let wide = Shape::Microstructure { min, max, diameter: 4.0, solid_fraction, seed, connected, grains };
-        assert!(error(wide).starts_with("diameter"));
+        let of = |diameter: f64| Shape::Microstructure {
+            min: min.clone(),
+            max: max.clone(),
+            diameter,
+            solid_fraction,
+            seed,
+            connected,
+            grains: grains.clone(),
+        };
+        assert!(error(of(4.0)).starts_with("diameter"));
+        // 1.2 times nine square metres of them.
+        let many = error(of(1e-5));
+        assert!(many.contains("about 1.4e11 balls, more than 1e6"), "{many}");
     }
 }

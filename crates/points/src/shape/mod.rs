@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::layer::{Laid, LayerRows, Measured, Thickness};
-use crate::microstructure::{Grains, Packing, Wanted};
+use crate::microstructure::{Grains, Packing, Wanted, too_many};
 use crate::polygon::{edges_cross, polygon_contains, polygon_crossings, signed_area};
 
 /// A region of space. In two dimensions the third coordinate is not looked at.
@@ -258,6 +258,9 @@ impl Shape {
         if !(*solid_fraction > 0.0 && *solid_fraction <= 0.95) {
             let problem = format!("{solid_fraction} is not between 0 and 0.95 (0 excluded)");
             return Err(ShapeError::new("solid_fraction", problem));
+        }
+        if let Some(problem) = too_many(min, max, *diameter, *solid_fraction) {
+            return Err(ShapeError::new("diameter", problem));
         }
         if self.packing().is_none() {
             let problem =
