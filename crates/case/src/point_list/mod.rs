@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use colluvium_constitutive::SymTensor;
-use colluvium_points::Sample;
+use colluvium_points::{Sample, Shape};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -183,6 +183,8 @@ impl Case {
         let columns = Columns::new(&heads, self.dimension())?;
         columns.fit(body, source)?;
         let origin = self.origin();
+        let unit_ball = Shape::Ball { centre: vec![0.0; self.dimension()], radius: 1.0 };
+        let unit_ball = unit_ball.measure(self.dimension()).unwrap_or(f64::NAN);
         let mut rows = Vec::new();
         let mut list = PointList {
             velocities: columns.has(&PointList::VELOCITY).then(Vec::new),
@@ -205,7 +207,7 @@ impl Case {
             list.volumes.push(match source.spacing {
                 Some(spacing) => spacing.powi(self.dimension() as i32),
                 None if columns.has(&[VOLUME]) => row.positive(&columns, VOLUME)?,
-                None => of_grain(self.dimension(), row.positive(&columns, RADIUS)?),
+                None => row.positive(&columns, RADIUS)?.powi(self.dimension() as i32) * unit_ball,
             });
             list.grains.take(&row, &columns)?;
             list.velocities.iter_mut().for_each(|all| all.push(velocity));
@@ -229,16 +231,6 @@ const RADIUS: &str = "radius";
 const KIND: &str = "kind";
 const HELD: &str = "held";
 const ID: &str = "id";
-
-/// Length, area or volume of a grain (m, m², m³).
-fn of_grain(dimension: usize, radius: f64) -> f64 {
-    use std::f64::consts::PI;
-    match dimension {
-        1 => 2.0 * radius,
-        2 => PI * radius * radius,
-        _ => 4.0 / 3.0 * PI * radius.powi(3),
-    }
-}
 
 /// The names of the columns.
 struct Columns(Vec<String>);

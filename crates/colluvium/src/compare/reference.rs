@@ -26,17 +26,18 @@ impl Reference {
     /// # Errors
     /// When the file cannot be read, lacks a column, or has a number that is not finite.
     pub fn read(path: &Path) -> Result<Self, CompareError> {
-        let refuse =
-            |problem: &str| CompareError::Reference { path: path.to_owned(), problem: problem.into() };
+        Self::profiles_of(path)?.ok_or_else(|| refusal(path, "has no columns position and height (m)"))
+    }
+
+    /// The profiles of a file; `None` where it has no columns of them.
+    fn profiles_of(path: &Path) -> Result<Option<Self>, CompareError> {
         let table = Table::read(path)?;
         let column = |name: &str| table.column(name);
-        let (Some(position), Some(height)) = (column("position"), column("height")) else {
-            return Err(refuse("has no columns position and height (m)"));
-        };
+        let (Some(position), Some(height)) = (column("position"), column("height")) else { return Ok(None) };
         let times = column("time");
         let numbers = position.iter().chain(&height).chain(times.iter().flatten());
         if numbers.into_iter().any(|number| !number.is_finite()) {
-            return Err(refuse("has a number that is not finite"));
+            return Err(refusal(path, "has a number that is not finite"));
         }
         let mut profiles: Vec<(Option<f64>, Curve)> = Vec::new();
         for (row, place) in position.into_iter().zip(height).enumerate() {
@@ -47,11 +48,11 @@ impl Reference {
             }
         }
         if profiles.is_empty() {
-            return Err(refuse("has no rows"));
+            return Err(refusal(path, "has no rows"));
         }
         profiles.iter_mut().for_each(|(_, curve)| curve.sort_by(|a, b| a.0.total_cmp(&b.0)));
         profiles.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(std::cmp::Ordering::Equal));
-        Ok(Self { profiles })
+        Ok(Some(Self { profiles }))
     }
 
     /// The profiles that stand beside a case, in the file `reference.csv` of its folder, with that file; `None` where there is none, or one that
@@ -64,11 +65,8 @@ impl Reference {
         if !file.is_file() {
             return Ok(None);
         }
-        let table = Table::read(&file)?;
-        match table.column("position").and(table.column("height")) {
-            Some(_) => Self::read(&file).map(|found| Some((file, found))),
-            None => Ok(None),
-        }
+        let found = Self::profiles_of(&file)?;
+        Ok(found.map(|found| (file, found)))
     }
 
     /// The profiles of the file that is named, or else of that beside the case; those of no file where there is none. `tell` hears of a
@@ -99,6 +97,10 @@ impl Reference {
         let here = |(own, _): &&(Option<f64>, Curve)| nearest(frames, *own) == Some(time);
         self.profiles.iter().find(here).map(|(_, curve)| curve)
     }
+}
+
+fn refusal(path: &Path, problem: &str) -> CompareError {
+    CompareError::Reference { path: path.to_owned(), problem: problem.into() }
 }
 
 /// The time that lies nearest to another, or the last.
