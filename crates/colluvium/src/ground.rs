@@ -1,17 +1,23 @@
 //! Obstacles of a case as pictures show them.
 
+use std::ops::Range;
 use std::path::Path;
 
 use colluvium_points::Surface;
 use contour::ContourBuilder;
 
+use crate::case::description::ObstacleMotion;
 use crate::case::{Case, Standing};
-use crate::plots::{Ground, Heights, within};
+use crate::plots::{Ground, Heights, Moving, within};
 
 /// Samples along the longer side of the domain: lines in a plane.
 const FINE: f64 = 300.0;
 /// Nodes along the longer side of the domain: ground in space.
 const COARSE: f64 = 96.0;
+/// Times at which it is asked how much of a moving body comes into the domain.
+const SAMPLES: usize = 64;
+/// How far beyond the domain, in its lengths, a moving body is drawn.
+const MOST: f64 = 2.0;
 
 /// [`ground`] of the case in the folder of a run.
 pub fn of_run(folder: &Path) -> Ground {
@@ -21,57 +27,84 @@ pub fn of_run(folder: &Path) -> Ground {
     }
 }
 
-/// The obstacles of a case that stand still, over its domain and at coordinates of the map: as lines in a plane, and in space as
-/// ground seen from above, against gravity.
+/// The obstacles of a case over its domain and at coordinates of the map: as lines in a plane, and in space, of those that stand
+/// still, as ground seen from above, against gravity.
 pub fn ground(case: &Case) -> Ground {
-    let still = case.obstacles.iter().filter(|obstacle| obstacle.motion.is_none()).count();
-    let mut ground = match (still, case.dimension()) {
-        (0, _) | (_, 0 | 1) => Ok(Ground::default()),
-        (_, 2) => case.standing::<2>().map(|standing| in_plane(case, &standing)),
+    if case.obstacles.is_empty() {
+        return Ground::default();
+    }
+    match case.dimension() {
+        0 | 1 => Ok(Ground::default()),
+        2 => case.standing::<2>().map(|standing| in_plane(case, &standing)),
         _ => case.standing::<3>().map(|standing| in_space(case, &standing)),
     }
-    .unwrap_or_else(|error| Ground { missing: format!("obstacles: {error}"), ..Ground::default() });
-    if still < case.obstacles.len() && ground.missing.is_empty() {
-        "obstacles that move".clone_into(&mut ground.missing);
+    .unwrap_or_else(|error| Ground { missing: format!("obstacles: {error}"), ..Ground::default() })
+}
+
+fn in_plane(case: &Case, standing: &[Standing<'_, 2>]) -> Ground {
+    let domain = [0, 1].map(|c| case.domain.min[c]..case.domain.max[c]);
+    let mut ground = Ground::default();
+    for Standing { obstacle, surface, .. } in standing {
+        let origin = [case.origin()[0], case.origin()[1]];
+        let Some(motion) = &obstacle.motion else {
+            ground.lines.extend(boundary(&**surface, &domain, origin));
+            continue;
+        };
+        let centre = [0, 1].map(|c| motion.centre.get(c).copied().unwrap_or(domain[c].start));
+        let from = [0, 1].map(|c| -centre[c]);
+        ground.moving.push(Moving {
+            lines: boundary(&**surface, &passed(case, motion, &domain), from),
+            about: [0, 1].map(|c| origin[c] + centre[c]),
+            motion: ObstacleMotion { centre: Vec::new(), ..motion.clone() },
+        });
     }
     ground
 }
 
-fn surfaces<'s, const D: usize>(
-    standing: &'s [Standing<'_, D>],
-) -> impl Iterator<Item = &'s dyn Surface<D>> + use<'s, D> {
-    standing.iter().filter(|one| one.obstacle.motion.is_none()).map(|one| &*one.surface)
-}
-
-/// Where distances from the surfaces change their sign.
-fn in_plane(case: &Case, standing: &[Standing<'_, 2>]) -> Ground {
-    let (low, high) = (&case.domain.min, &case.domain.max);
-    let sides = [high[0] - low[0], high[1] - low[1]];
-    let step = sides[0].max(sides[1]) / FINE;
-    // Two samples more than the domain needs: rings close along the outermost ones, outside of it.
-    let counts = sides.map(|side| (side / step).ceil() as usize + 4);
-    let first = [low[0] - 1.5 * step, low[1] - 1.5 * step];
-    let (reach, origin) = (3.0 * step, case.origin());
-    let window = [0, 1].map(|c| low[c] + origin[c]..high[c] + origin[c]);
-    let mut lines = Vec::new();
-    for surface in surfaces(standing) {
-        let distance = |k: usize| {
-            let x = [first[0] + (k % counts[0]) as f64 * step, first[1] + (k / counts[0]) as f64 * step];
-            let far = if surface.contains(&x) { -reach } else { reach };
-            surface.gap(&x, reach).map_or(far, |gap| gap.distance)
-        };
-        let values: Vec<f64> = (0..counts[0] * counts[1]).map(distance).collect();
-        let builder = ContourBuilder::new(counts[0], counts[1], true).x_step(step).y_step(step);
-        // The sample of number 0 lies half a step from the corner at which the rings count from.
-        let builder =
-            builder.x_origin(first[0] + origin[0] - 0.5 * step).y_origin(first[1] + origin[1] - 0.5 * step);
-        let rings = builder.lines(&values, &[0.0]).unwrap_or_default();
-        for ring in rings.iter().flat_map(|line| &line.geometry().0) {
-            let line = straightened(ring.0.iter().map(|x| [x.x, x.y]), 0.05 * step);
-            lines.extend(within(&line, &window));
+/// The box around all of a moving body that is in the domain at some time, as the body lies at the start.
+fn passed(case: &Case, motion: &ObstacleMotion, domain: &[Range<f64>; 2]) -> [Range<f64>; 2] {
+    let duration: f64 = case.stages.iter().map(|stage| stage.duration).sum();
+    let mut passed = domain.clone();
+    for sample in 0..=SAMPLES {
+        let frame = motion.frame::<2>(duration * sample as f64 / SAMPLES as f64);
+        for corner in 0..4 {
+            let end = |c: usize, upper: bool| if upper { domain[c].end } else { domain[c].start };
+            let x = frame.inward(&[end(0, corner & 1 > 0), end(1, corner & 2 > 0)]);
+            for c in 0..2 {
+                let most = MOST * (domain[c].end - domain[c].start);
+                passed[c].start = passed[c].start.min(x[c]).max(domain[c].start - most);
+                passed[c].end = passed[c].end.max(x[c]).min(domain[c].end + most);
+            }
         }
     }
-    Ground { lines, ..Ground::default() }
+    passed
+}
+
+/// Where the distance from a surface changes its sign within a window (m), as lines shifted by `offset` (m).
+fn boundary(surface: &dyn Surface<2>, window: &[Range<f64>; 2], offset: [f64; 2]) -> Vec<Vec<[f64; 2]>> {
+    let sides = [0, 1].map(|c| window[c].end - window[c].start);
+    let step = sides[0].max(sides[1]) / FINE;
+    // Two samples more than the window needs: rings close along the outermost ones, outside of it.
+    let counts = sides.map(|side| (side / step).ceil() as usize + 4);
+    let first = [0, 1].map(|c| window[c].start - 1.5 * step);
+    let reach = 3.0 * step;
+    let distance = |k: usize| {
+        let x = [first[0] + (k % counts[0]) as f64 * step, first[1] + (k / counts[0]) as f64 * step];
+        let far = if surface.contains(&x) { -reach } else { reach };
+        surface.gap(&x, reach).map_or(far, |gap| gap.distance)
+    };
+    let values: Vec<f64> = (0..counts[0] * counts[1]).map(distance).collect();
+    let builder = ContourBuilder::new(counts[0], counts[1], true).x_step(step).y_step(step);
+    // The sample of number 0 lies half a step from the corner at which the rings count from.
+    let corner = [0, 1].map(|c| first[c] + offset[c] - 0.5 * step);
+    let rings = builder.x_origin(corner[0]).y_origin(corner[1]).lines(&values, &[0.0]).unwrap_or_default();
+    let window = [0, 1].map(|c| window[c].start + offset[c]..window[c].end + offset[c]);
+    let mut lines = Vec::new();
+    for ring in rings.iter().flat_map(|line| &line.geometry().0) {
+        let line = straightened(ring.0.iter().map(|x| [x.x, x.y]), 0.05 * step);
+        lines.extend(within(&line, &window));
+    }
+    lines
 }
 
 /// A line without the corners that lie within `slack` (m) of the chord of their neighbours.
@@ -97,6 +130,11 @@ fn straightened(corners: impl Iterator<Item = [f64; 2]>, slack: f64) -> Vec<[f64
 
 /// The highest ground under each node of a lattice.
 fn in_space(case: &Case, standing: &[Standing<'_, 3>]) -> Ground {
+    let still = || standing.iter().filter(|one| one.obstacle.motion.is_none());
+    let missing = if still().count() < standing.len() { "obstacles that move" } else { "" }.to_owned();
+    if still().next().is_none() {
+        return Ground { missing, ..Ground::default() };
+    }
     let size = |axis: usize| case.gravity[axis].abs();
     let up =
         (0..3).max_by(|a, b| size(*a).total_cmp(&size(*b))).filter(|axis| size(*axis) > 0.0).unwrap_or(2);
@@ -112,12 +150,12 @@ fn in_space(case: &Case, standing: &[Standing<'_, 3>]) -> Ground {
         x[a] = low[a] + (k % counts[0]) as f64 * spacing[0];
         x[b] = low[b] + (k / counts[0]) as f64 * spacing[1];
         x[up] = high[up];
-        let heights = surfaces(standing).filter_map(|surface| below(surface, x, up, low[up], 1e-3 * step));
+        let heights = still().filter_map(|one| below(&*one.surface, x, up, low[up], 1e-3 * step));
         heights.reduce(f64::max).map_or(f64::NAN, |height| height + origin[up])
     };
     let values = (0..counts[0] * counts[1]).map(top).collect();
     let origin = [low[a] + origin[a], low[b] + origin[b]];
-    Ground { heights: Some(Heights { counts, origin, spacing, values }), ..Ground::default() }
+    Ground { heights: Some(Heights { counts, origin, spacing, values }), missing, ..Ground::default() }
 }
 
 /// Where a surface is met from `x` down along an axis, by steps as long as nothing is nearer; `None` where that begins in the
@@ -160,13 +198,20 @@ mod tests {
     }
 
     #[test]
-    fn lines_run_along_surfaces_and_what_moves_is_named() {
+    fn lines_run_along_surfaces_and_move_with_them() {
         let plane = json!({ "name": "slope", "shape": { "kind": "plane", "point": [0, 2], "normal": [1, 2] }, "wall": { "kind": "rough" } });
-        let ball = json!({ "name": "ball", "shape": { "kind": "ball", "centre": [3, 3], "radius": 0.4 }, "wall": { "kind": "smooth" },
-            "motion": { "velocity": [1, 0] } });
+        let ball = json!({ "name": "ball", "shape": { "kind": "ball", "centre": [6, 3], "radius": 0.4 }, "wall": { "kind": "smooth" },
+            "motion": { "velocity": [-3, 0] } });
         let found =
             ground(&case("plane-strain", &json!({ "min": [0, 0], "max": [4, 4] }), &json!([plane, ball])));
-        assert_eq!(found.missing, "obstacles that move");
+        let [ball] = &found.moving[..] else { panic!("{:?}", found.moving) };
+        assert!(found.missing.is_empty() && !ball.lines.is_empty());
+        for at in found.lines_at(0.5).iter().skip(1).flatten() {
+            assert!(
+                ((at[0] - 4.5).hypot(at[1] - 3.0) - 0.4).abs() < 0.02,
+                "it comes in from outside: {at:?}"
+            );
+        }
         let [line] = &found.lines[..] else { panic!("{:?}", found.lines) };
         let [from, to] = &line[..] else { panic!("a straight line has two corners: {line:?}") };
         let near = |x: &[f64; 2], y: [f64; 2]| (x[0] - y[0]).hypot(x[1] - y[1]) < 2e-3;

@@ -2,15 +2,52 @@
 
 use std::ops::Range;
 
-/// Rigid geometry that stands still: lines in a plane, or ground seen from above in space.
+use colluvium_case::description::ObstacleMotion;
+
+/// Rigid geometry: lines in a plane, or ground seen from above in space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ground {
-    /// Lines in the plane, with their corners (m).
+    /// Lines in the plane that stand still, with their corners (m).
     pub lines: Vec<Vec<[f64; 2]>>,
+    /// Lines in the plane that move.
+    pub moving: Vec<Moving>,
     /// The ground in space.
     pub heights: Option<Heights>,
     /// What is not shown and why, in words; empty where all is.
     pub missing: String,
+}
+
+/// Lines that move as one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moving {
+    /// Lines with their corners at the start (m), from `about`.
+    pub lines: Vec<Vec<[f64; 2]>>,
+    /// A place of the body at the start (m), in the coordinates of the picture.
+    pub about: [f64; 2],
+    /// How it moves, its `centre` counted from `about` (m).
+    pub motion: ObstacleMotion,
+}
+
+impl Moving {
+    /// Where `about` is at `time` (s), and cosine and sine of the angle by which the lines have turned.
+    pub fn pose(&self, time: f64) -> [f64; 4] {
+        let frame = self.motion.frame::<2>(time);
+        let [x, y] = frame.translation;
+        [self.about[0] + x, self.about[1] + y, frame.rotation[0][0], frame.rotation[1][0]]
+    }
+}
+
+impl Ground {
+    /// All lines in the plane as they are at `time` (s).
+    pub fn lines_at(&self, time: f64) -> Vec<Vec<[f64; 2]>> {
+        let moved = self.moving.iter().flat_map(|one| {
+            let [x, y, cosine, sine] = one.pose(time);
+            let place =
+                move |at: &[f64; 2]| [x + cosine * at[0] - sine * at[1], y + sine * at[0] + cosine * at[1]];
+            one.lines.iter().map(move |line| line.iter().map(place).collect())
+        });
+        self.lines.iter().cloned().chain(moved).collect()
+    }
 }
 
 /// Heights on a lattice across the axis against gravity.
@@ -65,6 +102,28 @@ fn cut(from: [f64; 2], to: [f64; 2], window: &[Range<f64>; 2]) -> Option<[[f64; 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_of_a_wheel_roll_on() {
+        let motion = ObstacleMotion {
+            velocity: vec![2.0, 0.0],
+            rotation: -90.0,
+            centre: vec![0.0, 0.0],
+            axis: Vec::new(),
+            start: 1.0,
+            ramp: 0.0,
+        };
+        let spoke = vec![[0.0, 0.0], [0.0, 1.0]];
+        let wheel = Moving { lines: vec![spoke], about: [5e5, 3.0], motion };
+        let ground =
+            Ground { lines: vec![vec![[0.0; 2], [1.0; 2]]], moving: vec![wheel], ..Ground::default() };
+        assert_eq!(ground.lines_at(1.0)[1], [[5e5, 3.0], [5e5, 4.0]], "before it begins");
+        let line = &ground.lines_at(2.0)[1];
+        for (x, y) in line.iter().flatten().zip([5e5 + 2.0, 3.0, 5e5 + 3.0, 3.0]) {
+            assert!((x - y).abs() < 1e-9, "{line:?}");
+        }
+        assert_eq!(ground.lines_at(2.0)[0], ground.lines[0]);
+    }
 
     #[test]
     fn lines_end_at_the_window() {

@@ -18,7 +18,7 @@ use crate::ranks::RankedSolver;
 use crate::setting::{Setting, corner};
 use crate::solver::SphSolver;
 use crate::total::Reference;
-use crate::walls::{Obstacles, Walls, check_walls, planes};
+use crate::walls::{Obstacles, Walls, check_walls, planes, wall_sites};
 use bodies::{add_body, check_distances};
 use refuse::{check_stress_forms, refuse, warnings};
 
@@ -28,6 +28,9 @@ const SUMMED: f64 = 0.1;
 
 /// How deep particles may lie in an obstacle at the start, in spacings.
 const COVERED: f64 = 1e-6;
+
+/// Time to place a particle of a wall (s).
+const PLACING: f64 = 3e-7;
 
 /// The options of the case, checked.
 pub fn options(case: &Case) -> Result<SphOptions, CaseError> {
@@ -77,7 +80,7 @@ pub fn plan(case: &Case) -> Result<Plan, CaseError> {
 /// The size of `case`, without making its particles.
 pub fn size(case: &Case) -> Result<Size, CaseError> {
     let options = options(case)?;
-    let (points, key) = (case.points_at(options.spacing), "methods.sph.spacing");
+    let points = case.points_at(options.spacing);
     let mut states = 0.0;
     for (body, points) in case.bodies.iter().zip(&points) {
         let path = || format!("materials.{}", body.material);
@@ -85,13 +88,29 @@ pub fn size(case: &Case) -> Result<Size, CaseError> {
         let size = law.map_err(|error| CaseError::new(path(), error.to_string()))?.state_size();
         states += points * bytes_of_state(size) as f64;
     }
-    let points: f64 = points.iter().sum();
-    let each = match case.dimension() {
-        1 => bytes_each::<1>(&options),
-        2 => bytes_each::<2>(&options),
-        _ => bytes_each::<3>(&options),
-    }?;
-    Ok(Size { points, nodes: 0.0, memory: points * each + states, key, ..Size::default() })
+    let points = points.iter().sum();
+    match case.dimension() {
+        1 => size_in::<1>(case, &options, points, states),
+        2 => size_in::<2>(case, &options, points, states),
+        _ => size_in::<3>(case, &options, points, states),
+    }
+}
+
+/// The size of `points` particles with `states` (bytes) of their laws, and of the walls of particles, which follow from the domain.
+fn size_in<const D: usize>(
+    case: &Case,
+    options: &SphOptions,
+    points: f64,
+    states: f64,
+) -> Result<Size, CaseError> {
+    let walls = wall_sites::<D>(case, options, smoothing::<D>(options)?.radius());
+    let memory = points * bytes_each::<D>(options)? + states + walls * bytes_acting(D) as f64;
+    let (key, cure) = if walls > points {
+        ("domain", "most are particles of walls: make it smaller, or the spacing larger")
+    } else {
+        ("methods.sph.spacing", "")
+    };
+    Ok(Size { points: points + walls, memory, key, placing: walls * PLACING, cure, ..Size::default() })
 }
 
 fn smoothing<const D: usize>(options: &SphOptions) -> Result<Smoothing<D>, CaseError> {

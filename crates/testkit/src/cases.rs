@@ -28,24 +28,30 @@ pub fn begin(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
 
 /// Takes steps as large as is stable.
 pub fn advance(solver: &mut dyn Solver, steps: usize) {
-    for _ in 0..steps {
-        let dt = solver.limit().dt;
-        solver.step(dt).unwrap();
-    }
+    rayon::scope(|_| {
+        for _ in 0..steps {
+            let dt = solver.limit().dt;
+            solver.step(dt).unwrap();
+        }
+    });
 }
 
 /// Takes `count` steps of `dt` (s).
 pub fn steps(solver: &mut dyn Solver, count: usize, dt: f64) {
-    for _ in 0..count {
-        solver.step(dt).unwrap();
-    }
+    rayon::scope(|_| {
+        for _ in 0..count {
+            solver.step(dt).unwrap();
+        }
+    });
 }
 
 /// Takes steps as large as is stable until the time is `end` (s) or later.
 pub fn advance_to(solver: &mut dyn Solver, end: f64) {
-    while solver.time() < end {
-        advance(solver, 1);
-    }
+    rayon::scope(|_| {
+        while solver.time() < end {
+            advance(solver, 1);
+        }
+    });
 }
 
 /// Asserts that thirty steps of `case` allocate nothing, after `first` steps that may: lists and the queues of the threads

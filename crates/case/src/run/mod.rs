@@ -157,6 +157,16 @@ fn start(
     method: Option<&dyn Method>,
     options: &RunOptions,
 ) -> Result<RunReport, RunError> {
+    // On a thread of the pool: each loop of a step would wake one, and wait for it, from any other.
+    rayon::scope(|_| on_the_pool(case, solver, method, options))
+}
+
+fn on_the_pool(
+    case: &Case,
+    solver: Box<dyn Solver>,
+    method: Option<&dyn Method>,
+    options: &RunOptions,
+) -> Result<RunReport, RunError> {
     case.validate()?;
     check_names(case, &*solver)?;
     let recorder = Recorder::open(case, options)?;

@@ -6,7 +6,7 @@ use crate::{Case, CaseError};
 /// About how large a problem is, known before any of it is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Size {
-    /// Number of points.
+    /// Number of points, those of walls included.
     pub points: f64,
     /// Number of grid nodes.
     pub nodes: f64,

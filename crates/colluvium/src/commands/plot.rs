@@ -8,7 +8,7 @@ use colluvium::case::output::{Collection, Table, named_file, write_atomically};
 use colluvium::ground::of_run;
 use colluvium::maps::maps;
 use colluvium::pictures::{charts, cloud, frame, plane};
-use colluvium::plots::{Picture, PointCloud, Shared, to_gif};
+use colluvium::plots::{Ground, Picture, PointCloud, Shared, to_gif};
 
 use super::{Failure, a_run};
 
@@ -157,15 +157,15 @@ fn points(
     field: Option<&str>,
 ) -> Result<Vec<(String, usize, PointCloud)>, Failure> {
     let plane = plane(&arguments.folder, arguments.view.as_deref())?;
-    let lines =
-        if arguments.dataset == Dataset::POINTS { of_run(&arguments.folder).lines } else { Vec::new() };
+    let ground =
+        if arguments.dataset == Dataset::POINTS { of_run(&arguments.folder) } else { Ground::default() };
     let mut found = Vec::new();
     for &number in numbers {
         let snapshot = frame(&arguments.folder, &frames[number])?;
         let (name, cloud) = cloud(&snapshot, field, plane).map_err(|known| {
             Failure::Usage(format!("--fields {}: the frame has {known}", field.unwrap_or_default()))
         })?;
-        found.push((name, number, PointCloud { lines: lines.clone(), ..cloud }));
+        found.push((name, number, PointCloud { lines: ground.lines_at(snapshot.time), ..cloud }));
     }
     if found.len() > 1 || arguments.range.is_some() {
         let mut shared = Shared::of(found.iter().map(|(.., cloud)| cloud));

@@ -163,7 +163,7 @@ fn strip(runs: &Runs<'_>, plane: [usize; 2], ground: &Ground) -> Result<Markup, 
     let Some(field) = rows.first().and_then(|states| field(states)) else { return Ok(html! {}) };
     let cloud = |snapshot: &Snapshot| {
         PointCloud::of(snapshot, field, plane)
-            .map(|cloud| PointCloud { lines: ground.lines.clone(), ..cloud })
+            .map(|cloud| PointCloud { lines: ground.lines_at(snapshot.time), ..cloud })
     };
     let clouds: Vec<Vec<Option<PointCloud>>> =
         rows.iter().map(|states| states.iter().map(|(_, snapshot)| cloud(snapshot)).collect()).collect();

@@ -200,7 +200,7 @@ fn points(
         for field in fields {
             let cloud = pictures::cloud(&snapshot, Some(&field), options.plane);
             let (_, cloud) = cloud.map_err(|known| ReportError::Field { name: field.clone(), known })?;
-            let cloud = PointCloud { lines: ground.lines.clone(), ..cloud };
+            let cloud = PointCloud { lines: ground.lines_at(snapshot.time), ..cloud };
             let caption =
                 format!("{}, frame {number}, t = {} s", field.replace('_', " "), words::short(snapshot.time));
             match clouds.iter_mut().find(|(known, _)| *known == field) {

@@ -6,11 +6,21 @@ use super::encode::Scale;
 use super::text;
 use crate::{Ground, Heights};
 
-/// What a player reads of rigid geometry.
-pub(super) fn ground(ground: &Ground) -> Value {
+/// What a player reads of rigid geometry, of what moves at `times` (s).
+pub(super) fn ground(ground: &Ground, times: &[f64]) -> Value {
+    let moving = ground.moving.iter().map(|one| {
+        let poses = times.iter().map(|time| one.pose(*time));
+        json!({ "lines": lines(&one.lines), "poses": poses.collect::<Vec<_>>() })
+    });
+    json!({
+        "lines": lines(&ground.lines), "moving": moving.collect::<Vec<_>>(),
+        "heights": ground.heights.as_ref().and_then(heights),
+    })
+}
+
+fn lines(lines: &[Vec<[f64; 2]>]) -> Vec<Vec<[f64; 2]>> {
     let digits = |x: f64| format!("{x:.5e}").parse::<f64>().unwrap_or(x);
-    let lines = ground.lines.iter().map(|line| line.iter().map(|x| x.map(digits)).collect::<Vec<_>>());
-    json!({ "lines": lines.collect::<Vec<_>>(), "heights": ground.heights.as_ref().and_then(heights) })
+    lines.iter().map(|line| line.iter().map(|x| x.map(digits)).collect()).collect()
 }
 
 /// Heights in 16 bits; `None` where there are none.
@@ -39,7 +49,7 @@ mod tests {
         let of = |values: Vec<f64>| {
             let heights =
                 Heights { counts: [values.len(), 1], origin: [0.0, 1.0], spacing: [1.0, 2.0], values };
-            ground(&Ground { heights: Some(heights), ..Ground::default() })["heights"].clone()
+            ground(&Ground { heights: Some(heights), ..Ground::default() }, &[])["heights"].clone()
         };
         let data = of(values.clone());
         let engine = base64::engine::general_purpose::STANDARD;

@@ -96,7 +96,7 @@ impl Animation {
             "times": times,
             "fields": fields.iter().map(fields::Shown::json).collect::<Vec<_>>(),
             "colours": STOPS, "palette": PALETTE.iter().map(rgb).collect::<Vec<_>>(),
-            "thinned": thinned, "ground": ground::ground(&view.ground), "missing": view.ground.missing,
+            "thinned": thinned, "ground": ground::ground(&view.ground, &times), "missing": view.ground.missing,
             "panels": kept.iter().map(panel).collect::<Vec<_>>(),
         });
         Some(Self { data, thinned })

@@ -247,11 +247,15 @@
       pen.clip();
       pen.strokeStyle = "#7a5c3a";
       pen.lineWidth = 1.5;
-      for (const line of ground.lines) {
-        pen.beginPath();
-        for (const [x, y] of line) pen.lineTo(X(x), Y(y));
-        pen.stroke();
-      }
+      const draw = (lines, [x0, y0, c, s]) => {
+        for (const line of lines) {
+          pen.beginPath();
+          for (const [x, y] of line) pen.lineTo(X(x0 + c * x - s * y), Y(y0 + s * x + c * y));
+          pen.stroke();
+        }
+      };
+      draw(ground.lines, [0, 0, 1, 0]);
+      for (const one of ground.moving) draw(one.lines, one.poses[this.now]);
       pen.restore();
     }
 

@@ -18,7 +18,7 @@ mod tests;
 
 pub use image::Image;
 pub use obstacles::{Face, Obstacles, Site, sites};
-pub use of_case::{check_walls, mirrors, planes};
+pub use of_case::{check_walls, mirrors, planes, wall_sites};
 pub use plane::{Contact, Plane};
 pub use planes::Planes;
 pub use smooth_bodies::SmoothBodies;

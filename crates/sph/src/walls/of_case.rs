@@ -27,13 +27,17 @@ fn extent<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> (([f
     ((corner(&case.domain.min), corner(&case.domain.max)), reach * growth)
 }
 
-/// Walls of particles along a large domain would not fit in memory.
-pub fn check_walls<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> Result<(), CaseError> {
+/// How many particles the walls of all stages have, for a kernel of the radius `reach` (m).
+pub fn wall_sites<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> f64 {
     let (span, depth) = extent::<D>(case, options, reach);
     let of_particles = case.boundaries.iter().filter(|boundary| !mirrors(&boundary.wall, options));
-    let count: f64 = of_particles
-        .map(|boundary| sites(boundary.side.axis(), &span, options.spacing, depth).iter().product::<f64>())
-        .sum();
+    let sites = |axis| sites(axis, &span, options.spacing, depth).iter().product::<f64>();
+    of_particles.map(|boundary| sites(boundary.side.axis())).sum()
+}
+
+/// Walls of particles along a large domain would not fit in memory.
+pub fn check_walls<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> Result<(), CaseError> {
+    let count = wall_sites::<D>(case, options, reach);
     if count <= MOST_OF_WALLS {
         return Ok(());
     }

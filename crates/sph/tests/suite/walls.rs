@@ -97,6 +97,21 @@ fn histories_are_of_walls_that_move_and_functions_of_time() {
     }
 }
 
+#[test]
+fn walls_of_particles_are_counted_before_they_are_made() {
+    let rough = json!([{ "side": "y-min", "wall": { "kind": "rough" } }]);
+    let mut case = chip(&json!({ "kind": "rough" }), 0.0, &json!({}));
+    case.boundaries = serde_json::from_value(rough).unwrap();
+    let size = Sph.size(&case).unwrap();
+    let mut without = case.clone();
+    without.boundaries.clear();
+    assert!(size.points > Sph.size(&without).unwrap().points);
+    // Ten kilometres of wall beside one particle.
+    case.domain.max[0] = 1e4;
+    let error = Sph.size(&case).unwrap().fit(1e7).unwrap_err().to_string();
+    assert!(error.starts_with("domain: ") && error.contains("walls"), "{error}");
+}
+
 /// The column of `sheet: sph §5.4 set S` at a spacing of 1 cm. What is close to a mirror hardly sees its own image, and nothing keeps its
 /// velocity to that of the field: cohesionless material sinks onto the face, and there nothing holds it.
 #[test]
