@@ -87,10 +87,11 @@ pub fn follow<const D: usize>(
     total: bool,
     dt: f64,
 ) {
-    let Bodies { particles: p, groups, loads, .. } = bodies;
-    for on in loads.all.iter_mut().filter(|on| setting.case.loads[on.number].follows()) {
+    let Bodies { particles: p, groups, loads, guests, .. } = bodies;
+    for on in loads.following(&setting.case) {
         let Some(group) = groups.iter().find(|group| group.body == on.body) else { continue };
-        for i in group.range() {
+        // Those of other ranks lack neighbours here, and bring what they carry.
+        for i in group.range().filter(|i| !guests.get(*i).is_some_and(|guest| *guest)) {
             let vector = &mut on.carried[(p.id[i] - on.first) as usize];
             if *vector == [0.0; D] {
                 continue;
@@ -119,7 +120,8 @@ fn linear<const D: usize>(
     let (mut moments, mut sums) = ([[0.0; D]; D], [[0.0; D]; D]);
     for j in row.iter().map(|&j| j as usize).filter(|j| group.range().contains(j)) {
         let (away, square) = apart(&p.position[i], &p.position[j]);
-        let weight = -smoothing.weight(square.sqrt()) * p.mass[j] / p.density[j];
+        // Any weights do; those of the present densities would not be there in other ranks.
+        let weight = -smoothing.weight(square.sqrt()) * p.mass[j] / group.density;
         for a in 0..D {
             for b in 0..D {
                 moments[a][b] += weight * away[a] * away[b];

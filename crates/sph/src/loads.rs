@@ -6,6 +6,7 @@
 use colluvium_case::{Case, CaseError};
 
 /// One load, on the body it is on.
+#[derive(Clone)]
 pub struct OnBody<const D: usize> {
     /// Index into `Case::loads`.
     pub number: usize,
@@ -30,7 +31,7 @@ pub struct Loaded<'a, const D: usize> {
 }
 
 /// The loads of a case.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Loads<const D: usize> {
     /// Those that lie on a body.
     pub all: Vec<OnBody<D>>,
@@ -61,6 +62,11 @@ impl<const D: usize> Loads<D> {
     /// Begins the loads that begin with a stage, at `start` (s).
     pub fn begin(&mut self, case: &Case, stage: usize, start: f64) {
         case.begin_loads(&mut self.starts, stage, start);
+    }
+
+    /// Those that follow their surfaces: what particles carry of them changes.
+    pub fn following<'a>(&'a mut self, case: &'a Case) -> impl Iterator<Item = &'a mut OnBody<D>> {
+        self.all.iter_mut().filter(|on| case.loads[on.number].follows())
     }
 
     /// What a checkpoint keeps: when loads begin, and what particles carry of those that follow their surfaces.

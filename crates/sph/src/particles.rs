@@ -200,7 +200,11 @@ pub struct Bodies<const D: usize> {
 impl<const D: usize> Bodies<D> {
     /// The same bodies without particles.
     pub fn hollow(&self) -> Self {
-        Self { groups: self.groups.iter().map(Group::hollow).collect(), ..Self::default() }
+        Self {
+            groups: self.groups.iter().map(Group::hollow).collect(),
+            loads: self.loads.clone(),
+            ..Self::default()
+        }
     }
 
     /// Makes room for so many particles, images and walls.

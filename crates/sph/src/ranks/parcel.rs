@@ -1,9 +1,12 @@
 //! What ranks send each other: copies of particles.
 
+use std::ops::Range;
+
+use colluvium_case::Case;
 use colluvium_constitutive::States;
 use colluvium_points::columns::{gather_column, pick_column};
 
-use crate::particles::{Derivatives, Particles};
+use crate::particles::{Bodies, Derivatives, Group, Particles};
 use crate::solver::SphSolver;
 
 /// Copies of particles with everything that is theirs, body after body.
@@ -17,6 +20,8 @@ pub struct Parcel<const D: usize> {
     rates: Derivatives<D>,
     /// Positions for which neighbours are listed (m).
     listed: Vec<[f64; D]>,
+    /// What they carry of loads that follow their surfaces, load after load.
+    carried: Vec<[f64; D]>,
     /// States of the laws, of each body; empty where they are not sent.
     states: Vec<States>,
 }
@@ -24,7 +29,7 @@ pub struct Parcel<const D: usize> {
 impl<const D: usize> Parcel<D> {
     /// Takes copies of the particles `indices`, ascending, of `domain`; the states of their laws where `whole`.
     pub fn fill(&mut self, domain: &SphSolver<D>, sequence: &[u32], indices: &[u32], whole: bool) {
-        let SphSolver { bodies, lists, rates, .. } = domain;
+        let SphSolver { setting, bodies, lists, rates, .. } = domain;
         pick_column(&mut self.sequence, sequence, indices);
         self.particles.pick(&bodies.particles, indices);
         self.rates.pick(&rates.of, indices);
@@ -43,6 +48,35 @@ impl<const D: usize> Parcel<D> {
                 self.states.push(group.states.permuted(&within));
             }
         }
+        self.take_loads(&setting.case, bodies);
+    }
+
+    /// Takes along what the particles carry of loads that follow their surfaces.
+    fn take_loads(&mut self, case: &Case, bodies: &Bodies<D>) {
+        self.carried.clear();
+        for on in bodies.loads.all.iter().filter(|on| case.loads[on.number].follows()) {
+            let ids = self.particles_of(on.body, &bodies.groups);
+            self.carried.extend(self.particles.id[ids].iter().map(|id| on.carried[(id - on.first) as usize]));
+        }
+    }
+
+    /// Gives `bodies` what its particles carry of loads that follow their surfaces.
+    fn give_loads(&self, case: &Case, bodies: &mut Bodies<D>) {
+        let Bodies { loads, groups, .. } = bodies;
+        let mut carried = self.carried.iter();
+        for on in loads.following(case) {
+            let ids = self.particles_of(on.body, groups);
+            for (id, vector) in self.particles.id[ids].iter().zip(&mut carried) {
+                on.carried[(id - on.first) as usize] = *vector;
+            }
+        }
+    }
+
+    /// Which particles are those of a body; none where it is gone.
+    fn particles_of(&self, body: u32, groups: &[Group]) -> Range<usize> {
+        let Some(number) = groups.iter().position(|group| group.body == body) else { return 0..0 };
+        let first = self.counts[..number].iter().sum();
+        first..first + self.counts[number]
     }
 
     /// Number of particles.
@@ -52,7 +86,8 @@ impl<const D: usize> Parcel<D> {
 
     /// Puts the state of its particles in the places `indices` of `domain`, where older copies of them are.
     pub fn renew(&self, domain: &mut SphSolver<D>, indices: &[u32]) {
-        let SphSolver { bodies, rates, .. } = domain;
+        let SphSolver { setting, bodies, rates, .. } = domain;
+        self.give_loads(&setting.case, bodies);
         bodies.particles.put(&self.particles, indices);
         rates.of.put(&self.rates, indices);
         let mut first = 0;
@@ -74,7 +109,8 @@ pub fn assemble<const D: usize>(
     domain: &mut SphSolver<D>,
     parcels: &[&Parcel<D>],
 ) -> (Vec<u32>, Vec<Vec<u32>>) {
-    let SphSolver { bodies, lists, rates, .. } = domain;
+    let SphSolver { setting, bodies, lists, rates, .. } = domain;
+    parcels.iter().for_each(|parcel| parcel.give_loads(&setting.case, bodies));
     let mut picks: Vec<(u32, u32)> = Vec::new();
     let mut starts = vec![0; parcels.len()];
     for (number, group) in bodies.groups.iter_mut().enumerate() {

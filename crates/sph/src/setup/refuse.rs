@@ -59,7 +59,6 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
         .refuses("boundaries.wall.bilateral", "material can always lift off the frictional walls of sph")
         .refuses("loads=pore-pressure", "sph has one phase: a total pressure is a `pressure`")
         .refuses("loads.carrier", "sph has no nodes: its particles carry loads")
-        .refuses_if(options.ranks > 1, "loads", "loads are not carried from rank to rank: use one")
         .refuses("patches", "sph has no nodes to prescribe")
         .refuses("stages.damping_axes", "sph damps all axes alike")
         .refuses("stages.rayleigh_damping", "sph has no Rayleigh damping")

@@ -4,7 +4,7 @@ use colluvium_case::{Case, RunReport, Solver};
 use colluvium_sph::Sph;
 use colluvium_testkit::cases;
 
-pub use colluvium_testkit::cases::{advance, changed, scalars, stresses, vectors};
+pub use colluvium_testkit::cases::{advance, changed, scalars, stresses, vectors, with};
 
 /// Runs a case to its end.
 pub fn solve(case: &Case) -> RunReport {

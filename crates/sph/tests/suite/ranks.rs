@@ -6,7 +6,7 @@ use colluvium_sph::semi_discrete::{Given, prepared};
 use colluvium_sph::{RankedSolver, Sph};
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, scalars};
+use crate::common::{advance, begin, changed, scalars, with};
 
 /// A heap thrown along a rough floor against a smooth wall, long enough for ranks that do not see each other.
 fn heap(options: &Value, more: &Value) -> Case {
@@ -277,4 +277,57 @@ fn obstacles_and_what_they_take_are_the_same_in_ranks() {
         "shape": { "kind": "ground-line", "points": [[-1, 0.6], [0, 0], [1, 0], [3, 0.2]] } }],
         "domain": { "min": [-1, -1], "max": [2, 1] } });
     every_number_agrees(&heap(&json!({}), &ground), 150, "obstacles");
+}
+
+/// A load of one direction, one that follows a surface of which parts go from rank to rank, and one that begins later.
+#[test]
+fn loads_are_the_same_in_ranks_and_after_a_restart() {
+    let loads = json!({ "loads": [
+        { "kind": "traction", "body": "upper", "side": "y-max", "value": [400, -200], "ramp": 0.02 },
+        { "kind": "surface", "body": "upper", "pressure": 300, "shear": 50 },
+        { "kind": "pressure", "body": "lower", "side": "x-max", "value": 500, "ramp": 0.01 }
+    ] });
+    for options in [
+        json!({}),
+        json!({ "momentum": "rho-rho", "continuity": "volume", "velocity_gradient": "corrected", "hourglass_viscosity": 0.5 }),
+        json!({ "momentum": "rho-rho", "confining": { "pressure": 100 }, "xsph": 0.3 }),
+    ] {
+        let case = heap(&options, &loads);
+        every_number_agrees(&case, 150, &format!("loads, {options}"));
+        let mut whole = begin(&case);
+        advance(&mut *whole, 90);
+        for (before, after) in [(3, 1), (1, 3), (3, 2)] {
+            let mut first = in_ranks(&case, before);
+            advance(&mut *first, 53);
+            let mut then = in_ranks(&case, after);
+            then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
+            then.begin_stage(0, 0.0).unwrap();
+            advance(&mut *then, 37);
+            assert_eq!(
+                then.saved().unwrap(),
+                whole.saved().unwrap(),
+                "{options}: {before} ranks, then {after}"
+            );
+        }
+        let mut without = begin(&heap(&options, &json!({})));
+        advance(&mut *without, 90);
+        assert_ne!(whole.snapshot().positions, without.snapshot().positions, "they act");
+    }
+    let mut later = loads.clone();
+    later["loads"][2]["stage"] = json!("go");
+    later["stages"] = json!([{ "name": "s", "duration": 1 }, { "name": "go", "duration": 1 }]);
+    let case = heap(&json!({}), &later);
+    let staged = |ranks: u32| {
+        let mut solver = in_ranks(&case, ranks);
+        advance(&mut *solver, 50);
+        solver.end_stage(&case.stages[0]).unwrap();
+        let time = solver.time();
+        solver.begin_stage(1, time).unwrap();
+        advance(&mut *solver, 50);
+        solver.saved().unwrap()
+    };
+    assert_eq!(staged(1), staged(3));
+    // What the particles of a rank bear counts towards equilibrium.
+    let settling = with(loads, &json!({ "stages": [{ "name": "s", "duration": 1, "equilibrium": {} }] }));
+    every_number_agrees(&heap(&json!({}), &settling), 100, "loads, equilibrium");
 }
