@@ -68,7 +68,10 @@ pub fn honours(case: &Case) -> Result<Honours, CaseError> {
             )
     };
     if case.bodies.iter().any(|body| body.pore_fluid.is_some()) {
+        let rigid = "mpm with a pore_fluid has no rigid bodies: take an obstacle, which may move (`obstacles.motion`), with \
+                     `methods.mpm.obstacles` `points`";
         honours = without_rigid(honours, "mpm with a pore_fluid")
+            .refuses("bodies.rigid", rigid)
             .refuses("stages.rayleigh_damping", "mpm with a pore_fluid has no Rayleigh damping")
             .refuses("measures=dissipation", "mpm with a pore_fluid does not count dissipation");
     }

@@ -45,7 +45,10 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
     if !options.contacts.is_empty() {
         return refuse(
             "methods.mpm.contacts",
-            "are not available with a pore_fluid: the theory of contact is of one phase",
+            "are not available with a pore_fluid: a contact that lies between nodes gives the fluid no sound condition, and its \
+             pressure oscillates there. For a rigid partner take an obstacle, which may move, with methods.mpm.obstacles points; \
+             where no fluid leaves take a material of the model undrained in place of the pore_fluid; bodies without a contact \
+             stick, and the fluid passes between them",
         );
     }
     // The criterion is of the sheet's sequence, which is MUSL; with USL it overshoots at free surfaces.

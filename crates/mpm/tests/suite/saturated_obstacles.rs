@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use colluvium_case::{Method, Solver};
+use colluvium_case::{Budget, Method, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{advance, advance_to, begin, changed, scalars, vectors};
+use colluvium_testkit::cases::{advance, advance_to, begin, changed, scalars, vectors, with};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -22,26 +22,29 @@ fn water(pressure: &Value) -> Value {
 
 #[test]
 fn a_saturated_layer_is_slowed_by_friction_of_its_effective_stress() {
-    for obstacles in BOTH {
-        let case = changed(
-            json!({
-                "title": "layer", "space": "plane-strain", "gravity": [0, -GRAVITY], "materials": soil(1e7),
-                "domain": { "min": [0, -0.4], "max": [0.4, 1.2], "periodic": ["x"] },
-                "bodies": [{
-                    "name": "layer", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.4, 0.8] },
-                    "velocity": { "kind": "uniform", "value": [2, 0] },
-                    "stress": { "kind": "k0", "surface": 0.8, "coefficient": 0 },
-                    "pore_fluid": water(&json!({ "kind": "hydrostatic", "surface": 0.8 }))
-                }],
-                "obstacles": [{
-                    "name": "floor", "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] },
-                    "wall": { "kind": "frictional", "friction_coefficient": 0.3 }
-                }],
-                "stages": [{ "name": "slide", "duration": 0.1 }],
-                "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
-            }),
-            &json!({}),
-        );
+    // The floor stands, or moves below a layer that stands.
+    for (obstacles, moves) in [("nodes", false), ("points", false), ("points", true)] {
+        let mut value = json!({
+            "title": "layer", "space": "plane-strain", "gravity": [0, -GRAVITY], "materials": soil(1e7),
+            "domain": { "min": [0, -0.4], "max": [0.4, 1.2], "periodic": ["x"] },
+            "bodies": [{
+                "name": "layer", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.4, 0.8] },
+                "velocity": { "kind": "uniform", "value": [2, 0] },
+                "stress": { "kind": "k0", "surface": 0.8, "coefficient": 0 },
+                "pore_fluid": water(&json!({ "kind": "hydrostatic", "surface": 0.8 }))
+            }],
+            "obstacles": [{
+                "name": "floor", "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] },
+                "wall": { "kind": "frictional", "friction_coefficient": 0.3 }
+            }],
+            "stages": [{ "name": "slide", "duration": 0.1 }],
+            "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
+        });
+        if moves {
+            value["bodies"][0]["velocity"]["value"] = json!([0, 0]);
+            value["obstacles"][0]["motion"] = json!({ "velocity": [-2, 0] });
+        }
+        let case = changed(value, &json!({}));
         let mut solver = begin(&Mpm, &case);
         // On points it sinks into its springs first, and until water has left for that they bear too little.
         advance_to(&mut *solver, 0.5);
@@ -51,7 +54,7 @@ fn a_saturated_layer_is_slowed_by_friction_of_its_effective_stress() {
         let slowed = lost / start.mass / (solver.time() - from);
         // The water bears 1000 of 1990 kg/m³.
         let exact = 0.3 * GRAVITY * 990.0 / 1990.0;
-        assert!((slowed / exact - 1.0).abs() < 0.02, "{obstacles}: {slowed} for {exact}");
+        assert!((slowed / exact - 1.0).abs() < 0.02, "{obstacles}, {moves}: {slowed} for {exact}");
     }
 }
 
@@ -251,4 +254,89 @@ fn a_saturated_column_consolidates_on_a_leaning_floor_as_on_a_level_one() {
     // The water bears less and less of the load, and the skeleton settles: γ'/M (H z - z²/2) between the rows in the end.
     let end = 9712.0 / 1e6 * (0.8 * 0.5 - 0.5 * (0.725f64.powi(2) - 0.225f64.powi(2)));
     assert!(leaning[0][0] < 0.5 * end && (0.9..1.0).contains(&(leaning[1][0] / end)), "{leaning:?} {end}");
+}
+
+/// What a saturated block does that is thrown at the ground: least distance of a centre from it (m), how much of its grains is left, by how
+/// much momentum is out of balance over that at the start, and the energy of what was stopped (J).
+fn impact(wall: &Value, options: &Value, stiffness: f64) -> (f64, f64, f64, f64) {
+    let mut value = thrown("points");
+    value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [5.0, -30.0] });
+    value["obstacles"][0]["wall"] = wall.clone();
+    value["methods"]["mpm"] = with(value["methods"]["mpm"].clone(), options);
+    value["methods"]["mpm"]["obstacle_stiffness"] = json!(stiffness);
+    let case = changed(value, &json!({}));
+    let standing = case.standing::<2>().unwrap();
+    let mut solver = begin(&Mpm, &case);
+    let grains = |budget: &Budget| budget.mass - budget.liquid.unwrap().mass;
+    let start = solver.totals();
+    // The water is that of the pores: what they take in or press out in a step goes with its velocity. They move first, or last.
+    let first = options["stress_update"] == "usf";
+    let (mut nearest, mut came, mut masses) = (f64::INFINITY, [0.0; 2], scalars(&solver.snapshot(), "mass"));
+    while solver.time() < 0.05 {
+        let (before, mass) = (solver.snapshot(), solver.totals().mass);
+        advance(&mut *solver, 1);
+        let snapshot = solver.snapshot();
+        let weighed = if first { solver.totals().mass } else { mass };
+        came[1] -= GRAVITY * weighed * (snapshot.time - before.time);
+        let now = scalars(&snapshot, "mass");
+        let water = vectors(if first { &before } else { &snapshot }, "liquid_velocity");
+        for (p, x) in snapshot.positions.iter().enumerate() {
+            (0..2).for_each(|c| came[c] += (now[p] - masses[p]) * water[p][c]);
+            let gap = standing[0].surface.gap(&[x[0], x[1]], 1.0);
+            nearest = gap.map_or(nearest, |gap| nearest.min(gap.distance));
+        }
+        masses = now;
+    }
+    let (end, push) = (solver.totals(), solver.reaction("ground").unwrap());
+    let off = |c: usize| (start.momentum[c] + came[c] - end.momentum[c] - push.impulse[c]).abs();
+    let stopped = solver.readings().into_iter().find(|(name, ..)| name == "obstacles.stopped").unwrap().2;
+    (nearest, grains(&end) / grains(&start), off(0).max(off(1)) / (30.0 * start.mass), stopped)
+}
+
+/// The springs of the water turn the block back; where they are weaker by forty times its points are stopped.
+#[test]
+fn no_point_of_a_saturated_block_thrown_fast_gets_into_the_ground() {
+    let frictional = json!({ "kind": "frictional", "friction_coefficient": 0.4 });
+    for stiffness in [4.0, 0.1] {
+        let mut stopped = 0.0;
+        for (wall, options) in [
+            (&frictional, json!({})),
+            (&frictional, json!({ "stress_update": "usl", "shape": "quadratic" })),
+            (&json!({ "kind": "smooth" }), json!({})),
+            (&json!({ "kind": "rough" }), json!({ "stress_update": "usf" })),
+        ] {
+            let (nearest, grains, off, taken) = impact(wall, &options, stiffness);
+            assert!(nearest > 0.0, "{stiffness} {wall} {options}: {nearest} m");
+            assert!((grains - 1.0).abs() < 1e-12, "{stiffness} {wall} {options}: {grains}");
+            assert!(off < 1e-9, "{stiffness} {wall} {options}: {off}");
+            stopped += taken;
+        }
+        assert_eq!(stopped > 0.0, stiffness < 1.0, "{stopped} J");
+    }
+}
+
+#[test]
+fn contacts_beside_pore_fluid_are_refused_with_what_to_take_instead() {
+    let mut value = thrown("points");
+    let other = |rigid: bool| json!({ "name": "other", "material": "m", "rigid": rigid, "shape": { "kind": "box", "min": [1.5, 1.3], "max": [1.9, 1.7] } });
+    value["bodies"].as_array_mut().unwrap().push(other(false));
+    value["methods"]["mpm"]["contacts"] =
+        json!([{ "bodies": ["block", "other"], "friction_coefficient": 0.3 }]);
+    let refused =
+        |value: &Value| Mpm.plan(&changed(value.clone(), &json!({}))).map(|_| ()).unwrap_err().to_string();
+    let problem = refused(&value);
+    assert!(problem.starts_with("methods.mpm.contacts: are not available with a pore_fluid"), "{problem}");
+    assert!(problem.contains("obstacles points") && problem.contains("undrained"), "{problem}");
+    let mut rigid = thrown("points");
+    rigid["bodies"].as_array_mut().unwrap().push(other(true));
+    let problem = refused(&rigid);
+    assert!(problem.starts_with("bodies[1].rigid: ") && problem.contains("obstacles.motion"), "{problem}");
+    // Without fluid that flows, the law has it.
+    value["bodies"][0].as_object_mut().unwrap().remove("pore_fluid");
+    value["materials"]["wet"] = json!({ "model": "undrained", "skeleton": value["materials"]["m"], "porosity": 0.4, "fluid_bulk_modulus": 2e9 });
+    value["bodies"][0]["material"] = json!("wet");
+    value["obstacles"] = json!([]);
+    value["measures"] = json!({});
+    value["methods"]["mpm"].as_object_mut().unwrap().remove("obstacles");
+    Mpm.plan(&changed(value, &json!({}))).unwrap();
 }
