@@ -54,7 +54,9 @@ impl Figures {
         let whole: f64 = mass.iter().sum();
         let mean =
             |axis: usize| snapshot.positions.iter().zip(mass).map(|(x, m)| x[axis] * m).sum::<f64>() / whole;
-        let speeds: Vec<f64> = match snapshot.field("velocity").map(|field| &field.data) {
+        // What moves the points, where they carry more than that.
+        let velocity = snapshot.field("grid_velocity").or_else(|| snapshot.field("velocity"));
+        let speeds: Vec<f64> = match velocity.map(|field| &field.data) {
             Some(FieldData::Vector(v)) => v.iter().map(length).collect(),
             _ => vec![f64::NAN; count],
         };
@@ -213,6 +215,14 @@ mod tests {
                 assert!((found - asked).abs() < 1e-9, "{found} for {asked}");
             }
         }
+    }
+
+    #[test]
+    fn the_speed_is_that_of_the_grid_where_points_carry_more() {
+        let mut snapshot = block(2.0, 1.0, 0.1);
+        let still = FieldData::Vector(vec![[0.0, 0.5, 0.0]; snapshot.positions.len()]);
+        snapshot.fields.push(Field { name: "grid_velocity".into(), unit: "m/s", data: still });
+        assert!((Figures::of(&snapshot, AXES).unwrap().speed - 0.5).abs() < 1e-12);
     }
 
     #[test]

@@ -276,7 +276,7 @@ fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &R
                 }
             } }
             p class="soft" {
-                "Front, top and speed: of 99.9 % of the mass. At rest: the kinetic energy stays below a hundredth of its largest. \
+                "Front, top and speed: of 99.9 % of the mass; the speed is grid_velocity where the frames have it. At rest: the kinetic energy stays below a hundredth of its largest. \
                  Profile: root mean square of the difference over that of the profile."
                 @if !results.is_empty() { " Memory: what the method estimates that it needs at least." }
             }

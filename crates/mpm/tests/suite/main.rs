@@ -5,6 +5,7 @@ mod common;
 mod consistent;
 mod contact;
 mod driven;
+mod frames;
 mod light;
 mod loads;
 mod loose;

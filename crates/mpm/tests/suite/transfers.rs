@@ -19,7 +19,7 @@ fn case(more: Value) -> Case {
 }
 
 /// A spinning and stretching block, free.
-fn spinning(options: &Value) -> Case {
+pub fn spinning(options: &Value) -> Case {
     let mut mpm = json!({ "cell_size": 0.1, "courant": 0.3 });
     for (key, value) in options.as_object().unwrap() {
         mpm[key] = value.clone();
