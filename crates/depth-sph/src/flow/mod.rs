@@ -30,7 +30,7 @@ use set::{TASK, copy};
 pub use forces::{Role, corrected};
 pub use images::{Ends, Image};
 pub use limits::{Limit, Totals};
-pub use open::{Beyond, Feed, Known, OpenEnd, Opening, Stand, Within};
+pub use open::{Beyond, Feed, Known, OpenEnd, Opening, Past, Stand, Within};
 pub use pore::{Heads, MOST_CELLS};
 pub use set::Set;
 
@@ -199,7 +199,7 @@ impl<const D: usize> Flow<D> {
     /// The first node that can no longer be followed.
     pub fn advance(&mut self, dt: f64) -> Result<(), Failure> {
         self.feed();
-        self.pass_ends();
+        self.pass_ends(dt);
         self.renew_columns();
         if self.step.is_multiple_of(STEPS_PER_SORT) {
             self.sort()?;

@@ -23,7 +23,7 @@ use crate::nodes::norm;
 use crate::stages;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 
 /// When the flow came to rest (sheet: depth-sph §0, stopping).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]

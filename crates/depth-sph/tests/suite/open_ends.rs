@@ -60,14 +60,12 @@ fn reflected(mut flow: Flow<1>) -> f64 {
 fn a_hump_leaves_through_an_open_end_and_comes_back_from_a_wall() {
     let back = reflected(channel(1e-3, 0.0, 1.5, [Some(0.0), Some(40.0)]));
     assert!(back > 0.95, "a wall sends back {back} (V27: 95 %)");
-    // V27 asks for 2 %, which is not reached: 3.3 % on nodes 0.1 m apart, 4.1 % on 0.05 m.
-    // Nor is it with depths from the volumes within (64 %), cells beyond the end as wide as they are, the speed at the first of them, depths
-    // of the same time as the speeds, or the celerity that the lattice has, 0.7 % less than that of water (3.4 to 5.2 % each).
+    // V27 asks for 2 %; 0.4 and 0.7 % were found, and 4.1 % with the state at the end itself in place of that two supports before it.
     for height in [1e-3, -1e-3] {
         let mut flow = channel(height, 0.0, 1.5, [Some(0.0), None]);
         flow.open(40.0, 1.0, SPACING).unwrap();
         let back = reflected(flow);
-        assert!(back < 0.05, "an open end sends back {back}");
+        assert!(back < 0.02, "an open end sends back {back}");
     }
 }
 

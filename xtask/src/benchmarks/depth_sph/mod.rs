@@ -8,6 +8,7 @@ mod incline;
 mod invariants;
 mod lake;
 mod locked;
+mod open_end;
 mod parts;
 mod ritter;
 mod scalar;
@@ -33,6 +34,7 @@ pub const ALL: &[Benchmark] = &[
     thacker::BENCHMARK,
     invariants::BENCHMARK,
     locked::BENCHMARK,
+    open_end::BENCHMARK,
     deposit::SATURATED,
     deposit::MUD,
     terrain::RASTER,

@@ -7,12 +7,13 @@ use crate::kernel::Kernel;
 use crate::nodes::Plan;
 
 impl<const D: usize> OpenEnd<D> {
-    /// What a kernel at each strip reaches within.
+    /// What a kernel reaches `inside` each strip (m).
     pub(super) fn within(
         &self,
         kernel: Kernel,
         sets: &[Set<D>],
         part: &dyn Fn(&Plan<D>) -> Part,
+        inside: f64,
     ) -> Vec<Option<Within>> {
         let mut moments = vec![Moments::default(); self.strips.len()];
         for (number, set) in sets.iter().enumerate() {
@@ -20,7 +21,7 @@ impl<const D: usize> OpenEnd<D> {
             for i in 0..nodes.len() {
                 let (x, length) = (&nodes.position[i], nodes.length[i]);
                 let beyond = self.beyond(x);
-                let far = -beyond / length;
+                let far = (beyond + inside).abs() / length;
                 if beyond > 0.0 || far >= kernel.support() || part(x) != Part::Within {
                     continue;
                 }
@@ -35,7 +36,7 @@ impl<const D: usize> OpenEnd<D> {
                     let distance = if D == 1 { far } else { far.hypot(apart) };
                     let weight = nodes.volume[i] / nodes.depth[i] * kernel.shape::<D>(distance);
                     if weight > 0.0 {
-                        moments[strip].add(weight, beyond, velocity, kernel, (set, i));
+                        moments[strip].add(weight, beyond + inside, velocity, kernel, (set, i));
                         if number == 1 {
                             moments[strip].add_fluid(weight);
                         }
@@ -64,7 +65,7 @@ impl<const D: usize> OpenEnd<D> {
 
     /// Sums over a lattice are not quite its depth: what is still is what they have.
     pub(super) fn measure(&mut self, kernel: Kernel, sets: &[Set<D>], part: &dyn Fn(&Plan<D>) -> Part) {
-        let found = self.within(kernel, sets, part);
+        let found = self.within(kernel, sets, part, 0.0);
         for (strip, within) in self.strips.iter_mut().zip(found) {
             let whole: f64 = strip.like.iter().flatten().map(|node| node.volume).sum();
             if let (Some(still), Some(within)) = (&mut strip.still, within)

@@ -4,13 +4,17 @@ use colluvium_points::CellList;
 use serde::{Deserialize, Serialize};
 
 use super::super::set::Set;
-use super::stand::{Stand, Within, turned};
-use super::{Feed, Opening};
+use super::stand::{Past, Stand, Within, turned};
+use super::{Feed, Opening, SUPPORTS};
 use crate::nodes::{Node, Nodes, Plan};
 use crate::settings::Settings;
 
 /// No node is added closer to another one than this share of their distance.
 const CLOSEST: f64 = 0.6;
+
+/// Supports of a kernel before a side where it is seen what comes: nodes beyond the side are not felt there, which would be heard again
+/// as waves.
+const BEFORE: f64 = 2.0;
 
 /// An open side.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,12 +66,14 @@ pub struct Beyond {
 }
 
 /// What is known of a strip.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Known {
     /// What stands there, where it is the same at all distances.
     pub fixed: Option<Stand>,
     /// What arrives from within.
     pub within: Option<Within>,
+    /// What has been on its way to the end of a profile.
+    pub past: Past,
 }
 
 /// Which nodes are before all open sides, which beyond one, and which beyond another.
@@ -205,7 +211,10 @@ impl<const D: usize> OpenEnd<D> {
             return fixed;
         }
         let still = self.strips[strip].still.as_ref();
-        known.within.map_or(Stand::default(), |within| within.at(still, beyond))
+        // In plan waves may come at an angle, which delays along the normal know nothing of.
+        let there =
+            |within: Within| if D == 1 { known.past.at(still, beyond) } else { within.at(still, beyond) };
+        known.within.map_or(Stand::default(), there)
     }
 
     /// Velocity in plan of what stands there.
@@ -315,17 +324,30 @@ impl<const D: usize> OpenEnd<D> {
         settings: &Settings<D>,
         sets: &[Set<D>],
         part: &dyn Fn(&Plan<D>) -> Part,
-        (time, is_first): (f64, bool),
+        (time, dt, is_first): (f64, f64, bool),
     ) {
         let gravity = settings.gravity;
         if is_first {
             for (known, strip) in self.state.strips.iter_mut().zip(&self.strips) {
-                *known = Known { fixed: strip.still, within: None };
+                *known = Known { fixed: strip.still, ..Known::default() };
             }
         } else {
-            let found = self.within(settings.numerics.kernel, sets, part);
-            for (known, within) in self.state.strips.iter_mut().zip(found) {
-                *known = Known { fixed: None, within };
+            let kernel = settings.numerics.kernel;
+            let found = self.within(kernel, sets, part, 0.0);
+            let inside = BEFORE * self.reach / SUPPORTS;
+            let arriving = if D == 1 && !self.is_fed() {
+                self.within(kernel, sets, part, inside)
+            } else {
+                vec![None; found.len()]
+            };
+            for ((known, within), arriving) in self.state.strips.iter_mut().zip(found).zip(arriving) {
+                (known.fixed, known.within) = (None, within);
+                match arriving.or(within) {
+                    Some(arriving) if D == 1 => {
+                        known.past.take((time, dt), &arriving, inside, self.reach);
+                    }
+                    _ => known.past = Past::default(),
+                }
             }
         }
         let Some(feed) = &self.feed else { return };

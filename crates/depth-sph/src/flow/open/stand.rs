@@ -6,6 +6,9 @@ use super::super::set::Set;
 use crate::kernel::Kernel;
 use crate::nodes::Plan;
 
+/// Times at which what passes the place before a side is taken, in the time that waves need from there to the side.
+const INTERVALS: f64 = 16.0;
+
 /// Material as it stands at a place of a side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stand {
@@ -60,6 +63,72 @@ impl Within {
         // Along the side nodes keep their distances as well, or their depths would have that compression on top.
         let along = still.map_or(self.along, |still| still.along);
         Stand { depth: there.0, speed: at_side.1, along, porosity: self.porosity }
+    }
+}
+
+/// What has passed a place before the side, and when: from there waves bring it to the side and beyond.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Past {
+    /// Times (s), ascending, and what stood there.
+    seen: Vec<(f64, Stand)>,
+    /// Effective gravity there (m/s²).
+    pull: f64,
+    /// How far before the side the place is (m).
+    distance: f64,
+    /// The middle of the step (s).
+    now: f64,
+}
+
+impl Past {
+    /// Takes what stands `distance` (m) before the side at `time` (s), at the beginning of a step of `dt` (s). It is asked for as far as
+    /// `reach` (m) beyond the side.
+    pub fn take(&mut self, (time, dt): (f64, f64), found: &Within, distance: f64, reach: f64) {
+        let Within { depth, speed, along, porosity, pull, .. } = *found;
+        let stand = Stand { depth: depth[0], speed: speed[0], along, porosity };
+        (self.pull, self.distance, self.now) = (pull, distance, time + 0.5 * dt);
+        let wave = self.wave(&stand);
+        let interval = distance / (INTERVALS * wave);
+        if self.seen.last().is_none_or(|(last, _)| time - last >= interval) {
+            self.seen.push((time, stand));
+        }
+        // Twice as long as waves need, which may become slower.
+        let old = self.now - 2.0 * (distance + reach) / wave;
+        let first = self.seen.partition_point(|(time, _)| *time < old).saturating_sub(1);
+        self.seen.drain(..first);
+    }
+
+    /// What stands `beyond` the side (m), before what was out there when the flow began: depths as waves bring them there, speeds those
+    /// at the side, so that the nodes beyond it move as one and keep their distances.
+    pub fn at(&self, still: Option<&Stand>, beyond: f64) -> Stand {
+        let Some((_, last)) = self.seen.last() else { return still.copied().unwrap_or_default() };
+        let met = |beyond: f64| {
+            let Stand { depth, speed, .. } = self.arriving(beyond, last);
+            met(still, depth, speed, self.pull)
+        };
+        // Along the side nodes keep their distances as well, or their depths would have that compression on top.
+        let along = still.map_or(last.along, |still| still.along);
+        Stand { depth: met(beyond).0, speed: met(0.0).1, along, porosity: last.porosity }
+    }
+
+    /// What has left the place for where it is `beyond` the side (m) now.
+    fn arriving(&self, beyond: f64, last: &Stand) -> Stand {
+        let time = self.now - (self.distance + beyond) / self.wave(last);
+        let after = self.seen.partition_point(|(own, _)| *own < time).max(1);
+        let (first, before) = self.seen[after - 1];
+        let Some((second, later)) = self.seen.get(after).filter(|_| time > first) else { return before };
+        let share = (time - first) / (second - first);
+        let between = |a: f64, b: f64| a + share * (b - a);
+        Stand {
+            depth: between(before.depth, later.depth),
+            speed: between(before.speed, later.speed),
+            ..before
+        }
+    }
+
+    /// Speed of waves outward (m/s). Against a stream that comes in nearly as fast they would take too long.
+    fn wave(&self, stand: &Stand) -> f64 {
+        let celerity = (self.pull * stand.depth).sqrt();
+        (stand.speed + celerity).max(0.5 * celerity)
     }
 }
 
@@ -163,5 +232,32 @@ mod tests {
         assert!((h - 1.0).abs() < 1e-12 && u.abs() < 1e-12);
         assert_eq!(met(Some(&still), 0.2, 3.0, 9.81), (0.2, 3.0));
         assert_eq!(met(None, 0.2, 0.1, 9.81), (0.2, 0.1));
+    }
+
+    #[test]
+    fn a_wave_is_beyond_the_side_when_it_has_had_the_time() {
+        let celerity = (9.81f64).sqrt();
+        let still = Stand { depth: 1.0, ..Stand::default() };
+        let hump = |time: f64| 1e-4 * (-(4.0 * (time - 1.0)).powi(2)).exp();
+        let (distance, dt) = (0.3, 0.004);
+        let mut past = Past::default();
+        for step in 0..400 {
+            let time = dt * f64::from(step);
+            let height = hump(time);
+            let found = Within {
+                depth: [1.0 + height, 0.0],
+                speed: [height * celerity, 0.0],
+                along: 0.0,
+                porosity: 0.0,
+                pull: 9.81,
+                reach: 0.15,
+            };
+            past.take((time, dt), &found, distance, 0.45);
+            let Stand { depth, speed, .. } = past.at(Some(&still), 0.15);
+            let there = |beyond: f64| hump(time + 0.5 * dt - (distance + beyond) / celerity);
+            assert!((depth - 1.0 - there(0.15)).abs() < 2e-7, "{time} s: {depth}");
+            assert!((speed - celerity * there(0.0)).abs() < 6e-7, "{time} s: {speed}");
+        }
+        assert!(past.seen.len() < 120, "{} are kept", past.seen.len());
     }
 }
