@@ -54,6 +54,9 @@ pub enum Momentum {
     Product,
     /// Gradients of heights by corrected differences: for phases that move apart.
     Node,
+    /// `Σ m (P_I/(Ω_I h_I²) ∇W(ℓ_I) + P_J/(Ω_J h_J²) ∇W(ℓ_J))` with heights and smoothing lengths that are solved for together, whatever
+    /// `passes`: the forces of an energy, which is kept as well. One phase, heights by summation.
+    Variational,
 }
 
 /// How heights follow the nodes (sheet: depth-sph §2.10).

@@ -54,7 +54,7 @@ fn numerics(runs: &mut Runs, space: &str) {
     for kind in ["runge-kutta2", "runge-kutta4"] {
         run(kind, json!({ "integration": kind }));
     }
-    for kind in ["symmetric", "product", "node"] {
+    for kind in ["symmetric", "product", "node", "variational"] {
         run(&format!("momentum {kind}"), json!({ "momentum": kind }));
     }
     run("surface gradient", json!({ "surface_gradient": true }));

@@ -3,7 +3,7 @@
 use super::{
     ColumnOptions, Confinement, DepthOptions, FluidResistanceOptions, MixtureOptions, SkeletonOptions,
 };
-use crate::choices::Phases;
+use crate::choices::{Continuity, Momentum, Phases};
 use crate::column::{Drainage, LowerBound};
 use crate::drag::Drag;
 use crate::erosion::Erosion;
@@ -71,6 +71,7 @@ impl DepthOptions {
             column.validate(self.mixture.as_ref())?;
         }
         self.check_earth_pressure()?;
+        self.check_momentum()?;
         positive("stop.speed", self.stop.speed, " (m/s)")?;
         within("stop.share", self.stop.share, 0.0, 1.0)?;
         within("stop.kinetic_ratio", self.stop.kinetic_ratio, 0.0, 1.0)?;
@@ -107,6 +108,15 @@ impl DepthOptions {
             positive(&key("side_slope"), dam.side_slope, "")?;
         }
         Ok(())
+    }
+
+    fn check_momentum(&self) -> Result<(), Wrong> {
+        let is_plain =
+            self.phases == Phases::One && self.continuity == Continuity::Summation && !self.surface_gradient;
+        check(self.momentum != Momentum::Variational || is_plain, "momentum", || {
+            "`variational` is for one phase with heights by summation: leave `phases`, `continuity` and `surface_gradient` out"
+                .to_owned()
+        })
     }
 
     fn check_earth_pressure(&self) -> Result<(), Wrong> {

@@ -35,7 +35,8 @@ pub struct DepthOptions {
     /// Smoothing length that variable ones do not fall below (m), at most the first one: it bounds the step from below; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_smoothing: Option<f64>,
-    /// Sums of height per step, each with the smoothing lengths that follow from the one before; 1 to 10.
+    /// Sums of height per step, each with the smoothing lengths that follow from the one before; 1 to 10. With `momentum`
+    /// `variational` they are as many as it takes.
     #[serde(default = "two")]
     pub passes: usize,
     /// How heights follow the nodes.

@@ -126,6 +126,45 @@ impl<const D: usize> Lanes<D> {
 }
 
 impl<const D: usize> Pairs<'_, D> {
+    /// Sums over the neighbours of node `i` with the smoothing length of each for its pressure (sheet: depth-sph §3.4).
+    #[inline]
+    fn variational(&self, i: usize) -> Sums<D> {
+        let numerics = &self.settings.numerics;
+        let kernel = numerics.kernel;
+        let support = kernel.support();
+        let (nodes, seen, near) = (self.nodes, self.seen, self.packed);
+        let (x, length) = (&nodes.position[i], nodes.length[i]);
+        let viscosity = Viscosity::of(numerics.viscosity, nodes.pull[i], nodes.depth[i], nodes.height[i]);
+        let factor = f64x4::splat(kernel.factor::<D>());
+        let mut sums = Lanes::NONE;
+        near.around(x, support * self.around.at(x).max(length), |first, apart, square| {
+            let (own, theirs) = (f64x4::splat(length), four(&near.length, first));
+            let volumes = four(&near.volume, first);
+            let weigh = |length: f64x4| {
+                let reach = length * support;
+                square.simd_lt(reach * reach) & (slopes::<D>(kernel, factor, square, length) * volumes)
+            };
+            let (here, there) = (weigh(own), weigh(theirs));
+            let push = here * seen.pressure[i] + there * four(&near.pressure, first);
+            let mut closing = f64x4::ZERO;
+            for c in 0..D {
+                sums.push[c] += push * apart[c];
+                closing += (f64x4::splat(nodes.velocity[i][c]) - four(&near.velocity[c], first)) * apart[c];
+            }
+            let approaching = closing.simd_lt(f64x4::ZERO) & (here + there).simd_ne(f64x4::ZERO);
+            if approaching.any() {
+                let (mean, heights) = ((own + theirs) * 0.5, four(&near.height, first));
+                let strength =
+                    viscosity.over_kernel(closing, square, mean, four(&near.depth, first), heights);
+                let strength = approaching & (strength * (here + there) * 0.5);
+                for c in 0..D {
+                    sums.viscous[c] -= strength * apart[c];
+                }
+            }
+        });
+        sums.sums()
+    }
+
     /// Sums over the neighbours of node `i`; gradients only where they are asked for.
     #[inline]
     fn sums<const GRADIENTS: bool>(&self, i: usize) -> Sums<D> {
@@ -264,14 +303,15 @@ impl<const D: usize> Set<D> {
         let pairs = Pairs { settings, nodes, seen, packed, around, bed, reaction, across };
         acceleration.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, a)| {
             let own = if plain {
-                let sums = pairs.sums::<false>(i);
+                let sums =
+                    if form == Momentum::Variational { pairs.variational(i) } else { pairs.sums::<false>(i) };
                 std::array::from_fn(|c| sums.viscous[c] - pairs.nodes.pull[i] * sums.push[c])
             } else {
                 let sums = pairs.sums::<true>(i);
                 let by_differences = match form {
                     Momentum::Node => true,
                     Momentum::Automatic => settings.phases == Phases::Two && weak(i),
-                    Momentum::Symmetric | Momentum::Product => false,
+                    Momentum::Symmetric | Momentum::Product | Momentum::Variational => false,
                 };
                 pairs.push(role, i, &sums, by_differences || settings.numerics.surface_gradient)
             };

@@ -2,15 +2,20 @@
 
 use rayon::prelude::*;
 
-use super::packed::Packed;
+use super::packed::{Near, Packed};
 use super::set::{Set, TASK, copy};
-use crate::choices::Continuity;
+use crate::choices::{Continuity, Momentum};
 use crate::kernel::Kernel;
 use crate::nodes::{Plan, Seen};
 use crate::settings::Numerics;
 
 /// Below this denominator an average over the nodes of a phase is none (sheet: depth-sph §2.10).
 pub const NO_PARTNER: f64 = 1e-6;
+
+/// Most of Newton's steps for the height of a node, and the share of its smoothing length by which the last one may change it.
+const NEWTON: (usize, f64) = (50, 1e-13);
+/// Below this `Ω` a node is on its own: its smoothing length is at its upper bound.
+const ALONE: f64 = 1e-3;
 
 /// Square of the distance of two places (m²).
 #[inline]
@@ -22,6 +27,10 @@ impl<const D: usize> Set<D> {
     /// Step 2: heights of the phase, with smoothing lengths that keep `h ℓ^d / m`.
     pub fn sum_heights(&mut self, numerics: &Numerics) {
         let kernel = numerics.kernel;
+        if numerics.momentum == Momentum::Variational {
+            self.solve_heights(numerics);
+            return;
+        }
         let packed = &self.packed;
         let (position, volume, first, scale) =
             (&self.nodes.position, &self.nodes.volume, &self.nodes.first_length, &self.nodes.scale);
@@ -41,6 +50,23 @@ impl<const D: usize> Set<D> {
         if numerics.continuity == Continuity::Normalised {
             self.normalise(kernel);
         }
+    }
+
+    /// Heights `h = Σ m W(ℓ(h))` by Newton's method, with `Ω` (sheet: depth-sph §3.4).
+    fn solve_heights(&mut self, numerics: &Numerics) {
+        let Self { nodes, packed, omega, .. } = self;
+        let packed = &*packed;
+        omega.resize(nodes.len(), 1.0);
+        let (position, volume, first, scale) =
+            (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
+        let columns = nodes.height.par_iter_mut().zip(nodes.length.par_iter_mut()).zip(omega).enumerate();
+        columns.with_min_len(TASK).for_each_init(
+            || packed.near(),
+            |near, (i, ((height, length), omega))| {
+                near.go(position[i]);
+                (*height, *omega) = solved(near, numerics, length, scale[i] * volume[i], first[i]);
+            },
+        );
     }
 
     /// Divides heights by `Σ (m/h) W`, with the heights of before.
@@ -83,6 +109,47 @@ impl<const D: usize> Set<D> {
         (0..nodes.len()).into_par_iter().with_min_len(TASK).map(partner).collect_into_vec(&mut self.scalars);
         copy(&self.images, &self.scalars, &mut self.seen.partner);
     }
+}
+
+/// Height of a node (m) whose smoothing length keeps `ℓ^d h` at `kept`, and `Ω = 1 + ℓ/(d h) ∂h/∂ℓ`, one where the length is at a bound.
+fn solved<const D: usize>(
+    near: &mut Near<'_, D>,
+    numerics: &Numerics,
+    length: &mut f64,
+    kept: f64,
+    first: f64,
+) -> (f64, f64) {
+    let kernel = numerics.kernel;
+    if !numerics.variable_length {
+        return (near.sum(kernel, *length), 1.0);
+    }
+    let (low, high) = bounds(numerics, first);
+    *length = length.clamp(low, high);
+    let (mut height, mut omega) = (0.0, 1.0);
+    for _ in 0..NEWTON.0 {
+        let (sum, slope) = near.sum_and_slope(kernel, *length);
+        (height, omega) = (sum, 1.0 + *length / (D as f64 * sum) * slope);
+        let wanted = if omega > ALONE {
+            let excess = 1.0 - kept / (length.powi(D as i32) * sum);
+            (*length * (1.0 - (excess / (D as f64 * omega)).clamp(-1.0, 0.5))).clamp(low, high)
+        } else {
+            high
+        };
+        let change = (wanted - *length).abs();
+        if change <= NEWTON.1 * *length {
+            break;
+        }
+        *length = wanted;
+    }
+    (height, if *length > low && *length < high { omega } else { 1.0 })
+}
+
+/// Bounds of a smoothing length (m) that began as `first`.
+#[inline]
+fn bounds(numerics: &Numerics, first: f64) -> (f64, f64) {
+    let (least, most) = numerics.length_range;
+    let shortest = numerics.shortest.min(first);
+    ((least * first).max(shortest), (most * first).max(shortest))
 }
 
 /// `ℓ = (scale m / h)^(1/d)` within its bounds.

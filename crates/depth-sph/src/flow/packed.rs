@@ -268,6 +268,30 @@ impl<const D: usize> Near<'_, D> {
         part.whole()
     }
 
+    /// `Σ m W` with this smoothing length (m), and its derivative by that length.
+    #[inline]
+    pub fn sum_and_slope(&mut self, kernel: Kernel, length: f64) -> (f64, f64) {
+        let reach = kernel.support() * length;
+        let (inverse, mut total, mut change) = (1.0 / length, f64x4::ZERO, f64x4::ZERO);
+        let mut add = |distance: f64x4, volume: f64x4| {
+            let q = (distance * inverse).fast_max(f64x4::splat(1e-12));
+            let volume = distance.simd_lt(f64x4::splat(reach)) & volume;
+            let shape = kernel.shapes::<D>(q);
+            total += shape * volume;
+            change += (shape * D as f64 + q * q * kernel.slopes::<D>(q, f64x4::ONE / q)) * volume;
+        };
+        if reach <= self.reach || self.collect((1.0 + MARGIN) * reach) {
+            for (distance, volume) in self.distances[..self.count].iter().zip(&self.volumes) {
+                add(*distance, *volume);
+            }
+        } else {
+            let packed = self.packed;
+            packed.around(&self.x, reach, |first, _, square| add(square.sqrt(), four(&packed.volume, first)));
+        }
+        let factor = kernel.factor::<D>() * inverse.powi(D as i32);
+        (whole(total) * factor, -whole(change) * factor * inverse)
+    }
+
     /// Keeps what lies within `reach` (m); whether it has room for all.
     #[inline]
     fn collect(&mut self, reach: f64) -> bool {

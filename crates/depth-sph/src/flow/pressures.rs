@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::Flow;
 use super::set::{Set, TASK, copy};
+use crate::choices::Momentum;
 use crate::nodes::dot;
 use crate::settings::Settings;
 
@@ -45,7 +46,7 @@ impl<const D: usize> Flow<D> {
         let material = &settings.material;
         let submerged = material.densities.submerged(material.porosity);
         for (number, set) in sets.iter_mut().enumerate() {
-            let Set { nodes, seen, images, scalars, divergence, .. } = set;
+            let Set { nodes, seen, images, scalars, divergence, omega, .. } = set;
             scalars.clear();
             if number > 0 || settings.earth_pressure.is_none() {
                 scalars.resize(nodes.len(), 0.5);
@@ -60,6 +61,9 @@ impl<const D: usize> Flow<D> {
                     0.5 + excess * effective
                 };
                 scalars.extend((0..nodes.len()).map(of_node));
+            }
+            if settings.numerics.momentum == Momentum::Variational {
+                scalars.iter_mut().zip(&*omega).for_each(|(pressure, omega)| *pressure /= omega);
             }
             copy(images, scalars, &mut seen.pressure);
         }

@@ -30,6 +30,8 @@ pub struct Set<const D: usize> {
     pub near: NeighbourList<D>,
     /// Neighbours of the other phase.
     pub across: NeighbourList<D>,
+    /// `Ω` of each node, where forces are variational.
+    pub omega: Vec<f64>,
     /// Bed below each node.
     pub bed: Vec<BedPoint<D>>,
     /// Effective gravity of the reaction of the bed (m/s²).

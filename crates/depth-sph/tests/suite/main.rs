@@ -12,3 +12,4 @@ mod open_sides;
 mod scour;
 mod small_waves;
 mod terrain;
+mod variational;
