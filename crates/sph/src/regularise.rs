@@ -209,7 +209,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::semi_discrete::{Given, prepared};
+    use crate::semi_discrete::{self, Given};
     use crate::solver::{SphSolver, diffuse_stress};
 
     /// Disordered particles under a stress of their places, and gravity.
@@ -227,7 +227,7 @@ mod tests {
             let stress = stress(id, &[x[0] + shift[0], x[1] + shift[1]]);
             Given { shift, velocity: [0.0; 2], compression: 1.0, stress }
         };
-        let mut solver = prepared::<2>(&case, given).unwrap();
+        let mut solver = semi_discrete::solver::<2>(&case, given);
         solver.critical_step();
         solver.list(true).unwrap();
         solver.derive(0.0);
@@ -292,7 +292,7 @@ mod tests {
                 compression: stretch.powi(-2),
                 stress: SymTensor::diagonal(1e3, -2e3, 5e2) * noise(id, 0),
             };
-            let mut solver = prepared::<2>(&case, given).unwrap();
+            let mut solver = semi_discrete::solver::<2>(&case, given);
             solver.critical_step();
             solver.list(true).unwrap();
             smooth(&mut solver, form);

@@ -7,6 +7,7 @@
 use colluvium_case::{Case, CaseError, Solver};
 use colluvium_constitutive::SymTensor;
 
+use crate::config::SphOptions;
 use crate::pairs::Pairs;
 use crate::setup;
 use crate::solver::{SphSolver, find_rates};
@@ -47,20 +48,116 @@ pub struct Particle<const D: usize> {
     pub drift: [f64; D],
 }
 
-/// The solver of `case` at its start, whose particles are given what `given(id, position)` says. The laws start from
-/// the stress that they are given.
+/// The first components, and zeros for what is not there.
+fn resized<const E: usize>(values: &[f64]) -> [f64; E] {
+    std::array::from_fn(|axis| values.get(axis).copied().unwrap_or(0.0))
+}
+
+impl<const D: usize> Given<D> {
+    fn over<const E: usize>(&self) -> Given<E> {
+        Given {
+            shift: resized(&self.shift),
+            velocity: resized(&self.velocity),
+            compression: self.compression,
+            stress: self.stress,
+        }
+    }
+}
+
+impl<const D: usize> Particle<D> {
+    fn over<const E: usize>(&self) -> Particle<E> {
+        let mut gradient = [[0.0; E]; E];
+        for (row, of) in gradient.iter_mut().zip(&self.gradient) {
+            *row = resized(of);
+        }
+        Particle {
+            position: resized(&self.position),
+            velocity: resized(&self.velocity),
+            mass: self.mass,
+            density: self.density,
+            stress: self.stress,
+            acceleration: resized(&self.acceleration),
+            gradient,
+            divergence: self.divergence,
+            drift: resized(&self.drift),
+        }
+    }
+}
+
+/// What particles are given, whatever the space. With it the solver is compiled here, and not again where it is asked.
+type Giving<'a> = dyn Fn(u32, &[f64; 3]) -> Given<3> + 'a;
+
+/// The solver of `case` at its start, in as many ranks as its options say, whose particles are given what `given(id, position)`
+/// says. The laws start from the stress that they are given.
 ///
 /// # Errors
 /// As [`colluvium_case::Method::build`], and where a law refuses a stress.
 pub fn prepared<const D: usize>(
     case: &Case,
     given: impl Fn(u32, &[f64; D]) -> Given<D>,
-) -> Result<SphSolver<D>, CaseError> {
+) -> Result<Box<dyn Solver>, CaseError> {
+    prepared_in_space(case, &|id, position| given(id, &resized(position)).over())
+}
+
+/// Kinetic energy (J, per metre or square metre in plane or line) at the start and after each of `count` steps of exactly `dt` (s),
+/// whatever is stable, in one rank: for studies of stability. Shorter where a particle can no longer be followed.
+///
+/// # Errors
+/// As [`prepared`].
+pub fn unchecked_course<const D: usize>(
+    case: &Case,
+    given: impl Fn(u32, &[f64; D]) -> Given<D>,
+    dt: f64,
+    count: usize,
+) -> Result<Vec<f64>, CaseError> {
+    let given: &Giving<'_> = &|id, position| given(id, &resized(position)).over();
+    match case.dimension() {
+        1 => course::<1>(case, given, dt, count),
+        2 => course::<2>(case, given, dt, count),
+        _ => course::<3>(case, given, dt, count),
+    }
+}
+
+fn course<const D: usize>(
+    case: &Case,
+    given: &Giving<'_>,
+    dt: f64,
+    count: usize,
+) -> Result<Vec<f64>, CaseError> {
+    let mut solver = made::<D>(case, &setup::options(case)?, given)?;
+    let mut energies = vec![solver.totals().kinetic];
+    energies.extend((0..count).map_while(|_| solver.advance(dt).ok().map(|()| solver.totals().kinetic)));
+    Ok(energies)
+}
+
+fn prepared_in_space(case: &Case, given: &Giving<'_>) -> Result<Box<dyn Solver>, CaseError> {
     let options = setup::options(case)?;
-    let mut solver: SphSolver<D> = setup::solver(case, &options)?;
+    Ok(match case.dimension() {
+        1 => setup::shared_out(made::<1>(case, &options, given)?, options.ranks),
+        2 => setup::shared_out(made::<2>(case, &options, given)?, options.ranks),
+        _ => setup::shared_out(made::<3>(case, &options, given)?, options.ranks),
+    })
+}
+
+/// As [`prepared`], as the solver itself.
+#[cfg(test)]
+pub(crate) fn solver<const D: usize>(
+    case: &Case,
+    given: impl Fn(u32, &[f64; D]) -> Given<D>,
+) -> SphSolver<D> {
+    let given: &Giving<'_> = &|id, position| given(id, &resized(position)).over();
+    made(case, &setup::options(case).unwrap(), given).unwrap()
+}
+
+fn made<const D: usize>(
+    case: &Case,
+    options: &SphOptions,
+    given: &Giving<'_>,
+) -> Result<SphSolver<D>, CaseError> {
+    let mut solver: SphSolver<D> = setup::solver(case, options)?;
     let p = &mut solver.bodies.particles;
     for i in 0..p.len() {
-        let given = given(p.id[i], &p.position[i]);
+        let given = given(p.id[i], &resized(&p.position[i])).over::<D>();
         (0..D).for_each(|c| p.position[i][c] += given.shift[c]);
         p.origin[i] = p.position[i];
         p.velocity[i] = given.velocity;
@@ -84,7 +181,20 @@ pub fn rates<const D: usize>(
     case: &Case,
     given: impl Fn(u32, &[f64; D]) -> Given<D>,
 ) -> Result<Vec<Particle<D>>, CaseError> {
-    let mut solver = prepared(case, given)?;
+    let found = rates_in_space(case, &|id, position| given(id, &resized(position)).over())?;
+    Ok(found.iter().map(Particle::over).collect())
+}
+
+fn rates_in_space(case: &Case, given: &Giving<'_>) -> Result<Vec<Particle<3>>, CaseError> {
+    match case.dimension() {
+        1 => found::<1>(case, given),
+        2 => found::<2>(case, given),
+        _ => found::<3>(case, given),
+    }
+}
+
+fn found<const D: usize>(case: &Case, given: &Giving<'_>) -> Result<Vec<Particle<3>>, CaseError> {
+    let mut solver = made::<D>(case, &setup::options(case)?, given)?;
     solver.setting.gravity = [0.0; D];
     solver.critical_step();
     solver.list(true).map_err(|error| wrong(&error))?;
@@ -93,7 +203,7 @@ pub fn rates<const D: usize>(
     find_rates(setting, bodies, walls, lists, rates, 0.0);
     let p = &bodies.particles;
     let pairs = Pairs::new(setting, p, walls);
-    let particle = |i: usize| Particle {
+    let particle = |i: usize| Particle::<D> {
         position: p.position[i],
         velocity: p.velocity[i],
         mass: p.mass[i],
@@ -104,5 +214,5 @@ pub fn rates<const D: usize>(
         divergence: rates.of.divergence[i],
         drift: pairs.drift(i, lists.neighbours.of(i)),
     };
-    Ok((0..p.len()).map(particle).collect())
+    Ok((0..p.len()).map(|i| particle(i).over()).collect())
 }

@@ -60,11 +60,15 @@ pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
 }
 
 fn boxed<const D: usize>(case: &Case, options: &SphOptions) -> Result<Box<dyn Solver>, CaseError> {
-    let whole = solver::<D>(case, options)?;
-    Ok(match options.ranks {
+    Ok(shared_out(solver::<D>(case, options)?, options.ranks))
+}
+
+/// A solver with its particles shared out among `ranks`.
+pub fn shared_out<const D: usize>(whole: SphSolver<D>, ranks: u32) -> Box<dyn Solver> {
+    match ranks {
         1 => Box::new(whole),
         ranks => Box::new(RankedSolver::new(whole, ranks as usize)),
-    })
+    }
 }
 
 /// The plan of `case`.

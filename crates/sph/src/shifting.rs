@@ -95,7 +95,7 @@ mod tests {
     use colluvium_constitutive::SymTensor;
     use serde_json::json;
 
-    use crate::semi_discrete::{Given, prepared};
+    use crate::semi_discrete::{self, Given};
     use crate::solver::SphSolver;
 
     /// Particles go as far as the lists allow before they are shifted as far as they may be.
@@ -116,7 +116,7 @@ mod tests {
             compression: 1.0,
             stress: SymTensor::ZERO,
         };
-        let mut solver = prepared::<2>(&case, given).unwrap();
+        let mut solver = semi_discrete::solver::<2>(&case, given);
         solver.list(true).unwrap();
         let support = solver.setting.smoothing.radius();
         for i in 0..solver.bodies.particles.len() {

@@ -104,7 +104,6 @@ pub struct RankedSolver<const D: usize> {
     cuts: Option<Bisection<D>>,
     /// Whether the particles are shared out, and neighbours listed.
     shared_out: bool,
-    migrated: u64,
 }
 
 /// Everything that a rank does, on all of them.
@@ -120,14 +119,9 @@ impl<const D: usize> RankedSolver<D> {
     /// As many ranks for the particles of `whole`.
     pub fn new(whole: SphSolver<D>, ranks: usize) -> Self {
         let mail = vec![vec![Parcel::default(); ranks]; ranks];
-        let mut solver = Self { ranks: Vec::new(), mail, cuts: None, shared_out: false, migrated: 0 };
+        let mut solver = Self { ranks: Vec::new(), mail, cuts: None, shared_out: false };
         solver.give_to_first(whole);
         solver
-    }
-
-    /// How many times a particle has gone from one rank to another.
-    pub fn migrated(&self) -> u64 {
-        self.migrated
     }
 
     /// All particles to the first rank.
@@ -352,7 +346,7 @@ impl<const D: usize> RankedSolver<D> {
 
     /// Every rank keeps the particles in its own part of space and sends the others away.
     fn migrate(&mut self, cuts: &Bisection<D>) {
-        let away = |(me, (rank, parcels)): (usize, (&Rank<D>, &mut Vec<Parcel<D>>))| -> u64 {
+        self.ranks.par_iter().zip(&mut self.mail).for_each(|(rank, parcels)| {
             let mut shares = vec![Vec::new(); parcels.len()];
             for i in rank.own() {
                 shares[cuts.owner(&rank.domain.lists.listed.positions[i as usize]) as usize].push(i);
@@ -360,11 +354,7 @@ impl<const D: usize> RankedSolver<D> {
             for (parcel, share) in parcels.iter_mut().zip(&shares) {
                 parcel.fill(&rank.domain, &rank.sequence, share, true);
             }
-            shares.iter().enumerate().filter(|(to, _)| *to != me).map(|(_, share)| share.len() as u64).sum()
-        };
-        let gone: u64 = self.ranks.par_iter().zip(&mut self.mail).enumerate().map(away).sum();
-        // At first all are in one rank: that is no migration.
-        self.migrated += if self.shared_out { gone } else { 0 };
+        });
         let mail = &self.mail;
         self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
             let parcels: Vec<&Parcel<D>> = mail.iter().map(|parcels| &parcels[to]).collect();

@@ -115,11 +115,11 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// One step of exactly `dt` (s), whatever is stable: for studies of stability. Runs take [`colluvium_case::Solver::step`].
+    /// One step of exactly `dt` (s), whatever is stable.
     ///
     /// # Errors
     /// When a particle can no longer be followed.
-    pub fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+    pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.clock.limit.is_none() {
             self.critical_step();
         }

@@ -143,7 +143,7 @@ mod tests {
     use colluvium_constitutive::SymTensor;
     use serde_json::json;
 
-    use crate::semi_discrete::{Given, prepared};
+    use crate::semi_discrete::{self, Given};
 
     /// Also between two listings of the neighbours.
     #[test]
@@ -163,7 +163,7 @@ mod tests {
             compression: 1.0,
             stress: SymTensor::ZERO,
         };
-        let mut solver = prepared::<2>(&case, still).unwrap();
+        let mut solver = semi_discrete::solver::<2>(&case, still);
         for _ in 0..5 {
             solver.advance(1e-4).unwrap();
             solver.list(true).unwrap();

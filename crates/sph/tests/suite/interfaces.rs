@@ -1,7 +1,7 @@
 //! Bodies of different density and stress side by side, and bodies that are held: what is smoothed, diffused or carried
 //! along stays within each body (sheet: sph §2.10, §2.12, §2.13).
 
-use colluvium_case::{Case, Method, Solver};
+use colluvium_case::{Case, Method};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
 use colluvium_sph::kernel::{Kernel, Smoothing};
@@ -330,7 +330,7 @@ fn a_bar_of_two_densities_at_rest_makes_no_energy() {
         let given =
             |_: u32, _: &[f64; D]| Given { shift: [0.0; D], velocity: [0.0; D], compression: 1.0, stress };
         let mut solver = prepared::<D>(case, given).unwrap();
-        advance(&mut solver, 300);
+        advance(&mut *solver, 300);
         let budget = solver.totals();
         budget.kinetic / budget.elastic
     }

@@ -1,6 +1,6 @@
 //! Bodies that are held and along which others slip freely (sheet: sph §2.13).
 
-use colluvium_case::{Case, Method, Snapshot, Solver};
+use colluvium_case::{Case, Method, Snapshot};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
 use colluvium_sph::semi_discrete::{Given, prepared, rates};

@@ -212,7 +212,7 @@ fn unbalanced(outcome: &mut Outcome, seconds: f64) -> Result<(), String> {
             outcome.within(name, "above 1e-6", drift, (1e-6, f64::INFINITY), "V-35: momentum drifts");
         }
         let mut solver = prepared::<2>(&case, given).map_err(|error| error.to_string())?;
-        let course = energies(&mut solver, seconds as usize);
+        let course = energies(&mut *solver, seconds as usize);
         chart.series.push(Series::new(label, course[1..].to_vec(), Style::Line));
         courses.push(course);
     }
