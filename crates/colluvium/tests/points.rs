@@ -165,9 +165,11 @@ fn points_that_do_not_suit_the_method_are_refused_or_remarked() {
     let plan = colluvium::method("sph").unwrap().plan(&case("sph", 0.125)).unwrap();
     assert!(!plan.warnings.iter().any(|warning| warning.contains("bodies[0].points: ")));
     let mut value = block("mpm");
-    value["bodies"][0]["points"] = json!({ "file": "points.csv", "spacing": -1 });
-    let error = Case::from_value(&value, folder.path()).unwrap_err().to_string();
-    assert!(error.starts_with("bodies[0].points.spacing: "), "{error}");
+    for spacing in [-1.0, 1e300] {
+        value["bodies"][0]["points"] = json!({ "file": "points.csv", "spacing": spacing });
+        let error = Case::from_value(&value, folder.path()).unwrap_err().to_string();
+        assert!(error.starts_with("bodies[0].points.spacing: "), "{error}");
+    }
 }
 
 #[test]

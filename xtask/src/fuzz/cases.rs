@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::ops::Range;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -46,19 +47,21 @@ pub enum Outcome {
     Run,
 }
 
-/// Tries that many files; prints what failed and keeps it under `target/fuzz`.
+/// Tries the files of these numbers; prints what failed and keeps it under `target/fuzz`.
 ///
 /// # Errors
 /// When scratch files cannot be written.
-pub fn run(files: u64, seed: u64) -> Fallible<bool> {
-    let scratch = crate::root().join("target/fuzz");
+pub fn run(numbers: Range<u64>, seed: u64) -> Fallible<bool> {
+    let files = numbers.end - numbers.start;
+    let folder = crate::root().join("target/fuzz");
+    let scratch = folder.join(format!("tried-{seed}"));
     let origins = origins(&scratch)?;
     let parts: Vec<Value> = origins.iter().map(|origin| origin.value.clone()).collect();
     let (mut outcomes, mut failures): (BTreeMap<Outcome, u64>, BTreeMap<String, String>) = Default::default();
     let watched = watch();
     let said = listen();
     let begun = Instant::now();
-    for number in 0..files {
+    for number in numbers {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(number);
         let origin = &origins[random.random_range(0..origins.len())];
@@ -78,7 +81,7 @@ pub fn run(files: u64, seed: u64) -> Fallible<bool> {
         match outcome {
             Ok(outcome) => *outcomes.entry(outcome).or_default() += 1,
             Err(problem) => {
-                let kept = scratch.join(format!("failed-{seed}-{number}.json"));
+                let kept = folder.join(format!("failed-{seed}-{number}.json"));
                 fs::copy(&path, &kept)?;
                 // One of each kind is enough to read.
                 let kind: String = problem.chars().filter(|c| !c.is_ascii_digit()).take(120).collect();
@@ -282,6 +285,6 @@ mod tests {
 
     #[test]
     fn five_hundred_broken_files_are_refused_or_run() {
-        assert!(run(500, 7).unwrap());
+        assert!(run(0..500, 7).unwrap());
     }
 }

@@ -19,6 +19,9 @@ pub struct Arguments {
     /// Seed of the random numbers: the same files again.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Number of the first file: with `1` as the number of files, one that failed again.
+    #[arg(long, default_value_t = 0)]
+    first: u64,
     /// Kill runs of all methods at random moments instead, so often in all, and take them up again.
     #[arg(long, value_name = "TIMES")]
     kill: Option<u64>,
@@ -41,6 +44,6 @@ fn chosen(arguments: &Arguments) -> Fallible<bool> {
     }
     match arguments.kill {
         Some(times) => kill::run(times, arguments.seed),
-        None => cases::run(arguments.files, arguments.seed),
+        None => cases::run(arguments.first..arguments.first.saturating_add(arguments.files), arguments.seed),
     }
 }

@@ -33,11 +33,12 @@ impl Findings<'_> {
                 }
             }
             if let Some(spacing) = body.points.as_ref().and_then(|points| points.spacing) {
-                let length = spacing.is_finite() && spacing > 0.0;
+                let (low, high) = (&case.domain.min, &case.domain.max);
+                let longest = low.iter().zip(high).map(|(low, high)| high - low).fold(0.0, f64::max);
                 self.require(
-                    length,
+                    spacing > 0.0 && spacing <= longest,
                     format!("{path}.points.spacing"),
-                    format!("{spacing} must be finite and positive (m)"),
+                    format!("{spacing:?} must be positive and no longer than the domain, {longest:?} m"),
                 );
             }
             let shape = Some(&body.shape).filter(|_| sound[number]);
