@@ -1,5 +1,6 @@
 //! A flow: its nodes, and one step (sheet: depth-sph §3.4).
 
+mod compiled;
 mod coupling;
 mod feed;
 mod forces;
@@ -25,6 +26,7 @@ use crate::choices::{Continuity, Frame, Momentum, Phases};
 use crate::inflow::{Held, Inflow};
 use crate::nodes::{Node, Plan, norm};
 use crate::settings::Settings;
+use compiled::compiled;
 use set::{TASK, copy};
 
 pub use forces::{Role, corrected};
@@ -107,7 +109,7 @@ impl<const D: usize> Flow<D> {
     /// A flow of nodes for each set, at rest in its first heights.
     ///
     /// # Errors
-    /// When a node lies beyond the bed, or positions are not finite.
+    /// When a node lies beyond the bed, positions are not finite, or there are neither one nor two dimensions in plan.
     pub fn new(
         settings: Settings<D>,
         bed: Bed<D>,
@@ -149,7 +151,7 @@ impl<const D: usize> Flow<D> {
             cells: CellList::new(),
             spare: Spare::default(),
         };
-        flow.settle()?;
+        (compiled()?.settle)(&mut flow)?;
         flow.outside = Outside::Remove;
         Ok(flow)
     }
@@ -198,6 +200,10 @@ impl<const D: usize> Flow<D> {
     /// # Errors
     /// The first node that can no longer be followed.
     pub fn advance(&mut self, dt: f64) -> Result<(), Failure> {
+        (compiled()?.step)(self, dt)
+    }
+
+    fn step(&mut self, dt: f64) -> Result<(), Failure> {
         self.feed();
         self.pass_ends(dt);
         self.renew_columns();

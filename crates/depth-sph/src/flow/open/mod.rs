@@ -16,6 +16,7 @@ mod side;
 mod stand;
 
 use super::Flow;
+use super::compiled::compiled;
 use super::grow::keep;
 use crate::nodes::{Nodes, Plan};
 use side::Part;
@@ -78,6 +79,10 @@ impl<const D: usize> Flow<D> {
     /// # Errors
     /// As [`Flow::new`].
     pub fn open_all(&mut self, openings: &[Opening]) -> Result<(), super::Failure> {
+        (compiled()?.open)(self, openings)
+    }
+
+    pub(super) fn add_openings(&mut self, openings: &[Opening]) -> Result<(), super::Failure> {
         let longest = self.sets.iter().flat_map(|set| &set.nodes.first_length).copied().fold(0.0, f64::max);
         let reach = self.reach_beyond(longest);
         let (gravity, time) = (self.settings.gravity, self.time);
