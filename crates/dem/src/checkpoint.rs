@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 use crate::ledger::Ledger;
 use crate::pairs::Pairs;
 use crate::rain::Entered;
-use crate::setup;
 use crate::solver::DemSolver;
 use crate::surfaces::Facet;
 
@@ -79,7 +78,7 @@ fn read_pairs<const R: usize>(pairs: &mut Pairs<R>, count: usize, input: &mut dy
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+    pub(crate) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let mut cell = flat(&self.cell.h);
         cell.extend(flat(&self.cell.rate));
         let wall = |wall: &crate::walls::Wall<D>| {
@@ -123,7 +122,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.near.memory.write(out)
     }
 
-    fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
+    pub(crate) fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
         let mut bytes: Vec<u8> = Vec::new();
         read_column(&mut bytes, |byte: u8| byte, input)?;
         let head: Head = postcard::from_bytes(&bytes).map_err(io::Error::other)?;
@@ -209,16 +208,13 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
-        let limit = self.critical_step();
-        let dt = limit.towards(at_most);
-        self.advance(dt)?;
-        Ok(Advance { dt, limit: limit.limit })
+        (self.compiled.step)(self, at_most)
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
         let fresh = start == self.time;
         (self.stage, self.stage_start) = (stage, start);
-        setup::enter_stage(self, fresh)
+        (self.compiled.enter_stage)(self, fresh)
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
@@ -255,7 +251,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn readings(&self) -> Vec<Reading> {
-        self.take_readings()
+        (self.compiled.readings)(self)
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
@@ -290,27 +286,22 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn frame(&self, wanted: Wanted) -> Frame {
-        let mut frame = Frame::from(self.take_snapshot());
-        if wanted == Wanted::Written {
-            frame.datasets.extend(self.case.lattice().map(|nodes| self.take_lattice(nodes)));
-            frame.datasets.extend(self.case.output.contacts.then(|| self.take_contacts()));
-        }
-        frame
+        (self.compiled.frame)(self, wanted)
     }
 
     fn budget(&self) -> Option<Budget> {
-        Some(self.take_budget())
+        Some((self.compiled.budget)(self))
     }
 
     fn specimen(&self) -> Option<String> {
-        Some(self.stored())
+        Some((self.compiled.stored)(self))
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
-        self.write(out).map_err(|error| SolverError::Checkpoint(error.to_string()))
+        (self.compiled.write)(self, out).map_err(|error| SolverError::Checkpoint(error.to_string()))
     }
 
     fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
-        self.read(input).map_err(|error| SolverError::Checkpoint(error.to_string()))
+        (self.compiled.read)(self, input).map_err(|error| SolverError::Checkpoint(error.to_string()))
     }
 }

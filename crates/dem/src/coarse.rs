@@ -10,7 +10,7 @@ use colluvium_case::{Dataset, Field, FieldData, Lattice, Support, spatial};
 use colluvium_constitutive::SymTensor;
 
 use crate::cell::PeriodicCell;
-use crate::report::Contact;
+use crate::contact::Contact;
 use crate::solver::DemSolver;
 use crate::vector::{dot, minus};
 

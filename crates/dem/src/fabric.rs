@@ -7,7 +7,7 @@ use colluvium_case::solver::Mesh;
 use colluvium_case::{Dataset, Field, FieldData, Support, spatial};
 use colluvium_constitutive::granular_cell;
 
-use crate::report::Contact;
+use crate::contact::Contact;
 use crate::solver::DemSolver;
 use crate::vector::{dot, minus, norm, times};
 

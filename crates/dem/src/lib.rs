@@ -46,8 +46,8 @@ pub use config::{
     DampingForm, DemOptions, Diameters, Fill, Friction, GrainKind, GrainStage, LeverArm, Membrane, NormalLaw,
     Packing, PairOverride, PairSpec, Press, Rain, RollingSpec, Shaking, SpringReset, TangentialSpec,
 };
+pub use contact::Contact;
 pub use homogeneity::Homogeneity;
-pub use report::Contact;
 pub use solver::DemSolver;
 pub use specimen::Specimen;
 

@@ -1,36 +1,19 @@
 //! What the solver tells: contacts, fields, totals.
 
 use colluvium_case::measure::Reading;
-use colluvium_case::{Budget, Field, FieldData, Reaction, Snapshot, spatial};
+use colluvium_case::{Budget, Field, FieldData, Frame, Reaction, Snapshot, Wanted, spatial};
 use colluvium_constitutive::SymTensor;
 use colluvium_points::surface::Contacts;
 
 use crate::config::LeverArm;
 use crate::contact::bond::Bond;
-use crate::contact::{Push, Tally};
+use crate::contact::{Contact, Push, Tally};
 use crate::grains::volume;
 use crate::pairs::Pairs;
 use crate::solver::DemSolver;
 use crate::sweep::{Scene, look};
 use crate::vector::{add, dot, minus, spread, times};
 use crate::voronoi::Tessellation;
-
-/// A contact at an instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact<const D: usize> {
-    /// One grain.
-    pub grain: usize,
-    /// The other; `None` for a wall.
-    pub other: Option<usize>,
-    /// From the centre of the other, or the place on the wall, to that of the first (m).
-    pub branch: [f64; D],
-    /// Force on the first (N).
-    pub force: [f64; D],
-    /// Part of it along the normal, repulsive ones positive (N).
-    pub normal: f64,
-    /// Overlap (m).
-    pub overlap: f64,
-}
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Calls `visit` for every contact as it is now, with what it does and holds.
@@ -109,6 +92,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// All contacts as they are now.
     pub fn contacts(&self) -> Vec<Contact<D>> {
+        (self.compiled.contacts)(self)
+    }
+
+    /// The same, made here.
+    pub(crate) fn take_contact_list(&self) -> Vec<Contact<D>> {
         let mut all = Vec::new();
         self.visit(|contact, _, _| all.push(contact));
         all
@@ -226,6 +214,16 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             extents: vector(&|i| [2.0 * g.radius[i]; D]),
             fields,
         }
+    }
+
+    /// Grains, and where they are to be written what the case asks for besides.
+    pub(crate) fn take_frame(&self, wanted: Wanted) -> Frame {
+        let mut frame = Frame::from(self.take_snapshot());
+        if wanted == Wanted::Written {
+            frame.datasets.extend(self.case.lattice().map(|nodes| self.take_lattice(nodes)));
+            frame.datasets.extend(self.case.output.contacts.then(|| self.take_contacts()));
+        }
+        frame
     }
 
     /// Totals at the time of the last forces, a step before the positions.

@@ -23,6 +23,23 @@ use jkr::Jkr;
 use linear::Linear;
 use rolling::Resistance;
 
+/// A contact at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact<const D: usize> {
+    /// One grain.
+    pub grain: usize,
+    /// The other; `None` for a wall.
+    pub other: Option<usize>,
+    /// From the centre of the other, or the place on the wall, to that of the first (m).
+    pub branch: [f64; D],
+    /// Force on the first (N).
+    pub force: [f64; D],
+    /// Part of it along the normal, repulsive ones positive (N).
+    pub normal: f64,
+    /// Overlap (m).
+    pub overlap: f64,
+}
+
 /// Along the line of centres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Normal {

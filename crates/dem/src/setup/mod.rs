@@ -4,10 +4,11 @@ mod fill;
 mod laws;
 mod refuse;
 mod size;
+mod stage;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, ObstacleLaws, Plan, Solver, SolverError, Standing, spatial};
+use colluvium_case::{Case, CaseError, ObstacleLaws, Plan, Solver, Standing, spatial};
 use colluvium_points::Surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -25,7 +26,7 @@ use crate::ledger::Ledger;
 use crate::lists::Lists;
 use crate::pairs::Columns;
 use crate::rain;
-use crate::solver::{DemSolver, Given, Kind, Scratch, Since};
+use crate::solver::{Compiled, DemSolver, Given, Kind, Scratch, Since};
 use crate::specimen::Specimen;
 use crate::store::Stored;
 use crate::surfaces::Moving;
@@ -131,15 +132,16 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     let laws = laws::laws(case, &options, &kinds, &grains, 0)?;
     let columns =
         Columns::of(&laws.pairs.iter().chain(laws.walls.iter().flatten()).copied().collect::<Vec<_>>());
-    let next_id = fill::next_id(&grains);
     let cell = stored.as_ref().map_or_else(|| Ok(domain(case)), |stored| stored.cell(case, domain(case)))?;
     let fastest = grains.velocity.iter().map(|v| dot(v, v)).fold(0.0, f64::max).sqrt();
     let mut solver = DemSolver {
+        compiled: Compiled::HERE,
         case: Arc::new(case.clone()),
         skin: options.skin * mean_diameter(case, &options, &grains),
         kinds,
         laws,
         columns,
+        next_id: fill::next_id(&grains),
         grains,
         cell,
         lists: Lists::default(),
@@ -161,7 +163,6 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         imposed: None,
         one_by_one: false,
         sources: rain::sources(case, &options),
-        next_id,
         specimens: Vec::new(),
         given: Given::default(),
         options,
@@ -384,82 +385,4 @@ fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize)
     };
     let obstacles = solver.obstacles.iter().enumerate().map(obstacle);
     case.active_boundaries(stage).into_iter().map(wall).chain(obstacles).collect()
-}
-
-/// Prepares the solver for its stage, which is `fresh` where it begins with this.
-pub fn enter_stage<const D: usize, const R: usize>(
-    solver: &mut DemSolver<D, R>,
-    fresh: bool,
-) -> Result<(), SolverError> {
-    let (step, time, stage) = (solver.step, solver.time, solver.stage);
-    let failed = |reason: String| SolverError::Step { step, time, reason };
-    let laws = laws::laws(&solver.case, &solver.options, &solver.kinds, &solver.grains, stage);
-    solver.laws = laws.map_err(|error| failed(error.to_string()))?;
-    // Walls keep where they have moved to.
-    let standing = walls(solver, stage);
-    let stands = |wall: &Wall<D>| standing.iter().any(|other| other.boundary == wall.boundary);
-    let mut next = 0;
-    let of_wall = |wall: &Wall<D>| {
-        next += u32::from(stands(wall));
-        if stands(wall) { next - 1 } else { u32::MAX }
-    };
-    let numbers: Vec<u32> = solver.walls.iter().map(of_wall).collect();
-    if numbers.contains(&u32::MAX) {
-        let grains: Vec<u32> = (0..solver.grains.len() as u32).collect();
-        solver.near.forget(&grains, &numbers, solver.columns);
-        solver.walls.retain(stands);
-        solver.since.cell = None;
-    }
-    let options = solver.stage_options();
-    for wall in &mut solver.walls {
-        wall.laws.clone_from(&solver.laws.walls[wall.boundary]);
-        if let Some(own) = standing.iter().find(|other| other.boundary == wall.boundary) {
-            wall.regions.clone_from(&own.regions);
-        }
-        // What a stage before has pressed goes on as its boundary says.
-        let own = standing.iter().find(|other| other.boundary == wall.boundary);
-        if let (None, Some(own)) = (options.walls.get(&wall.name), own) {
-            wall.velocity = own.velocity;
-        }
-    }
-    check_step(solver).map_err(|error| failed(error.to_string()))?;
-    if !fresh {
-        return Ok(());
-    }
-    remove_bodies(solver);
-    if options.reset_contacts {
-        solver.reset_contacts();
-    }
-    if options.agitation > 0.0 {
-        agitate(solver, options.agitation);
-    }
-    solver.ledger.begin_stage();
-    // Walls may be gone, and gaps that contacts bridge may be others.
-    solver.relist()
-}
-
-/// Takes away the grains of bodies that a stage removes.
-fn remove_bodies<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) {
-    let case = Arc::clone(&solver.case);
-    let gone: Vec<bool> = case.bodies.iter().map(|body| case.is_removed(&body.name, solver.stage)).collect();
-    if solver.grains.body.iter().any(|body| gone[*body as usize]) {
-        solver.keep_grains(|body| !gone[body as usize]);
-    }
-}
-
-/// Adds a random velocity to all grains, drawn in the order of their ids.
-fn agitate<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>, speed: f64) {
-    let mut random = ChaCha8Rng::seed_from_u64(solver.options.seed ^ (solver.stage as u64 + 1) << 32);
-    let g = &mut solver.grains;
-    let mut order: Vec<usize> = (0..g.len()).collect();
-    order.sort_unstable_by_key(|&i| g.id[i]);
-    for i in order {
-        for c in 0..D {
-            let draw = speed * (2.0 * random.random::<f64>() - 1.0);
-            if !g.held[i] {
-                g.velocity[i][c] += draw;
-            }
-        }
-    }
-    solver.fastest = solver.fastest.max(speed * (D as f64).sqrt());
 }

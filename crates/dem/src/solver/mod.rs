@@ -1,6 +1,7 @@
 //! The solver: its data and one step (sheet: dem §3.1).
 
 mod applied;
+mod compiled;
 mod control;
 mod press;
 mod raining;
@@ -8,9 +9,11 @@ mod relist;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, ObstacleLaws, SolverError, StepLimit, TimeStep, spatial};
+use colluvium_case::{Advance, Case, ObstacleLaws, SolverError, StepLimit, TimeStep, spatial};
 use colluvium_points::Surface;
 use colluvium_points::surface::Contacts;
+
+pub(crate) use compiled::Compiled;
 
 use crate::cell::{PeriodicCell, inverse, product};
 use crate::config::{ContactVelocity, DemOptions, GrainStage, LeverArm};
@@ -110,6 +113,8 @@ impl Given {
 
 /// Grains in `D` dimensions with rotations of `R` components.
 pub struct DemSolver<const D: usize, const R: usize> {
+    /// Functions that are long to compile.
+    pub(crate) compiled: Compiled<D, R>,
     pub(crate) case: Arc<Case>,
     pub(crate) options: DemOptions,
     pub(crate) kinds: Vec<Kind>,
@@ -170,6 +175,14 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Looks for pairs in cells of one width from here on, however much the sizes of grains differ. The lists are the same.
     pub fn search_in_cells_of_one_width(&mut self) {
         self.lists.one_width = true;
+    }
+
+    /// One step, `at_most` as long (s).
+    pub(crate) fn take_step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
+        let limit = self.critical_step();
+        let dt = limit.towards(at_most);
+        self.advance(dt)?;
+        Ok(Advance { dt, limit: limit.limit })
     }
 
     /// One step.

@@ -16,6 +16,7 @@ mod pressed;
 mod rain;
 mod rules;
 mod same;
+mod size;
 mod space;
 mod specimens;
 mod store;

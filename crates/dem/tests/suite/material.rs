@@ -1,6 +1,7 @@
 //! A periodic cell of grains as a material.
 
-use colluvium_constitutive::driver::ElementTest;
+use colluvium_constitutive::driver::{ElementTest, Path, TestStage};
+use colluvium_constitutive::laws::OtherSpec;
 use colluvium_constitutive::{
     InitialCondition, Mat3, Material, MaterialSpec, Motion, SymTensor, offer_material,
 };
@@ -12,7 +13,7 @@ const PRESSURE: f64 = 100e3;
 /// Disks with a stiffness of 500 pressures, friction 0.5.
 fn disks(friction_of_preparation: f64, seed: u64) -> Value {
     json!({
-        "model": "other", "law": "granular-cell", "density": 2000,
+        "law": "granular-cell",
         "parameters": {
             "grains": 100, "grain_density": 2600, "seed": seed,
             "diameter": { "distribution": "uniform", "min": 0.8e-3, "max": 1.2e-3 },
@@ -25,10 +26,17 @@ fn disks(friction_of_preparation: f64, seed: u64) -> Value {
     })
 }
 
-fn built(spec: &Value) -> Result<std::sync::Arc<dyn Material>, String> {
+fn material(spec: &Value) -> MaterialSpec {
     offer_material(&GranularCells);
-    let spec: MaterialSpec = serde_json::from_value(spec.clone()).map_err(|error| error.to_string())?;
-    spec.build().map_err(|error| error.to_string())
+    MaterialSpec::Other(OtherSpec {
+        density: 2000.0,
+        law: spec["law"].as_str().unwrap().to_owned(),
+        parameters: spec["parameters"].as_object().unwrap().clone(),
+    })
+}
+
+fn built(spec: &Value) -> Result<std::sync::Arc<dyn Material>, String> {
+    material(spec).build().map_err(|error| error.to_string())
 }
 
 fn start(stress: SymTensor) -> InitialCondition {
@@ -122,13 +130,13 @@ fn the_friction_of_the_preparation_is_sought_for_a_porosity() {
 
 #[test]
 fn a_biaxial_test_of_a_dense_cell_has_the_friction_of_disks_and_dilates() {
-    let test: ElementTest = serde_json::from_value(json!({
-        "title": "biaxial test of grains", "material": disks(0.0, 4),
-        "initial_stress": [-PRESSURE, -PRESSURE, -PRESSURE, 0, 0, 0],
-        "stages": [{ "path": { "kind": "biaxial-plane-strain", "axial_compression": 0.03 }, "steps": 30 }]
-    }))
-    .unwrap();
-    offer_material(&GranularCells);
+    let path = Path::BiaxialPlaneStrain { axial_compression: 0.03 };
+    let test = ElementTest {
+        title: "biaxial test of grains".to_owned(),
+        material: material(&disks(0.0, 4)),
+        initial_stress: [-PRESSURE, -PRESSURE, -PRESSURE, 0.0, 0.0, 0.0],
+        stages: vec![TestStage { path, steps: 30, duration: 1.0 }],
+    };
     let path = test.run().unwrap();
     let (x, y) = (path.column("stress_xx").unwrap(), path.column("stress_yy").unwrap());
     // The lateral stress is kept within the tolerances of the steps.
