@@ -51,15 +51,6 @@ pub use config::{
 pub use ranks::RankedSolver;
 pub use solver::SphSolver;
 
-/// The solver of a case in `D` dimensions by its own type, at time zero: for studies of stability, which take steps that a run
-/// does not ([`SphSolver::advance`]).
-///
-/// # Errors
-/// What the method cannot honour, by its path.
-pub fn solver<const D: usize>(case: &Case) -> Result<SphSolver<D>, CaseError> {
-    setup::solver(case, &setup::options(case)?)
-}
-
 /// Smoothed particle hydrodynamics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sph;
