@@ -31,9 +31,9 @@ pub struct Moving {
 impl Moving {
     /// Where `about` is at `time` (s), and cosine and sine of the angle by which the lines have turned.
     pub fn pose(&self, time: f64) -> [f64; 4] {
-        let frame = self.motion.frame::<2>(time);
+        let frame = self.motion.frame::<2>(time).shifted(&self.about);
         let [x, y] = frame.translation;
-        [self.about[0] + x, self.about[1] + y, frame.rotation[0][0], frame.rotation[1][0]]
+        [x, y, frame.rotation[0][0], frame.rotation[1][0]]
     }
 }
 
@@ -41,9 +41,8 @@ impl Ground {
     /// All lines in the plane as they are at `time` (s).
     pub fn lines_at(&self, time: f64) -> Vec<Vec<[f64; 2]>> {
         let moved = self.moving.iter().flat_map(|one| {
-            let [x, y, cosine, sine] = one.pose(time);
-            let place =
-                move |at: &[f64; 2]| [x + cosine * at[0] - sine * at[1], y + sine * at[0] + cosine * at[1]];
+            let frame = one.motion.frame::<2>(time).shifted(&one.about);
+            let place = move |at: &[f64; 2]| frame.outward(at);
             one.lines.iter().map(move |line| line.iter().map(place).collect())
         });
         self.lines.iter().cloned().chain(moved).collect()

@@ -88,7 +88,7 @@ pub fn follow<const D: usize>(
     dt: f64,
 ) {
     let Bodies { particles: p, groups, loads, guests, .. } = bodies;
-    for on in loads.following(&setting.case) {
+    for on in loads.all.iter_mut().filter(|on| on.follows(&setting.case)) {
         let Some(group) = groups.iter().find(|group| group.body == on.body) else { continue };
         // Those of other ranks lack neighbours here, and bring what they carry.
         for i in group.range().filter(|i| !guests.get(*i).is_some_and(|guest| *guest)) {

@@ -18,6 +18,13 @@ pub struct OnBody<const D: usize> {
     pub carried: Vec<[f64; D]>,
 }
 
+impl<const D: usize> OnBody<D> {
+    /// Whether it follows its surface: what particles carry of it changes then.
+    pub fn follows(&self, case: &Case) -> bool {
+        case.loads[self.number].follows()
+    }
+}
+
 /// A body as loads see it at the start.
 pub struct Loaded<'a, const D: usize> {
     /// Index into `Case::bodies`.
@@ -62,11 +69,6 @@ impl<const D: usize> Loads<D> {
     /// Begins the loads that begin with a stage, at `start` (s).
     pub fn begin(&mut self, case: &Case, stage: usize, start: f64) {
         case.begin_loads(&mut self.starts, stage, start);
-    }
-
-    /// Those that follow their surfaces: what particles carry of them changes.
-    pub fn following<'a>(&'a mut self, case: &'a Case) -> impl Iterator<Item = &'a mut OnBody<D>> {
-        self.all.iter_mut().filter(|on| case.loads[on.number].follows())
     }
 
     /// What a checkpoint keeps: when loads begin, and what particles carry of those that follow their surfaces.

@@ -4,11 +4,12 @@
 //!
 //! The state is that of a [`Case`] with places, velocities, densities and stresses of your own.
 
-use colluvium_case::{Case, CaseError, Solver};
+use colluvium_case::{Case, CaseError, Solver, spatial};
 use colluvium_constitutive::SymTensor;
 
 use crate::config::SphOptions;
 use crate::pairs::Pairs;
+use crate::setting::corner;
 use crate::setup;
 use crate::solver::{SphSolver, find_rates};
 
@@ -50,7 +51,7 @@ pub struct Particle<const D: usize> {
 
 /// The first components, and zeros for what is not there.
 fn resized<const E: usize>(values: &[f64]) -> [f64; E] {
-    std::array::from_fn(|axis| values.get(axis).copied().unwrap_or(0.0))
+    corner(&spatial(values))
 }
 
 impl<const D: usize> Given<D> {
@@ -99,32 +100,22 @@ pub fn prepared<const D: usize>(
     prepared_in_space(case, &|id, position| given(id, &resized(position)).over())
 }
 
-/// Kinetic energy (J, per metre or square metre in plane or line) at the start and after each of `count` steps of exactly `dt` (s),
-/// whatever is stable, in one rank: for studies of stability. Shorter where a particle can no longer be followed.
+/// Kinetic energy (J, per metre or square metre in plane or line) of `case` at its start and after each of `count` steps of exactly
+/// `dt` (s), whatever is stable, in one rank: for studies of stability. Shorter where a particle can no longer be followed.
 ///
 /// # Errors
-/// As [`prepared`].
-pub fn unchecked_course<const D: usize>(
-    case: &Case,
-    given: impl Fn(u32, &[f64; D]) -> Given<D>,
-    dt: f64,
-    count: usize,
-) -> Result<Vec<f64>, CaseError> {
-    let given: &Giving<'_> = &|id, position| given(id, &resized(position)).over();
+/// As [`colluvium_case::Method::build`].
+pub fn unchecked_course(case: &Case, dt: f64, count: usize) -> Result<Vec<f64>, CaseError> {
     match case.dimension() {
-        1 => course::<1>(case, given, dt, count),
-        2 => course::<2>(case, given, dt, count),
-        _ => course::<3>(case, given, dt, count),
+        1 => course::<1>(case, dt, count),
+        2 => course::<2>(case, dt, count),
+        _ => course::<3>(case, dt, count),
     }
 }
 
-fn course<const D: usize>(
-    case: &Case,
-    given: &Giving<'_>,
-    dt: f64,
-    count: usize,
-) -> Result<Vec<f64>, CaseError> {
-    let mut solver = made::<D>(case, &setup::options(case)?, given)?;
+fn course<const D: usize>(case: &Case, dt: f64, count: usize) -> Result<Vec<f64>, CaseError> {
+    let mut solver: SphSolver<D> = setup::solver(case, &setup::options(case)?)?;
+    solver.begin_stage(0, 0.0).map_err(|error| wrong(&error))?;
     let mut energies = vec![solver.totals().kinetic];
     energies.extend((0..count).map_while(|_| solver.advance(dt).ok().map(|()| solver.totals().kinetic)));
     Ok(energies)

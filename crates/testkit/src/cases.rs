@@ -26,6 +26,8 @@ pub fn begin(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
     solver
 }
 
+// Steps are taken on a thread of the pool, as runs take them: each loop of a step would wake one from any other.
+
 /// Takes steps as large as is stable.
 pub fn advance(solver: &mut dyn Solver, steps: usize) {
     rayon::scope(|_| {

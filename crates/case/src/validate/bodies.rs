@@ -33,8 +33,7 @@ impl Findings<'_> {
                 }
             }
             if let Some(spacing) = body.points.as_ref().and_then(|points| points.spacing) {
-                let (low, high) = (&case.domain.min, &case.domain.max);
-                let longest = low.iter().zip(high).map(|(low, high)| high - low).fold(0.0, f64::max);
+                let longest = case.domain.extent();
                 self.require(
                     spacing > 0.0 && spacing <= longest,
                     format!("{path}.points.spacing"),

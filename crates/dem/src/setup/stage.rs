@@ -35,12 +35,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let options = self.stage_options();
         for wall in &mut self.walls {
             wall.laws.clone_from(&self.laws.walls[wall.boundary]);
-            if let Some(own) = standing.iter().find(|other| other.boundary == wall.boundary) {
-                wall.regions.clone_from(&own.regions);
-            }
+            let Some(own) = standing.iter().find(|other| other.boundary == wall.boundary) else { continue };
+            wall.regions.clone_from(&own.regions);
             // What a stage before has pressed goes on as its boundary says.
-            let own = standing.iter().find(|other| other.boundary == wall.boundary);
-            if let (None, Some(own)) = (options.walls.get(&wall.name), own) {
+            if !options.walls.contains_key(&wall.name) {
                 wall.velocity = own.velocity;
             }
         }

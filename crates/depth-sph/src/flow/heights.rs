@@ -157,9 +157,9 @@ fn bounds(numerics: &Numerics, first: f64) -> (f64, f64) {
 fn following<const D: usize>(numerics: &Numerics, scale: f64, volume: f64, height: f64, first: f64) -> f64 {
     let power = scale * volume / height;
     let length = if D == 1 { power } else { power.sqrt() };
-    let (least, most) = numerics.length_range;
+    let (low, high) = bounds(numerics, first);
     // A height of zero has an infinite length: the upper bound holds.
-    length.clamp(least * first, most * first).max(numerics.shortest.min(first))
+    length.clamp(low, high)
 }
 
 /// `Σ (m/h) f W / Σ (m/h) W` of a field at a place; `None` where there are no such nodes.

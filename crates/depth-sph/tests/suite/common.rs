@@ -2,6 +2,7 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_depth_sph::DepthSph;
+use colluvium_depth_sph::flow::Flow;
 use colluvium_testkit::cases::begin;
 use serde_json::Value;
 
@@ -26,4 +27,12 @@ pub fn hash_after(value: &Value, threads: usize, steps: usize, restart: Option<u
         }
         solver.snapshot().hash()
     })
+}
+
+/// Takes steps as large as is stable until the time is `end` (s).
+pub fn run<const D: usize>(flow: &mut Flow<D>, end: f64) {
+    while flow.time < end {
+        let dt = flow.limit().dt.min(end - flow.time);
+        flow.advance(dt).unwrap();
+    }
 }

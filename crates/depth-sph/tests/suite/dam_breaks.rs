@@ -9,6 +9,8 @@ use colluvium_depth_sph::flow::{Ends, Flow};
 use colluvium_depth_sph::nodes::Node;
 use colluvium_depth_sph::settings::{Mixture, Settings, Zone};
 
+use crate::common::run;
+
 /// Nodes of depth `depth` every `spacing` from `from` to `to`.
 fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<Node<1>> {
     let count = ((to - from) / spacing).round() as usize;
@@ -22,13 +24,6 @@ fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<Node<1>> {
             scale: 1.5,
         })
         .collect()
-}
-
-fn run(flow: &mut Flow<1>, end: f64) {
-    while flow.time < end {
-        let dt = flow.limit().dt.min(end - flow.time);
-        flow.advance(dt).unwrap();
-    }
 }
 
 #[test]

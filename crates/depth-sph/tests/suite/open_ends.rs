@@ -8,6 +8,8 @@ use colluvium_depth_sph::nodes::Node;
 use colluvium_depth_sph::settings::Settings;
 use serde_json::{Value, json};
 
+use crate::common::run;
+
 const SPACING: f64 = 0.05;
 
 /// A channel of 40 m, 1 m deep, with a hump 2 m wide of `height` (m) at 25 m that runs to the right on a stream of `speed` (m/s);
@@ -37,13 +39,6 @@ fn amplitude(flow: &Flow<1>, still: f64) -> f64 {
     let nodes = &flow.sets[0].nodes;
     let inside = nodes.position.iter().zip(&nodes.depth).filter(|(x, _)| (12.0..38.0).contains(&x[0]));
     inside.map(|(_, depth)| (depth - still).abs()).fold(0.0, f64::max)
-}
-
-fn run(flow: &mut Flow<1>, end: f64) {
-    while flow.time < end {
-        let dt = flow.limit().dt.min(end - flow.time);
-        flow.advance(dt).unwrap();
-    }
 }
 
 /// What comes back over what arrives: the hump is at 31 m after 2 s, and back at 30.6 m after 7.8 s.

@@ -10,6 +10,8 @@ use colluvium_depth_sph::flow::{Ends, Flow};
 use colluvium_depth_sph::nodes::Node;
 use colluvium_depth_sph::settings::{Mixture, Settings};
 
+use crate::common::run;
+
 const GRAVITY: f64 = 9.81;
 const SPACING: f64 = 0.05;
 const HALF: f64 = 20.0;
@@ -34,13 +36,6 @@ fn layer(depth: impl Fn(f64) -> f64) -> Vec<Node<1>> {
 
 fn between_walls() -> Ends<1> {
     Ends { walls: [[Some(-HALF), Some(HALF)]], ..Ends::default() }
-}
-
-fn run(flow: &mut Flow<1>, end: f64) {
-    while flow.time < end {
-        let dt = flow.limit().dt.min(end - flow.time);
-        flow.advance(dt).unwrap();
-    }
 }
 
 fn hump(x: f64) -> f64 {

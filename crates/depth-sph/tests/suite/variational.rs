@@ -10,6 +10,8 @@ use colluvium_depth_sph::nodes::Node;
 use colluvium_depth_sph::settings::Settings;
 use serde_json::json;
 
+use crate::common::run;
+
 fn settings<const D: usize>(momentum: Momentum, viscosity: f64) -> Settings<D> {
     let mut settings = Settings::plain(1000.0);
     settings.numerics.momentum = momentum;
@@ -19,13 +21,6 @@ fn settings<const D: usize>(momentum: Momentum, viscosity: f64) -> Settings<D> {
 
 fn node(x: f64, volume: f64, spacing: f64) -> Node<1> {
     Node { body: 0, position: [x], velocity: [0.0], volume, length: 1.5 * spacing, scale: 1.5 }
-}
-
-fn run<const D: usize>(flow: &mut Flow<D>, end: f64) {
-    while flow.time < end {
-        let dt = flow.limit().dt.min(end - flow.time);
-        flow.advance(dt).unwrap();
-    }
 }
 
 #[test]

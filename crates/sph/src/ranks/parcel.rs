@@ -54,7 +54,7 @@ impl<const D: usize> Parcel<D> {
     /// Takes along what the particles carry of loads that follow their surfaces.
     fn take_loads(&mut self, case: &Case, bodies: &Bodies<D>) {
         self.carried.clear();
-        for on in bodies.loads.all.iter().filter(|on| case.loads[on.number].follows()) {
+        for on in bodies.loads.all.iter().filter(|on| on.follows(case)) {
             let ids = self.particles_of(on.body, &bodies.groups);
             self.carried.extend(self.particles.id[ids].iter().map(|id| on.carried[(id - on.first) as usize]));
         }
@@ -64,7 +64,7 @@ impl<const D: usize> Parcel<D> {
     fn give_loads(&self, case: &Case, bodies: &mut Bodies<D>) {
         let Bodies { loads, groups, .. } = bodies;
         let mut carried = self.carried.iter();
-        for on in loads.following(case) {
+        for on in loads.all.iter_mut().filter(|on| on.follows(case)) {
             let ids = self.particles_of(on.body, groups);
             for (id, vector) in self.particles.id[ids].iter().zip(&mut carried) {
                 on.carried[(id - on.first) as usize] = *vector;

@@ -59,6 +59,23 @@ fn every_number_agrees(case: &Case, steps: usize, name: &str) {
     }
 }
 
+/// The solver without ranks after ninety steps, which those that go on from a checkpoint with another number of ranks have come to.
+fn restarts_agree(case: &Case, name: &str) -> Box<dyn Solver> {
+    let mut whole = begin(case);
+    advance(&mut *whole, 90);
+    for (before, after) in [(3, 1), (1, 3), (3, 2)] {
+        let mut first = in_ranks(case, before);
+        advance(&mut *first, 53);
+        let mut then = in_ranks(case, after);
+        then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
+        then.begin_stage(0, 0.0).unwrap();
+        advance(&mut *then, 37);
+        assert_eq!(plain(&*then).hash(), plain(&*whole).hash(), "{name}: {before} ranks, then {after}");
+        assert_eq!(then.saved().unwrap(), whole.saved().unwrap(), "{name}: {before} ranks, then {after}");
+    }
+    whole
+}
+
 #[test]
 fn v26_any_number_of_ranks_gives_the_same_bits() {
     for options in [
@@ -197,19 +214,7 @@ fn particles_migrate_and_ranks_stay_even() {
 fn a_checkpoint_of_ranks_goes_on_with_any_number_of_them() {
     let options =
         json!({ "hourglass_viscosity": 0.2, "regularisation": "shepard", "wall_stress": "interpolated" });
-    let case = heap(&options, &periodic());
-    let mut whole = begin(&case);
-    advance(&mut *whole, 90);
-    let expected = plain(&*whole).hash();
-    for (before, after) in [(3, 1), (1, 3), (3, 2)] {
-        let mut first = in_ranks(&case, before);
-        advance(&mut *first, 53);
-        let mut then = in_ranks(&case, after);
-        then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
-        then.begin_stage(0, 0.0).unwrap();
-        advance(&mut *then, 37);
-        assert_eq!(plain(&*then).hash(), expected, "{before} ranks, then {after}");
-    }
+    restarts_agree(&heap(&options, &periodic()), &options.to_string());
 }
 
 #[test]
@@ -282,21 +287,7 @@ fn loads_are_the_same_in_ranks_and_after_a_restart() {
     ] {
         let case = heap(&options, &loads);
         every_number_agrees(&case, 150, &format!("loads, {options}"));
-        let mut whole = begin(&case);
-        advance(&mut *whole, 90);
-        for (before, after) in [(3, 1), (1, 3), (3, 2)] {
-            let mut first = in_ranks(&case, before);
-            advance(&mut *first, 53);
-            let mut then = in_ranks(&case, after);
-            then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
-            then.begin_stage(0, 0.0).unwrap();
-            advance(&mut *then, 37);
-            assert_eq!(
-                then.saved().unwrap(),
-                whole.saved().unwrap(),
-                "{options}: {before} ranks, then {after}"
-            );
-        }
+        let whole = restarts_agree(&case, &format!("loads, {options}"));
         let mut without = begin(&heap(&options, &json!({})));
         advance(&mut *without, 90);
         assert_ne!(whole.snapshot().positions, without.snapshot().positions, "they act");

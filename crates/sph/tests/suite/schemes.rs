@@ -3,10 +3,9 @@
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Snapshot, Solver, StepLimit};
-use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
 use colluvium_sph::kernel::{Kernel, Smoothing};
-use colluvium_sph::semi_discrete::{Given, unchecked_course};
+use colluvium_sph::semi_discrete::unchecked_course;
 use serde_json::{Value, json};
 
 use crate::common::{advance, begin, scalars, stresses, vectors};
@@ -278,12 +277,8 @@ fn v19_the_leapfrog_is_stable_up_to_its_limit() {
                        "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] } });
     let kinetic = |courant: f64| {
         let case = block(&full, &json!({ "spacing": 0.1, "viscosity_linear": 0 }));
-        let wave = |_, x: &[f64; 2]| {
-            let velocity = [1e-6 * (37.0 * x[0] + 91.0 * x[1]).sin(); 2];
-            Given { shift: [0.0; 2], velocity, compression: 1.0, stress: SymTensor::ZERO }
-        };
         let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
-        let course = unchecked_course(&Case::from_json(&case.to_string()).unwrap(), wave, dt, 2000).unwrap();
+        let course = unchecked_course(&Case::from_json(&case.to_string()).unwrap(), dt, 2000).unwrap();
         if course.len() == 2001 { course[2000] / course[0] } else { f64::INFINITY }
     };
     // Half of the energy is stored, and the waves of the lattice beat.
