@@ -82,8 +82,9 @@ impl<const D: usize> MpmSolver<D> {
         let far = |x: &[f64; D]| square(&std::array::from_fn::<f64, D, _>(|c| x[c] - middle[c]));
         let positions = self.soft_sets().flat_map(|set| &set.points.position);
         let farthest = positions.filter(apart).max_by(|a, b| far(a).total_cmp(&far(b)))?;
+        let digits = (2.0 - grid.cell.log10()).ceil().max(0.0) as usize;
         Some(format!(
-            "{count} of {total} points are apart from the others, in cells that touch none of theirs, the farthest at {:?} m: the contiguous \
+            "{count} of {total} points are apart from the others, in cells that touch none of theirs, the farthest at {:.digits$?} m: the contiguous \
              front and quantiles of the mass leave them out, the farthest point does not",
             spatial(farthest)
         ))

@@ -11,7 +11,9 @@ pub struct Ground {
     pub lines: Vec<Vec<[f64; 2]>>,
     /// Lines in the plane that move.
     pub moving: Vec<Moving>,
-    /// The ground in space.
+    /// Bodies in space that move.
+    pub shells: Vec<Shell>,
+    /// The ground in space, of what stands still.
     pub heights: Option<Heights>,
     /// What is not shown and why, in words; empty where all is.
     pub missing: String,
@@ -34,6 +36,27 @@ impl Moving {
         let frame = self.motion.frame::<2>(time).shifted(&self.about);
         let [x, y] = frame.translation;
         [x, y, frame.rotation[0][0], frame.rotation[1][0]]
+    }
+}
+
+/// The surface of a body in space that moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shell {
+    /// Corners of the faces at the start (m), from `about`.
+    pub corners: Vec<[f64; 3]>,
+    /// Numbers of the four corners of each face, counter-clockwise as seen from outside.
+    pub faces: Vec<[usize; 4]>,
+    /// A place of the body at the start (m), in the coordinates of the picture.
+    pub about: [f64; 3],
+    /// How it moves, its `centre` counted from `about` (m).
+    pub motion: ObstacleMotion,
+}
+
+impl Shell {
+    /// Where `about` is at `time` (s), and the rotation of the body, by rows.
+    pub fn pose(&self, time: f64) -> ([f64; 3], [[f64; 3]; 3]) {
+        let frame = self.motion.frame::<3>(time).shifted(&self.about);
+        (frame.translation, frame.rotation)
     }
 }
 

@@ -23,7 +23,7 @@ pub use chains::{ForceChains, Rose};
 pub use chart::{LineChart, Series, Style};
 pub use cloud::{PointCloud, Shared};
 pub use film::to_gif;
-pub use ground::{Ground, Heights, Moving, within};
+pub use ground::{Ground, Heights, Moving, Shell, within};
 pub use map::{Cells, TerrainMap};
 
 /// Name under which the built-in font is registered.

@@ -12,15 +12,24 @@ pub(super) fn ground(ground: &Ground, times: &[f64]) -> Value {
         let poses = times.iter().map(|time| one.pose(*time));
         json!({ "lines": lines(&one.lines), "poses": poses.collect::<Vec<_>>() })
     });
+    let shells = ground.shells.iter().map(|one| {
+        let poses = times.iter().map(|time| one.pose(*time));
+        json!({ "corners": rounded(&one.corners), "faces": one.faces, "poses": poses.collect::<Vec<_>>() })
+    });
     json!({
-        "lines": lines(&ground.lines), "moving": moving.collect::<Vec<_>>(),
+        "shells": shells.collect::<Vec<_>>(), "lines": lines(&ground.lines), "moving": moving.collect::<Vec<_>>(),
         "heights": ground.heights.as_ref().and_then(heights),
     })
 }
 
 fn lines(lines: &[Vec<[f64; 2]>]) -> Vec<Vec<[f64; 2]>> {
+    lines.iter().map(|line| rounded(line)).collect()
+}
+
+/// Places to six digits (m).
+fn rounded<const D: usize>(places: &[[f64; D]]) -> Vec<[f64; D]> {
     let digits = |x: f64| format!("{x:.5e}").parse::<f64>().unwrap_or(x);
-    lines.iter().map(|line| line.iter().map(|x| x.map(digits)).collect()).collect()
+    places.iter().map(|x| x.map(digits)).collect()
 }
 
 /// Heights in 16 bits; `None` where there are none.

@@ -298,10 +298,19 @@
       return { project, scale, up };
     }
 
+    // Whether a place is drawn: not far from what the points cover.
+    near(p, up) {
+      const { low, high } = this.data, widest = Math.max(...high.map((h, c) => h - low[c]));
+      return p.every((x, c) => {
+        const room = c === up ? 0.3 * widest : 0.08 * widest;
+        return x >= low[c] - room && x <= high[c] + room;
+      });
+    }
+
     // Pieces of the ground near what the points cover: corners, and how light they are.
     ground() {
       if (this.pieces) return this.pieces;
-      const { low, high } = this.data, heights = this.data.ground.heights, up = this.data.up === null ? 2 : this.data.up;
+      const heights = this.data.ground.heights, up = this.data.up === null ? 2 : this.data.up;
       this.pieces = [];
       if (!heights) return this.pieces;
       const numbers = words(heights.values), [nu, nv] = heights.counts, [a, b] = [0, 1, 2].filter((c) => c !== up);
@@ -312,25 +321,42 @@
         p[up] = number === PLACES ? NaN : heights.low + (number / (PLACES - 1)) * (heights.high - heights.low);
         return p;
       };
-      const spread = high.map((h, c) => h - low[c]), widest = Math.max(...spread);
-      const near = (p) => p.every((x, c) => {
-        const room = c === up ? 0.3 * widest : 0.08 * widest;
-        return x >= low[c] - room && x <= high[c] + room;
-      });
       for (let j = 0; j + 1 < nv; j++) {
         for (let i = 0; i + 1 < nu; i++) {
           const corners = [place(i, j), place(i + 1, j), place(i + 1, j + 1), place(i, j + 1)];
-          if (!corners.every(near)) continue;
+          if (!corners.every((p) => this.near(p, up))) continue;
           this.pieces.push({ corners, light: this.light(corners, up, heights.spacing) });
         }
       }
       return this.pieces;
     }
 
-    // How light a piece of a surface is, under light from above the far left corner.
+    // Faces of bodies that move, where they are now: corners, and how light they are.
+    shells(up) {
+      const faces = [], [a, b] = [0, 1, 2].filter((c) => c !== up);
+      for (const one of this.data.ground.shells) {
+        const [at, turned] = one.poses[this.now];
+        const placed = one.corners.map((p) => at.map((x, i) => x + turned[i].reduce((sum, r, j) => sum + r * p[j], 0)));
+        for (const face of one.faces) {
+          const corners = face.map((k) => placed[k]);
+          if (!corners.every((p) => this.near(p, up))) continue;
+          const [s, t] = [0, 1].map((k) => corners[k + 2].map((x, c) => x - corners[k][c]));
+          const normal = s.map((_, c) => s[(c + 1) % 3] * t[(c + 2) % 3] - s[(c + 2) % 3] * t[(c + 1) % 3]);
+          faces.push({ corners, light: this.lit(normal[a], normal[b], normal[up]) });
+        }
+      }
+      return faces;
+    }
+
+    // How light a piece of a surface is that faces upwards.
     light(corners, up, spacing) {
       const slope = [1, 3].map((k, c) => (corners[k][up] - corners[0][up]) / spacing[c]);
-      const light = (0.45 * slope[0] - 0.45 * slope[1] + 0.77) / Math.hypot(slope[0], slope[1], 1);
+      return this.lit(-slope[0], -slope[1], 1);
+    }
+
+    // How light a piece of a surface is by its normal, under light from above the far left corner.
+    lit(a, b, up) {
+      const light = (-0.45 * a + 0.45 * b + 0.77 * up) / (Math.hypot(a, b, up) || 1);
       return Math.max(0, Math.min(0.75, 0.7 * light));
     }
 
@@ -394,10 +420,12 @@
         dots.push([0, 0, Math.max(...seen.map((p) => p[2])), 0, { seen, light, colour: [125, 105, 80] }]);
       }
       const sheet = shape === "depth" ? this.sheet(frame, v, camera.up) : [];
-      for (const { corners, light, value } of sheet) {
+      const between = (corners, light, colour) => {
         const seen = corners.map((p) => camera.project(p)), away = seen.reduce((sum, p) => sum + p[2] / 4, 0);
-        dots.push([0, 0, away, 0, { seen, light: light / 2, colour: this.colours[value] }]);
-      }
+        dots.push([0, 0, away, 0, { seen, light, colour }]);
+      };
+      for (const { corners, light } of this.shells(camera.up)) between(corners, light, [110, 118, 128]);
+      for (const { corners, light, value } of sheet) between(corners, light / 2, this.colours[value]);
       for (let k = 0; k < frame.n; k++) {
         const p = [frame.x[3 * k], frame.x[3 * k + 1], frame.x[3 * k + 2]];
         const w = [frame.w[3 * k], frame.w[3 * k + 1], frame.w[3 * k + 2]];

@@ -5,6 +5,7 @@ use colluvium_case::{Field, FieldData, Snapshot};
 use serde_json::Value;
 
 use super::*;
+use crate::Shell;
 
 /// Points on a circle that grows, with its radius as a value.
 fn frame(time: f64, count: usize) -> Snapshot {
@@ -212,7 +213,12 @@ fn a_browser_plays_it_in_two_and_three_dimensions_without_an_error() {
         let bed = FieldData::Scalar(vec![0.0; 20]);
         frame.fields.push(Field { name: "bed".into(), unit: "m", data: bed });
     }
-    let solid = View { axes: vec![0, 1, 2], up: 2, ..view() };
+    let faces = vec![[0, 1, 2, 3]];
+    let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let motion = serde_json::from_value(serde_json::json!({ "velocity": [0.1, 0, 0] })).unwrap();
+    let ground =
+        Ground { shells: vec![Shell { corners, faces, about: [0.0; 3], motion }], ..Ground::default() };
+    let solid = View { axes: vec![0, 1, 2], up: 2, ground, ..view() };
     let elements = [
         Animation::of(&[panel("a", &states), panel("b", &other)], &view()),
         Animation::of(&[panel("a", &states)], &solid),

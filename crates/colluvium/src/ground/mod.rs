@@ -1,5 +1,7 @@
 //! Obstacles of a case as pictures show them.
 
+mod shell;
+
 use std::ops::Range;
 use std::path::Path;
 
@@ -8,7 +10,7 @@ use contour::ContourBuilder;
 
 use crate::case::description::ObstacleMotion;
 use crate::case::{Case, Standing};
-use crate::plots::{Ground, Heights, Moving, within};
+use crate::plots::{Ground, Heights, Moving, Shell, within};
 
 /// Samples along the longer side of the domain: lines in a plane.
 const FINE: f64 = 300.0;
@@ -27,8 +29,8 @@ pub fn of_run(folder: &Path) -> Ground {
     }
 }
 
-/// The obstacles of a case over its domain and at coordinates of the map: as lines in a plane, and in space, of those that stand
-/// still, as ground seen from above, against gravity.
+/// The obstacles of a case over its domain and at coordinates of the map: as lines in a plane; in space those that stand still
+/// as ground seen from above, against gravity, and those that move as shells.
 pub fn ground(case: &Case) -> Ground {
     if case.obstacles.is_empty() {
         return Ground::default();
@@ -50,10 +52,9 @@ fn in_plane(case: &Case, standing: &[Standing<'_, 2>]) -> Ground {
             ground.lines.extend(boundary(&**surface, &domain, origin));
             continue;
         };
-        let centre = [0, 1].map(|c| motion.centre.get(c).copied().unwrap_or(domain[c].start));
-        let from = [0, 1].map(|c| -centre[c]);
+        let centre = centre(motion, &domain);
         ground.moving.push(Moving {
-            lines: boundary(&**surface, &passed(case, motion, &domain), from),
+            lines: boundary(&**surface, &passed(case, motion, &domain), centre.map(|x| -x)),
             about: [0, 1].map(|c| origin[c] + centre[c]),
             motion: ObstacleMotion { centre: Vec::new(), ..motion.clone() },
         });
@@ -61,16 +62,21 @@ fn in_plane(case: &Case, standing: &[Standing<'_, 2>]) -> Ground {
     ground
 }
 
+/// The place about which a body turns (m), the lower end of the domain along axes that have none.
+fn centre<const D: usize>(motion: &ObstacleMotion, domain: &[Range<f64>; D]) -> [f64; D] {
+    std::array::from_fn(|c| motion.centre.get(c).copied().unwrap_or(domain[c].start))
+}
+
 /// The box around all of a moving body that is in the domain at some time, as the body lies at the start.
-fn passed(case: &Case, motion: &ObstacleMotion, domain: &[Range<f64>; 2]) -> [Range<f64>; 2] {
+fn passed<const D: usize>(case: &Case, motion: &ObstacleMotion, domain: &[Range<f64>; D]) -> [Range<f64>; D] {
     let duration: f64 = case.stages.iter().map(|stage| stage.duration).sum();
     let mut passed = domain.clone();
     for sample in 0..=SAMPLES {
-        let frame = motion.frame::<2>(duration * sample as f64 / SAMPLES as f64);
-        for corner in 0..4 {
-            let end = |c: usize, upper: bool| if upper { domain[c].end } else { domain[c].start };
-            let x = frame.inward(&[end(0, corner & 1 > 0), end(1, corner & 2 > 0)]);
-            for c in 0..2 {
+        let frame = motion.frame::<D>(duration * sample as f64 / SAMPLES as f64);
+        for corner in 0..1 << D {
+            let end = |c: usize| if corner >> c & 1 > 0 { domain[c].end } else { domain[c].start };
+            let x = frame.inward(&std::array::from_fn(end));
+            for c in 0..D {
                 let most = MOST * (domain[c].end - domain[c].start);
                 passed[c].start = passed[c].start.min(x[c]).max(domain[c].start - most);
                 passed[c].end = passed[c].end.max(x[c]).min(domain[c].end + most);
@@ -128,13 +134,27 @@ fn straightened(corners: impl Iterator<Item = [f64; 2]>, slack: f64) -> Vec<[f64
     kept
 }
 
-/// The highest ground under each node of a lattice.
 fn in_space(case: &Case, standing: &[Standing<'_, 3>]) -> Ground {
-    let still = || standing.iter().filter(|one| one.obstacle.motion.is_none());
-    let missing = if still().count() < standing.len() { "obstacles that move" } else { "" }.to_owned();
-    if still().next().is_none() {
-        return Ground { missing, ..Ground::default() };
+    let domain: [Range<f64>; 3] = std::array::from_fn(|c| case.domain.min[c]..case.domain.max[c]);
+    let mut ground = Ground { heights: heights(case, standing), ..Ground::default() };
+    for Standing { obstacle, surface, .. } in standing {
+        let Some(motion) = &obstacle.motion else { continue };
+        let centre = centre(motion, &domain);
+        let (corners, faces) = shell::shell(&**surface, &passed(case, motion, &domain));
+        ground.shells.push(Shell {
+            corners: corners.iter().map(|x| std::array::from_fn(|c| x[c] - centre[c])).collect(),
+            faces,
+            about: std::array::from_fn(|c| case.origin()[c] + centre[c]),
+            motion: ObstacleMotion { centre: Vec::new(), ..motion.clone() },
+        });
     }
+    ground
+}
+
+/// The highest ground that stands still under each node of a lattice; `None` where none does.
+fn heights(case: &Case, standing: &[Standing<'_, 3>]) -> Option<Heights> {
+    let still = || standing.iter().filter(|one| one.obstacle.motion.is_none());
+    still().next()?;
     let size = |axis: usize| case.gravity[axis].abs();
     let up =
         (0..3).max_by(|a, b| size(*a).total_cmp(&size(*b))).filter(|axis| size(*axis) > 0.0).unwrap_or(2);
@@ -155,7 +175,7 @@ fn in_space(case: &Case, standing: &[Standing<'_, 3>]) -> Ground {
     };
     let values = (0..counts[0] * counts[1]).map(top).collect();
     let origin = [low[a] + origin[a], low[b] + origin[b]];
-    Ground { heights: Some(Heights { counts, origin, spacing, values }), missing, ..Ground::default() }
+    Some(Heights { counts, origin, spacing, values })
 }
 
 /// Where a surface is met from `x` down along an axis, by steps as long as nothing is nearer; `None` where that begins in the
@@ -220,6 +240,24 @@ mod tests {
             (near(from, ends[0]) && near(to, ends[1])) || (near(from, ends[1]) && near(to, ends[0])),
             "{line:?}"
         );
+    }
+
+    #[test]
+    fn a_ball_that_moves_in_space_is_a_shell_about_its_centre() {
+        let ball = json!({ "name": "ball", "shape": { "kind": "ball", "centre": [106, 202, 302], "radius": 0.5 },
+            "wall": { "kind": "smooth" }, "motion": { "velocity": [-3, 0, 0], "rotation": 90, "centre": [106, 202, 302], "axis": [0, 0, 1] } });
+        let domain = json!({ "min": [100, 200, 300], "max": [104, 204, 304], "origin": [100, 200, 300] });
+        let found = ground(&case("3d", &domain, &json!([ball])));
+        let [shell] = &found.shells[..] else { panic!("{found:?}") };
+        assert!(found.heights.is_none() && found.missing.is_empty() && shell.faces.len() > 600);
+        assert!(
+            shell.corners.iter().all(|x| (x.iter().map(|x| x * x).sum::<f64>().sqrt() - 0.5).abs() < 1e-9)
+        );
+        let (at, turned) = shell.pose(1.0);
+        for (found, right) in at.iter().zip([103.0, 202.0, 302.0]) {
+            assert!((found - right).abs() < 1e-9, "{at:?}");
+        }
+        assert!((turned[1][0] - 1.0).abs() < 1e-12, "{turned:?}");
     }
 
     #[test]
