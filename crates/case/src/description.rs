@@ -372,11 +372,13 @@ pub struct EquilibriumCriterion {
     pub kinetic_energy: f64,
     /// Consecutive checks that must hold.
     pub hold: u32,
+    /// Whether a stage whose duration ends before is an error. Otherwise the run goes on, and says how far from rest it was.
+    pub required: bool,
 }
 
 impl Default for EquilibriumCriterion {
     fn default() -> Self {
-        Self { unbalanced_force: 1e-2, kinetic_energy: 1e-2, hold: 10 }
+        Self { unbalanced_force: 1e-2, kinetic_energy: 1e-2, hold: 10, required: true }
     }
 }
 

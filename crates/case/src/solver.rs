@@ -376,6 +376,11 @@ pub trait Solver: Send {
         None
     }
 
+    /// Whether [`Solver::specimen`] gives one: the folder of a run then keeps the state at its end.
+    fn has_specimen(&self) -> bool {
+        false
+    }
+
     /// The state of [`Solver::save`] as bytes.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! Grains that fill bodies, and cells of grains as the material of other methods.
 
+use std::path::Path;
 use std::process::Command;
 
 use colluvium::case::{Case, Snapshot, Solver};
@@ -262,15 +263,18 @@ fn bed() -> Value {
     })
 }
 
+/// Runs the program in a folder.
+fn in_folder(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_colluvium"));
+    let output = command.current_dir(folder).args(arguments).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
 #[test]
 fn a_specimen_is_written_by_the_command_line_and_another_case_begins_with_it() {
     let folder = tempfile::tempdir().unwrap();
-    let command = |arguments: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_colluvium"));
-        let output = command.current_dir(folder.path()).args(arguments).output().unwrap();
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
-    };
+    let command = |arguments: &[&str]| in_folder(folder.path(), arguments);
     std::fs::write(folder.path().join("bed.json"), bed().to_string()).unwrap();
     let prepare = ["specimen", "bed.json", "--until", "fall", "--out", "bed.specimen.json"];
     let (code, said, problems) = command(&prepare);
@@ -296,4 +300,121 @@ fn a_specimen_is_written_by_the_command_line_and_another_case_begins_with_it() {
     assert_eq!(number(&whole, "mass"), number(&second, "mass"));
     let (own, other) = (number(&whole, "potential_energy"), number(&second, "potential_energy"));
     assert!((own - other).abs() < 1e-9 * own, "{own}, {other}");
+}
+
+#[test]
+fn the_folder_of_a_run_has_the_specimen_that_running_its_case_gives() {
+    let folder = tempfile::tempdir().unwrap();
+    let command = |arguments: &[&str]| in_folder(folder.path(), arguments);
+    std::fs::write(folder.path().join("bed.json"), bed().to_string()).unwrap();
+    for arguments in [
+        &["run", "bed.json", "--out", "bed", "-q"][..],
+        &["specimen", "bed.json", "--out", "run.json", "-q"],
+        &["specimen", "bed", "--out", "left.json", "--until", "rest"],
+    ] {
+        let (code, said, problems) = command(arguments);
+        assert_eq!((code, problems.as_str()), (0, ""), "{said}");
+    }
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(read("run.json") == read("left.json"), "to the last bit");
+    // Of what a folder does not have it says what is to be done.
+    let early = ["specimen", "bed", "--out", "no.json", "--until", "fall"];
+    let (code, _, problems) = command(&early);
+    let cure = "case.json --until fall --out no.json` runs up to that of \"fall\" again";
+    assert!(
+        code == 2 && problems.contains("holds the end of its last stage only") && problems.contains(cure),
+        "{problems}"
+    );
+    assert_eq!(command(&["specimen", ".", "--out", "no.json"]).0, 2, "no run");
+    let (code, _, problems) = command(&["specimen", "bed", "--method", "mpm", "--out", "no.json"]);
+    assert!(code == 2 && problems.contains("is a run of dem, not of mpm"), "{problems}");
+    std::fs::remove_file(folder.path().join("bed/checkpoint.bin")).unwrap();
+    let (code, _, problems) = command(&["specimen", "bed", "--out", "no.json"]);
+    assert!(code == 1 && problems.contains("is in checkpoint.bin, which is not there"), "{problems}");
+    assert!(!folder.path().join("no.json").exists());
+}
+
+/// Two kinds of grains in a box, the lower ones held, which turn and fly about.
+fn mixed(dimension: usize) -> Value {
+    let of = |values: [f64; 3]| values[..dimension].to_vec();
+    let fill = json!({ "kind": "lattice", "packing": "square", "jitter": 0.02 });
+    let kind = |density: f64| {
+        json!({ "density": density, "fill": fill,
+        "diameter": { "distribution": "uniform", "min": 0.05, "max": 0.06 } })
+    };
+    let soil = json!({ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 });
+    let part = |low: f64, high: f64| {
+        let up = |height: f64, side: f64| {
+            of(if dimension == 2 { [side, height, 0.0] } else { [side, side, height] })
+        };
+        json!({ "kind": "box", "min": up(low, 0.0), "max": up(high, 0.3) })
+    };
+    let spin = if dimension == 2 { vec![3.0] } else { vec![1.0, -2.0, 3.0] };
+    json!({
+        "title": "two kinds", "space": if dimension == 2 { "plane-strain" } else { "3d" },
+        "domain": { "min": of([-1.0; 3]), "max": of([2.0; 3]) }, "gravity": of([0.0; 3]),
+        "materials": { "clay": soil, "rock": soil },
+        "bodies": [
+            { "name": "floor", "material": "rock", "shape": part(0.0, 0.1) },
+            { "name": "heap", "material": "clay", "shape": part(0.12, 0.3),
+              "velocity": { "kind": "uniform", "value": of([0.4, -0.3, -0.5]) } }
+        ],
+        "stages": [{ "name": "s", "duration": 0.1 }],
+        "methods": { "dem": {
+            "grains": { "clay": kind(2000.0), "rock": kind(3000.0) },
+            "bodies": { "floor": { "held": true }, "heap": { "spin": spin } },
+            "pairs": [{ "between": ["clay", "clay"], "normal": { "law": "linear", "stiffness": 1e5, "restitution": 0.5 },
+                        "friction": { "coefficient": 0.5 } },
+                      { "between": ["rock", "rock"], "normal": { "law": "linear", "stiffness": 1e5, "restitution": 0.5 } }],
+            "mix": true
+        } }
+    })
+}
+
+#[test]
+fn points_of_an_export_are_the_grains_of_a_case_that_reads_them() {
+    use colluvium::case::output::{Collection, Values, read_frame, read_npz};
+    for dimension in [2, 3] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut value = mixed(dimension);
+        std::fs::write(folder.path().join("case.json"), value.to_string()).unwrap();
+        for arguments in [
+            &["run", "case.json", "--out", "out", "-q"][..],
+            &["export", "out", "--points"],
+            &["export", "out"],
+        ] {
+            let (code, _, problems) = in_folder(folder.path(), arguments);
+            assert_eq!(code, 0, "{problems}");
+        }
+        let out = folder.path().join("out");
+        let last = Collection::read(&out.join("frames.pvd")).unwrap().frames.pop().unwrap();
+        let end = read_frame(&out.join(&last.1), last.0).unwrap();
+        // One body of all grains: what they are is in the file.
+        let whole = json!({ "kind": "box", "min": value["domain"]["min"], "max": value["domain"]["max"] });
+        value["bodies"] = json!([{ "name": "all", "material": "clay", "shape": whole, "points": { "file": "out/points.csv" } }]);
+        value["methods"]["dem"]["bodies"] = json!({});
+        colluvium::offer_materials();
+        let again = Case::from_value(&value, folder.path()).unwrap();
+        let mut solver = colluvium::method("dem").unwrap().build(&again).unwrap();
+        solver.begin_stage(0, 0.0).unwrap();
+        let start = solver.snapshot();
+        assert_eq!((&start.ids, &start.positions), (&end.ids, &end.positions));
+        for name in ["velocity", "radius", "kind", "spin", "held", "mass"] {
+            assert_eq!(start.field(name).unwrap().data, end.field(name).unwrap().data, "{name}");
+        }
+        let held = end.scalars("held").unwrap();
+        assert!(held.contains(&1.0) && held.contains(&0.0), "{held:?}");
+        let moved = end.vectors("displacement").unwrap().iter().any(|u| u[dimension - 1] < -0.01);
+        let kinds = end.scalars("kind").unwrap();
+        assert!(moved && kinds.contains(&0.0) && kinds.contains(&1.0));
+        let arrays = read_npz(&out.join("npz/frame-00001.npz")).unwrap();
+        let archived = |name: &str| arrays.iter().find(|array| array.name == name).unwrap().values.clone();
+        assert_eq!(archived("held"), Values::Float(held.to_vec()));
+        assert_eq!(archived("kind"), Values::Float(kinds.to_vec()));
+        let (code, said, problems) =
+            in_folder(folder.path(), &["export", "out", "--points", "--body", "heap"]);
+        let count = held.iter().filter(|own| **own == 0.0).count();
+        assert!(code == 0 && said.contains(&format!("wrote the {count} points")), "{said}{problems}");
+        assert_eq!(in_folder(folder.path(), &["export", "out", "--points", "--body", "hill"]).0, 2);
+    }
 }

@@ -297,6 +297,10 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
         Some((self.compiled.stored)(self))
     }
 
+    fn has_specimen(&self) -> bool {
+        true
+    }
+
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
         (self.compiled.write)(self, out).map_err(|error| SolverError::Checkpoint(error.to_string()))
     }

@@ -105,3 +105,11 @@ pub fn disks(case: &Case) -> Result<DemSolver<2, 1>, CaseError> {
 pub fn spheres(case: &Case) -> Result<DemSolver<3, 3>, CaseError> {
     setup::solver(case)
 }
+
+/// Names of the kinds of grains of a case, in the order of the numbers that the field `kind` of frames has.
+///
+/// # Errors
+/// When the case has no options of the method, or wrong ones.
+pub fn kinds(case: &Case) -> Result<Vec<String>, CaseError> {
+    Ok(setup::options(case)?.grains.into_keys().collect())
+}

@@ -190,6 +190,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             field("contacts", "", scalar(&|i| counts[i])),
             field("kind", "", scalar(&|i| f64::from(g.kind[i]))),
         ];
+        if g.held.contains(&true) {
+            fields.push(field("held", "", scalar(&|i| f64::from(u8::from(g.held[i])))));
+        }
         if !cells.area.is_empty() {
             let share = |i: usize| volume(D, g.radius[i]) / cells.area[i];
             fields.push(field("cell_area", "m2", scalar(&|i| cells.area[i])));
@@ -293,7 +296,6 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         };
         let count = self.grains.held.iter().filter(|held| !**held).count() as f64;
         read("coordination", "", 2.0 * self.ledger.contacts[0] as f64 / count);
-        read("unbalanced_force", "", self.unbalanced());
         if self.options.voronoi {
             read("inner_solid_fraction", "", self.inner_solid_fraction());
         }

@@ -1,5 +1,6 @@
 //! The run: stages, steps, measures, frames, checkpoints.
 
+mod checkpoint;
 mod energy;
 mod error;
 mod folder;
@@ -29,6 +30,7 @@ use progress::Progress;
 use record::Recorder;
 use steps::{asked_to_stop, is_there, stable_step};
 
+pub use checkpoint::last_state;
 pub use error::RunError;
 pub use row::{check_names, column_names};
 pub use safety::{Outcome, Safety, Trial, Verdict};
@@ -355,17 +357,20 @@ impl Run<'_> {
     }
 
     /// The duration is over: fine, unless the stage was to come to rest.
-    fn stage_over(&self, stage: &Stage) -> Result<Ending, RunError> {
-        if stage.equilibrium.is_none() {
-            return Ok(Ending::Completed);
-        }
+    fn stage_over(&mut self, stage: &Stage) -> Result<Ending, RunError> {
+        let Some(criterion) = &stage.equilibrium else { return Ok(Ending::Completed) };
         let last = self.solver.equilibrium();
-        Err(RunError::NoEquilibrium {
+        let missed = RunError::NoEquilibrium {
             stage: self.progress.stage,
             duration: stage.duration,
             unbalanced: last.map_or(f64::NAN, |e| e.unbalanced_force),
             kinetic: last.map_or(f64::NAN, |e| e.kinetic_ratio),
-        })
+        };
+        if criterion.required {
+            return Err(missed);
+        }
+        self.miss(&missed);
+        Ok(Ending::Completed)
     }
 
     fn at_rest(&mut self, stage: &Stage) -> bool {
@@ -459,6 +464,10 @@ impl Run<'_> {
     /// What is written once a run is complete.
     fn last_output(&mut self) -> Result<(), RunError> {
         self.recorder.output_last(&*self.solver, &mut self.progress)?;
+        if self.solver.has_specimen() {
+            // Nothing goes on from here: without times of clocks the file is the same for the same case.
+            self.recorder.save(&*self.solver, &Progress { wall: 0.0, ..self.progress.clone() })?;
+        }
         Ok(self.recorder.rasters(&*self.solver)?)
     }
 

@@ -39,6 +39,8 @@ pub(super) struct Progress {
     pub(super) energy: EnergyWatch,
     /// What was to be said of the energy of the stages before.
     pub(super) grown: Option<String>,
+    /// Stages that ended before they came to rest, which they need not, and what was said.
+    pub(super) missed: Vec<(usize, String)>,
     /// When the stages that are over ended (s).
     pub(super) stage_ends: Vec<f64>,
     /// What has bounded the steps so far.

@@ -6,9 +6,9 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::checkpoint::{Checkpoint, read_checkpoint, refuse};
 use super::folder::{self, CASE, CHECKPOINT, COLLECTION, MEASURES, RASTERS, SUMMARY, Tables};
 use super::progress::Progress;
 use super::{RunError, RunOptions, row};
@@ -17,18 +17,8 @@ use crate::output::{
     Collection, OutputError, Seal, Table, averages, file_ending, read_frame, read_json, write_atomically,
     write_dataset, write_frame,
 };
-use crate::solver::{restore_value, save_value};
+use crate::solver::save_value;
 use crate::{Case, Dataset, Frame, PlanRaster, Snapshot, Solver, SolverError, Support, Wanted, measure};
-
-#[derive(Serialize, Deserialize)]
-struct Checkpoint {
-    version: String,
-    fingerprint: u64,
-    method: String,
-    progress: Progress,
-    /// Seals of the tables on disk: what stands beyond is written again.
-    tables: Vec<(String, Seal)>,
-}
 
 /// Rows of the measures over a whole run, about, where the case names no interval.
 const DEFAULT_ROWS: f64 = 100.0;
@@ -368,20 +358,17 @@ impl<'a> Recorder<'a> {
         Some(self.options.out.as_ref()?.join(folder::state(number)))
     }
 
-    pub(super) fn refuse(&self, out: &Path, problem: String) -> RunError {
-        RunError::Folder { path: out.join(CHECKPOINT), problem }
-    }
-
     /// Takes solver and progress from the checkpoint; `None` where the run died before its first, and
     /// starts anew. Tables and collection are set back to what they were at the checkpoint.
     pub(super) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<Progress>, RunError> {
         let Some(out) = &self.options.out else { return Ok(None) };
-        let Some((checkpoint, mut state)) = self.read_checkpoint(out)? else {
+        let of_run = (self.fingerprint, self.options.method.as_str());
+        let Some((checkpoint, mut state)) = read_checkpoint(out, of_run)? else {
             folder::clear(out)?;
             folder::make(out)?;
             return Ok(None);
         };
-        solver.restore(&mut state).map_err(|error: SolverError| self.refuse(out, error.to_string()))?;
+        solver.restore(&mut state).map_err(|error: SolverError| refuse(out, error.to_string()))?;
         let progress = checkpoint.progress;
         self.check_frames(out, &progress.seals)?;
         if self.options.keep_frames {
@@ -406,28 +393,9 @@ impl<'a> Recorder<'a> {
                 true if Seal::of_file(&path, None)? != *seal => "not as it was written",
                 true => continue,
             };
-            return Err(self.refuse(out, format!("counts on {name}, which is {wrong}: run the case anew")));
+            return Err(refuse(out, format!("counts on {name}, which is {wrong}: run the case anew")));
         }
         Ok(())
-    }
-
-    /// What the checkpoint says of the run, and the state of the solver behind it; `None` where there is none.
-    fn read_checkpoint(&self, out: &Path) -> Result<Option<(Checkpoint, impl Read + use<>)>, RunError> {
-        let path = out.join(CHECKPOINT);
-        if !path.exists() {
-            return Ok(None);
-        }
-        let mut file = folder::read_state(&path)?;
-        let checkpoint: Checkpoint =
-            restore_value(&mut file).map_err(|error| self.refuse(out, error.to_string()))?;
-        if checkpoint.fingerprint != self.fingerprint {
-            return Err(self.refuse(out, "was written for another case".to_owned()));
-        }
-        if checkpoint.method != self.options.method || checkpoint.version != env!("CARGO_PKG_VERSION") {
-            let problem = format!("was written by {} of version {}", checkpoint.method, checkpoint.version);
-            return Err(self.refuse(out, problem));
-        }
-        Ok(Some((checkpoint, file)))
     }
 
     /// Writes the rasters that the case asks for, each as an ESRI ASCII grid and as a GeoTIFF; those without a number are left

@@ -5,6 +5,7 @@ use std::fs;
 
 use serde_json::json;
 
+use super::checkpoint::refuse;
 use super::folder::{CHECKPOINT, SUMMARY};
 use super::progress::{Progress, StepBound};
 use super::record::Recorder;
@@ -78,7 +79,8 @@ impl Recorder<'_> {
         self.write_summary(&summary)?;
         // Only then: a run that is killed in between goes on from it, or is known to be complete.
         let checkpoint = self.options.out.as_ref().map(|out| out.join(CHECKPOINT));
-        if let Some(checkpoint) = checkpoint.filter(|checkpoint| completed && checkpoint.exists()) {
+        let over = completed && !solver.has_specimen();
+        if let Some(checkpoint) = checkpoint.filter(|checkpoint| over && checkpoint.exists()) {
             fs::remove_file(&checkpoint).map_err(|error| OutputError::new(&checkpoint, error))?;
         }
         Ok(())
@@ -89,7 +91,8 @@ impl Recorder<'_> {
         let stages = self.case.stages.iter().zip(&progress.stage_starts).enumerate();
         let record = |(number, (stage, start)): (usize, (&Stage, &f64))| {
             let end = progress.stage_ends.get(number);
-            let ended = if stage.equilibrium.is_some() { "at rest" } else { "duration over" };
+            let rests = stage.equilibrium.is_some() && !progress.missed.iter().any(|(own, _)| *own == number);
+            let ended = if rests { "at rest" } else { "duration over" };
             json!({ "name": stage.name, "start": start, "end": end, "ended": end.map(|_| ended) })
         };
         stages.map(record).collect()
@@ -97,8 +100,7 @@ impl Recorder<'_> {
 
     pub(super) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
         let Some(out) = &self.options.out else { return Ok(()) };
-        let text =
-            serde_json::to_string_pretty(summary).map_err(|error| self.refuse(out, error.to_string()))?;
+        let text = serde_json::to_string_pretty(summary).map_err(|error| refuse(out, error.to_string()))?;
         Ok(write_atomically(&out.join(SUMMARY), text.as_bytes())?)
     }
 }

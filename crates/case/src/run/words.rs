@@ -1,13 +1,14 @@
 //! What a run says while it goes on.
 
-use super::Run;
 use super::progress::Progress;
+use super::{Run, RunError};
 use crate::TimeStep;
 
 impl Run<'_> {
     pub(super) fn remarks_so_far(&self) -> Vec<String> {
-        let Progress { collapse, warning, grown, energy, .. } = &self.progress;
-        let said = collapse.iter().chain(warning).chain(grown).cloned();
+        let Progress { collapse, warning, grown, energy, missed, .. } = &self.progress;
+        let missed = missed.iter().map(|(_, remark)| remark);
+        let said = collapse.iter().chain(warning).chain(grown).chain(missed).cloned();
         said.chain(energy.remark()).chain(self.solver.remarks()).collect()
     }
 
@@ -39,6 +40,13 @@ impl Run<'_> {
         if self.solver.is_closed() {
             self.take_energy();
         }
+    }
+
+    /// Says that a stage is over that has not come to rest and need not.
+    pub(super) fn miss(&mut self, why: &RunError) {
+        let remark = why.to_string();
+        self.progress.missed.push((self.progress.stage, remark.clone()));
+        self.say(Some(remark));
     }
 
     fn take_energy(&mut self) {

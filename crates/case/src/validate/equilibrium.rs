@@ -15,6 +15,13 @@ impl Findings<'_> {
             self.require(value > 0.0 && value < 1.0, path, format!("{value} is not between 0 and 1"));
         }
         self.require(criterion.hold >= 1, format!("{path}.equilibrium.hold"), "must be at least 1");
+        let searched = case.factors_of_safety().find(|(_, search)| search.after == stage.name);
+        if let (Some((name, _)), false) = (searched, criterion.required) {
+            let problem = format!(
+                "the search of measures.{name} begins where the stage has come to rest: leave it out"
+            );
+            self.require(false, format!("{path}.equilibrium.required"), problem);
+        }
         for (motion, ramp) in stage.motions.iter().map(|motion| motion.ramp).enumerate() {
             let problem = format!("{ramp} s is longer than the stage, which is to come to rest");
             self.require(!(ramp > stage.duration), format!("{path}.motions[{motion}].ramp"), problem);

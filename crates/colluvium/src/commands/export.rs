@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use colluvium::case::output::{
-    Collection, OutputError, Table, frame_arrays, table_arrays, write_atomically, write_npz,
+    Collection, OutputError, Table, frame_arrays, read_json, table_arrays, write_atomically, write_npz,
 };
 use colluvium::case::{Case, GrainColumns, PointList, Role, Snapshot};
 use colluvium::depth_sph::hand_over::stacks;
@@ -21,9 +21,13 @@ pub struct Arguments {
     /// Folder of a run.
     folder: PathBuf,
     /// Write the last frame as `points.csv` instead: places, volumes, velocities, stresses and pore pressures that `bodies.points` of
-    /// another case takes, by the same method or another one. Columns of depth-integrated flow become stacks of points.
+    /// another case takes, by the same method or another one; of grains also radius, kind, spin, id and whether they are held. Columns of
+    /// depth-integrated flow become stacks of points.
     #[arg(long)]
     points: bool,
+    /// Only the points of this body.
+    #[arg(long, requires = "points")]
+    body: Option<String>,
 }
 
 /// Name of the list of points.
@@ -33,7 +37,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let from = &arguments.folder;
     a_run(from)?;
     if arguments.points {
-        return points(from);
+        return points(from, arguments.body.as_deref());
     }
     let to = from.join(FOLDER);
     fs::create_dir_all(&to).map_err(|error| OutputError::new(&to, error))?;
@@ -55,8 +59,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes the last frame as a list of points.
-fn points(from: &Path) -> Result<(), Failure> {
+/// Writes the last frame as a list of points, those of one body or all.
+fn points(from: &Path, body: Option<&str>) -> Result<(), Failure> {
     let path = from.join("case.json");
     let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
     let frames = Collection::read(&from.join("frames.pvd"))?.of_points();
@@ -66,17 +70,55 @@ fn points(from: &Path) -> Result<(), Failure> {
     let list = if snapshot.amounts(Role::Bed).is_some() {
         stacks(&case, &snapshot).map_err(|error| OutputError::new(&to, error))?
     } else {
+        if read_json(&from.join("summary.json"))?["method"] == "dem" {
+            all_of_grains(&case, &snapshot).map_err(|problem| OutputError::new(&to, problem))?;
+        }
         let problem = "the points of this run have no volume, velocity and stress";
-        list(&snapshot).ok_or_else(|| OutputError::new(&to, problem))?
+        list(&case, &snapshot).ok_or_else(|| OutputError::new(&to, problem))?
     };
-    let text = table(&list, case.dimension());
+    let kept = match body {
+        Some(name) => of_body(&case, &snapshot, &list, name)?,
+        None => (0..list.positions.len()).collect(),
+    };
+    let text = table(&list, case.dimension(), &kept);
     write_atomically(&to, text.as_bytes())?;
-    say!("wrote the {} points at {} s to {}", list.positions.len(), snapshot.time, to.display());
+    say!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
     Ok(())
 }
 
+/// Refuses frames that leave out what another case must know of grains.
+fn all_of_grains(case: &Case, snapshot: &Snapshot) -> Result<(), String> {
+    let Some(written) = &case.output.fields else { return Ok(()) };
+    let of_bodies = case.methods.get("dem").and_then(|options| options.get("bodies")?.as_object());
+    let held = of_bodies.is_some_and(|bodies| bodies.values().any(|own| own["held"] == true))
+        || case.bodies.iter().any(|body| body.rigid || body.points.is_some());
+    let wanted = ["radius", "kind", "spin"].into_iter().chain(held.then_some("held"));
+    let missing: Vec<&str> = wanted
+        .filter(|name| snapshot.field(name).is_none() && !written.iter().any(|own| own == name))
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(format!("the frames of this run are without {}: output.fields leaves it out", missing.join(", ")))
+}
+
+/// Numbers of the points of a body.
+fn of_body(case: &Case, snapshot: &Snapshot, list: &PointList, name: &str) -> Result<Vec<usize>, Failure> {
+    let number = case.bodies.iter().position(|body| body.name == name).map(|number| number as u32);
+    let own = |i: &usize| snapshot.bodies.get(*i).copied() == number;
+    let kept: Vec<usize> = (0..list.positions.len()).filter(own).collect();
+    // Stacks of points have no bodies.
+    if number.is_none() || kept.is_empty() || list.positions.len() != snapshot.bodies.len() {
+        let known: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
+        let problem =
+            format!("--body {name}: no points of the last frame are of it; bodies are {}", known.join(", "));
+        return Err(Failure::Usage(problem));
+    }
+    Ok(kept)
+}
+
 /// The points of a frame, as they are.
-fn list(snapshot: &Snapshot) -> Option<PointList> {
+fn list(case: &Case, snapshot: &Snapshot) -> Option<PointList> {
     // Dry points have no pressure in their pores.
     let pressures = |all: &[f64]| all.iter().map(|p| if p.is_nan() { 0.0 } else { *p }).collect();
     Some(PointList {
@@ -85,16 +127,32 @@ fn list(snapshot: &Snapshot) -> Option<PointList> {
         velocities: Some(snapshot.vectors("velocity")?.to_vec()),
         stresses: Some(snapshot.tensors("stress")?.to_vec()),
         pore_pressures: snapshot.scalars(PointList::PORE_PRESSURE).map(pressures),
-        grains: GrainColumns {
-            radii: snapshot.scalars("radius").map(<[f64]>::to_vec),
-            ..GrainColumns::default()
-        },
+        grains: grains(case, snapshot),
     })
 }
 
-/// A list of points as a table with a head.
-fn table(list: &PointList, dimension: usize) -> String {
-    let axes = &["x", "y", "z"][..dimension];
+/// What a frame says of grains; of other methods only the radii that there are.
+fn grains(case: &Case, snapshot: &Snapshot) -> GrainColumns {
+    let radii = snapshot.scalars("radius").map(<[f64]>::to_vec);
+    let known = colluvium::dem::kinds(case).unwrap_or_default();
+    let Some(kinds) = snapshot.scalars("kind").filter(|_| !known.is_empty()) else {
+        return GrainColumns { radii, ..GrainColumns::default() };
+    };
+    let name = |kind: &f64| known.get(*kind as usize).cloned().unwrap_or_default();
+    let about_z = |spins: &[f64]| spins.iter().map(|spin| [0.0, 0.0, *spin]).collect();
+    GrainColumns {
+        radii,
+        kinds: Some(kinds.iter().map(name).collect()),
+        spins: snapshot.vectors("spin").map(<[_]>::to_vec).or(snapshot.scalars("spin").map(about_z)),
+        held: snapshot.scalars("held").map(|held| held.iter().map(|own| *own == 1.0).collect()),
+        ids: Some(snapshot.ids.iter().map(|id| *id as u32).collect()),
+    }
+}
+
+/// Some of a list of points as a table with a head.
+fn table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
+    let (axes, of_grains) = (&["x", "y", "z"][..dimension], &list.grains);
+    let turning = if dimension == 3 { 0 } else { 2 };
     let mut heads: Vec<String> = axes.iter().map(|axis| format!("{axis} (m)")).collect();
     heads.push("volume (m3)".to_owned());
     let names =
@@ -102,16 +160,24 @@ fn table(list: &PointList, dimension: usize) -> String {
     heads.extend(list.velocities.iter().flat_map(|_| names(&PointList::VELOCITY[..dimension], "m/s")));
     heads.extend(list.stresses.iter().flat_map(|_| names(&PointList::STRESS, "Pa")));
     heads.extend(list.pore_pressures.iter().flat_map(|_| names(&[PointList::PORE_PRESSURE], "Pa")));
-    heads.extend(list.grains.radii.iter().flat_map(|_| names(&["radius"], "m")));
+    heads.extend(of_grains.radii.iter().flat_map(|_| names(&["radius"], "m")));
+    heads.extend(of_grains.spins.iter().flat_map(|_| names(&GrainColumns::SPIN[turning..], "rad/s")));
+    heads.extend(of_grains.kinds.iter().map(|_| "kind".to_owned()));
+    heads.extend(of_grains.held.iter().map(|_| "held".to_owned()));
+    heads.extend(of_grains.ids.iter().map(|_| "id".to_owned()));
     let mut text = heads.join(",") + "\n";
-    for (i, x) in list.positions.iter().enumerate() {
-        let mut row = x[..dimension].to_vec();
+    for &i in kept {
+        let mut row = list.positions[i][..dimension].to_vec();
         row.push(list.volumes[i]);
         row.extend(list.velocities.iter().flat_map(|all| all[i][..dimension].to_vec()));
         row.extend(list.stresses.iter().flat_map(|all| all[i].0));
         row.extend(list.pore_pressures.iter().map(|all| all[i]));
-        row.extend(list.grains.radii.iter().map(|all| all[i]));
-        let row: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
+        row.extend(of_grains.radii.iter().map(|all| all[i]));
+        row.extend(of_grains.spins.iter().flat_map(|all| all[i][turning..].to_vec()));
+        let mut row: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
+        row.extend(of_grains.kinds.iter().map(|all| all[i].clone()));
+        row.extend(of_grains.held.iter().map(|all| u8::from(all[i]).to_string()));
+        row.extend(of_grains.ids.iter().map(|all| all[i].to_string()));
         text += &(row.join(",") + "\n");
     }
     text

@@ -1,17 +1,17 @@
 //! `colluvium specimen`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use colluvium::case::output::write_atomically;
-use colluvium::case::run::Ending;
-use colluvium::case::{Case, CaseError, RunOptions, run_made};
+use colluvium::case::output::{OutputError, read_json, write_atomically};
+use colluvium::case::run::{Ending, last_state};
+use colluvium::case::{Case, CaseError, Method, RunOptions, run_made};
 
-use super::{Failure, choose, free_memory, pool, stop_on_interrupt};
+use super::{Failure, a_run, choose, free_memory, pool, stop_on_interrupt};
 
 #[derive(Args)]
 pub struct Arguments {
-    /// The case file.
+    /// The case file, or the folder of a run of it, whose end is taken without running again.
     case: PathBuf,
     /// The file to write.
     #[arg(long)]
@@ -34,21 +34,45 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut case = Case::load(&arguments.case)?;
-    let method = choose(&case, arguments.method.as_deref())?;
-    let (out, quiet) = (&arguments.out, arguments.quiet);
+    let out = &arguments.out;
     if out.exists() && !arguments.overwrite {
         return Err(Failure::Usage(format!("{}: is there already: give --overwrite", out.display())));
     }
+    let made = if arguments.case.is_dir() { left(arguments)? } else { prepared(arguments)? };
+    write_atomically(out, made.text.as_bytes())?;
+    if !arguments.quiet {
+        let Made { grains, time, .. } = made;
+        say!("wrote {grains} grains with their contacts at {time:.6} s to {}", out.display());
+    }
+    Ok(())
+}
+
+/// A specimen.
+struct Made {
+    text: String,
+    grains: usize,
+    /// Time of the run (s).
+    time: f64,
+}
+
+/// What a method without grains is told.
+fn of_grains(method: &dyn Method) -> Failure {
+    Failure::Usage(format!("specimens are of grains with contacts, and {} has none", method.name()))
+}
+
+/// Runs the case.
+fn prepared(arguments: &Arguments) -> Result<Made, Failure> {
+    let mut case = Case::load(&arguments.case)?;
+    let method = choose(&case, arguments.method.as_deref())?;
+    let quiet = arguments.quiet;
     if let Some(stage) = &arguments.until {
         end_with(&mut case, stage)?;
     }
     method.size(&case)?.fit(free_memory())?;
     let pool = pool(arguments.threads)?;
     let (plan, solver) = pool.install(|| method.made(&case))?;
-    if solver.specimen().is_none() {
-        let problem = format!("specimens are of grains with contacts, and {} has none", method.name());
-        return Err(Failure::Usage(problem));
+    if !solver.has_specimen() {
+        return Err(of_grains(method));
     }
     let options = RunOptions {
         method: method.name().to_owned(),
@@ -68,13 +92,61 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "interrupted before the specimen was ready: nothing is written".to_owned(),
         ));
     }
-    let text = report.specimen.unwrap_or_default();
-    write_atomically(out, text.as_bytes())?;
-    if !quiet {
-        let (count, time) = (report.snapshot.ids.len(), report.snapshot.time);
-        say!("wrote {count} grains with their contacts at {time:.6} s to {}", out.display());
+    let (grains, time) = (report.snapshot.ids.len(), report.snapshot.time);
+    Ok(Made { text: report.specimen.unwrap_or_default(), grains, time })
+}
+
+/// Takes what a run has left in its folder.
+fn left(arguments: &Arguments) -> Result<Made, Failure> {
+    let from = arguments.case.as_path();
+    a_run(from)?;
+    let path = from.join("case.json");
+    let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
+    let summary = read_json(&from.join("summary.json"))?;
+    let of_run = summary["method"].as_str().unwrap_or_default();
+    if let Some(asked) = arguments.method.as_deref().filter(|asked| *asked != of_run) {
+        let problem = format!("{}: is a run of {of_run}, not of {asked}", from.display());
+        return Err(Failure::Usage(problem));
     }
-    Ok(())
+    let method = choose(&case, Some(of_run))?;
+    let again = format!("`colluvium specimen {}", path.display());
+    if let Some(stage) = &arguments.until {
+        end_with(&mut case.clone(), stage)?;
+        if case.stages.last().is_none_or(|last| last.name != *stage) {
+            let problem = format!(
+                "{}: holds the end of its last stage only; {again} --until {stage} --out {}` runs up to that of {stage:?} again",
+                from.display(),
+                arguments.out.display()
+            );
+            return Err(Failure::Usage(problem));
+        }
+    }
+    let pool = pool(arguments.threads)?;
+    let Some(solver) = pool.install(|| last_state(from, method, &case))? else {
+        return Err(nothing_left(from, method, &case, &again)?);
+    };
+    let Some(text) = solver.specimen() else { return Err(of_grains(method)) };
+    let status = summary["status"].as_str().unwrap_or("unknown");
+    if status != "completed" && !arguments.quiet {
+        let (now, end) = (solver.time(), case.end_time());
+        complain!(
+            "warning: the run is not complete ({status}): this is its last checkpoint, {now} of {end} s"
+        );
+    }
+    Ok(Made { text, grains: solver.points(), time: solver.time() })
+}
+
+/// Why a folder has no state to take, and what to do.
+fn nothing_left(from: &Path, method: &dyn Method, case: &Case, again: &str) -> Result<Failure, Failure> {
+    if !method.made(case)?.1.has_specimen() {
+        return Ok(of_grains(method));
+    }
+    Ok(Failure::Other(format!(
+        "{}: what contacts remember is in checkpoint.bin, which is not there: {again} --out FILE` runs the case again; `colluvium export \
+         --points {}` writes grains without contacts",
+        from.display(),
+        from.display()
+    )))
 }
 
 /// Leaves out what comes after a stage.

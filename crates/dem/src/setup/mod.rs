@@ -44,6 +44,7 @@ pub(crate) fn options(case: &Case) -> Result<DemOptions, CaseError> {
         let problem = "is missing: the discrete element method needs at least its `grains` and `pairs`";
         return Err(CaseError::new("methods.dem", problem));
     }
+    refuse::clumps(&case.methods["dem"])?;
     let options: DemOptions = case.method_options("dem")?;
     options
         .validate(case.dimension())

@@ -3,11 +3,29 @@
 use colluvium_case::description::Wall;
 use colluvium_case::json::closest;
 use colluvium_case::{Case, CaseError, Honours, Needs};
+use serde_json::Value;
 
 use crate::config::{CellControl, DemOptions, Fill, PairSpec};
 
 const ADHESION: &str = "adhesion of grains is in the pair of their kind and the obstacle: leave it out";
 const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
+
+/// Refuses grains made of several, by their name.
+pub fn clumps(options: &Value) -> Result<(), CaseError> {
+    let named = |own: &Value| {
+        let mut keys = own.as_object().into_iter().flatten().map(|(key, _)| key.clone());
+        keys.find(|key| key.starts_with("clump"))
+    };
+    let kinds = options.get("grains").and_then(Value::as_object).into_iter().flatten();
+    let of_kind = |(kind, own): (&String, &Value)| Some(format!("grains.{kind}.{}", named(own)?));
+    match named(options).or_else(|| kinds.filter_map(of_kind).next()) {
+        None => Ok(()),
+        Some(key) => {
+            let problem = "there are disks and spheres, and no clumps of them: for grains that are not round give their pair `rolling`";
+            Err(CaseError::new(format!("methods.dem.{key}"), problem))
+        }
+    }
+}
 
 /// What DEM says to the features of a case.
 pub fn honours() -> Honours {

@@ -127,3 +127,18 @@ fn a_grain_that_starts_in_a_wall_is_named() {
     });
     assert!(problem.starts_with("bodies[0].shape: grain 0 ") && problem.contains("a wall"), "{problem}");
 }
+
+#[test]
+fn clumps_are_refused_by_name_with_what_stands_in_for_them() {
+    for path in ["clumps", "grains.grain.clump"] {
+        let problem = refusal(|value| match path {
+            "clumps" => value["methods"]["dem"]["clumps"] = json!([]),
+            _ => value["methods"]["dem"]["grains"]["grain"]["clump"] = json!({ "spheres": 2 }),
+        });
+        assert!(
+            problem.starts_with(&format!("methods.dem.{path}: there are disks and spheres")),
+            "{problem}"
+        );
+        assert!(problem.contains("`rolling`"), "{problem}");
+    }
+}

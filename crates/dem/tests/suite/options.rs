@@ -79,7 +79,7 @@ fn the_unbalanced_force_is_that_of_grains_over_that_of_contacts() {
         }
         let mut solver = scene.solver();
         solver.step(1e-9).unwrap();
-        reading(&solver, "unbalanced_force")
+        solver.equilibrium().unwrap().unbalanced_force
     };
     // Only the two ends are out of balance, by the force of one contact.
     near(row(2), 1.0, 1e-6);

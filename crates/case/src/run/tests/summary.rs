@@ -74,3 +74,29 @@ fn a_failure_leaves_the_last_good_frame_and_says_so() {
     assert!(folder.path().join("frames/frame-00002.vtu").exists(), "the frame at 1 s");
     assert!(!folder.path().join("frames/frame-00003.vtu").exists());
 }
+
+#[test]
+fn a_stage_that_need_not_settle_goes_on_and_says_so() {
+    let case = case(
+        r#"[ { "name": "settle", "duration": 2, "equilibrium": { "required": false } }, { "name": "go", "duration": 1 } ]"#,
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let report = run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap();
+    assert!((report.snapshot.time - 3.0).abs() < 1e-9);
+    assert!(
+        report.remarks[0].starts_with("stages[0]: no equilibrium within its duration of 2 s"),
+        "{:?}",
+        report.remarks
+    );
+    let text = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(
+        (&summary["status"], &summary["stages"][0]["ended"]),
+        (&"completed".into(), &"duration over".into())
+    );
+    // One that does settle says nothing, and ends then.
+    let case =
+        self::case(r#"[ { "name": "settle", "duration": 100, "equilibrium": { "required": false } } ]"#);
+    let report = run(&case, Oscillators::boxed(2.0, None), &RunOptions::default()).unwrap();
+    assert!(report.remarks.is_empty() && report.snapshot.time < 100.0, "{:?}", report.remarks);
+}

@@ -1,0 +1,69 @@
+//! What lies in the folder of a run to go on from.
+
+use std::io::Read;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::RunError;
+use super::folder::{self, CHECKPOINT};
+use super::progress::Progress;
+use crate::output::Seal;
+use crate::solver::restore_value;
+use crate::{Case, CaseErrors, Method, Solver};
+
+/// What of a run a checkpoint holds before the state of its solver.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Checkpoint {
+    pub(super) version: String,
+    pub(super) fingerprint: u64,
+    pub(super) method: String,
+    pub(super) progress: Progress,
+    /// Seals of the tables on disk: what stands beyond is written again.
+    pub(super) tables: Vec<(String, Seal)>,
+}
+
+/// An error of the checkpoint in a folder.
+pub(super) fn refuse(out: &Path, problem: String) -> RunError {
+    RunError::Folder { path: out.join(CHECKPOINT), problem }
+}
+
+/// What the checkpoint of a case of this fingerprint by this method says of the run, and the state of the solver behind it; `None` where
+/// there is none.
+pub(super) fn read_checkpoint(
+    out: &Path,
+    (fingerprint, method): (u64, &str),
+) -> Result<Option<(Checkpoint, impl Read + use<>)>, RunError> {
+    let path = out.join(CHECKPOINT);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let mut file = folder::read_state(&path)?;
+    let checkpoint: Checkpoint = restore_value(&mut file).map_err(|error| refuse(out, error.to_string()))?;
+    if checkpoint.fingerprint != fingerprint {
+        return Err(refuse(out, "was written for another case".to_owned()));
+    }
+    if checkpoint.method != method || checkpoint.version != env!("CARGO_PKG_VERSION") {
+        let problem = format!("was written by {} of version {}", checkpoint.method, checkpoint.version);
+        return Err(refuse(out, problem));
+    }
+    Ok(Some((checkpoint, file)))
+}
+
+/// A solver as the last checkpoint in the folder of a run of `case` by `method` has it, in its stage: that at the end of a complete run of
+/// a method with [specimens](Solver::specimen). `None` where there is no checkpoint.
+///
+/// # Errors
+/// When the case cannot be built, and when the checkpoint is damaged, of another case, method or version.
+pub fn last_state(out: &Path, method: &dyn Method, case: &Case) -> Result<Option<Box<dyn Solver>>, RunError> {
+    let Some((checkpoint, mut state)) = read_checkpoint(out, (case.fingerprint(), method.name()))? else {
+        return Ok(None);
+    };
+    let mut solver = method.build(case).map_err(CaseErrors::one)?;
+    solver.restore(&mut state).map_err(|error| refuse(out, error.to_string()))?;
+    let progress = checkpoint.progress;
+    if progress.begun {
+        solver.begin_stage(progress.stage.min(case.stages.len() - 1), progress.stage_start())?;
+    }
+    Ok(Some(solver))
+}
