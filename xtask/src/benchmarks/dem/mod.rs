@@ -13,6 +13,7 @@ mod fabric;
 mod gas;
 mod incline;
 mod laws;
+mod membranes;
 mod oblique;
 mod plane_shear;
 mod representative;
@@ -50,6 +51,7 @@ pub const ALL: &[Benchmark] = &[
     fabric::BENCHMARK,
     representative::BENCHMARK,
     representative::WALLS,
+    membranes::BENCHMARK,
     representative::WINDOWS,
     representative_spheres::BENCHMARK,
     representative_spheres::WINDOWS,

@@ -41,7 +41,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Disks of a cell.
 const COUNTS: [u32; 3] = [75, 300, 1000];
 /// Drawings of each.
-const SEEDS: u64 = 4;
+pub const SEEDS: u64 = 4;
 /// Durations of preparation, settling and shear (times √(m/P)), and the rate of the last.
 const STAGES: [f64; 3] = [150.0, 30.0, 83.0];
 const RATE: f64 = 3e-4;
@@ -54,7 +54,7 @@ fn test(count: u32, seed: u64) -> Result<(f64, f64), String> {
 }
 
 /// The case of that many disks in a periodic cell.
-fn periodic(count: u32, seed: u64) -> Result<Value, String> {
+pub fn periodic(count: u32, seed: u64) -> Result<Value, String> {
     let mut value = load("biaxial")?;
     let side = side(&value, count)?;
     value["domain"]["max"] = json!([side, side]);
@@ -144,8 +144,8 @@ fn deviator(sine: f64) -> f64 {
     2.0 * sine / (1.0 - sine)
 }
 
-/// The same test of that many disks between rigid walls.
-fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
+/// The case of that many disks between rigid walls.
+pub fn box_of(count: u32) -> Result<Value, String> {
     let mut value = load("box")?;
     let side = side(&value, count)?;
     value["domain"]["max"] = json!([side + 1.0, side + 1.0]);
@@ -155,6 +155,12 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     }
     // Of the height that grains have at a solid fraction of 0.843.
     value["boundaries"][3]["velocity"] = json!([0.0, -RATE * side * (0.7f64 / 0.843).sqrt()]);
+    Ok(value)
+}
+
+/// The same test of that many disks between rigid walls.
+fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
+    let mut value = box_of(count)?;
     options(&mut value)["seed"] = json!(seed);
     let report = run_by("dem", &case(&value)?)?;
     Ok(found(&report, STAGES[0] + STAGES[1], ["wall.top.stress", "wall.right.stress"])?.0)

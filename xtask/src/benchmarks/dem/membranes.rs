@@ -1,0 +1,314 @@
+//! Uniform traction by membranes, and a border of grains that moves by a linear displacement, against periodic cells (sheet: dem §5, B16).
+
+use colluvium::case::{RunOptions, RunReport, Snapshot, run_method};
+use colluvium::dem::Dem;
+use serde_json::{Value, json};
+
+use super::representative::{SEEDS, box_of, periodic};
+use super::scene::{case, options};
+use crate::analysis::larger;
+use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "dem/membranes",
+    title: "Stiffness of 300 disks: linear displacement, periodic cells and uniform traction, DEM",
+    source: "Sun 2020, §2.1, Fig. 2; sheet: dem §5, B16",
+    quick: None,
+    full: 60,
+    run: |_| constraints(),
+};
+
+/// Disks of a specimen.
+const COUNT: u32 = 300;
+/// Rate of each principal strain, one shorter and one longer, and the difference of both at the end.
+const RATE: f64 = 2e-5;
+const STRAIN: f64 = 3e-4;
+/// Rows on the way there.
+const ROWS: f64 = 30.0;
+/// Width of the border that is held (mean diameters of the disks): a whole layer of them.
+const BORDER: f64 = 1.2;
+/// Radius of the grains of a membrane, and about how far apart they are (mean diameters of the disks).
+const THIN: f64 = 0.1;
+const APART: f64 = 0.25;
+/// Stiffness of a membrane along it, over the pressure times a diameter.
+const STIFFNESS: f64 = 10.0;
+/// Difference of the pressures on both pairs of sides, one stage after the other, and the duration of each.
+const STEPS: [f64; 2] = [0.0, 0.08];
+const REST: f64 = 40.0;
+
+/// A case up to the end of its stage `settle`, and the specimen that is left.
+fn settled(mut value: Value, seed: u64) -> Result<(RunReport, String), String> {
+    value["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
+    options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
+    options(&mut value)["seed"] = json!(seed);
+    let keep = RunOptions { method: "dem".to_owned(), keep_specimen: true, ..RunOptions::default() };
+    let report = run_method(&Dem, &case(&value)?, &keep).map_err(|error| error.to_string())?;
+    let text = report.specimen.clone().ok_or("no specimen")?;
+    Ok((report, text))
+}
+
+/// A specimen between rigid walls at rest under a pressure of one: its file, its width and height, and the mean stress of its grains.
+struct Prepared {
+    file: String,
+    size: [f64; 2],
+    pressure: f64,
+}
+
+fn prepared(seed: u64) -> Result<Prepared, String> {
+    let (report, text) = settled(box_of(COUNT)?, seed)?;
+    let last = |name: &str| series(&report, name).last().map(|(_, at)| *at).ok_or("no wall");
+    let size = [last("wall.right.position")?, last("wall.top.position")?];
+    let [_, pressure] = stresses(&report.snapshot, |_| true)?;
+    Ok(Prepared {
+        file: written(&format!("walls-{seed}.json"), &text)?,
+        size,
+        pressure: pressure / (size[0] * size[1]),
+    })
+}
+
+/// Writes a file that a case begins with.
+fn written(name: &str, text: &str) -> Result<String, String> {
+    let folder = crate::root().join("target/validation/specimens");
+    let file = folder.join(name);
+    let done = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&file, text));
+    done.map_err(|error| format!("{}: {error}", file.display()))?;
+    Ok(file.display().to_string())
+}
+
+/// Vertical over horizontal stress and the mean of both, compression positive, in grains that `counts` (Pa m²).
+fn stresses(frame: &Snapshot, counts: impl Fn(usize) -> bool) -> Result<[f64; 2], String> {
+    let stress = frame.tensors("stress").ok_or("no stress")?;
+    let volumes = scalars(frame, "volume");
+    let mut sums = [0.0; 2];
+    for i in (0..frame.ids.len()).filter(|&i| counts(i)) {
+        let [xx, yy] = [0, 1].map(|c| -stress[i].0[c] * volumes[i]);
+        sums[0] += yy - xx;
+        sums[1] += 0.5 * (yy + xx);
+    }
+    Ok(sums)
+}
+
+/// Differences of the strains and changes of the deviator over the pressure, of a specimen in a periodic cell.
+fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
+    let mut value = sheared(&written(&format!("cell-{seed}.json"), text)?, seed)?;
+    options(&mut value)["stages"] =
+        json!({ "shear": { "cell": { "xx": { "rate": RATE }, "yy": { "rate": -RATE } } } });
+    let report = run_by("dem", &case(&value)?)?;
+    let [yy, xx] = ["cell_stress.yy", "cell_stress.xx"].map(|name| series(&report, name));
+    let deviator: Vec<(f64, f64)> = yy.iter().zip(&xx).map(|(yy, xx)| (yy.0, xx.1 - yy.1)).collect();
+    // The first row is of no step yet.
+    let (begun, start) = deviator[1];
+    let pressure = -0.5 * (yy[1].1 + xx[1].1);
+    let row = |(time, now): &(f64, f64)| (2.0 * RATE * (time - begun), (now - start) / pressure);
+    Ok(deviator[1..].iter().map(row).collect())
+}
+
+/// A case of the stage `shear` alone that begins with a specimen of a periodic cell.
+fn sheared(file: &str, seed: u64) -> Result<Value, String> {
+    let mut value = periodic(COUNT, seed)?;
+    let duration = 0.5 * STRAIN / RATE;
+    value["stages"] = json!([{ "name": "shear", "duration": duration }]);
+    value["output"] = json!({ "measures": duration / ROWS, "frames": duration });
+    options(&mut value)["stages"] = json!({});
+    options(&mut value)["specimen"] = json!(file);
+    Ok(value)
+}
+
+/// Change of the deviator over the pressure at [`STRAIN`] of what lies within the border of the same cell, which moves by a linear
+/// displacement.
+fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
+    let mut stored: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    let cell = stored["head"]["cell"].clone();
+    let size = [0, 1].map(|c| number(&cell["vectors"][c][c]));
+    let middle = [0, 1].map(|c| number(&cell["corner"][c]) + 0.5 * size[c]);
+    let columns = stored["grains"]["columns"].as_array().ok_or("no columns")?;
+    let column = |name: &str| columns.iter().position(|own| own[0] == name).ok_or("no such column");
+    let (of_body, place) = (column("body")?, [column("x")?, column("y")?]);
+    for row in stored["grains"]["rows"].as_array_mut().ok_or("no grains")? {
+        let within = |c: usize| (number(&row[place[c]]) - middle[c]).abs() < 0.5 * size[c] - BORDER;
+        if !(within(0) && within(1)) {
+            row[of_body] = json!(1.0);
+        }
+    }
+    for (list, name) in [("bodies", "border"), ("kinds", "grain")] {
+        stored["head"][list].as_array_mut().ok_or("no head")?.push(json!(name));
+    }
+    let mut value = sheared(&written(&format!("border-{seed}.json"), &stored.to_string())?, seed)?;
+    let domain = value["domain"].clone();
+    let half = json!([0.5 * number(&domain["max"][0]), domain["max"][1]]);
+    let mut border = value["bodies"][0].clone();
+    // Grains are those of the file, wherever the shapes are.
+    value["bodies"][0]["shape"]["max"] = half.clone();
+    border["name"] = json!("border");
+    border["shape"]["min"] = json!([half[0], 0]);
+    border["velocity"] =
+        json!({ "kind": "linear", "value": [0, 0], "origin": middle, "gradient": [[RATE, 0], [0, -RATE]] });
+    value["bodies"].as_array_mut().ok_or("no bodies")?.push(border);
+    options(&mut value)["bodies"] = json!({ "border": { "held": true } });
+    let report = run_by("dem", &case(&value)?)?;
+    let inner = |frame: &Snapshot| stresses(frame, |i| frame.bodies[i] == 0);
+    let [start, pressure] = inner(report.frames.first().ok_or("no frames")?)?;
+    Ok((inner(&report.snapshot)?[0] - start) / pressure)
+}
+
+/// Rows of grains along the four sides, a body each, with equal distances around corners too: the first three columns of their files.
+fn rows([wide, high]: [f64; 2]) -> [(&'static str, String); 4] {
+    let row = |length: f64, place: &dyn Fn(f64) -> [f64; 2]| {
+        // From corner to corner; what is cut off there is as long as the rest.
+        let whole = length + 2.0 * THIN;
+        let parts = ((whole / APART) - 2f64.sqrt()).round();
+        let pitch = whole / (parts + 2f64.sqrt());
+        let mut text = "x,y,radius\n".to_owned();
+        for k in 0..=parts as usize {
+            let [x, y] = place(pitch * (k as f64 + 0.5f64.sqrt()) - THIN);
+            text += &format!("{x:?},{y:?},{THIN:?}\n");
+        }
+        text
+    };
+    [
+        ("west", row(high, &|s| [-THIN, s])),
+        ("east", row(high, &|s| [wide + THIN, s])),
+        ("south", row(wide, &|s| [s, -THIN])),
+        ("north", row(wide, &|s| [s, high + THIN])),
+    ]
+}
+
+/// Boxes that such rows lie in.
+fn strip(side: &str, [wide, high]: [f64; 2]) -> Value {
+    let (low, up) = match side {
+        "west" => ([-4.0 * THIN, 0.0], [0.0, high]),
+        "east" => ([wide, 0.0], [wide + 4.0 * THIN, high]),
+        "south" => ([0.0, -4.0 * THIN], [wide, 0.0]),
+        _ => ([0.0, high], [wide, high + 4.0 * THIN]),
+    };
+    json!({ "kind": "box", "min": low, "max": up })
+}
+
+/// The case of the specimen within membranes.
+fn wrapped(specimen: &Prepared, seed: u64) -> Result<Value, String> {
+    let mut value = box_of(COUNT)?;
+    let [wide, high] = specimen.size;
+    value["domain"] = json!({ "min": [-2, -2], "max": [wide + 2.0, high + 2.0] });
+    value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0, 0], "max": [wide, high] });
+    value["boundaries"] = json!([]);
+    value["materials"]["membrane"] = value["materials"]["grain"].clone();
+    for (name, text) in rows(specimen.size) {
+        let file = written(&format!("{name}-{seed}.csv"), &text)?;
+        let shape = strip(name, specimen.size);
+        let body =
+            json!({ "name": name, "material": "membrane", "shape": shape, "points": { "file": file } });
+        value["bodies"].as_array_mut().ok_or("no bodies")?.push(body);
+    }
+    let stage = |number: usize| json!({ "name": format!("step-{number}"), "duration": REST, "rayleigh_damping": 0.1 });
+    value["stages"] = (0..STEPS.len()).map(stage).collect();
+    value["output"] = json!({ "measures": REST, "frames": REST });
+    let own = options(&mut value);
+    own["stages"] = json!({});
+    own["specimen"] = json!(specimen.file);
+    own["grains"]["membrane"] = json!({ "density": 16 });
+    let normal = own["pairs"][0]["normal"].clone();
+    // A bond has the section of a grain.
+    let stiffness = STIFFNESS / (APART * 2.0 * THIN);
+    let pairs = own["pairs"].as_array_mut().ok_or("no pairs")?;
+    // Without friction the ring of membranes goes round the specimen as a belt.
+    pairs.push(
+        json!({ "between": ["grain", "membrane"], "normal": normal, "friction": { "coefficient": 0.5 } }),
+    );
+    pairs.push(json!({ "between": ["membrane", "membrane"], "normal": normal,
+        "bond": { "normal_stiffness": stiffness, "shear_stiffness": stiffness, "gap": 0.5 } }));
+    for (number, step) in STEPS.iter().enumerate() {
+        let press = |pressure: f64| json!({ "pressure": pressure, "against": "specimen" });
+        let [beside, above] = [press(1.0 - 0.5 * step), press(1.0 + 0.5 * step)];
+        own["stages"][format!("step-{number}")] =
+            json!({ "membranes": { "west": beside, "east": beside, "south": above, "north": above } });
+    }
+    Ok(value)
+}
+
+/// Difference of the strains along the axes, vertical shortening over horizontal, of the displacements between two frames that fit those of
+/// the specimen best: Green's, as it is free to turn.
+fn strain(from: &Snapshot, to: &Snapshot) -> f64 {
+    let own: Vec<usize> = (0..from.ids.len()).filter(|&i| from.bodies[i] == 0).collect();
+    let mean = |of: &dyn Fn(usize) -> f64| own.iter().map(|&i| of(i)).sum::<f64>() / own.len() as f64;
+    let centre = [0, 1].map(|c| mean(&|i| from.positions[i][c]));
+    let off = |i: usize, c: usize| from.positions[i][c] - centre[c];
+    let [xx, yy, xy] = [[0, 0], [1, 1], [0, 1]].map(|[a, b]| mean(&|i| off(i, a) * off(i, b)));
+    let gradient = [0, 1].map(|axis| {
+        let [x, y] = [0, 1].map(|c| mean(&|i| off(i, c) * (to.positions[i][axis] - from.positions[i][axis])));
+        [x * yy - y * xy, y * xx - x * xy].map(|own| own / (xx * yy - xy * xy))
+    });
+    let green = |c: usize| gradient[c][c] + 0.5 * (gradient[0][c].powi(2) + gradient[1][c].powi(2));
+    green(0) - green(1)
+}
+
+/// Difference of the strains and change of the deviator over the pressure, of a specimen that membranes press from all sides.
+fn uniform_traction(specimen: &Prepared, seed: u64) -> Result<(f64, f64), String> {
+    let report = run_by("dem", &case(&wrapped(specimen, seed)?)?)?;
+    let inside = |frame: &Snapshot| stresses(frame, |i| frame.bodies[i] == 0);
+    let [_, first, last] = &report.frames[..] else { return Err("not three frames".to_owned()) };
+    let [start, pressure] = inside(first)?;
+    Ok((strain(first, last), (inside(last)?[0] - start) / pressure))
+}
+
+/// Value of a curve at `x`, which begins at zero.
+fn at(curve: &[(f64, f64)], x: f64) -> f64 {
+    let after = curve.iter().position(|own| own.0 >= x).unwrap_or(curve.len() - 1).max(1);
+    let ((a, low), (b, high)) = (curve[after - 1], curve[after]);
+    low + (high - low) * (x - a) / (b - a)
+}
+
+fn constraints() -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let (mut ratios, mut stiffness, mut pressures) = ([0.0; 2], 0.0, Vec::new());
+    for seed in 1..=SEEDS {
+        let specimen = prepared(seed)?;
+        pressures.push(specimen.pressure);
+        let (_, text) = settled(periodic(COUNT, seed)?, seed)?;
+        let curve = periodic_cell(&text, seed)?;
+        let linear = linear_displacement(&text, seed)? / at(&curve, STRAIN);
+        let (strain, deviator) = uniform_traction(&specimen, seed)?;
+        let uniform = deviator / at(&curve, strain);
+        for (sum, own) in ratios.iter_mut().zip([linear, uniform]) {
+            *sum += own / SEEDS as f64;
+        }
+        stiffness += at(&curve, STRAIN) / STRAIN / SEEDS as f64;
+        let reason = "not judged: one drawing";
+        outcome.show(format!("drawing {seed}: linear displacement over periodic"), "", linear, reason);
+        outcome.show(format!("drawing {seed}: uniform traction over periodic"), "", uniform, reason);
+        outcome.show(
+            format!("drawing {seed}: difference of the strains under uniform traction"),
+            "",
+            strain,
+            reason,
+        );
+    }
+    let off = pressures.iter().map(|own| (own - 1.0).abs()).fold(0.0, larger);
+    outcome.below(
+        "B17.8: mean stress of the grains between walls against the pressure of the walls",
+        "the same",
+        off,
+        0.01,
+        "B17.8: within 1 %",
+    );
+    let name =
+        format!("{COUNT} disks, periodic: deviator over pressure and difference of strains of {STRAIN:e}");
+    outcome.show(name, "", stiffness, "not judged: no values in the source");
+    let reason = "the source: a linear displacement is the stiffest constraint, uniform traction the softest, a periodic cell lies between";
+    outcome.within(
+        "stiffness by a linear displacement over that of a periodic cell, mean of four drawings",
+        "at least one",
+        ratios[0],
+        (1.0, 2.0),
+        reason,
+    );
+    outcome.within(
+        "stiffness by uniform traction over that of a periodic cell, mean of four drawings",
+        "at most one",
+        ratios[1],
+        (0.2, 1.0),
+        reason,
+    );
+    Ok(outcome)
+}
