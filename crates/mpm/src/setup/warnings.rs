@@ -1,7 +1,7 @@
 //! What is allowed but worth a word.
 
 use colluvium_case::Case;
-use colluvium_case::description::{Boundary, Space, Wall};
+use colluvium_case::description::{Body, Boundary, Space, Wall};
 use colluvium_constitutive::MaterialSpec;
 
 use crate::config::{COURANT, Integration, ShapeFunctions, StepCriterion, VolumetricStrain, WallFriction};
@@ -60,8 +60,31 @@ fn locking(case: &Case, options: &MpmOptions) -> Option<String> {
     })
 }
 
-/// Least bulk modulus over `ρgH` with which linear functions hold a liquid at rest: 163 did, 92 did not.
+/// Least bulk modulus over `ρgH` with which a liquid at rest is held: with linear functions 163 did, 92 did not, on 16 cells.
 const STIFF: f64 = 200.0;
+/// The same over `ρgH` and the square of the cells over the depth, for linear functions: 1.56 did, 0.78 did not, on 8, 16 and 32 cells.
+const STIFF_BY_CELLS: f64 = 1.6;
+
+/// Most steps between two outputs that may cut steps so often that sound grows: up to 7 were seen to.
+const FEW_STEPS_TO_OUTPUT: f64 = 12.0;
+
+/// Liquids whose sound outputs stir: steps of `dt` (s) are cut at each of them.
+fn cut_steps(case: &Case, dt: f64) -> Option<String> {
+    let interval = case.output.measures.into_iter().chain(case.output.frames).reduce(f64::min)?;
+    let (steps, liquid) = (interval / dt, |body: &&Body| {
+        let spec = case.materials.get(&body.material);
+        !body.rigid && matches!(spec, Some(MaterialSpec::NewtonianFluid(_)))
+    });
+    let whole = (steps - steps.round()).abs() < 1e-6 * steps;
+    let body = case.bodies.iter().find(liquid)?;
+    (steps > 1.0 && steps < FEW_STEPS_TO_OUTPUT && !whole).then(|| {
+        format!(
+            "output: steps of {dt:.2e} s are cut at every output, each {interval} s, {steps:.1} steps: that can make sound in the liquid {} grow (by \
+             4 to 10/s); take an interval of more than {FEW_STEPS_TO_OUTPUT} steps, or a methods.mpm.time_step that divides it",
+            body.name
+        )
+    })
+}
 
 /// Liquids at rest whose disturbances grow.
 fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
@@ -77,8 +100,10 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
         if body.rigid || gravity == 0.0 {
             continue;
         }
-        let wanted = STIFF * spec.density * gravity * height(case, body);
-        let enough = if options.stress_update == StressScheme::Usl { wanted } else { 0.5 * wanted };
+        let (weight, cells) =
+            (spec.density * gravity * height(case, body), height(case, body) / options.cell_size);
+        let enough = if options.stress_update == StressScheme::Usl { STIFF } else { 0.5 * STIFF } * weight;
+        let wanted = STIFF.max(STIFF_BY_CELLS * cells * cells) * weight;
         if shared && (linear || spec.bulk_modulus < enough) {
             found.push(format!(
                 "methods.mpm.volumetric_strain: in the liquid {} at rest, averages leave motions within cells without stiffness, and the \
@@ -89,8 +114,9 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
         } else if linear && spec.bulk_modulus < wanted {
             found.push(format!(
                 "methods.mpm.shape: in the liquid {} at rest, disturbances grow with linear functions where its bulk modulus is less than \
-                 200 ρgH, {wanted:.2e} Pa: use that modulus, or ugimp, quadratic functions or mixed integration",
-                body.name
+                 {:.0} ρgH, {wanted:.2e} Pa: use that modulus, or ugimp, quadratic functions or mixed integration",
+                body.name,
+                wanted / weight
             ));
         }
     }
@@ -148,6 +174,7 @@ pub(super) fn warnings(
         ));
     }
     warnings.extend(still_liquids(case, options));
+    warnings.extend(cut_steps(case, dt));
     warnings.extend(filter_by_the_step(case, options, dt));
     let rigid = case.bodies.iter().filter(|body| body.rigid);
     if let (Some(loose), true) = (rigid.clone().find(|body| case.moves_freely(&body.name)), rigid.count() > 1)
