@@ -9,6 +9,7 @@ mod column;
 mod columns;
 mod critical;
 mod cylinders;
+mod dam_pressure;
 mod drum;
 mod flow;
 mod footing;
@@ -34,6 +35,7 @@ pub const ALL: &[Benchmark] = &[
     flow::BENCHMARK,
     vortices::BENCHMARK,
     cavity::BENCHMARK,
+    dam_pressure::BENCHMARK,
     shear::BENCHMARK,
     pairing::BENCHMARK,
     geostatic::BENCHMARK,
