@@ -173,6 +173,24 @@ mod tests {
             !whole.contains(&[2.9, 0.19]) && !whole.contains(&[3.1, 0.5]) && !whole.contains(&[2.0, 0.71])
         );
         let Shape::ArcLayer { .. } = whole else { panic!() };
+        // The lowest of rows 0.1 m high lies half of that above the lower side, on slope, arc and flat alike.
+        let mut rows = layer(1.0, 5.0 + arc + 3.0, 0.2, 0.7);
+        rows["rows"] = json!("terrain");
+        let samples = colluvium_points::lattice(&shape(rows), [0.0; 2], 0.1).unwrap();
+        assert!((samples.iter().map(|sample| sample.volume).sum::<f64>() / exact - 1.0).abs() < 1e-5);
+        let lowest = samples.iter().step_by(5).map(|sample| sample.position);
+        let (sine, cosine) = 30f64.to_radians().sin_cos();
+        for [x, y] in lowest {
+            let foot = x + (4.0 - y) * sine / cosine;
+            let above = if x > 0.0 {
+                y
+            } else if foot > 0.0 {
+                4.0 - x.hypot(4.0 - y)
+            } else {
+                (x + 4.0 * sine) * sine + (y - 4.0 * (1.0 - cosine)) * cosine
+            };
+            assert!((above - 0.25).abs() < 1e-4, "{x} {y}: {above}");
+        }
     }
 
     #[test]

@@ -27,7 +27,7 @@ impl Case {
         let mut layered = Vec::new();
         for number in 0..self.bodies.len() {
             let mut shape = self.bodies[number].shape.clone();
-            let alone = matches!(shape, Shape::Layer { .. });
+            let alone = matches!(shape, Shape::Layer { .. } | Shape::ArcLayer { .. });
             for (path, layer) in shape.layers_mut(format!("bodies[{number}].shape")) {
                 if layer.follows_terrain() && !alone {
                     let problem = "terrain is of a layer that is the whole shape of its body";
@@ -81,7 +81,7 @@ impl Case {
 
     /// Finds the outline of a layer along the line of an obstacle, which stands at `path`.
     fn lay_along_arc(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
-        let Shape::ArcLayer { on, start, end, from, to, outline } = layer else { return Ok(()) };
+        let Shape::ArcLayer { on, start, end, from, to, outline, .. } = layer else { return Ok(()) };
         let obstacle = self.obstacles.iter().find(|obstacle| obstacle.name == *on).ok_or_else(|| {
             CaseError::new(format!("{path}.on"), format!("{on:?} is not the name of an obstacle"))
         })?;

@@ -42,8 +42,8 @@ pub enum LayerRows {
     #[default]
     Level,
     /// In rows that follow the terrain, as many over a place as spacings fit into its thickness, and one at least: each stands for its
-    /// share of the thickness, the lowest half of that above the terrain. Where the layer is thinner than a quarter of a spacing there
-    /// are none.
+    /// share of the thickness, the lowest half of that above the terrain. Where a layer on a map is thinner than a quarter of a spacing
+    /// there are none; along a line places lie as far apart as spacings fit into the length of the layer.
     Terrain,
 }
 

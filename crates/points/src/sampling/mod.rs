@@ -56,7 +56,7 @@ pub fn per_cell<const D: usize>(
 
 /// Points on a square lattice with the given `spacing` (m), the first at half a spacing from
 /// `origin`: those that lie in the shape, last axis fastest. Those of a layer whose rows follow the terrain are on the lattice in plan
-/// only.
+/// only, and along a line as the layer lies.
 ///
 /// # Errors
 /// When there would be more than 2²⁸ candidates, or the spacing is not a length.
@@ -69,6 +69,10 @@ pub fn lattice<const D: usize>(
         && let Some(layer) = laid.layer()
     {
         return rows::along_terrain(&Cells::around(shape, origin, spacing, 1.0)?, layer, origin, spacing);
+    }
+    if let Shape::ArcLayer { rows: LayerRows::Terrain, outline, .. } = shape {
+        Cells::around(shape, origin, spacing, 1.0)?;
+        return Ok(rows::along_line(outline, spacing));
     }
     let volume = spacing.powi(D as i32);
     let centre =

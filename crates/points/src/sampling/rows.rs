@@ -38,6 +38,67 @@ pub(super) fn along_terrain<const D: usize>(
     Ok(samples)
 }
 
+/// Points of a layer along a line: `outline` has the corners of its lower side, then those of its upper side, back. Each stands for
+/// a part of a row, about a `spacing` (m) high and as long along the middle of the layer, and lies at its centre.
+pub(super) fn along_line<const D: usize>(outline: &[[f64; 2]], spacing: f64) -> Vec<Sample<D>> {
+    let half = outline.len() / 2;
+    if half < 2 {
+        return Vec::new();
+    }
+    let stations: Vec<[[f64; 2]; 2]> = (0..half).map(|k| [outline[k], outline[2 * half - 1 - k]]).collect();
+    let middle = |[low, high]: [[f64; 2]; 2]| [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])];
+    let mut lengths = vec![0.0];
+    for pair in stations.windows(2) {
+        lengths.push(lengths[lengths.len() - 1] + distance(middle(pair[0]), middle(pair[1])));
+    }
+    let fitting = |length: f64| (length / spacing).round().max(1.0);
+    let rows = fitting(distance(stations[0][0], stations[0][1]));
+    let whole = lengths[half - 1];
+    let columns = fitting(whole);
+    let mut samples = Vec::with_capacity((rows * columns) as usize);
+    // Where a column begins: between which stations, and its two ends.
+    let (mut next, mut begin) = (1, stations[0]);
+    for column in 1..=columns as usize {
+        let until = whole * column as f64 / columns;
+        let mut ends = vec![begin];
+        while next < half - 1 && lengths[next] < until {
+            ends.push(stations[next]);
+            next += 1;
+        }
+        let share = ((until - lengths[next - 1]) / (lengths[next] - lengths[next - 1])).clamp(0.0, 1.0);
+        begin = std::array::from_fn(|side| between(stations[next - 1][side], stations[next][side], share));
+        ends.push(begin);
+        samples.extend((0..rows as usize).map(|row| {
+            let side = |share: f64| ends.iter().map(move |[low, high]| between(*low, *high, share / rows));
+            let ring: Vec<[f64; 2]> = side(row as f64).chain(side(row as f64 + 1.0).rev()).collect();
+            let (volume, centre) = centroid(&ring);
+            Sample { position: std::array::from_fn(|axis| if axis < 2 { centre[axis] } else { 0.0 }), volume }
+        }));
+    }
+    samples
+}
+
+fn between(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
+    [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (b[0] - a[0]).hypot(b[1] - a[1])
+}
+
+/// Area (m²) of a ring, and its centre, counted from its first corner so that no digits are lost far from the origin.
+fn centroid(ring: &[[f64; 2]]) -> (f64, [f64; 2]) {
+    let from = ring[0];
+    let (mut twice, mut moment) = (0.0, [0.0; 2]);
+    for (a, b) in ring.iter().zip(ring[1..].iter().chain(&ring[..1])) {
+        let (a, b) = ([a[0] - from[0], a[1] - from[1]], [b[0] - from[0], b[1] - from[1]]);
+        let part = a[0] * b[1] - b[0] * a[1];
+        twice += part;
+        moment = std::array::from_fn(|c| moment[c] + part * (a[c] + b[c]));
+    }
+    (0.5 * twice.abs(), std::array::from_fn(|c| from[c] + moment[c] / (3.0 * twice)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::lattice;
@@ -79,5 +140,28 @@ mod tests {
         let level = sampled(LayerRows::Level);
         let lowest = |low: f64, high: f64| level.iter().any(|sample| (low..high).contains(&height(sample)));
         assert!(lowest(0.0, 0.03) && lowest(0.47, 0.5));
+    }
+
+    #[test]
+    fn rows_along_a_line_keep_their_distance_from_it_and_hold_the_whole_area() {
+        // A quarter of a ring of radii 3 and 3.5 m.
+        let side = |radius: f64| {
+            (0..=400).map(move |k| {
+                let (sine, cosine) = (f64::from(k) / 400.0 * std::f64::consts::FRAC_PI_2).sin_cos();
+                [1e5 + radius * cosine, radius * sine]
+            })
+        };
+        let outline: Vec<[f64; 2]> = side(3.0).chain(side(3.5).rev()).collect();
+        let samples: Vec<Sample<2>> = along_line(&outline, 0.1);
+        assert_eq!(samples.len(), 51 * 5);
+        let area: f64 = samples.iter().map(|sample| sample.volume).sum();
+        let right = std::f64::consts::FRAC_PI_4 * (3.5 * 3.5 - 9.0);
+        assert!((area / right - 1.0).abs() < 1e-5, "{area} for {right}");
+        for sample in &samples {
+            let radius = (sample.position[0] - 1e5).hypot(sample.position[1]);
+            let row = (radius - 3.05) / 0.1;
+            assert!((row - row.round()).abs() < 2e-3 && (-0.1..4.1).contains(&row), "{sample:?}");
+            assert!((sample.volume / (0.01 * radius / 3.25) - 1.0).abs() < 0.01);
+        }
     }
 }

@@ -24,6 +24,9 @@ impl Shape {
 
     /// Whether its points lie in rows that follow the terrain.
     pub fn follows_terrain(&self) -> bool {
-        matches!(self, Self::Layer { rows: LayerRows::Terrain, .. })
+        matches!(
+            self,
+            Self::Layer { rows: LayerRows::Terrain, .. } | Self::ArcLayer { rows: LayerRows::Terrain, .. }
+        )
     }
 }

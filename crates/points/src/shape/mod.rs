@@ -78,7 +78,10 @@ pub enum Shape {
         from: f64,
         /// Distance at which it ends (m).
         to: f64,
-        /// Its corners (m), once the obstacle is looked at.
+        /// How points lie in it, where a method lays them on a lattice.
+        #[serde(default, skip_serializing_if = "LayerRows::are_level")]
+        rows: LayerRows,
+        /// Its corners (m), once the obstacle is looked at: those along its lower side, then as many along its upper side, back.
         #[serde(skip)]
         outline: Vec<[f64; 2]>,
     },

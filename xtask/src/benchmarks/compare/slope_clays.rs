@@ -59,6 +59,13 @@ fn judge(outcome: &mut Outcome, name: &str, case: &Case, bound: f64) -> Result<(
             (0.0, bound),
             "limit analysis: with that strength it falls",
         );
+        outcome.within(
+            format!("{name}, {method}: least factor with which it fails"),
+            "from 0.05 below the least upper bound to as much above",
+            found.failed,
+            (bound - 0.05, bound + 0.05),
+            "± 0.05 on 20 cells over the height",
+        );
         failing(outcome, &format!("{name}, {method}"), &report)?;
     }
     Ok(())

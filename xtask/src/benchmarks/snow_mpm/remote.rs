@@ -11,7 +11,7 @@ use crate::benchmarks::{Benchmark, Outcome, scalars, starts, vectors};
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/remote",
     title: "Remote triggering of a slab avalanche",
-    source: "Gaume et al. 2020, section 4.2 and Fig. 6; sheet: snow-mpm A3, with M = 0.8 in the weak layer as amended",
+    source: "Gaume et al. 2020, section 4.2 and Fig. 6; sheet: snow-mpm A3, on 40° as amended",
     quick: None,
     full: 900,
     run: benchmark,
@@ -23,6 +23,9 @@ const TOE: f64 = 13.049_259;
 const SNOWMAN: f64 = TOE + 2.0;
 /// Where the arc begins (m).
 const FOOT: f64 = 9.192_533;
+/// Centre and radius of the arc at the crest (m).
+const CREST: [f64; 2] = [-1.928_363, 6.819_052];
+const RADIUS: f64 = 3.0;
 /// Numbers of the bodies.
 const WEAK: u32 = 0;
 const SLAB: u32 = 1;
@@ -112,15 +115,12 @@ fn release(outcome: &mut Outcome, report: &RunReport) {
     let (start, moved) = (starts(last), vectors(last, "displacement"));
     let strength = scalars(last, "compressive_strength");
     let slab: Vec<usize> = (0..start.len()).filter(|&i| last.bodies[i] == SLAB).collect();
-    // Parts of the slope 0.2 m long, in which every fifth of the thickness has a point without strength.
-    let (sine, cosine) = 40f64.to_radians().sin_cos();
-    let mut parts = vec![[false; 5]; 80];
+    // Parts of the crest and the slope 0.2 m long, in which every fifth of the thickness has a point without strength.
+    let mut parts = vec![[false; 5]; 100];
     for &i in slab.iter().filter(|&&i| start[i][0] < FOOT && strength[i] == 0.0) {
-        let [x, y] = start[i];
-        let along = x * cosine - (y - slope_at(0.0)) * sine;
-        let across = x * sine + (y - slope_at(0.0)) * cosine - 0.1;
-        let part = ((along / 0.2).max(0.0) as usize).min(79);
-        parts[part][((across / 0.1).max(0.0) as usize).min(4)] = true;
+        let [along, across] = on_the_track(start[i]);
+        let part = ((along / 0.2).max(0.0) as usize).min(99);
+        parts[part][(((across - 0.1) / 0.1).max(0.0) as usize).min(4)] = true;
     }
     let broken = parts.iter().filter(|part| part.iter().all(|fifth| *fifth)).count();
     outcome.within(
@@ -153,7 +153,15 @@ fn release(outcome: &mut Outcome, report: &RunReport) {
     outcome.show("A3: pieces of the slab", "not given", pieces, "the sheet judges the crack");
 }
 
-/// Height of the slope at `x` (m).
-fn slope_at(x: f64) -> f64 {
-    9.117_185 - x * 40f64.to_radians().tan()
+/// Length along the ground from where the crest begins to fall, and height above it along its normal (m), down to the foot.
+fn on_the_track([x, y]: [f64; 2]) -> [f64; 2] {
+    let (sine, cosine) = 40f64.to_radians().sin_cos();
+    let right = [x - CREST[0], y - CREST[1]];
+    let turn = right[0].atan2(right[1]);
+    if turn <= 40f64.to_radians() {
+        [RADIUS * turn.max(0.0), right[0].max(0.0).hypot(right[1]) - RADIUS]
+    } else {
+        let along = right[0] * cosine - right[1] * sine;
+        [RADIUS * 40f64.to_radians() + along, right[0] * sine + right[1] * cosine - RADIUS]
+    }
 }
