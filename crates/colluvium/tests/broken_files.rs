@@ -1,4 +1,4 @@
-//! Files that are no JSON are named, with the line and the column where they break.
+//! Files that are no JSON are named, with the line and the column where they break; messages that cannot be written.
 
 use std::fs;
 use std::path::Path;
@@ -110,4 +110,25 @@ fn steps_that_lead_to_no_end_are_refused_before_they_are_taken() {
     let mut rigid = bar();
     rigid["bodies"][0]["rigid"] = json!(true);
     refused(&rigid, "bodies: ", "all bodies are rigid");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn no_message_that_cannot_be_written_brings_the_program_down() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("bar.json"), bar().to_string()).unwrap();
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let arguments: [&[&str]; 4] = [
+        &["check", "bar.json"],
+        &["run", "bar.json", "--out", "out"],
+        &["report", "out"],
+        &["check", "none.json"],
+    ];
+    for arguments in arguments {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_colluvium"));
+        command.current_dir(folder.path()).args(arguments).stdout(full()).stderr(full());
+        let code = command.status().unwrap().code();
+        assert!(code.is_some_and(|code| code < 5), "{arguments:?}: {code:?}");
+    }
+    assert!(folder.path().join("out/summary.json").exists(), "the run went on");
 }

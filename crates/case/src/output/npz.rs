@@ -53,8 +53,32 @@ fn numbers<T: npyz::AutoSerialize + Copy>(
     writer.finish()
 }
 
+/// What is no number in an array becomes zero, and an array after it, named with `.mask`, is one there and zero elsewhere, as the
+/// masked arrays of NumPy have it.
+fn masked(arrays: Vec<Array>) -> Vec<Array> {
+    let mut all = Vec::with_capacity(arrays.len());
+    for mut array in arrays {
+        let mut mask = None;
+        if let Values::Float(values) = &mut array.values
+            && values.iter().any(|value| !value.is_finite())
+        {
+            let none = values.iter().map(|value| i64::from(!value.is_finite())).collect();
+            values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
+            mask = Some(Array {
+                name: format!("{}.mask", array.name),
+                shape: array.shape.clone(),
+                values: Values::Whole(none),
+            });
+        }
+        all.push(array);
+        all.extend(mask);
+    }
+    all
+}
+
 /// The arrays of a frame: `time` (s), `id`, `body`, `position` and `extent` (m) of shape (points, 3), and each field
-/// by its name: vectors of shape (points, 3), tensors of shape (points, 6) in the order xx, yy, zz, xy, yz, zx.
+/// by its name: vectors of shape (points, 3), tensors of shape (points, 6) in the order xx, yy, zz, xy, yz, zx. Where a field is no
+/// number an array `NAME.mask` says so.
 pub fn frame_arrays(snapshot: &Snapshot) -> Vec<Array> {
     let count = snapshot.ids.len() as u64;
     let whole = |name: &str, values: Vec<i64>| Array {
@@ -80,16 +104,16 @@ pub fn frame_arrays(snapshot: &Snapshot) -> Vec<Array> {
         of_points.map(|(name, values)| Array::floats(name, &[count, 3], values.as_flattened().to_vec())),
     );
     arrays.extend(fields);
-    arrays
+    masked(arrays)
 }
 
-/// The columns of a table, each an array by its name without the unit.
+/// The columns of a table, each an array by its name without the unit, with its mask where a cell is empty.
 pub fn table_arrays(table: &Table) -> Vec<Array> {
     let column = |(index, (name, _)): (usize, &(String, String))| {
         let values: Vec<f64> = table.rows.iter().map(|row| row[index]).collect();
         Array::floats(name, &[values.len() as u64], values)
     };
-    table.columns.iter().enumerate().map(column).collect()
+    masked(table.columns.iter().enumerate().map(column).collect())
 }
 
 /// Writes arrays as an archive that `numpy.load` opens, not compressed.
@@ -185,8 +209,8 @@ mod tests {
         write_npz(&path, &table_arrays(&table)).unwrap();
         let back = read_npz(&path).unwrap();
         assert_eq!((back[1].name.as_str(), &back[1].shape[..]), ("momentum.x", &[2][..]));
-        let Values::Float(values) = &back[1].values else { panic!("numbers") };
-        assert!(values[0].is_nan() && values[1].to_bits() == (1.0f64 / 3.0).to_bits());
+        assert_eq!(back[1].values, Values::Float(vec![0.0, 1.0 / 3.0]));
+        assert_eq!((back[2].name.as_str(), &back[2].values), ("momentum.x.mask", &Values::Whole(vec![1, 0])));
         std::fs::write(&path, "no archive").unwrap();
         assert!(read_npz(&path).is_err());
     }

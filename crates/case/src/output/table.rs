@@ -34,8 +34,8 @@ impl Table {
         self.column(name)?.last().copied()
     }
 
-    /// The table as CSV; lines that start with `#` say what it is. Numbers are written so that they
-    /// read back to the last bit.
+    /// The table as CSV; lines that start with `#` say what it is. Numbers are written so that they read back to the last bit; where
+    /// there is none, not-a-number or infinity, the cell is empty, and reads back as not-a-number.
     pub fn to_csv(&self, about: &str) -> String {
         head(about, &self.columns) + &lines(&self.rows)
     }
@@ -66,7 +66,8 @@ impl Table {
         let mut table = Self { columns: heads.iter().map(column).collect(), rows: Vec::new() };
         for record in reader.records() {
             let record = record.map_err(|error| fail(error.to_string()))?;
-            let row: Result<Vec<f64>, _> = record.iter().map(str::parse).collect();
+            let number = |cell: &str| if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() };
+            let row: Result<Vec<f64>, std::num::ParseFloatError> = record.iter().map(number).collect();
             table.rows.push(row.map_err(|_| fail(format!("row {} is not numbers", table.rows.len() + 1)))?);
         }
         Ok(table)
@@ -85,8 +86,9 @@ fn head(about: &str, columns: &[(String, String)]) -> String {
 }
 
 fn lines(rows: &[Vec<f64>]) -> String {
+    let cell = |value: &f64| if value.is_finite() { format!("{value:e}") } else { String::new() };
     let line = |row: &Vec<f64>| {
-        let values: Vec<String> = row.iter().map(|value| format!("{value:e}")).collect();
+        let values: Vec<String> = row.iter().map(cell).collect();
         values.join(",") + "\n"
     };
     rows.iter().map(line).collect()
@@ -175,9 +177,11 @@ mod tests {
         let path = dir.path().join("t.csv");
         let columns = vec![("time".to_owned(), "s".to_owned()), ("front".to_owned(), "m".to_owned())];
         let rows = vec![vec![0.1, 1.0 / 3.0], vec![-1e-300, f64::NAN], vec![2e22, f64::INFINITY]];
-        let table = Table { columns, rows };
+        let mut table = Table { columns, rows };
         table.write(&path, "two lines\nof head").unwrap();
+        assert!(std::fs::read_to_string(&path).unwrap().ends_with("-1e-300,\n2e22,\n"), "what is no number");
         let back = Table::read(&path).unwrap();
+        table.rows[2][1] = f64::NAN;
         assert_eq!(back.columns, table.columns);
         let bits = |t: &Table| -> Vec<u64> { t.rows.iter().flatten().map(|v| v.to_bits()).collect() };
         assert_eq!(bits(&back), bits(&table));

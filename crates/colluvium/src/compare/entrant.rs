@@ -39,16 +39,18 @@ impl Entrant {
         for key in required(schema.as_value()) {
             let value = match key {
                 "spacing" => spacing.value,
-                "cell_size" => spacing.value * default(schema.as_value(), "points_per_cell"),
+                "cell_size" => fitted(case, spacing.value * default(schema.as_value(), "points_per_cell")),
                 _ => return Self { case: own, took: String::new() },
             };
-            options.insert(key.to_owned(), json!(round(value)));
+            options.insert(key.to_owned(), json!(value));
         }
         if options.is_empty() {
             return Self { case: own, took: String::new() };
         }
-        let took =
-            options.iter().map(|(key, value)| format!("{key} {value} m")).collect::<Vec<_>>().join(", ");
+        let told = |(key, value): (&String, &Value)| {
+            format!("{key} {} m", value.as_f64().map_or(f64::NAN, six_digits))
+        };
+        let took = options.iter().map(told).collect::<Vec<_>>().join(", ");
         own.methods.insert(name.to_owned(), Value::Object(options));
         Self { case: own, took: format!("{took} ({}); the rest by default", spacing.origin) }
     }
@@ -62,9 +64,35 @@ fn default(schema: &Value, key: &str) -> f64 {
     schema["properties"][key]["default"].as_f64().unwrap_or(1.0)
 }
 
-/// Six digits: quotients of round numbers stay round.
-fn round(value: f64) -> f64 {
+fn six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// The cell nearest to `wanted` (m) of which every side of the domain has a whole number; `wanted` where none within a half of it
+/// does.
+fn fitted(case: &Case, wanted: f64) -> f64 {
+    let sides: Vec<f64> =
+        case.domain.min.iter().zip(&case.domain.max).map(|(low, high)| high - low).collect();
+    let whole = |cell: &f64| {
+        sides.iter().all(|side| {
+            let count = side / cell;
+            count.round() >= 1.0 && (count - count.round()).abs() < 1e-7 * count
+        })
+    };
+    let Some(first) = sides.first() else { return wanted };
+    let (fewest, most) = ((first / (1.5 * wanted)).ceil(), (first / (0.5 * wanted)).floor());
+    if !(most - fewest < 1e6) {
+        return wanted;
+    }
+    let cells =
+        (fewest.max(1.0) as u64..=most as u64).map(|count| six_digits_if(first / count as f64, &whole));
+    let nearest = cells.filter(whole).min_by(|a, b| (a - wanted).abs().total_cmp(&(b - wanted).abs()));
+    nearest.unwrap_or(wanted)
+}
+
+/// A cell with six digits where it fits as well: quotients of round numbers stay round.
+fn six_digits_if(cell: f64, fits: impl Fn(&f64) -> bool) -> f64 {
+    Some(six_digits(cell)).filter(|rounded| fits(rounded)).unwrap_or(cell)
 }
 
 /// The spacing of points that the case asks for.
@@ -110,6 +138,16 @@ mod tests {
         // Cells of 5 mm with three points along each axis.
         assert!((sph.case.methods["sph"]["spacing"].as_f64().unwrap() - 0.005 / 3.0).abs() < 1e-8);
         assert!(sph.took.contains("methods.mpm"), "{}", sph.took);
+    }
+
+    #[test]
+    fn cells_divide_the_domain_of_the_template() {
+        let snow = Entrant::of(crate::method("snow-mpm").unwrap(), &column());
+        let cell = snow.case.methods["snow-mpm"]["cell_size"].as_f64().unwrap();
+        for side in [0.5, 0.15] {
+            assert!((side / cell - (side / cell).round()).abs() < 1e-9 && cell < 0.005, "{cell}");
+        }
+        assert!(snow.took.starts_with("cell_size 0.00333333 m"), "{}", snow.took);
     }
 
     #[test]

@@ -86,7 +86,8 @@ impl ElementPath {
             .collect();
         writeln!(out, "{}", head.join(","))?;
         for row in &self.rows {
-            let values: Vec<String> = row.iter().map(|value| format!("{value:e}")).collect();
+            let cell = |value: &f64| if value.is_finite() { format!("{value:e}") } else { String::new() };
+            let values: Vec<String> = row.iter().map(cell).collect();
             writeln!(out, "{}", values.join(","))?;
         }
         Ok(())

@@ -3,10 +3,11 @@
 use colluvium_case::Case;
 use colluvium_case::description::{Body, Boundary, Space, Wall};
 use colluvium_constitutive::MaterialSpec;
+use colluvium_constitutive::basal::BasalFlow;
 
 use crate::config::{COURANT, Integration, ShapeFunctions, StepCriterion, VolumetricStrain, WallFriction};
 use crate::fall::{height, time_of_fall};
-use crate::{MpmOptions, StressScheme, Transfer};
+use crate::{FixedNodes, MpmOptions, StressScheme, Transfer};
 
 /// Courant number at which stress last is stable with splines at sides of the domain that nothing holds, where the end
 /// functions are steep: 0.5 was not, in two and three dimensions, and 0.45 only just.
@@ -123,6 +124,51 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
     found
 }
 
+/// Cells over the thickness of a sheet from which on a rough floor under it acts with nearly all of the friction: short by a tenth.
+const ENOUGH_CELLS: f64 = 5.0;
+
+/// Sheets of soil that slide on rough floors which hold them with too little friction.
+fn thin_on_rough(case: &Case, options: &MpmOptions) -> Vec<String> {
+    if options.fixed_nodes != FixedNodes::Force || case.stages.iter().all(|stage| stage.equilibrium.is_some())
+    {
+        return Vec::new();
+    }
+    let rubs = |body: &Body| {
+        let law = case.materials.get(&body.material).and_then(|spec| spec.basal().ok());
+        let under = |normal_stress: f64| BasalFlow {
+            depth: 1.0,
+            speed: 0.0,
+            normal_stress,
+            pore_pressure: 0.0,
+            slope: 0.0,
+            unit_weight: 1.0,
+        };
+        law.is_some_and(|law| law.max_static(&under(2.0)) > law.max_static(&under(1.0)))
+    };
+    let mut found = Vec::new();
+    for (wall, boundary) in case.boundaries.iter().enumerate().filter(|(_, one)| one.wall == Wall::Rough) {
+        let (axis, upper) = (boundary.side.axis(), boundary.side.is_max());
+        let domain = if upper { &case.domain.max } else { &case.domain.min };
+        let place = boundary.position.unwrap_or(domain[axis]);
+        let weighs = if upper { case.gravity[axis] > 0.0 } else { case.gravity[axis] < 0.0 };
+        for body in case.bodies.iter().filter(|body| weighs && !body.rigid && rubs(body)) {
+            let (low, high) = body.shape.bounds(case.dimension());
+            let reach = if upper { place - high[axis] } else { low[axis] - place };
+            let cells = (high[axis] - low[axis]) / options.cell_size;
+            if reach.abs() < 0.5 * options.cell_size && cells < ENOUGH_CELLS {
+                found.push(format!(
+                    "boundaries[{wall}]: a rough floor rubs with the mean stress of the cell on it, and {} is {cells:.1} cells thick: its \
+                     friction is short by {:.0} % where it slides; take a `frictional` wall with the sine of the friction angle, or \
+                     smaller cells",
+                    body.name,
+                    50.0 / cells.max(0.5)
+                ));
+            }
+        }
+    }
+    found
+}
+
 /// Most steps in the time of a fall through the height of a body in which XPIC leaves the flow alone.
 const FEW_STEPS: f64 = 50.0;
 
@@ -175,6 +221,7 @@ pub(super) fn warnings(
     }
     warnings.extend(still_liquids(case, options));
     warnings.extend(cut_steps(case, dt));
+    warnings.extend(thin_on_rough(case, options));
     warnings.extend(filter_by_the_step(case, options, dt));
     let rigid = case.bodies.iter().filter(|body| body.rigid);
     if let (Some(loose), true) = (rigid.clone().find(|body| case.moves_freely(&body.name)), rigid.count() > 1)

@@ -18,6 +18,7 @@ mod obstacles;
 mod pressing;
 mod saturated_obstacles;
 mod shapes;
+mod sheets;
 mod solver;
 mod stopping;
 mod tension;

@@ -27,6 +27,16 @@ pub(super) struct Answer<const D: usize> {
     pub stress: SymTensor,
     /// Its artificial stress over density squared.
     pub repulsion: SymTensor,
+    /// How it rubs beyond its stress; `None` where it does not, or holds.
+    pub rub: Option<Rub<D>>,
+}
+
+/// Friction of what slips: viscosity pushes off a wall too, and what it bears rubs as the stress does.
+pub(super) struct Rub<const D: usize> {
+    /// Unit normal of the wall.
+    pub normal: [f64; D],
+    /// Against the slip, of the size of the coefficient of friction.
+    pub against: [f64; D],
 }
 
 impl<const D: usize> Sums<'_, D> {
@@ -52,12 +62,13 @@ impl<const D: usize> Sums<'_, D> {
                         (-plane.distance(&p.position[wall]) / near).min(MOST_OPPOSED)
                     }
                 };
-                Some(Answer { relative: own.map(|v| -v * (1.0 + opposed)), stress, repulsion })
+                Some(Answer { relative: own.map(|v| -v * (1.0 + opposed)), stress, repulsion, rub: None })
             }
             Contact::FreeSlip => Some(Answer {
                 relative: along(1.0),
                 stress: sheared(&stress, axis, -1.0),
                 repulsion: sheared(&repulsion, axis, -1.0),
+                rub: None,
             }),
             Contact::Friction(coefficient) => {
                 let (normal, shear) = tractions(&stress, plane);
@@ -68,17 +79,21 @@ impl<const D: usize> Sums<'_, D> {
                 let speed: f64 = (0..D).filter(|&c| c != axis).map(|c| own[c] * own[c]).sum::<f64>().sqrt();
                 if speed > STOPPED * most / (p.density[i] * p.sound[i]) {
                     let factor = most / speed * if plane.upper { -1.0 } else { 1.0 };
+                    let normal = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
+                    let against =
+                        std::array::from_fn(|c| if c == axis { 0.0 } else { -coefficient * own[c] / speed });
                     return Some(Answer {
                         relative: along(1.0),
                         stress: rubbed::<D>(&stress, axis, |c| factor * own[c]),
                         repulsion,
+                        rub: Some(Rub { normal, against }),
                     });
                 }
                 if shear <= most {
-                    return Some(Answer { relative: along(-1.0), stress, repulsion });
+                    return Some(Answer { relative: along(-1.0), stress, repulsion, rub: None });
                 }
                 let stress = rubbed::<D>(&stress, axis, |c| stress.at(axis, c) * most / shear);
-                Some(Answer { relative: along(1.0), stress, repulsion })
+                Some(Answer { relative: along(1.0), stress, repulsion, rub: None })
             }
         }
     }
@@ -138,6 +153,11 @@ impl<const D: usize> Sums<'_, D> {
             for a in 0..D {
                 let pull: f64 = (0..D).map(|b| pair.at(a, b) * turned[b]).sum();
                 sum[a] += mass * weight * (pull + viscosity * apart[a]);
+            }
+            if let Some(Rub { normal, against }) = &answer.rub {
+                let across: f64 = (0..D).map(|c| apart[c] * normal[c]).sum();
+                let push = (mass * weight * viscosity * across).abs();
+                (0..D).for_each(|c| sum[c] += push * against[c]);
             }
         }
     }

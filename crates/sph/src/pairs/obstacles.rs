@@ -2,7 +2,7 @@
 
 use colluvium_constitutive::SymTensor;
 
-use super::answer::{Answer, MOST_OPPOSED, STOPPED};
+use super::answer::{Answer, MOST_OPPOSED, Rub, STOPPED};
 use super::smooth::reflected;
 use super::{Form, Sums};
 use crate::algebra::dot;
@@ -62,25 +62,27 @@ impl<const D: usize> Sums<'_, D> {
                         (site.depth / distance.max(1e-3 * self.options.spacing)).min(MOST_OPPOSED)
                     }
                 };
-                Some(Answer { relative: own.map(|v| -v * (1.0 + opposed)), stress, repulsion })
+                Some(Answer { relative: own.map(|v| -v * (1.0 + opposed)), stress, repulsion, rub: None })
             }
             Contact::FreeSlip => Some(Answer {
                 relative: along(1.0),
                 stress: reflected(&stress, n),
                 repulsion: reflected(&repulsion, n),
+                rub: None,
             }),
             Contact::Friction(coefficient) => {
                 let most = adhesion - coefficient * across;
                 let (speed, size) = (dot(&slip, &slip).sqrt(), dot(&shear, &shear).sqrt());
                 if speed > STOPPED * most / (p.density[i] * p.sound[i]) {
                     let stress = with(&slip.map(|v| v * most / speed));
-                    return Some(Answer { relative: along(1.0), stress, repulsion });
+                    let rub = Rub { normal: *n, against: slip.map(|v| -coefficient * v / speed) };
+                    return Some(Answer { relative: along(1.0), stress, repulsion, rub: Some(rub) });
                 }
                 if size <= most {
-                    return Some(Answer { relative: along(-1.0), stress, repulsion });
+                    return Some(Answer { relative: along(-1.0), stress, repulsion, rub: None });
                 }
                 let stress = with(&shear.map(|s| s * most / size));
-                Some(Answer { relative: along(1.0), stress, repulsion })
+                Some(Answer { relative: along(1.0), stress, repulsion, rub: None })
             }
         }
     }

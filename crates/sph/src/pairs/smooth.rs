@@ -76,6 +76,7 @@ impl<const D: usize> Sums<'_, D> {
             relative: normal.map(|n| -2.0 * closing * n),
             stress: reflected(&p.stress[i], normal),
             repulsion: self.shown().repulsion.get(i).map_or(SymTensor::ZERO, |own| reflected(own, normal)),
+            rub: None,
         }
     }
 

@@ -242,6 +242,33 @@ fn a_block_slides_on_a_frictional_wall_as_coulomb_says_or_sticks() {
 }
 
 #[test]
+fn friction_over_the_normal_force_is_the_coefficient_at_any_viscosity() {
+    for viscosity in [0.0, 0.05, 0.1, 0.2] {
+        let more = json!({
+            "gravity": [0, -10],
+            "domain": { "min": [0, 0], "max": [3, 1] },
+            "bodies": [{ "name": "b", "material": "m", "velocity": { "kind": "uniform", "value": [2, 0] }, "shape": { "kind": "box", "min": [0.2, 0], "max": [0.8, 0.2] } }],
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }]
+        });
+        let mut solver = solver(&block(&more, &json!({ "spacing": 0.025, "viscosity_linear": viscosity })));
+        let mut seen = Vec::new();
+        for time in [0.1, 0.3] {
+            while solver.time() < time {
+                advance(&mut *solver, 1);
+            }
+            let totals = solver.totals();
+            seen.push((solver.time(), totals.mass, totals.momentum));
+        }
+        // What the floor gave of momentum, along it and across.
+        let [(begin, mass, from), (end, _, to)] = seen[..] else { panic!() };
+        let normal = to[1] - from[1] + mass * 10.0 * (end - begin);
+        let ratio = (from[0] - to[0]) / normal;
+        assert!((ratio / 0.3 - 1.0).abs() < 2e-3, "viscosity {viscosity}: {ratio}");
+        assert!(to[0] / mass > 1.0, "it still slides: {}", to[0] / mass);
+    }
+}
+
+#[test]
 fn a_moving_wall_pushes_the_block_and_a_moving_belt_drags_it() {
     for (smooth, pushed) in [("mirror", true), ("particles", true)] {
         let more = json!({
