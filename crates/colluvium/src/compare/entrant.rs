@@ -85,7 +85,7 @@ fn fitted(case: &Case, wanted: f64) -> f64 {
         return wanted;
     }
     let cells =
-        (fewest.max(1.0) as u64..=most as u64).map(|count| six_digits_if(first / count as f64, &whole));
+        (fewest.max(1.0) as u64..=most as u64).map(|count| six_digits_if(first / count as f64, whole));
     let nearest = cells.filter(whole).min_by(|a, b| (a - wanted).abs().total_cmp(&(b - wanted).abs()));
     nearest.unwrap_or(wanted)
 }

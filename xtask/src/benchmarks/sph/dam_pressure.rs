@@ -13,7 +13,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     title: "Pressure of a dam break on the far wall, SPH",
     source: "Lobovský et al. 2014, H = 300 mm: front, quantiles over the repeated tests of the pressure on the wall and of its peaks",
     quick: Some(25),
-    full: 120,
+    full: 240,
     run: pressures,
 };
 
