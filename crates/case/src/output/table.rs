@@ -4,6 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use colluvium_constitutive::driver::cell;
 use serde::{Deserialize, Serialize};
 
 use super::{OutputError, Seal, write_atomically};
@@ -86,9 +87,8 @@ fn head(about: &str, columns: &[(String, String)]) -> String {
 }
 
 fn lines(rows: &[Vec<f64>]) -> String {
-    let cell = |value: &f64| if value.is_finite() { format!("{value:e}") } else { String::new() };
     let line = |row: &Vec<f64>| {
-        let values: Vec<String> = row.iter().map(cell).collect();
+        let values: Vec<String> = row.iter().map(|value| cell(*value)).collect();
         values.join(",") + "\n"
     };
     rows.iter().map(line).collect()

@@ -44,7 +44,7 @@ pub fn ground(case: &Case) -> Ground {
 }
 
 fn in_plane(case: &Case, standing: &[Standing<'_, 2>]) -> Ground {
-    let domain = [0, 1].map(|c| case.domain.min[c]..case.domain.max[c]);
+    let domain = domain::<2>(case);
     let mut ground = Ground::default();
     for Standing { obstacle, surface, .. } in standing {
         let origin = [case.origin()[0], case.origin()[1]];
@@ -60,6 +60,10 @@ fn in_plane(case: &Case, standing: &[Standing<'_, 2>]) -> Ground {
         });
     }
     ground
+}
+
+fn domain<const D: usize>(case: &Case) -> [Range<f64>; D] {
+    std::array::from_fn(|c| case.domain.min[c]..case.domain.max[c])
 }
 
 /// The place about which a body turns (m), the lower end of the domain along axes that have none.
@@ -135,7 +139,7 @@ fn straightened(corners: impl Iterator<Item = [f64; 2]>, slack: f64) -> Vec<[f64
 }
 
 fn in_space(case: &Case, standing: &[Standing<'_, 3>]) -> Ground {
-    let domain: [Range<f64>; 3] = std::array::from_fn(|c| case.domain.min[c]..case.domain.max[c]);
+    let domain = domain::<3>(case);
     let mut ground = Ground { heights: heights(case, standing), ..Ground::default() };
     for Standing { obstacle, surface, .. } in standing {
         let Some(motion) = &obstacle.motion else { continue };

@@ -23,7 +23,7 @@ use crate::{
 
 pub use path::{Controlled, Path};
 pub use plots::{StandardPlot, YieldLine};
-pub use record::ElementPath;
+pub use record::{ElementPath, cell};
 pub use validate::Problem;
 
 use record::Record;

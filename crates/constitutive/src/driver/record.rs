@@ -86,12 +86,16 @@ impl ElementPath {
             .collect();
         writeln!(out, "{}", head.join(","))?;
         for row in &self.rows {
-            let cell = |value: &f64| if value.is_finite() { format!("{value:e}") } else { String::new() };
-            let values: Vec<String> = row.iter().map(cell).collect();
+            let values: Vec<String> = row.iter().map(|value| cell(*value)).collect();
             writeln!(out, "{}", values.join(","))?;
         }
         Ok(())
     }
+}
+
+/// A number as a cell of a table, so that it reads back to the last bit; empty where it is not-a-number or infinite.
+pub fn cell(value: f64) -> String {
+    if value.is_finite() { format!("{value:e}") } else { String::new() }
 }
 
 /// What is written down on the way.

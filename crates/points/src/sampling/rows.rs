@@ -2,6 +2,7 @@
 
 use super::{Cells, Sample, SamplingError};
 use crate::Layer;
+use crate::polygon::signed_area;
 
 /// Thickness over a spacing below which a layer has no points.
 const THINNEST: f64 = 0.25;
@@ -89,14 +90,14 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 /// Area (m²) of a ring, and its centre, counted from its first corner so that no digits are lost far from the origin.
 fn centroid(ring: &[[f64; 2]]) -> (f64, [f64; 2]) {
     let from = ring[0];
-    let (mut twice, mut moment) = (0.0, [0.0; 2]);
+    let ring: Vec<[f64; 2]> = ring.iter().map(|x| [x[0] - from[0], x[1] - from[1]]).collect();
+    let area = signed_area(&ring);
+    let mut moment = [0.0; 2];
     for (a, b) in ring.iter().zip(ring[1..].iter().chain(&ring[..1])) {
-        let (a, b) = ([a[0] - from[0], a[1] - from[1]], [b[0] - from[0], b[1] - from[1]]);
         let part = a[0] * b[1] - b[0] * a[1];
-        twice += part;
         moment = std::array::from_fn(|c| moment[c] + part * (a[c] + b[c]));
     }
-    (0.5 * twice.abs(), std::array::from_fn(|c| from[c] + moment[c] / (3.0 * twice)))
+    (area.abs(), std::array::from_fn(|c| from[c] + moment[c] / (6.0 * area)))
 }
 
 #[cfg(test)]
