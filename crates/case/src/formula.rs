@@ -20,7 +20,8 @@ const DEEPEST: usize = 100;
 #[derive(Clone, Debug)]
 pub struct Formula {
     text: Text,
-    tree: Tree,
+    /// Kept apart, for it is large, and most of what may hold a formula holds none.
+    tree: Box<Tree>,
     /// Axes of its variables, in the order in which it takes them.
     axes: Vec<usize>,
 }
@@ -99,7 +100,7 @@ impl Formula {
             })
         };
         let axes = tree.var_names().iter().map(axis).collect::<Result<_, _>>()?;
-        Ok(Self { text, tree, axes })
+        Ok(Self { text, tree: Box::new(tree), axes })
     }
 
     /// Its value at `x`; not finite where it has none.

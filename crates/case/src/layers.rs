@@ -86,7 +86,8 @@ impl Case {
             CaseError::new(format!("{path}.on"), format!("{on:?} is not the name of an obstacle"))
         })?;
         *outline = arc_layer::outline(&obstacle.shape, [*start, *end], [*from, *to])
-            .map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
+            .map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?
+            .into();
         Ok(())
     }
 

@@ -29,7 +29,9 @@ fn shape(of: &mut Shape, visit: &mut Visit<'_>) {
             place(max, visit);
         }
         Shape::Ball { centre, .. } => place(centre, visit),
-        Shape::Polygon { vertices } => vertices.iter_mut().for_each(|corner| place(corner, visit)),
+        Shape::Polygon { vertices } => {
+            vertices.edit().iter_mut().for_each(|corner| place(corner, visit));
+        }
         Shape::Cylinder { base, .. } => place(base, visit),
         // What its files hold is looked at where they are read.
         Shape::Layer { .. } | Shape::ArcLayer { .. } => {}

@@ -132,3 +132,25 @@ fn no_message_that_cannot_be_written_brings_the_program_down() {
     }
     assert!(folder.path().join("out/summary.json").exists(), "the run went on");
 }
+
+/// As on a full disk, but that files may be as long as 64 KiB: what is longer cannot be written.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_frame_that_the_disk_has_no_room_for_ends_the_run_and_leaves_nothing_half_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut case = bar();
+    case["methods"]["mpm"]["cell_size"] = json!(1e-4);
+    case["stages"][0]["duration"] = json!(1e-5);
+    fs::write(folder.join("bar.json"), case.to_string()).unwrap();
+    let mut command = Command::new("sh");
+    command.arg("-c").arg("trap '' XFSZ; ulimit -f 128; exec \"$0\" run bar.json --out out");
+    let output = command.arg(env!("CARGO_BIN_EXE_colluvium")).current_dir(folder).output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && errors.contains("out/frames/frame-00000.vtu: "), "{errors}");
+    let summary: Value =
+        serde_json::from_str(&fs::read_to_string(folder.join("out/summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["status"], "failed", "{summary}");
+    let frames: Vec<_> = fs::read_dir(folder.join("out/frames")).unwrap().collect();
+    assert!(frames.is_empty(), "what could not be written whole is gone: {frames:?}");
+}

@@ -361,7 +361,7 @@ pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> V
     let cells: usize = grid.cells.iter().product();
     let mut keys: Vec<(usize, u32)> = Vec::with_capacity(positions.len());
     positions.par_iter().enumerate().map(|(i, x)| (key(x), i as u32)).collect_into_vec(&mut keys);
-    if cells > 8 * positions.len() + 1_000_000 {
+    if cells > 32 * positions.len() {
         keys.par_sort_unstable();
         return keys.into_iter().map(|(_, i)| i).collect();
     }

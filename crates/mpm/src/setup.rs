@@ -198,7 +198,7 @@ pub fn solver<const D: usize>(
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
-        let mut set = point_set(case, options, &background, number, next)?;
+        let mut set = point_set(case, options, &background, number, next, two_phase.is_some())?;
         next += set.len();
         set.rigid = case.bodies[number].rigid.then(|| rigid_number(&driven, &case.bodies[number])).flatten();
         if set.rigid.is_none() {

@@ -40,8 +40,7 @@ impl Shape {
                 Place::from(near > radius * radius, far <= radius * radius)
             }
             Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => {
-                let edges = vertices.iter().zip(vertices.iter().cycle().skip(1));
-                if edges.into_iter().any(|(a, b)| meets(a, b, low, high)) {
+                if vertices.any_edge(low, high, |a, b| meets(a, b, low, high)) {
                     return Place::Between;
                 }
                 let inside = self.contains(&[0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])]);
@@ -81,7 +80,9 @@ impl Shape {
 /// The pairs of boxes, given by their lowest and highest corners, that have inner points in common along every axis, as
 /// (first, second) with first < second, in the order of the second and then of the first. Sorted along the longest axis and
 /// swept, so that many boxes side by side take little more than their number of comparisons.
-pub fn meeting_boxes(boxes: &[(Vec<f64>, Vec<f64>)]) -> Vec<(usize, usize)> {
+pub fn meeting_boxes<C: AsRef<[f64]>>(boxes: &[(C, C)]) -> Vec<(usize, usize)> {
+    let boxes: Vec<(&[f64], &[f64])> =
+        boxes.iter().map(|(low, high)| (low.as_ref(), high.as_ref())).collect();
     let dimension = boxes.iter().map(|(low, _)| low.len()).min().unwrap_or(0);
     let spread = |axis: usize| {
         let low = boxes.iter().map(|(low, _)| low[axis]).fold(f64::INFINITY, f64::min);
@@ -96,10 +97,10 @@ pub fn meeting_boxes(boxes: &[(Vec<f64>, Vec<f64>)]) -> Vec<(usize, usize)> {
     order.sort_by(|a, b| boxes[*a].0[axis].total_cmp(&boxes[*b].0[axis]).then(a.cmp(b)));
     let (mut open, mut pairs): (Vec<usize>, Vec<(usize, usize)>) = (Vec::new(), Vec::new());
     for &number in &order {
-        let (low, high) = &boxes[number];
+        let (low, high) = boxes[number];
         open.retain(|other| boxes[*other].1[axis] > low[axis]);
         let meets = |other: &&usize| {
-            let (from, to) = &boxes[**other];
+            let (from, to) = boxes[**other];
             (0..dimension).all(|c| from[c] < high[c] && low[c] < to[c])
         };
         pairs.extend(open.iter().filter(meets).map(|other| (number.min(*other), number.max(*other))));
@@ -162,7 +163,7 @@ mod tests {
         let ball = |dimension: usize| Shape::Ball { centre: vec![0.2; dimension], radius: 0.7 };
         let cube = |dimension: usize| Shape::Box { min: vec![-0.6; dimension], max: vec![0.3; dimension] };
         let polygon = Shape::Polygon {
-            vertices: vec![[-0.8, -0.8], [0.9, -0.6], [0.7, 0.8], [0.0, -0.1], [-0.7, 0.6]],
+            vertices: vec![[-0.8, -0.8], [0.9, -0.6], [0.7, 0.8], [0.0, -0.1], [-0.7, 0.6]].into(),
         };
         let mut all = vec![
             (2, polygon.clone()),

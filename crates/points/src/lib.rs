@@ -38,6 +38,7 @@ pub use microstructure::Grains;
 pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError};
 pub use outline::Outline;
 pub use pieces::Pieces;
+pub use polygon::Corners;
 pub use raster::{Georeference, Raster, RasterError};
 pub use sampling::{Sample, SamplingError, gauss_per_cell, lattice, overlap, per_cell, poisson_disk, random};
 pub use shape::{Shape, ShapeError};

@@ -1,5 +1,158 @@
 //! Polygons in a plane.
 
+use std::ops::{Deref, Range};
+use std::sync::OnceLock;
+
+use serde::{Deserialize, Serialize};
+
+use crate::boxes::meeting_boxes;
+
+/// Corners of a polygon (m). Of many corners those edges are found at once that a point or a box has at its height.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Corners {
+    all: Vec<[f64; 2]>,
+    #[serde(skip)]
+    bands: OnceLock<Bands>,
+}
+
+impl Corners {
+    /// With fewer edges it takes no longer to look at all of them.
+    const FEW: usize = 32;
+
+    /// All corners, to move them.
+    pub fn edit(&mut self) -> &mut [[f64; 2]] {
+        self.bands.take();
+        &mut self.all
+    }
+
+    /// Edge number `i`, from corner `i`.
+    fn edge(&self, i: usize) -> Edge {
+        (self.all[i], self.all[if i + 1 < self.all.len() { i + 1 } else { 0 }])
+    }
+
+    /// All edges that reach heights from `low` to `high`, some perhaps twice, and perhaps others.
+    fn edges(&self, low: f64, high: f64) -> impl Iterator<Item = Edge> {
+        let bands = (self.all.len() > Self::FEW).then(|| self.bands.get_or_init(|| Bands::new(self)));
+        let listed = bands.map_or(&[][..], |bands| bands.between(low, high));
+        let all = if bands.is_some() { 0..0 } else { 0..self.all.len() };
+        all.chain(listed.iter().map(|i| *i as usize)).map(|i| self.edge(i))
+    }
+
+    /// Whether an edge passes `meets` among those that may meet the box from `low` to `high`.
+    pub fn any_edge(&self, low: &[f64], high: &[f64], meets: impl Fn(&[f64; 2], &[f64; 2]) -> bool) -> bool {
+        self.edges(low[1], high[1]).any(|(a, b)| meets(&a, &b))
+    }
+
+    /// Crossing-number test; a point on an edge counts as inside.
+    pub fn contains(&self, point: &[f64]) -> bool {
+        let (x, y) = (point[0], point[1]);
+        let mut inside = false;
+        for (a, b) in self.edges(y, y) {
+            let cross = (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
+            let between = |u: f64, v: f64, w: f64| u.min(v) <= w && w <= u.max(v);
+            if cross == 0.0 && between(a[0], b[0], x) && between(a[1], b[1], y) {
+                return true;
+            }
+            if (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0] {
+                inside = !inside;
+            }
+        }
+        inside
+    }
+
+    /// The first two edges without a common corner that cross, by the numbers of their corners.
+    pub fn crossing_edges(&self) -> Option<(usize, usize)> {
+        let count = self.all.len();
+        let around = |i: usize| {
+            let (a, b) = self.edge(i);
+            ([a[0].min(b[0]), a[1].min(b[1])], [a[0].max(b[0]), a[1].max(b[1])])
+        };
+        let boxes: Vec<_> = (0..count).map(around).collect();
+        let apart = |&(i, j): &(usize, usize)| j != i + 1 && (i != 0 || j != count - 1);
+        let pairs = meeting_boxes(&boxes).into_iter().filter(apart);
+        pairs.filter(|(i, j)| edges_cross(self.edge(*i), self.edge(*j))).min()
+    }
+}
+
+impl From<Vec<[f64; 2]>> for Corners {
+    fn from(all: Vec<[f64; 2]>) -> Self {
+        Self { all, bands: OnceLock::new() }
+    }
+}
+
+impl Deref for Corners {
+    type Target = [[f64; 2]];
+
+    fn deref(&self) -> &Self::Target {
+        &self.all
+    }
+}
+
+impl PartialEq for Corners {
+    fn eq(&self, other: &Self) -> bool {
+        self.all == other.all
+    }
+}
+
+/// The edges of a polygon by the bands of height that they reach into, all bands of the same height.
+#[derive(Clone, Debug)]
+struct Bands {
+    bottom: f64,
+    /// Bands per length (1/m).
+    per_length: f64,
+    /// The edges of band `k` are those of `starts[k]` to `starts[k + 1]`.
+    starts: Vec<u32>,
+    edges: Vec<u32>,
+}
+
+impl Bands {
+    /// Bands in which all edges together stand at most three times as often as there are edges.
+    fn new(corners: &Corners) -> Self {
+        let count = corners.len();
+        let rises = |i: usize| {
+            let (a, b) = corners.edge(i);
+            (a[1].min(b[1]), a[1].max(b[1]))
+        };
+        let (bottom, top) =
+            (0..count).map(rises).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), edge| {
+                (low.min(edge.0), high.max(edge.1))
+            });
+        let climbed: f64 = (0..count).map(|i| rises(i).1 - rises(i).0).sum();
+        let number = (2.0 * count as f64 * (top - bottom) / climbed).clamp(1.0, count as f64).floor();
+        let per_length = if top > bottom { number / (top - bottom) } else { 0.0 };
+        let mut bands = Self { bottom, per_length, starts: vec![0; number as usize + 1], edges: Vec::new() };
+        let reach: Vec<Range<usize>> = (0..count).map(|i| bands.range(rises(i).0, rises(i).1)).collect();
+        for range in &reach {
+            range.clone().for_each(|band| bands.starts[band + 1] += 1);
+        }
+        for band in 0..number as usize {
+            bands.starts[band + 1] += bands.starts[band];
+        }
+        let mut next = bands.starts.clone();
+        bands.edges = vec![0; bands.starts[number as usize] as usize];
+        for (i, range) in reach.into_iter().enumerate() {
+            for band in range {
+                bands.edges[next[band] as usize] = i as u32;
+                next[band] += 1;
+            }
+        }
+        bands
+    }
+
+    /// The bands from one height to another.
+    fn range(&self, low: f64, high: f64) -> Range<usize> {
+        let last = self.starts.len() - 2;
+        let band = |y: f64| (((y - self.bottom) * self.per_length) as usize).min(last);
+        band(low)..band(high) + 1
+    }
+
+    fn between(&self, low: f64, high: f64) -> &[u32] {
+        let range = self.range(low, high);
+        &self.edges[self.starts[range.start] as usize..self.starts[range.end] as usize]
+    }
+}
+
 /// Area, positive where the corners go round counter-clockwise.
 pub fn signed_area(vertices: &[[f64; 2]]) -> f64 {
     let next = vertices.iter().cycle().skip(1);
@@ -25,28 +178,51 @@ pub fn polygon_crossings(vertices: &[[f64; 2]], point: &[f64], axis: usize) -> V
 }
 
 /// Two ends.
-pub type Edge = ([f64; 2], [f64; 2]);
+type Edge = ([f64; 2], [f64; 2]);
 
 /// Whether two edges cross within both.
-pub fn edges_cross(a: Edge, b: Edge) -> bool {
+fn edges_cross(a: Edge, b: Edge) -> bool {
     let side =
         |e: Edge, p: [f64; 2]| (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0]);
     side(a, b.0) * side(a, b.1) < 0.0 && side(b, a.0) * side(b, a.1) < 0.0
 }
 
-/// Crossing-number test; a point on an edge counts as inside.
-pub fn polygon_contains(vertices: &[[f64; 2]], point: &[f64]) -> bool {
-    let (x, y) = (point[0], point[1]);
-    let mut inside = false;
-    for (a, b) in vertices.iter().zip(vertices.iter().cycle().skip(1)) {
-        let cross = (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
-        let between = |u: f64, v: f64, w: f64| u.min(v) <= w && w <= u.max(v);
-        if cross == 0.0 && between(a[0], b[0], x) && between(a[1], b[1], y) {
-            return true;
-        }
-        if (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0] {
-            inside = !inside;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_polygon_of_many_corners_holds_what_its_triangles_hold(
+            radii in prop::collection::vec(0.2..1.0f64, 3..200),
+            places in prop::collection::vec(prop::array::uniform2(-1.1..1.1f64), 50),
+        ) {
+            let count = radii.len();
+            let corner = |k: usize| {
+                let angle = std::f64::consts::TAU * k as f64 / count as f64;
+                [radii[k] * angle.cos(), radii[k] * angle.sin()]
+            };
+            let corners = Corners::from((0..count).map(corner).collect::<Vec<_>>());
+            prop_assert_eq!(corners.crossing_edges(), None);
+            for [x, y] in places {
+                let sector = (y.atan2(x).rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU * count as f64) as usize;
+                let (a, b) = corners.edge(sector.min(count - 1));
+                let inward = (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
+                prop_assert!(inward.abs() < 1e-9 || corners.contains(&[x, y]) == (inward > 0.0));
+            }
         }
     }
-    inside
+
+    #[test]
+    fn the_first_edges_that_cross_are_found_among_many() {
+        let round = |k: u32| [f64::from(k).to_radians().cos(), f64::from(k).to_radians().sin()];
+        let mut all: Vec<[f64; 2]> = (0..360).map(round).collect();
+        all.swap(100, 102);
+        let crossed = Corners::from(all.clone()).crossing_edges().unwrap();
+        let pairs = (0..360).flat_map(|i| (i + 2..360).map(move |j| (i, j))).filter(|pair| *pair != (0, 359));
+        let corners = Corners::from(all);
+        let expected = pairs.into_iter().find(|(i, j)| edges_cross(corners.edge(*i), corners.edge(*j)));
+        assert_eq!(Some(crossed), expected);
+    }
 }

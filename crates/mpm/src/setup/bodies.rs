@@ -13,13 +13,14 @@ use crate::{MpmOptions, StressScheme, mesh, two_phase};
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
 
-/// The points of body number `number`, their ids from `first_id` on.
+/// The points of body number `number`, their ids from `first_id` on; `wet` where any body has a fluid in its pores.
 pub(super) fn point_set<const D: usize>(
     case: &Case,
     options: &MpmOptions,
     background: &Background<D>,
     number: usize,
     first_id: usize,
+    wet: bool,
 ) -> Result<PointSet<D>, CaseError> {
     let ground = &background.ground();
     let body = &case.bodies[number];
@@ -30,7 +31,7 @@ pub(super) fn point_set<const D: usize>(
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
     let density = case.materials[&body.material].density();
-    let pore = two_phase::pore_set(case, body, listed.as_ref(), &position);
+    let pore = wet.then(|| two_phase::pore_set(case, body, listed.as_ref(), &position));
     let Begun { material, stress, states } = case.begin_law(number, listed.as_ref(), &position)?;
     let velocity_at = |(point, x): (usize, &[f64; D])| {
         let own = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));

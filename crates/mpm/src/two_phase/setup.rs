@@ -97,27 +97,23 @@ pub fn of_liquid(case: &Case) -> Case {
     liquid
 }
 
-/// What pore fluid adds to points at `position` of a body, as they are `listed` where they come from a file; `None` in a case
-/// without pore fluid.
+/// What pore fluid adds to points at `position` of a body, as they are `listed` where they come from a file.
 pub fn pore_set<const D: usize>(
     case: &Case,
     body: &Body,
     listed: Option<&PointList>,
     position: &[[f64; D]],
-) -> Option<PoreSet<D>> {
-    if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
-        return None;
-    }
+) -> PoreSet<D> {
     let gravity = case.gravity3();
     let Some(fluid) = &body.pore_fluid else {
-        return Some(PoreSet {
+        return PoreSet {
             fluid: None,
             points: PoreColumns {
                 velocity: vec![[0.0; D]; position.len()],
                 pressure: vec![0.0; position.len()],
                 ..PoreColumns::default()
             },
-        });
+        };
     };
     let strength = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let velocity_at = |(point, x): (usize, &[f64; D])| {
@@ -141,8 +137,5 @@ pub fn pore_set<const D: usize>(
         least: fluid.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
     };
     let velocity = position.iter().enumerate().map(velocity_at).collect();
-    Some(PoreSet {
-        fluid: Some(constants),
-        points: PoreColumns { velocity, pressure, ..PoreColumns::default() },
-    })
+    PoreSet { fluid: Some(constants), points: PoreColumns { velocity, pressure, ..PoreColumns::default() } }
 }

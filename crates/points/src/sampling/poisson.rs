@@ -229,7 +229,7 @@ mod tests {
         #[test]
         fn corners_and_cuts_are_filled_as_well(seed in 0..1000u64) {
             // A sharp tip, a re-entrant corner, a hole and a shape in three dimensions with an edge.
-            let polygon = Shape::Polygon { vertices: vec![[0.0, 0.0], [3.0, 0.2], [1.0, 1.0], [0.8, 0.4], [0.0, 1.5]] };
+            let polygon = Shape::Polygon { vertices: vec![[0.0, 0.0], [3.0, 0.2], [1.0, 1.0], [0.8, 0.4], [0.0, 1.5]].into() };
             is_a_maximal_packing::<2>(&polygon, 0.1, seed, 20_000);
             let hole = Box::new(Shape::Ball { centre: vec![0.3, 0.5], radius: 0.2 });
             is_a_maximal_packing::<2>(&Shape::Difference { from: Box::new(polygon), cut: hole }, 0.1, seed, 0);

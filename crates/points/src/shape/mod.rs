@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::layer::{Laid, LayerRows, Measured, Thickness};
 use crate::microstructure::{Grains, Packing, Wanted, too_many};
-use crate::polygon::{edges_cross, polygon_contains, polygon_crossings, signed_area};
+use crate::polygon::{Corners, polygon_crossings, signed_area};
 
 /// A region of space. In two dimensions the third coordinate is not looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -31,7 +31,8 @@ pub enum Shape {
     /// Polygon in 2D, without self-intersection, in either sense of rotation.
     Polygon {
         /// Corners (m), at least three.
-        vertices: Vec<[f64; 2]>,
+        #[schemars(with = "Vec<[f64; 2]>")]
+        vertices: Corners,
     },
     /// Upright cylinder in 3D.
     Cylinder {
@@ -83,7 +84,7 @@ pub enum Shape {
         rows: LayerRows,
         /// Its corners (m), once the obstacle is looked at: those along its lower side, then as many along its upper side, back.
         #[serde(skip)]
-        outline: Vec<[f64; 2]>,
+        outline: Corners,
     },
     /// A box full of balls of one size that overlap (discs in 2D): the ice of snow, as a sintered structure. Not in 1D.
     Microstructure {
@@ -293,9 +294,7 @@ impl Shape {
                 let square: f64 = point.iter().zip(centre).map(|(x, c)| (x - c).powi(2)).sum();
                 square <= radius * radius
             }
-            Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => {
-                polygon_contains(vertices, point)
-            }
+            Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => vertices.contains(point),
             Self::Cylinder { base, axis, radius, height } => {
                 let along = point[*axis] - base[*axis];
                 let across: f64 = (0..3).filter(|c| c != axis).map(|c| (point[c] - base[c]).powi(2)).sum();
@@ -456,7 +455,7 @@ fn combine(
     all.reduce(merge).unwrap_or_else(|| (vec![0.0; dimension], vec![0.0; dimension]))
 }
 
-fn validate_polygon(vertices: &[[f64; 2]], dimension: usize) -> Result<(), ShapeError> {
+fn validate_polygon(vertices: &Corners, dimension: usize) -> Result<(), ShapeError> {
     let count = vertices.len();
     if dimension != 2 {
         return Err(ShapeError::new(
@@ -476,17 +475,9 @@ fn validate_polygon(vertices: &[[f64; 2]], dimension: usize) -> Result<(), Shape
     if signed_area(vertices) == 0.0 {
         return Err(ShapeError::new("vertices", "the polygon has no area"));
     }
-    let edge = |i: usize| (vertices[i], vertices[(i + 1) % count]);
-    for i in 0..count {
-        for j in i + 1..count {
-            let neighbours = j == i + 1 || (i == 0 && j == count - 1);
-            if !neighbours && edges_cross(edge(i), edge(j)) {
-                let problem = format!("the edges from corner {i} and from corner {j} cross");
-                return Err(ShapeError::new("vertices", problem));
-            }
-        }
-    }
-    Ok(())
+    vertices.crossing_edges().map_or(Ok(()), |(i, j)| {
+        Err(ShapeError::new("vertices", format!("the edges from corner {i} and from corner {j} cross")))
+    })
 }
 
 #[cfg(test)]

@@ -40,7 +40,7 @@ fn a_difference_of_boxes_is_an_l() {
 #[test]
 fn a_polygon_contains_what_its_edges_enclose() {
     let polygon =
-        Shape::Polygon { vertices: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]] };
+        Shape::Polygon { vertices: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]].into() };
     assert!(polygon.validate(2).is_ok());
     assert_eq!(polygon.measure(2), Some(8.0));
     assert!(polygon.contains(&[2.0, 0.9]) && !polygon.contains(&[2.0, 1.1]) && polygon.contains(&[0.2, 2.5]));
@@ -53,7 +53,7 @@ fn errors_name_the_value_within_a_combination() {
         shapes: vec![box2([0.0; 2], [1.0; 2]), Shape::Ball { centre: vec![0.0, 0.0], radius: -1.0 }],
     };
     assert_eq!(bad.validate(2).unwrap_err().path, "shapes[1].radius");
-    let crossed = Shape::Polygon { vertices: vec![[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 2.0]] };
+    let crossed = Shape::Polygon { vertices: vec![[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 2.0]].into() };
     assert!(crossed.validate(2).unwrap_err().problem.contains("cross"));
     assert_eq!(box2([0.0; 2], [1.0; 2]).validate(3).unwrap_err().path, "min");
     let inverted = Shape::Box { min: vec![1.0, 0.0], max: vec![0.0, 1.0] };
@@ -80,7 +80,7 @@ fn a_line_through_a_shape_is_inside_between_its_crossings() {
     near(length(&cylinder, [3.0, 0.0, 1.0], 1), 8.0);
     near(length(&cylinder, [3.0, 0.0, 1.0], 2), 2.0);
     let polygon =
-        Shape::Polygon { vertices: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]] };
+        Shape::Polygon { vertices: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]].into() };
     near(length(&polygon, [1.0, 0.5, 0.0], 1), 2.0);
     near(length(&polygon, [2.0, 2.0, 0.0], 0), 2.0);
     let both = Shape::Union { shapes: vec![box2([0.0, 0.0], [2.0, 2.0]), box2([1.0, 1.0], [3.0, 4.0])] };

@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn a_drawn_polygon_is_solid_where_the_polygon_is() {
         let corners = [[-0.8, -0.8], [0.9, -0.6], [0.7, 0.8], [0.0, -0.1], [-0.7, 0.6]];
-        let flat = Shape::Polygon { vertices: corners.to_vec() };
+        let flat = Shape::Polygon { vertices: corners.to_vec().into() };
         for axis in 0..3 {
             let solid = Facetted::extruded(&corners, axis, -1.0, 2.0).unwrap();
             for number in 0..400 {
