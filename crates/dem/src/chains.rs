@@ -40,13 +40,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let mean = free.clone().map(|i| major[i].0).sum::<f64>() / free.count().max(1) as f64;
         let strong = |i: usize| major[i].0 > mean && major[i].0 > 0.0 && !self.grains.held[i];
         let mut chains = Pieces::new(count);
-        for contact in self.contacts() {
-            let (i, Some(j)) = (contact.grain, contact.other) else { continue };
+        self.visit(|contact, _, _| {
+            let (i, Some(j)) = (contact.grain, contact.other) else { return };
             let along = |k: usize| dot(&major[k].1, &contact.branch).abs() >= LEANS * norm(&contact.branch);
             if contact.normal > 0.0 && strong(i) && strong(j) && along(i) && along(j) {
                 chains.join(i, j);
             }
-        }
+        });
         let mut of: Vec<Vec<usize>> = vec![Vec::new(); count];
         (0..count).for_each(|i| of[chains.of(i)].push(i));
         of.retain(|grains| grains.len() >= SHORTEST);

@@ -5,9 +5,9 @@
 use colluvium_case::measure::Reading;
 use colluvium_case::solver::Mesh;
 use colluvium_case::{Dataset, Field, FieldData, Support, spatial};
-use colluvium_constitutive::granular_cell;
+use colluvium_constitutive::SymTensor;
 
-use crate::contact::Contact;
+use crate::contact::{Contact, Met};
 use crate::solver::DemSolver;
 use crate::vector::{dot, minus, norm, times};
 
@@ -36,12 +36,12 @@ pub struct Fabric<const D: usize> {
 }
 
 /// Which grains bear nothing, of `count` grains with these contacts; `None` stands for a wall.
-fn rattlers(count: usize, pairs: &[(usize, Option<usize>)]) -> Vec<bool> {
+fn rattlers(count: usize, pairs: &[(u32, Option<u32>)]) -> Vec<bool> {
     let mut out = vec![false; count];
     let mut left = vec![0usize; count];
     loop {
         left.fill(0);
-        for &(i, j) in pairs {
+        for (i, j) in pairs.iter().map(|(i, j)| (*i as usize, j.map(|j| j as usize))) {
             if !out[i] && j.is_none_or(|j| !out[j]) {
                 left[i] += 1;
                 if let Some(j) = j {
@@ -73,47 +73,29 @@ fn alignment<const D: usize>(a: &[[f64; D]; D], b: &[[f64; D]; D]) -> f64 {
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// How contacts lie now; `None` where no grains touch. Held grains bear something always and are not counted.
     pub fn fabric(&self) -> Option<Fabric<D>> {
-        let all = self.contacts();
-        let inner: Vec<&Contact<D>> = all.iter().filter(|contact| contact.other.is_some()).collect();
-        let normals =
-            inner.iter().map(|contact| spatial(&times(1.0 / norm(&contact.branch), &contact.branch)));
-        let mean = granular_cell::Fabric::of(normals)?.tensor.to_matrix().0;
-        let tensor: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|b| mean[a][b]));
         let held = &self.grains.held;
-        // What is held stands like a wall.
-        let pairs: Vec<(usize, Option<usize>)> = all
-            .iter()
-            .map(|contact| match contact.other {
-                Some(j) if held[contact.grain] => (j, None),
-                other => (contact.grain, other.filter(|j| !held[*j])),
-            })
-            .collect();
+        let Met { pairs, forces, dyads, pressed } = (self.compiled.met)(self);
+        if forces.is_empty() {
+            return None;
+        }
+        let mean = (dyads * (1.0 / forces.len() as f64)).to_matrix().0;
+        let tensor: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|b| mean[a][b]));
         let loose = rattlers(self.grains.len(), &pairs);
         let free = held.iter().filter(|held| !**held).count() as f64;
         let idle = loose.iter().zip(held).filter(|(loose, held)| **loose && !**held).count() as f64;
-        let is_loose = |i: usize| loose[i] && !held[i];
-        let bearing = inner
-            .iter()
-            .filter(|contact| !is_loose(contact.grain) && !contact.other.is_some_and(is_loose))
-            .count() as f64;
+        let is_loose = |i: u32| loose[i as usize] && !held[i as usize];
+        let inner = &pairs[..forces.len()];
+        let bearing = inner.iter().filter(|(i, j)| !is_loose(*i) && !j.is_some_and(is_loose)).count() as f64;
         let count = inner.len() as f64;
-        let (mut square, mut pressed) = (0.0, [[0.0; D]; D]);
-        for contact in &inner {
-            for a in 0..D {
-                for b in 0..D {
-                    let (f, l) = (&contact.force, &contact.branch);
-                    pressed[a][b] += 0.5 * (f[a] * l[b] + f[b] * l[a]);
-                }
-            }
-        }
+        let mut square = 0.0;
         for a in 0..D {
             for b in 0..D {
                 let even = if a == b { 1.0 / D as f64 } else { 0.0 };
                 square += (tensor[a][b] - even).powi(2);
             }
         }
-        let mean_force = inner.iter().map(|contact| contact.normal).sum::<f64>() / count;
-        let weak = inner.iter().filter(|contact| contact.normal < mean_force).count() as f64;
+        let mean_force = forces.iter().sum::<f64>() / count;
+        let weak = forces.iter().filter(|normal| **normal < mean_force).count() as f64;
         Some(Fabric {
             contacts: inner.len(),
             coordination: 2.0 * count / free,
@@ -125,6 +107,34 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             mean_force,
             weak: weak / count,
         })
+    }
+
+    /// What contacts leave for it.
+    pub(crate) fn take_met(&self) -> Met<D> {
+        let held = &self.grains.held;
+        // As many as in the last step, and no list of whole contacts: of many grains that would be as much as all else.
+        let all = self.contact_count() as usize + self.near.grain.len();
+        let (mut pairs, mut forces) = (Vec::with_capacity(all), Vec::with_capacity(all));
+        let (mut dyads, mut pressed) = (SymTensor::ZERO, [[0.0; D]; D]);
+        self.visit(|contact, _, _| {
+            pairs.push(match contact.other {
+                Some(j) if held[contact.grain] => (j as u32, None),
+                other => (contact.grain as u32, other.filter(|j| !held[*j]).map(|j| j as u32)),
+            });
+            if contact.other.is_none() {
+                return;
+            }
+            let normal = spatial(&times(1.0 / norm(&contact.branch), &contact.branch));
+            dyads += SymTensor::symmetric_dyad(normal, normal);
+            forces.push(contact.normal);
+            let (f, l) = (&contact.force, &contact.branch);
+            for a in 0..D {
+                for b in 0..D {
+                    pressed[a][b] += 0.5 * (f[a] * l[b] + f[b] * l[a]);
+                }
+            }
+        });
+        Met { pairs, forces, dyads, pressed }
     }
 
     /// What goes into the rows of the measures: not-a-number where no grains touch.

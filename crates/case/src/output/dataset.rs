@@ -2,15 +2,13 @@
 
 use std::path::Path;
 
-use vtkio::model::{
-    Attribute, Attributes, Coordinates, DataArrayBase, DataSet, ElementType, Extent, IOBuffer,
-    RectilinearGridPiece,
-};
+use vtkio::model::{Attributes, Coordinates, DataSet, Extent, IOBuffer, RectilinearGridPiece};
 
-use super::frame::{attribute, write_mesh, write_xml};
-use super::{OutputError, Seal, write_frame};
+use super::frame::{Shown, write_mesh, write_points};
+use super::xml::{Array, write_xml};
+use super::{OutputError, Seal};
 use crate::Lattice;
-use crate::solver::{Dataset, Mesh, PlanNodes, Support};
+use crate::solver::{Dataset, PlanNodes, Points, Support};
 
 /// What ParaView takes for a node that is not to be shown (`vtkDataSetAttributes::HIDDENPOINT`).
 const HIDDEN: u8 = 2;
@@ -33,33 +31,25 @@ pub fn file_ending(support: &Support) -> &'static str {
 /// # Errors
 /// When the disk refuses.
 pub fn write_dataset(path: &Path, dataset: &Dataset, origin: [f64; 3]) -> Result<Seal, OutputError> {
-    let shifted = |places: &[[f64; 3]]| places.iter().map(|x| moved(x, origin)).collect::<Vec<_>>();
-    let fields = || dataset.fields.iter().map(attribute).collect::<Vec<_>>();
+    let fields = &dataset.fields;
     match &dataset.support {
-        Support::Points(_) => {
-            let mut points = dataset.clone().into_points(0.0, 0);
-            points.positions = shifted(&points.positions);
-            write_frame(path, &points, None)
+        Support::Points(Points { ids, bodies, positions, extents }) => {
+            let fields = fields.iter().collect();
+            write_points(path, Shown { ids, bodies, positions, extents, fields }, origin)
         }
-        Support::Mesh(mesh) => {
-            let mesh = Mesh { places: shifted(&mesh.places), ..mesh.clone() };
-            write_mesh(path, &mesh, &dataset.fields)
-        }
+        Support::Mesh(mesh) => write_mesh(path, mesh, origin, fields),
         Support::Lattice { nodes: Lattice { low, spacing, count }, mask } => {
             let axis = |c: usize| along(origin[c], low[c], *spacing, count[c]);
-            let mut fields = fields();
-            fields.extend((!mask.is_empty()).then(|| hidden(mask)));
-            write_nodes(path, [0, 1, 2].map(axis), fields)
+            let mut arrays: Vec<Array<'_>> = fields.iter().map(Array::of).collect();
+            arrays.extend((!mask.is_empty()).then(|| Array::new(GHOSTS, 1, || hidden(mask))));
+            write_nodes(path, &[0, 1, 2].map(axis), arrays)
         }
         Support::Raster(PlanNodes { columns, rows, origin: low, spacing, .. }) => {
             let axis = |c: usize, count: usize| along(origin[c], low[c], spacing[c], count);
-            write_nodes(path, [axis(0, *columns), axis(1, *rows), vec![0.0]], fields())
+            let axes = [axis(0, *columns), axis(1, *rows), vec![0.0]];
+            write_nodes(path, &axes, fields.iter().map(Array::of).collect())
         }
     }
-}
-
-fn moved(x: &[f64; 3], by: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|c| x[c] + by[c])
 }
 
 /// Coordinates of nodes along an axis (m).
@@ -68,21 +58,20 @@ fn along(origin: f64, low: f64, spacing: f64, count: usize) -> Vec<f64> {
 }
 
 /// The nodes that are not in a mask, as ParaView knows them.
-fn hidden(mask: &[bool]) -> Attribute {
-    let data = IOBuffer::U8(mask.iter().map(|bears| if *bears { 0 } else { HIDDEN }).collect());
-    let elem = ElementType::Scalars { num_comp: 1, lookup_table: None };
-    Attribute::DataArray(DataArrayBase { name: GHOSTS.to_owned(), elem, data })
+fn hidden(mask: &[bool]) -> Vec<u8> {
+    mask.iter().map(|bears| if *bears { 0 } else { HIDDEN }).collect()
 }
 
-fn write_nodes(path: &Path, axes: [Vec<f64>; 3], point: Vec<Attribute>) -> Result<Seal, OutputError> {
+fn write_nodes(path: &Path, axes: &[Vec<f64>; 3], point: Vec<Array<'_>>) -> Result<Seal, OutputError> {
     let [nx, ny, nz] = [0, 1, 2].map(|c| axes[c].len() as i32 - 1);
-    let [x, y, z] = axes.map(IOBuffer::F64);
+    let [x, y, z] = axes.each_ref().map(|axis| IOBuffer::F64(axis.clone()));
     let piece = RectilinearGridPiece {
         extent: Extent::Ranges([0..=nx, 0..=ny, 0..=nz]),
         coords: Coordinates { x, y, z },
-        data: Attributes { point, cell: Vec::new() },
+        data: Attributes { point: point.iter().map(Array::hollow).collect(), cell: Vec::new() },
     };
-    write_xml(path, DataSet::inline(piece))
+    let coordinates = axes.iter().map(|axis| Array::new("", 1, || axis.clone()));
+    write_xml(path, DataSet::inline(piece), point.into_iter().chain(coordinates))
 }
 
 #[cfg(test)]
@@ -90,6 +79,7 @@ mod tests {
     use vtkio::Vtk;
 
     use super::*;
+    use crate::solver::Mesh;
     use crate::{Field, FieldData};
 
     fn written(support: Support, data: FieldData) -> DataSet {

@@ -6,98 +6,100 @@ use std::path::Path;
 use colluvium_constitutive::SymTensor;
 use serde::{Deserialize, Serialize};
 use vtkio::model::{
-    Attribute, Attributes, ByteOrder, CellType, Cells, Coordinates, DataArray, DataArrayBase, DataSet,
-    ElementType, IOBuffer, RectilinearGridPiece, UnstructuredGridPiece, Version, VertexNumbers, Vtk,
+    Attribute, CellType, Coordinates, DataArray, DataSet, IOBuffer, RectilinearGridPiece,
+    UnstructuredGridPiece, VertexNumbers, Vtk,
 };
-use vtkio::xml::Compressor;
 
+use super::xml::{Array, Geometry, write_unstructured};
 use super::{OutputError, Seal, write_atomically};
 use crate::solver::{Dataset, Mesh, Role, Support, on_nodes};
 use crate::{Field, FieldData, Snapshot};
 
-/// Full 3×3 components, row by row, as ParaView expects tensors.
-fn full(tensor: &SymTensor) -> [f64; 9] {
-    let [xx, yy, zz, xy, yz, zx] = tensor.0;
-    [xx, xy, zx, xy, yy, yz, zx, yz, zz]
+/// Points as a file has them, and their fields.
+pub(super) struct Shown<'a> {
+    pub(super) ids: &'a [u64],
+    /// Empty for methods without bodies.
+    pub(super) bodies: &'a [u32],
+    /// Positions (m).
+    pub(super) positions: &'a [[f64; 3]],
+    /// Full widths (m); empty for points without.
+    pub(super) extents: &'a [[f64; 3]],
+    pub(super) fields: Vec<&'a Field>,
 }
 
-fn array(name: &str, components: u32, data: Vec<f64>) -> Attribute {
-    let elem = ElementType::Scalars { num_comp: components, lookup_table: None };
-    Attribute::DataArray(DataArrayBase { name: name.to_owned(), elem, data: IOBuffer::F64(data) })
-}
-
-fn whole(name: &str, values: Vec<i64>) -> Attribute {
-    let elem = ElementType::Scalars { num_comp: 1, lookup_table: None };
-    Attribute::DataArray(DataArrayBase { name: name.to_owned(), elem, data: IOBuffer::I64(values) })
-}
-
-pub(super) fn attribute(field: &Field) -> Attribute {
-    match &field.data {
-        FieldData::Whole(values) => whole(&field.name, values.clone()),
-        FieldData::Scalar(values) => array(&field.name, 1, values.clone()),
-        FieldData::Vector(values) => array(&field.name, 3, values.as_flattened().to_vec()),
-        FieldData::Tensor(values) => array(&field.name, 9, values.iter().flat_map(full).collect()),
-    }
-}
-
-/// Writes a snapshot as a VTU file that ParaView opens: one vertex per point, with the fields named
-/// in `only`, or all. Ids, bodies and extents are always there. Returns the seal of the file.
+/// Writes a snapshot, its positions moved by `origin` (m), as a VTU file that ParaView opens: one vertex per point, with the fields
+/// named in `only`, or all. Ids, bodies and extents are always there. Returns the seal of the file.
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn write_frame(path: &Path, snapshot: &Snapshot, only: Option<&[String]>) -> Result<Seal, OutputError> {
-    let count = snapshot.ids.len();
+pub fn write_frame(
+    path: &Path,
+    snapshot: &Snapshot,
+    origin: [f64; 3],
+    only: Option<&[String]>,
+) -> Result<Seal, OutputError> {
+    let Snapshot { ids, bodies, positions, extents, fields, .. } = snapshot;
     let wanted = |field: &&Field| only.is_none_or(|names| names.contains(&field.name));
-    let mut point: Vec<Attribute> = snapshot.fields.iter().filter(wanted).map(attribute).collect();
-    point.push(array("extent", 3, snapshot.extents.as_flattened().to_vec()));
-    point.push(whole("id", snapshot.ids.iter().map(|id| *id as i64).collect()));
-    point.push(whole("body", snapshot.bodies.iter().map(|body| i64::from(*body)).collect()));
-    let vertices = VertexNumbers::XML {
-        connectivity: (0..count as u64).collect(),
-        offsets: (1..=count as u64).collect(),
-    };
-    let piece = UnstructuredGridPiece {
-        points: IOBuffer::F64(snapshot.positions.as_flattened().to_vec()),
-        cells: Cells { cell_verts: vertices, types: vec![CellType::Vertex; count] },
-        data: Attributes { point, cell: Vec::new() },
-    };
-    write_xml(path, DataSet::inline(piece))
+    let fields = fields.iter().filter(wanted).collect();
+    write_points(path, Shown { ids, bodies, positions, extents, fields }, origin)
 }
 
-/// Writes a mesh with fields on its cells as a VTU file that ParaView opens; the seal of the file.
-pub(super) fn write_mesh(path: &Path, mesh: &Mesh, fields: &[Field]) -> Result<Seal, OutputError> {
-    let starts = std::iter::once(0).chain(mesh.ends.iter().copied());
-    let kind = |(start, end): (u64, &u64)| match end - start {
-        1 => CellType::Vertex,
-        2 => CellType::Line,
-        _ => CellType::Polygon,
-    };
-    let types = starts.zip(&mesh.ends).map(kind).collect();
-    let vertices = VertexNumbers::XML { connectivity: mesh.corners.clone(), offsets: mesh.ends.clone() };
-    let piece = UnstructuredGridPiece {
-        points: IOBuffer::F64(mesh.places.as_flattened().to_vec()),
-        cells: Cells { cell_verts: vertices, types },
-        data: Attributes { point: Vec::new(), cell: fields.iter().map(attribute).collect() },
-    };
-    write_xml(path, DataSet::inline(piece))
+/// Writes points, moved by `origin` (m), with their fields as a VTU file that ParaView opens; the seal of the file.
+pub(super) fn write_points(path: &Path, shown: Shown<'_>, origin: [f64; 3]) -> Result<Seal, OutputError> {
+    let Shown { ids, bodies, positions, extents, fields } = shown;
+    let count = ids.len();
+    let mut point: Vec<Array<'_>> = fields.into_iter().map(Array::of).collect();
+    point.push(Array::new("extent", 3, || match extents {
+        [] => vec![0.0; 3 * count],
+        _ => extents.as_flattened().to_vec(),
+    }));
+    point.push(Array::new("id", 1, || ids.iter().map(|id| *id as i64).collect::<Vec<_>>()));
+    point.push(Array::new("body", 1, || match bodies {
+        [] => vec![i64::from(Snapshot::NO_BODY); count],
+        _ => bodies.iter().map(|body| i64::from(*body)).collect(),
+    }));
+    let arrays = [
+        Array::new("Points", 3, || moved(positions, origin)),
+        Array::new("connectivity", 1, || (0..count as u64).collect::<Vec<_>>()),
+        Array::new("offsets", 1, || (1..=count as u64).collect::<Vec<_>>()),
+        Array::new("types", 1, || vec![CellType::Vertex as u8; count]),
+    ];
+    write_unstructured(path, Geometry { places: count, cells: count, arrays }, point, Vec::new())
 }
 
-/// Writes data as a compressed XML file of VTK; the seal of the file.
-pub(super) fn write_xml(path: &Path, data: DataSet) -> Result<Seal, OutputError> {
-    let vtk = Vtk {
-        version: Version::new_xml(1, 0),
-        title: String::new(),
-        byte_order: ByteOrder::LittleEndian,
-        data,
-        file_path: None,
+/// Places moved by `origin` (m), one after the other.
+fn moved(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
+    let mut all = places.as_flattened().to_vec();
+    if origin != [0.0; 3] {
+        all.iter_mut().zip(origin.into_iter().cycle()).for_each(|(x, by)| *x += by);
+    }
+    all
+}
+
+/// Writes a mesh, moved by `origin` (m), with fields on its cells as a VTU file that ParaView opens; the seal of the file.
+pub(super) fn write_mesh(
+    path: &Path,
+    mesh: &Mesh,
+    origin: [f64; 3],
+    fields: &[Field],
+) -> Result<Seal, OutputError> {
+    let kinds = || {
+        let starts = std::iter::once(0).chain(mesh.ends.iter().copied());
+        let kind = |(start, end): (u64, &u64)| match end - start {
+            1 => CellType::Vertex,
+            2 => CellType::Line,
+            _ => CellType::Polygon,
+        };
+        starts.zip(&mesh.ends).map(kind).map(|kind| kind as u8).collect::<Vec<_>>()
     };
-    let file = vtk
-        .try_into_xml_format(Compressor::ZLib, 5)
-        .map_err(|error| OutputError::new(path, format!("{error}")))?;
-    let mut bytes = Vec::new();
-    file.write(&mut bytes).map_err(|error| OutputError::new(path, format!("{error}")))?;
-    write_atomically(path, &bytes)?;
-    Ok(Seal::of(&bytes))
+    let arrays = [
+        Array::new("Points", 3, || moved(&mesh.places, origin)),
+        Array::new("connectivity", 1, || mesh.corners.clone()),
+        Array::new("offsets", 1, || mesh.ends.clone()),
+        Array::new("types", 1, kinds),
+    ];
+    let geometry = Geometry { places: mesh.places.len(), cells: mesh.ends.len(), arrays };
+    write_unstructured(path, geometry, Vec::new(), fields.iter().map(Array::of).collect())
 }
 
 /// Reads the file of a frame back, at the given time, as points: nodes of a lattice or a raster that bear something, and cells of a
@@ -300,9 +302,9 @@ mod tests {
         };
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("frame.vtu");
-        write_frame(&path, &snapshot, None).unwrap();
+        write_frame(&path, &snapshot, [0.0; 3], None).unwrap();
         assert_eq!(read_frame(&path, 0.25).unwrap(), snapshot);
-        write_frame(&path, &snapshot, Some(&["stress".to_owned()])).unwrap();
+        write_frame(&path, &snapshot, [0.0; 3], Some(&["stress".to_owned()])).unwrap();
         assert_eq!(read_frame(&path, 0.25).unwrap().fields.len(), 1);
     }
 

@@ -8,6 +8,7 @@ mod names;
 mod npz;
 mod seal;
 mod table;
+mod xml;
 
 pub use dataset::{file_ending, write_dataset};
 pub use files::{OutputError, read_json, write_atomically, write_through};

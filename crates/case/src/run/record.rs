@@ -258,7 +258,7 @@ impl<'a> Recorder<'a> {
         progress.frame_steps.push(others.step);
         if let Some(out) = &self.options.out {
             if let (Some(name), Some(points)) = (of_points, &points) {
-                let seal = write_frame(&out.join(&name), &self.case.on_map(points.clone()), only)?;
+                let seal = write_frame(&out.join(&name), points, self.case.origin(), only)?;
                 progress.seals.insert(name, seal);
             }
             for dataset in &others.datasets {

@@ -13,6 +13,8 @@ pub mod linear;
 pub mod restitution;
 pub mod rolling;
 
+use colluvium_constitutive::SymTensor;
+
 use crate::vector::{Number, across, along, dot, minus, times, turned};
 use bond::{Beam, Bond};
 use capillary::Capillary;
@@ -38,6 +40,18 @@ pub struct Contact<const D: usize> {
     pub normal: f64,
     /// Overlap (m).
     pub overlap: f64,
+}
+
+/// What contacts leave for their fabric.
+pub struct Met<const D: usize> {
+    /// Grains of each, those between grains first; what is held stands like a wall, of which there is `None`.
+    pub pairs: Vec<(u32, Option<u32>)>,
+    /// Force along the normal of each between grains (N).
+    pub forces: Vec<f64>,
+    /// Sum of `n ⊗ n` of these.
+    pub dyads: SymTensor,
+    /// Their stress times the volume, compression positive (N m).
+    pub pressed: [[f64; D]; D],
 }
 
 /// Along the line of centres.

@@ -276,6 +276,10 @@ fn check_overlaps<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> R
 /// Bonds grains that touch at the start, and sets the cohesion of their contacts.
 fn bond<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> Result<(), CaseError> {
     let wanted = solver.laws.pairs.iter().any(|law| law.bond.is_some());
+    let coheres = |law: &Law| matches!(law.attraction, Some(Attraction::Cohesion(_)));
+    if !wanted && !solver.laws.pairs.iter().any(coheres) {
+        return Ok(());
+    }
     let mut random = ChaCha8Rng::seed_from_u64(solver.options.seed ^ 0xb0d5);
     let mut shifts = Vec::new();
     solver.cell.shifts(&mut shifts);
@@ -300,7 +304,7 @@ fn bond<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> Result<
                 list,
                 k,
                 gap,
-                *law,
+                law,
                 g.radius[i] + g.radius[j],
             ));
         }

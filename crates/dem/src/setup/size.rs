@@ -3,15 +3,13 @@
 use colluvium_case::description::Body;
 use colluvium_case::{Case, CaseError, Size};
 
-use super::{of_body, options};
+use super::{BYTES_OF_GRAIN, of_body, options};
 use crate::config::{DemOptions, Diameters, Fill, Packing};
 use crate::grains::volume;
 use crate::rain;
 use crate::store::Stored;
 
-/// Bytes of a disk and of a sphere while the solver is made, which is when it takes most, as the system has them resident (a third is
-/// allocated besides); and while it is placed, with its neighbours.
-const BYTES_OF_MADE: [f64; 2] = [1400.0, 2600.0];
+/// Bytes of a grain while it is placed, with its neighbours.
 const BYTES_OF_PLACED: f64 = 300.0;
 /// Solid fraction of disks and of spheres that are dropped and roll (Visscher and Bolsterli 1972).
 const DROPPED: [f64; 2] = [0.82, 0.58];
@@ -45,7 +43,7 @@ pub fn size(case: &Case) -> Result<Size, CaseError> {
     let placed = all.iter().map(|own| own.placed).fold(0.0, f64::max);
     Ok(Size {
         points,
-        memory: (points * BYTES_OF_MADE[case.dimension() - 2]).max(placed * BYTES_OF_PLACED),
+        memory: (points * BYTES_OF_GRAIN[case.dimension() - 2] as f64).max(placed * BYTES_OF_PLACED),
         key: "methods.dem.grains",
         placing: all.iter().map(|own| own.seconds).sum(),
         cure: "take larger grains or smaller bodies",

@@ -9,7 +9,7 @@ use colluvium_case::measure::Reading;
 use colluvium_case::{Advance, Budget, Frame, SolverError, Wanted};
 
 use super::DemSolver;
-use crate::contact::Contact;
+use crate::contact::{Contact, Met};
 
 /// The long functions of a solver.
 #[derive(Clone, Copy)]
@@ -17,6 +17,7 @@ pub struct Compiled<const D: usize, const R: usize> {
     pub step: fn(&mut DemSolver<D, R>, f64) -> Result<Advance, SolverError>,
     pub enter_stage: fn(&mut DemSolver<D, R>, bool) -> Result<(), SolverError>,
     pub contacts: fn(&DemSolver<D, R>) -> Vec<Contact<D>>,
+    pub met: fn(&DemSolver<D, R>) -> Met<D>,
     pub chains: fn(&DemSolver<D, R>) -> Vec<Vec<usize>>,
     pub readings: fn(&DemSolver<D, R>) -> Vec<Reading>,
     pub frame: fn(&DemSolver<D, R>, Wanted) -> Frame,
@@ -32,6 +33,7 @@ impl<const D: usize, const R: usize> Compiled<D, R> {
         step: DemSolver::take_step,
         enter_stage: DemSolver::enter_stage,
         contacts: DemSolver::take_contact_list,
+        met: DemSolver::take_met,
         chains: DemSolver::take_chains,
         readings: DemSolver::take_readings,
         frame: DemSolver::take_frame,

@@ -339,7 +339,7 @@ fn told(name: &str, trial: &Trial) -> String {
 /// Writes the points at the end of a failing trial, in place of those of one with a larger factor.
 fn keep(context: &Context<'_>, points: &Snapshot) -> Result<(), RunError> {
     if let Some(file) = context.file(failing) {
-        write_frame(&file, &context.case.on_map(points.clone()), None)?;
+        write_frame(&file, points, context.case.origin(), None)?;
     }
     Ok(())
 }
