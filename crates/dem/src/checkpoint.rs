@@ -134,6 +134,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.radii = self.grains.radii();
         read_pairs(&mut self.lists.inner, count, input)?;
         read_pairs(&mut self.lists.seam, count, input)?;
+        self.lists.close.forget();
         read_column(&mut self.lists.slabs, |value: u32| value, input)?;
         read_column(&mut self.near.grain, |value: u32| value, input)?;
         read_column(&mut self.near.wall, |value: u32| value, input)?;

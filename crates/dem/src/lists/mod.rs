@@ -9,11 +9,13 @@
 
 mod by_class;
 pub mod classes;
+pub mod close;
 
 use std::ops::Range;
 
 use by_class::Found;
 use classes::Classes;
+use close::Close;
 use colluvium_points::{SearchError, Spare};
 use rayon::prelude::*;
 
@@ -38,6 +40,8 @@ pub struct Lists<const D: usize, const R: usize> {
     pub seam: Pairs<R>,
     /// First grain of each slab, and the number of grains.
     pub slabs: Vec<u32>,
+    /// Pairs that a step looks at where contacts are worked on side by side.
+    pub close: Close,
     /// First cell of each slab, and the number of cells.
     cells: Vec<u32>,
     counts: [usize; D2],
@@ -178,6 +182,7 @@ impl<const D: usize, const R: usize> Lists<D, R> {
         if let Some(lost) = grains.position.iter().position(|x| x.iter().any(|c| !c.is_finite())) {
             return Err(ListError::Search(SearchError::NotFinite(grains.id[lost] as usize)));
         }
+        self.close.forget();
         self.carry(columns);
         let all = self.bin(&grains.position, cell, 2.0 * reach.radius + reach.gap)?;
         self.place.clear();

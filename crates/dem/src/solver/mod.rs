@@ -228,6 +228,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.place_facets();
         self.carry_velocities_on();
         self.cell.shifts(&mut self.scratch.shifts);
+        // Lanes that are left over look at the first grain.
+        let single = self.grains.mass.is_empty() || self.one_by_one;
+        let way = if single { Way::Single } else { Way::of(&self.laws.pairs) };
+        match way {
+            Way::Single => self.lists.choose_none(),
+            _ => self.choose_pairs(),
+        }
         let slabs = self.lists.slab_count();
         let Scratch { tallies, reactions, shifts, velocity, spin, records: lines, received, .. } =
             &mut self.scratch;
@@ -242,9 +249,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if self.options.velocity == ContactVelocity::Predicted {
             (scene.velocity, scene.spin) = (velocity, spin);
         }
-        // Lanes that are left over look at the first grain.
-        let single = grains.mass.is_empty() || self.one_by_one;
-        scene.way = if single { Way::Single } else { Way::of(&self.laws.pairs) };
+        scene.way = way;
         records(grains, (scene.velocity, scene.spin), (&mut *lines, &mut *received));
         scene.records = (&lines.place, &lines.motion);
         scene.contacts(&mut self.lists, received, tallies);

@@ -16,10 +16,14 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// Whether a pair may have come near that is not listed (sheet: dem §3.2).
     pub(crate) fn is_stale(&self) -> bool {
-        let Some(then) = self.since.cell else { return true };
+        !self.since.cell.is_some_and(|then| self.closer(&then) <= self.skin)
+    }
+
+    /// How much nearer to each other grains of a pair near each other may have come since the lists were made (m), with the cell `then`.
+    fn closer(&self, then: &[[f64; D]; D]) -> f64 {
         let mut strain = 0.0;
-        if self.cell.is_periodic() && then != self.cell.h {
-            let map = product(&self.cell.h, &inverse(&then).0);
+        if self.cell.is_periodic() && *then != self.cell.h {
+            let map = product(&self.cell.h, &inverse(then).0);
             for (i, row) in map.iter().enumerate() {
                 for (j, value) in row.iter().enumerate() {
                     strain += (value - f64::from(u8::from(i == j))).powi(2);
@@ -27,7 +31,15 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             }
         }
         let reach = 2.0 * self.radii.1 + self.gap();
-        2.0 * self.since.moved + strain.sqrt() * reach + self.since.others > self.skin
+        2.0 * self.since.moved + strain.sqrt() * reach + self.since.others
+    }
+
+    /// Chooses the listed pairs that the step looks at.
+    pub(crate) fn choose_pairs(&mut self) {
+        let closer = self.since.cell.map_or(f64::INFINITY, |then| self.closer(&then));
+        // In a cell that has moved since, images have other shifts than when they were listed.
+        let shifts = (self.since.cell == Some(self.cell.h)).then_some(self.scratch.shifts.as_slice());
+        self.lists.choose(&self.grains, shifts, closer, self.skin);
     }
 
     /// Sorts grains and lists pairs and grains near walls.

@@ -244,6 +244,7 @@ fn list_pairs<const D: usize, const R: usize>(
         list.starts[i + 1] += list.starts[i];
     }
     solver.lists.inner = list;
+    solver.lists.close.forget();
     Ok(())
 }
 

@@ -9,6 +9,7 @@ use std::ops::Range;
 use crate::contact::{APART, Law, Memory, Push, Side, Tally, Touch, act, end};
 use crate::grains::Shown;
 use crate::lists::Lists;
+use crate::lists::close::Run;
 use crate::pairs::{Listed, MemoriesMut};
 pub use side::{Motion, Received, Records, Way, deliver, records};
 
@@ -54,6 +55,7 @@ pub struct Scene<'a, const D: usize, const R: usize> {
 struct Inner<'a> {
     pairs: Listed<'a>,
     slabs: &'a [u32],
+    close: &'a [Run],
 }
 
 /// A stress times volume, row by row (J).
@@ -145,14 +147,21 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         Touch::between([&self.side(i), &self.side(j)], (apart, distance), drift, self.radii)
     }
 
-    /// Forces of the pairs of some grains. What other grains get is in `shares` too.
-    fn rows(&self, pairs: Listed<'_>, rows: Range<usize>, shares: &mut Shares<'_, D, R>, slab: usize) {
+    /// Forces of the pairs of some grains, of which those that can touch are `close`. What other grains get is in `shares` too.
+    fn rows(
+        &self,
+        (pairs, close): (Listed<'_>, &Run),
+        rows: Range<usize>,
+        shares: &mut Shares<'_, D, R>,
+        slab: usize,
+    ) {
+        let images = pairs.image;
         match self.way {
             Way::Single => self.single(pairs, rows, shares, slab),
-            Way::Linear(false) => self.rows_in_lanes::<false, false>(pairs, rows, shares, slab),
-            Way::Linear(true) => self.rows_in_lanes::<false, true>(pairs, rows, shares, slab),
-            Way::Hertz(false) => self.rows_in_lanes::<true, false>(pairs, rows, shares, slab),
-            Way::Hertz(true) => self.rows_in_lanes::<true, true>(pairs, rows, shares, slab),
+            Way::Linear(false) => self.in_lanes::<false, false>(close, images, shares, slab),
+            Way::Linear(true) => self.in_lanes::<false, true>(close, images, shares, slab),
+            Way::Hertz(false) => self.in_lanes::<true, false>(close, images, shares, slab),
+            Way::Hertz(true) => self.in_lanes::<true, true>(close, images, shares, slab),
         }
     }
 
@@ -250,7 +259,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         } else if let Some(group) = groups.into_iter().next() {
             let slab = 2 * group + parity;
             let rows = lists.slabs[slab] as usize..lists.slabs[slab + 1] as usize;
-            self.rows(lists.pairs, rows, &mut shares, slab);
+            self.rows((lists.pairs, &lists.close[slab]), rows, &mut shares, slab);
         }
     }
 
@@ -264,7 +273,8 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         let slabs = lists.slab_count();
         let (pairs, mut inner) = lists.inner.apart();
         let (seam_pairs, seam) = lists.seam.apart();
-        let lists = Inner { pairs, slabs: &lists.slabs };
+        let close = &lists.close;
+        let lists = Inner { pairs, slabs: &lists.slabs, close: &close.slabs };
         let (of_slabs, of_seam) = tallies.split_at_mut(slabs);
         for parity in 0..2 {
             let groups = 0..(slabs + 1 - parity) / 2;
@@ -280,7 +290,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         }
         if !seam_pairs.other.is_empty() {
             let mut shares = Shares { first: 0, received, pair: 0, memory: seam, slab: 0, tallies: of_seam };
-            self.rows(seam_pairs, 0..self.position.len(), &mut shares, 0);
+            self.rows((seam_pairs, &close.seam), 0..self.position.len(), &mut shares, 0);
         }
     }
 }

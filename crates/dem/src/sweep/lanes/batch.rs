@@ -46,6 +46,14 @@ impl<const D: usize, const R: usize> Four<D, R> {
     };
 }
 
+/// Four pairs: grains and numbers in their list.
+#[derive(Clone, Copy)]
+pub(super) struct FourPairs {
+    pub(super) first: [u32; WIDTH],
+    pub(super) second: [u32; WIDTH],
+    pub(super) slot: [u32; WIDTH],
+}
+
 /// Contacts that wait.
 pub(super) struct Batch<const D: usize, const R: usize> {
     pub(super) fours: [Four<D, R>; MOST / WIDTH],
@@ -81,28 +89,28 @@ impl<const D: usize, const R: usize> Batch<D, R> {
         radii: [[0.0; ROOM]; 2],
     };
 
-    /// Adds those of four pairs of grain `i` whose bits are set.
+    /// Adds those of four pairs whose bits are set; `origin` is the first pair of what contacts remember.
     #[inline(always)]
     pub(super) fn push(
         &mut self,
-        (i, radius): (usize, f64),
-        (seconds, slot, codes): ([u32; WIDTH], usize, [u8; WIDTH]),
-        (apart, square, radii): (&[Lanes; D], Lanes, Lanes),
+        (pairs, codes, origin): (&FourPairs, [u8; WIDTH], u32),
+        (apart, square, radii): (&[Lanes; D], Lanes, [Lanes; 2]),
         bits: u32,
     ) {
         let n = self.count;
+        let slots = pairs.slot.map(|slot| slot - origin);
         if bits & (bits + 1) == 0 {
             // From the first on: all of them as they are, and those that do not count are written over.
             for c in 0..D {
                 self.apart[c][n..][..WIDTH].copy_from_slice(apart[c].as_array());
             }
             self.square[n..][..WIDTH].copy_from_slice(square.as_array());
-            self.radii[0][n..][..WIDTH].fill(radius);
-            self.radii[1][n..][..WIDTH].copy_from_slice(radii.as_array());
-            self.first[n..][..WIDTH].fill(i as u32);
-            self.second[n..][..WIDTH].copy_from_slice(&seconds);
-            let slot = slot as u32;
-            self.slot[n..][..WIDTH].copy_from_slice(&[slot, slot + 1, slot + 2, slot + 3]);
+            for side in 0..2 {
+                self.radii[side][n..][..WIDTH].copy_from_slice(radii[side].as_array());
+            }
+            self.first[n..][..WIDTH].copy_from_slice(&pairs.first);
+            self.second[n..][..WIDTH].copy_from_slice(&pairs.second);
+            self.slot[n..][..WIDTH].copy_from_slice(&slots);
             self.code[n..][..WIDTH].copy_from_slice(&codes);
         } else {
             let (mut bits, mut n) = (bits, n);
@@ -112,9 +120,11 @@ impl<const D: usize, const R: usize> Batch<D, R> {
                     self.apart[c][n] = apart[c].as_array()[k];
                 }
                 self.square[n] = square.as_array()[k];
-                (self.radii[0][n], self.radii[1][n]) = (radius, radii.as_array()[k]);
-                (self.first[n], self.second[n]) = (i as u32, seconds[k]);
-                (self.slot[n], self.code[n]) = ((slot + k) as u32, codes[k]);
+                for side in 0..2 {
+                    self.radii[side][n] = radii[side].as_array()[k];
+                }
+                (self.first[n], self.second[n]) = (pairs.first[k], pairs.second[k]);
+                (self.slot[n], self.code[n]) = (slots[k], codes[k]);
                 bits &= bits - 1;
                 n += 1;
             }

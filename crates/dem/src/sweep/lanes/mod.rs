@@ -5,15 +5,14 @@
 mod batch;
 mod springs;
 
-use std::ops::Range;
-
-use batch::{Batch, Four, MOST, ROOM, four_of};
+use batch::{Batch, Four, FourPairs, MOST, ROOM, four_of};
 use wide::f64x4 as Lanes;
 
 use super::side::{Laws, Received, WIDTH, seen};
 use super::{Scene, Shares};
 use crate::contact::{APART, TOUCHING, Tally, Touch, end};
-use crate::pairs::{Listed, SPRING};
+use crate::lists::close::Run as Close;
+use crate::pairs::SPRING;
 use crate::vector::{add, dot, follow, minus, moment, spread, times};
 
 /// Sums over contacts, lane by lane.
@@ -60,11 +59,11 @@ struct Run<'r, 'a, 's, const D: usize, const R: usize> {
 }
 
 impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
-    /// Forces of the pairs of some grains, as `rows` finds them.
-    pub(super) fn rows_in_lanes<const HERTZ: bool, const TURNS: bool>(
+    /// Forces of these pairs, as `rows` finds them; images of the second grains stand in their whole list.
+    pub(super) fn in_lanes<const HERTZ: bool, const TURNS: bool>(
         &self,
-        pairs: Listed<'_>,
-        rows: Range<usize>,
+        close: &Close,
+        images: &[u8],
         shares: &mut Shares<'_, D, R>,
         slab: usize,
     ) {
@@ -76,13 +75,13 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             scene: self,
             shares,
             batch: Batch::EMPTY,
-            periodic: !pairs.image.is_empty(),
+            periodic: !images.is_empty(),
             tally,
             sums: Sums::default(),
             virial,
         };
-        for i in rows {
-            run.row::<HERTZ, TURNS>(pairs, i, common.as_ref());
+        for k in (0..close.slot.len()).step_by(WIDTH) {
+            run.look::<HERTZ, TURNS>(close, images, k, common.as_ref());
         }
         run.flush::<HERTZ, TURNS>(common.as_ref());
         run.sums.into(&mut run.tally);
@@ -92,52 +91,54 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
 }
 
 impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
-    /// Takes the pairs of a grain that touch, four looked at at once; ends contacts that no longer do.
+    /// Takes those of four pairs from `k` on that touch; ends contacts that no longer do.
     #[inline(always)]
-    fn row<const HERTZ: bool, const TURNS: bool>(
+    fn look<const HERTZ: bool, const TURNS: bool>(
         &mut self,
-        pairs: Listed<'_>,
-        i: usize,
+        close: &Close,
+        images: &[u8],
+        k: usize,
         common: Option<&Laws>,
     ) {
         let scene = self.scene;
-        let (place, radius) = (scene.position[i].map(Lanes::splat), scene.radius[i]);
-        let end = pairs.starts[i + 1] as usize;
-        let mut k = pairs.starts[i] as usize;
-        while k < end {
-            // What fills up the last four is of other rows, and does not count.
-            let seconds = fill_up(pairs.other, k);
-            let codes = if self.periodic { fill_up(pairs.image, k) } else { [0; WIDTH] };
-            let others = Lanes::transpose(seconds.map(|j| scene.records.0[j as usize]));
-            let mut apart: [Lanes; D] = std::array::from_fn(|c| place[c] - others[c]);
-            if self.periodic {
-                let [shift, _] = self.images(codes);
-                apart = minus(&apart, &shift);
+        // What fills up the last four is the last pair again, and does not count.
+        let pairs = FourPairs {
+            first: fill_up(&close.first, k),
+            second: fill_up(&close.second, k),
+            slot: fill_up(&close.slot, k),
+        };
+        let codes = if self.periodic { pairs.slot.map(|slot| images[slot as usize]) } else { [0; WIDTH] };
+        let place = Lanes::transpose(pairs.first.map(|i| scene.records.0[i as usize]));
+        let others = Lanes::transpose(pairs.second.map(|j| scene.records.0[j as usize]));
+        let mut apart: [Lanes; D] = std::array::from_fn(|c| place[c] - others[c]);
+        if self.periodic {
+            let [shift, _] = self.images(codes);
+            apart = minus(&apart, &shift);
+        }
+        let square = dot(&apart, &apart);
+        let sum = place[3] + others[3];
+        let valid = (1u32 << (close.slot.len() - k).min(WIDTH)) - 1;
+        let near = square.simd_lt(sum * sum).to_bitmask() & valid;
+        if near != valid {
+            self.end_far(&pairs, codes, valid & !near);
+        }
+        if near != 0 {
+            let origin = self.shares.pair as u32;
+            self.batch.push((&pairs, codes, origin), (&apart, square, [place[3], others[3]]), near);
+            if self.batch.count >= MOST {
+                self.flush::<HERTZ, TURNS>(common);
             }
-            let square = dot(&apart, &apart);
-            let sum = Lanes::splat(radius) + others[3];
-            let valid = (1u32 << (end - k).min(WIDTH)) - 1;
-            let near = square.simd_lt(sum * sum).to_bitmask() & valid;
-            let slot = k - self.shares.pair;
-            if near != valid && fill_up(&*self.shares.memory.state, slot) != [APART; WIDTH] {
-                self.end_far((i, seconds, codes), slot, valid & !near);
-            }
-            if near != 0 {
-                self.batch.push((i, radius), (seconds, slot, codes), (&apart, square, others[3]), near);
-                if self.batch.count >= MOST {
-                    self.flush::<HERTZ, TURNS>(common);
-                }
-            }
-            k += WIDTH;
         }
     }
 
-    /// Ends those of four contacts of grain `i` whose bits are set.
-    #[inline(never)]
-    fn end_far(&mut self, (i, seconds, codes): (usize, [u32; WIDTH], [u8; WIDTH]), slot: usize, bits: u32) {
+    /// Ends those of four contacts whose bits are set.
+    #[inline]
+    fn end_far(&mut self, pairs: &FourPairs, codes: [u8; WIDTH], bits: u32) {
         for lane in (0..WIDTH).filter(|lane| bits & (1 << lane) != 0) {
-            if self.shares.memory.state[slot + lane] != APART {
-                self.end(i, seconds[lane] as usize, codes[lane] as usize, slot + lane);
+            let slot = pairs.slot[lane] as usize - self.shares.pair;
+            if self.shares.memory.state[slot] != APART {
+                let (i, j) = (pairs.first[lane] as usize, pairs.second[lane] as usize);
+                self.end(i, j, codes[lane] as usize, slot);
             }
         }
     }

@@ -1,0 +1,195 @@
+//! Pairs that can touch before grains have moved further, out of all that are listed. The others are apart and stay so for a while: no
+//! step looks at them. Forces and their order are those of the whole lists.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::Lists;
+use crate::contact::APART;
+use crate::grains::Grains;
+use crate::pairs::Pairs;
+use crate::vector::{dot, minus};
+
+/// Share of the skin up to which gaps are looked at, at least.
+const LEAST: f64 = 1.0 / 16.0;
+
+/// Margin for round-off in sums of ways.
+const MARGIN: f64 = 1.0 - 1e-9;
+
+/// Pairs of a slab, or across the seam, in the order of their list.
+#[derive(Clone, Debug, Default)]
+pub struct Run {
+    /// The first grain of each.
+    pub first: Vec<u32>,
+    /// The other.
+    pub second: Vec<u32>,
+    /// Number of the pair in its list.
+    pub slot: Vec<u32>,
+}
+
+/// What is looked at in a step.
+#[derive(Clone, Debug, Default)]
+pub struct Close {
+    /// Of each slab.
+    pub slabs: Vec<Run>,
+    /// Of the seam.
+    pub seam: Run,
+    /// How much nearer to each other than when they were listed grains may have come (m); `None` before it is known.
+    reach: Option<f64>,
+}
+
+impl Close {
+    /// Has the pairs chosen anew before the next step.
+    pub fn forget(&mut self) {
+        self.reach = None;
+    }
+}
+
+impl Run {
+    /// Takes the pairs of some grains that remember something, or that were `near` when they were listed.
+    fn choose<const R: usize>(
+        &mut self,
+        pairs: &Pairs<R>,
+        rows: Range<usize>,
+        near: impl Fn(usize, usize, usize) -> bool,
+    ) {
+        self.first.clear();
+        self.second.clear();
+        self.slot.clear();
+        for i in rows {
+            for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
+                let code = pairs.image.get(k).map_or(0, |code| usize::from(*code));
+                if pairs.memory.state[k] != APART || near(i, pairs.other[k] as usize, code) {
+                    self.first.push(i as u32);
+                    self.second.push(pairs.other[k]);
+                    self.slot.push(k as u32);
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize, const R: usize> Lists<D, R> {
+    /// Chooses no pairs, for steps that look at all that are listed.
+    pub fn choose_none(&mut self) {
+        self.close.forget();
+        self.close.slabs.resize_with(self.slab_count(), Run::default);
+    }
+
+    /// Chooses the pairs that a step looks at, where grains may have come `closer` to each other since they were listed (m) than the last
+    /// choice allows for. Shifts of images are those of the time of the lists where there are any, or else all pairs are chosen.
+    pub fn choose(
+        &mut self,
+        grains: &Grains<D, R>,
+        shifts: Option<&[([f64; D], [f64; D])]>,
+        closer: f64,
+        skin: f64,
+    ) {
+        if self.close.reach.is_some_and(|reach| closer < MARGIN * reach) {
+            return;
+        }
+        // Twice as far as now, so that ways that grow steadily have few choices made.
+        let wanted = (2.0 * closer).max(LEAST * skin);
+        let reach = if wanted < skin && shifts.is_some() { wanted } else { f64::INFINITY };
+        let near = |i: usize, j: usize, code: usize| {
+            let mut apart = minus(&grains.listed[i], &grains.listed[j]);
+            if let (Some(shifts), true) = (shifts, code > 0) {
+                apart = minus(&apart, &shifts[code].0);
+            }
+            let most = grains.radius[i] + grains.radius[j] + reach;
+            dot(&apart, &apart) < most * most
+        };
+        let (slabs, inner) = (&self.slabs, &self.inner);
+        let count = slabs.len().saturating_sub(1);
+        self.close.slabs.resize_with(count, Run::default);
+        self.close.slabs.par_iter_mut().zip(slabs.par_windows(2)).for_each(|(run, ends)| {
+            run.choose(inner, ends[0] as usize..ends[1] as usize, near);
+        });
+        let count = self.seam.starts.len().saturating_sub(1);
+        self.close.seam.choose(&self.seam, 0..count, near);
+        self.close.reach = Some(reach);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::cell::PeriodicCell;
+    use crate::contact::TOUCHING;
+    use crate::lists::Reach;
+    use crate::pairs::Columns;
+
+    const SKIN: f64 = 0.3;
+
+    fn drawn() -> (Grains<3, 3>, Lists<3, 3>, ChaCha8Rng) {
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let mut grains = Grains::default();
+        for _ in 0..800 {
+            let place = std::array::from_fn(|_| 9.0 * random.random::<f64>());
+            grains.push(0, 0, place, 0.3 + 0.2 * random.random::<f64>(), 1.0);
+        }
+        let cell = PeriodicCell::new([0.0; 3], [9.0; 3], [false; 3]);
+        let mut lists = Lists::default();
+        let reach = Reach { gap: SKIN, radius: grains.radii().1 };
+        lists.build(&mut grains, &cell, reach, Columns::default()).unwrap();
+        (grains, lists, random)
+    }
+
+    fn chosen(lists: &Lists<3, 3>) -> Vec<u32> {
+        lists.close.slabs.iter().flat_map(|run| run.slot.iter().copied()).collect()
+    }
+
+    #[test]
+    fn pairs_that_meet_within_the_way_allowed_for_are_looked_at() {
+        let (mut grains, mut lists, mut random) = drawn();
+        let listed = lists.inner.other.len();
+        for closer in [0.0, 0.01, 0.04, 0.1, 0.2, SKIN] {
+            lists.choose(&grains, Some(&[]), closer, SKIN);
+            let chosen = chosen(&lists);
+            assert!(chosen.is_sorted());
+            assert_eq!(
+                chosen.len() == listed,
+                2.0 * closer >= SKIN,
+                "{closer}: {} of {listed}",
+                chosen.len()
+            );
+            grains.position.clone_from(&grains.listed);
+            for x in &mut grains.position {
+                // Half of the way of the two, along a diagonal.
+                let way = 0.5 * closer / 3f64.sqrt();
+                x.iter_mut().for_each(|c| *c += if random.random() { way } else { -way });
+            }
+            for (i, k) in lists.inner.firsts() {
+                let j = lists.inner.other[k] as usize;
+                let apart = minus(&grains.position[i], &grains.position[j]);
+                if dot(&apart, &apart).sqrt() < grains.radius[i] + grains.radius[j] {
+                    assert!(chosen.binary_search(&(k as u32)).is_ok(), "{closer}: {k}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn contacts_that_remember_something_are_looked_at_however_far_apart() {
+        let (grains, mut lists, _) = drawn();
+        lists.choose(&grains, Some(&[]), 0.0, SKIN);
+        let before = chosen(&lists);
+        let far = (0..).find(|k| !before.contains(k)).unwrap();
+        lists.inner.memory.state[far as usize] = TOUCHING;
+        lists.close.forget();
+        lists.choose(&grains, Some(&[]), 0.0, SKIN);
+        assert_eq!(chosen(&lists).len(), before.len() + 1);
+        assert!(chosen(&lists).contains(&far));
+    }
+
+    #[test]
+    fn a_cell_that_has_moved_has_all_pairs_looked_at() {
+        let (grains, mut lists, _) = drawn();
+        lists.choose(&grains, None, 0.0, SKIN);
+        assert_eq!(chosen(&lists).len(), lists.inner.other.len());
+    }
+}
