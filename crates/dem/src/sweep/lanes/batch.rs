@@ -97,7 +97,8 @@ impl<const D: usize, const R: usize> Batch<D, R> {
         (apart, square, radii): (&[Lanes; D], Lanes, [Lanes; 2]),
         bits: u32,
     ) {
-        let n = self.count;
+        // No more than that: whoever adds flushes what is full, and nothing is looked up beyond the columns.
+        let n = self.count.min(MOST);
         let slots = pairs.slot.map(|slot| slot - origin);
         if bits & (bits + 1) == 0 {
             // From the first on: all of them as they are, and those that do not count are written over.

@@ -166,12 +166,15 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
         }
         let groups = count.div_ceil(WIDTH);
         for group in 0..groups {
+            let group = group % (MOST / WIDTH);
             self.touch::<TURNS>(group);
         }
         for group in 0..groups {
+            let group = group % (MOST / WIDTH);
             self.turn(group);
         }
         for group in 0..groups {
+            let group = group % (MOST / WIDTH);
             self.four::<HERTZ, TURNS>(group, (count - WIDTH * group).min(WIDTH), common);
         }
         for n in MOST..self.batch.count {
@@ -183,7 +186,10 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
     /// Grains and slots of four contacts.
     #[inline(always)]
     fn grains(&self, group: usize) -> [[usize; WIDTH]; 3] {
-        let of = |list: &[u32; ROOM]| std::array::from_fn(|k| list[WIDTH * group + k] as usize);
+        let of = |list: &[u32; ROOM]| {
+            let own = &list[WIDTH * group..][..WIDTH];
+            std::array::from_fn(|k| own[k] as usize)
+        };
         [of(&self.batch.first), of(&self.batch.second), of(&self.batch.slot)]
     }
 
