@@ -26,6 +26,7 @@ mod point_list;
 mod pore_fluid;
 mod ramps;
 pub mod run;
+mod samples;
 pub mod solver;
 mod surface;
 mod validate;

@@ -8,6 +8,12 @@ use colluvium_points::area_vectors;
 use crate::description::{Load, Side, Space};
 use crate::{Case, CaseError};
 
+/// Distance of the lines that find a surface over that of the points that carry it.
+const LINES: f64 = 0.25;
+
+/// The same for points in rows along the surface, in the plane, where each has an even part of it.
+const FINE_LINES: f64 = 1.0 / 64.0;
+
 impl Case {
     /// When its loads begin (s): at once, or never as long as their stage has not.
     pub fn load_starts(&self) -> Vec<f64> {
@@ -45,7 +51,8 @@ impl Case {
         let Some(body) = self.bodies.iter().find(|own| own.name == *body) else { return Ok(Vec::new()) };
         let spacing = extent.iter().copied().fold(0.0, f64::max);
         let axisymmetric = self.space == Space::Axisymmetric;
-        let carried = area_vectors(&body.shape, positions, spacing, |place| match within {
+        let share = if body.sampling.is_lattice() { LINES } else { FINE_LINES };
+        let carried = area_vectors(&body.shape, positions, (spacing, share), |place| match within {
             Some(region) if !region.contains(place) => 0.0,
             _ if axisymmetric => place[0],
             _ => 1.0,

@@ -40,7 +40,9 @@ pub use outline::Outline;
 pub use pieces::Pieces;
 pub use polygon::Corners;
 pub use raster::{Georeference, Raster, RasterError};
-pub use sampling::{Sample, SamplingError, gauss_per_cell, lattice, overlap, per_cell, poisson_disk, random};
+pub use sampling::{
+    Sample, Sampling, SamplingError, fitted, gauss_per_cell, lattice, overlap, per_cell, poisson_disk, random,
+};
 pub use shape::{Shape, ShapeError};
 pub use skin::{Piece, area_vectors};
 pub use surface::Surface;

@@ -75,15 +75,15 @@ impl Shape {
 }
 
 /// Area vectors (m²; m in the plane) of the surface of a shape, those of each piece, times `weight` at its place, with the nearest of
-/// `positions` (m), about `spacing` (m) apart: zero for points within.
+/// `positions` (m), about `spacing` (m) apart: zero for points within. It is that of lines a `share` of the spacing apart, of which
+/// none lies halfway between two points of a lattice where that is a quarter.
 pub fn area_vectors<const D: usize>(
     shape: &Shape,
     positions: &[[f64; D]],
-    spacing: f64,
+    (spacing, share): (f64, f64),
     weight: impl Fn(&[f64; D]) -> f64,
 ) -> Vec<[f64; D]> {
-    // Several lines to a point, of which none lies halfway between two of a lattice.
-    let pieces = shape.skin::<D>(0.25 * spacing);
+    let pieces = shape.skin::<D>(share * spacing);
     let mut vectors = vec![[0.0; D]; positions.len()];
     let mut cells = CellList::new();
     if positions.is_empty() || cells.build(positions, spacing).is_err() {
@@ -159,7 +159,7 @@ mod tests {
         let square = Shape::Box { min: vec![0.0, 0.0], max: vec![1.0, 1.0] };
         let place = |k: usize| [0.05 + 0.1 * (k % 10) as f64, 0.05 + 0.1 * (k / 10) as f64];
         let points: Vec<[f64; 2]> = (0..100).map(place).collect();
-        let vectors = area_vectors(&square, &points, 0.1, |x| if x[1] > 0.999 { 2.0 } else { 0.0 });
+        let vectors = area_vectors(&square, &points, (0.1, 0.25), |x| if x[1] > 0.999 { 2.0 } else { 0.0 });
         for (k, vector) in vectors.iter().enumerate() {
             let share = if k >= 90 { 0.2 } else { 0.0 };
             assert!((vector[1] - share).abs() < 1e-12 && vector[0].abs() < 1e-12, "{k}: {vector:?}");

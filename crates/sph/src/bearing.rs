@@ -1,14 +1,16 @@
 //! The forces of loads on particles, and how loads follow the surface ([`loads`](crate::loads)).
 
 use colluvium_case::loads::{cofactor, nanson};
+use colluvium_case::spatial;
 
 use crate::algebra::{apart, dot};
 use crate::clock::Clock;
 use crate::kernel::Smoothing;
 use crate::lists::Lists;
 use crate::loads::Loads;
+use crate::pairs::Sums;
 use crate::particles::{Bodies, Group, Matrix, Particles};
-use crate::rates::Rates;
+use crate::rates::{Felt, Rates};
 use crate::setting::Setting;
 use crate::walls::{Borne, Walls};
 
@@ -49,6 +51,39 @@ pub fn bear<const D: usize>(
     }
 }
 
+/// What obstacles whose reaction is measured bear of the particles at the sums of a step: the opposite of what they do to these. Row
+/// after row, so that it does not depend on threads.
+pub fn tell_obstacles<const D: usize>(
+    sums: &Sums<'_, D>,
+    setting: &Setting<D>,
+    walls: &Walls<D>,
+    rates: &mut Rates<D>,
+) {
+    let obstacles = &walls.obstacles;
+    if obstacles.told().next().is_none() {
+        return;
+    }
+    let first = setting.case.bodies.len();
+    let Rates { by_obstacles, felt, .. } = rates;
+    felt.resize(first + setting.case.obstacles.len(), Felt::default());
+    for felt in &mut felt[first..] {
+        (felt.force, felt.moment) = ([0.0; 3], [0.0; 3]);
+    }
+    let p = sums.particles;
+    for (i, whole) in by_obstacles.iter().enumerate() {
+        let Some(nearest) = obstacles.faces(i).first() else { continue };
+        let alone = obstacles.faces(i).iter().all(|face| face.obstacle == nearest.obstacle);
+        for (number, _) in obstacles.told() {
+            let own = match (alone, nearest.obstacle as usize == number) {
+                (true, true) => *whole,
+                (true, false) => continue,
+                (false, _) => sums.push_off_obstacle(i, number as u32),
+            };
+            felt[first + number].add(own.map(|a| -p.mass[i] * a), &p.position[i]);
+        }
+    }
+}
+
 /// Stops particles before obstacles at the end of a step of `dt` (s), and finds what obstacles have taken in it: friction by the
 /// acceleration along the nearest face at the last sums of the step and the velocity at its end. Whether any was stopped.
 pub fn bear_obstacles<const D: usize>(
@@ -61,7 +96,7 @@ pub fn bear_obstacles<const D: usize>(
     if walls.obstacles.is_empty() {
         return false;
     }
-    let Rates { by_obstacles, borne, .. } = rates;
+    let Rates { by_obstacles, borne, felt, .. } = rates;
     let p = &bodies.particles;
     borne.clear();
     borne.resize(p.len(), Borne::default());
@@ -74,7 +109,15 @@ pub fn bear_obstacles<const D: usize>(
         let slip = dot(a, v) - dot(a, n) * dot(v, n);
         borne.friction = -dt * p.mass[i] * slip;
     }
-    walls.obstacles.stop(bodies, borne, dt, setting.options.spacing)
+    let first = setting.case.bodies.len();
+    let hits = |obstacle: u32, x: &[f64; D], impulse: [f64; D]| {
+        if let Some(felt) = felt.get_mut(first + obstacle as usize) {
+            felt.add(impulse.map(|p| p / dt), x);
+            let impulse = spatial(&impulse);
+            (0..3).for_each(|c| felt.impulse[c] += impulse[c]);
+        }
+    };
+    walls.obstacles.stop(bodies, borne, (dt, setting.options.spacing), hits)
 }
 
 /// Lets the loads follow the surfaces over a step of `dt` (s) that has just been made. Over a reference configuration (`total`)

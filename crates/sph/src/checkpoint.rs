@@ -18,7 +18,7 @@ use crate::solver::{Audit, SphSolver};
 use crate::walls::{Borne, planes};
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 7;
+const FORMAT: u32 = 8;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -39,7 +39,7 @@ struct Saved {
     current: bool,
     /// When loads begin (s), and what particles carry of them.
     loads: (Vec<f64>, Vec<Vec<f64>>),
-    /// What rigid bodies bear.
+    /// What rigid bodies and obstacles bear.
     felt: Vec<Felt>,
 }
 
@@ -223,9 +223,14 @@ impl<const D: usize> Solver for SphSolver<D> {
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
         let case = &self.setting.case;
-        let number = case.bodies.iter().position(|body| body.rigid && body.name == name)?;
-        let Felt { force, impulse } = self.rates.felt.get(number).copied().unwrap_or_default();
-        Some(Reaction { force, impulse, moment: None })
+        let felt = |number: usize| self.rates.felt.get(number).copied().unwrap_or_default();
+        if let Some(number) = case.bodies.iter().position(|body| body.rigid && body.name == name) {
+            let Felt { force, impulse, .. } = felt(number);
+            return Some(Reaction { force, impulse, moment: None });
+        }
+        let number = self.walls.obstacles.told().find(|(_, own)| *own == name)?.0;
+        let Felt { force, impulse, moment } = felt(case.bodies.len() + number);
+        Some(Reaction { force, impulse, moment: Some(moment) })
     }
 
     fn is_closed(&self) -> bool {

@@ -1,16 +1,19 @@
 //! Rates of the particles.
 
+use colluvium_case::spatial;
 use colluvium_constitutive::SymTensor;
 use serde::{Deserialize, Serialize};
 
 use crate::particles::Derivatives;
 use crate::walls::Borne;
 
-/// What a rigid body bears of the others.
+/// What a rigid body or an obstacle bears of the others.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Felt {
     /// Force in the step (N).
     pub force: [f64; 3],
+    /// Its moment about the zero of the coordinates (N m); of obstacles.
+    pub moment: [f64; 3],
     /// Its impulse since the start (N s).
     pub impulse: [f64; 3],
 }
@@ -36,8 +39,21 @@ pub struct Rates<const D: usize> {
     pub stress: Vec<SymTensor>,
     /// Rates of the smoothing lengths (m/s); empty without.
     pub length: Vec<f64>,
-    /// What bodies bear that are rigid, by their number in the case; empty without any.
+    /// What bodies bear that are rigid, by their number in the case, and behind the bodies obstacles whose reaction is measured; empty
+    /// without any.
     pub felt: Vec<Felt>,
+}
+
+impl Felt {
+    /// Adds a force (N) at a place (m).
+    pub fn add<const D: usize>(&mut self, force: [f64; D], place: &[f64; D]) {
+        let (f, x) = (spatial(&force), spatial(place));
+        for c in 0..3 {
+            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+            self.force[c] += f[c];
+            self.moment[c] += x[a] * f[b] - x[b] * f[a];
+        }
+    }
 }
 
 impl<const D: usize> Rates<D> {

@@ -1,6 +1,6 @@
 //! What there is at the start: bodies with their velocity and stress.
 
-use colluvium_points::Shape;
+use colluvium_points::{Sampling, Shape};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +19,9 @@ pub struct Body {
     /// weights, and faces that bear loads. All points must be in it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<PointFile>,
+    /// How the points lie that a method sets in the shape; grains (dem) and methods over the plan have ways of their own.
+    #[serde(default, skip_serializing_if = "Sampling::is_lattice")]
+    pub sampling: Sampling,
     /// Name of its material.
     pub material: String,
     /// Initial velocity; at rest by default. Of a rigid body `uniform`, or `linear` with a turn, where the motion of the first

@@ -45,7 +45,7 @@ pub struct Honours {
 const OF_THE_RUN: [&str; 2] = ["output*", "stages.equilibrium*"];
 
 /// What holds of bodies and stages for every method that moves points.
-const OF_POINTS: [&str; 26] = [
+const OF_POINTS: [&str; 27] = [
     "bodies",
     "materials",
     "gravity",
@@ -55,6 +55,7 @@ const OF_POINTS: [&str; 26] = [
     "materials=*",
     "bodies.shape*",
     "bodies.points*",
+    "bodies.sampling*",
     "bodies.velocity*",
     "bodies.stress*",
     "stages.gravity_ramp",

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use colluvium_constitutive::MaterialSpec;
-use colluvium_points::{Shape, meeting_boxes, overlap};
+use colluvium_points::{SamplingError, Shape, meeting_boxes, overlap};
 
 use super::{Findings, OVERLAP_RESOLUTION};
 use crate::Formula;
@@ -40,6 +40,7 @@ impl Findings<'_> {
                     format!("{spacing:?} must be positive and no longer than the domain, {longest:?} m"),
                 );
             }
+            self.sampling(number);
             let shape = Some(&body.shape).filter(|_| sound[number]);
             self.velocity(&format!("{path}.velocity"), shape, &body.velocity);
             self.initial_stress(&format!("{path}.stress"), shape, &body.stress);
@@ -65,6 +66,18 @@ impl Findings<'_> {
         for (first, second) in meeting_boxes(&bounds) {
             self.apart(placed[first], placed[second]);
         }
+    }
+
+    /// Rows along sides are laid in the plane, in shapes with straight and round sides, where a method sets the points.
+    fn sampling(&mut self, number: usize) {
+        let body = &self.case.bodies[number];
+        if body.sampling.is_lattice() {
+            return;
+        }
+        let path = format!("bodies[{number}].sampling");
+        self.require(body.points.is_none(), path.clone(), "the points of the body are those of its file");
+        let sides = self.case.dimension() == 2 && body.shape.has_sides();
+        self.require(sides, path, SamplingError::NoSides.to_string());
     }
 
     /// What can be said of bodies with layers only once their files are read.

@@ -75,6 +75,7 @@ pub fn honours() -> Honours {
         .refuses("obstacles.wall.adhesion", ADHESION)
         .refuses("obstacles.regions.wall.adhesion", ADHESION)
         .refuses("measures.about", "dem tells the force on an obstacle and not its moment")
+        .passes_over("bodies.sampling*", "grains fill a body by a packing of their own")
         .refuses("bodies.shape.rows=terrain", "grains fill a layer by a packing of their own")
         .refuses("loads", "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress")
         .refuses("patches", "dem has no nodes to prescribe")

@@ -53,6 +53,7 @@ pub(crate) fn honours() -> Honours {
             "nodes of depth-sph that leave the terrain are removed and counted: see its options",
         )
         .passes_over("obstacles.separation", "flows of depth-sph stay on their bed")
+        .passes_over("bodies.sampling*", "nodes of depth-sph lie on a lattice")
         .passes_over("bodies.shape.rows=terrain", "flows of depth-sph have columns and no rows of points")
         .refuses("obstacles.regions", "what differs in parts of the bed stands in methods.depth-sph.regions")
         .refuses("obstacles.wall.adhesion", "say how the bed resists in methods.depth-sph.basal")

@@ -26,7 +26,7 @@ pub(super) fn point_set<const D: usize>(
     let body = &case.bodies[number];
     let path = format!("bodies[{number}]");
     let listed = case.point_list(number)?;
-    let samples = samples(options, ground, (body, listed.as_ref()), &path, first_id)?;
+    let samples = samples(options, ground, case, (number, listed.as_ref()), first_id)?;
     let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
@@ -47,7 +47,7 @@ pub(super) fn point_set<const D: usize>(
         field: 0,
         rigid: None,
         material,
-        extent: [width(ground, options, &samples, listed.is_some() || body.shape.follows_terrain()); D],
+        extent: [width(ground, options, &samples, listed.is_some() || !on_lattice(body)); D],
         points: Columns {
             id: (first_id as u32..(first_id + position.len()) as u32).collect(),
             seen: if options.transfer.is_affine() { Vec::new() } else { velocity.clone() },
@@ -83,7 +83,12 @@ fn domains<const D: usize>(
     Ok(domains)
 }
 
-/// Full width of every point of a body (m); in elements, and of points that are `listed` or in rows of terrain, the mean one of squares
+/// Whether the points that are set in a body lie on a lattice, all of one width.
+fn on_lattice(body: &Body) -> bool {
+    !body.shape.follows_terrain() && body.sampling.is_lattice()
+}
+
+/// Full width of every point of a body (m); in elements, and of points that are `listed` or in rows, the mean one of squares
 /// or cubes of their volume.
 fn width<const D: usize>(
     ground: &Ground<'_, D>,
@@ -103,11 +108,11 @@ fn width<const D: usize>(
 fn samples<const D: usize>(
     options: &MpmOptions,
     ground: &Ground<'_, D>,
-    (body, listed): (&Body, Option<&PointList>),
-    path: &str,
+    case: &Case,
+    (number, listed): (usize, Option<&PointList>),
     first_id: usize,
 ) -> Result<Vec<Sample<D>>, CaseError> {
-    let grid = ground.grid;
+    let (grid, body, path) = (ground.grid, &case.bodies[number], format!("bodies[{number}]"));
     let samples = if let Some(list) = listed {
         let spacing = list.spacing(D);
         if spacing > (1.0 + 1e-9) * grid.cell {
@@ -119,12 +124,14 @@ fn samples<const D: usize>(
         }
         list.samples()
     } else if ground.mesh.is_empty() {
-        colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
-            .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?
+        case.samples(number, grid.origin, grid.cell / options.points_per_cell as f64)?
     } else if body.shape.follows_terrain() {
         let problem =
             "terrain is of points on a lattice, and those of a mesh have their places in its elements";
         return Err(CaseError::new(format!("{path}.shape.rows"), problem));
+    } else if !body.sampling.is_lattice() {
+        let problem = "the points of a mesh have their places in its elements";
+        return Err(CaseError::new(format!("{path}.sampling"), problem));
     } else {
         mesh::samples(ground.mesh, options, body)
     };

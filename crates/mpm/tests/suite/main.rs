@@ -16,6 +16,7 @@ mod mesh_phases;
 mod obstacle_regions;
 mod obstacles;
 mod pressing;
+mod sampling;
 mod saturated_obstacles;
 mod shapes;
 mod sheets;

@@ -2,14 +2,18 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{LayerRows, Shape};
 
+mod fitted;
 mod gauss;
 mod poisson;
 mod rows;
 
+pub use fitted::fitted;
 pub use gauss::gauss_per_cell;
 pub use poisson::poisson_disk;
 
@@ -25,6 +29,27 @@ pub struct Sample<const D: usize> {
     pub volume: f64,
 }
 
+/// How points lie in a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sampling {
+    /// On the lattice of the method, whatever the shape: round and oblique sides are stepped.
+    #[default]
+    Lattice,
+    /// In the plane, in rows along the sides of the shape, the first half a spacing from the side, each point at the centre of its
+    /// patch and with the exact area of it. Rows of round sides come first and go on until those of other sides meet them; the lattice
+    /// fills the rest. For boxes, balls, polygons and what is made of them.
+    Fitted,
+}
+
+impl Sampling {
+    /// Whether it is the one without an entry.
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+    pub fn is_lattice(&self) -> bool {
+        *self == Self::Lattice
+    }
+}
+
 /// Why a shape cannot be sampled.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SamplingError {
@@ -37,6 +62,19 @@ pub enum SamplingError {
     /// A shape whose area or volume is not known in closed form.
     #[error("random sampling needs a simple shape whose area or volume is known, not a combination")]
     NoMeasure,
+    /// A shape that is no combination of boxes, balls and polygons in the plane.
+    #[error(
+        "rows are fitted to boxes, balls and polygons in the plane, and to what is made of them, with 2000 sides at most"
+    )]
+    NoSides,
+    /// A shape with parts that no point is near to.
+    #[error("parts of the shape, {:.1e} of its area, are too thin for points {spacing} m apart: use a smaller spacing", lost.abs())]
+    Thin {
+        /// The spacing (m).
+        spacing: f64,
+        /// Share of the area that no point stands for.
+        lost: f64,
+    },
 }
 
 /// `per_cell` points per direction in every cell of a grid with lower corner `origin` (m) and cell

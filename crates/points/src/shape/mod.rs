@@ -1,6 +1,7 @@
 //! Shapes and their boolean combinations.
 
 mod layers;
+mod sides;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,6 +10,7 @@ use thiserror::Error;
 use crate::layer::{Laid, LayerRows, Measured, Thickness};
 use crate::microstructure::{Grains, Packing, Wanted, too_many};
 use crate::polygon::{Corners, polygon_crossings, signed_area};
+pub(crate) use sides::{Moments, Place, Side};
 
 /// A region of space. In two dimensions the third coordinate is not looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -3,7 +3,7 @@
 use colluvium_case::law::Begun;
 use colluvium_case::{Case, CaseError, PointList, spatial};
 use colluvium_grid::Square;
-use colluvium_points::{Sample, per_cell};
+use colluvium_points::Sample;
 
 use super::own;
 use crate::background::Background;
@@ -103,12 +103,11 @@ fn samples<const D: usize>(
     number: usize,
     listed: Option<&PointList>,
 ) -> Result<Vec<Sample<D>>, CaseError> {
-    let (body, cell) = (&case.bodies[number], options.cell_size);
+    let cell = options.cell_size;
     let wrong = |key: &str, problem: String| CaseError::new(format!("bodies[{number}].{key}"), problem);
     let samples = match listed {
         Some(list) => list.samples(),
-        None => per_cell(&body.shape, background.low, cell, options.points_per_cell)
-            .map_err(|error| wrong("shape", error.to_string()))?,
+        None => case.samples(number, background.low, cell / options.points_per_cell as f64)?,
     };
     if let Some(list) = listed
         && list.spacing(D) > (1.0 + 1e-9) * cell

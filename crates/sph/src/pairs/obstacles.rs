@@ -40,7 +40,7 @@ impl<const D: usize> Sums<'_, D> {
     /// What the place `site` behind a face answers to particle `i`; `None` where the material lifts off.
     fn answer_behind(&self, i: usize, site: &Site<'_, D>) -> Option<Answer<D>> {
         let p = self.particles;
-        let Face { normal: n, distance, contact, adhesion, lets_go } = site.face;
+        let Face { normal: n, distance, contact, adhesion, lets_go, .. } = site.face;
         let stress = p.stress[i];
         let repulsion = self.shown().repulsion.get(i).copied().unwrap_or(SymTensor::ZERO);
         let (across, shear) = tractions(&stress, n);
@@ -100,6 +100,23 @@ impl<const D: usize> Sums<'_, D> {
         if self.options.wall_guard > 0.0 {
             self.guard(i, self.sites(i).map(|(_, apart)| apart), sum);
         }
+    }
+
+    /// What of that obstacle number `obstacle` does.
+    pub(crate) fn push_off_obstacle(&self, i: usize, obstacle: u32) -> [f64; D] {
+        let own = || self.sites(i).filter(|(site, _)| site.face.obstacle == obstacle);
+        let mut sum = [0.0; D];
+        self.push_off(
+            i,
+            own(),
+            Form::of(self.options.momentum),
+            |site| self.answer_behind(i, &site),
+            &mut sum,
+        );
+        if self.options.wall_guard > 0.0 {
+            self.guard(i, own().map(|(_, apart)| apart), &mut sum);
+        }
+        sum
     }
 
     /// What obstacles add to the velocity gradient, the divergence and the moment.

@@ -32,8 +32,7 @@ pub(super) fn add_body<const D: usize>(
     let listed = case.point_list(number)?;
     let samples = match &listed {
         Some(list) => list.samples(),
-        None => colluvium_points::lattice(&body.shape, low, options.spacing)
-            .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?,
+        None => case.samples(number, low, options.spacing)?,
     };
     if samples.is_empty() {
         let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);

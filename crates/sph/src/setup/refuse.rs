@@ -77,7 +77,7 @@ pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError>
     check_periods(case, options)?;
     check_names(case, options)?;
     check_rigid(case, options)?;
-    check_bearers(case)?;
+    check_bearers(case, options)?;
     if options.formulation == Formulation::TotalLagrangian {
         total::refuse(options)?;
     }
@@ -162,13 +162,16 @@ fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Obstacles do not tell what they bear.
-fn check_bearers(case: &Case) -> Result<(), CaseError> {
+/// Ranks do not add up what obstacles bear.
+fn check_bearers(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    if options.ranks == 1 {
+        return Ok(());
+    }
     for (name, measure) in &case.measures {
         let of = measure.bearer();
         if let Some(obstacle) = case.obstacles.iter().find(|obstacle| Some(obstacle.name.as_str()) == of) {
             let problem = format!(
-                "sph tells the reaction of rigid bodies, and {:?} is an obstacle: make it a body that is rigid, or take mpm",
+                "{:?} is an obstacle, whose reaction is summed up on one rank: set ranks to 1",
                 obstacle.name
             );
             return Err(CaseError::new(format!("measures.{name}.of"), problem));
@@ -333,10 +336,25 @@ fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
     ))
 }
 
+/// Round sides on a lattice are stepped, and their corners are where a solid is weighed worst.
+fn stepped_edge(case: &Case, options: &SphOptions) -> Option<String> {
+    if options.formulation != Formulation::TotalLagrangian || case.dimension() != 2 {
+        return None;
+    }
+    let stepped = |b: &Body| b.points.is_none() && b.sampling.is_lattice() && b.shape.is_round();
+    let number = case.bodies.iter().position(|b| stepped(b) && !options.held.contains(&b.name))?;
+    Some(format!(
+        "bodies[{number}].sampling: on a lattice the round sides of {:?} are stepped, and stress next to them comes out 10 to 20 % \
+         short at ten particles to a radius: use \"fitted\"",
+        case.bodies[number].name
+    ))
+}
+
 /// What is allowed but worth a word, of the case and its options together.
 pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
+    warnings.extend(stepped_edge(case, options));
     for number in 0..case.bodies.len() {
         let Ok(Some(list)) = case.point_list(number) else { continue };
         let spacing = list.spacing(case.dimension());

@@ -4,7 +4,7 @@ use colluvium_constitutive::SymTensor;
 use colluvium_points::ROWS;
 use rayon::prelude::*;
 
-use crate::bearing::bear;
+use crate::bearing::{bear, tell_obstacles};
 use crate::clock::Clock;
 use crate::config::SmoothingLength;
 use crate::confinement::confine;
@@ -44,6 +44,9 @@ pub fn accelerate<const D: usize>(
                 *a = whole(sums.acceleration(i, rows.of(k), &mut weights[rows.range(k)], Some(own)));
             }
         });
+    }
+    if !walls.obstacles.is_empty() {
+        tell_obstacles(&sums, setting, walls, rates);
     }
     (lists.weighed, rates.current) = (true, true);
     confine(setting, clock, bodies, walls, lists, rates, dt);

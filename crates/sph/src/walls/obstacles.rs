@@ -28,6 +28,8 @@ pub struct Face<const D: usize> {
     pub adhesion: f64,
     /// Whether material lifts off.
     pub lets_go: bool,
+    /// Number of its obstacle.
+    pub obstacle: u32,
 }
 
 /// A place behind a face at which a particle of a wall would stand.
@@ -41,7 +43,7 @@ pub struct Site<'a, const D: usize> {
 
 impl<const D: usize> Face<D> {
     /// Of an obstacle with these laws, at rest, at its nearest place.
-    fn of(laws: &ObstacleLaws, near: &Nearest<D>) -> Self {
+    fn of(laws: &ObstacleLaws, near: &Nearest<D>, obstacle: u32) -> Self {
         let law = laws.at(&near.place);
         let contact = match law.wall {
             ObstacleWall::Rough => Contact::NoSlip,
@@ -49,7 +51,8 @@ impl<const D: usize> Face<D> {
             ObstacleWall::Frictional { friction_coefficient, .. } => Contact::Friction(friction_coefficient),
         };
         let (adhesion, lets_go) = (law.adhesion(), law.lets_go());
-        Self { normal: near.normal, distance: near.distance.max(0.0), contact, adhesion, lets_go }
+        let distance = near.distance.max(0.0);
+        Self { normal: near.normal, distance, contact, adhesion, lets_go, obstacle }
     }
 
     /// Directions along the face, one for each axis but one.
@@ -109,6 +112,8 @@ struct Solid<const D: usize> {
     name: String,
     laws: ObstacleLaws,
     surface: Arc<dyn Surface<D>>,
+    /// Whether its reaction is measured.
+    told: bool,
 }
 
 /// What is near the particles of a block of [`ROWS`].
@@ -148,10 +153,12 @@ impl<const D: usize> Obstacles<D> {
         for (body, places) in bodies {
             case.refuse_covered(&standing, body, places, slack)?;
         }
+        let told = |name: &str| case.measures.values().any(|measure| measure.bearer() == Some(name));
         let solids = standing.into_iter().map(|Standing { obstacle, surface, laws, .. }| Solid {
             name: obstacle.name.clone(),
             laws,
             surface,
+            told: told(&obstacle.name),
         });
         Ok(Self { solids: solids.collect(), ..Self::default() })
     }
@@ -159,6 +166,20 @@ impl<const D: usize> Obstacles<D> {
     /// The same, with nothing found yet.
     pub fn hollow(&self) -> Self {
         Self { solids: self.solids.clone(), ..Self::default() }
+    }
+
+    /// Numbers and names of those whose reaction is measured.
+    pub fn told(&self) -> impl Iterator<Item = (usize, &str)> {
+        self.solids
+            .iter()
+            .enumerate()
+            .filter(|(_, own)| own.told)
+            .map(|(number, own)| (number, own.name.as_str()))
+    }
+
+    /// Whether the reaction of obstacle number `number` is measured.
+    pub(super) fn is_told(&self, number: u32) -> bool {
+        self.solids[number as usize].told
     }
 
     /// Whether there are none.
@@ -201,11 +222,11 @@ impl<const D: usize> Obstacles<D> {
                     block.contacts.clear();
                     surface.touch(x, support, &mut block.contacts);
                     let touched = block.contacts.all().iter();
-                    block.faces.extend(touched.map(|near| Face::of(laws, near)));
+                    block.faces.extend(touched.map(|near| Face::of(laws, near, *number)));
                     if block.contacts.is_empty()
                         && let Some(deeper) = surface.gap(x, support).filter(|gap| gap.distance < 0.0)
                     {
-                        block.faces.push(Face::of(laws, &deeper));
+                        block.faces.push(Face::of(laws, &deeper, *number));
                         let depth = -deeper.distance;
                         if block.deepest.is_none_or(|(.., most)| depth > most) {
                             block.deepest = Some((k as u32, *number, depth));
@@ -225,7 +246,7 @@ impl<const D: usize> Obstacles<D> {
         x: &[f64; D],
         (radius, reach): (f64, f64),
         found: &mut Contacts<D>,
-        mut visit: impl FnMut(&Nearest<D>, &ObstacleLaws),
+        mut visit: impl FnMut(&Nearest<D>, &ObstacleLaws, u32),
     ) {
         let Some(block) = self.blocks.get(i / ROWS) else { return };
         let k = (i % ROWS) as u32;
@@ -235,7 +256,7 @@ impl<const D: usize> Obstacles<D> {
             found.clear();
             surface.touch(x, radius, found);
             let inside = if found.is_empty() { surface.gap(x, reach) } else { None };
-            found.all().iter().chain(inside.as_ref()).for_each(|place| visit(place, laws));
+            found.all().iter().chain(inside.as_ref()).for_each(|place| visit(place, laws, *number));
         }
     }
 
@@ -263,7 +284,7 @@ mod tests {
     use super::*;
 
     fn face<const D: usize>(normal: [f64; D], distance: f64) -> Face<D> {
-        Face { normal, distance, contact: Contact::FreeSlip, adhesion: 0.0, lets_go: false }
+        Face { normal, distance, contact: Contact::FreeSlip, adhesion: 0.0, lets_go: false, obstacle: 0 }
     }
 
     #[test]

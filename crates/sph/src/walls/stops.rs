@@ -38,8 +38,15 @@ impl Borne {
 
 impl<const D: usize> Obstacles<D> {
     /// Stops particles before the surfaces at the end of a step of `dt` (s), and says what that takes from each; whether there
-    /// were any. `spacing` is that of the particles (m).
-    pub fn stop(&mut self, bodies: &mut Bodies<D>, borne: &mut [Borne], dt: f64, spacing: f64) -> bool {
+    /// were any. `spacing` is that of the particles (m); `hits` hears of each hit on an obstacle whose
+    /// reaction is measured which one it is, where (m), and the impulse on it (N s).
+    pub fn stop(
+        &mut self,
+        bodies: &mut Bodies<D>,
+        borne: &mut [Borne],
+        (dt, spacing): (f64, f64),
+        mut hits: impl FnMut(u32, &[f64; D], [f64; D]),
+    ) -> bool {
         let (mut any, mut found) = (false, std::mem::take(&mut self.found));
         let Bodies { particles: p, groups, .. } = bodies;
         let free = groups.iter().filter(|group| group.held.is_none() && group.rigid.is_none());
@@ -52,7 +59,14 @@ impl<const D: usize> Obstacles<D> {
                 continue;
             }
             let mut hit = Hit { x: p.position[i], v: p.velocity[i], taken: Borne::default() };
-            if !self.turn(i, &mut hit, &mut found, (kept, way), dt) {
+            let mass = p.mass[i];
+            let own = &*self;
+            let mut heard = |obstacle: u32, x: &[f64; D], slower: [f64; D]| {
+                if own.is_told(obstacle) {
+                    hits(obstacle, x, slower.map(|v| mass * v));
+                }
+            };
+            if !self.turn(i, &mut hit, &mut found, (kept, way, dt), &mut heard) {
                 continue;
             }
             any = true;
@@ -69,28 +83,30 @@ impl<const D: usize> Obstacles<D> {
         any
     }
 
-    /// Turns a particle off what it is nearer to than `kept` (m); whether it was.
+    /// Turns a particle off what it is nearer to than `kept` (m); whether it was. `heard` gets the velocity that is taken off.
     fn turn(
         &self,
         i: usize,
         hit: &mut Hit<D>,
         found: &mut Contacts<D>,
-        (kept, way): (f64, f64),
-        dt: f64,
+        (kept, way, dt): (f64, f64, f64),
+        heard: &mut impl FnMut(u32, &[f64; D], [f64; D]),
     ) -> bool {
         let mut any = false;
         for _ in 0..PASSES {
-            let mut deepest: Option<(Nearest<D>, f64)> = None;
+            let mut deepest: Option<(Nearest<D>, f64, u32)> = None;
             let x = hit.x;
-            self.touched(i, &x, (kept, kept + way), found, |place, laws| {
-                let nearer = deepest.as_ref().is_none_or(|(deepest, _)| place.distance < deepest.distance);
+            self.touched(i, &x, (kept, kept + way), found, |place, laws, number| {
+                let nearer = deepest.as_ref().is_none_or(|(deepest, ..)| place.distance < deepest.distance);
                 if nearer && place.distance < (1.0 - SLACK) * kept {
                     let friction = laws.at(&place.place).friction();
-                    deepest = Some((*place, friction));
+                    deepest = Some((*place, friction, number));
                 }
             });
-            let Some((place, friction)) = deepest else { break };
+            let Some((place, friction, number)) = deepest else { break };
+            let before = hit.v;
             hit.stop(&place.normal, kept - place.distance, friction, dt);
+            heard(number, &hit.x, std::array::from_fn(|c| before[c] - hit.v[c]));
             any = true;
         }
         any

@@ -12,6 +12,7 @@ mod operators;
 mod ranks;
 mod regularisation;
 mod rigid;
+mod rings;
 mod schemes;
 mod smooth_bodies;
 mod solids;

@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, vectors};
+use crate::common::{advance, begin, changed, vectors, with};
 
 /// An elastic block that slides on a floor or an obstacle; what is in `more` joins the case.
 fn sliding(more: &Value) -> Case {
@@ -58,9 +58,8 @@ fn a_plane_along_an_axis_answers_as_a_wall_of_particles() {
     }
 }
 
-/// Speed along the plane after half a second of sliding, and the largest speed across it, of a block whose lattice lies along a
-/// plane that falls by `angle` degrees.
-fn slide(angle: f64, friction: f64) -> [f64; 2] {
+/// A block whose lattice lies along a plane that falls by `angle` degrees, with the folder of its points.
+fn slope(angle: f64, friction: f64) -> (tempfile::TempDir, Value) {
     let (sin, cos) = angle.to_radians().sin_cos();
     let turned = |x: f64, y: f64| [cos * x + sin * y, -sin * x + cos * y];
     let list: String = (0..12 * 6)
@@ -81,7 +80,15 @@ fn slide(angle: f64, friction: f64) -> [f64; 2] {
             "shape": { "kind": "ground-line", "points": [turned(-2.0, 0.0), turned(5.0, 0.0)] } }],
         "stages": [{ "name": "slide", "duration": 0.5, "gravity_ramp": 0.1 }]
     }));
-    let mut solver = begin(&case);
+    (folder, serde_json::from_str(&case.to_json()).unwrap())
+}
+
+/// Speed along the plane after half a second of sliding, and the largest speed across it.
+fn slide(angle: f64, friction: f64) -> [f64; 2] {
+    let (sin, cos) = angle.to_radians().sin_cos();
+    let (folder, text) = slope(angle, friction);
+    let mut solver = begin(&Case::from_json(&text.to_string()).unwrap());
+    drop(folder);
     while solver.time() < 0.5 {
         advance(&mut *solver, 1);
     }
@@ -90,6 +97,60 @@ fn slide(angle: f64, friction: f64) -> [f64; 2] {
     let along = v.iter().map(|v| cos * v[0] - sin * v[1]).sum::<f64>() / v.len() as f64;
     let across = v.iter().map(|v| (sin * v[0] + cos * v[1]).abs()).fold(0.0, f64::max);
     [along, across]
+}
+
+/// Impulse on the slope between two times over the time between (N), the block's momentum at the second less that at the first over
+/// the same (N), and the moment about the middle of the block at the end (N m).
+fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64; 2], [f64; 2], f64) {
+    let (folder, mut text) = slope(angle, friction);
+    text["measures"] = json!({ "on": { "kind": "reaction", "of": "slope" } });
+    text["stages"][0]["duration"] = json!(to);
+    text["stages"][0]["damping"] = json!(damping);
+    let mut solver = begin(&Case::from_json(&text.to_string()).unwrap());
+    drop(folder);
+    let mut at = |time: f64| {
+        while solver.time() < time {
+            advance(&mut *solver, 1);
+        }
+        let snapshot = solver.snapshot();
+        let mean = |of: &[[f64; 3]], c: usize| of.iter().map(|v| v[c]).sum::<f64>() / of.len() as f64;
+        let velocity = [0, 1].map(|c| 180.0 * mean(&vectors(&snapshot, "velocity"), c));
+        let middle = [0, 1, 2].map(|c| mean(&snapshot.positions, c));
+        (solver.time(), solver.reaction("slope").unwrap(), velocity, middle)
+    };
+    let (start, before, early, _) = at(from);
+    let (end, after, late, middle) = at(to);
+    let over = |c: usize, a: &[f64], b: &[f64]| (b[c] - a[c]) / (end - start);
+    (
+        [0, 1].map(|c| over(c, &before.impulse, &after.impulse)),
+        [0, 1].map(|c| over(c, &early, &late)),
+        after.moment_about(&middle).unwrap()[2],
+    )
+}
+
+/// What the block loses the slope has: weight less what the block gains of momentum. At rest that is the weight, without a moment about
+/// the middle; while it slides friction is its share of the normal force.
+#[test]
+fn a_slope_tells_the_force_of_the_block_on_it() {
+    let weight = 180.0 * 9.81;
+    let ([x, y], gained, moment) = borne(30.0, 1.2 * 30f64.to_radians().tan(), 0.3, [0.4, 0.8]);
+    assert!(x.abs() < 0.01 * weight && (y / -weight - 1.0).abs() < 0.01, "{x} {y}: {gained:?}");
+    // It acts where the particles are, about half a spacing above the slope.
+    assert!(moment.abs() < 0.5 * 0.05 * weight, "{moment}");
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    let ([x, y], [gained_x, gained_y], _) = borne(30.0, 0.3, 0.0, [0.2, 0.5]);
+    let off = [x + gained_x, y + gained_y + weight];
+    assert!(off.iter().all(|off| off.abs() < 2e-3 * weight), "{off:?}");
+    let (along, normal) = (cos * x - sin * y, -sin * x - cos * y);
+    assert!((along / normal / 0.3 - 1.0).abs() < 0.01, "{along} {normal}");
+}
+
+#[test]
+fn ranks_do_not_sum_up_what_a_slope_bears() {
+    let measured = json!({ "measures": { "on": { "kind": "reaction", "of": "floor" } },
+        "methods": { "sph": { "spacing": 0.05, "ranks": 2 } } });
+    let error = Sph.build(&sliding(&with(plane(&json!({ "kind": "smooth" })), &measured))).err().unwrap();
+    assert!(error.to_string().starts_with("measures.on.of: \"floor\" is an obstacle"), "{error}");
 }
 
 #[test]

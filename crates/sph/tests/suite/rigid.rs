@@ -149,9 +149,6 @@ fn what_rigid_bodies_do_not_go_with_is_refused_by_name() {
     assert!(refused(euler).contains("leapfrog"));
     let periodic = json!({ "domain": { "min": [-1, -1], "max": [2, 2], "periodic": ["x"] } });
     assert!(refused(periodic).contains("rigid"));
-    let obstacle = json!({ "obstacles": [{ "name": "floor", "wall": { "kind": "smooth" }, "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
-                           "measures": { "push": { "kind": "reaction", "of": "floor" } } });
-    assert!(refused(obstacle).starts_with("measures.push.of: sph tells the reaction of rigid bodies"));
     let mut solver = begin(&case(&json!({})));
     solver.step(1e-4).unwrap();
 }

@@ -18,6 +18,7 @@ mod membrane;
 mod operators;
 mod pairing;
 mod ranks;
+mod ring;
 mod shear;
 mod slope;
 mod tensile;
@@ -42,6 +43,7 @@ pub const ALL: &[Benchmark] = &[
     column::BENCHMARK,
     slope::BENCHMARK,
     tensile::BENCHMARK,
+    ring::BENCHMARK,
     cantilever_3d::BENCHMARK,
     cantilever_3d::UPDATED,
     drum::BENCHMARK,

@@ -1,0 +1,149 @@
+//! Points in rows along the sides of a shape in the plane, each with the area of its own patch.
+
+mod patches;
+mod rows;
+
+use patches::Patches;
+
+use super::{Cells, Sample, SamplingError};
+use crate::Shape;
+use crate::neighbours::CellList;
+use crate::shape::{Place, Side};
+
+/// Share of a spacing within which points of the lattice that fill what rows leave keep away from others.
+const LATTICE_APART: f64 = 0.8;
+
+/// The same of single points, where even so a place would be too far from all.
+const SINGLE_APART: f64 = 0.9;
+
+/// Share by which the area of a patch may differ from the square of the spacing before its point and those around it are moved.
+const UNEVEN: f64 = 0.15;
+
+/// Moves of uneven points to the middle of their patches (Lloyd 1982).
+const MOVES: usize = 30;
+
+/// How far from an uneven point others are moved too, in spacings.
+const AROUND: f64 = 2.0;
+
+/// Points next to a side, nearer than this (in spacings), stay where they are.
+const NEXT_TO_SIDE: f64 = 0.8;
+
+/// Share of the area that may be lost to round-off.
+const LOST: f64 = 1e-9;
+
+/// A region with its sides.
+pub(super) struct Region<'a> {
+    pub(super) shape: &'a Shape,
+    pub(super) sides: Vec<Side>,
+    pub(super) spacing: f64,
+}
+
+impl Region<'_> {
+    /// Distance of a place from the nearest side (m).
+    fn depth(&self, x: Place) -> f64 {
+        self.sides.iter().map(|side| side.distance(x)).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Points in rows along the sides of a shape in the plane, about a `spacing` (m) apart: the first half a spacing from the side, round
+/// sides before straight ones, until the rows of two sides meet. What they leave is filled from the lattice that begins at `origin`
+/// (m), and points that lie unevenly there are moved. Each point lies at the centre of its patch, what is nearer to it than to the
+/// others, and has its exact area, so that the areas and their moments sum up to those of the shape. In columns, from low to high.
+///
+/// # Errors
+/// When the shape has other than straight and round sides or is too thin in places, when there would be more than 2²⁸ candidates, or
+/// the spacing is not a length.
+pub fn fitted<const D: usize>(
+    shape: &Shape,
+    origin: [f64; D],
+    spacing: f64,
+) -> Result<Vec<Sample<D>>, SamplingError> {
+    if D != 2 {
+        return Err(SamplingError::NoSides);
+    }
+    let cells = Cells::<D>::around(shape, origin, spacing, 1.0)?;
+    let sides = shape.sides().ok_or(SamplingError::NoSides)?;
+    let region = Region { shape, sides, spacing };
+    let origin = [origin[0], origin[1]];
+    let mut apart = rows::along_sides(&region);
+    fill(&region, [cells.first[0], cells.first[1]], [cells.count[0], cells.count[1]], origin, &mut apart);
+    let mut points = apart.into_points();
+    even_out(&region, &mut points);
+    let patches = Patches::new(&region, &points);
+    let mut samples: Vec<(Place, f64)> = (0..points.len()).map(|i| patches.of(i)).collect();
+    for ((centre, _), point) in samples.iter_mut().zip(&points) {
+        if !shape.contains(centre) {
+            *centre = *point;
+        }
+    }
+    let reference =
+        [cells.first[0] as f64 * spacing + origin[0], cells.first[1] as f64 * spacing + origin[1]];
+    let exact: f64 = region.sides.iter().map(|side| side.fan(reference).area).sum();
+    let found: f64 = samples.iter().map(|(_, area)| area).sum();
+    if (found - exact).abs() > LOST * exact {
+        return Err(SamplingError::Thin { spacing, lost: 1.0 - found / exact });
+    }
+    let column = |x: &Place| ((x[0] - origin[0]) / spacing).floor();
+    samples.sort_by(|(a, _), (b, _)| column(a).total_cmp(&column(b)).then(a[1].total_cmp(&b[1])));
+    let sample = |(place, volume): (Place, f64)| Sample {
+        position: std::array::from_fn(|axis| place.get(axis).copied().unwrap_or(0.0)),
+        volume,
+    };
+    Ok(samples.into_iter().map(sample).collect())
+}
+
+/// Fills what the rows leave: first from the lattice, then by single points where there is room for one.
+fn fill(region: &Region<'_>, first: [i64; 2], count: [i64; 2], origin: Place, points: &mut rows::Apart) {
+    let spacing = region.spacing;
+    for (parts, apart) in [(1i64, LATTICE_APART), (4, SINGLE_APART)] {
+        let edge = spacing / parts as f64;
+        for number in 0..count[0] * count[1] * parts * parts {
+            let [column, row] = [number / (count[1] * parts), number % (count[1] * parts)];
+            let place = |c: usize, k: i64| origin[c] + ((first[c] * parts + k) as f64 + 0.5) * edge;
+            let x = [place(0, column), place(1, row)];
+            // On a side a point would have half a patch.
+            if points.is_free(x, apart * spacing)
+                && region.shape.contains(&x)
+                && (parts > 1 || region.depth(x) > 0.25 * spacing)
+            {
+                points.add(x);
+            }
+        }
+    }
+}
+
+/// Moves points of uneven patches, and those around them but for the ones next to a side, to the middle of their patches.
+fn even_out(region: &Region<'_>, points: &mut [Place]) {
+    let (spacing, whole) = (region.spacing, region.spacing * region.spacing);
+    let uneven: Vec<Place> = {
+        let patches = Patches::new(region, points);
+        let off = |i: &usize| (patches.of(*i).1 / whole - 1.0).abs() > UNEVEN;
+        (0..points.len()).filter(off).map(|i| points[i]).collect()
+    };
+    let mut near = CellList::new();
+    if uneven.is_empty() || near.build(&uneven, AROUND * spacing).is_err() {
+        return;
+    }
+    let moves = |x: &Place| {
+        let mut nearest = f64::INFINITY;
+        near.visit(x, |j| {
+            let other = uneven[j as usize];
+            nearest = nearest.min((x[0] - other[0]).hypot(x[1] - other[1]));
+        });
+        nearest < 1e-9 * spacing || (nearest < AROUND * spacing && region.depth(*x) > NEXT_TO_SIDE * spacing)
+    };
+    let free: Vec<usize> = (0..points.len()).filter(|i| moves(&points[*i])).collect();
+    for _ in 0..MOVES {
+        let patches = Patches::new(region, points);
+        let moved: Vec<Place> = free.iter().map(|i| patches.of(*i).0).collect();
+        drop(patches);
+        for (i, x) in free.iter().zip(moved) {
+            if region.shape.contains(&x) {
+                points[*i] = x;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

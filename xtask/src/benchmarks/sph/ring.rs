@@ -1,0 +1,160 @@
+//! Round free edges on fitted rows and on a lattice: a thick ring (Lamé), a plate with a hole (Kirsch).
+
+use colluvium::case::Snapshot;
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
+use colluvium::points::Sampling;
+
+use crate::benchmarks::{Benchmark, Outcome, case, run_by, stresses};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "sph/ring",
+    title: "Rows fitted to round edges: thick ring under pressure, plate with a hole, total-Lagrangian SPH",
+    source: "Lamé 1852; Kirsch 1898; finite width after Heywood 1952",
+    quick: Some(10),
+    full: 300,
+    run,
+};
+
+const PRESSURE: f64 = 1e4;
+const SPACING: f64 = 0.1;
+const WAYS: [(&str, Sampling); 2] = [("fitted rows", Sampling::Fitted), ("lattice", Sampling::Lattice)];
+
+/// A particle: place (m), distance from the centre (m), hoop stress (Pa).
+type Hoop = ([f64; 2], f64, f64);
+
+fn run(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    ring(&mut outcome)?;
+    if !quick {
+        plate(&mut outcome)?;
+    }
+    Ok(outcome)
+}
+
+/// Hoop stress of the ring (Pa).
+fn lame(r: f64) -> f64 {
+    PRESSURE / 3.0 * (1.0 + 4.0 / (r * r))
+}
+
+/// Stress along the pull beside a hole of radius one in a plate without end, over that far away.
+fn kirsch(r: f64) -> f64 {
+    0.5 * (2.0 + r.powi(-2) + 3.0 * r.powi(-4))
+}
+
+fn hoops(snapshot: &Snapshot) -> Vec<Hoop> {
+    let hoop = |(x, s): (&[f64; 3], &colluvium::constitutive::SymTensor)| {
+        let r = x[0].hypot(x[1]);
+        let (c, n) = (x[0] / r, x[1] / r);
+        ([x[0], x[1]], r, s.at(0, 0) * n * n + s.at(1, 1) * c * c - 2.0 * s.at(0, 1) * c * n)
+    };
+    snapshot.positions.iter().zip(&stresses(snapshot)).map(hoop).collect()
+}
+
+/// Least, mean and largest of values.
+fn spread(values: &[f64]) -> [f64; 3] {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    [least, values.iter().sum::<f64>() / values.len() as f64, most]
+}
+
+fn ring(outcome: &mut Outcome) -> Result<(), String> {
+    let mut chart = LineChart {
+        title: "Thick ring under a pressure within".into(),
+        x_label: "distance from the centre (m)".into(),
+        y_label: "hoop stress (kPa)".into(),
+        ..LineChart::default()
+    };
+    for (name, sampling) in WAYS {
+        let mut case = case("sph/ring")?;
+        case.bodies[0].sampling = sampling;
+        let all = hoops(&run_by("sph", &case)?.snapshot);
+        let first: Vec<f64> =
+            all.iter().filter(|(_, r, _)| *r < 1.0 + SPACING).map(|(_, r, s)| s / lame(*r)).collect();
+        let [least, mean, most] = spread(&first);
+        let label = |what: &str| format!("ring, {name}: hoop stress of the first row over Lamé, {what}");
+        if sampling == Sampling::Fitted {
+            let reason = "issue: 5 % at ten particles to the inner radius; the load acts half a spacing within the edge, which \
+                          makes it 5 % larger";
+            for (what, found) in [("least", least), ("mean", mean), ("largest", most)] {
+                outcome.near(label(what), 1.0, 0.05, found, reason);
+            }
+            let off = all.iter().map(|(_, r, s)| (s / lame(*r) - 1.0).abs()).fold(0.0, f64::max);
+            let name = "ring, fitted rows: largest error of the hoop stress anywhere";
+            outcome.below(name, "0", off, 0.05, "as in the first row");
+        } else {
+            let reason = "not judged: round edges are stepped on a lattice; for comparison";
+            for (what, found) in [("least", least), ("mean", mean), ("largest", most)] {
+                outcome.show(label(what), "1", found, reason);
+            }
+        }
+        let points = all.iter().map(|(_, r, s)| (*r, s / 1e3)).collect();
+        chart.series.push(Series::new(name, points, Style::Markers));
+        let cloud = PointCloud {
+            title: format!("Hoop stress, {name}"),
+            points: all.iter().map(|(x, _, s)| (*x, [SPACING; 2], s / 1e3)).collect(),
+            label: "hoop stress (kPa)".into(),
+            axes: ["x (m)".into(), "y (m)".into()],
+            ..PointCloud::default()
+        };
+        outcome.png(&format!("Hoop stress of the ring, {name}; Lamé has 6.7 to 16.7 kPa."), &cloud)?;
+    }
+    let exact = (0..=50).map(|k| 1.0 + 0.02 * f64::from(k)).map(|r| (r, lame(r) / 1e3)).collect();
+    chart.series.push(Series::new("Lamé", exact, Style::Dashed));
+    outcome.svg("Hoop stress of all particles against the closed form.", &chart)
+}
+
+fn plate(outcome: &mut Outcome) -> Result<(), String> {
+    let mut chart = LineChart {
+        title: "Plate with a hole".into(),
+        x_label: "distance from the centre of the hole (m)".into(),
+        y_label: "stress over that far away".into(),
+        ..LineChart::default()
+    };
+    for (name, sampling) in WAYS {
+        let mut case = case("sph/plate-with-hole")?;
+        case.bodies[0].sampling = sampling;
+        let snapshot = run_by("sph", &case)?.snapshot;
+        let all: Vec<([f64; 2], f64)> = (snapshot.positions.iter().zip(&stresses(&snapshot)))
+            .map(|(x, s)| ([x[0], x[1]], s.at(0, 0)))
+            .collect();
+        let far: Vec<f64> = (all.iter())
+            .filter(|([x, y], _)| (4.5..6.5).contains(&x.abs()) && y.abs() < 4.5)
+            .map(|(_, s)| *s)
+            .collect();
+        let [_, far, _] = spread(&far);
+        // Within six degrees of the line across the pull.
+        let beside: Vec<(f64, f64)> = (all.iter())
+            .filter(|([x, y], _)| x.abs() < 0.105 * y.abs() && x.hypot(*y) < 3.0)
+            .map(|([x, y], s)| (x.hypot(*y), s / far))
+            .collect();
+        for row in 0..2 {
+            let from = 1.0 + SPACING * f64::from(row);
+            let of_row: Vec<f64> = (beside.iter())
+                .filter(|(r, _)| (from..from + SPACING).contains(r))
+                .map(|(r, s)| s / kirsch(*r))
+                .collect();
+            let [_, mean, _] = spread(&of_row);
+            let label = format!("plate, {name}: stress of row {} beside the hole over Kirsch", row + 1);
+            if sampling == Sampling::Fitted && row == 1 {
+                outcome.near(
+                    label,
+                    1.0,
+                    0.05,
+                    mean,
+                    "issue: 5 % at ten particles to the radius, as for the ring",
+                );
+            } else if sampling == Sampling::Fitted {
+                let reason = "not judged: the first row sees one side only and stress there falls by a tenth over half a spacing; \
+                              3.10 at the edge itself with the width of the plate";
+                outcome.show(label, "1", mean, reason);
+            } else {
+                outcome.show(label, "1", mean, "not judged: stepped edges; for comparison");
+            }
+        }
+        chart.series.push(Series::new(name, beside, Style::Markers));
+    }
+    let exact = (0..=100).map(|k| 1.0 + 0.02 * f64::from(k)).map(|r| (r, kirsch(r))).collect();
+    chart.series.push(Series::new("Kirsch, no end", exact, Style::Dashed));
+    outcome.svg("Stress along the pull beside the hole, over that far away.", &chart)
+}
