@@ -26,6 +26,7 @@ pub mod material;
 mod motion;
 mod pairs;
 mod rain;
+mod regions;
 mod report;
 mod setup;
 pub mod sizes;
@@ -43,8 +44,9 @@ use schemars::Schema;
 
 pub use config::{
     Adhesion, BodyGrains, BondSpec, CellControl, CellEntry, ContactVelocity, CyclicStrain, CyclicStress,
-    DampingForm, DemOptions, Diameters, Fill, Friction, GrainKind, GrainStage, LeverArm, Membrane, NormalLaw,
-    Packing, PairOverride, PairSpec, Press, Rain, RollingSpec, Shaking, SpringReset, TangentialSpec,
+    DampingForm, DemOptions, Diameters, Fill, Friction, GrainKind, GrainStage, LeverArm, MeasuringRegion,
+    Membrane, NormalLaw, Packing, PairOverride, PairSpec, Press, Rain, RollingSpec, Shaking, SpringReset,
+    TangentialSpec,
 };
 pub use contact::Contact;
 pub use homogeneity::Homogeneity;

@@ -290,6 +290,12 @@ impl DemOptions {
         for (name, stage) in &self.stages {
             rules.stage(&format!("stages.{name}"), stage, dimension);
         }
+        for (name, region) in &self.regions {
+            rules.positive(format!("regions.{name}.radius"), region.radius, " (m)");
+            let fits = region.centre.len() == dimension && region.centre.iter().all(|x| x.is_finite());
+            let problem = format!("must be {dimension} finite numbers");
+            rules.rule(fits, format!("regions.{name}.centre"), problem);
+        }
         rules.within("skin", self.skin, 0.01, 2.0);
         rules.rule(
             self.step_fraction > 0.0 && self.step_fraction <= 0.12,

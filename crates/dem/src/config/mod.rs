@@ -72,9 +72,25 @@ pub struct DemOptions {
     /// single grains show.
     #[serde(default = "coarse_graining")]
     pub coarse_graining: f64,
+    /// Regions over which rows of the measures have means, by their names: columns `NAME.porosity`, of the parts of grains that lie in
+    /// it; and, of the grains with their centres there, `NAME.grains` (number), `NAME.coordination` (contacts a grain),
+    /// `NAME.velocity.x` and so on (of their mass), and `NAME.stress.xx` and so on (tension-positive): the mean over the volumes of
+    /// grains, times one minus the porosity. Empty where there is no grain. Where axes are periodic images count.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub regions: BTreeMap<String, MeasuringRegion>,
     /// Seed of what is drawn at random: sizes, places, strengths of bonds.
     #[serde(default)]
     pub seed: u64,
+}
+
+/// A circle, in space a sphere, that stays where it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuringRegion {
+    /// Centre (m).
+    pub centre: Vec<f64>,
+    /// Radius (m), > 0: of several grains, that single ones do not show.
+    pub radius: f64,
 }
 
 /// Where the lever arms of contact forces end (sheet: dem §2.2).

@@ -54,6 +54,7 @@ pub fn honours() -> Honours {
             "measures=reaction",
             "measures=impact-pressure",
             "stages.damping",
+            "stages.excavate*",
             "stages.rayleigh_damping",
             "measures=dissipation",
             "output.contacts",
@@ -79,7 +80,6 @@ pub fn honours() -> Honours {
         .refuses("bodies.shape.rows=terrain", "grains fill a layer by a packing of their own")
         .refuses("loads", "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress")
         .refuses("patches", "dem has no nodes to prescribe")
-        .refuses("stages.excavate", "dem removes whole bodies only: use remove_bodies")
         .refuses("stages.weakening*", "grains have no material to weaken: change the pairs of the stage")
         .refuses("measures=factor-of-safety", "grains have no material whose strength could be reduced")
 }

@@ -46,7 +46,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if !fresh {
             return Ok(());
         }
-        remove_bodies(self);
+        remove(self);
         if options.reset_contacts {
             self.reset_contacts();
         }
@@ -59,12 +59,15 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 }
 
-/// Takes away the grains of bodies that a stage removes.
-fn remove_bodies<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) {
+/// Takes away the grains of bodies that a stage removes, and those whose centres lie where it digs.
+fn remove<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) {
     let case = Arc::clone(&solver.case);
+    let pits = &case.stages[solver.stage].excavate;
     let gone: Vec<bool> = case.bodies.iter().map(|body| case.is_removed(&body.name, solver.stage)).collect();
-    if solver.grains.body.iter().any(|body| gone[*body as usize]) {
-        solver.keep_grains(|body| !gone[body as usize]);
+    let keeps = |body: u32, x: &[f64; D]| !gone[body as usize] && !pits.iter().any(|pit| pit.contains(x));
+    let g = &solver.grains;
+    if !g.body.iter().zip(&g.position).all(|(body, x)| keeps(*body, x)) {
+        solver.keep_grains(keeps);
     }
 }
 

@@ -135,8 +135,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// Keeps the grains of some bodies; contacts of the others are forgotten.
-    pub(crate) fn keep_grains(&mut self, keep: impl Fn(u32) -> bool) {
-        let kept: Vec<bool> = self.grains.body.iter().map(|body| keep(*body)).collect();
+    pub(crate) fn keep_grains(&mut self, keep: impl Fn(u32, &[f64; D]) -> bool) {
+        let kept: Vec<bool> = {
+            let g = &self.grains;
+            g.body.iter().zip(&g.position).map(|(body, x)| keep(*body, x)).collect()
+        };
         let mut place = vec![u32::MAX; kept.len()];
         for (next, (old, _)) in (0u32..).zip(kept.iter().enumerate().filter(|(_, kept)| **kept)) {
             place[old] = next;

@@ -14,6 +14,7 @@ mod options;
 mod piles;
 mod pressed;
 mod rain;
+mod regions;
 mod rules;
 mod same;
 mod size;

@@ -1,0 +1,134 @@
+//! Measuring regions: circles, in space spheres, that stand in the packing (sheet: dem §3.9).
+
+use std::f64::consts::PI;
+
+use colluvium_case::measure::Reading;
+use colluvium_case::spatial;
+use colluvium_points::Shape;
+
+use crate::cell::PeriodicCell;
+use crate::grains::volume;
+use crate::solver::DemSolver;
+use crate::vector::{add, minus, norm};
+
+/// Area of two disks, or volume of two balls, in common (m², m³): radii (m) and distance of the centres (m).
+pub fn lens(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 {
+    if distance >= a + b {
+        return 0.0;
+    }
+    if distance <= (a - b).abs() {
+        return volume(dimension, a.min(b));
+    }
+    let d = distance;
+    if dimension == 3 {
+        let (sum, difference) = (a + b - d, a - b);
+        return PI * sum * sum * (d * d + 2.0 * d * (a + b) - 3.0 * difference * difference) / (12.0 * d);
+    }
+    let angle =
+        |r: f64, other: f64| ((d * d + r * r - other * other) / (2.0 * d * r)).clamp(-1.0, 1.0).acos();
+    let kite = (a + b - d) * (d + a - b) * (d - a + b) * (d + a + b);
+    a * a * angle(a, b) + b * b * angle(b, a) - 0.5 * kite.max(0.0).sqrt()
+}
+
+impl<const D: usize> PeriodicCell<D> {
+    /// The shifts (m) of all images of `place` within `reach` (m) of `centre`.
+    fn images_near(&self, place: &[f64; D], centre: &[f64; D], reach: f64) -> Vec<[f64; D]> {
+        let widths = self.widths();
+        let inverse = crate::cell::inverse(&self.h).0;
+        let apart = crate::cell::apply(&inverse, &minus(centre, place));
+        let ends: [[i32; 2]; D] = std::array::from_fn(|c| {
+            let far = reach / widths[c];
+            if self.periodic[c] {
+                [(apart[c] - far).ceil() as i32, (apart[c] + far).floor() as i32]
+            } else {
+                [0, 0]
+            }
+        });
+        let mut all = vec![[0; D]];
+        for c in 0..D {
+            let steps = |step: [i32; D]| {
+                (ends[c][0]..=ends[c][1]).map(move |own| {
+                    let mut next = step;
+                    next[c] = own;
+                    next
+                })
+            };
+            all = all.into_iter().flat_map(steps).collect();
+        }
+        all.into_iter().map(|steps| self.shift(&steps)).collect()
+    }
+}
+
+impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// Porosity, coordination, velocity and stress in each region of the options.
+    pub(crate) fn region_readings(&self) -> Vec<Reading> {
+        if self.options.regions.is_empty() {
+            return Vec::new();
+        }
+        let (stresses, counts) = self.grain_stresses();
+        let g = &self.grains;
+        let mut readings = Vec::new();
+        for (name, region) in &self.options.regions {
+            let ball = Shape::Ball { centre: region.centre.clone(), radius: region.radius };
+            let Shape::Ball { centre, radius } = self.case.off_origin(ball) else { continue };
+            let centre: [f64; D] = std::array::from_fn(|c| centre[c]);
+            // Area or volume of grains in the region; of those with their centre there number, contacts, mass, momentum and stress.
+            let (mut solid, mut inside, mut touching, mut mass) = (0.0, 0.0, 0.0, 0.0);
+            let (mut momentum, mut stress, mut own) = ([0.0; D], [0.0; 6], 0.0);
+            for i in 0..g.len() {
+                for shift in self.cell.images_near(&g.position[i], &centre, radius + g.radius[i]) {
+                    let mut place = g.position[i];
+                    add(&mut place, 1.0, &shift);
+                    let distance = norm(&minus(&place, &centre));
+                    solid += lens(D, [radius, g.radius[i]], distance);
+                    if distance > radius {
+                        continue;
+                    }
+                    let v = volume(D, g.radius[i]);
+                    (inside, touching, own) = (inside + 1.0, touching + counts[i], own + v);
+                    mass += g.mass[i];
+                    add(&mut momentum, g.mass[i], &g.velocity[i]);
+                    add(&mut momentum, g.mass[i], &crate::cell::apply(&self.cell.rate, &shift));
+                    (0..6).for_each(|c| stress[c] += v * stresses[i][c]);
+                }
+            }
+            let mut read = |what: &str, unit: &str, value: f64| {
+                readings.push((format!("{name}.{what}"), unit.to_owned(), value));
+            };
+            let share = solid / volume(D, radius);
+            read("porosity", "", 1.0 - share);
+            read("grains", "", inside);
+            read("coordination", "", touching / inside);
+            let velocity = spatial(&momentum.map(|p| p / mass));
+            (0..D).for_each(|c| read(&format!("velocity.{}", ["x", "y", "z"][c]), "m/s", velocity[c]));
+            let components: &[(usize, &str)] = match D {
+                2 => &[(0, "xx"), (1, "yy"), (3, "xy")],
+                _ => &[(0, "xx"), (1, "yy"), (2, "zz"), (3, "xy"), (4, "yz"), (5, "zx")],
+            };
+            components
+                .iter()
+                .for_each(|(c, axes)| read(&format!("stress.{axes}"), "Pa", share * stress[*c] / own));
+        }
+        readings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use colluvium_testkit::near;
+
+    #[test]
+    fn a_lens_has_the_area_and_the_volume_of_the_textbook() {
+        // Radii and distance 1: 2π/3 - √3/2, and 5π/12.
+        near(lens(2, [1.0, 1.0], 1.0), 2.0 * PI / 3.0 - 0.75f64.sqrt(), 1e-14);
+        near(lens(3, [1.0, 1.0], 1.0), 5.0 * PI / 12.0, 1e-14);
+        // A plane cuts a small one off at its middle.
+        near(lens(2, [1e5, 1.0], 1e5), 0.5 * PI, 1e-4);
+        near(lens(3, [1e4, 1.0], 1e4), 2.0 / 3.0 * PI, 1e-3);
+        for dimension in [2, 3] {
+            near(lens(dimension, [2.0, 0.5], 1.2), volume(dimension, 0.5), 1e-14);
+            near(lens(dimension, [2.0, 0.5], 2.5), 0.0, 1e-14);
+        }
+    }
+}
