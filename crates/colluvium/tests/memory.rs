@@ -146,8 +146,8 @@ fn a_plan_knows_what_its_run_will_hold() {
         let method_of = colluvium::method(method).unwrap();
         let (size, plan) = (method_of.size(&case).unwrap(), method_of.plan(&case).unwrap());
         let [made, held] = held(&case, method);
-        // Grains take most before they move.
-        let most = if method == "dem" { made } else { held };
+        // Grains may take most before they move.
+        let most = if method == "dem" { made.max(held) } else { held };
         let (said, before) = (plan.memory as f64 / held, size.memory / most);
         println!(
             "{name} {:?}: {made:.3e} made, {held:.3e} held, plan {said:.3}, size {before:.3} ({} points)",

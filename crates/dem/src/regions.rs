@@ -24,10 +24,10 @@ pub fn lens(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 {
         let (sum, difference) = (a + b - d, a - b);
         return PI * sum * sum * (d * d + 2.0 * d * (a + b) - 3.0 * difference * difference) / (12.0 * d);
     }
-    let angle =
-        |r: f64, other: f64| ((d * d + r * r - other * other) / (2.0 * d * r)).clamp(-1.0, 1.0).acos();
-    let kite = (a + b - d) * (d + a - b) * (d - a + b) * (d + a + b);
-    a * a * angle(a, b) + b * b * angle(b, a) - 0.5 * kite.max(0.0).sqrt()
+    // Four times the area of the triangle of centres and crossing, of which the angles at the centres follow.
+    let area = ((a + b - d) * (d + a - b) * (d - a + b) * (d + a + b)).max(0.0).sqrt();
+    let angle = |r: f64, other: f64| area.atan2((d - other) * (d + other) + r * r);
+    a * a * angle(a, b) + b * b * angle(b, a) - 0.5 * area
 }
 
 impl<const D: usize> PeriodicCell<D> {

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
-use crate::boxes::meeting_boxes;
+use crate::meeting::meeting_boxes;
 
 /// Corners of a polygon (m). Of many corners those edges are found at once that a point or a box has at its height.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

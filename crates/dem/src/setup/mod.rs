@@ -34,7 +34,7 @@ use crate::vector::{dot, minus};
 use crate::walls::{Wall, WallList};
 
 /// Bytes of a disk and of a sphere with its buffers and its pairs, while a run goes on.
-const BYTES_OF_GRAIN: [usize; 2] = [650, 1050];
+const BYTES_OF_GRAIN: [usize; 2] = [650, 1000];
 /// Difference of a porosity from what was asked for that is told.
 const OFF_TARGET: f64 = 0.01;
 
