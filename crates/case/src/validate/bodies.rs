@@ -76,7 +76,8 @@ impl Findings<'_> {
         }
         let path = format!("bodies[{number}].sampling");
         self.require(body.points.is_none(), path.clone(), "the points of the body are those of its file");
-        let sides = self.case.dimension() == 2 && body.shape.has_sides();
+        // What is wrong with the shape itself is told of it.
+        let sides = self.case.dimension() == 2 && (body.shape.validate(2).is_err() || body.shape.has_sides());
         self.require(sides, path, SamplingError::NoSides.to_string());
     }
 

@@ -283,7 +283,7 @@ impl Shape {
         Some(kept)
     }
 
-    /// Whether points can lie in rows along its sides.
+    /// Whether points can lie in rows along its sides, of a valid shape in the plane; of no other one.
     pub fn has_sides(&self) -> bool {
         self.own_sides(&mut Vec::new()).is_some()
     }
@@ -306,8 +306,9 @@ impl Shape {
             all.extend(sides.map(|(a, b)| Side::Line { from: *a, to: *b }));
         };
         match self {
-            Self::Box { min, max } if min.len() == 2 => {
-                ring(&[[min[0], min[1]], [max[0], min[1]], [max[0], max[1]], [min[0], max[1]]]);
+            Self::Box { min, max } => {
+                let ([left, bottom], [right, top]) = (min[..].try_into().ok()?, max[..].try_into().ok()?);
+                ring(&[[left, bottom], [right, bottom], [right, top], [left, top]]);
             }
             Self::Ball { centre, radius } if centre.len() == 2 => {
                 let half =
@@ -405,5 +406,7 @@ mod tests {
         let cylinder = Shape::Cylinder { base: [0.0; 3], axis: 1, radius: 0.5, height: 2.0 };
         assert!(!cylinder.has_sides() && cylinder.is_round());
         assert!(!Shape::Ball { centre: vec![0.0; 3], radius: 1.0 }.has_sides());
+        // As a case file may have it before it is looked at.
+        assert!(!Shape::Box { min: vec![0.0; 2], max: Vec::new() }.has_sides());
     }
 }
