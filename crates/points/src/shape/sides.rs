@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::Shape;
+use crate::surface::vector::{along, cross_flat, dot, minus};
 
 /// Share of the extent of a shape within which places are the same.
 const SAME: f64 = 1e-9;
@@ -12,22 +13,6 @@ const BESIDE: f64 = 1e-7;
 
 /// A place in the plane (m).
 pub(crate) type Place = [f64; 2];
-
-fn minus(a: Place, b: Place) -> Place {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-fn along(a: Place, d: Place, t: f64) -> Place {
-    [a[0] + t * d[0], a[1] + t * d[1]]
-}
-
-fn dot(a: Place, b: Place) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-fn cross(a: Place, b: Place) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
 
 fn size(a: Place) -> f64 {
     a[0].hypot(a[1])
@@ -60,7 +45,7 @@ impl Side {
     /// Its place at a share `t` of its length.
     pub(crate) fn at(&self, t: f64) -> Place {
         match *self {
-            Self::Line { from, to } => along(from, minus(to, from), t),
+            Self::Line { from, to } => along(&from, t, &minus(&to, &from)),
             Self::Arc { centre, radius, start, sweep } => {
                 let (sine, cosine) = (start + t * sweep).sin_cos();
                 [centre[0] + radius * cosine, centre[1] + radius * sine]
@@ -72,7 +57,7 @@ impl Side {
     pub(crate) fn left(&self, t: f64) -> Place {
         match *self {
             Self::Line { from, to } => {
-                let d = minus(to, from);
+                let d = minus(&to, &from);
                 [-d[1] / size(d), d[0] / size(d)]
             }
             Self::Arc { start, sweep, .. } => {
@@ -86,7 +71,7 @@ impl Side {
     /// Length (m).
     pub(crate) fn length(&self) -> f64 {
         match *self {
-            Self::Line { from, to } => size(minus(to, from)),
+            Self::Line { from, to } => size(minus(&to, &from)),
             Self::Arc { radius, sweep, .. } => radius * sweep.abs(),
         }
     }
@@ -109,13 +94,13 @@ impl Side {
     pub(crate) fn distance(&self, x: Place) -> f64 {
         match *self {
             Self::Line { from, to } => {
-                let d = minus(to, from);
-                let t = (dot(minus(x, from), d) / dot(d, d)).clamp(0.0, 1.0);
-                size(minus(x, along(from, d, t)))
+                let d = minus(&to, &from);
+                let t = (dot(&minus(&x, &from), &d) / dot(&d, &d)).clamp(0.0, 1.0);
+                size(minus(&x, &along(&from, t, &d)))
             }
             Self::Arc { centre, radius, .. } => match self.share(x, 0.0) {
-                Some(_) => (size(minus(x, centre)) - radius).abs(),
-                None => size(minus(x, self.at(0.0))).min(size(minus(x, self.at(1.0)))),
+                Some(_) => (size(minus(&x, &centre)) - radius).abs(),
+                None => size(minus(&x, &self.at(0.0))).min(size(minus(&x, &self.at(1.0)))),
             },
         }
     }
@@ -124,12 +109,12 @@ impl Side {
     fn share(&self, x: Place, slack: f64) -> Option<f64> {
         match *self {
             Self::Line { from, to } => {
-                let d = minus(to, from);
-                let (t, beyond) = (dot(minus(x, from), d) / dot(d, d), slack / size(d));
+                let d = minus(&to, &from);
+                let (t, beyond) = (dot(&minus(&x, &from), &d) / dot(&d, &d), slack / size(d));
                 (-beyond..=1.0 + beyond).contains(&t).then_some(t)
             }
             Self::Arc { centre, radius, start, sweep } => {
-                let [dx, dy] = minus(x, centre);
+                let [dx, dy] = minus(&x, &centre);
                 let turn = ((dy.atan2(dx) - start) * sweep.signum()).rem_euclid(TAU);
                 let beyond = slack / radius;
                 if turn <= sweep.abs() + beyond {
@@ -144,30 +129,30 @@ impl Side {
     fn carriers_meet(&self, other: &Self, same: f64) -> Vec<Place> {
         match (*self, *other) {
             (Self::Line { from, to }, Self::Line { from: begin, to: end }) => {
-                let (d, e, between) = (minus(to, from), minus(end, begin), minus(begin, from));
-                let turn = cross(d, e);
+                let (d, e, between) = (minus(&to, &from), minus(&end, &begin), minus(&begin, &from));
+                let turn = cross_flat(&d, &e);
                 if turn.abs() > 1e-12 * size(d) * size(e) {
-                    return vec![along(from, d, cross(between, e) / turn)];
+                    return vec![along(&from, cross_flat(&between, &e) / turn, &d)];
                 }
-                let apart = cross(d, between).abs() / size(d);
+                let apart = cross_flat(&d, &between).abs() / size(d);
                 if apart < same { vec![begin, end] } else { Vec::new() }
             }
             (Self::Line { from, to }, Self::Arc { centre, radius, .. })
             | (Self::Arc { centre, radius, .. }, Self::Line { from, to }) => {
-                let d = minus(to, from);
-                let middle = dot(minus(centre, from), d) / dot(d, d);
-                let away = size(minus(centre, along(from, d, middle)));
+                let d = minus(&to, &from);
+                let middle = dot(&minus(&centre, &from), &d) / dot(&d, &d);
+                let away = size(minus(&centre, &along(&from, middle, &d)));
                 if away > radius + same {
                     return Vec::new();
                 }
                 let half = (radius * radius - away * away).max(0.0).sqrt() / size(d);
-                vec![along(from, d, middle - half), along(from, d, middle + half)]
+                vec![along(&from, middle - half, &d), along(&from, middle + half, &d)]
             }
             (
                 Self::Arc { centre, radius, .. },
                 Self::Arc { centre: other_centre, radius: other_radius, .. },
             ) => {
-                let d = minus(other_centre, centre);
+                let d = minus(&other_centre, &centre);
                 let apart = size(d);
                 if apart < same {
                     let ends = || vec![other.at(0.0), other.at(1.0)];
@@ -178,8 +163,8 @@ impl Side {
                 }
                 let to_chord = 0.5 * (apart + (radius * radius - other_radius * other_radius) / apart);
                 let half = (radius * radius - to_chord * to_chord).max(0.0).sqrt() / apart;
-                let foot = along(centre, d, to_chord / apart);
-                [-half, half].map(|h| along(foot, [-d[1], d[0]], h)).to_vec()
+                let foot = along(&centre, to_chord / apart, &d);
+                [-half, half].map(|h| along(&foot, h, &[-d[1], d[0]])).to_vec()
             }
         }
     }
@@ -204,15 +189,15 @@ impl Side {
 
     /// What lies between a place and the side, as seen from there: positive where the side goes round it counter-clockwise.
     pub(crate) fn fan(&self, origin: Place) -> Moments {
-        let (a, b) = (minus(self.at(0.0), origin), minus(self.at(1.0), origin));
-        let area = 0.5 * cross(a, b);
+        let (a, b) = (minus(&self.at(0.0), &origin), minus(&self.at(1.0), &origin));
+        let area = 0.5 * cross_flat(&a, &b);
         let mut sum = Moments { area, first: [(a[0] + b[0]) * area / 3.0, (a[1] + b[1]) * area / 3.0] };
         if let Self::Arc { centre, radius, start, sweep } = *self {
             // Segment between chord and arc.
             let area = 0.5 * radius * radius * (sweep - sweep.sin());
             let moment = 2.0 / 3.0 * (radius * (0.5 * sweep).sin()).powi(3);
             let (sine, cosine) = (start + 0.5 * sweep).sin_cos();
-            let from = minus(centre, origin);
+            let from = minus(&centre, &origin);
             sum.add(&Moments {
                 area,
                 first: [area * from[0] + moment * cosine, area * from[1] + moment * sine],
@@ -223,19 +208,19 @@ impl Side {
 
     /// One side of this and another that goes on from its end along the same line or circle.
     fn joined(&self, next: &Self, same: f64) -> Option<Self> {
-        if size(minus(self.at(1.0), next.at(0.0))) > same {
+        if size(minus(&self.at(1.0), &next.at(0.0))) > same {
             return None;
         }
         match (*self, *next) {
             (Self::Line { from, .. }, Self::Line { to, .. }) => {
-                let straight = size(minus(self.left(0.5), next.left(0.5))) < SAME;
+                let straight = size(minus(&self.left(0.5), &next.left(0.5))) < SAME;
                 straight.then_some(Self::Line { from, to })
             }
             (
                 Self::Arc { centre, radius, start, sweep },
                 Self::Arc { centre: other, radius: other_radius, sweep: more, .. },
             ) => {
-                let circle = size(minus(centre, other)) < same && (radius - other_radius).abs() < same;
+                let circle = size(minus(&centre, &other)) < same && (radius - other_radius).abs() < same;
                 let whole = (sweep + more).abs() <= TAU * (1.0 + SAME);
                 (circle && sweep * more > 0.0 && whole).then_some(Self::Arc {
                     centre,
@@ -267,8 +252,8 @@ impl Shape {
             let shares = others.flat_map(|(_, other)| side.meets(other, same)).collect();
             for piece in side.pieces(shares, same) {
                 let (middle, left) = (piece.at(0.5), piece.left(0.5));
-                let inside = |beside: f64| self.contains(&along(middle, left, beside * extent));
-                let twice = |other: &Side| size(minus(other.at(0.5), middle)) < same;
+                let inside = |beside: f64| self.contains(&along(&middle, beside * extent, &left));
+                let twice = |other: &Side| size(minus(&other.at(0.5), &middle)) < same;
                 match (inside(BESIDE), inside(-BESIDE)) {
                     (true, false) if !kept.iter().any(twice) => kept.push(piece),
                     (false, true) if !kept.iter().any(twice) => kept.push(piece.reversed()),

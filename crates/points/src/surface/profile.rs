@@ -1,6 +1,6 @@
 //! A ground profile of straight pieces and arcs.
 
-use super::vector::{along, dot, minus, unit};
+use super::vector::{along, cross_flat, dot, minus, unit};
 use super::{Contacts, Nearest, Surface, SurfaceError};
 
 /// Share of an arc's radius by which its ends may differ in their distance from the centre.
@@ -87,9 +87,9 @@ impl Piece {
         match (self, other) {
             (Self::Line { from: a, to: b }, Self::Line { from: c, to: d }) => {
                 let (u, v, w) = (minus(b, a), minus(d, c), minus(c, a));
-                let (across, size) = (cross(&u, &v), (dot(&u, &u) * dot(&v, &v)).sqrt());
+                let (across, size) = (cross_flat(&u, &v), (dot(&u, &u) * dot(&v, &v)).sqrt());
                 if across.abs() > ROUND * size {
-                    vec![along(a, cross(&w, &v) / across, &u)]
+                    vec![along(a, cross_flat(&w, &v) / across, &u)]
                 } else {
                     // On one line they meet at the ends of either that lie on the other.
                     vec![*a, *b, *c, *d]
@@ -134,10 +134,6 @@ fn on_both_sides(foot: &[f64; 2], out: &[f64; 2], radius: f64, way: &[f64; 2]) -
     }
     let half = square.max(0.0).sqrt();
     vec![along(foot, half, way), along(foot, -half, way)]
-}
-
-fn cross(a: &[f64; 2], b: &[f64; 2]) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
 }
 
 /// The ground below a line of straight pieces and arcs, from one end to the other; beyond its ends there is none. Made from its

@@ -21,6 +21,11 @@ pub(crate) fn unit<const D: usize>(a: &[f64; D]) -> Option<[f64; D]> {
     (length > 0.0 && length.is_finite()).then(|| a.map(|c| c / length))
 }
 
+/// What the vector product of two vectors in the plane has across it.
+pub(crate) fn cross_flat(a: &[f64; 2], b: &[f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
 /// Vector product.
 pub fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
