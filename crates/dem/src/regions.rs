@@ -6,7 +6,7 @@ use colluvium_case::measure::Reading;
 use colluvium_case::spatial;
 use colluvium_points::Shape;
 
-use crate::cell::PeriodicCell;
+use crate::cell::{PeriodicCell, apply, inverse};
 use crate::grains::volume;
 use crate::solver::DemSolver;
 use crate::vector::{add, minus, norm};
@@ -30,32 +30,28 @@ pub fn lens(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 {
     a * a * angle(a, b) + b * b * angle(b, a) - 0.5 * area
 }
 
+/// Share of a cell by which a grain may be beyond its sides.
+const BEYOND: f64 = 0.5;
+
 impl<const D: usize> PeriodicCell<D> {
-    /// The shifts (m) of all images of `place` within `reach` (m) of `centre`.
-    fn images_near(&self, place: &[f64; D], centre: &[f64; D], reach: f64) -> Vec<[f64; D]> {
-        let widths = self.widths();
-        let inverse = crate::cell::inverse(&self.h).0;
-        let apart = crate::cell::apply(&inverse, &minus(centre, place));
-        let ends: [[i32; 2]; D] = std::array::from_fn(|c| {
-            let far = reach / widths[c];
-            if self.periodic[c] {
-                [(apart[c] - far).ceil() as i32, (apart[c] + far).floor() as i32]
-            } else {
-                [0, 0]
-            }
-        });
+    /// The shifts (m) of all images that may have grains within `reach` (m) of a place.
+    fn shifts_around(&self, place: &[f64; D], reach: f64) -> Vec<[f64; D]> {
+        let (middle, widths) = (self.reduced(&inverse(&self.h).0, place), self.widths());
+        let ends = |c: usize| {
+            let far = reach / widths[c] + BEYOND;
+            let ends = [(middle[c] - far - 1.0).ceil() as i32, (middle[c] + far).floor() as i32];
+            if self.periodic[c] { ends } else { [0, 0] }
+        };
         let mut all = vec![[0; D]];
         for c in 0..D {
-            let steps = |step: [i32; D]| {
-                (ends[c][0]..=ends[c][1]).map(move |own| {
-                    let mut next = step;
-                    next[c] = own;
-                    next
-                })
+            let [first, last] = ends(c);
+            let at = |mut steps: [i32; D], own| {
+                steps[c] = own;
+                steps
             };
-            all = all.into_iter().flat_map(steps).collect();
+            all = all.into_iter().flat_map(|steps| (first..=last).map(move |own| at(steps, own))).collect();
         }
-        all.into_iter().map(|steps| self.shift(&steps)).collect()
+        all.iter().map(|steps| self.shift(steps)).collect()
     }
 }
 
@@ -75,10 +71,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             // Area or volume of grains in the region; of those with their centre there number, contacts, mass, momentum and stress.
             let (mut solid, mut inside, mut touching, mut mass) = (0.0, 0.0, 0.0, 0.0);
             let (mut momentum, mut stress, mut own) = ([0.0; D], [0.0; 6], 0.0);
+            let shifts = self.cell.shifts_around(&centre, radius + self.radii.1);
             for i in 0..g.len() {
-                for shift in self.cell.images_near(&g.position[i], &centre, radius + g.radius[i]) {
+                for shift in &shifts {
                     let mut place = g.position[i];
-                    add(&mut place, 1.0, &shift);
+                    add(&mut place, 1.0, shift);
                     let distance = norm(&minus(&place, &centre));
                     solid += lens(D, [radius, g.radius[i]], distance);
                     if distance > radius {
@@ -88,7 +85,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                     (inside, touching, own) = (inside + 1.0, touching + counts[i], own + v);
                     mass += g.mass[i];
                     add(&mut momentum, g.mass[i], &g.velocity[i]);
-                    add(&mut momentum, g.mass[i], &crate::cell::apply(&self.cell.rate, &shift));
+                    add(&mut momentum, g.mass[i], &apply(&self.cell.rate, shift));
                     (0..6).for_each(|c| stress[c] += v * stresses[i][c]);
                 }
             }

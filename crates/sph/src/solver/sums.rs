@@ -45,9 +45,7 @@ pub fn accelerate<const D: usize>(
             }
         });
     }
-    if !walls.obstacles.is_empty() {
-        tell_obstacles(&sums, setting, walls, rates);
-    }
+    tell_obstacles(&sums, setting, walls, rates);
     (lists.weighed, rates.current) = (true, true);
     confine(setting, clock, bodies, walls, lists, rates, dt);
     bear(setting, clock, bodies, rates, dt);
