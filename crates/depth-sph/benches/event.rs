@@ -10,6 +10,7 @@ use std::time::Instant;
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
+use colluvium_depth_sph::choices::Search;
 use colluvium_depth_sph::flow::{Ends, Flow};
 use colluvium_depth_sph::nodes::Node;
 use colluvium_depth_sph::settings::Settings;
@@ -91,7 +92,7 @@ fn fine_terrain() -> String {
 }
 
 /// A strip of water of 500 m by 10 m and 1 m deep that spreads for 300 steps, at an angle (degrees) to the axes.
-fn strip(degrees: f64) {
+fn strip(degrees: f64, search: Search) {
     let (spacing, (sin, cos)) = (0.6, degrees.to_radians().sin_cos());
     let mut nodes = Vec::new();
     for i in 0..833 {
@@ -107,8 +108,9 @@ fn strip(degrees: f64) {
             });
         }
     }
-    let mut flow =
-        Flow::new(Settings::<2>::plain(1000.0), Bed::Flat(0.0), Ends::default(), &[nodes]).expect("a flow");
+    let mut settings = Settings::<2>::plain(1000.0);
+    settings.numerics.search = search;
+    let mut flow = Flow::new(settings, Bed::Flat(0.0), Ends::default(), &[nodes]).expect("a flow");
     let (used, mut updates) = (processor(), 0.0);
     for _ in 0..300 {
         flow.advance(flow.limit().dt).expect("a stable step");
@@ -116,7 +118,7 @@ fn strip(degrees: f64) {
     }
     let used = processor() - used;
     println!(
-        "strip at {degrees} degrees: {used:.2} s of processor time, {:.2} million node-updates in a second of it",
+        "strip at {degrees} degrees, cells {search:?}: {used:.2} s of processor time, {:.2} million node-updates in a second of it",
         updates / used * 1e-6,
     );
 }
@@ -141,9 +143,14 @@ fn main() {
         value["output"] = json!({});
         let case = Case::from_value(&value, &folder).expect("a valid case");
         pool.install(|| run("event", &case, 60.0));
+        value["methods"]["depth-sph"]["search"] = json!("turned");
+        let case = Case::from_value(&value, &folder).expect("a valid case");
+        pool.install(|| run("event, cells turned", &case, 60.0));
     }
     if asked("strip") {
-        pool.install(|| [0.0, 45.0, 90.0, 0.0, 45.0, 90.0].map(strip));
+        for search in [Search::Axes, Search::Turned, Search::Axes, Search::Turned] {
+            pool.install(|| [0.0, 45.0, 90.0].map(|degrees| strip(degrees, search)));
+        }
     }
     if asked("terrain") {
         let own = tempfile::tempdir().expect("a folder");

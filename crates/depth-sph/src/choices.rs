@@ -97,3 +97,15 @@ pub enum Integration {
     /// Classical fourth order, four evaluations.
     RungeKutta4,
 }
+
+/// How the cells lie that neighbours are looked for in (sheet: depth-sph §3.4).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(rename = "DepthSearch")]
+pub enum Search {
+    /// Along the axes of the plan.
+    #[default]
+    Axes,
+    /// Turned with the flow, in every step: lines of cells follow its longest extent.
+    Turned,
+}

@@ -5,7 +5,7 @@ use std::fmt;
 use colluvium_case::PlanRegion;
 use colluvium_constitutive::basal::BasalRheology;
 
-use crate::choices::{Continuity, Frame, Integration, Metric, Momentum, Phases};
+use crate::choices::{Continuity, Frame, Integration, Metric, Momentum, Phases, Search};
 use crate::column::{Drainage, LowerBound, Profile};
 use crate::drag::{Densities, Drag};
 use crate::erosion::Erosion;
@@ -212,6 +212,8 @@ pub struct Numerics {
     pub viscosity: (f64, f64),
     /// Share of the neighbours' velocity with which nodes drift.
     pub xsph: f64,
+    /// How the cells of the search lie.
+    pub search: Search,
     /// Courant number.
     pub courant: f64,
     /// Friction acts along -x whatever the motion: for similarity solutions that assume it.
@@ -233,6 +235,7 @@ impl Numerics {
             integration: Integration::Leapfrog,
             viscosity: (1.0, 0.0),
             xsph: 0.0,
+            search: Search::Axes,
             courant: 0.3,
             friction_along_x: false,
         }

@@ -97,7 +97,9 @@ fn ends(runs: &mut Runs) {
     let side = json!({ "gravity": [0, 0, -9.81], "boundaries": [
         { "side": "x-min", "wall": { "kind": "absorbing" } }, { "side": "z-min", "wall": { "kind": "smooth" } }],
         "bodies": [{ "name": "heap", "material": "debris", "shape": { "kind": "box", "min": [0, 0, 0], "max": [5, 10, 1.5] } }] });
-    run("3d", "open side", json!({}), side);
+    run("3d", "open side", json!({}), side.clone());
+    run("3d", "open side and a layer", json!({ "absorbing_layer": 4 }), side);
+    run("3d", "cells turned", json!({ "search": "turned" }), json!({}));
     let still =
         json!({ "gravity": [0, -9.81], "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }] });
     let from_end = json!({ "inflows": [{ "side": "x-max", "discharge": [[0, 2], [9, 2]] }] });

@@ -46,6 +46,9 @@ impl DepthOptions {
         if let Some(length) = self.shortest_smoothing {
             positive("shortest_smoothing", length, " (m)")?;
         }
+        if let Some(length) = self.absorbing_layer {
+            positive("absorbing_layer", length, " (m)")?;
+        }
         check((1..=10).contains(&self.passes), "passes", || format!("{} is not in 1..=10", self.passes))?;
         check(self.terrain_smoothing <= 20, "terrain_smoothing", || {
             format!("{} is not in 0..=20", self.terrain_smoothing)

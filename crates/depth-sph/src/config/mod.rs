@@ -10,7 +10,7 @@ use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{Continuity, Frame, Integration, Metric, Momentum, Phases};
+use crate::choices::{Continuity, Frame, Integration, Metric, Momentum, Phases, Search};
 use crate::column::{Drainage, LowerBound, Profile};
 use crate::drag::Drag;
 use crate::erosion::Erosion;
@@ -61,6 +61,14 @@ pub struct DepthOptions {
     /// Share of the neighbours' velocity with which nodes drift (XSPH), 0 to 1. Of two phases it parts the sets of nodes.
     #[serde(default)]
     pub xsph: f64,
+    /// How the cells lie that neighbours are looked for in: `turned` makes flows faster that are long and narrow. Sums are then added up in another
+    /// order. In three dimensions.
+    #[serde(default)]
+    pub search: Search,
+    /// Length of a layer before absorbing sides in which waves die away (m): depth and speed along the normal relax to what stood there when
+    /// the flow began, so that a flow that changes for good is held back. As long as two waves; none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbing_layer: Option<f64>,
     /// Courant number, up to 0.5.
     #[serde(default = "courant")]
     pub courant: f64,

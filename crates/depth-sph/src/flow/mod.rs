@@ -1,5 +1,6 @@
 //! A flow: its nodes, and one step (sheet: depth-sph §3.4).
 
+mod axes;
 mod compiled;
 mod coupling;
 mod feed;
@@ -206,6 +207,7 @@ impl<const D: usize> Flow<D> {
     fn step(&mut self, dt: f64) -> Result<(), Failure> {
         self.feed();
         self.pass_ends(dt);
+        self.damp_layers(dt);
         self.renew_columns();
         if self.step.is_multiple_of(STEPS_PER_SORT) {
             self.sort()?;
@@ -272,8 +274,9 @@ impl<const D: usize> Flow<D> {
                 self.list_neighbours(support)?;
             }
         }
+        let search = self.settings.numerics.search;
         for set in &mut self.sets {
-            set.pack(support).map_err(|error| lost(set, &error))?;
+            set.pack(support, search).map_err(|error| lost(set, &error))?;
         }
         Ok(())
     }

@@ -5,8 +5,10 @@ use colluvium_points::{CellList, SearchError};
 use rayon::prelude::*;
 use wide::f64x4;
 
+use super::axes::Axes;
 use super::heights::NO_PARTNER;
 use super::set::TASK;
+use crate::choices::Search;
 use crate::kernel::Kernel;
 use crate::nodes::{Plan, Seen};
 
@@ -31,6 +33,8 @@ const BEYOND: [f64x4; 4] = {
 #[derive(Debug)]
 pub struct Packed<const D: usize> {
     cells: CellList<D>,
+    axes: Axes<D>,
+    turned: Vec<Plan<D>>,
     place: [Vec<f64>; D],
     /// Velocity (m/s).
     pub velocity: [Vec<f64>; D],
@@ -52,6 +56,8 @@ impl<const D: usize> Default for Packed<D> {
     fn default() -> Self {
         Self {
             cells: CellList::new(),
+            axes: Axes::PLAN,
+            turned: Vec::new(),
             place: std::array::from_fn(|_| Vec::new()),
             velocity: std::array::from_fn(|_| Vec::new()),
             volume: Vec::new(),
@@ -92,8 +98,16 @@ impl<const D: usize> Packed<D> {
     ///
     /// # Errors
     /// When a place is not finite.
-    pub fn pack(&mut self, seen: &Seen<D>, edge: f64) -> Result<(), SearchError> {
-        self.cells.build(&seen.position, edge)?;
+    pub fn pack(&mut self, seen: &Seen<D>, edge: f64, search: Search) -> Result<(), SearchError> {
+        let axes = if search == Search::Turned { Axes::along(&seen.position) } else { Axes::PLAN };
+        if axes.are_those_of_the_plan() {
+            self.cells.build(&seen.position, edge)?;
+        } else {
+            let places = seen.position.par_iter().with_min_len(8 * TASK).map(|x| axes.of(x));
+            places.collect_into_vec(&mut self.turned);
+            self.cells.build(&self.turned, edge)?;
+        }
+        self.axes = axes;
         let order = self.cells.order();
         for (c, column) in self.place.iter_mut().enumerate() {
             gather(order, column, |j| seen.position[j][c]);
@@ -173,7 +187,7 @@ impl<const D: usize> Packed<D> {
         for c in 0..D {
             here[c] = f64x4::splat(x[c]);
         }
-        self.cells.runs_within(x, radius, |run| {
+        self.cells.runs_within(&self.axes.of(x), radius, |run| {
             let mut first = run.start;
             while first < run.end {
                 let (mut apart, mut square) = ([f64x4::ZERO; D], f64x4::ZERO);
@@ -327,10 +341,10 @@ mod tests {
         seen
     }
 
-    fn sums_count_each_node_once<const D: usize>() {
+    fn sums_count_each_node_once<const D: usize>(search: Search) {
         let seen = seen::<D>();
         let mut packed = Packed::default();
-        packed.pack(&seen, 0.4).unwrap();
+        packed.pack(&seen, 0.4, search).unwrap();
         for kernel in [Kernel::CubicSpline, Kernel::WendlandC2, Kernel::QuinticSpline, Kernel::Gaussian] {
             for length in [0.1, 0.33, 1.7] {
                 for x in &seen.position {
@@ -359,7 +373,8 @@ mod tests {
 
     #[test]
     fn sums_over_cells_are_those_over_all() {
-        sums_count_each_node_once::<1>();
-        sums_count_each_node_once::<2>();
+        sums_count_each_node_once::<1>(Search::Axes);
+        sums_count_each_node_once::<2>(Search::Axes);
+        sums_count_each_node_once::<2>(Search::Turned);
     }
 }

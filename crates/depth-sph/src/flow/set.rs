@@ -7,6 +7,7 @@ use super::images::{Ends, Image, images};
 use super::longest::Longest;
 use super::packed::Packed;
 use crate::bed::BedPoint;
+use crate::choices::Search as Lines;
 use crate::nodes::{Nodes, Plan, Seen};
 
 /// Share by which lists reach beyond the supports: they hold until a node has moved by a quarter of it, or its smoothing
@@ -103,8 +104,8 @@ impl<const D: usize> Set<D> {
     }
 
     /// Puts what neighbours read into cells.
-    pub fn pack(&mut self, support: f64) -> Result<(), SearchError> {
-        self.packed.pack(&self.seen, 0.5 * usual(support, &self.nodes.length))
+    pub fn pack(&mut self, support: f64, search: Lines) -> Result<(), SearchError> {
+        self.packed.pack(&self.seen, 0.5 * usual(support, &self.nodes.length), search)
     }
 
     /// Puts what forces are made of into the order of the cells.

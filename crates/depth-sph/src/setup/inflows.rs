@@ -88,7 +88,7 @@ fn through_end<const D: usize>(
         return Err(own(&key("side"), "has no ground beyond it, where the nodes of the inflow stand"));
     }
     let (spacing, span) = (options.spacing, (0.0, 0.0));
-    Ok(Opening { axis: 0, place, outward, spacing, span, periodic: false, feed: Some(feed) })
+    Ok(Opening { axis: 0, place, outward, spacing, span, periodic: false, feed: Some(feed), layer: 0.0 })
 }
 
 /// The hydrograph of an inflow, checked.

@@ -230,6 +230,7 @@ fn numerics<const D: usize>(options: &DepthOptions) -> Numerics {
         integration: options.integration,
         viscosity: (options.viscosity_linear, options.viscosity_quadratic),
         xsph: options.xsph,
+        search: options.search,
         courant: options.courant,
         ..Numerics::defaults::<D>()
     }

@@ -5,7 +5,7 @@ use colluvium_case::{Case, CaseError, Honours, Needs};
 
 use super::NAME;
 use super::ground::{Hold, hold, lowest};
-use crate::choices::Phases;
+use crate::choices::{Phases, Search};
 use crate::config::DepthOptions;
 use crate::stages::is_passed_over;
 
@@ -79,6 +79,9 @@ pub(super) fn refuse(case: &Case, options: &DepthOptions) -> Result<(), CaseErro
         let problem = format!("{shortest} m is longer than the first smoothing length, {first} m");
         return Err(super::own("shortest_smoothing", problem));
     }
+    if options.search == Search::Turned && last == 1 {
+        return Err(super::own("search", "a profile has one axis: leave this out"));
+    }
     refuse_walls(case)?;
     refuse_open_ends(case, options)?;
     refuse_bodies(case, options)
@@ -101,9 +104,30 @@ fn refuse_walls(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
+/// A layer that has no side, or no room.
+fn refuse_layer(case: &Case, length: f64) -> Result<(), CaseError> {
+    let mut absorbing =
+        case.boundaries.iter().filter(|side| matches!(side.wall, Wall::Absorbing { .. })).peekable();
+    if absorbing.peek().is_none() {
+        return Err(super::own("absorbing_layer", "no side is absorbing: leave this out"));
+    }
+    let room = |side: &Boundary| case.domain.max[side.side.axis()] - case.domain.min[side.side.axis()];
+    match absorbing.find(|side| 2.0 * length > room(side)) {
+        Some(side) => {
+            let problem =
+                format!("{length} m is more than half of the domain before the side {:?}", side.name());
+            Err(super::own("absorbing_layer", problem))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Open sides, through which one phase leaves, or grains and fluid.
 fn refuse_open_ends(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
+    if let Some(length) = options.absorbing_layer {
+        refuse_layer(case, length)?;
+    }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         if !matches!(boundary.wall, Wall::Absorbing { .. }) {
             continue;

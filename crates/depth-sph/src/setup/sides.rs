@@ -3,12 +3,16 @@
 use colluvium_case::description::Wall;
 use colluvium_case::{Case, CaseError};
 
+use super::NAME;
 use crate::choices::Frame;
 use crate::config::DepthOptions;
 use crate::flow::{Flow, Opening};
 
 /// Slope of the bed across a side beyond which its depth is not that of the material farther out (sheet: depth-sph §3.9).
 const LEVEL: f64 = 0.01;
+
+/// Fewer distances of nodes than these are too short for a layer in which waves die away.
+const SHORT: f64 = 10.0;
 
 /// The absorbing sides of a case, with their keys.
 pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
@@ -27,6 +31,7 @@ pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
                 span,
                 periodic: case.dimension() == 3 && case.domain.is_periodic(other),
                 feed: None,
+                layer: options.absorbing_layer.unwrap_or(0.0),
             };
             (opening, format!("boundaries[{number}].side"))
         })
@@ -57,6 +62,14 @@ pub fn open<const D: usize>(
                  come back from there; move it to where the bed is level"
             ));
         }
+    }
+    if let Some((opening, _)) =
+        openings.iter().find(|(side, _)| side.layer > 0.0 && side.layer < SHORT * side.spacing)
+    {
+        warnings.push(format!(
+            "methods.{NAME}.absorbing_layer: {} m are fewer than {SHORT} nodes, and send back more than they take: make it as long as two waves",
+            opening.layer
+        ));
     }
     let sides: Vec<Opening> = openings.iter().map(|(opening, _)| opening.clone()).collect();
     flow.open_all(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;

@@ -373,3 +373,30 @@ fn bad_input_is_refused_under_its_key() {
     small["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.1, 3.1, 0], "max": [1.15, 3.15, 1] });
     assert!(refused(&small).starts_with("bodies: none stands on a point"), "{}", refused(&small));
 }
+
+/// Cells of the search that are turned with the flow change the order of sums and nothing else.
+#[test]
+fn cells_that_are_turned_with_the_flow_find_the_same_neighbours() {
+    let mut along = fix(heap());
+    along["bodies"][0]["shape"]["max"][1] = json!(5);
+    let mut turned = along.clone();
+    turned["methods"]["depth-sph"]["search"] = json!("turned");
+    let ran = |value: &Value, steps: usize| {
+        let mut solver = build(value);
+        advance(solver.as_mut(), steps);
+        solver.snapshot()
+    };
+    let [one, other] = [&along, &turned].map(|value| ran(value, 30));
+    assert_ne!(one.hash(), other.hash());
+    for (a, b) in one.positions.iter().zip(&other.positions) {
+        assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-9), "{a:?} {b:?}");
+    }
+    let mut profile = column();
+    profile["methods"]["depth-sph"]["search"] = json!("turned");
+    let case = Case::from_json(&profile.to_string()).unwrap();
+    let error = DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string();
+    assert!(error.starts_with("methods.depth-sph.search: a profile has one axis"), "{error}");
+    let hash = |threads, restart| crate::common::hash_after(&turned, threads, 40, restart);
+    assert_eq!(hash(1, None), hash(3, None));
+    assert_eq!(hash(1, None), hash(1, Some(17)));
+}

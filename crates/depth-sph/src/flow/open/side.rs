@@ -4,6 +4,7 @@ use colluvium_points::CellList;
 use serde::{Deserialize, Serialize};
 
 use super::super::set::Set;
+use super::layer::Layer;
 use super::stand::{Past, Stand, Within, turned};
 use super::{Feed, Opening, SUPPORTS};
 use crate::nodes::{Node, Nodes, Plan};
@@ -39,6 +40,8 @@ pub struct OpenEnd<const D: usize> {
     pub(super) periodic: bool,
     /// What flows in through it, in place of what is out there.
     pub(super) feed: Option<Feed>,
+    /// The layer before it.
+    pub(super) layer: Layer,
     /// What has happened.
     pub state: Beyond,
 }
@@ -86,7 +89,7 @@ pub(super) enum Part {
 
 impl<const D: usize> OpenEnd<D> {
     pub(super) fn new(opening: &Opening, reach: f64, others: &[Opening]) -> Self {
-        let Opening { axis, place, outward, spacing, span, periodic, .. } = *opening;
+        let Opening { axis, place, outward, spacing, span, periodic, layer, .. } = *opening;
         // Corners of two open sides belong to the first of them.
         let goes_on = |end: f64| {
             others.iter().any(|other| other.axis != axis && (other.place - end).abs() < 0.5 * spacing)
@@ -111,6 +114,7 @@ impl<const D: usize> OpenEnd<D> {
             beside,
             periodic,
             feed: None,
+            layer: Layer::new(layer),
             state: Beyond { strips: vec![Known::default(); count], ..Beyond::default() },
         }
     }

@@ -1,0 +1,113 @@
+//! Layers before open sides in which waves die away (sheet: depth-sph §3.9).
+//!
+//! There depth and speed along the normal relax to what stood at the place when the flow began, both at the same rate: their ratio in a wave
+//! along the normal stays what it is without a layer, so that the layer itself sends nothing back. Speed along the side is left alone: with
+//! it waves at an angle are turned back more. What nodes lose or gain of their volume counts as passed.
+
+use super::super::Flow;
+use super::super::set::Set;
+use super::part_of;
+use super::side::{OpenEnd, Part};
+use crate::nodes::Plan;
+
+/// Logarithm of what a layer leaves of a wave along the normal that has gone through it once.
+const DECAY: f64 = 2.0;
+/// Power of the distance from where a layer begins that its rate grows with.
+const POWER: i32 = 2;
+
+/// What stood in a layer when the flow began: cells of one spacing along and across the side.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Layer {
+    /// How long it is (m).
+    length: f64,
+    /// Cells of a set from the side inward, strip by strip; none where nothing stood.
+    calm: [Vec<Option<Calm>>; 2],
+}
+
+/// Depth (m) and outward speed (m/s) of a cell when the flow began.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Calm {
+    depth: f64,
+    speed: f64,
+}
+
+impl Layer {
+    pub(super) fn new(length: f64) -> Self {
+        Self { length, ..Self::default() }
+    }
+}
+
+impl<const D: usize> OpenEnd<D> {
+    /// Number of cells of its layer along the normal.
+    fn cells(&self) -> usize {
+        (self.layer.length / self.spacing).ceil() as usize
+    }
+
+    /// The cell of its layer that a place is in.
+    fn cell(&self, x: &Plan<D>) -> Option<usize> {
+        let inside = -self.beyond(x);
+        if !(0.0..self.layer.length).contains(&inside) {
+            return None;
+        }
+        let cells = self.cells();
+        Some(self.strip(x) * cells + ((inside / self.spacing) as usize).min(cells - 1))
+    }
+
+    /// Takes what stands in the layer.
+    pub(super) fn calm(&mut self, sets: &[Set<D>], part: &dyn Fn(&Plan<D>) -> Part) {
+        let cells = self.cells();
+        for (number, set) in sets.iter().enumerate() {
+            let mut sums = vec![[0.0; 3]; cells * self.strips.len()];
+            let nodes = &set.nodes;
+            for (i, x) in nodes.position.iter().enumerate() {
+                let Some(cell) = self.cell(x).filter(|_| part(x) == Part::Within) else { continue };
+                let one = [1.0, nodes.depth[i], self.outward * nodes.velocity[i][self.axis]];
+                (0..3).for_each(|k| sums[cell][k] += one[k]);
+            }
+            let mean = |[count, depth, speed]: &[f64; 3]| {
+                (*count > 0.0).then(|| Calm { depth: depth / count, speed: speed / count })
+            };
+            self.layer.calm[number] = sums.iter().map(mean).collect();
+        }
+    }
+
+    /// Lets waves die away over `dt` (s).
+    fn damp(&mut self, number: usize, set: &mut Set<D>, dt: f64, part: &dyn Fn(&Plan<D>) -> Part) {
+        let nodes = &mut set.nodes;
+        for i in 0..nodes.len() {
+            let x = nodes.position[i];
+            let Some(cell) = self.cell(&x).filter(|_| part(&x) == Part::Within) else { continue };
+            let Some(calm) = self.layer.calm[number][cell] else { continue };
+            let celerity = (nodes.pull[i] * calm.depth).sqrt();
+            let wave = (calm.speed + celerity).max(0.5 * celerity);
+            let within = 1.0 + self.beyond(&x) / self.layer.length;
+            let rate = f64::from(1 + POWER) * DECAY * wave / self.layer.length * within.powi(POWER);
+            let stays = (-rate * dt).exp();
+            let still = self.outward * calm.speed;
+            let speed = &mut nodes.velocity[i][self.axis];
+            *speed = still + stays * (*speed - still);
+            // Where next to nothing stands no more is put in than where half of the depth does.
+            let excess = 1.0 - calm.depth / nodes.depth[i].max(0.5 * calm.depth);
+            let taken = (1.0 - stays) * excess * nodes.volume[i];
+            nodes.volume[i] -= taken;
+            self.state.passed[number] += taken;
+        }
+    }
+}
+
+impl<const D: usize> Flow<D> {
+    /// Waves die away in the layers before open sides over `dt` (s).
+    pub(in super::super) fn damp_layers(&mut self, dt: f64) {
+        if self.opens.iter().all(|end| end.layer.length == 0.0) {
+            return;
+        }
+        let sides = self.sides();
+        let Self { sets, opens, .. } = self;
+        for (number, end) in opens.iter_mut().enumerate() {
+            let part = |x: &Plan<D>| part_of(&sides, number, x);
+            for (role, set) in sets.iter_mut().enumerate() {
+                end.damp(role, set, dt, &part);
+            }
+        }
+    }
+}
