@@ -61,7 +61,7 @@ pub struct DepthOptions {
     /// Share of the neighbours' velocity with which nodes drift (XSPH), 0 to 1. Of two phases it parts the sets of nodes.
     #[serde(default)]
     pub xsph: f64,
-    /// How the cells lie that neighbours are looked for in: `turned` makes flows faster that are long and narrow. Sums are then added up in another
+    /// How the cells lie that neighbours are looked for in: `turned` gains a few per cent where a long flow is oblique. Sums are then added up in another
     /// order. In three dimensions.
     #[serde(default)]
     pub search: Search,

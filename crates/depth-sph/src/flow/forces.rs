@@ -4,6 +4,7 @@ use colluvium_points::NeighbourList;
 use rayon::prelude::*;
 use wide::f64x4;
 
+use super::fours::{self, Fours};
 use super::longest::Longest;
 use super::packed::{FIELDS, Packed, four, whole};
 use super::set::{Set, TASK};
@@ -69,6 +70,7 @@ struct Pairs<'a, const D: usize> {
     seen: &'a Seen<D>,
     packed: &'a Packed<D>,
     around: &'a Longest<D>,
+    fours: &'a Fours,
     bed: &'a [BedPoint<D>],
     reaction: &'a [f64],
     across: &'a NeighbourList<D>,
@@ -167,9 +169,29 @@ impl<const D: usize> Pairs<'_, D> {
 
     /// Sums over the neighbours of node `i`; gradients only where they are asked for.
     #[inline]
-    fn sums<const GRADIENTS: bool>(&self, i: usize) -> Sums<D> {
+    fn sums<const GRADIENTS: bool>(&self, i: usize, spare: &mut Vec<u32>) -> Sums<D> {
+        let listed = self.fours.are_complete();
+        if !listed {
+            let (x, length, near) = (&self.nodes.position[i], self.nodes.length[i], self.packed);
+            let half = 0.5 * self.settings.numerics.kernel.support();
+            spare.clear();
+            near.around(x, half * (length + self.around.at(x).max(length)), |first, _, square| {
+                spare.push(fours::entry(first, square));
+            });
+        }
+        let entries = if listed { self.fours.of(i) } else { spare };
+        // Of the usual kernel the compiler makes a loop of its own.
+        match self.settings.numerics.kernel {
+            Kernel::CubicSpline => self.sums_over::<GRADIENTS, true>(i, entries),
+            _ => self.sums_over::<GRADIENTS, false>(i, entries),
+        }
+    }
+
+    /// The same over fours that are listed.
+    #[inline]
+    fn sums_over<const GRADIENTS: bool, const CUBIC: bool>(&self, i: usize, entries: &[u32]) -> Sums<D> {
         let numerics = &self.settings.numerics;
-        let kernel = numerics.kernel;
+        let kernel = if CUBIC { Kernel::CubicSpline } else { numerics.kernel };
         let product = numerics.momentum == Momentum::Product;
         let half_support = 0.5 * kernel.support();
         let (nodes, seen, near) = (self.nodes, self.seen, self.packed);
@@ -186,8 +208,7 @@ impl<const D: usize> Pairs<'_, D> {
         }
         let factor = f64x4::splat(kernel.factor::<D>());
         let mut sums = Lanes::NONE;
-        let radius = half_support * (length + self.around.at(x).max(length));
-        near.around(x, radius, |first, apart, square| {
+        near.listed(x, entries, |first, apart, square| {
             let both = four(&near.length, first) + length;
             let reach = both * half_support;
             let inside = square.simd_lt(reach * reach);
@@ -298,28 +319,34 @@ impl<const D: usize> Set<D> {
         let plain =
             settings.phases != Phases::Two && form != Momentum::Node && !settings.numerics.surface_gradient;
         self.show_forces(settings.numerics.kernel.support(), !plain);
-        let Self { nodes, seen, packed, around, bed, reaction, across, acceleration, .. } = self;
+        let Self { nodes, seen, packed, around, fours, bed, reaction, across, acceleration, .. } = self;
         acceleration.resize(nodes.len(), [0.0; D]);
-        let pairs = Pairs { settings, nodes, seen, packed, around, bed, reaction, across };
-        acceleration.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, a)| {
-            let own = if plain {
-                let sums =
-                    if form == Momentum::Variational { pairs.variational(i) } else { pairs.sums::<false>(i) };
-                std::array::from_fn(|c| sums.viscous[c] - pairs.nodes.pull[i] * sums.push[c])
-            } else {
-                let sums = pairs.sums::<true>(i);
-                let by_differences = match form {
-                    Momentum::Node => true,
-                    Momentum::Automatic => settings.phases == Phases::Two && weak(i),
-                    Momentum::Symmetric | Momentum::Product | Momentum::Variational => false,
+        let pairs = Pairs { settings, nodes, seen, packed, around, fours, bed, reaction, across };
+        acceleration.par_iter_mut().enumerate().with_min_len(TASK).for_each_init(
+            Vec::new,
+            |spare, (i, a)| {
+                let own = if plain {
+                    let sums = if form == Momentum::Variational {
+                        pairs.variational(i)
+                    } else {
+                        pairs.sums::<false>(i, spare)
+                    };
+                    std::array::from_fn(|c| sums.viscous[c] - pairs.nodes.pull[i] * sums.push[c])
+                } else {
+                    let sums = pairs.sums::<true>(i, spare);
+                    let by_differences = match form {
+                        Momentum::Node => true,
+                        Momentum::Automatic => settings.phases == Phases::Two && weak(i),
+                        Momentum::Symmetric | Momentum::Product | Momentum::Variational => false,
+                    };
+                    pairs.push(role, i, &sums, by_differences || settings.numerics.surface_gradient)
                 };
-                pairs.push(role, i, &sums, by_differences || settings.numerics.surface_gradient)
-            };
-            *a = pairs.with_bed(i, own);
-            if let Some(other) = other {
-                pairs.add_layer(role, i, other, a);
-            }
-        });
+                *a = pairs.with_bed(i, own);
+                if let Some(other) = other {
+                    pairs.add_layer(role, i, other, a);
+                }
+            },
+        );
     }
 }
 
@@ -448,9 +475,9 @@ mod tests {
                     (pressure / fluid, slopes_of(fluid_slope, solid_slope))
                 };
                 let sums = Sums { push: [push], viscous: [0.0], slopes, moment: [[1.0]] };
-                let Set { nodes, seen, packed, around, bed, reaction, across, .. } = &set;
+                let Set { nodes, seen, packed, around, fours, bed, reaction, across, .. } = &set;
                 let settings = &settings;
-                let pairs = Pairs { settings, nodes, seen, packed, around, bed, reaction, across };
+                let pairs = Pairs { settings, nodes, seen, packed, around, fours, bed, reaction, across };
                 pairs.push(role, 0, &sums, by_differences)[0]
             };
             let near = |a: f64, b: f64, size: f64| assert!((a - b).abs() < 1e-10 * size, "{a} {b}");

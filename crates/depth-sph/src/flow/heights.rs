@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::fours::MARGIN;
 use super::packed::{Near, Packed};
 use super::set::{Set, TASK, copy};
 use crate::choices::{Continuity, Momentum};
@@ -31,22 +32,38 @@ impl<const D: usize> Set<D> {
             self.solve_heights(numerics);
             return;
         }
-        let packed = &self.packed;
+        self.around.follow(&self.seen.position, &self.seen.length, (1.0 + MARGIN) * kernel.support());
+        let Self { nodes, packed, fours, around, .. } = self;
+        let (packed, around) = (&*packed, &*around);
         let (position, volume, first, scale) =
-            (&self.nodes.position, &self.nodes.volume, &self.nodes.first_length, &self.nodes.scale);
-        let columns = self.nodes.height.par_iter_mut().zip(self.nodes.length.par_iter_mut()).enumerate();
-        columns.with_min_len(TASK).for_each_init(
+            (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
+        let columns = nodes.height.par_chunks_mut(TASK).zip(nodes.length.par_chunks_mut(TASK));
+        let blocks = fours.blocks(position.len()).par_iter_mut().zip(columns).enumerate();
+        blocks.for_each_init(
             || packed.near(),
-            |near, (i, (height, length))| {
-                near.go(position[i]);
-                for _ in 0..numerics.passes {
-                    *height = near.sum(kernel, *length);
-                    if numerics.variable_length {
-                        *length = following::<D>(numerics, scale[i], volume[i], *height, first[i]);
+            |near, (number, (block, (heights, lengths)))| {
+                block.clear();
+                for (k, (height, length)) in heights.iter_mut().zip(lengths).enumerate() {
+                    let i = number * TASK + k;
+                    let (x, before) = (position[i], *length);
+                    block.push(near.list(kernel, x, before, around.at(&x)));
+                    for _ in 0..numerics.passes {
+                        // Of the usual kernel the compiler makes a loop of its own.
+                        *height = match kernel {
+                            Kernel::CubicSpline => near.sum_of::<true>(kernel, *length),
+                            _ => near.sum_of::<false>(kernel, *length),
+                        };
+                        if numerics.variable_length {
+                            *length = following::<D>(numerics, scale[i], volume[i], *height, first[i]);
+                        }
+                    }
+                    if *length > (1.0 + MARGIN) * before {
+                        block.outgrow();
                     }
                 }
             },
         );
+        fours.close();
         if numerics.continuity == Continuity::Normalised {
             self.normalise(kernel);
         }

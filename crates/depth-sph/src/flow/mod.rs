@@ -5,6 +5,7 @@ mod compiled;
 mod coupling;
 mod feed;
 mod forces;
+mod fours;
 mod grow;
 mod heights;
 mod images;

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use wide::f64x4;
 
 use super::axes::Axes;
+use super::fours::{self, MARGIN};
 use super::heights::NO_PARTNER;
 use super::set::TASK;
 use crate::choices::Search;
@@ -16,8 +17,6 @@ use crate::nodes::{Plan, Seen};
 pub const FIELDS: usize = 5;
 /// Lanes of nodes that are kept of what lies around a place.
 const MOST: usize = 32;
-/// Share by which they reach beyond what is asked for first: smoothing lengths grow from one sum to the next.
-const MARGIN: f64 = 0.05;
 /// Lanes that a run does not reach: not-a-number, which is nearer than nothing.
 const BEYOND: [f64x4; 4] = {
     let no = f64::from_bits(u64::MAX);
@@ -36,6 +35,8 @@ pub struct Packed<const D: usize> {
     axes: Axes<D>,
     turned: Vec<Plan<D>>,
     place: [Vec<f64>; D],
+    /// Smoothing length before heights are summed (m).
+    before: Vec<f64>,
     /// Velocity (m/s).
     pub velocity: [Vec<f64>; D],
     /// Volume (m³).
@@ -59,6 +60,7 @@ impl<const D: usize> Default for Packed<D> {
             axes: Axes::PLAN,
             turned: Vec::new(),
             place: std::array::from_fn(|_| Vec::new()),
+            before: Vec::new(),
             velocity: std::array::from_fn(|_| Vec::new()),
             volume: Vec::new(),
             length: Vec::new(),
@@ -113,6 +115,7 @@ impl<const D: usize> Packed<D> {
             gather(order, column, |j| seen.position[j][c]);
         }
         gather(order, &mut self.volume, |j| seen.volume[j]);
+        gather(order, &mut self.before, |j| seen.length[j]);
         Ok(())
     }
 
@@ -182,20 +185,12 @@ impl<const D: usize> Packed<D> {
     /// not to be counted.
     #[inline(always)]
     pub fn around(&self, x: &Plan<D>, radius: f64, mut visit: impl FnMut(usize, [f64x4; D], f64x4)) {
-        // Loops, not closures over arrays: those are calls where units are many.
-        let mut here = [f64x4::ZERO; D];
-        for c in 0..D {
-            here[c] = f64x4::splat(x[c]);
-        }
+        let here = splat(x);
         self.cells.runs_within(&self.axes.of(x), radius, |run| {
             let mut first = run.start;
             while first < run.end {
-                let (mut apart, mut square) = ([f64x4::ZERO; D], f64x4::ZERO);
-                for c in 0..D {
-                    apart[c] = here[c] - four(&self.place[c], first);
-                    square += apart[c] * apart[c];
-                }
                 let left = run.end - first;
+                let (apart, mut square) = self.apart(&here, first);
                 if left < 4 {
                     square |= BEYOND[left];
                 }
@@ -203,6 +198,29 @@ impl<const D: usize> Packed<D> {
                 first += 4;
             }
         });
+    }
+
+    /// The same for fours that are listed around a node.
+    #[inline(always)]
+    pub fn listed(&self, x: &Plan<D>, entries: &[u32], mut visit: impl FnMut(usize, [f64x4; D], f64x4)) {
+        let here = splat(x);
+        for entry in entries {
+            let (first, count) = fours::first_and_count(*entry);
+            let (apart, mut square) = self.apart(&here, first);
+            square |= BEYOND[count & 3];
+            visit(first, apart, square);
+        }
+    }
+
+    /// Vectors from four nodes to a place (m), and the squares of their lengths (m²).
+    #[inline(always)]
+    fn apart(&self, here: &[f64x4; D], first: usize) -> ([f64x4; D], f64x4) {
+        let (mut apart, mut square) = ([f64x4::ZERO; D], f64x4::ZERO);
+        for c in 0..D {
+            apart[c] = here[c] - four(&self.place[c], first);
+            square += apart[c] * apart[c];
+        }
+        (apart, square)
     }
 
     /// `Σ m W` at a place, with this smoothing length (m).
@@ -218,7 +236,15 @@ impl<const D: usize> Packed<D> {
     #[inline]
     pub fn near(&self) -> Near<'_, D> {
         let none = [f64x4::ZERO; MOST];
-        Near { packed: self, x: [0.0; D], reach: 0.0, count: 0, distances: none, volumes: none }
+        Near {
+            packed: self,
+            x: [0.0; D],
+            reach: 0.0,
+            count: 0,
+            distances: none,
+            volumes: none,
+            entries: [0; MOST],
+        }
     }
 }
 
@@ -259,6 +285,7 @@ pub struct Near<'a, const D: usize> {
     count: usize,
     distances: [f64x4; MOST],
     volumes: [f64x4; MOST],
+    entries: [u32; MOST],
 }
 
 impl<const D: usize> Near<'_, D> {
@@ -268,9 +295,33 @@ impl<const D: usize> Near<'_, D> {
         (self.x, self.reach) = (x, 0.0);
     }
 
+    /// Goes to a node with this smoothing length (m), and looks for all that forces can reach where none grows by more than the margin and
+    /// the longest around is this one (m).
+    #[inline]
+    pub fn list(&mut self, kernel: Kernel, x: Plan<D>, length: f64, longest: f64) -> Option<&[u32]> {
+        self.x = x;
+        let half = 0.5 * (1.0 + MARGIN) * kernel.support();
+        let packed = self.packed;
+        let own = f64x4::splat(length);
+        self.keep(half * (length + longest.max(length)), |first| {
+            let reach = (own + four(&packed.before, first).fast_max(own)) * half;
+            reach * reach
+        });
+        let fits = self.count <= MOST;
+        self.reach = if fits { 2.0 * half * length } else { 0.0 };
+        fits.then(|| &self.entries[..self.count])
+    }
+
     /// `Σ m W` with this smoothing length (m).
     #[inline]
     pub fn sum(&mut self, kernel: Kernel, length: f64) -> f64 {
+        self.sum_of::<false>(kernel, length)
+    }
+
+    /// The same, of a kernel that may be known to be the cubic spline.
+    #[inline]
+    pub fn sum_of<const CUBIC: bool>(&mut self, kernel: Kernel, length: f64) -> f64 {
+        let kernel = if CUBIC { Kernel::CubicSpline } else { kernel };
         let reach = kernel.support() * length;
         if reach > self.reach && !self.collect((1.0 + MARGIN) * reach) {
             return self.packed.sum(kernel, &self.x, length);
@@ -310,20 +361,40 @@ impl<const D: usize> Near<'_, D> {
     #[inline]
     fn collect(&mut self, reach: f64) -> bool {
         let within = f64x4::splat(reach * reach);
-        let Self { packed, count, distances, volumes, .. } = self;
-        *count = 0;
-        packed.around(&self.x, reach, |first, _, square| {
-            if square.simd_lt(within).any() {
-                if *count < MOST {
-                    (distances[*count], volumes[*count]) = (square.sqrt(), four(&packed.volume, first));
-                }
-                *count += 1;
-            }
-        });
-        let fits = *count <= MOST;
+        self.keep(reach, |_| within);
+        let fits = self.count <= MOST;
         self.reach = if fits { reach } else { 0.0 };
         fits
     }
+
+    /// Keeps fours in the cells within `radius` (m), one of which is nearer than the root of what `within` (m²) is for it.
+    #[inline(always)]
+    fn keep(&mut self, radius: f64, within: impl Fn(usize) -> f64x4) {
+        let Self { packed, x, count, distances, volumes, entries, .. } = self;
+        *count = 0;
+        // Without a branch for each four: which are near cannot be foretold.
+        packed.around(x, radius, |first, _, square| {
+            let slot = (*count).min(MOST - 1);
+            (entries[slot], distances[slot]) = (first as u32, square);
+            *count += usize::from(square.simd_lt(within(first)).any());
+        });
+        for k in 0..(*count).min(MOST) {
+            let (first, square) = (entries[k] as usize, distances[k]);
+            entries[k] = fours::entry(first, square);
+            (distances[k], volumes[k]) = (square.sqrt(), four(&packed.volume, first));
+        }
+    }
+}
+
+/// A place in all lanes.
+#[inline(always)]
+fn splat<const D: usize>(x: &Plan<D>) -> [f64x4; D] {
+    // A loop, not a closure over an array: that is a call where units are many.
+    let mut here = [f64x4::ZERO; D];
+    for c in 0..D {
+        here[c] = f64x4::splat(x[c]);
+    }
+    here
 }
 
 #[cfg(test)]
@@ -337,6 +408,7 @@ mod tests {
             let along = |c: u32| f64::from(k * (37 + 11 * c) % 97) * 0.05 + 0.002 * f64::from(k);
             seen.position.push(std::array::from_fn(|c| along(c as u32)));
             seen.volume.push(0.3 + 0.01 * f64::from(k));
+            seen.length.push(0.12 + 0.01 * f64::from(k % 9));
         }
         seen
     }
@@ -376,5 +448,36 @@ mod tests {
         sums_count_each_node_once::<1>(Search::Axes);
         sums_count_each_node_once::<2>(Search::Axes);
         sums_count_each_node_once::<2>(Search::Turned);
+    }
+
+    /// Lengths may grow by the margin after lists are made.
+    #[test]
+    fn lists_hold_all_that_forces_can_reach() {
+        let seen = seen::<2>();
+        let mut packed = Packed::default();
+        packed.pack(&seen, 0.3, Search::Axes).unwrap();
+        let longest = 0.2;
+        let mut near = packed.near();
+        for (x, length) in seen.position.iter().zip(&seen.length) {
+            let entries =
+                near.list(Kernel::CubicSpline, *x, *length, longest).expect("room for all").to_vec();
+            let mut listed = vec![0; seen.volume.len()];
+            packed.listed(x, &entries, |first, _, square| {
+                for (lane, square) in
+                    square.to_array().into_iter().enumerate().filter(|(_, square)| !square.is_nan())
+                {
+                    let j = packed.cells.order()[first + lane] as usize;
+                    let apart = crate::flow::heights::square(x, &seen.position[j]);
+                    assert!((square - apart).abs() < 1e-15, "{square} for {apart}");
+                    listed[j] += 1;
+                }
+            });
+            for (j, count) in listed.into_iter().enumerate() {
+                let reach = (1.0 + MARGIN) * (length + seen.length[j]);
+                let is_near =
+                    crate::flow::heights::square(x, &seen.position[j]) < reach * reach * (1.0 - 1e-12);
+                assert!(count <= 1 && (count == 1 || !is_near), "{x:?} {j}: {count}");
+            }
+        }
     }
 }

@@ -3,6 +3,7 @@
 use colluvium_points::{CellList, NeighbourList, SearchError, Spare};
 use rayon::prelude::*;
 
+use super::fours::Fours;
 use super::images::{Ends, Image, images};
 use super::longest::Longest;
 use super::packed::Packed;
@@ -49,6 +50,8 @@ pub struct Set<const D: usize> {
     pub spare: Vec<Plan<D>>,
     /// Scalars of use within one sub-step.
     pub scalars: Vec<f64>,
+    /// Fours of neighbours, where heights are sums.
+    pub fours: Fours,
     /// The longest smoothing length of those that may reach a place, of what forces were last shown or lists last made of.
     pub around: Longest<D>,
     listed: Vec<(Plan<D>, f64)>,
@@ -105,12 +108,16 @@ impl<const D: usize> Set<D> {
 
     /// Puts what neighbours read into cells.
     pub fn pack(&mut self, support: f64, search: Lines) -> Result<(), SearchError> {
+        self.fours.clear();
         self.packed.pack(&self.seen, 0.5 * usual(support, &self.nodes.length), search)
     }
 
     /// Puts what forces are made of into the order of the cells.
     pub fn show_forces(&mut self, support: f64, with_fields: bool) {
         self.packed.fill(&self.seen, with_fields);
+        if self.fours.are_complete() {
+            return;
+        }
         self.around.follow(&self.seen.position, &self.seen.length, support);
     }
 
