@@ -343,15 +343,17 @@ impl<L: StressUpdate> Material for L {
         stresses: &mut [SymTensor],
         states: &mut StateBlock,
     ) -> Result<(), BatchError> {
-        for (index, motion) in motions.iter().enumerate() {
-            motion.check(self.name()).map_err(|source| BatchError { index, source })?;
+        if !Motion::are_usable(motions) {
+            for (index, motion) in motions.iter().enumerate() {
+                motion.check(self.name()).map_err(|source| BatchError { index, source })?;
+            }
         }
         let done = self.update_batch(motions, stresses, typed_mut::<L::State>(states));
         done.map_err(|error| error.with_step(motions, stresses))
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
-        each::<L>(stresses, states, out, |point| self.wave_modulus(point));
+        Pointwise::wave_moduli_batch(self, stresses, typed::<L::State>(states), out);
     }
 
     fn viscosities(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {

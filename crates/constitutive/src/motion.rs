@@ -86,6 +86,18 @@ impl Motion {
         Err(MaterialError::Motion { model, reason })
     }
 
+    /// Whether [`Motion::check`] passes for all of `motions`, without branches.
+    #[inline]
+    pub(crate) fn are_usable(motions: &[Self]) -> bool {
+        let mut usable = true;
+        for motion in motions {
+            let volume = motion.deformation.determinant();
+            usable &= (motion.dt > 0.0) & (motion.dt < f64::INFINITY) & (0.5..=2.0).contains(&volume);
+            usable &= (motion.density > 0.0) & (motion.density < f64::INFINITY);
+        }
+        usable
+    }
+
     /// Strain increment of the step, the symmetric part of [`Motion::gradient`].
     #[inline]
     pub fn strain_increment(&self) -> SymTensor {

@@ -32,13 +32,13 @@ impl SymTensor {
     pub const IDENTITY: Self = Self([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
 
     /// Diagonal tensor.
-    #[inline]
+    #[inline(always)]
     pub const fn diagonal(xx: f64, yy: f64, zz: f64) -> Self {
         Self([xx, yy, zz, 0.0, 0.0, 0.0])
     }
 
     /// `value` times the unit tensor.
-    #[inline]
+    #[inline(always)]
     pub const fn isotropic(value: f64) -> Self {
         Self::diagonal(value, value, value)
     }
@@ -51,19 +51,19 @@ impl SymTensor {
     }
 
     /// Trace, the first invariant `I1`.
-    #[inline]
+    #[inline(always)]
     pub fn trace(&self) -> f64 {
         self.0[0] + self.0[1] + self.0[2]
     }
 
     /// Mean pressure `p = -tr / 3`, compression-positive.
-    #[inline]
+    #[inline(always)]
     pub fn pressure(&self) -> f64 {
         -self.trace() / 3.0
     }
 
     /// Deviator `s = σ + p 1`.
-    #[inline]
+    #[inline(always)]
     pub fn deviator(&self) -> Self {
         let mean = self.trace() / 3.0;
         let [xx, yy, zz, xy, yz, zx] = self.0;
@@ -71,7 +71,7 @@ impl SymTensor {
     }
 
     /// Full contraction `a : b`.
-    #[inline]
+    #[inline(always)]
     pub fn dot(&self, other: &Self) -> f64 {
         let (a, b) = (&self.0, &other.0);
         a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
@@ -84,7 +84,7 @@ impl SymTensor {
     }
 
     /// Second invariant of the deviator, `J2 = s : s / 2`.
-    #[inline]
+    #[inline(always)]
     pub fn j2(&self) -> f64 {
         let s = self.deviator();
         0.5 * s.dot(&s)
@@ -97,7 +97,7 @@ impl SymTensor {
     }
 
     /// Deviatoric stress `q = sqrt(3 J2)`.
-    #[inline]
+    #[inline(always)]
     pub fn q(&self) -> f64 {
         (3.0 * self.j2()).sqrt()
     }
@@ -114,21 +114,21 @@ impl SymTensor {
     }
 
     /// Determinant.
-    #[inline]
+    #[inline(always)]
     pub fn determinant(&self) -> f64 {
         let [xx, yy, zz, xy, yz, zx] = self.0;
         xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * zx) + zx * (xy * yz - yy * zx)
     }
 
     /// The same tensor as a full matrix.
-    #[inline]
+    #[inline(always)]
     pub fn to_matrix(&self) -> Mat3 {
         let [xx, yy, zz, xy, yz, zx] = self.0;
         Mat3([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
     }
 
     /// `Q σ Qᵀ`: the tensor carried by the rotation (or pushed forward by the map) `q`.
-    #[inline]
+    #[inline(always)]
     pub fn rotated(&self, q: &Mat3) -> Self {
         let s = q.0;
         let full = self.to_matrix().0;
@@ -173,55 +173,61 @@ impl SymTensor {
     }
 }
 
+// Written out and always inlined: loops over several points at once are vectorised only where nothing is called.
+
 impl Add for SymTensor {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(std::array::from_fn(|k| self.0[k] + other.0[k]))
+        let (a, b) = (self.0, other.0);
+        Self([a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]])
     }
 }
 
 impl Sub for SymTensor {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(std::array::from_fn(|k| self.0[k] - other.0[k]))
+        let (a, b) = (self.0, other.0);
+        Self([a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4], a[5] - b[5]])
     }
 }
 
 impl Neg for SymTensor {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
-        Self(self.0.map(|c| -c))
+        let a = self.0;
+        Self([-a[0], -a[1], -a[2], -a[3], -a[4], -a[5]])
     }
 }
 
 impl Mul<f64> for SymTensor {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        Self(self.0.map(|c| c * factor))
+        let a = self.0;
+        Self([a[0] * factor, a[1] * factor, a[2] * factor, a[3] * factor, a[4] * factor, a[5] * factor])
     }
 }
 
 impl Mul<SymTensor> for f64 {
     type Output = SymTensor;
-    #[inline]
+    #[inline(always)]
     fn mul(self, tensor: SymTensor) -> SymTensor {
         tensor * self
     }
 }
 
 impl AddAssign for SymTensor {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
 impl SubAssign for SymTensor {
-    #[inline]
+    #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
@@ -272,13 +278,13 @@ impl Mat3 {
     }
 
     /// Trace.
-    #[inline]
+    #[inline(always)]
     pub fn trace(&self) -> f64 {
         self.0[0][0] + self.0[1][1] + self.0[2][2]
     }
 
     /// Determinant.
-    #[inline]
+    #[inline(always)]
     pub fn determinant(&self) -> f64 {
         let m = &self.0;
         m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
@@ -318,7 +324,7 @@ impl Mat3 {
     }
 
     /// Symmetric part.
-    #[inline]
+    #[inline(always)]
     pub fn sym(&self) -> SymTensor {
         let m = &self.0;
         SymTensor([
@@ -353,35 +359,60 @@ impl Mat3 {
 
 impl Mul for Mat3 {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (a, b) = (&self.0, &other.0);
-        Self(std::array::from_fn(|i| {
-            std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j])
-        }))
+        let mut out = [[0.0; 3]; 3];
+        for i in 0..3 {
+            for j in 0..3 {
+                out[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+            }
+        }
+        Self(out)
     }
 }
 
 impl Mul<f64> for Mat3 {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        Self(self.0.map(|row| row.map(|c| c * factor)))
+        let a = &self.0;
+        let mut out = [[0.0; 3]; 3];
+        for i in 0..3 {
+            for j in 0..3 {
+                out[i][j] = a[i][j] * factor;
+            }
+        }
+        Self(out)
     }
 }
 
 impl Add for Mat3 {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| std::array::from_fn(|j| self.0[i][j] + other.0[i][j])))
+        let (a, b) = (&self.0, &other.0);
+        let mut out = [[0.0; 3]; 3];
+        for i in 0..3 {
+            for j in 0..3 {
+                out[i][j] = a[i][j] + b[i][j];
+            }
+        }
+        Self(out)
     }
 }
 
 impl Sub for Mat3 {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| std::array::from_fn(|j| self.0[i][j] - other.0[i][j])))
+        let (a, b) = (&self.0, &other.0);
+        let mut out = [[0.0; 3]; 3];
+        for i in 0..3 {
+            for j in 0..3 {
+                out[i][j] = a[i][j] - b[i][j];
+            }
+        }
+        Self(out)
     }
 }

@@ -91,6 +91,14 @@ pub trait Pointwise: Law + 'static {
     /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
 
+    /// [`Pointwise::wave_modulus`] of several points, one by one unless the law does better with the same operations.
+    #[inline]
+    fn wave_moduli_batch(&self, stresses: &[SymTensor], states: &[Self::State], out: &mut [f64]) {
+        for ((stress, state), slot) in stresses.iter().zip(states).zip(out) {
+            *slot = self.wave_modulus(&Point { stress: *stress, state: state.clone() });
+        }
+    }
+
     /// Elastic constants of laws whose stress is linear in the elastic strain: energy and dissipation follow from them.
     fn linear_elasticity(&self) -> Option<&Elasticity> {
         None

@@ -2,7 +2,7 @@
 //! operations on a point are the same however many stand beside it.
 
 use super::series::{LARGEST_EXP, LARGEST_LOG, exp_less_one, half_log};
-use super::{Hencky, HenckyState, PrincipalReturn, carried};
+use super::{Hencky, HenckyState, PrincipalReturn, carried, wave_modulus};
 use crate::{BatchError, Mat3, Motion, Point, StressUpdate, SymTensor};
 
 /// Points that are taken at once.
@@ -18,19 +18,43 @@ pub struct Few<const N: usize> {
     pub left: [f64; N],
 }
 
+/// What [`Few::left`] says of a point that does not move.
+const AT_REST: f64 = 2.0;
+
 impl<const N: usize> Few<N> {
+    /// Kirchhoff to Cauchy stresses; points whose stress is no number are left, and those that do not move marked.
+    #[inline(never)]
+    fn become_cauchy(&mut self, trials: &Trials<N>) {
+        let Trials { deformation: [a, b, c, d, e, f, g, h, k], jacobian, .. } = trials;
+        for i in 0..N {
+            let stress = self.stress_of(i) * (1.0 / jacobian[i]);
+            let sum = (stress.0[0] + stress.0[1] + stress.0[2]) + (stress.0[3] + stress.0[4] + stress.0[5]);
+            let still = (a[i] == 1.0)
+                & (b[i] == 0.0)
+                & (c[i] == 0.0)
+                & (d[i] == 0.0)
+                & (e[i] == 1.0)
+                & (f[i] == 0.0)
+                & (g[i] == 0.0)
+                & (h[i] == 0.0)
+                & (k[i] == 1.0);
+            self.set_stress(i, &stress);
+            // NaN and infinity make the product NaN.
+            let left = if sum * 0.0 == 0.0 { self.left[i] } else { 1.0 };
+            self.left[i] = if still { AT_REST } else { left };
+        }
+    }
+
     /// Stress of one point.
     #[inline(always)]
     pub fn stress_of(&self, index: usize) -> SymTensor {
-        SymTensor(std::array::from_fn(|c| self.stress[c][index]))
+        tensor(&self.stress, index)
     }
 
     /// Gives a point its stress.
     #[inline(always)]
     pub fn set_stress(&mut self, index: usize, stress: &SymTensor) {
-        for (lane, value) in self.stress.iter_mut().zip(stress.0) {
-            lane[index] = value;
-        }
+        put(&mut self.stress, index, stress);
     }
 }
 
@@ -43,21 +67,122 @@ struct Trials<const N: usize> {
 
 #[inline(always)]
 fn tensor<const N: usize>(lanes: &[[f64; N]; 6], index: usize) -> SymTensor {
-    SymTensor(std::array::from_fn(|c| lanes[c][index]))
+    let [xx, yy, zz, xy, yz, zx] = lanes;
+    SymTensor([xx[index], yy[index], zz[index], xy[index], yz[index], zx[index]])
 }
 
 #[inline(always)]
 fn put<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTensor) {
-    for (lane, value) in lanes.iter_mut().zip(value.0) {
-        lane[index] = value;
+    let [xx, yy, zz, xy, yz, zx] = lanes;
+    (xx[index], yy[index], zz[index]) = (value.0[0], value.0[1], value.0[2]);
+    (xy[index], yz[index], zx[index]) = (value.0[3], value.0[4], value.0[5]);
+}
+
+/// One of two, without a branch.
+#[inline(always)]
+pub(crate) fn chosen(first: bool, a: &SymTensor, b: &SymTensor) -> SymTensor {
+    let of = |x: f64, y: f64| if first { x } else { y };
+    let (a, b) = (&a.0, &b.0);
+    SymTensor([
+        of(a[0], b[0]),
+        of(a[1], b[1]),
+        of(a[2], b[2]),
+        of(a[3], b[3]),
+        of(a[4], b[4]),
+        of(a[5], b[5]),
+    ])
+}
+
+/// Whether one of some flags is not zero.
+#[inline(always)]
+pub(crate) fn any<const N: usize>(flags: &[f64; N]) -> bool {
+    let mut bits = 0;
+    for i in 0..N {
+        bits |= flags[i].to_bits();
+    }
+    bits != 0
+}
+
+/// [`carried`] for a step that leaves the third axis alone, and the change of volume.
+#[inline(always)]
+fn carried_in_plane([xx, yy, zz, xy]: [f64; 4], [a, b, d, e, k]: [f64; 5]) -> (SymTensor, f64) {
+    let (t0, t1) = (a * xx + b * xy, a * xy + b * yy);
+    let (t3, t4) = (d * xx + e * xy, d * xy + e * yy);
+    let (along, upward, across) = (a - 1.0, e - 1.0, k - 1.0);
+    let trial = SymTensor([
+        (t0 * a + t1 * b) + along * 2.0 + (along * along + b * b),
+        (t3 * d + t4 * e) + upward * 2.0 + (d * d + upward * upward),
+        k * zz * k + across * 2.0 + across * across,
+        (t0 * d + t1 * e) + (b + d) + (along * d + b * upward),
+        0.0,
+        0.0,
+    ]);
+    (trial, a * (e * k) - b * (d * k))
+}
+
+impl<const N: usize> Trials<N> {
+    /// How many steps and elastic deformations leave the third axis alone.
+    #[inline(always)]
+    fn count_planar(&self) -> usize {
+        let ([_, _, c, _, _, f, g, h, _], [_, _, _, _, yz, zx]) = (&self.deformation, &self.elastic);
+        let mut count = 0;
+        for i in 0..N {
+            let step = (c[i] == 0.0) & (f[i] == 0.0) & (g[i] == 0.0) & (h[i] == 0.0);
+            count += usize::from(step & (yz[i] == 0.0) & (zx[i] == 0.0));
+        }
+        count
     }
 }
 
-/// Whether step and elastic deformation leave the third axis alone.
-#[inline]
-fn is_planar<S>(motion: &Motion, state: &HenckyState<S>) -> bool {
-    let f = &motion.deformation.0;
-    [f[0][2], f[1][2], f[2][0], f[2][1], state.elastic[4], state.elastic[5]] == [0.0; 6]
+/// One component of several points.
+#[inline(always)]
+fn lane<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
+    let mut lane = [0.0; N];
+    for i in 0..N {
+        lane[i] = of(i);
+    }
+    lane
+}
+
+/// Steps and states of several points, component by component.
+#[inline(always)]
+fn lanes_of<const N: usize, S>(motions: &[Motion; N], states: &[HenckyState<S>; N]) -> Trials<N> {
+    let step = |row: usize, column: usize| lane(|i| motions[i].deformation.0[row][column]);
+    let elastic = |component: usize| lane(|i| states[i].elastic.0[component]);
+    Trials {
+        deformation: [
+            step(0, 0),
+            step(0, 1),
+            step(0, 2),
+            step(1, 0),
+            step(1, 1),
+            step(1, 2),
+            step(2, 0),
+            step(2, 1),
+            step(2, 2),
+        ],
+        elastic: [elastic(0), elastic(1), elastic(2), elastic(3), elastic(4), elastic(5)],
+        jacobian: lane(|i| states[i].jacobian),
+    }
+}
+
+/// Wave moduli of up to [`WIDTH`] points.
+#[inline(always)]
+pub(super) fn wave_moduli<S>(
+    elastic: f64,
+    stresses: &[SymTensor],
+    states: &[HenckyState<S>],
+    out: &mut [f64],
+) {
+    let (mut lanes, mut jacobians, mut moduli) = ([[0.0; WIDTH]; 6], [1.0; WIDTH], [0.0; WIDTH]);
+    for (i, (stress, state)) in stresses.iter().zip(states).enumerate() {
+        put(&mut lanes, i, stress);
+        jacobians[i] = state.jacobian;
+    }
+    for i in 0..WIDTH {
+        moduli[i] = wave_modulus(elastic, &tensor(&lanes, i), jacobians[i]);
+    }
+    out.copy_from_slice(&moduli[..out.len()]);
 }
 
 impl<L: PrincipalReturn> Hencky<L> {
@@ -70,12 +195,13 @@ impl<L: PrincipalReturn> Hencky<L> {
         stresses: &mut [SymTensor; N],
         states: &mut [HenckyState<L::State>; N],
     ) -> [f64; N] {
-        let planar = motions.iter().zip(&*states).filter(|(motion, state)| is_planar(motion, state)).count();
+        let mut trials = lanes_of(motions, states);
+        let planar = trials.count_planar();
         if planar == N {
-            return self.few_of::<N, true>(motions, stresses, states);
+            return self.few_of::<N, true>(&mut trials, stresses, states);
         }
         if planar == 0 {
-            return self.few_of::<N, false>(motions, stresses, states);
+            return self.few_of::<N, false>(&mut trials, stresses, states);
         }
         let mut left = [0.0; N];
         for i in 0..N {
@@ -91,38 +217,26 @@ impl<L: PrincipalReturn> Hencky<L> {
     #[inline(never)]
     fn few_of<const N: usize, const PLANAR: bool>(
         &self,
-        motions: &[Motion; N],
+        trials: &mut Trials<N>,
         stresses: &mut [SymTensor; N],
         states: &mut [HenckyState<L::State>; N],
     ) -> [f64; N] {
-        let mut trials = Trials { deformation: [[0.0; N]; 9], elastic: [[0.0; N]; 6], jacobian: [0.0; N] };
-        for i in 0..N {
-            for (lane, value) in trials.deformation.iter_mut().zip(motions[i].deformation.0.as_flattened()) {
-                lane[i] = *value;
-            }
-            put(&mut trials.elastic, i, &states[i].elastic);
-            trials.jacobian[i] = states[i].jacobian;
-        }
         let mut few = Few { stress: [[0.0; N]; 6], yields: [0.0; N], left: [0.0; N] };
-        self.trials::<N, PLANAR>(&mut trials, &mut few);
+        self.trials::<N, PLANAR>(trials, &mut few);
         let mut inner: [L::State; N] = std::array::from_fn(|i| states[i].inner.clone());
         self.0.return_few(&mut few, &mut inner);
-        if few.yields.iter().any(|&yields| yields != 0.0) {
-            self.keep::<N, PLANAR>(&mut trials, &mut few);
+        if any(&few.yields) {
+            self.keep::<N, PLANAR>(trials, &mut few);
         }
+        few.become_cauchy(trials);
         for (i, inner) in inner.into_iter().enumerate() {
-            let stress = few.stress_of(i) * (1.0 / trials.jacobian[i]);
-            if motions[i].deformation == Mat3::IDENTITY {
-                few.left[i] = 0.0;
-                continue;
+            if few.left[i] == 0.0 {
+                stresses[i] = few.stress_of(i);
+                let (elastic, jacobian) = (tensor(&trials.elastic, i), trials.jacobian[i]);
+                states[i] = HenckyState { elastic, jacobian, inner };
             }
-            if few.left[i] != 0.0 || !stress.is_finite() {
-                few.left[i] = 1.0;
-                continue;
-            }
-            stresses[i] = stress;
-            states[i] =
-                HenckyState { elastic: tensor(&trials.elastic, i), jacobian: trials.jacobian[i], inner };
+            // A point at rest keeps its state.
+            few.left[i] = if few.left[i] == 1.0 { 1.0 } else { 0.0 };
         }
         few.left
     }
@@ -134,17 +248,13 @@ impl<L: PrincipalReturn> Hencky<L> {
         let (lame, two_mu) = (elasticity.lame(), 2.0 * elasticity.shear_modulus);
         let Trials { deformation: [a, b, c, d, e, f, g, h, k], elastic, jacobian } = trials;
         for i in 0..N {
-            let step = if PLANAR {
-                Mat3([[a[i], b[i], 0.0], [d[i], e[i], 0.0], [0.0, 0.0, k[i]]])
+            let old = tensor(elastic, i);
+            let (trial, stretch) = if PLANAR {
+                carried_in_plane([old.0[0], old.0[1], old.0[2], old.0[3]], [a[i], b[i], d[i], e[i], k[i]])
             } else {
-                Mat3([[a[i], b[i], c[i]], [d[i], e[i], f[i]], [g[i], h[i], k[i]]])
+                let step = Mat3([[a[i], b[i], c[i]], [d[i], e[i], f[i]], [g[i], h[i], k[i]]]);
+                (carried(&old, &step), step.determinant())
             };
-            let mut trial = tensor(elastic, i);
-            if PLANAR {
-                (trial[4], trial[5]) = (0.0, 0.0);
-            }
-            let trial = carried(&trial, &step);
-            let stretch = step.determinant();
             let strain = half_log::<PLANAR>(&trial);
             let stress = strain * two_mu + SymTensor::isotropic(lame * strain.trace());
             // Written so that NaN is left.
@@ -161,6 +271,7 @@ impl<L: PrincipalReturn> Hencky<L> {
     fn keep<const N: usize, const PLANAR: bool>(&self, trials: &mut Trials<N>, few: &mut Few<N>) {
         let elasticity = self.0.elasticity();
         let (per_shear, per_bulk) = (1.0 / elasticity.shear_modulus, 2.0 / (3.0 * elasticity.bulk_modulus));
+        let (mut elastic, mut left) = ([[0.0; N]; 6], [0.0; N]);
         for i in 0..N {
             let stress = tensor(&few.stress, i);
             let mean = stress.trace() / 3.0;
@@ -169,11 +280,10 @@ impl<L: PrincipalReturn> Hencky<L> {
             let kept = exp_less_one::<PLANAR>(&doubled);
             let yields = few.yields[i] != 0.0;
             let reached = doubled.dot(&doubled) <= LARGEST_EXP;
-            for (lane, value) in trials.elastic.iter_mut().zip(kept.0) {
-                lane[i] = if yields { value } else { lane[i] };
-            }
-            few.left[i] = if yields & !reached { 1.0 } else { few.left[i] };
+            put(&mut elastic, i, &chosen(yields, &kept, &tensor(&trials.elastic, i)));
+            left[i] = few.left[i].max(if yields & !reached { 1.0 } else { 0.0 });
         }
+        (trials.elastic, few.left) = (elastic, left);
     }
 
     /// One step of a point by itself, where the series reach and the law does not leave it.
@@ -198,14 +308,15 @@ impl<L: PrincipalReturn> Hencky<L> {
         states: &mut [HenckyState<L::State>],
     ) -> Result<(), BatchError> {
         let largest = self.0.largest_step();
+        let within = largest * largest;
         let parts = motions.as_chunks::<WIDTH>().0.iter().zip(stresses.as_chunks_mut::<WIDTH>().0);
         for (group, ((motions, stresses), states)) in parts.zip(states.as_chunks_mut::<WIDTH>().0).enumerate()
         {
-            let small = |motion: &Motion| {
+            let mut small = true;
+            for motion in motions {
                 let strain = motion.strain_increment();
-                strain.dot(&strain) <= largest * largest
-            };
-            let small = motions.iter().all(small);
+                small &= strain.dot(&strain) <= within;
+            }
             let left = if small { self.few::<WIDTH>(motions, stresses, states) } else { [1.0; WIDTH] };
             for i in (0..WIDTH).filter(|&i| left[i] != 0.0) {
                 let index = group * WIDTH + i;

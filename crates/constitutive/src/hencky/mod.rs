@@ -15,6 +15,7 @@ use crate::{
 };
 
 pub use few::Few;
+pub(crate) use few::{any, chosen};
 pub use planar::{InvariantReturn, Landed, StressInvariants};
 
 /// A return map in principal stresses, of a law with linear elasticity. The same map serves the
@@ -95,9 +96,27 @@ fn strains(elasticity: &Elasticity, stresses: [f64; 3]) -> [f64; 3] {
 }
 
 /// `f (1 + b) fᵀ - 1` of a left Cauchy–Green tensor less the unit tensor.
-pub(crate) fn carried(b: &SymTensor, f: &Mat3) -> SymTensor {
-    let change = *f - Mat3::IDENTITY;
-    b.rotated(f) + change.sym() * 2.0 + SymTensor::IDENTITY.rotated(&change)
+#[inline(always)]
+pub(crate) fn carried(elastic: &SymTensor, step: &Mat3) -> SymTensor {
+    let change = *step - Mat3::IDENTITY;
+    let [[a, b, c], [d, e, f], [g, h, k]] = change.0;
+    let square = SymTensor([
+        a * a + b * b + c * c,
+        d * d + e * e + f * f,
+        g * g + h * h + k * k,
+        a * d + b * e + c * f,
+        d * g + e * h + f * k,
+        g * a + h * b + k * c,
+    ]);
+    elastic.rotated(step) + change.sym() * 2.0 + square
+}
+
+/// Wave modulus (Pa) from that without stress: `max (c_AAAA + τ_A) / J` (sheet: constitutive §3.9), from which the floor `(λ + 2μ) / J`
+/// follows.
+#[inline(always)]
+fn wave_modulus(elastic: f64, stress: &SymTensor, jacobian: f64) -> f64 {
+    let least = stress.least_principal_value() * jacobian;
+    (elastic - least.min(0.0)) / jacobian
 }
 
 /// The elastic trial of a step.
@@ -207,9 +226,15 @@ impl<L: PrincipalReturn> Pointwise for Hencky<L> {
     }
 
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
-        // max (c_AAAA + τ_A) / J of §3.9, from which the floor (λ + 2μ) / J follows.
-        let least = point.stress.principal_values()[2] * point.state.jacobian;
-        (self.0.elasticity().p_wave_modulus() - least.min(0.0)) / point.state.jacobian
+        wave_modulus(self.0.elasticity().p_wave_modulus(), &point.stress, point.state.jacobian)
+    }
+
+    fn wave_moduli_batch(&self, stresses: &[SymTensor], states: &[Self::State], out: &mut [f64]) {
+        let elastic = self.0.elasticity().p_wave_modulus();
+        let groups = stresses.chunks(few::WIDTH).zip(states.chunks(few::WIDTH));
+        for ((stresses, states), out) in groups.zip(out.chunks_mut(few::WIDTH)) {
+            few::wave_moduli(elastic, stresses, states, out);
+        }
     }
 
     fn yield_value(&self, point: &Point<Self::State>) -> Option<f64> {

@@ -24,7 +24,7 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use crate::hencky::{Few, InvariantReturn, Landed};
+use crate::hencky::{Few, InvariantReturn, Landed, any, chosen};
 use crate::{
     InitialCondition, Law, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain, SymTensor,
 };
@@ -147,6 +147,9 @@ impl CohesiveCamClay {
         }
         if returns.yields[0] == 0.0 {
             return Ok((Landing::Elastic, *state));
+        }
+        if multiplier == f64::INFINITY {
+            return Ok((Landing::Free, new[0]));
         }
         let projection = Projection { pressure, q, multiplier, volumetric };
         let surface = match self.spec.integration {
@@ -410,21 +413,23 @@ impl PrincipalReturn for CohesiveCamClay {
 
     #[inline]
     fn return_few<const N: usize>(&self, few: &mut Few<N>, states: &mut [CohesiveCamClayState; N]) {
-        let stresses: [SymTensor; N] = std::array::from_fn(|i| few.stress_of(i));
-        let mut returns = Returns::of(stresses.map(|s| s.pressure()), stresses.map(|s| s.q()));
+        let mut returns = Returns::of([0.0; N], [0.0; N]);
+        for i in 0..N {
+            let stress = few.stress_of(i);
+            (returns.pressure[i], returns.q[i]) = (stress.pressure(), stress.q());
+        }
         let trial = returns.q;
         self.return_several(&mut returns, states);
         few.yields = returns.yields;
-        if returns.yields.iter().all(|&yields| yields == 0.0) {
+        if !any(&returns.yields) {
             return;
         }
         for i in 0..N {
+            let stress = few.stress_of(i);
             let share = if trial[i] > 0.0 { returns.q[i] / trial[i] } else { 0.0 };
-            let returned = stresses[i].deviator() * share - SymTensor::isotropic(returns.pressure[i]);
+            let returned = stress.deviator() * share - SymTensor::isotropic(returns.pressure[i]);
             let yields = returns.yields[i] != 0.0;
-            for c in 0..6 {
-                few.stress[c][i] = if yields { returned[c] } else { few.stress[c][i] };
-            }
+            few.set_stress(i, &chosen(yields, &returned, &stress));
             few.left[i] = few.left[i].max(returns.left[i]);
         }
     }

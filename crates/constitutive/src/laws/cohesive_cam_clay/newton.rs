@@ -1,6 +1,8 @@
 //! The return of several trials at once: Newton's method for plastic volumetric strain and multiplier together (sheet:
 //! snow-mpm §3.9). What it does not settle is left to the bracketed solve.
 
+use crate::hencky::any;
+
 use super::{CamClayIntegration, CohesiveCamClay, CohesiveCamClayState};
 
 /// Iterations before a return is left to the bracketed solve; three to five are usual.
@@ -31,8 +33,9 @@ pub(super) fn hyperbolic(x: f64) -> (f64, f64) {
     let r = 0.125 * x;
     let r2 = r * r;
     let (mut s, mut c) = (1.0, 1.0);
-    for [by_sinh, by_cosh] in SERIES {
-        (s, c) = (1.0 + r2 * s * by_sinh, 1.0 + r2 * c * by_cosh);
+    for k in 0..SERIES.len() {
+        let [by_sinh, by_cosh] = SERIES[k];
+        (s, c) = (1.0 + s * (r2 * by_sinh), 1.0 + c * (r2 * by_cosh));
     }
     let (mut s, mut c) = (r * s, c);
     for _ in 0..3 {
@@ -49,7 +52,7 @@ pub(super) struct Returns<const N: usize> {
     pub(super) q: [f64; N],
     /// Plastic volumetric strain of the step.
     pub(super) volumetric: [f64; N],
-    /// Plastic multiplier (1/Pa).
+    /// Plastic multiplier (1/Pa); infinite where no stress is left.
     pub(super) multiplier: [f64; N],
     /// One where the trial yields, else zero.
     pub(super) yields: [f64; N],
@@ -80,8 +83,10 @@ struct Constants {
 /// A point during the iteration.
 #[derive(Clone, Copy)]
 struct Point {
+    /// The trial.
     pressure: f64,
-    q: f64,
+    /// `√(1 + 2β)` times that of the trial.
+    weighed_q: f64,
     /// `-ε` or what takes its place, at the start.
     strain: f64,
     /// Cohesion ratio of the point.
@@ -91,6 +96,40 @@ struct Point {
     by_size: f64,
 }
 
+/// Several points, number by number.
+struct Points<const N: usize> {
+    pressure: [f64; N],
+    q: [f64; N],
+    strain: [f64; N],
+    cohesion: [f64; N],
+    /// `√(1 + 2β)`.
+    root: [f64; N],
+    by_volume: [f64; N],
+    by_size: [f64; N],
+}
+
+impl<const N: usize> Points<N> {
+    #[inline(always)]
+    fn at(&self, i: usize) -> Point {
+        Point {
+            pressure: self.pressure[i],
+            weighed_q: self.root[i] * self.q[i],
+            strain: self.strain[i],
+            cohesion: self.cohesion[i],
+            by_volume: self.by_volume[i],
+            by_size: self.by_size[i],
+        }
+    }
+}
+
+/// Centre, radius and place of a trial against the surface of the start of the step.
+struct Outside {
+    centre: f64,
+    radius: f64,
+    x: f64,
+    norm: f64,
+}
+
 /// The conditions at a guess.
 struct At {
     centre: f64,
@@ -98,6 +137,8 @@ struct At {
     x: f64,
     y: f64,
     norm: f64,
+    /// Decay of `x` and `y` with the multiplier.
+    decay: [f64; 2],
     flow: [f64; 3],
     yielding: [f64; 3],
 }
@@ -108,6 +149,16 @@ impl Constants {
     fn strength(&self, strain: f64) -> (f64, f64) {
         let (s, c) = hyperbolic(self.factor * (-strain).max(0.0).min(LARGEST / self.factor));
         (self.bulk * s, if strain < 0.0 { -self.bulk * self.factor * c } else { 0.0 })
+    }
+
+    /// A trial against the surface of the start of the step.
+    #[inline(always)]
+    fn outside(&self, point: &Point) -> Outside {
+        let (p0, _) = self.strength(point.strain);
+        let centre = 0.5 * (1.0 - point.cohesion) * p0;
+        let radius = 0.5 * self.slope * (1.0 + point.cohesion) * p0;
+        let (x, y) = (self.slope * (point.pressure - centre), point.weighed_q);
+        Outside { centre, radius, x, norm: (x * x + y * y).sqrt() }
     }
 
     /// Value and derivatives (by volumetric strain and multiplier) of the flow rule and of the yield condition.
@@ -125,9 +176,10 @@ impl Constants {
         let (a, b) = (self.rates.0, self.rates.1 * flattening);
         let (u, v) = (1.0 / (1.0 + a * gamma), 1.0 / (1.0 + b * gamma));
         let distance = point.pressure - centre;
-        let (x, y) = (self.slope * distance * u, flattening.sqrt() * point.q * v);
+        let (x, y) = (self.slope * distance * u, point.weighed_q * v);
         let norm = (x * x + y * y).sqrt();
-        let ratio = radius / norm;
+        let inverse = 1.0 / norm;
+        let ratio = radius * inverse;
         let taken = a * gamma * u;
         At {
             centre,
@@ -135,6 +187,7 @@ impl Constants {
             x,
             y,
             norm,
+            decay: [u, v],
             flow: [
                 self.bulk * volumetric + distance * taken,
                 self.bulk - moves * taken,
@@ -142,8 +195,8 @@ impl Constants {
             ],
             yielding: [
                 norm - radius,
-                -grows - ratio * (x / norm) * self.slope * moves * u,
-                -ratio * (a * x * x * u + b * y * y * v) / norm,
+                -grows - ratio * (x * inverse) * self.slope * moves * u,
+                -ratio * (a * x * x * u + b * y * y * v) * inverse,
             ],
         }
     }
@@ -174,16 +227,19 @@ impl CohesiveCamClay {
         states: &mut [CohesiveCamClayState; N],
     ) {
         let constants = self.constants();
-        let points = std::array::from_fn(|i| self.start(returns, &states[i], i));
+        let points = self.start(returns, states);
         Self::judge(&constants, &points, returns);
-        if returns.yields.iter().all(|&yields| yields == 0.0) {
+        if !any(&returns.yields) {
             return;
         }
-        Self::iterate(&constants, &points, returns);
+        let active = Self::guess(&constants, &points, returns);
+        if any(&active) {
+            Self::iterate(&constants, &points, returns, active);
+        }
+        Self::finish(&constants, &points, returns);
         for i in 0..N {
             if returns.yields[i] != 0.0 && returns.left[i] == 0.0 {
-                let q = returns.q[i];
-                self.advance(&mut states[i], returns.volumetric[i], points[i].q - q);
+                self.advance(&mut states[i], returns.volumetric[i], points.q[i] - returns.q[i]);
             }
         }
     }
@@ -201,39 +257,70 @@ impl CohesiveCamClay {
     }
 
     #[inline(always)]
-    fn start<const N: usize>(
-        &self,
-        returns: &Returns<N>,
-        state: &CohesiveCamClayState,
-        index: usize,
-    ) -> Point {
-        let softening = self.softening(state);
-        Point {
-            pressure: returns.pressure[index],
-            q: returns.q[index],
-            strain: state.hardening_strain,
-            cohesion: if state.collapsed { 0.0 } else { self.spec.cohesion_ratio },
-            by_volume: if softening.is_some() { 0.0 } else { 1.0 },
-            by_size: softening.unwrap_or(0.0),
+    fn start<const N: usize>(&self, returns: &Returns<N>, states: &[CohesiveCamClayState; N]) -> Points<N> {
+        let zero = [0.0; N];
+        let mut points = Points {
+            pressure: returns.pressure,
+            q: returns.q,
+            strain: zero,
+            cohesion: zero,
+            root: zero,
+            by_volume: zero,
+            by_size: zero,
+        };
+        let beta = self.spec.cohesion_ratio;
+        let root = (1.0 + 2.0 * beta).sqrt();
+        for i in 0..N {
+            let state = &states[i];
+            let softening = self.softening(state);
+            points.strain[i] = state.hardening_strain;
+            (points.cohesion[i], points.root[i]) = if state.collapsed { (0.0, 1.0) } else { (beta, root) };
+            points.by_volume[i] = if softening.is_some() { 0.0 } else { 1.0 };
+            points.by_size[i] = softening.unwrap_or(0.0);
+        }
+        points
+    }
+
+    /// Which points yield.
+    #[inline(never)]
+    fn judge<const N: usize>(constants: &Constants, points: &Points<N>, returns: &mut Returns<N>) {
+        for i in 0..N {
+            let Outside { radius, norm, .. } = constants.outside(&points.at(i));
+            // Written so that NaN yields.
+            let yields = (norm - radius > constants.fuzz) | !(norm < f64::MAX);
+            returns.yields[i] = if yields { 1.0 } else { 0.0 };
         }
     }
 
-    /// Which points yield, which of these are left, and where the others start: at the return with frozen strength.
+    /// Which of the points that yield lose all stress and which are left; where the others, which it tells, start: at the return
+    /// with frozen strength.
     #[inline(never)]
-    fn judge<const N: usize>(constants: &Constants, points: &[Point; N], returns: &mut Returns<N>) {
+    fn guess<const N: usize>(
+        constants: &Constants,
+        points: &Points<N>,
+        returns: &mut Returns<N>,
+    ) -> [f64; N] {
+        let mut active = [0.0; N];
         for i in 0..N {
-            let point = points[i];
-            let at = constants.at(&point, 0.0, 0.0);
-            let yields = at.norm - at.radius > constants.fuzz;
-            let distance = point.pressure - at.centre;
+            let point = points.at(i);
+            let Outside { centre, radius, x, norm } = constants.outside(&point);
+            let distance = point.pressure - centre;
             let (a, b) = (constants.rates.0, constants.rates.1 * (1.0 + 2.0 * point.cohesion));
+            let inverse = 1.0 / radius;
             // From below the root of 1/‖v(γ)‖ = 1/radius, which is nearly linear and concave in γ.
-            let gamma = ((at.x.abs() / at.radius - 1.0) / a)
-                .max((at.y / at.radius - 1.0) / b)
-                .max((at.norm / at.radius - 1.0) / a.max(b));
+            let gamma = ((x.abs() * inverse - 1.0) / a)
+                .max((point.weighed_q * inverse - 1.0) / b)
+                .max((norm * inverse - 1.0) / a.max(b));
             let taken = a * gamma / (1.0 + a * gamma);
-            returns.multiplier[i] = gamma;
-            returns.volumetric[i] = -distance * taken / constants.bulk;
+            // Without softening: the strain takes all of p0, or there is none and no gap to close.
+            let strained = -point.pressure / constants.bulk;
+            let emptied =
+                (constants.implicit > 0.0) & (distance < 0.0) & (strained >= (-point.strain).max(0.0));
+            let gaping = (constants.implicit == 0.0) | (strained + point.strain >= 0.0);
+            let freed =
+                (norm < f64::MAX) & (point.by_size == 0.0) & if radius == 0.0 { gaping } else { emptied };
+            returns.multiplier[i] = if freed { f64::INFINITY } else { gamma };
+            returns.volumetric[i] = if freed { strained } else { -distance * taken / constants.bulk };
             // Volumetric strain at which nothing of p0 is left; compaction of a slab has none.
             let dilates = distance < 0.0;
             let end = -point.strain / if point.by_size > 0.0 { point.by_size } else { 1.0 };
@@ -243,34 +330,40 @@ impl CohesiveCamClay {
             let reaches = ends & (offered >= end);
             let moving = (constants.implicit > 0.0) & (constants.cohesion_ratio > 1.0);
             // Written so that NaN is left.
-            let fine = (at.norm < f64::MAX)
-                & (at.radius > 0.0)
+            let fine = (norm < f64::MAX)
+                & (radius > 0.0)
                 & (distance != 0.0)
                 & (constants.factor * -point.strain < LARGEST)
                 & !reaches
                 & !moving;
-            returns.yields[i] = if yields | !(at.norm < f64::MAX) { 1.0 } else { 0.0 };
-            returns.left[i] = if returns.yields[i] * if fine { 0.0 } else { 1.0 } > 0.0 { 1.0 } else { 0.0 };
+            returns.left[i] = if fine | freed { 0.0 } else { returns.yields[i] };
+            active[i] = if fine & !freed { returns.yields[i] } else { 0.0 };
         }
+        active
     }
 
+    /// Newton's method; points that do not settle are left.
     #[inline(never)]
-    fn iterate<const N: usize>(constants: &Constants, points: &[Point; N], returns: &mut Returns<N>) {
-        let mut active: [f64; N] = std::array::from_fn(|i| returns.yields[i] * (1.0 - returns.left[i]));
+    fn iterate<const N: usize>(
+        constants: &Constants,
+        points: &Points<N>,
+        returns: &mut Returns<N>,
+        mut active: [f64; N],
+    ) {
         let mut wrong = [0.0; N];
         for _ in 0..ITERATIONS {
-            let mut on = 0.0;
             for i in 0..N {
-                let point = points[i];
+                let point = points.at(i);
                 let (volumetric, gamma) = (returns.volumetric[i], returns.multiplier[i]);
-                let At { radius, x, y, flow, yielding, .. } = constants.at(&point, volumetric, gamma);
+                let At { radius, x, y, decay: [u, v], flow, yielding, .. } =
+                    constants.at(&point, volumetric, gamma);
                 let determinant = flow[1] * yielding[2] - flow[2] * yielding[1];
-                let dx = (yielding[0] * flow[2] - flow[0] * yielding[2]) / determinant;
-                let dg = (flow[0] * yielding[1] - flow[1] * yielding[0]) / determinant;
+                let inverse = 1.0 / determinant;
+                let dx = (yielding[0] * flow[2] - flow[0] * yielding[2]) * inverse;
+                let dg = (flow[0] * yielding[1] - flow[1] * yielding[0]) * inverse;
                 let (a, b) = (constants.rates.0, constants.rates.1 * (1.0 + 2.0 * point.cohesion));
-                let (u, v) = (1.0 + a * gamma, 1.0 + b * gamma);
                 let change =
-                    constants.slope * constants.bulk * dx.abs() + (a * x.abs() / u + b * y / v) * dg.abs();
+                    constants.slope * constants.bulk * dx.abs() + (a * x.abs() * u + b * y * v) * dg.abs();
                 // The side of flow does not change, and p0 stays above zero.
                 let next = volumetric + dx;
                 let next = if next * volumetric < 0.0 { 0.1 * volumetric } else { next };
@@ -284,28 +377,34 @@ impl CohesiveCamClay {
                 // A slope of the other sign: the return may have several ends.
                 wrong[i] += if going & !(determinant < 0.0) { 1.0 } else { 0.0 };
                 active[i] = if going & !(change <= CLOSE * radius) { 1.0 } else { 0.0 };
-                on += active[i];
             }
-            if on == 0.0 {
+            if !any(&active) {
                 break;
             }
         }
         for i in 0..N {
-            let point = points[i];
+            let failed = (active[i] > 0.0) | (wrong[i] > 0.0);
+            returns.left[i] = if failed { 1.0 } else { returns.left[i] };
+        }
+    }
+
+    /// The stresses where the returns end.
+    #[inline(never)]
+    fn finish<const N: usize>(constants: &Constants, points: &Points<N>, returns: &mut Returns<N>) {
+        for i in 0..N {
+            let point = points.at(i);
             let (volumetric, gamma) = (returns.volumetric[i], returns.multiplier[i]);
             let At { centre, radius, x, y, norm, .. } = constants.at(&point, volumetric, gamma);
             let ratio = radius / norm;
-            let flattening = (1.0 + 2.0 * point.cohesion).sqrt();
-            let (p, q) = (centre + x * ratio / constants.slope, y * ratio / flattening);
+            let (p, q) = (centre + x * ratio / constants.slope, y * ratio / points.root[i]);
             let done = (returns.yields[i] > 0.0) & (returns.left[i] == 0.0);
-            let failed = (active[i] > 0.0)
-                | (wrong[i] > 0.0)
-                | !(gamma > 0.0)
-                | !(q.abs() < f64::MAX)
-                | !(p.abs() < f64::MAX);
+            let freed = gamma == f64::INFINITY;
+            let (p, q) = (if freed { 0.0 } else { p }, if freed { 0.0 } else { q });
+            let failed = !(gamma > 0.0) | !(q.abs() < f64::MAX) | !(p.abs() < f64::MAX);
+            let strain = if freed { volumetric } else { (p - point.pressure) / constants.bulk };
             returns.pressure[i] = if done & !failed { p } else { point.pressure };
-            returns.q[i] = if done & !failed { q } else { point.q };
-            returns.volumetric[i] = if done & !failed { (p - point.pressure) / constants.bulk } else { 0.0 };
+            returns.q[i] = if done & !failed { q } else { points.q[i] };
+            returns.volumetric[i] = if done & !failed { strain } else { 0.0 };
             returns.left[i] = if done & failed { 1.0 } else { returns.left[i] };
         }
     }
