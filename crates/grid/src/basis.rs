@@ -192,8 +192,10 @@ impl Basis<3> for QuadraticSpline {
         cells + 2
     }
 
+    #[inline]
     fn coordinate(index: usize, cells: usize) -> f64 {
-        greville(index, cells, 2)
+        // Away from the ends, the middle of two knots.
+        if (1..=cells).contains(&index) { index as f64 - 0.5 } else { greville(index, cells, 2) }
     }
 
     #[inline]
@@ -224,8 +226,10 @@ impl Basis<4> for CubicSpline {
         cells + 3
     }
 
+    #[inline]
     fn coordinate(index: usize, cells: usize) -> f64 {
-        greville(index, cells, 3)
+        // Away from the ends, the middle one of three knots.
+        if (2..=cells).contains(&index) { (index - 1) as f64 } else { greville(index, cells, 3) }
     }
 
     #[inline]

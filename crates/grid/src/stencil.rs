@@ -21,42 +21,78 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
     #[inline(always)]
     pub fn new<B: Basis<S>>(grid: &Grid<D>, position: &[f64; D], extent: &[f64; D]) -> Self {
         let inverse = 1.0 / grid.cell;
-        let mut stencil = Self { first: [0; D], weights: [[0.0; S]; D], gradients: [[0.0; S]; D] };
-        for axis in 0..D {
+        let at = |axis: usize| {
             let x = (position[axis] - grid.origin[axis]) * inverse;
-            let (first, w, g) = B::evaluate(x, extent[axis] * inverse, grid.cells[axis]);
+            B::evaluate(x, extent[axis] * inverse, grid.cells[axis])
+        };
+        // Not of zeros: to clear what is overwritten at once takes a tenth of a transfer.
+        let (first, w, g) = at(0);
+        let mut stencil = Self { first: [first; D], weights: [w; D], gradients: [g; D] };
+        for axis in 0..D {
+            let (first, w, g) = if axis == 0 { (first, w, g) } else { at(axis) };
             stencil.first[axis] = first;
             stencil.weights[axis] = w;
-            stencil.gradients[axis] = g.map(|g| g * inverse);
+            for k in 0..S {
+                stencil.gradients[axis][k] = g[k] * inverse;
+            }
         }
         stencil
+    }
+
+    /// Lines of nodes along the last axis: so many along the first axis, and so many along the second of three.
+    const LINES: [usize; 2] = [if D > 1 { S } else { 1 }, if D > 2 { S } else { 1 }];
+
+    /// Of a line of nodes along the last axis: index of the first of `S` consecutive nodes, weight, and gradients of this stencil
+    /// and of `other` on the same nodes; weight and gradients are those of the other axes.
+    #[inline(always)]
+    fn line(
+        &self,
+        other: &Self,
+        strides: &[usize; D],
+        i: usize,
+        j: usize,
+    ) -> (usize, f64, [f64; 2], [f64; 2]) {
+        let start = self.first[D - 1];
+        if D == 1 {
+            return (start, 1.0, [0.0; 2], [0.0; 2]);
+        }
+        let start = start + (self.first[0] + i) * strides[0];
+        let (wx, gx, hx) = (self.weights[0][i], self.gradients[0][i], other.gradients[0][i]);
+        if D == 2 {
+            return (start, wx, [gx, 0.0], [hx, 0.0]);
+        }
+        let start = start + (self.first[1] + j) * strides[1];
+        let (wy, gy, hy) = (self.weights[1][j], self.gradients[1][j], other.gradients[1][j]);
+        (start, wx * wy, [gx * wy, wx * gy], [hx * wy, wx * hy])
     }
 
     /// Calls `visit(index of the first of S consecutive nodes, weight, gradient)` for every line of
     /// nodes along the last axis; weight and gradient are those of the other axes.
     #[inline(always)]
     pub(crate) fn lines(&self, strides: &[usize; D], mut visit: impl FnMut(usize, f64, [f64; 2])) {
-        match D {
-            1 => visit(self.first[0], 1.0, [0.0; 2]),
-            2 => {
-                for i in 0..S {
-                    let start = (self.first[0] + i) * strides[0] + self.first[1];
-                    visit(start, self.weights[0][i], [self.gradients[0][i], 0.0]);
-                }
-            }
-            _ => {
-                for i in 0..S {
-                    for j in 0..S {
-                        let start = (self.first[0] + i) * strides[0]
-                            + (self.first[1] + j) * strides[1]
-                            + self.first[2];
-                        let (wx, wy) = (self.weights[0][i], self.weights[1][j]);
-                        visit(start, wx * wy, [self.gradients[0][i] * wy, wx * self.gradients[1][j]]);
-                    }
-                }
+        for i in 0..Self::LINES[0] {
+            for j in 0..Self::LINES[1] {
+                let (start, w, g, _) = self.line(self, strides, i, j);
+                visit(start, w, g);
             }
         }
     }
+
+    /// The gradients along the last axis of this stencil in four lanes, those of `other` in the other four.
+    #[inline(always)]
+    fn ends_of_two(&self, other: &Self) -> [f64x8; S] {
+        let mut ends = [f64x8::ZERO; S];
+        for k in 0..S {
+            ends[k] = pair(self.gradients[D - 1][k], other.gradients[D - 1][k]);
+        }
+        ends
+    }
+}
+
+/// Four times one number and four times another.
+#[inline(always)]
+fn pair(first: f64, second: f64) -> f64x8 {
+    join(Lanes::splat(first), Lanes::splat(second))
 }
 
 impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
@@ -117,6 +153,42 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
                 line[k].add(value * self.weights[last][k] + slope * self.gradients[last][k]);
             }
         });
+    }
+
+    #[inline(always)]
+    fn deposit_affine(
+        &self,
+        nodes: &mut [Node],
+        offset: usize,
+        strides: &[usize; D],
+        (motion, columns, body): (Lanes, &[Lanes; D], Option<Lanes>),
+        (moments, affine): (&Self, &[Lanes; D]),
+    ) {
+        let last = D - 1;
+        let ends = moments.ends_of_two(self);
+        let value = join(motion, body.unwrap_or(Lanes::ZERO));
+        let mut both = [f64x8::ZERO; D];
+        for j in 0..D {
+            both[j] = join(affine[j], columns[j]);
+        }
+        // Loops and no closure, which would be called for each line.
+        for i in 0..Self::LINES[0] {
+            for j in 0..Self::LINES[1] {
+                let (start, w, arm, slope) = moments.line(self, strides, i, j);
+                let line = &mut nodes[start - offset..start - offset + S];
+                let mut along = value * w;
+                if D > 1 {
+                    along += both[0] * pair(arm[0], slope[0]);
+                }
+                if D > 2 {
+                    along += both[1] * pair(arm[1], slope[1]);
+                }
+                let across = both[last] * w;
+                for k in 0..S {
+                    line[k].add(along * self.weights[last][k] + across * ends[k]);
+                }
+            }
+        }
     }
 
     #[inline(always)]
@@ -190,6 +262,40 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
         });
         [out.velocity, out.acceleration] = split(both);
         out
+    }
+
+    #[inline(always)]
+    fn gather_both(&self, other: &Self, nodes: &[Node], strides: &[usize; D]) -> (Gathered<D>, [Lanes; D]) {
+        let last = D - 1;
+        let ends = self.ends_of_two(other);
+        let (mut both, mut slopes) = (f64x8::ZERO, [f64x8::ZERO; D]);
+        for i in 0..Self::LINES[0] {
+            for j in 0..Self::LINES[1] {
+                let (start, w, g, h) = self.line(other, strides, i, j);
+                let line = &nodes[start..start + S];
+                let (mut value, mut slope) = (f64x8::ZERO, f64x8::ZERO);
+                for k in 0..S {
+                    value += line[k].whole() * self.weights[last][k];
+                    slope += join(line[k].motion, line[k].motion) * ends[k];
+                }
+                both += value * w;
+                slopes[last] += slope * w;
+                let [v, _] = split(value);
+                let twice = join(v, v);
+                if D > 1 {
+                    slopes[0] += twice * pair(g[0], h[0]);
+                }
+                if D > 2 {
+                    slopes[1] += twice * pair(g[1], h[1]);
+                }
+            }
+        }
+        let (mut out, mut others) = (Gathered::ZERO, [Lanes::ZERO; D]);
+        [out.velocity, out.acceleration] = split(both);
+        for j in 0..D {
+            [out.gradient[j], others[j]] = split(slopes[j]);
+        }
+        (out, others)
     }
 
     #[inline(always)]

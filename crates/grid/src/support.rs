@@ -43,6 +43,21 @@ pub trait Support<const D: usize>: Copy + Send + Sync {
         });
     }
 
+    /// As [`Support::deposit`] of `(motion, columns, body)`, and adds to the momenta the `(nodes with their moments, columns)` of
+    /// an affine velocity field.
+    #[inline(always)]
+    fn deposit_affine(
+        &self,
+        nodes: &mut [Node],
+        offset: usize,
+        strides: &[usize; D],
+        (motion, columns, body): (Lanes, &[Lanes; D], Option<Lanes>),
+        (moments, affine): (&Self, &[Lanes; D]),
+    ) {
+        self.deposit(nodes, offset, strides, motion, columns, body);
+        moments.deposit_slopes(nodes, offset, strides, Lanes::ZERO, affine, |node| &mut node.motion);
+    }
+
     /// Point to grid: adds `N value`.
     #[inline(always)]
     fn deposit_motion(&self, nodes: &mut [Lanes], offset: usize, strides: &[usize; D], value: Lanes) {
@@ -86,6 +101,12 @@ pub trait Support<const D: usize>: Copy + Send + Sync {
             out.add(nodes[number].motion, w, g);
         });
         out
+    }
+
+    /// As [`Support::gather`], and the velocities times the gradients of `other`, which has the same nodes.
+    #[inline(always)]
+    fn gather_both(&self, other: &Self, nodes: &[Node], strides: &[usize; D]) -> (Gathered<D>, [Lanes; D]) {
+        (self.gather(nodes, strides), other.gather(nodes, strides).gradient)
     }
 
     /// Grid to point: velocity and velocity gradient of the re-mapped velocities.

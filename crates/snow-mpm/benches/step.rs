@@ -1,20 +1,49 @@
-//! Point-updates per second of one step on one thread, with APIC: an elastic block, and a column of snow that gives way under its
-//! weight. The share of points that yield in a step is told for each.
+//! Point-updates per second of one step on one thread, with APIC: an elastic block, and a block of snow that gives way; and of the law
+//! of this snow alone. The share of points that yield in a step is told for each. Time is that of the processor where the system
+//! tells it (Linux), so that what runs beside the bench counts for less.
+//!
+//! `cargo bench -p colluvium-snow-mpm -- 10000 points` measures what has this in its name; a million points take some minutes.
+
+use std::time::{Duration, Instant};
 
 use colluvium_case::{Case, Method, Snapshot, Solver};
+use colluvium_constitutive::{
+    BLOCK, InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor,
+};
 use colluvium_snow_mpm::SnowMpm;
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{Bencher, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use serde_json::{Value, json};
 
-/// Steps before the clock starts: until the column gives way.
-const BEFORE: usize = 300;
+/// What is measured in a number of dimensions.
+struct Size {
+    dimension: usize,
+    /// Cells along an edge of the block.
+    cells: usize,
+    /// Points, about.
+    points: &'static str,
+    /// Rate at which the block is pressed on the floor at the start (1/s).
+    squeeze: f64,
+    /// Steps before the clock starts: until the snow gives way.
+    before: usize,
+}
+
+const SIZES: [Size; 6] = [
+    Size { dimension: 2, cells: 50, points: "10000 points", squeeze: 0.0, before: 300 },
+    Size { dimension: 3, cells: 11, points: "10000 points", squeeze: 0.0, before: 300 },
+    Size { dimension: 2, cells: 158, points: "100000 points", squeeze: 5.0, before: 50 },
+    Size { dimension: 3, cells: 23, points: "100000 points", squeeze: 5.0, before: 50 },
+    Size { dimension: 2, cells: 500, points: "1000000 points", squeeze: 5.0, before: 50 },
+    Size { dimension: 3, cells: 50, points: "1000000 points", squeeze: 5.0, before: 50 },
+];
 
 /// A block of 1 m on a rough floor, with two points per cell and direction.
-fn block(dimension: usize, cells: usize, shape: &str, material: &Value) -> Case {
-    let cell = 1.0 / cells as f64;
+fn block(size: &Size, shape: &str, material: &Value) -> Case {
+    let (dimension, cell) = (size.dimension, 1.0 / size.cells as f64);
     let all = |value: f64| vec![value; dimension];
     let (mut gravity, mut floor) = (all(0.0), all(-1.0));
     (gravity[1], floor[1]) = (-9.81, 0.0);
+    let mut pressed = vec![all(0.0); dimension];
+    pressed[1][1] = -size.squeeze;
     let text = json!({
         "title": "step",
         "space": if dimension == 2 { "plane-strain" } else { "3d" },
@@ -22,7 +51,8 @@ fn block(dimension: usize, cells: usize, shape: &str, material: &Value) -> Case 
         "gravity": gravity,
         "materials": { "snow": material },
         "bodies": [{ "name": "block", "material": "snow", "drop_outside": true,
-            "shape": { "kind": "box", "min": all(0.0), "max": all(1.0) } }],
+            "shape": { "kind": "box", "min": all(0.0), "max": all(1.0) },
+            "velocity": { "kind": "linear", "value": all(0.0), "origin": all(0.0), "gradient": pressed } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
         "stages": [{ "name": "fall", "duration": 100.0 }],
         "methods": { "snow-mpm": { "cell_size": cell, "shape": shape } }
@@ -30,12 +60,37 @@ fn block(dimension: usize, cells: usize, shape: &str, material: &Value) -> Case 
     Case::from_json(&text.to_string()).expect("a valid case")
 }
 
+fn snow() -> Value {
+    json!({ "model": "cohesive-cam-clay", "density": 250, "youngs_modulus": 3e6, "poissons_ratio": 0.3,
+        "critical_state_slope": 0.8, "cohesion_ratio": 0.3, "hardening_factor": 1, "compressive_strength": 1000 })
+}
+
 fn materials() -> [(&'static str, Value); 2] {
     let elastic = json!({ "model": "linear-elastic", "strain_measure": "hencky", "density": 250, "youngs_modulus": 3e6,
         "poissons_ratio": 0.3 });
-    let snow = json!({ "model": "cohesive-cam-clay", "density": 250, "youngs_modulus": 3e6, "poissons_ratio": 0.3,
-        "critical_state_slope": 0.8, "cohesion_ratio": 0.3, "hardening_factor": 1, "compressive_strength": 1000 });
-    [("elastic", elastic), ("cohesive Cam clay", snow)]
+    [("elastic", elastic), ("cohesive Cam clay", snow())]
+}
+
+/// Time that the processor has spent on the threads of this program.
+fn processor_time() -> Option<Duration> {
+    let mut sum = 0;
+    for task in std::fs::read_dir("/proc/self/task").ok()? {
+        let text = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
+        sum += text.split_whitespace().next()?.parse::<u64>().ok()?;
+    }
+    Some(Duration::from_nanos(sum))
+}
+
+/// Measures `count` runs at once, by the processor's time where there is one.
+fn measure(bencher: &mut Bencher<'_>, mut run: impl FnMut()) {
+    bencher.iter_custom(|count| {
+        let (began, from) = (Instant::now(), processor_time());
+        (0..count).for_each(|_| run());
+        match (from, processor_time()) {
+            (Some(from), Some(to)) => to - from,
+            _ => began.elapsed(),
+        }
+    });
 }
 
 fn steps(solver: &mut dyn Solver, count: usize) {
@@ -59,23 +114,104 @@ fn yielding(solver: &mut dyn Solver) -> f64 {
     changed as f64 / solver.points().max(1) as f64
 }
 
-fn step(criterion: &mut Criterion, dimension: usize, cells: usize) {
-    let mut group = criterion.benchmark_group(format!("{dimension}d step"));
+/// A solver with the case under way.
+fn started(case: &Case, before: usize) -> Box<dyn Solver> {
+    let mut solver = SnowMpm.build(case).expect("a solver");
+    solver.begin_stage(0, 0.0).expect("a stage");
+    steps(&mut *solver, before);
+    solver
+}
+
+fn step(criterion: &mut Criterion, size: &Size) {
+    let mut group = criterion.benchmark_group(format!("{}d, {}", size.dimension, size.points));
     group.sample_size(10);
+    let count = (2 * size.cells).pow(size.dimension as u32) as u64;
     for shape in ["quadratic", "cubic"] {
         for (name, material) in materials() {
-            let case = block(dimension, cells, shape, &material);
-            let mut solver = SnowMpm.build(&case).expect("a solver");
-            solver.begin_stage(0, 0.0).expect("a stage");
-            steps(&mut *solver, BEFORE);
-            println!(
-                "{dimension}d {shape} {name}: {} points, {:.0} % yield",
-                solver.points(),
-                100.0 * yielding(&mut *solver)
-            );
-            group.throughput(Throughput::Elements(solver.points() as u64));
+            let case = block(size, shape, &material);
+            group.throughput(Throughput::Elements(count));
+            let mut solver = None;
             group.bench_function(BenchmarkId::new(shape, name), |bencher| {
-                bencher.iter(|| steps(&mut *solver, 1));
+                let solver = solver.get_or_insert_with(|| {
+                    let mut solver = started(&case, size.before);
+                    let (points, share) = (solver.points(), 100.0 * yielding(&mut *solver));
+                    println!("{}d {shape} {name}: {points} points, {share:.0} % yield", size.dimension);
+                    solver
+                });
+                measure(bencher, || steps(&mut **solver, 1));
+            });
+        }
+    }
+    group.finish();
+}
+
+/// Points of the law alone: what they hold fits the second-level cache.
+const POINTS: usize = 16 * BLOCK;
+
+/// Points that are led on by the law alone.
+#[derive(Clone)]
+struct Led {
+    motions: Vec<Motion>,
+    stresses: Vec<SymTensor>,
+    states: States,
+}
+
+impl Led {
+    /// Points without stress, each sheared and pressed in a way of its own by about `strain` a step, in the plane or in
+    /// space.
+    fn of(law: &dyn Material, planar: bool, strain: f64) -> Self {
+        let free = InitialCondition { stress: SymTensor::ZERO, density: 250.0 };
+        let (stresses, states) = law.initial(&[free; POINTS]).expect("no stress is admissible");
+        let motions = (0..POINTS).map(|i| {
+            let turn = Mat3::rotation_z(i as f64);
+            let mut f = Mat3::IDENTITY + Mat3([[1.0, 0.5, 0.2], [0.0, -1.5, 0.1], [0.3, 0.0, 0.1]]) * strain;
+            if planar {
+                (f.0[0][2], f.0[1][2], f.0[2]) = (0.0, 0.0, [0.0, 0.0, 1.0]);
+            }
+            let f = turn * f * turn.transpose();
+            Motion::from_deformation(&f, 1e-4, 250.0, 0.1).expect("a step of this size is regular")
+        });
+        Self { motions: motions.collect(), stresses, states }
+    }
+
+    fn step(&mut self, law: &dyn Material) {
+        let parts = self.stresses.chunks_mut(BLOCK).zip(self.motions.chunks(BLOCK));
+        for (block, (stresses, motions)) in self.states.blocks_mut().iter_mut().zip(parts) {
+            law.update(motions, stresses, block).expect("an admissible step");
+        }
+    }
+
+    /// Share of the points on the yield surface.
+    fn yielding(&self, law: &dyn Material) -> f64 {
+        let mut count = 0;
+        for (block, stresses) in self.states.blocks().iter().zip(self.stresses.chunks(BLOCK)) {
+            let mut values = [0.0; BLOCK];
+            law.yield_values(stresses, block, &mut values);
+            count += values.iter().zip(stresses).filter(|(y, stress)| **y > -1e-6 * stress.norm()).count();
+        }
+        count as f64 / POINTS as f64
+    }
+}
+
+/// Updates per second of cohesive Cam clay, in blocks as a solver asks for them.
+fn law(criterion: &mut Criterion) {
+    let spec: MaterialSpec = serde_json::from_value(snow()).expect("a material");
+    let law = spec.build().expect("a law");
+    let mut group = criterion.benchmark_group("cohesive Cam clay alone");
+    group.throughput(Throughput::Elements((10 * POINTS) as u64));
+    for (space, planar) in [("plane", true), ("space", false)] {
+        for (name, strain, before) in [("elastic", 1e-6, 5), ("plastic", 1e-5, 300)] {
+            let mut start = Led::of(&*law, planar, strain);
+            (0..before).for_each(|_| start.step(&*law));
+            let mut points = start.clone();
+            (0..10).for_each(|_| points.step(&*law));
+            println!("{space} {name}: {:.0} % yield", 100.0 * points.yielding(&*law));
+            group.bench_function(BenchmarkId::new(space, name), |bencher| {
+                measure(bencher, || {
+                    // Every lap goes on from the same state.
+                    points.clone_from(&start);
+                    (0..10).for_each(|_| points.step(&*law));
+                });
             });
         }
     }
@@ -85,8 +221,8 @@ fn step(criterion: &mut Criterion, dimension: usize, cells: usize) {
 fn all(criterion: &mut Criterion) {
     // Rayon would use all cores.
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first and only pool");
-    step(criterion, 2, 50);
-    step(criterion, 3, 11);
+    law(criterion);
+    SIZES.iter().for_each(|size| step(criterion, size));
 }
 
 criterion_group!(benches, all);

@@ -184,8 +184,13 @@ impl<const D: usize> Bodies<D> {
 /// `columns[j] = -V σ e_j`.
 #[inline(always)]
 pub fn pull<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] {
-    std::array::from_fn(|j| {
-        let row: [f64; D] = std::array::from_fn(|i| stress.at(i, j));
-        crate::vectors::lanes(&row, -volume, 0.0)
-    })
+    let mut columns = [Lanes::ZERO; D];
+    for j in 0..D {
+        let mut column = [0.0; 4];
+        for i in 0..D {
+            column[i] = -volume * stress.at(i, j);
+        }
+        columns[j] = Lanes::new(column);
+    }
+    columns
 }

@@ -46,15 +46,21 @@ impl Bounds {
         let count = velocity.len();
         material.wave_moduli(stress, states, &mut moduli[..count]);
         material.viscosities(stress, states, &mut viscosities[..count]);
-        let mut pace = Pace::NONE;
+        // One over the longest step, of each of the three limits.
+        let mut rates = [[0.0; BLOCK]; 3];
+        let [waves, motions, diffusions] = &mut rates;
         for p in 0..count {
             let density = mass[p] / volume[p];
             let speed = square(&velocity[p]).sqrt();
-            let wave = (moduli[p] / density).sqrt() + speed;
-            pace.take(wave / (self.elastic * self.cell), StepLimit::ELASTIC_WAVE, first + p);
-            pace.take(speed / (self.velocity * self.cell), MOTION, first + p);
-            let diffusion = 4.0 * self.dimension * viscosities[p] / (density * self.cell * self.cell);
-            pace.take(diffusion, StepLimit::VISCOSITY, first + p);
+            waves[p] = ((moduli[p] / density).sqrt() + speed) / (self.elastic * self.cell);
+            motions[p] = speed / (self.velocity * self.cell);
+            diffusions[p] = 4.0 * self.dimension * viscosities[p] / (density * self.cell * self.cell);
+        }
+        let mut pace = Pace::NONE;
+        for p in 0..count {
+            pace.take(rates[0][p], StepLimit::ELASTIC_WAVE, first + p);
+            pace.take(rates[1][p], MOTION, first + p);
+            pace.take(rates[2][p], StepLimit::VISCOSITY, first + p);
         }
         pace
     }

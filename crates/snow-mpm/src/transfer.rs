@@ -124,13 +124,16 @@ impl<const D: usize> Update<'_, D> {
         let count = block.position.len();
         let mut all = [Gathered::ZERO; BLOCK];
         let reads = &mut all[..count];
-        sweeps.gather(&ground, &places(block.position, extent), self.nodes, reads);
+        let points = places(block.position, extent);
         if self.transfer == SnowTransfer::Apic {
-            sweeps.gather_affine(&ground, &places(block.position, extent), self.nodes, true, block.affine);
+            sweeps.gather_both(&ground, &points, self.nodes, true, (reads, block.affine));
+        } else {
+            sweeps.gather(&ground, &points, self.nodes, reads);
         }
         let cell = self.background.grid.cell;
         let mut motions = [Motion { dt: self.dt, size: cell, ..Motion::STILL }; BLOCK];
         let motions = &mut motions[..count];
+        let mut stretches = [1.0; BLOCK];
         for (p, read) in reads.iter().enumerate() {
             let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
             for c in 0..D {
@@ -138,13 +141,15 @@ impl<const D: usize> Update<'_, D> {
                 block.velocity[p][c] =
                     self.flip * (own + self.dt * acceleration[c]) + (1.0 - self.flip) * velocity[c];
             }
-            self.deform(&mut motions[p], &read.gradient);
-            let stretch = motions[p].deformation.determinant();
+            let (gradient, deformation) = self.deform(&read.gradient);
+            let stretch = deformation.determinant();
+            (motions[p].gradient, motions[p].deformation) = (gradient, deformation);
             // Written so that NaN counts as a failure.
             if !(stretch > 0.0) {
                 let reason = format!("the step would turn it inside out (volume ratio {stretch})");
                 return Err(Failure { index: block.first + p, reason });
             }
+            stretches[p] = stretch;
             block.volume[p] *= stretch;
             motions[p].density = block.mass[p] / block.volume[p];
         }
@@ -155,23 +160,27 @@ impl<const D: usize> Update<'_, D> {
             let index = block.first + error.index;
             Failure { index, reason: error.source.to_string() }
         })?;
-        add_work(motions, &before, block);
+        add_work(motions, &stretches, &before, block);
         let points = (&*block.velocity, block.mass, &*block.volume);
         let pace = self.bounds.pace(block.first, material, points, (block.stress, block.states));
         Ok(Pace { moved, left, ..pace })
     }
 
-    /// Motion of the step from the columns of the velocity gradient (step 4).
+    /// Gradient and deformation of the step from the columns of the velocity gradient (step 4).
     #[inline(always)]
-    fn deform(&self, motion: &mut Motion, columns: &[Lanes; D]) {
-        for (j, column) in columns.iter().enumerate() {
-            let column = (*column * self.dt).to_array();
-            (0..D).for_each(|i| motion.gradient.0[i][j] = column[i]);
+    fn deform(&self, columns: &[Lanes; D]) -> (Mat3, Mat3) {
+        let mut gradient = Mat3::ZERO;
+        for j in 0..D {
+            let column = (columns[j] * self.dt).to_array();
+            for i in 0..D {
+                gradient.0[i][j] = column[i];
+            }
         }
-        motion.deformation = match self.deformation {
-            DeformationUpdate::Linear => Mat3::IDENTITY + motion.gradient,
-            DeformationUpdate::Exponential => exponential(&motion.gradient),
+        let deformation = match self.deformation {
+            DeformationUpdate::Linear => Mat3::IDENTITY + gradient,
+            DeformationUpdate::Exponential => exponential(&gradient),
         };
+        (gradient, deformation)
     }
 
     /// Moves the points with the velocity of the grid (step 9); the largest move along an axis (m), and whether a point left.
@@ -181,13 +190,18 @@ impl<const D: usize> Update<'_, D> {
         reads: &[Gathered<D>],
         drop_outside: bool,
     ) -> Result<(f64, bool), Failure> {
+        let Background { low, high, .. } = self.background;
         let (cell, mut moved, mut left) = (self.background.grid.cell, 0f64, false);
         for (p, (position, read)) in block.position.iter_mut().zip(reads).enumerate() {
             let velocity = read.velocity.as_array();
-            let step = velocity[..D].iter().fold(0f64, |most, v| most.max((self.dt * v).abs()));
+            let (mut step, mut sum) = (0f64, 0.0);
+            for v in &velocity[..D] {
+                step = step.max((self.dt * v).abs());
+                // NaN and infinity make the product NaN.
+                sum += v * 0.0;
+            }
             let failed = |reason: String| Failure { index: block.first + p, reason };
-            let finite = velocity[..D].iter().all(|v| v.is_finite());
-            if !(finite && step <= 0.5 * cell * (1.0 + 1e-9)) {
+            if !(sum == 0.0 && step <= 0.5 * cell * (1.0 + 1e-9)) {
                 return Err(failed(format!(
                     "it would move {step:.3e} m in one step, more than half a cell: the run has become unstable (reduce \
                      courant_elastic or time_step)"
@@ -195,8 +209,11 @@ impl<const D: usize> Update<'_, D> {
             }
             (0..D).for_each(|c| position[c] += self.dt * velocity[c]);
             moved = moved.max(step);
-            let outside = self.background.outside(position);
-            if outside > 0.0 && !self.is_held(position, outside) {
+            let mut inside = true;
+            for c in 0..D {
+                inside &= (position[c] >= low[c]) & (position[c] <= high[c]);
+            }
+            if !inside && !self.is_held(position, self.background.outside(position)) {
                 if !drop_outside {
                     let reason = "it left the domain: enlarge the domain, add a wall on that side or let the body drop_outside";
                     return Err(failed(reason.to_owned()));
@@ -220,14 +237,26 @@ impl<const D: usize> Update<'_, D> {
 
 /// Adds the work of the stresses in the step (J): the mean of `V σ` before and after on the strain increment, to the second
 /// order in the step.
-fn add_work<const D: usize>(motions: &[Motion], before: &[SymTensor], block: &mut Block<'_, D>) {
+fn add_work<const D: usize>(
+    motions: &[Motion],
+    stretches: &[f64; BLOCK],
+    before: &[SymTensor; BLOCK],
+    block: &mut Block<'_, D>,
+) {
     for (p, motion) in motions.iter().enumerate() {
         let volume = block.volume[p];
-        let started = volume / motion.deformation.determinant();
+        let started = volume / stretches[p];
         let mean = before[p] * (0.5 * started) + block.stress[p] * (0.5 * volume);
-        // The logarithmic strain of the step, to the third order.
-        let squared = motion.gradient * motion.gradient;
-        block.work[p] += mean.dot(&(motion.gradient - squared * 0.5).sym());
+        // The logarithmic strain of the step, to the third order; nothing outside the axes that there are.
+        let (gradient, mut squared) = (&motion.gradient.0, [[0.0; 3]; 3]);
+        for i in 0..D {
+            for j in 0..D {
+                for k in 0..D {
+                    squared[i][j] += gradient[i][k] * gradient[k][j];
+                }
+            }
+        }
+        block.work[p] += mean.dot(&(motion.gradient - Mat3(squared) * 0.5).sym());
     }
 }
 

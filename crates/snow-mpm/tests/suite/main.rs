@@ -7,3 +7,4 @@ mod motion;
 mod obstacles;
 mod rasters;
 mod same;
+mod sweeps;
