@@ -39,6 +39,8 @@ pub enum Shape {
 macro_rules! in_space {
     ($(#[$meta:meta])* $name:ident, $d:literal, $corners:literal $(, $more:ident: $sweeps:expr)*) => {
         $(#[$meta])*
+        // Compiled here: what calls it would compile each of them again.
+        #[inline(never)]
         pub fn $name(self) -> Option<&'static dyn Sweeps<$d>> {
             Some(match self {
                 Self::Linear => &Of::<2, Linear, FixedDomain>(PhantomData),
