@@ -71,7 +71,7 @@ fn rasters_are_refused_by_methods_that_have_none() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     assert_eq!(colluvium(folder, &["new", "debris-flow"]).0, 0);
-    change(folder, |case| case["methods"] = json!({ "mpm": { "cell_size": 10 } }));
+    change(folder, |case| case["methods"] = json!({ "mpm": { "cell_size": 20 } }));
     let (code, _, errors) = colluvium(folder, &["check", "debris-flow.json"]);
     assert!(code != 0 && errors.contains("output.rasters: rasters over the plan are those of"), "{errors}");
     change(folder, |case| {

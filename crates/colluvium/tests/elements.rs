@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use rayon::prelude::*;
+
 /// Young's modulus of reference set R1 is 20 MPa, its Poisson's ratio 0.3.
 const SHEAR: f64 = 20e6 / 2.6;
 
@@ -145,12 +147,12 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
 #[test]
 fn every_element_test_ends_at_its_closed_form() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../validation/element");
-    let mut count = 0;
-    for entry in fs::read_dir(folder).unwrap() {
-        let file = entry.unwrap().path();
+    let files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(files.len() >= 40, "{} files", files.len());
+    files.par_iter().for_each(|file| {
         let name = file.file_stem().unwrap().to_string_lossy().into_owned();
         let checks = expectations(&name).unwrap_or_else(|| panic!("{name}: what should it end at?"));
-        let test = colluvium::element_test(&fs::read_to_string(&file).unwrap());
+        let test = colluvium::element_test(&fs::read_to_string(file).unwrap());
         let path = test.unwrap_or_else(|error| panic!("{name}: {error}")).run();
         let path = path.unwrap_or_else(|error| panic!("{name}: {error}"));
         for (column, value, tolerance) in checks {
@@ -159,9 +161,7 @@ fn every_element_test_ends_at_its_closed_form() {
             let scale = if value == 0.0 { 1.0 } else { value.abs() };
             assert!((found - value).abs() <= tolerance * scale, "{name}: {column} is {found}, not {value}");
         }
-        count += 1;
-    }
-    assert!(count >= 40, "{count} files");
+    });
 }
 
 /// Models that no file of ours can run: what a `umat` does is in a library that is not part of this repository

@@ -123,7 +123,7 @@ fn package(entry: &Value) -> (String, Package) {
 /// Crates of the workspace that the one in `folder` may name; `None` where it may name all.
 fn allowed(folder: &str) -> Option<&'static [&'static str]> {
     match folder {
-        "colluvium" | "xtask" => None,
+        "colluvium" | "suites" | "xtask" => None,
         "constitutive" | "points" | "grid" => Some(&[]),
         "umat" => Some(&["colluvium-constitutive"]),
         "terrain" => Some(&["colluvium-points"]),

