@@ -149,12 +149,14 @@ fn a_lake_with_open_sides_goes_on_after_a_restart_to_the_last_bit_on_any_threads
     assert_eq!(run(1, Some(31)), whole);
 }
 
+/// Why a case is refused.
+fn refused(value: &Value) -> String {
+    let case = Case::from_json(&value.to_string()).unwrap();
+    DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
+}
+
 #[test]
 fn sides_that_cannot_be_open_are_refused_by_path() {
-    let refused = |value: &Value| {
-        let case = Case::from_json(&value.to_string()).unwrap();
-        DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
-    };
     let mut pressed = lake();
     pressed["methods"]["depth-sph"]["mixture"] = json!({ "grain_density": 2600 });
     pressed["methods"]["depth-sph"]["column"] = json!({ "consolidation": 0.1 });
@@ -258,10 +260,6 @@ fn layers_go_on_after_a_restart_to_the_last_bit_on_any_threads_and_keep_the_bala
 
 #[test]
 fn layers_that_cannot_be_are_refused_and_short_ones_told_of() {
-    let refused = |value: &Value| {
-        let case = Case::from_json(&value.to_string()).unwrap();
-        DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
-    };
     let mut long = lake();
     long["methods"]["depth-sph"]["absorbing_layer"] = json!(3.1);
     assert!(
