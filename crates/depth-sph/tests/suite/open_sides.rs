@@ -202,7 +202,7 @@ fn reflected_by_layer(degrees: f64, width: f64, layer: f64) -> f64 {
     (sum / count).sqrt() / amplitude(&start, 1.0)
 }
 
-/// Depths differ from those of nodes that have the side far away by 4.5, 12 and 15 % of what arrives; with a layer of 3 m by 2.3, 0.5 and
+/// Depths differ from those of nodes that have the side far away by 4.5 and 15 % of what arrives; with a layer of 3 m by 2.3 and
 /// 1.0 %. V27 asks for 2 % in profiles.
 #[test]
 fn less_comes_back_where_waves_die_away_before_a_side() {
