@@ -1,10 +1,9 @@
 //! What the tests of the other crates share. Tests and benches depend on it, nothing else does.
 //!
-//! [`near`] and [`close`] compare numbers, [`Counting`] counts allocations, and with the feature `cases` the module
-//! `cases` makes cases and drives solvers through [`colluvium_case`](https://docs.rs/colluvium-case)'s contract.
+//! [`near`] and [`close`] compare numbers, [`Counting`] counts allocations, and [`cases`] makes cases and drives solvers through
+//! [`colluvium_case`]'s contract.
 
 mod allocations;
-#[cfg(feature = "cases")]
 pub mod cases;
 
 pub use allocations::{Counting, allocations_during};
