@@ -9,6 +9,9 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use wide::f64x4;
 
+/// Contacts side by side.
+pub const WIDTH: usize = 4;
+
 /// What a component is.
 pub trait Number:
     Copy

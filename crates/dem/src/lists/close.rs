@@ -9,7 +9,7 @@ use super::Lists;
 use crate::contact::APART;
 use crate::grains::Grains;
 use crate::pairs::Pairs;
-use crate::vector::{dot, minus};
+use crate::vector::{WIDTH, dot, minus};
 
 /// Share of the skin up to which gaps are looked at, at least.
 const LEAST: f64 = 1.0 / 16.0;
@@ -17,15 +17,26 @@ const LEAST: f64 = 1.0 / 16.0;
 /// Margin for round-off in sums of ways.
 const MARGIN: f64 = 1.0 - 1e-9;
 
+/// A pair, in one piece: it is copied as such from list to batch. Numbers count from the first grain and pair of its slab on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(align(16))]
+pub struct Pair {
+    /// The first grain.
+    pub first: u32,
+    /// The other.
+    pub second: u32,
+    /// Number of the pair in its list.
+    pub slot: u32,
+    /// Image of the other.
+    pub code: u32,
+}
+
 /// Pairs of a slab, or across the seam, in the order of their list.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
-    /// The first grain of each.
-    pub first: Vec<u32>,
-    /// The other.
-    pub second: Vec<u32>,
-    /// Number of the pair in its list.
-    pub slot: Vec<u32>,
+    /// The pairs; the last one again to fill up those that are looked at side by side.
+    pairs: Vec<Pair>,
+    count: usize,
 }
 
 /// What is looked at in a step.
@@ -47,6 +58,12 @@ impl Close {
 }
 
 impl Run {
+    /// Pairs side by side, and how many of them count.
+    pub fn side_by_side(&self) -> impl Iterator<Item = (&[Pair; WIDTH], usize)> {
+        let (groups, _) = self.pairs.as_chunks();
+        groups.iter().enumerate().map(|(n, group)| (group, (self.count - WIDTH * n).min(WIDTH)))
+    }
+
     /// Takes the pairs of some grains that remember something, or that were `near` when they were listed.
     fn choose<const R: usize>(
         &mut self,
@@ -54,19 +71,21 @@ impl Run {
         rows: Range<usize>,
         near: impl Fn(usize, usize, usize) -> bool,
     ) {
-        self.first.clear();
-        self.second.clear();
-        self.slot.clear();
+        self.pairs.clear();
+        let (row, pair) = (rows.start, pairs.starts.get(rows.start).map_or(0, |start| *start));
         for i in rows {
             for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
-                let code = pairs.image.get(k).map_or(0, |code| usize::from(*code));
-                if pairs.memory.state[k] != APART || near(i, pairs.other[k] as usize, code) {
-                    self.first.push(i as u32);
-                    self.second.push(pairs.other[k]);
-                    self.slot.push(k as u32);
+                let (second, code) = (pairs.other[k], pairs.image.get(k).map_or(0, |code| u32::from(*code)));
+                if pairs.memory.state[k] != APART || near(i, second as usize, code as usize) {
+                    let first = (i - row) as u32;
+                    let second = second - row as u32;
+                    self.pairs.push(Pair { first, second, slot: k as u32 - pair, code });
                 }
             }
         }
+        self.count = self.pairs.len();
+        let last = self.pairs.last().copied().unwrap_or_default();
+        self.pairs.resize(self.count.next_multiple_of(WIDTH), last);
     }
 }
 
@@ -140,7 +159,11 @@ mod tests {
     }
 
     fn chosen(lists: &Lists<3, 3>) -> Vec<u32> {
-        lists.close.slabs.iter().flat_map(|run| run.slot.iter().copied()).collect()
+        let slots = |(slab, run): (usize, &Run)| {
+            let from = lists.inner.starts[lists.slabs[slab] as usize];
+            run.pairs[..run.count].iter().map(move |pair| from + pair.slot).collect::<Vec<_>>()
+        };
+        lists.close.slabs.iter().enumerate().flat_map(slots).collect()
     }
 
     #[test]

@@ -155,13 +155,12 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         shares: &mut Shares<'_, D, R>,
         slab: usize,
     ) {
-        let images = pairs.image;
         match self.way {
             Way::Single => self.single(pairs, rows, shares, slab),
-            Way::Linear(false) => self.in_lanes::<false, false>(close, images, shares, slab),
-            Way::Linear(true) => self.in_lanes::<false, true>(close, images, shares, slab),
-            Way::Hertz(false) => self.in_lanes::<true, false>(close, images, shares, slab),
-            Way::Hertz(true) => self.in_lanes::<true, true>(close, images, shares, slab),
+            Way::Linear(false) => self.in_lanes::<false, false>((pairs, close), &rows, shares, slab),
+            Way::Linear(true) => self.in_lanes::<false, true>((pairs, close), &rows, shares, slab),
+            Way::Hertz(false) => self.in_lanes::<true, false>((pairs, close), &rows, shares, slab),
+            Way::Hertz(true) => self.in_lanes::<true, true>((pairs, close), &rows, shares, slab),
         }
     }
 

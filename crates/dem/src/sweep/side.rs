@@ -8,9 +8,7 @@ use crate::contact::linear::Linear;
 use crate::contact::rolling::Resistance;
 use crate::contact::{Law, Normal, Side};
 use crate::grains::{Shown, TASK};
-
-/// Contacts side by side.
-pub const WIDTH: usize = 4;
+use crate::vector::WIDTH;
 
 /// What grains show their contacts.
 #[derive(Clone, Debug, Default)]

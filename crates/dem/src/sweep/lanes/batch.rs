@@ -3,7 +3,8 @@
 use wide::f64x4 as Lanes;
 
 use crate::contact::Touch;
-use crate::sweep::side::WIDTH;
+use crate::lists::close::Pair;
+use crate::vector::WIDTH;
 
 /// Contacts of a batch.
 pub(super) const MOST: usize = 64;
@@ -18,6 +19,10 @@ pub(super) struct Four<const D: usize, const R: usize> {
     pub(super) touch: Touch<D, R, Lanes>,
     /// Lever arms over radii.
     pub(super) arm: Lanes,
+    /// What lies between the centres (m), where it is asked for again.
+    pub(super) apart: [Lanes; D],
+    /// Radii of the first and the second grains (m), where they are asked for again.
+    pub(super) radii: [Lanes; 2],
     /// Springs across, turned into the plane across the normal (m).
     pub(super) slide: [Lanes; R],
     /// Dissipative part of the normal force in the last step (N).
@@ -40,107 +45,50 @@ impl<const D: usize, const R: usize> Four<D, R> {
                 small: zero,
             },
             arm: zero,
+            apart: [zero; D],
+            radii: [zero; 2],
             slide: [zero; R],
             dash: zero,
         }
     };
 }
 
-/// Four pairs: grains and numbers in their list.
-#[derive(Clone, Copy)]
-pub(super) struct FourPairs {
-    pub(super) first: [u32; WIDTH],
-    pub(super) second: [u32; WIDTH],
-    pub(super) slot: [u32; WIDTH],
-}
-
 /// Contacts that wait.
 pub(super) struct Batch<const D: usize, const R: usize> {
     pub(super) fours: [Four<D, R>; MOST / WIDTH],
     pub(super) count: usize,
-    pub(super) first: [u32; ROOM],
-    pub(super) second: [u32; ROOM],
-    pub(super) slot: [u32; ROOM],
-    pub(super) code: [u8; ROOM],
-    /// What lies between the centres (m), and the square of their distance (m²).
-    pub(super) apart: [[f64; ROOM]; D],
-    pub(super) square: [f64; ROOM],
-    /// Radii of the first and the second grains (m).
-    pub(super) radii: [[f64; ROOM]; 2],
-}
-
-/// Four of a column.
-#[inline(always)]
-pub(super) fn four_of(column: &[f64; ROOM], group: usize) -> Lanes {
-    let own = &column[WIDTH * group..][..WIDTH];
-    Lanes::new([own[0], own[1], own[2], own[3]])
+    pub(super) pairs: [Pair; ROOM],
 }
 
 impl<const D: usize, const R: usize> Batch<D, R> {
     pub(super) const EMPTY: Self = Self {
         fours: [Four::NONE; MOST / WIDTH],
         count: 0,
-        first: [0; ROOM],
-        second: [0; ROOM],
-        slot: [0; ROOM],
-        code: [0; ROOM],
-        apart: [[0.0; ROOM]; D],
-        square: [0.0; ROOM],
-        radii: [[0.0; ROOM]; 2],
+        pairs: [Pair { first: 0, second: 0, slot: 0, code: 0 }; ROOM],
     };
 
-    /// Adds those of four pairs whose bits are set; `origin` is the first pair of what contacts remember.
+    /// Adds those of four pairs whose bits are set, without a branch on what cannot be foretold. Pairs are copied from where they are listed:
+    /// numbers that were just written one by one are slow to read side by side.
     #[inline(always)]
-    pub(super) fn push(
-        &mut self,
-        (pairs, codes, origin): (&FourPairs, [u8; WIDTH], u32),
-        (apart, square, radii): (&[Lanes; D], Lanes, [Lanes; 2]),
-        bits: u32,
-    ) {
-        // No more than that: whoever adds flushes what is full, and nothing is looked up beyond the columns.
-        let n = self.count.min(MOST);
-        let slots = pairs.slot.map(|slot| slot - origin);
-        if bits & (bits + 1) == 0 {
-            // From the first on: all of them as they are, and those that do not count are written over.
-            for c in 0..D {
-                self.apart[c][n..][..WIDTH].copy_from_slice(apart[c].as_array());
-            }
-            self.square[n..][..WIDTH].copy_from_slice(square.as_array());
-            for side in 0..2 {
-                self.radii[side][n..][..WIDTH].copy_from_slice(radii[side].as_array());
-            }
-            self.first[n..][..WIDTH].copy_from_slice(&pairs.first);
-            self.second[n..][..WIDTH].copy_from_slice(&pairs.second);
-            self.slot[n..][..WIDTH].copy_from_slice(&slots);
-            self.code[n..][..WIDTH].copy_from_slice(&codes);
-        } else {
-            let (mut bits, mut n) = (bits, n);
-            while bits != 0 {
-                let k = bits.trailing_zeros() as usize % WIDTH;
-                for c in 0..D {
-                    self.apart[c][n] = apart[c].as_array()[k];
-                }
-                self.square[n] = square.as_array()[k];
-                for side in 0..2 {
-                    self.radii[side][n] = radii[side].as_array()[k];
-                }
-                (self.first[n], self.second[n]) = (pairs.first[k], pairs.second[k]);
-                (self.slot[n], self.code[n]) = (slots[k], codes[k]);
-                bits &= bits - 1;
-                n += 1;
-            }
+    pub(super) fn push(&mut self, pairs: &[Pair; WIDTH], bits: u32) {
+        // No more than that: whoever adds flushes what is full.
+        let mut n = self.count.min(MOST);
+        for (k, pair) in pairs.iter().enumerate() {
+            // The next one goes over it where it does not count.
+            self.pairs[n] = *pair;
+            n += (bits >> k & 1) as usize;
         }
-        self.count = n + bits.count_ones() as usize;
+        self.count = n;
+    }
+
+    /// Four pairs.
+    #[inline(always)]
+    pub(super) fn pairs(&self, group: usize) -> &[Pair; WIDTH] {
+        &self.pairs.as_chunks().0[group]
     }
 
     /// Copies contact `from` to place `to`.
     pub(super) fn copy(&mut self, from: usize, to: usize) {
-        for column in self.apart.iter_mut().chain(&mut self.radii).chain([&mut self.square]) {
-            column[to] = column[from];
-        }
-        for column in [&mut self.first, &mut self.second, &mut self.slot] {
-            column[to] = column[from];
-        }
-        self.code[to] = self.code[from];
+        self.pairs[to] = self.pairs[from];
     }
 }

@@ -2,13 +2,13 @@
 
 use wide::f64x4 as Lanes;
 
-use super::Run;
+use super::push::Work;
 use crate::contact::friction::{left_in_lanes, rescaled_in_lanes};
 use crate::contact::{Elastic, Touch, rolls};
-use crate::sweep::side::{Laws, WIDTH};
-use crate::vector::{dot, follow, times};
+use crate::sweep::side::Laws;
+use crate::vector::{WIDTH, dot, follow, times};
 
-impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
+impl<const D: usize, const R: usize> Work<'_, D, R> {
     /// Moments of resistance against rolling and twisting on the first grains of four contacts.
     #[inline(always)]
     pub(super) fn resist(
@@ -16,11 +16,10 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
         laws: &Laws,
         touch: &Touch<D, R, Lanes>,
         base: &Elastic<Lanes>,
-        cap: Lanes,
+        (cap, dt): (Lanes, Lanes),
         (slots, meets): (&[usize; WIDTH], Lanes),
     ) -> [Lanes; R] {
-        let dt = Lanes::splat(self.scene.dt);
-        let memory = &mut self.shares.memory;
+        let memory = &mut self.memory;
         let (roll, twist) = rolls(&touch.turning, &touch.normal);
         let [(rolling, rolls), (twisting, twists)] = &laws.resistance;
         let old: [Lanes; R] = std::array::from_fn(|c| Lanes::new(slots.map(|slot| memory.roll[slot][c])));
@@ -33,9 +32,9 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
             memory.roll[slot] = std::array::from_fn(|c| lefts[c][k]);
         }
         let mut moment = resisted.moment.map(|m| here & m);
-        self.sums.rolling += here & resisted.lost;
-        self.sums.dashpots += here & resisted.dashpots;
-        self.sums.elastic_rolling += here & resisted.elastic;
+        self.account.sums.rolling += here & resisted.lost;
+        self.account.sums.dashpots += here & resisted.dashpots;
+        self.account.sums.elastic_rolling += here & resisted.elastic;
         if D == 3 && twists.any() {
             let old = Lanes::new(slots.map(|slot| memory.twist[slot]));
             let resisted = twisting.act_in_lanes(touch, base, cap, (&[old], &[twist]), dt);
@@ -47,9 +46,9 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
             for c in 0..D {
                 moment[c] += here & (resisted.moment[0] * touch.normal[c]);
             }
-            self.sums.rolling += here & resisted.lost;
-            self.sums.dashpots += here & resisted.dashpots;
-            self.sums.elastic_rolling += here & resisted.elastic;
+            self.account.sums.rolling += here & resisted.lost;
+            self.account.sums.dashpots += here & resisted.dashpots;
+            self.account.sums.elastic_rolling += here & resisted.elastic;
         }
         moment
     }
@@ -61,16 +60,15 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
         laws: &Laws,
         touch: &Touch<D, R, Lanes>,
         base: &Elastic<Lanes>,
-        cap: Lanes,
+        (cap, dt): (Lanes, Lanes),
         (mut old, meets): ([Lanes; R], Lanes),
     ) -> ([Lanes; R], [Lanes; R]) {
-        let dt = Lanes::splat(self.scene.dt);
         let (stiffness, dashpot) = (base.across, base.damping_across);
         if HERTZ {
             let (rescaled, lost) =
                 rescaled_in_lanes(&old, touch.overlap, touch.overlap + touch.separation * dt, stiffness);
             old = rescaled;
-            self.sums.rescaled += meets & lost;
+            self.account.sums.rescaled += meets & lost;
         }
         let mut slide: [Lanes; R] = std::array::from_fn(|c| old[c] + touch.sliding[c] * dt);
         let mut force: [Lanes; R] =
@@ -88,12 +86,12 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
                 force[c] = slips.bitselect(capped[c], force[c]);
                 slide[c] = slips.bitselect(left[c], slide[c]);
             }
-            self.sums.friction += meets & slips & lost;
-            self.tally.sliding += u64::from((meets & slips).to_bitmask().count_ones());
+            self.account.sums.friction += meets & slips & lost;
+            self.account.tally.sliding += u64::from((meets & slips).to_bitmask().count_ones());
         }
         let viscous = dashpot * dot(&touch.sliding, &touch.sliding) * dt;
-        self.sums.dashpots += meets & slips.bitselect(Lanes::ZERO, viscous);
-        self.sums.elastic_across += meets & (Lanes::HALF * stiffness * dot(&slide, &slide));
+        self.account.sums.dashpots += meets & slips.bitselect(Lanes::ZERO, viscous);
+        self.account.sums.elastic_across += meets & (Lanes::HALF * stiffness * dot(&slide, &slide));
         (force, slide)
     }
 }

@@ -1,0 +1,184 @@
+//! Forces and moments of contacts side by side, and sums over them.
+
+use wide::f64x4 as Lanes;
+
+use super::batch::{Batch, Four};
+use crate::contact::{TOUCHING, Tally, Touch};
+use crate::pairs::MemoriesMut;
+use crate::sweep::side::{Laws, Received};
+use crate::sweep::{Scene, Virial};
+use crate::vector::{WIDTH, add, dot, moment, spread, times};
+
+/// Sums over contacts, lane by lane.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Sums {
+    elastic: Lanes,
+    pub(super) elastic_across: Lanes,
+    pub(super) friction: Lanes,
+    pub(super) dashpots: Lanes,
+    pub(super) rescaled: Lanes,
+    pub(super) rolling: Lanes,
+    pub(super) elastic_rolling: Lanes,
+    boundary: Lanes,
+    squares: Lanes,
+}
+
+/// What is summed over contacts.
+#[derive(Clone, Copy)]
+pub(super) struct Account<const D: usize> {
+    pub(super) tally: Tally,
+    pub(super) sums: Sums,
+    virial: Virial<D>,
+}
+
+impl<const D: usize> Account<D> {
+    pub(super) fn new(tally: Tally, virial: Virial<D>) -> Self {
+        Self { tally, sums: Sums::default(), virial }
+    }
+
+    /// All of it, over the lanes too.
+    pub(super) fn sums(self) -> (Tally, Virial<D>) {
+        let Self { mut tally, sums, virial } = self;
+        let sum = |lanes: Lanes| {
+            let [a, b, c, d] = lanes.to_array();
+            (a + b) + (c + d)
+        };
+        tally.elastic += sum(sums.elastic);
+        tally.elastic_across += sum(sums.elastic_across);
+        tally.friction += sum(sums.friction);
+        tally.dashpots += sum(sums.dashpots);
+        tally.rescaled += sum(sums.rescaled);
+        tally.rolling += sum(sums.rolling);
+        tally.elastic_rolling += sum(sums.elastic_rolling);
+        tally.boundary += sum(sums.boundary);
+        tally.squares += sum(sums.squares);
+        (tally, virial)
+    }
+}
+
+/// What contacts change. It is passed through a batch by value, so that where its columns lie and its sums stay at hand over what is written.
+pub(super) struct Work<'r, const D: usize, const R: usize> {
+    /// What grains receive, from the first of the rows on.
+    pub(super) received: &'r mut [Received],
+    /// What contacts remember, from the first pair of the rows on.
+    pub(super) memory: MemoriesMut<'r, R>,
+    pub(super) account: Account<D>,
+    /// Number of the first grain.
+    pub(super) first: usize,
+}
+
+impl<const D: usize, const R: usize> Work<'_, D, R> {
+    /// The same for a while.
+    #[inline(always)]
+    pub(super) fn again(&mut self) -> Work<'_, D, R> {
+        let mut memory = self.memory.again();
+        // As long as the other: one look at its length serves both.
+        memory.state = &mut memory.state[..memory.spring.len()];
+        Work { received: self.received, memory, account: self.account, first: self.first }
+    }
+
+    /// Forces and moments of four contacts, of which `valid` count; bits of those that overlap.
+    #[inline(always)]
+    pub(super) fn push<const HERTZ: bool, const TURNS: bool>(
+        &mut self,
+        batch: &Batch<D, R>,
+        group: usize,
+        (scene, periodic): (&Scene<'_, D, R>, bool),
+        laws: &Laws,
+        valid: usize,
+    ) -> u32 {
+        let pairs = batch.pairs(group);
+        let slots = pairs.map(|pair| pair.slot as usize);
+        let Four { touch, arm, apart, radii, slide, dash } = &batch.fours[group];
+        let base = if HERTZ { laws.hertz.at(touch) } else { laws.linear.at(touch) };
+        let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
+        let meets = touch.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
+        let dt = Lanes::splat(scene.dt);
+        let viscous = base.force - base.damping * touch.separation;
+        let normal = (laws.clamp & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
+        let dissipative = normal - base.force;
+        let sums = &mut self.account.sums;
+        sums.dashpots -= meets & (Lanes::HALF * (*dash + dissipative) * touch.separation * dt);
+        sums.elastic += meets & base.energy;
+        let cap = normal.fast_max(Lanes::ZERO);
+        let (across, slide) = self.friction::<HERTZ>(laws, touch, &base, (cap, dt), (*slide, meets));
+        let bits = meets.to_bitmask();
+        self.keep(&slots, &slide, dissipative, bits);
+        let mut on: [Lanes; D] = spread(&across, &touch.normal);
+        add(&mut on, normal, &touch.normal);
+        self.count(touch, &on, (pairs.each_ref().map(|pair| pair.first), bits), meets);
+        if scene.growth != 0.0 {
+            let sum = touch.overlap + dot(apart, apart).sqrt();
+            self.account.sums.boundary += meets & (normal * Lanes::splat(scene.growth) * sum * dt);
+        }
+        let on = on.map(|f| meets & f);
+        if periodic {
+            let [_, velocity] = scene.images(pairs);
+            self.account.sums.boundary += meets & (dot(&on, &velocity) * dt);
+            self.stream(valid, &on, apart);
+        }
+        let lever: [Lanes; R] = times(-*arm, &moment(&touch.normal, &across)).map(|own: Lanes| meets & own);
+        let resistance = TURNS.then(|| {
+            let turned = self.resist(laws, touch, &base, (cap, dt), (&slots, meets));
+            let [a, b] = radii.map(|radius| Lanes::ONE / radius);
+            [times(a, &turned), times(b, &turned).map(|own| -own)]
+        });
+        // Those that do not count receive nothing.
+        let [one, two] = Received::of_four(&on, &lever, resistance);
+        for (k, pair) in pairs.iter().enumerate() {
+            self.received[pair.first as usize].join(&one[k]);
+            self.received[pair.second as usize].join(&two[k]);
+        }
+        bits
+    }
+
+    /// Keeps what the springs of those of four contacts whose bits are set remember.
+    #[inline(always)]
+    fn keep(&mut self, slots: &[usize; WIDTH], slide: &[Lanes; R], dash: Lanes, bits: u32) {
+        let part = |c: usize| if c < R { slide[c] } else { Lanes::ZERO };
+        let lines = Lanes::transpose([part(0), part(1), part(2), dash]);
+        let all = bits == (1 << WIDTH) - 1;
+        for (k, &slot) in slots.iter().enumerate() {
+            if all || bits & (1 << k) != 0 {
+                self.memory.spring[slot] = lines[k].to_array();
+                self.memory.state[slot] = TOUCHING;
+            }
+        }
+    }
+
+    /// Adds four contacts to the stress, one after another.
+    #[inline(always)]
+    fn stream(&mut self, valid: usize, on: &[Lanes; D], apart: &[Lanes; D]) {
+        let (on, apart) = (on.map(Lanes::to_array), apart.map(Lanes::to_array));
+        for k in 0..valid {
+            for c in 0..D {
+                for d in 0..D {
+                    self.account.virial[c][d] -= on[c][k] * apart[d][k];
+                }
+            }
+        }
+    }
+
+    /// Counts contacts and their forces.
+    #[inline(always)]
+    fn count(
+        &mut self,
+        touch: &Touch<D, R, Lanes>,
+        on: &[Lanes; D],
+        (firsts, bits): ([u32; WIDTH], u32),
+        meets: Lanes,
+    ) {
+        let Account { tally, sums, .. } = &mut self.account;
+        tally.contacts += u64::from(bits.count_ones());
+        sums.squares += meets & dot(on, on);
+        let deeper = touch.overlap.simd_gt(Lanes::splat(tally.overlap) * touch.small) & meets;
+        if deeper.any() {
+            let ratios = (touch.overlap / touch.small).to_array();
+            for (k, ratio) in ratios.into_iter().enumerate() {
+                if bits & (1 << k) != 0 && ratio > tally.overlap {
+                    (tally.overlap, tally.deepest) = (ratio, self.first as u32 + firsts[k]);
+                }
+            }
+        }
+    }
+}
