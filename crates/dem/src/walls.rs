@@ -9,8 +9,8 @@ use colluvium_points::Surface;
 use crate::contact::{APART, Law, Tally, Touch, act, end};
 use crate::pairs::{Columns, Memories, MemoriesMut};
 use crate::surfaces::{FREE, Facet, Moving, SLOTS};
-use crate::sweep::{Scene, Virial, count};
-use crate::vector::{across, add, along, dot, minus, moment, spread, turned};
+use crate::sweep::{AtPlane, Laws, Planes, Scene, Virial, Way, count};
+use crate::vector::{WIDTH, add, along, dot, minus, moment, spread};
 
 /// A plane beyond which no grain goes, or an obstacle.
 #[derive(Clone, Debug)]
@@ -238,32 +238,14 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         wall: &Wall<D>,
         (distance, normal): (f64, [f64; D]),
     ) -> (Touch<D, R>, f64) {
-        let radius = self.radius[i];
-        let arm = if self.radii { radius } else { distance };
+        let arm = if self.radii { self.radius[i] } else { distance };
         let of_wall = wall.velocity_at(&place(&self.position[i], arm, &normal));
-        let relative = minus(&self.velocity[i], &of_wall);
-        let (spin, mut turning, mut twist) =
-            (&self.spin[i], self.spin[i], 0.5 * along(&self.spin[i], &normal));
+        let (mut touch, arm) =
+            Touch::against((&self.side(i), self.mass[i]), (distance, &normal), &of_wall, self.radii);
         if let Some(moving) = &wall.moving {
-            turning = minus(spin, &moving.spin());
-            twist += 0.5 * along(&moving.spin::<R>(), &normal);
+            touch.turning = minus(&self.spin[i], &moving.spin());
+            touch.spin += 0.5 * along(&moving.spin::<R>(), &normal);
         }
-        let rolling = turned(&spin.map(|c| arm * c), &normal);
-        let mut sliding: [f64; R] = across(&relative, &normal);
-        for c in 0..R {
-            sliding[c] -= rolling[c];
-        }
-        let touch = Touch {
-            overlap: radius - distance,
-            normal,
-            separation: dot(&relative, &normal),
-            sliding,
-            turning,
-            spin: twist,
-            mass: self.mass[i],
-            radius,
-            small: radius,
-        };
         (touch, arm)
     }
 
@@ -300,8 +282,74 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             return;
         }
         let slab = slabs.start;
-        for k in list.0.slabs[slab] as usize..list.0.slabs[slab + 1] as usize {
-            self.wall_contact(walls, list.0, k, slab, &mut shares);
+        match self.way_at_planes {
+            Way::Single => {
+                for k in list.0.slabs[slab] as usize..list.0.slabs[slab + 1] as usize {
+                    self.wall_contact(walls, list.0, k, slab, &mut shares);
+                }
+            }
+            Way::Linear(false) => self.wall_lanes::<false, false>(walls, list.0, slab, &mut shares),
+            Way::Linear(true) => self.wall_lanes::<false, true>(walls, list.0, slab, &mut shares),
+            Way::Hertz(false) => self.wall_lanes::<true, false>(walls, list.0, slab, &mut shares),
+            Way::Hertz(true) => self.wall_lanes::<true, true>(walls, list.0, slab, &mut shares),
+        }
+    }
+
+    /// Forces of the walls on the grains of a slab: of planes four at a time, with what is between them in order.
+    fn wall_lanes<const HERTZ: bool, const TURNS: bool>(
+        &self,
+        walls: &[Wall<D>],
+        list: &WallListView<'_>,
+        slab: usize,
+        shares: &mut Shares<'_, D, R>,
+    ) {
+        let mut laws = walls.iter().flat_map(|wall| &wall.laws);
+        let first = laws.next();
+        let common = first.filter(|first| laws.all(|law| law == *first)).map(|law| Laws::of([law; WIDTH]));
+        let (mut waiting, mut count, mut sums) = ([0; WIDTH], 0, Planes::default());
+        for k in list.slabs[slab] as usize..list.slabs[slab + 1] as usize {
+            let (i, wall) = (list.grain[k] as usize, &walls[list.wall[k] as usize]);
+            let plane = wall.surface.is_none();
+            if plane && wall.distance(&self.position[i]).0 < self.radius[i] {
+                waiting[count] = k;
+                count += 1;
+                if count == WIDTH {
+                    let of = (slab, common.as_ref());
+                    self.planes::<HERTZ, TURNS>(walls, list, &waiting, of, (&mut *shares, &mut sums));
+                    count = 0;
+                }
+            } else if !plane || shares.memory.state[k - shares.entry] != APART {
+                waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, shares));
+                count = 0;
+                self.wall_contact(walls, list, k, slab, shares);
+            }
+        }
+        waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, shares));
+        shares.tallies[slab - shares.slab].0.join(&sums.tally());
+    }
+
+    /// Forces of planes on four grains that touch them.
+    fn planes<const HERTZ: bool, const TURNS: bool>(
+        &self,
+        walls: &[Wall<D>],
+        list: &WallListView<'_>,
+        entries: &[usize; WIDTH],
+        (slab, common): (usize, Option<&Laws>),
+        (shares, sums): (&mut Shares<'_, D, R>, &mut Planes<D>),
+    ) {
+        let four = entries.map(|k| {
+            let (i, wall) = (list.grain[k] as usize, &walls[list.wall[k] as usize]);
+            let law = &wall.laws[self.kind[i] as usize];
+            let seen = wall.distance(&self.position[i]);
+            AtPlane { grain: i, slot: k - shares.entry, seen, velocity: wall.velocity, law }
+        });
+        let forces = self.at_planes::<HERTZ, TURNS>(&four, common, shares.memory.again(), sums);
+        for ((own, k), (on, moments)) in four.iter().zip(entries).zip(&forces) {
+            let at = own.grain - shares.first;
+            add(&mut shares.force[at], 1.0, on);
+            moments.iter().for_each(|moment| add(&mut shares.torque[at], 1.0, moment));
+            let wall = (slab - shares.slab) * walls.len() + list.wall[*k] as usize;
+            add(&mut shares.reactions[wall], -1.0, on);
         }
     }
 

@@ -167,6 +167,35 @@ impl<const D: usize, const R: usize, T: Number> Touch<D, R, T> {
     }
 }
 
+impl<const D: usize, const R: usize, T: Number> Touch<D, R, T> {
+    /// Of a grain of this mass (kg) and a wall that does not turn, whose part there has this velocity (m/s), `distance` away (m) along the
+    /// normal; and the lever arm (m).
+    #[inline(always)]
+    pub fn against(
+        (one, mass): (&Side<D, R, T>, T),
+        (distance, normal): (T, &[T; D]),
+        of_wall: &[T; D],
+        radii: bool,
+    ) -> (Self, T) {
+        let radius = one.radius;
+        let arm = if radii { radius } else { distance };
+        let relative = minus(&one.velocity, of_wall);
+        let rolling = turned(&one.spin.map(|c| arm * c), normal);
+        let touch = Self {
+            overlap: radius - distance,
+            normal: *normal,
+            separation: dot(&relative, normal),
+            sliding: minus(&across(&relative, normal), &rolling),
+            turning: one.spin,
+            spin: T::of(0.5) * along(&one.spin, normal),
+            mass,
+            radius,
+            small: radius,
+        };
+        (touch, arm)
+    }
+}
+
 /// What a contact remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Memory<const R: usize> {

@@ -230,7 +230,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.cell.shifts(&mut self.scratch.shifts);
         // Lanes that are left over look at the first grain.
         let single = self.grains.mass.is_empty() || self.one_by_one;
-        let way = if single { Way::Single } else { Way::of(&self.laws.pairs) };
+        let way = if single { Way::Single } else { Way::of(self.laws.pairs.iter()) };
         match way {
             Way::Single => self.lists.choose_none(),
             _ => self.choose_pairs(),
@@ -250,6 +250,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             (scene.velocity, scene.spin) = (velocity, spin);
         }
         scene.way = way;
+        if !single {
+            scene.way_at_planes = Way::of(self.walls.iter().flat_map(|wall| &wall.laws));
+        }
         records(grains, (scene.velocity, scene.spin), (&mut *lines, &mut *received));
         scene.records = (&lines.place, &lines.motion);
         scene.contacts(&mut self.lists, received, tallies);

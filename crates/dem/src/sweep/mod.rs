@@ -11,7 +11,8 @@ use crate::grains::Shown;
 use crate::lists::Lists;
 use crate::lists::close::Run;
 use crate::pairs::{Listed, MemoriesMut};
-pub use side::{Motion, Received, Records, Way, deliver, records};
+pub use lanes::{AtPlane, Planes};
+pub use side::{Laws, Motion, Received, Records, Way, deliver, records};
 
 use crate::vector::{add, dot, minus, moment, spread, times};
 use wide::f64x4 as Lanes;
@@ -44,8 +45,10 @@ pub struct Scene<'a, const D: usize, const R: usize> {
     pub radii: bool,
     /// Rate at which radii grow (1/s).
     pub growth: f64,
-    /// How contacts are worked on.
+    /// How contacts of grains are worked on.
     pub way: Way,
+    /// How contacts with planes are.
+    pub way_at_planes: Way,
     /// Places with radii, and motions, where contacts are worked on side by side.
     pub records: (&'a [Lanes], &'a [Motion]),
 }
@@ -116,6 +119,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             radii: false,
             growth: 0.0,
             way: Way::Single,
+            way_at_planes: Way::Single,
             records: (&[], &[]),
         }
     }
@@ -128,7 +132,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
 
     /// How a grain moves.
     #[inline]
-    fn side(&self, i: usize) -> Side<D, R> {
+    pub fn side(&self, i: usize) -> Side<D, R> {
         let inverse_mass = if self.held[i] { 0.0 } else { 1.0 / self.mass[i] };
         Side { velocity: self.velocity[i], spin: self.spin[i], radius: self.radius[i], inverse_mass }
     }

@@ -129,14 +129,14 @@ pub enum Way {
 
 impl Way {
     /// For contacts with any of these laws.
-    pub fn of(laws: &[Law]) -> Self {
+    pub fn of<'l>(mut laws: impl Iterator<Item = &'l Law> + Clone) -> Self {
         let plain = |law: &Law| law.attraction.is_none() && law.bond.is_none();
-        let turns = laws.iter().any(|law| law.rolling.is_some() || law.twisting.is_some());
-        if !laws.iter().all(plain) {
+        let turns = laws.clone().any(|law| law.rolling.is_some() || law.twisting.is_some());
+        if !laws.clone().all(plain) {
             Self::Single
-        } else if laws.iter().all(|law| matches!(law.normal, Normal::Linear(_))) {
+        } else if laws.clone().all(|law| matches!(law.normal, Normal::Linear(_))) {
             Self::Linear(turns)
-        } else if laws.iter().all(|law| matches!(law.normal, Normal::Hertz(_))) {
+        } else if laws.all(|law| matches!(law.normal, Normal::Hertz(_))) {
             Self::Hertz(turns)
         } else {
             Self::Single

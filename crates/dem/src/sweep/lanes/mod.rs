@@ -3,12 +3,14 @@
 //! contacts of a grain are made one after another, in the order of the lists.
 
 mod batch;
+mod planes;
 mod push;
 mod springs;
 
 use std::ops::Range;
 
 use batch::{Batch, MOST};
+pub use planes::{AtPlane, Planes};
 use push::{Account, Work};
 use wide::f64x4 as Lanes;
 
@@ -217,9 +219,15 @@ fn turn<const D: usize, const R: usize>(
     springs: &[[f64; SPRING]],
     dt: f64,
 ) {
-    let old = Lanes::transpose(batch.pairs(group).map(|pair| Lanes::new(springs[pair.slot as usize])));
-    let slide: [Lanes; R] = std::array::from_fn(|c| old[c]);
+    let (slide, dash) = spring_lines(springs, &batch.pairs(group).map(|pair| pair.slot as usize));
     let own = &mut batch.fours[group];
     own.slide = follow(&slide, &own.touch.normal, own.touch.spin * Lanes::splat(dt));
-    own.dash = old[SPRING - 1];
+    own.dash = dash;
+}
+
+/// Springs across of four contacts (m), and the dissipative part of their normal forces (N).
+#[inline(always)]
+fn spring_lines<const R: usize>(springs: &[[f64; SPRING]], slots: &[usize; WIDTH]) -> ([Lanes; R], Lanes) {
+    let old = Lanes::transpose(slots.map(|slot| Lanes::new(springs[slot])));
+    (std::array::from_fn(|c| old[c]), old[SPRING - 1])
 }

@@ -3,7 +3,7 @@
 use wide::f64x4 as Lanes;
 
 use super::batch::{Batch, Four};
-use crate::contact::{TOUCHING, Tally, Touch};
+use crate::contact::{Elastic, TOUCHING, Tally, Touch};
 use crate::pairs::MemoriesMut;
 use crate::sweep::side::{Laws, Received};
 use crate::sweep::{Scene, Virial};
@@ -56,6 +56,21 @@ impl<const D: usize> Account<D> {
     }
 }
 
+/// Forces of four contacts on the first grains.
+pub(super) struct Force<const D: usize, const R: usize> {
+    /// Force (N); none of those that do not count.
+    pub(super) on: [Lanes; D],
+    /// Part across the normal, in tangent coordinates, and along it (N).
+    pub(super) across: [Lanes; R],
+    normal: Lanes,
+    pub(super) base: Elastic<Lanes>,
+    /// What friction and resistance are shares of (N).
+    pub(super) cap: Lanes,
+    /// Which overlap and count, and their bits.
+    pub(super) meets: Lanes,
+    bits: u32,
+}
+
 /// What contacts change. It is passed through a batch by value, so that where its columns lie and its sums stay at hand over what is written.
 pub(super) struct Work<'r, const D: usize, const R: usize> {
     /// What grains receive, from the first of the rows on.
@@ -77,6 +92,35 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
         Work { received: self.received, memory, account: self.account, first: self.first }
     }
 
+    /// Forces of four contacts, of which `valid` count, on the first grains, which their springs remember.
+    #[inline(always)]
+    pub(super) fn force<const HERTZ: bool>(
+        &mut self,
+        touch: &Touch<D, R, Lanes>,
+        (slide, dash): ([Lanes; R], Lanes),
+        laws: &Laws,
+        (grains, slots): ([u32; WIDTH], &[usize; WIDTH]),
+        (valid, dt): (usize, Lanes),
+    ) -> Force<D, R> {
+        let base = if HERTZ { laws.hertz.at(touch) } else { laws.linear.at(touch) };
+        let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
+        let meets = touch.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
+        let viscous = base.force - base.damping * touch.separation;
+        let normal = (laws.clamp & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
+        let dissipative = normal - base.force;
+        let sums = &mut self.account.sums;
+        sums.dashpots -= meets & (Lanes::HALF * (dash + dissipative) * touch.separation * dt);
+        sums.elastic += meets & base.energy;
+        let cap = normal.fast_max(Lanes::ZERO);
+        let (across, slide) = self.friction::<HERTZ>(laws, touch, &base, (cap, dt), (slide, meets));
+        let bits = meets.to_bitmask();
+        self.keep(slots, &slide, dissipative, bits);
+        let mut on: [Lanes; D] = spread(&across, &touch.normal);
+        add(&mut on, normal, &touch.normal);
+        self.count(touch, &on, (grains, bits), meets);
+        Force { on: on.map(|f| meets & f), across, normal, base, cap, meets, bits }
+    }
+
     /// Forces and moments of four contacts, of which `valid` count; bits of those that overlap.
     #[inline(always)]
     pub(super) fn push<const HERTZ: bool, const TURNS: bool>(
@@ -90,28 +134,14 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
         let pairs = batch.pairs(group);
         let slots = pairs.map(|pair| pair.slot as usize);
         let Four { touch, arm, apart, radii, slide, dash } = &batch.fours[group];
-        let base = if HERTZ { laws.hertz.at(touch) } else { laws.linear.at(touch) };
-        let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
-        let meets = touch.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
         let dt = Lanes::splat(scene.dt);
-        let viscous = base.force - base.damping * touch.separation;
-        let normal = (laws.clamp & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
-        let dissipative = normal - base.force;
-        let sums = &mut self.account.sums;
-        sums.dashpots -= meets & (Lanes::HALF * (*dash + dissipative) * touch.separation * dt);
-        sums.elastic += meets & base.energy;
-        let cap = normal.fast_max(Lanes::ZERO);
-        let (across, slide) = self.friction::<HERTZ>(laws, touch, &base, (cap, dt), (*slide, meets));
-        let bits = meets.to_bitmask();
-        self.keep(&slots, &slide, dissipative, bits);
-        let mut on: [Lanes; D] = spread(&across, &touch.normal);
-        add(&mut on, normal, &touch.normal);
-        self.count(touch, &on, (pairs.each_ref().map(|pair| pair.first), bits), meets);
+        let firsts = pairs.each_ref().map(|pair| pair.first);
+        let Force { on, across, normal, base, cap, meets, bits } =
+            self.force::<HERTZ>(touch, (*slide, *dash), laws, (firsts, &slots), (valid, dt));
         if scene.growth != 0.0 {
             let sum = touch.overlap + dot(apart, apart).sqrt();
             self.account.sums.boundary += meets & (normal * Lanes::splat(scene.growth) * sum * dt);
         }
-        let on = on.map(|f| meets & f);
         if periodic {
             let [_, velocity] = scene.images(pairs);
             self.account.sums.boundary += meets & (dot(&on, &velocity) * dt);
