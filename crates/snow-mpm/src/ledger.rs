@@ -13,6 +13,10 @@ use crate::obstacles::BEARERS;
 pub struct Ledger {
     /// What there was at the start.
     start: f64,
+    /// Kinetic energy of the points that there was at the start, less that of those that left or were set back.
+    moving: f64,
+    /// Kinetic energy that the nodes have gained within the steps.
+    nodes: f64,
     /// Work of gravity.
     gravity: f64,
     /// Work of walls on the nodes, friction and stops included; negative where they take.
@@ -70,6 +74,11 @@ impl Stored {
         stored
     }
 
+    /// Kinetic energy, that of the fields around the points included.
+    pub fn moving(&self) -> f64 {
+        self.kinetic + self.affine
+    }
+
     /// All of it.
     pub fn total(&self) -> f64 {
         self.kinetic + self.affine + self.elastic + self.dissipated
@@ -79,7 +88,12 @@ impl Stored {
 impl Ledger {
     /// At the start of a run with so many cuts.
     pub fn new(stored: &Stored, cuts: usize) -> Self {
-        Self { start: stored.total(), cuts: vec![Taken::default(); cuts], ..Self::default() }
+        Self {
+            start: stored.total(),
+            moving: stored.moving(),
+            cuts: vec![Taken::default(); cuts],
+            ..Self::default()
+        }
     }
 
     /// What cut number `number` has taken.
@@ -104,6 +118,7 @@ impl Ledger {
             (0..3).for_each(|c| borne.impulse[c] += impulse[c]);
         }
         self.gravity += sums.gravity;
+        self.nodes += sums.gained;
         self.boundary += sums.boundary;
         self.damping += sums.damping;
         self.friction += sums.friction;
@@ -112,6 +127,7 @@ impl Ledger {
     /// Books what went at once, as points left or were set back: what there was `before` and `after`.
     pub fn book(&mut self, before: &Stored, after: &Stored) {
         self.removed += before.total() - after.total();
+        self.moving -= before.moving() - after.moving();
     }
 
     /// Books points that left: what the law had dissipated there stays on the account. The energy that went with them (J).
@@ -120,6 +136,7 @@ impl Ledger {
         let removed = before.total() - after.total() - gone;
         self.dissipated_of_gone += gone;
         self.removed += removed;
+        self.moving -= before.moving() - after.moving();
         removed
     }
 
@@ -132,6 +149,12 @@ impl Ledger {
     pub fn numerical(&self, stored: &Stored) -> f64 {
         let came = self.start + self.gravity + self.boundary + self.damping - self.removed;
         came - stored.total() - self.dissipated_of_gone
+    }
+
+    /// What the way from the points to the nodes and back has taken of the kinetic energy since the start (J): all that did not
+    /// happen to the nodes within a step. It is part of what the numerics have taken.
+    pub fn filtered(&self, stored: &Stored) -> f64 {
+        self.moving + self.nodes - stored.moving()
     }
 
     /// What friction has taken at obstacles since the start (J).
@@ -150,6 +173,7 @@ impl Ledger {
             ("work_of_damping", self.damping),
             ("energy_plastic", self.dissipated(stored)),
             ("energy_numerical", self.numerical(stored)),
+            ("energy_filtered", self.filtered(stored)),
         ];
         entries.into_iter().map(|(name, value)| (name.to_owned(), "J".to_owned(), value)).collect()
     }

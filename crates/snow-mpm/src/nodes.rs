@@ -18,6 +18,8 @@ pub struct Sums {
     pub damping: f64,
     /// Kinetic energy of the nodes (J).
     pub kinetic: f64,
+    /// What it has grown by in the step (J).
+    pub gained: f64,
     /// Square of the force out of balance (N²).
     pub unbalanced: f64,
     /// Square of the weight (N²).
@@ -35,6 +37,7 @@ impl Sums {
         self.boundary += other.boundary;
         self.damping += other.damping;
         self.kinetic += other.kinetic;
+        self.gained += other.gained;
         self.unbalanced += other.unbalanced;
         self.weight += other.weight;
         self.friction += other.friction;
@@ -161,6 +164,7 @@ impl<const D: usize> Momentum<'_, D> {
             sums.damping += mean * slowed[c];
             sums.gravity += mass * self.gravity[c] * end[c] * self.dt;
             sums.kinetic += 0.5 * mass * end[c] * end[c];
+            sums.gained += mean * (end[c] - start[c]);
             sums.unbalanced += (mass * rate[c]).powi(2);
         }
         node.motion = Lanes::new([end[0], end[1], end[2], mass]);

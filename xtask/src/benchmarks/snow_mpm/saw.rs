@@ -30,6 +30,8 @@ pub const SPEED: Benchmark = Benchmark {
     run: speeds,
 };
 
+/// How long the saw cuts where a layer may take more than 0.34 m (s).
+const LONGER: f64 = 0.5;
 /// Length of the column of the case (m).
 const LENGTH: f64 = 2.0;
 /// Thickness of slab and weak layer (m).
@@ -45,11 +47,13 @@ struct Test<'a> {
     length: f64,
     /// Edge of the cells (m).
     cell: f64,
+    /// How long the saw cuts, with 1 m/s (s).
+    sawing: f64,
     /// Keys of the weak layer.
     weak: &'a [(&'a str, Value)],
 }
 
-const AS_IT_IS: Test<'_> = Test { slope: 0.0, length: LENGTH, cell: 0.025, weak: &[] };
+const AS_IT_IS: Test<'_> = Test { slope: 0.0, length: LENGTH, cell: 0.025, sawing: 0.34, weak: &[] };
 
 impl Test<'_> {
     fn case(&self) -> Result<Case, String> {
@@ -58,6 +62,7 @@ impl Test<'_> {
         case.gravity = vec![9.81 * angle.sin(), -9.81 * angle.cos()];
         set_of(&mut case, "snow-mpm", "cell_size", self.cell);
         set_material(&mut case, "weak", self.weak)?;
+        case.stages[1].duration = self.sawing;
         let longer = self.length - LENGTH;
         case.domain.max[0] += longer;
         for shape in case.bodies.iter_mut().map(|body| &mut body.shape) {
@@ -134,10 +139,10 @@ impl Sawn {
         series(&self.report, "largest_speed").get(number).map_or(f64::NAN, |(_, speed)| *speed)
     }
 
-    /// What the numerics took over what the law dissipated.
-    fn numerical_share(&self) -> f64 {
+    /// An entry of the balance of energy over what the law dissipated.
+    fn share(&self, name: &str) -> f64 {
         let last = |name: &str| self.report.table.last(name).unwrap_or(f64::NAN);
-        last("energy_numerical") / last("energy_plastic")
+        last(name) / last("energy_plastic")
     }
 }
 
@@ -178,7 +183,10 @@ fn critical_lengths(quick: bool) -> Result<Outcome, String> {
     let reason = "the column is too short for the speed to become steady";
     outcome.show(name, "36 to 41 over 2 to 4 m (sheet's prototype)", flat.speed(0.8, 1.6), reason);
     let name = "A5: energy taken by the numerics over that dissipated by the layer";
-    outcome.below(name, "0.01", flat.numerical_share(), 0.01, "sheet: snow-mpm §0");
+    outcome.below(name, "0.01", flat.share("energy_numerical"), 0.01, "sheet: snow-mpm §0");
+    let name = "A5: energy that the transfers filter over that dissipated by the layer";
+    let reason = "part of what the numerics take: the slab drops, and its jumps of velocity pass the grid";
+    outcome.show(name, "not given", flat.share("energy_filtered"), reason);
     outcome.svg("A5: the crack follows the saw, and runs away.", &space_time(&[("crack", &flat)]))?;
     outcome.png(
         "A5: settlement when the crack has run 0.1 m, half of the column and all of it, below each other; grey is what has collapsed.",
@@ -211,7 +219,8 @@ fn trends(outcome: &mut Outcome, flat: f64) -> Result<(), String> {
         ("3 kPa on 30°", 30.0, 3000.0, 0.115),
     ] {
         let (weak, by_weac) = (&strength(pascal), by_weac(slope, pascal)?);
-        let length = Test { slope, weak, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
+        let length =
+            Test { slope, weak, sawing: LONGER, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
         let (name, claim) =
             (format!("A5: critical length, {name} (m)"), format!("{claim} (estimate 4), {by_weac} (weac)"));
         outcome.show(name, &claim, length, "the sheet judges the flat test of 3 kPa, and trends");
@@ -219,7 +228,8 @@ fn trends(outcome: &mut Outcome, flat: f64) -> Result<(), String> {
     }
     for (name, factor, claim) in [("10", 10.0, 0.333), ("200", 200.0, 0.132)] {
         let weak = softening(factor);
-        let length = Test { weak: &weak, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
+        let length =
+            Test { weak: &weak, sawing: LONGER, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
         let (name, claim) =
             (format!("A5: critical length, softening factor {name} (m)"), format!("{claim} (prototype)"));
         outcome.show(name, &claim, length, "the sheet judges the trend");
