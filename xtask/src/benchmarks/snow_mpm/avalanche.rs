@@ -4,8 +4,9 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::{Value, json};
 
 use super::{changed, solved};
-use crate::benchmarks::{Benchmark, Outcome, series, set_material};
-use colluvium::case::RunReport;
+use crate::analysis::reach_of;
+use crate::benchmarks::{Benchmark, Outcome, scalars, series, set_material};
+use colluvium::case::{RunReport, Snapshot};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -18,19 +19,20 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 /// A kind of snow: name, slope of the critical state, cohesion, hardening, strength (Pa), and the front of the sheet's prototype
-/// after 3 s and at the end (m).
+/// after 3 s and at the end, and that of 99 % of its mass (m).
 struct Regime {
     name: &'static str,
     law: [f64; 4],
     sheet: [f64; 2],
+    quantile: f64,
 }
 
 /// The four of the sheet, the foremost first.
 const REGIMES: [Regime; 4] = [
-    Regime { name: "cold dense", law: [0.5, 0.0, 1.0, 3e3], sheet: [-1.85, 37.7] },
-    Regime { name: "warm shear", law: [0.8, 0.3, 1.0, 3e3], sheet: [-7.74, 23.9] },
-    Regime { name: "warm plug", law: [1.2, 0.3, 0.1, 8e3], sheet: [-16.11, 15.53] },
-    Regime { name: "sliding slab", law: [1.5, 1.0, 10.0, 3e4], sheet: [-16.14, 15.18] },
+    Regime { name: "cold dense", law: [0.5, 0.0, 1.0, 3e3], sheet: [-1.85, 37.7], quantile: 35.8 },
+    Regime { name: "warm shear", law: [0.8, 0.3, 1.0, 3e3], sheet: [-7.74, 23.9], quantile: 21.9 },
+    Regime { name: "warm plug", law: [1.2, 0.3, 0.1, 8e3], sheet: [-16.11, 15.53], quantile: 15.47 },
+    Regime { name: "sliding slab", law: [1.5, 1.0, 10.0, 3e4], sheet: [-16.14, 15.18], quantile: 15.11 },
 ];
 
 impl Regime {
@@ -83,6 +85,8 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     order(&mut outcome, &reports, if quick { 1.0 } else { 3.0 });
     if !quick {
         at_rest(&mut outcome, &reports, duration);
+        forms(&mut outcome, &reports)?;
+        reports.iter().for_each(|(regime, report)| energy(&mut outcome, regime, report));
     }
     outcome.svg("A6.", &chart)?;
     Ok(outcome)
@@ -110,6 +114,88 @@ fn order(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
     }
 }
 
+/// What the numerics take.
+fn energy(outcome: &mut Outcome, regime: &Regime, report: &RunReport) {
+    let last = |name: &str| report.table.last(name).unwrap_or(f64::NAN);
+    let dissipated = last("energy_plastic") + last("obstacles.friction");
+    let name =
+        format!("A6 {}: energy taken by the numerics over that dissipated by snow and bed", regime.name);
+    outcome.below(name, "0.01", last("energy_numerical") / dissipated, 0.01, "sheet: snow-mpm §0");
+    let name =
+        format!("A6 {}: energy that the transfers filter over that dissipated by snow and bed", regime.name);
+    outcome.show(name, "not given", last("energy_filtered") / dissipated, "part of what the numerics take");
+}
+
+/// What the deposits and the flows look like, by the words of the source.
+fn forms(outcome: &mut Outcome, reports: &[(&Regime, RunReport)]) -> Result<(), String> {
+    let track = changed("avalanche", &json!({}))?.line_of("track").ok_or("the case has no track")?;
+    let along = |x: &[f64; 3]| track.arc_length(&[x[0], x[1]]).unwrap_or(f64::NAN);
+    let thickness = |frame: &Snapshot| {
+        let length = reach_of(frame, 0.99, along) - reach_of(frame, 0.01, along);
+        scalars(frame, "volume").iter().sum::<f64>() / length
+    };
+    let deposits: Vec<f64> = reports.iter().map(|(_, report)| thickness(&report.snapshot)).collect();
+    outcome.within(
+        "A6: mean thickness of the deposit, warm plug over cold dense",
+        "above 1",
+        deposits[2] / deposits[0],
+        (1.0, f64::INFINITY),
+        "the sheet's criterion",
+    );
+    let mut strains = scalars(&reports[1].1.snapshot, "plastic_strain");
+    strains.sort_by(f64::total_cmp);
+    outcome.within(
+        "A6 warm shear: median deviatoric plastic strain",
+        "above 1; 2.4 (sheet's prototype)",
+        strains[strains.len() / 2],
+        (1.0, f64::INFINITY),
+        "the sheet's criterion",
+    );
+    let rough: Vec<f64> = reports
+        .iter()
+        .map(|(_, report)| {
+            let frame = report.frames.iter().find(|frame| frame.time >= 3.0 - 1e-9);
+            let frame = frame.unwrap_or(&report.snapshot);
+            let ends = [0.05, 0.95].map(|share| reach_of(frame, share, along));
+            let height = |x: &[f64; 3]| {
+                track.gap(&[x[0], x[1]], f64::INFINITY).map_or(f64::NAN, |nearest| nearest.distance)
+            };
+            roughness(&surface(frame.positions.iter().map(|x| [along(x), height(x)]), ends))
+        })
+        .collect();
+    for ((regime, _), rough) in reports.iter().zip(&rough) {
+        let name = format!("A6 {}: roughness of the surface after 3 s", regime.name);
+        outcome.show(
+            name,
+            "not given",
+            *rough,
+            "the source has pictures only; where a flow is thin, single points count",
+        );
+    }
+    Ok(())
+}
+
+/// Edge of the bins of a surface, two cells (m).
+const BIN: f64 = 0.2;
+
+/// Heights above the bed (m) of the highest points, given by their places along and above it, in bins between two `ends`;
+/// zero in a gap.
+fn surface(points: impl Iterator<Item = [f64; 2]>, ends: [f64; 2]) -> Vec<f64> {
+    let mut heights = vec![0f64; ((ends[1] - ends[0]) / BIN).ceil().max(1.0) as usize];
+    for [along, above] in points.filter(|[along, _]| *along >= ends[0] && *along < ends[1]) {
+        let bin = &mut heights[((along - ends[0]) / BIN) as usize];
+        *bin = bin.max(above);
+    }
+    heights
+}
+
+/// Root of the mean square by which a height differs from the mean of its neighbours, over the mean height.
+fn roughness(heights: &[f64]) -> f64 {
+    let off = heights.windows(3).map(|h| (h[1] - 0.5 * (h[0] + h[2])).powi(2));
+    let mean = heights.iter().sum::<f64>() / heights.len() as f64;
+    (off.sum::<f64>() / heights.len().saturating_sub(2).max(1) as f64).sqrt() / mean
+}
+
 fn at_rest(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
     order(outcome, reports, time);
     for (regime, report) in reports {
@@ -123,6 +209,10 @@ fn at_rest(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
                 "the sheet proposes the snow, and judges the order",
             );
         }
+        let claim = format!("{} (sheet's prototype)", regime.quantile);
+        let quantile = report.table.last("front_99").unwrap_or(f64::NAN);
+        let name = format!("A6 {}: front of 99 % of the mass at the end (m)", regime.name);
+        outcome.show(name, &claim, quantile, "the sheet proposes the snow, and judges the order");
         let pieces = report.table.last("pieces.count").unwrap_or(f64::NAN);
         let range = match regime.name {
             "sliding slab" => Some(("2 or more", (2.0, f64::INFINITY))),
