@@ -407,6 +407,11 @@ proptest! {
             }
         }
     }
+}
+
+proptest! {
+    // Each of these asks for twenty-five updates of all laws.
+    #![proptest_config(ProptestConfig::with_cases(96))]
 
     #[test]
     fn tangents_are_the_slopes_of_the_update(

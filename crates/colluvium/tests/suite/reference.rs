@@ -11,7 +11,7 @@ fn assert_up_to_date(name: &str, made: &str) {
     let committed = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         committed == made,
-        "docs/{name} is out of date; make it anew: COLLUVIUM_WRITE_DOCS=1 cargo test -p colluvium --test reference"
+        "docs/{name} is out of date; make it anew: COLLUVIUM_WRITE_DOCS=1 cargo test -p colluvium --test suite reference"
     );
 }
 
