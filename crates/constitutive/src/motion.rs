@@ -104,3 +104,28 @@ impl Motion {
         self.gradient.sym()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Values at the bounds of each condition, on either side of them and no numbers at all.
+    #[test]
+    fn a_block_of_motions_is_usable_where_each_of_them_is() {
+        let wild = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, -0.0, 0.0, 5e-324, 1.0, f64::MAX];
+        let stretches =
+            [f64::NAN, f64::INFINITY, -1.0, 0.0, 0.5, 0.5f64.next_down(), 1.0, 2.0, 2.0f64.next_up()];
+        for dt in wild {
+            for density in wild {
+                for stretch in stretches {
+                    let mut motion = Motion { dt, density, ..Motion::STILL };
+                    motion.deformation.0[1][1] = stretch;
+                    let passes = motion.check("law").is_ok();
+                    assert_eq!(Motion::are_usable(&[motion]), passes, "{dt} {density} {stretch}");
+                    assert_eq!(Motion::are_usable(&[Motion::STILL, motion, Motion::STILL]), passes);
+                }
+            }
+        }
+        assert!(Motion::are_usable(&[]));
+    }
+}
