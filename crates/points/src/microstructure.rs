@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, PoisonError, RwLock};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -51,14 +51,55 @@ pub(crate) struct Wanted<'a> {
     pub connected: bool,
 }
 
-/// The grains of a structure, found when they are first asked for. Two are the same whatever they hold: what the case says of them
-/// stands beside.
-#[derive(Clone, Debug, Default)]
-pub struct Grains(OnceLock<Option<Arc<Packing>>>);
+impl Wanted<'_> {
+    /// Edges of the box (m).
+    fn extents(&self) -> impl Iterator<Item = f64> {
+        self.min.iter().zip(self.max).map(|(low, high)| high - low)
+    }
+}
+
+/// The grains of a structure, found when they are first asked for, and again when something else is asked for. Two are the same
+/// whatever they hold: what the case says of them stands beside.
+#[derive(Debug, Default)]
+pub struct Grains(RwLock<Option<Made>>);
 
 impl PartialEq for Grains {
     fn eq(&self, _: &Self) -> bool {
         true
+    }
+}
+
+impl Clone for Grains {
+    fn clone(&self) -> Self {
+        Self(RwLock::new(self.0.read().unwrap_or_else(PoisonError::into_inner).clone()))
+    }
+}
+
+/// Grains, and what they were packed for.
+#[derive(Clone, Debug)]
+struct Made {
+    extents: Vec<f64>,
+    diameter: f64,
+    fraction: f64,
+    seed: u64,
+    connected: bool,
+    packing: Option<Arc<Packing>>,
+}
+
+impl Made {
+    fn of(wanted: &Wanted<'_>) -> Self {
+        let Wanted { diameter, fraction, seed, connected, .. } = *wanted;
+        let packing = pack(wanted).map(Arc::new);
+        Self { extents: wanted.extents().collect(), diameter, fraction, seed, connected, packing }
+    }
+
+    /// Whether they are what is wanted. A box that was moved has the same grains, its edges to round-off.
+    fn is(&self, wanted: &Wanted<'_>) -> bool {
+        let near = |(a, b): (f64, &f64)| (a - b).abs() <= 1e-9 * b.abs();
+        (self.diameter, self.fraction, self.seed, self.connected)
+            == (wanted.diameter, wanted.fraction, wanted.seed, wanted.connected)
+            && self.extents.len() == wanted.min.len()
+            && wanted.extents().zip(&self.extents).all(near)
     }
 }
 
@@ -77,8 +118,17 @@ pub(crate) struct Packing {
 
 impl Grains {
     /// The grains; `None` where that fraction of connected grains cannot be packed.
-    pub(crate) fn of(&self, wanted: &Wanted<'_>) -> Option<&Packing> {
-        self.0.get_or_init(|| pack(wanted).map(Arc::new)).as_deref()
+    pub(crate) fn of(&self, wanted: &Wanted<'_>) -> Option<Arc<Packing>> {
+        let held = self.0.read().unwrap_or_else(PoisonError::into_inner);
+        if let Some(made) = held.as_ref().filter(|made| made.is(wanted)) {
+            return made.packing.clone();
+        }
+        drop(held);
+        let mut held = self.0.write().unwrap_or_else(PoisonError::into_inner);
+        if !held.as_ref().is_some_and(|made| made.is(wanted)) {
+            *held = Some(Made::of(wanted));
+        }
+        held.as_ref().and_then(|made| made.packing.clone())
     }
 }
 
@@ -306,6 +356,22 @@ mod tests {
         let loose = pack(&Wanted { connected: false, ..wanted }).unwrap();
         assert!(loose.largest_cluster().len() < loose.centres.len());
         assert!(pack(&Wanted { seed: 6, ..wanted }).unwrap().centres != packing.centres);
+    }
+
+    #[test]
+    fn a_box_that_is_changed_is_filled_anew_and_one_that_is_moved_is_not() {
+        let mut shape = structure(2, 0.72, 3);
+        let solid = |shape: &Shape| shape.measure(2).unwrap();
+        let first = solid(&shape);
+        let moved = |shape: &mut Shape, low: f64, high: f64| {
+            let Shape::Microstructure { min, max, .. } = shape else { unreachable!() };
+            (*min, *max) = (vec![low; 2], vec![high; 2]);
+        };
+        moved(&mut shape, 1e5 + 1.0, 1e5 + 4.0);
+        assert!((solid(&shape) - first).abs() < 1e-9 * first);
+        moved(&mut shape, 1.0, 7.0);
+        assert!((solid(&shape) - 0.72 * 36.0).abs() < 0.02 * 36.0, "{}", solid(&shape));
+        assert!((0..20).any(|k| shape.contains(&[6.8, 1.0 + 0.3 * f64::from(k)])));
     }
 
     #[test]

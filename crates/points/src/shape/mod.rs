@@ -3,6 +3,8 @@
 mod layers;
 mod sides;
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -277,7 +279,7 @@ impl Shape {
     }
 
     /// The balls of a microstructure.
-    fn packing(&self) -> Option<&Packing> {
+    fn packing(&self) -> Option<Arc<Packing>> {
         let Self::Microstructure { min, max, diameter, solid_fraction, seed, connected, grains } = self
         else {
             return None;
