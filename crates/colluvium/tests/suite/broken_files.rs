@@ -6,14 +6,15 @@ use std::process::Command;
 
 use serde_json::{Value, json};
 
+use super::{in_folder, program};
+
 /// Ends before a value: line 3, column 0.
 const BROKEN: &str = "{\n  \"title\": \n";
 
 /// Exit code and errors of the program in `folder`.
 fn errors(folder: &Path, arguments: &[&str]) -> (i32, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_colluvium"));
-    let output = command.current_dir(folder).args(arguments).output().expect("the program starts");
-    (output.status.code().unwrap_or(-1), String::from_utf8(output.stderr).expect("UTF-8"))
+    let (code, _, errors) = in_folder(folder, arguments);
+    (code, errors)
 }
 
 fn bar() -> Value {
@@ -125,7 +126,7 @@ fn no_message_that_cannot_be_written_brings_the_program_down() {
         &["check", "none.json"],
     ];
     for arguments in arguments {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_colluvium"));
+        let mut command = program();
         command.current_dir(folder.path()).args(arguments).stdout(full()).stderr(full());
         let code = command.status().unwrap().code();
         assert!(code.is_some_and(|code| code < 5), "{arguments:?}: {code:?}");

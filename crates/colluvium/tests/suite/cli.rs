@@ -2,20 +2,12 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
 
-fn colluvium() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_colluvium"))
-}
-
-fn output(command: &mut Command) -> (i32, String, String) {
-    let Output { status, stdout, stderr } = command.output().expect("the program starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-    (status.code().unwrap_or(-1), text(stdout), text(stderr))
-}
+use super::{output, program};
 
 /// A small column that collapses.
 fn column() -> Value {
@@ -124,7 +116,7 @@ fn broken_cases_end_with_code_3_and_one_clear_line() {
         let file = write(folder.path(), &format!("broken-{number}.json"), &case);
         let out = folder.path().join(format!("out-{number}"));
         for command in ["check", "run", "run --quiet"] {
-            let mut run = colluvium();
+            let mut run = program();
             run.args(command.split(' ')).arg(&file);
             if command != "check" {
                 run.arg("--out").arg(&out);
@@ -146,9 +138,9 @@ fn a_case_for_several_methods_asks_which_and_tells_of_no_grid_where_there_is_non
     let mut case = column();
     case["methods"]["sph"] = json!({ "spacing": 0.01 });
     let file = write(folder.path(), "both.json", &case);
-    let (code, _, errors) = output(colluvium().arg("check").arg(&file));
+    let (code, _, errors) = output(program().arg("check").arg(&file));
     assert!(code == 2 && errors.contains("several methods, mpm, sph: choose one with --method"), "{errors}");
-    let text = |method: &str| output(colluvium().args(["check", "--method", method]).arg(&file)).1;
+    let text = |method: &str| output(program().args(["check", "--method", method]).arg(&file)).1;
     assert!(text("mpm").contains("grid nodes") && !text("sph").contains("grid nodes"));
 }
 
@@ -156,7 +148,7 @@ fn a_case_for_several_methods_asks_which_and_tells_of_no_grid_where_there_is_non
 fn a_check_warns_on_standard_error() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
-    let (code, text, errors) = output(colluvium().arg("check").arg(&file));
+    let (code, text, errors) = output(program().arg("check").arg(&file));
     assert!(code == 0 && text.contains("points") && !text.contains("warning"), "{text}");
     assert!(errors.starts_with("warning: stages[0].damping: "), "{errors}");
 }
@@ -177,7 +169,7 @@ fn a_problem_that_does_not_fit_in_memory_is_refused_before_it_is_made() {
         let file = write(folder.path(), &format!("{name}.json"), &case);
         let out = folder.path().join(name);
         for command in [vec!["check"], vec!["run", "--out", out.to_str().unwrap()]] {
-            let (code, _, errors) = output(colluvium().args(&command).arg(&file));
+            let (code, _, errors) = output(program().args(&command).arg(&file));
             assert_eq!(code, 3, "{command:?}: {errors}");
             let start = format!("error: {key}: gives about {points}, which need at least ");
             assert!(errors.starts_with(&start) && errors.contains(" GB of memory; "), "{errors}");
@@ -188,7 +180,7 @@ fn a_problem_that_does_not_fit_in_memory_is_refused_before_it_is_made() {
         "parameters": { "cell": { "at": ["methods.mpm.cell_size"], "values": [0.01, 1e-7] } } });
     write(folder.path(), "coarse.json", &coarse);
     let (code, _, errors) =
-        output(colluvium().args(["sweep", "--check"]).arg(write(folder.path(), "sweep.json", &sweep)));
+        output(program().args(["sweep", "--check"]).arg(write(folder.path(), "sweep.json", &sweep)));
     assert!(
         code == 3 && errors.contains("methods.mpm.cell_size: gives about 4.0e12 points"),
         "{code} {errors}"
@@ -199,14 +191,14 @@ fn a_problem_that_does_not_fit_in_memory_is_refused_before_it_is_made() {
 fn files_that_are_no_cases_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let missing = folder.path().join("none.json");
-    let (code, _, errors) = output(colluvium().arg("check").arg(&missing));
+    let (code, _, errors) = output(program().arg("check").arg(&missing));
     assert!(code == 3 && errors.contains("cannot be read"), "{errors}");
     let torn = folder.path().join("torn.json");
     fs::write(&torn, "{ \"title\": \"x\", ").unwrap();
-    let (code, _, errors) = output(colluvium().arg("run").arg(&torn));
+    let (code, _, errors) = output(program().arg("run").arg(&torn));
     let place = format!("error: {}: line 1, column 16: ", torn.display());
     assert!(code == 3 && errors.starts_with(&place), "{errors}");
-    let (code, ..) = output(colluvium().arg("frobnicate"));
+    let (code, ..) = output(program().arg("frobnicate"));
     assert_eq!(code, 2);
 }
 
@@ -224,7 +216,7 @@ fn threads_do_not_change_a_bit() {
         let file = write(folder.path(), &format!("{name}.json"), &case);
         let run = |threads: &str| {
             let out = folder.path().join(format!("{name}-{threads}"));
-            let mut command = colluvium();
+            let mut command = program();
             command.args(["run", "--quiet", "--threads", threads, "--out"]).arg(&out).arg(&file);
             let (code, _, errors) = output(&mut command);
             assert_eq!(code, 0, "{name}: {errors}");
@@ -254,7 +246,7 @@ fn an_interrupted_search_ends_with_code_4_and_goes_on_when_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "slope.json", &searched());
     let run = |out: &Path, flag: Option<&str>| {
-        let mut command = colluvium();
+        let mut command = program();
         command.args(["run", "--quiet", "--out"]).arg(out).arg(&file).args(flag);
         command
     };
@@ -298,7 +290,7 @@ fn a_killed_run_resumes_to_the_last_bit() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
     let whole = folder.path().join("whole");
-    let (code, _, errors) = output(colluvium().args(["run", "--quiet", "--out"]).arg(&whole).arg(&file));
+    let (code, _, errors) = output(program().args(["run", "--quiet", "--out"]).arg(&whole).arg(&file));
     assert_eq!(code, 0, "{errors}");
     assert_eq!(summary(&whole)["status"], "completed");
     assert_eq!(summary(&whole)["commit"].as_str(), colluvium::COMMIT);
@@ -307,7 +299,7 @@ fn a_killed_run_resumes_to_the_last_bit() {
     let mut kept = None;
     // Later and later, so that the run gets on between two kills whatever the speed of the machine.
     for attempt in 0..60u64 {
-        let mut command = colluvium();
+        let mut command = program();
         command.args(["run", "--quiet", "--out"]).arg(&killed).arg(&file);
         if killed.join("summary.json").exists() {
             command.arg("--resume");
@@ -349,7 +341,7 @@ fn a_folder_with_results_is_safe() {
     let file = write(folder.path(), "column.json", &case);
     let out = folder.path().join("out");
     let run = |flag: Option<&str>| {
-        let mut command = colluvium();
+        let mut command = program();
         command.args(["run", "--quiet", "--out"]).arg(&out).arg(&file).args(flag);
         output(&mut command)
     };
@@ -384,22 +376,22 @@ const PICTURES: [&str; 17] = [
 #[test]
 fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
     let folder = tempfile::tempdir().unwrap();
-    let (code, names, _) = output(colluvium().args(["new", "--list"]));
+    let (code, names, _) = output(program().args(["new", "--list"]));
     assert!(code == 0 && names.lines().count() >= 4);
     for name in names.lines() {
         let file = folder.path().join(format!("{name}.json"));
-        assert_eq!(output(colluvium().args(["new", name]).arg(&file)).0, 0);
-        let (code, text, errors) = output(colluvium().arg("check").arg(&file));
+        assert_eq!(output(program().args(["new", name]).arg(&file)).0, 0);
+        let (code, text, errors) = output(program().arg("check").arg(&file));
         assert!(code == 0 && text.contains("time step") && text.contains("memory"), "{name}: {errors}");
-        assert_eq!(output(colluvium().args(["new", name]).arg(&file)).0, 2, "an existing file is kept");
+        assert_eq!(output(program().args(["new", name]).arg(&file)).0, 2, "an existing file is kept");
     }
     let out = folder.path().join("out");
     let (code, _, errors) =
-        output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(folder.path().join("disks.json")));
+        output(program().args(["run", "--quiet", "--out"]).arg(&out).arg(folder.path().join("disks.json")));
     assert_eq!(code, 0, "{errors}");
     for format in ["png", "svg"] {
         let (code, _, errors) =
-            output(colluvium().args(["plot", "--field", "pressure", "--format", format]).arg(&out));
+            output(program().args(["plot", "--field", "pressure", "--format", format]).arg(&out));
         assert_eq!(code, 0, "{errors}");
         let ending = format!(".{format}");
         let mut pictures = names_in(&out.join("plots"));
@@ -410,19 +402,19 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
     let film = folder.path().join("film");
     let arguments =
         ["plot", "--fields", "pressure,velocity", "--frame", "all", "--range", "-10,200", "--gif", "--out"];
-    let (code, said, errors) = output(colluvium().args(arguments).arg(&film).arg(&out));
+    let (code, said, errors) = output(program().args(arguments).arg(&film).arg(&out));
     assert!(code == 0 && said.contains("velocity.gif shows 10 of 10 frames"), "{said} {errors}");
     let names = names_in(&film);
     let count = |begin: &str| names.iter().filter(|name| name.starts_with(begin)).count();
     assert_eq!((count("pressure"), count("velocity")), (11, 11), "{names:?}");
     assert_eq!(fs::read(film.join("pressure.gif")).unwrap()[..6], *b"GIF89a");
     for wrong in ["200,-10", "1", "a,b", "0,inf"] {
-        let (code, _, errors) = output(colluvium().args(["plot", "--range", wrong]).arg(&out));
+        let (code, _, errors) = output(program().args(["plot", "--range", wrong]).arg(&out));
         assert!(code == 2 && errors.contains("--range"), "{wrong}: {errors}");
     }
-    assert_eq!(output(colluvium().args(["plot", "--frame", "999"]).arg(&out)).0, 2);
-    assert_eq!(output(colluvium().args(["plot", "--field", "colour"]).arg(&out)).0, 2);
-    let (code, _, errors) = output(colluvium().arg("plot").arg(folder.path().join("nowhere")));
+    assert_eq!(output(program().args(["plot", "--frame", "999"]).arg(&out)).0, 2);
+    assert_eq!(output(program().args(["plot", "--field", "colour"]).arg(&out)).0, 2);
+    let (code, _, errors) = output(program().arg("plot").arg(folder.path().join("nowhere")));
     assert!(code == 2 && errors.contains("nowhere: holds no run"), "{code} {errors}");
 }
 
@@ -434,9 +426,9 @@ fn what_lies_on_nodes_is_drawn_by_its_name() {
     case["output"]["grid"] = json!(0.02);
     let file = write(folder.path(), "column.json", &case);
     let out = folder.path().join("out");
-    assert_eq!(output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
+    assert_eq!(output(program().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
     let draw = |dataset: &str, field: &str| {
-        output(colluvium().args(["plot", "--dataset", dataset, "--field", field]).arg(&out))
+        output(program().args(["plot", "--dataset", dataset, "--field", field]).arg(&out))
     };
     let (code, _, errors) = draw("grid", "density");
     assert_eq!(code, 0, "{errors}");
@@ -455,8 +447,8 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
     case["methods"]["mpm"]["courant"] = json!(0.31);
     let file = write(folder.path(), "column.json", &case);
     let out = folder.path().join("out");
-    assert_eq!(output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
-    let (code, said, errors) = output(colluvium().args(["report", "--frames", "3"]).arg(&out));
+    assert_eq!(output(program().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
+    let (code, said, errors) = output(program().args(["report", "--frames", "3"]).arg(&out));
     assert_eq!(code, 0, "{errors}");
     assert!(said.contains("report.html"), "{said}");
     let page = fs::read_to_string(out.join("report.html")).unwrap();
@@ -500,8 +492,8 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
     ];
     assert!(order.map(place).is_sorted(), "{:?}", order.map(place));
     assert!(!page.contains("Incomplete") && !page.contains("<figcaption>mass"));
-    assert_eq!(output(colluvium().args(["report", "--field", "colour"]).arg(&out)).0, 2);
-    assert_eq!(output(colluvium().arg("report").arg(folder.path())).0, 2, "holds no run");
+    assert_eq!(output(program().args(["report", "--field", "colour"]).arg(&out)).0, 2);
+    assert_eq!(output(program().arg("report").arg(folder.path())).0, 2, "holds no run");
 }
 
 #[test]
@@ -510,8 +502,8 @@ fn a_run_hands_its_last_frame_over_to_depth_integrated_flow() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
     let out = folder.path().join("out");
-    assert_eq!(output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
-    let (code, said, errors) = output(colluvium().args(["export", "--points"]).arg(&out));
+    assert_eq!(output(program().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
+    let (code, said, errors) = output(program().args(["export", "--points"]).arg(&out));
     assert_eq!(code, 0, "{errors}");
     assert!(said.contains("points at 0.12 s to ") && said.trim_end().ends_with("points.csv"), "{said}");
     let mut next = column();
@@ -522,7 +514,7 @@ fn a_run_hands_its_last_frame_over_to_depth_integrated_flow() {
     next["measures"] = json!({});
     let file = write(folder.path(), "next.json", &next);
     let then = folder.path().join("then");
-    let (code, said, errors) = output(colluvium().args(["run", "--out"]).arg(&then).arg(&file));
+    let (code, said, errors) = output(program().args(["run", "--out"]).arg(&then).arg(&file));
     assert_eq!(code, 0, "{said}{errors}");
     let last = read_frame(&out.join("frames/frame-00006.vtu"), 0.12).unwrap();
     let handed: f64 = last.scalars("volume").unwrap().iter().sum();
@@ -550,9 +542,9 @@ fn saturated() -> Value {
 fn first_frame(folder: &Path, name: &str, case: &Value) -> colluvium::case::Snapshot {
     let out = folder.join(name);
     let file = write(folder, &format!("{name}.json"), case);
-    let (code, said, errors) = output(colluvium().args(["run", "--out"]).arg(&out).arg(&file));
+    let (code, said, errors) = output(program().args(["run", "--out"]).arg(&out).arg(&file));
     assert_eq!(code, 0, "{said}{errors}");
-    let (code, _, errors) = output(colluvium().args(["export", "--points"]).arg(&out));
+    let (code, _, errors) = output(program().args(["export", "--points"]).arg(&out));
     assert_eq!(code, 0, "{errors}");
     colluvium::case::output::read_frame(&out.join("frames/frame-00000.vtu"), 0.0).unwrap()
 }
@@ -596,7 +588,7 @@ fn pore_pressure_goes_from_mpm_to_depth_integrated_flow_and_back() {
     }
     column["bodies"][0].as_object_mut().unwrap().remove("pore_fluid");
     let file = write(folder.path(), "dry.json", &column);
-    let (code, _, errors) = output(colluvium().arg("check").arg(&file));
+    let (code, _, errors) = output(program().arg("check").arg(&file));
     assert_ne!(code, 0, "it is refused");
     assert!(errors.contains("bodies[0].points.file: the points have pore pressures"), "{errors}");
 }
@@ -607,11 +599,11 @@ fn an_export_has_every_frame_and_table_to_the_last_bit() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
     let out = folder.path().join("out");
-    assert_eq!(output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
+    assert_eq!(output(program().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
     let archives = out.join("npz");
     fs::create_dir(&archives).unwrap();
     fs::write(archives.join("frame-00099.npz"), "of an earlier run").unwrap();
-    let (code, said, errors) = output(colluvium().arg("export").arg(&out));
+    let (code, said, errors) = output(program().arg("export").arg(&out));
     assert_eq!(code, 0, "{errors}");
     let mut wanted: Vec<String> = (0..7).map(|number| format!("frame-{number:05}.npz")).collect();
     wanted.extend(["measures.npz", "profile-surface.npz"].map(str::to_owned));
@@ -631,7 +623,7 @@ fn an_export_has_every_frame_and_table_to_the_last_bit() {
     let numbers = columns.iter().filter(|array| !array.name.ends_with(".mask")).count();
     assert_eq!(numbers, table.columns.len());
     assert_eq!(columns[0].values, Values::Float(table.column("time").unwrap()));
-    assert_eq!(output(colluvium().arg("export").arg(folder.path())).0, 2, "holds no run");
+    assert_eq!(output(program().arg("export").arg(folder.path())).0, 2, "holds no run");
 }
 
 #[test]
@@ -642,10 +634,10 @@ fn a_report_says_that_a_run_is_incomplete() {
         json!({ "name": "rest", "duration": 0.02, "equilibrium": { "unbalanced_force": 1e-12 } });
     let file = write(folder.path(), "column.json", &case);
     let out = folder.path().join("out");
-    let (code, _, errors) = output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file));
+    let (code, _, errors) = output(program().args(["run", "--quiet", "--out"]).arg(&out).arg(&file));
     assert_eq!(code, 1, "{errors}");
     let page = || {
-        let (code, _, errors) = output(colluvium().arg("report").arg(&out));
+        let (code, _, errors) = output(program().arg("report").arg(&out));
         assert_eq!(code, 0, "{errors}");
         fs::read_to_string(out.join("report.html")).unwrap()
     };
@@ -676,7 +668,7 @@ fn a_sweep_tells_of_each_run_and_leaves_one_table() {
     });
     let file = write(folder.path(), "sweep.json", &sweep);
     let out = folder.path().join("out");
-    let (code, said, errors) = output(colluvium().arg("sweep").arg(&file).arg("--out").arg(&out));
+    let (code, said, errors) = output(program().arg("sweep").arg(&file).arg("--out").arg(&out));
     assert_eq!(code, 0, "{errors}");
     for line in
         ["run 2 (cell = 0.01): completed", "nearest to the targets: run ", "front: ", "3 of 3 runs complete"]
@@ -686,25 +678,25 @@ fn a_sweep_tells_of_each_run_and_leaves_one_table() {
     assert_eq!(fs::read_to_string(out.join("runs.csv")).unwrap().lines().count(), 4);
     assert_eq!(fs::read_to_string(out.join("convergence.csv")).unwrap().lines().count(), 4);
     let again = ["sweep", "--quiet", "--resume", "--out"];
-    let (code, said, errors) = output(colluvium().args(again).arg(&out).arg(&file));
+    let (code, said, errors) = output(program().args(again).arg(&out).arg(&file));
     assert_eq!((code, said.as_str()), (0, ""), "{errors}");
 
     sweep["parameters"]["cell"]["values"] = json!([0.02, 0.01, 0.03]);
     let file = write(folder.path(), "sweep.json", &sweep);
-    let (code, _, errors) = output(colluvium().arg("sweep").arg("--check").arg(&file));
+    let (code, _, errors) = output(program().arg("sweep").arg("--check").arg(&file));
     assert_eq!(code, 3);
     assert!(errors.starts_with("error: run 3 (cell = 0.03): methods.mpm.cell_size: "), "{errors}");
 }
 
 #[test]
 fn the_schema_is_json_and_knows_the_methods() {
-    let (code, text, _) = output(colluvium().arg("schema"));
+    let (code, text, _) = output(program().arg("schema"));
     let schema: Value = serde_json::from_str(&text).unwrap();
     assert!(
         code == 0
             && schema["properties"]["methods"]["properties"]["mpm"]["properties"]["cell_size"].is_object()
     );
-    let (code, text, _) = output(colluvium().args(["schema", "--markdown"]));
+    let (code, text, _) = output(program().args(["schema", "--markdown"]));
     assert!(code == 0 && text.starts_with("# Case file") && text.contains("`friction_angle`"));
 }
 
@@ -741,7 +733,7 @@ fn an_element_test_leaves_a_table_and_four_pictures() {
     let drained = triaxial(&json!({ "kind": "triaxial-drained", "axial_compression": 0.05 }));
     let file = write(folder.path(), "triaxial.json", &drained);
     let out = folder.path().join("out");
-    let (code, _, errors) = output(colluvium().arg("element-test").arg(&file).arg("--out").arg(&out));
+    let (code, _, errors) = output(program().arg("element-test").arg(&file).arg("--out").arg(&out));
     assert_eq!(code, 0, "{errors}");
     assert_eq!(
         names_in(&out),
@@ -752,7 +744,7 @@ fn an_element_test_leaves_a_table_and_four_pictures() {
     // Into the same folder: nothing of the drained test stays.
     let undrained = triaxial(&json!({ "kind": "triaxial-undrained", "axial_compression": 0.05 }));
     let file = write(folder.path(), "undrained.json", &undrained);
-    let mut command = colluvium();
+    let mut command = program();
     let (code, _, errors) =
         output(command.arg("element-test").arg(&file).arg("--out").arg(&out).args(["--format", "svg"]));
     assert_eq!(code, 0, "{errors}");
@@ -792,7 +784,7 @@ fn broken_element_tests_end_with_code_3_and_the_path_of_every_mistake() {
         }
         let file = write(folder.path(), &format!("broken-{number}.json"), &test);
         let out = folder.path().join(format!("out-{number}"));
-        let (code, _, errors) = output(colluvium().arg("element-test").arg(&file).arg("--out").arg(&out));
+        let (code, _, errors) = output(program().arg("element-test").arg(&file).arg("--out").arg(&out));
         assert_eq!(code, 3, "{pointer}: {errors}");
         let first = errors.lines().next().unwrap_or_default();
         assert!(first.starts_with(&format!("error: {path}: ")), "{pointer}: {first}");
@@ -806,7 +798,7 @@ fn a_limit_load_leaves_what_came_before_and_ends_with_code_1() {
     let push = triaxial(&json!({ "kind": "stress", "increment": [0, 0, -3e5, 0, 0, 0] }));
     let file = write(folder.path(), "push.json", &push);
     let out = folder.path().join("out");
-    let (code, _, errors) = output(colluvium().arg("element-test").arg(&file).arg("--out").arg(&out));
+    let (code, _, errors) = output(program().arg("element-test").arg(&file).arg("--out").arg(&out));
     assert_eq!(code, 1, "{errors}");
     assert!(errors.starts_with("error: stages[0].path: limit load reached in step 66"), "{errors}");
     assert!((last(&out, "q") / 2e5 - 1.0).abs() < 1e-4, "{}", last(&out, "q"));
@@ -825,7 +817,7 @@ fn a_folder_of_an_incremental_driver_is_an_element_test() {
     let law = write(folder.path(), "law.json", &material);
     let out = folder.path().join("out");
     let run = |law: &Path| {
-        let mut command = colluvium();
+        let mut command = program();
         command.arg("element-test").arg(folder.path()).args(["--stress-unit", "kPa", "--material"]).arg(law);
         output(command.arg("--out").arg(&out))
     };
@@ -852,8 +844,8 @@ fn a_folder_of_an_incremental_driver_is_an_element_test() {
         let place = format!("error: {}: {key}: ", wrong.display());
         assert!(code == 3 && errors.starts_with(&place), "{errors}");
     }
-    let (code, ..) = output(colluvium().arg("element-test").arg(folder.path()));
+    let (code, ..) = output(program().arg("element-test").arg(folder.path()));
     assert_eq!(code, 2, "a folder needs a law");
-    let (code, ..) = output(colluvium().arg("element-test").arg(&law).arg("--material").arg(&law));
+    let (code, ..) = output(program().arg("element-test").arg(&law).arg("--material").arg(&law));
     assert_eq!(code, 2, "a test file has its own law");
 }

@@ -2,18 +2,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use colluvium_terrain::read_raster;
 use serde_json::{Value, json};
 
-fn colluvium(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
-    let program = env!("CARGO_BIN_EXE_colluvium");
-    let ran = Command::new(program).args(arguments).current_dir(folder).output();
-    let Output { status, stdout, stderr } = ran.expect("the program starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-    (status.code().unwrap_or(-1), text(stdout), text(stderr))
-}
+use super::in_folder;
 
 /// Changes the case that `new` has written.
 fn change(folder: &Path, change: impl Fn(&mut Value)) {
@@ -36,15 +29,15 @@ fn last(out: &Path, name: &str) -> f64 {
 fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let (code, said, errors) = colluvium(folder, &["new", "debris-flow"]);
+    let (code, said, errors) = in_folder(folder, &["new", "debris-flow"]);
     assert!(code == 0 && said.contains("debris-flow-terrain.asc"), "{said} {errors}");
-    let (code, _, errors) = colluvium(folder, &["new", "debris-flow", "other.json"]);
+    let (code, _, errors) = in_folder(folder, &["new", "debris-flow", "other.json"]);
     assert!(code == 2 && errors.contains("debris-flow-terrain.asc exists already"), "{errors}");
     change(folder, |case| {
         case["stages"][0]["duration"] = json!(6);
         case["methods"]["depth-sph"]["spacing"] = json!(4);
     });
-    let (code, _, errors) = colluvium(folder, &["run", "debris-flow.json", "--quiet"]);
+    let (code, _, errors) = in_folder(folder, &["run", "debris-flow.json", "--quiet"]);
     assert_eq!(code, 0, "{errors}");
     let out = folder.join("debris-flow-depth-sph");
     let terrain = read_raster(&folder.join("debris-flow-terrain.asc")).unwrap();
@@ -59,9 +52,9 @@ fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
         assert!((1.05..1.25).contains(&(flow / (1.5 * 3244.0))), "{flow}");
     }
     assert!(fs::metadata(out.join("rasters/map.png")).unwrap().len() > 10_000);
-    let (code, _, errors) = colluvium(folder, &["plot", "debris-flow-depth-sph"]);
+    let (code, _, errors) = in_folder(folder, &["plot", "debris-flow-depth-sph"]);
     assert!(code == 0 && out.join("plots/map-peak_velocity.png").exists(), "{errors}");
-    let (code, _, errors) = colluvium(folder, &["report", "debris-flow-depth-sph"]);
+    let (code, _, errors) = in_folder(folder, &["report", "debris-flow-depth-sph"]);
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(code == 0 && page.contains("Maps") && page.contains("peak dynamic pressure"), "{errors}");
 }
@@ -70,14 +63,14 @@ fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
 fn rasters_are_refused_by_methods_that_have_none() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    assert_eq!(colluvium(folder, &["new", "debris-flow"]).0, 0);
+    assert_eq!(in_folder(folder, &["new", "debris-flow"]).0, 0);
     change(folder, |case| case["methods"] = json!({ "mpm": { "cell_size": 20 } }));
-    let (code, _, errors) = colluvium(folder, &["check", "debris-flow.json"]);
+    let (code, _, errors) = in_folder(folder, &["check", "debris-flow.json"]);
     assert!(code != 0 && errors.contains("output.rasters: rasters over the plan are those of"), "{errors}");
     change(folder, |case| {
         case["output"] = json!({});
     });
-    let (code, said, errors) = colluvium(folder, &["check", "debris-flow.json"]);
+    let (code, said, errors) = in_folder(folder, &["check", "debris-flow.json"]);
     assert!(code == 0, "the layer is a body of the material point method too: {said} {errors}");
 }
 
@@ -85,7 +78,7 @@ fn rasters_are_refused_by_methods_that_have_none() {
 fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    assert_eq!(colluvium(folder, &["new", "debris-flow"]).0, 0);
+    assert_eq!(in_folder(folder, &["new", "debris-flow"]).0, 0);
     change(folder, |case| {
         case["stages"][0]["duration"] = json!(8);
         case["methods"]["depth-sph"]["spacing"] = json!(5);
@@ -99,7 +92,7 @@ fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
         fs::write(folder.join("sweep.json"), sweep.to_string()).unwrap();
     };
     sweep(json!({ "peak_velocity": [2, 500], "peak_thickness_vertical": [0.5] }));
-    let (code, _, errors) = colluvium(folder, &["sweep", "sweep.json", "--out", "out", "--jobs", "1"]);
+    let (code, _, errors) = in_folder(folder, &["sweep", "sweep.json", "--out", "out", "--jobs", "1"]);
     assert_eq!(code, 0, "{errors}");
     let runs: Vec<_> = (1..=3)
         .map(|run| read_raster(&folder.join(format!("out/run-000{run}/rasters/peak_velocity.asc"))).unwrap())
@@ -126,7 +119,7 @@ fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
         ),
     ] {
         sweep(exceedance);
-        let (code, _, errors) = colluvium(folder, &["sweep", "sweep.json", "--check"]);
+        let (code, _, errors) = in_folder(folder, &["sweep", "sweep.json", "--check"]);
         assert!(code != 0 && errors.contains(problem), "{errors}");
     }
 }

@@ -1,11 +1,10 @@
 //! Grains that fill bodies, and cells of grains as the material of other methods.
 
-use std::path::Path;
-use std::process::Command;
-
 use colluvium::case::{Case, Snapshot, Solver};
 use colluvium::constitutive::driver::Trace;
 use serde_json::{Value, json};
+
+use super::{in_folder, output, program};
 
 const PRESSURE: f64 = 100e3;
 /// Shortening in a step, and steps.
@@ -171,18 +170,12 @@ fn cells_of_disks_are_refused_where_there_is_strain_across_their_plane() {
     assert!(refusal.contains("bear no tension"), "{refusal}");
 }
 
-fn output(arguments: &[&str]) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_colluvium")).args(arguments).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
-}
-
 #[test]
 fn a_check_tells_what_cells_of_grains_cost() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("case.json");
     std::fs::write(&file, mpm().to_string()).unwrap();
-    let (code, text, errors) = output(&["check", file.to_str().unwrap()]);
+    let (code, text, errors) = output(program().args(["check", file.to_str().unwrap()]));
     assert_eq!(code, 0, "{errors}");
     assert!(
         errors.contains("warning: materials.grains: an update of a point takes about 0.14 ms "),
@@ -223,7 +216,7 @@ fn grains_that_take_long_to_place_are_told_of_before_and_those_that_do_not_fit_a
     let path = file.to_str().unwrap();
     std::fs::write(&file, filled(1e3, 1e-3).to_string()).unwrap();
     for command in ["check", "run"] {
-        let (code, _, errors) = output(&[command, path]);
+        let (code, _, errors) = output(program().args([command, path]));
         assert_eq!(code, 3, "{errors}");
         let refusal = "error: methods.dem.grains: gives about 1.4e18 points, which need at least ";
         assert!(
@@ -261,14 +254,6 @@ fn bed() -> Value {
             "stages": { "rest": { "reset_contacts": false } }
         } }
     })
-}
-
-/// Runs the program in a folder.
-fn in_folder(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_colluvium"));
-    let output = command.current_dir(folder).args(arguments).output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Libraries that a file names are foreign code: they run where the user allows it, and what they do ends in words.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
+
+use super::{output, program};
 
 /// The C routines of the tests of `crates/umat`, with a file `loaded` as the sign that any of their code ran.
 fn build(folder: &Path) {
@@ -19,11 +21,10 @@ fn build(folder: &Path) {
 
 /// Exit code and standard error of the program in a folder.
 fn run(folder: &Path, arguments: &[&str], allowed: Option<&str>) -> (i32, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_colluvium"));
+    let mut command = program();
     command.current_dir(folder).args(arguments).env_remove("COLLUVIUM_ALLOW_LIBRARY");
-    command.envs(allowed.map(|value| ("COLLUVIUM_ALLOW_LIBRARY", value)));
-    let Output { status, stderr, .. } = command.output().unwrap();
-    (status.code().unwrap_or(-1), String::from_utf8(stderr).unwrap())
+    let (code, _, errors) = output(command.envs(allowed.map(|value| ("COLLUVIUM_ALLOW_LIBRARY", value))));
+    (code, errors)
 }
 
 fn material(symbol: &str) -> serde_json::Value {

@@ -11,3 +11,23 @@ mod methods_agree;
 mod points;
 mod reference;
 mod strength;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// The program.
+fn program() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_colluvium"))
+}
+
+/// Exit code, and what a command says on both streams.
+fn output(command: &mut Command) -> (i32, String, String) {
+    let Output { status, stdout, stderr } = command.output().expect("the program starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (status.code().unwrap_or(-1), text(stdout), text(stderr))
+}
+
+/// The same of the program in a folder.
+fn in_folder(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    output(program().current_dir(folder).args(arguments))
+}
