@@ -151,26 +151,16 @@ fn forms(outcome: &mut Outcome, reports: &[(&Regime, RunReport)]) -> Result<(), 
         (1.0, f64::INFINITY),
         "the sheet's criterion",
     );
-    let rough: Vec<f64> = reports
-        .iter()
-        .map(|(_, report)| {
-            let frame = report.frames.iter().find(|frame| frame.time >= 3.0 - 1e-9);
-            let frame = frame.unwrap_or(&report.snapshot);
-            let ends = [0.05, 0.95].map(|share| reach_of(frame, share, along));
-            let height = |x: &[f64; 3]| {
-                track.gap(&[x[0], x[1]], f64::INFINITY).map_or(f64::NAN, |nearest| nearest.distance)
-            };
-            roughness(&surface(frame.positions.iter().map(|x| [along(x), height(x)]), ends))
-        })
-        .collect();
-    for ((regime, _), rough) in reports.iter().zip(&rough) {
+    for (regime, report) in reports {
+        let frame = report.frames.iter().find(|frame| frame.time >= 3.0 - 1e-9).unwrap_or(&report.snapshot);
+        let ends = [0.05, 0.95].map(|share| reach_of(frame, share, along));
+        let height = |x: &[f64; 3]| {
+            track.gap(&[x[0], x[1]], f64::INFINITY).map_or(f64::NAN, |nearest| nearest.distance)
+        };
+        let rough = roughness(&surface(frame.positions.iter().map(|x| [along(x), height(x)]), ends));
         let name = format!("A6 {}: roughness of the surface after 3 s", regime.name);
-        outcome.show(
-            name,
-            "not given",
-            *rough,
-            "the source has pictures only; where a flow is thin, single points count",
-        );
+        let reason = "the source has pictures only; where a flow is thin, single points count";
+        outcome.show(name, "not given", rough, reason);
     }
     Ok(())
 }
