@@ -4,7 +4,7 @@ use wide::f64x4 as Lanes;
 
 use super::{Elastic, Memory, Tally, Touch};
 use crate::config::SpringReset;
-use crate::vector::{dot, follow, times};
+use crate::vector::{Number, dot, follow, times};
 
 /// Coefficient of friction of walls on which nothing slips.
 pub const ROUGH: f64 = 1e12;
@@ -53,10 +53,7 @@ impl Coulomb {
             force = times(limit / size, &force);
             slide = self.left(&force, &touch.sliding, (stiffness, dashpot), limit);
             tally.sliding += 1;
-            // What moved less what the spring took up has slipped.
-            for c in 0..R {
-                tally.friction -= force[c] * (touch.sliding[c] * dt - (slide[c] - old[c]));
-            }
+            tally.friction += slipped(&force, &times(dt, &touch.sliding), stiffness, (&old, &slide));
         } else if dashpot > 0.0 {
             tally.dashpots += dashpot * dot(&touch.sliding, &touch.sliding) * dt;
         }
@@ -86,6 +83,18 @@ impl Coulomb {
         let most = limit / stiffness;
         if size > most { times(most / size, &slide) } else { slide }
     }
+}
+
+/// Energy that a contact loses which moves by `way` and slips under `force`, while its spring goes from one elongation to another
+/// (J): the work of the force less what the spring takes up. The dashpot's share is in it, and what a spring loses that is set back.
+#[inline(always)]
+pub fn slipped<T: Number, const R: usize>(
+    force: &[T; R],
+    way: &[T; R],
+    stiffness: T,
+    (old, left): (&[T; R], &[T; R]),
+) -> T {
+    T::of(0.5) * stiffness * (dot(old, old) - dot(left, left)) - dot(force, way)
 }
 
 /// A spring whose stiffness follows the overlap: its force stays where the contact is pressed together, its elongation where

@@ -3,6 +3,7 @@
 
 use wide::f64x4 as Lanes;
 
+use super::friction::slipped;
 use super::{Elastic, Law, Memory, Tally, Touch, rolls};
 use crate::vector::{dot, follow, times};
 
@@ -76,9 +77,7 @@ impl Resistance {
             if length * stiffness > limit {
                 left = times(limit / (stiffness * length), &left);
             }
-            for c in 0..N {
-                tally.rolling -= moment[c] * (rate[c] * dt - (left[c] - spring[c]));
-            }
+            tally.rolling += slipped(&moment, &times(dt, rate), stiffness, (spring, &left));
         } else {
             tally.dashpots += dashpot * dot(rate, rate) * dt;
         }
@@ -130,11 +129,11 @@ impl Resistance<Lanes> {
             let length = dot(&free, &free).sqrt();
             let longer = (length * stiffness).simd_gt(limit);
             let clipped = times(limit / (stiffness * length), &free);
+            let kept: [Lanes; N] = std::array::from_fn(|c| longer.bitselect(clipped[c], free[c]));
+            lost = slipped(&capped, &times(dt, rate), stiffness, (spring, &kept));
             for c in 0..N {
-                let kept = longer.bitselect(clipped[c], free[c]);
-                lost -= capped[c] * (rate[c] * dt - (kept - spring[c]));
                 moment[c] = slips.bitselect(capped[c], moment[c]);
-                left[c] = slips.bitselect(kept, left[c]);
+                left[c] = slips.bitselect(kept[c], left[c]);
             }
         }
         Resisted {

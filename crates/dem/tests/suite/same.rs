@@ -99,6 +99,30 @@ fn energy_is_accounted_for_in_a_heap_that_falls() {
     }
 }
 
+/// Dashpots share the load with springs as contacts slip: what neither takes up is lost in friction.
+#[test]
+fn energy_is_accounted_for_where_contacts_slip_that_have_dashpots_across() {
+    for dimension in [2, 3] {
+        for (law, reset) in [("linear", "clip"), ("linear", "spring"), ("hertz", "clip")] {
+            let mut case = heap(dimension);
+            let pair = &mut case["methods"]["dem"]["pairs"][0];
+            if law == "hertz" {
+                pair["normal"] = json!({ "law": "hertz", "youngs_modulus": 3e8, "poissons_ratio": 0.25, "restitution": 0.4 });
+            }
+            pair["tangential"] = json!({ "damping_ratio": 0.4, "reset": reset });
+            pair["rolling"] = json!({ "friction": 0.1, "damping_ratio": 0.4 });
+            case["methods"]["dem"]["step_fraction"] = json!(0.01);
+            let mut solver = begin(&case);
+            while solver.time() < 0.25 {
+                cases::advance(&mut *solver, 1);
+            }
+            assert!(reading(&*solver, "dissipated.friction") > 0.0);
+            assert!(reading(&*solver, "dissipated.rolling") > 0.0);
+            near(reading(&*solver, "energy_error"), 0.0, 0.005);
+        }
+    }
+}
+
 /// A gas of elastic disks in a box that repeats itself.
 fn gas(spread: f64) -> Value {
     json!({

@@ -3,7 +3,7 @@
 use wide::f64x4 as Lanes;
 
 use super::push::Work;
-use crate::contact::friction::{left_in_lanes, rescaled_in_lanes};
+use crate::contact::friction::{left_in_lanes, rescaled_in_lanes, slipped};
 use crate::contact::{Elastic, Touch, rolls};
 use crate::sweep::side::Laws;
 use crate::vector::{WIDTH, dot, follow, times};
@@ -80,9 +80,8 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
             let limit = laws.coefficient * cap;
             let capped = times(limit / square.sqrt(), &force);
             let left = left_in_lanes(&capped, &touch.sliding, (stiffness, dashpot), limit, laws.spring);
-            let mut lost = Lanes::ZERO;
+            let lost = slipped(&capped, &times(dt, &touch.sliding), stiffness, (&old, &left));
             for c in 0..R {
-                lost -= capped[c] * (touch.sliding[c] * dt - (left[c] - old[c]));
                 force[c] = slips.bitselect(capped[c], force[c]);
                 slide[c] = slips.bitselect(left[c], slide[c]);
             }
