@@ -54,3 +54,29 @@ pub fn gather_affine<const D: usize>(
         });
     }
 }
+
+/// Kinetic energy (J) along each axis of the affine velocity fields that points carry, beside that of their motion: what the grid
+/// gets of it in the next step, `½ m C D Cᵀ` with the second moments `D` of the shape functions and the gradient `C`
+/// (sheet: snow-mpm §2.11). What turns and stretches within points.
+pub fn affine_energies<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+) -> [f64; D] {
+    let (ground, mut energies) = (background.ground(), [0.0; D]);
+    let carrying = bodies.sets.iter().filter(|set| set.rigid.is_none() && !set.points.affine.is_empty());
+    for set in carrying {
+        let mut moments = vec![[0.0; D]; set.len()];
+        background.sweeps.second_moments(&ground, &set.places(), &mut moments);
+        for ((affine, squares), mass) in set.points.affine.iter().zip(&moments).zip(&set.points.mass) {
+            for (energy, row) in energies.iter_mut().zip(affine) {
+                let each = row.iter().zip(squares).map(|(c, square)| match clock.options.transfer {
+                    Transfer::Apic => c * c / square,
+                    _ => c * c * square,
+                });
+                *energy += 0.5 * mass * each.sum::<f64>();
+            }
+        }
+    }
+    energies
+}

@@ -2,6 +2,7 @@
 
 use colluvium_case::measure::Reading;
 
+use crate::affine::affine_energies;
 use crate::points::PointSet;
 use crate::pressing::{ObstacleEnergies, obstacle_energies};
 use crate::solver::MpmSolver;
@@ -55,9 +56,9 @@ impl<const D: usize> MpmSolver<D> {
         readings
     }
 
-    /// Kinetic energy of the motion along each axis (J), of both phases.
+    /// Kinetic energy of the motion along each axis (J), of both phases, with that of affine velocity fields.
     fn kinetic_energies(&self) -> [f64; D] {
-        let mut energies = [0.0; D];
+        let mut energies = affine_energies(&self.clock, &self.background, &self.bodies);
         let mut add = |mass: f64, velocity: &[f64; D]| {
             energies.iter_mut().zip(velocity).for_each(|(energy, v)| *energy += 0.5 * mass * v * v);
         };

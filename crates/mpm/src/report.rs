@@ -5,6 +5,7 @@ use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep, sp
 use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
 use rayon::prelude::*;
 
+use crate::affine::affine_energies;
 use crate::config::StepBounds;
 use crate::loose::own_inertia;
 use crate::points::PointSet;
@@ -196,6 +197,7 @@ impl<const D: usize> MpmSolver<D> {
                 }
             }
         }
+        budget.kinetic += affine_energies(&self.clock, &self.background, &self.bodies).iter().sum::<f64>();
         self.add_liquid(&mut budget);
         budget
     }
@@ -211,12 +213,10 @@ impl<const D: usize> MpmSolver<D> {
         (0..3).for_each(|c| budget.angular_momentum[c] += own * spin[c]);
     }
 
-    /// Whether nothing works on the points from outside, and all their energy is told: that of affine motion, of scaled masses and
-    /// of springs of obstacles is not.
+    /// Whether nothing works on the points from outside, and all their energy is told: that of scaled masses and of springs of
+    /// obstacles is not.
     pub(crate) fn is_left_alone(&self) -> bool {
-        let plain = !matches!(self.clock.options.transfer, crate::Transfer::Apic | crate::Transfer::Tpic);
-        plain
-            && self.clock.options.mass_scaling <= 1.0
+        self.clock.options.mass_scaling <= 1.0
             && self.clock.case.obstacles.is_empty()
             && self.clock.case.is_closed(self.clock.stage)
             && self.bodies.sets.iter().all(|set| set.law_points().defines_energy())

@@ -15,3 +15,8 @@ pub fn solve(case: &Case) -> RunReport {
 pub fn begin(case: &Case) -> Box<dyn Solver> {
     cases::begin(&Mpm, case)
 }
+
+/// What a method tells of its state under this name, at the time.
+pub fn reading(solver: &dyn Solver, name: &str) -> f64 {
+    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+}

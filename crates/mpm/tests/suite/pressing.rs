@@ -5,6 +5,8 @@ use colluvium_mpm::Mpm;
 use colluvium_testkit::cases::{advance, begin, changed};
 use serde_json::{Value, json};
 
+use crate::common::reading;
+
 const GRAVITY: f64 = 9.81;
 
 /// A block of 0.6 m by 0.3 m on a floor at y = 0.5 m, whose points stand in rows along it.
@@ -33,10 +35,6 @@ fn until(solver: &mut dyn Solver, time: f64) {
     while solver.time() < time {
         solver.step(time - solver.time()).unwrap();
     }
-}
-
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 #[test]

@@ -5,6 +5,8 @@ use colluvium_mpm::Mpm;
 use colluvium_testkit::cases::{begin, changed};
 use serde_json::{Value, json};
 
+use crate::common::reading;
+
 /// A layer of sand of two points thrown at a floor with a bump, faster than its waves run (24 m/s).
 fn thrown(options: &Value, wall: &Value) -> Case {
     let sand = json!({
@@ -32,10 +34,6 @@ fn thrown(options: &Value, wall: &Value) -> Case {
 
 fn frictional() -> Value {
     json!({ "kind": "frictional", "friction_coefficient": 0.4 })
-}
-
-fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 /// All energies (J), with what obstacles took of them.

@@ -4,7 +4,7 @@ use colluvium_case::{Budget, Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, vectors, with};
+use crate::common::{begin, changed, reading, solve, vectors, with};
 
 /// A case of one elastic material; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -251,6 +251,33 @@ fn affine_transfers_reproduce_an_affine_field() {
                 assert!((a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-12, "{options}: {a:?}, {b:?}");
             }
         }
+    }
+}
+
+/// Beside its motion a point has what turns and stretches within it: the gradient squared times the second moment of its functions.
+#[test]
+fn the_kinetic_energy_of_an_affine_field_is_that_of_the_grid() {
+    let moments = [
+        ("apic", "quadratic", 0.25),
+        ("apic", "cubic", 1.0 / 3.0),
+        ("tpic", "cubic", 1.0 / 3.0),
+        ("tpic", "linear", 3.0 / 16.0),
+    ];
+    for (transfer, shape, moment) in moments {
+        let solver = begin(&spinning(&json!({ "transfer": transfer, "shape": shape })));
+        let (snapshot, found) = (solver.snapshot(), solver.totals());
+        let velocity = vectors(&snapshot, "velocity");
+        let motion: f64 = velocity.iter().map(|v| 0.5 * (v[0] * v[0] + v[1] * v[1])).sum();
+        let gradient: f64 = [0.2, -1.0, 1.5, -0.1].iter().map(|g| g * g).sum();
+        let exact = found.mass * (motion / velocity.len() as f64 + 0.5 * gradient * moment * 0.1 * 0.1);
+        assert!(
+            (found.kinetic / exact - 1.0).abs() < 1e-12,
+            "{transfer}, {shape}: {} {exact}",
+            found.kinetic
+        );
+        let axes: f64 =
+            ["x", "y"].map(|axis| reading(&*solver, &format!("kinetic_energy.{axis}"))).iter().sum();
+        assert!((axes / exact - 1.0).abs() < 1e-12, "{transfer}, {shape}");
     }
 }
 
