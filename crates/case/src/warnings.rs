@@ -38,6 +38,11 @@ impl Case {
         self.warn_of_weights(&mut warnings);
         warnings.extend(self.falls_for_ever());
         self.warn_of_walls(&mut warnings);
+        match self.dimension() {
+            2 => self.warn_of_obstacles::<2>(&mut warnings),
+            3 => self.warn_of_obstacles::<3>(&mut warnings),
+            _ => {}
+        }
         self.warn_of_searches(&mut warnings);
         self.warn_of_excavations(&mut warnings);
         self.warn_of_cuts(&mut warnings);
@@ -88,6 +93,24 @@ impl Case {
                     body.name
                 ));
             }
+        }
+    }
+
+    /// Warns of obstacles at rest that nothing in the domain can meet. What cannot be read is refused elsewhere.
+    fn warn_of_obstacles<const D: usize>(&self, warnings: &mut Vec<String>) {
+        let origin = self.origin();
+        for standing in self.standing::<D>().iter().flatten().filter(|s| s.obstacle.motion.is_none()) {
+            let (low, high) = standing.surface.bounds();
+            let apart = (0..D).find(|c| high[*c] < self.domain.min[*c] || low[*c] > self.domain.max[*c]);
+            let Some(c) = apart else { continue };
+            let [from, to, min, max] =
+                [low[c], high[c], self.domain.min[c], self.domain.max[c]].map(|x| x + origin[c]);
+            let axis = ["x", "y", "z"][c];
+            warnings.push(format!(
+                "obstacles[{}].shape: lies from {from} to {to} m along {axis}, and the domain from {min} to {max} m: nothing \
+                 meets it",
+                standing.number
+            ));
         }
     }
 
@@ -418,5 +441,28 @@ mod tests {
         assert_eq!(plan.masses(&case), [1.5]);
         plan.grains = Some(vec![2.5]);
         assert_eq!((plan.all_warnings(&case).len(), plan.masses(&case)), (0, vec![2.5]));
+    }
+
+    #[test]
+    fn an_obstacle_that_lies_beyond_the_domain_is_named_unless_it_moves() {
+        let with = |obstacle: Value| {
+            warnings("y-max", move |case| {
+                case["domain"] = json!({ "min": [5e5, 0], "max": [5e5 + 4.0, 2], "origin": [5e5, 0] });
+                case["bodies"][0]["shape"] =
+                    json!({ "kind": "box", "min": [5e5 + 1.0, 0], "max": [5e5 + 2.0, 1] });
+                case["obstacles"] = json!([obstacle]);
+            })
+        };
+        let ball = |x: f64| json!({ "name": "o", "shape": { "kind": "ball", "centre": [x, 1], "radius": 0.5 }, "wall": { "kind": "rough" } });
+        let found = with(ball(3.0));
+        let expected = "obstacles[0].shape: lies from 2.5 to 3.5 m along x, and the domain from 500000 to 500004 m: nothing meets it";
+        assert_eq!(
+            found.iter().filter(|warning| warning.starts_with("obstacles")).collect::<Vec<_>>(),
+            [expected]
+        );
+        assert!(!with(ball(5e5 + 3.0)).iter().any(|warning| warning.starts_with("obstacles")));
+        let mut moving = ball(3.0);
+        moving["motion"] = json!({ "velocity": [1, 0] });
+        assert!(!with(moving).iter().any(|warning| warning.starts_with("obstacles")));
     }
 }

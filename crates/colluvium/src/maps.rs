@@ -23,7 +23,8 @@ const SHOWN: [(&str, &str); 8] = [
     ("bed_change", "change of the bed (m)"),
 ];
 
-/// The map of each raster in the folder of a run, by its name: shaded terrain, the raster in colours, and the outlines of layers.
+/// The map of each raster in the folder of a run, by its name: shaded terrain, the raster in colours, the outlines of layers and
+/// that of the event that was mapped.
 /// None where there is no raster.
 ///
 /// # Errors
@@ -37,7 +38,7 @@ pub fn maps(folder: &Path) -> Result<Vec<(String, TerrainMap)>, OutputError> {
     let path = folder.join("case.json");
     let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
     let heights = heights(&case).map_err(|problem| OutputError::new(&path, problem))?;
-    let outlines = outlines(&case);
+    let (outlines, mapped) = (outlines(&case), mapped(&case));
     let map = |(name, label): (&str, &str)| {
         let path = file(name);
         let raster = colluvium_terrain::read_raster(&path);
@@ -48,6 +49,7 @@ pub fn maps(folder: &Path) -> Result<Vec<(String, TerrainMap)>, OutputError> {
             heights: heights.clone(),
             cells: cells(raster, &[0.0; 3]),
             outlines: outlines.clone(),
+            mapped: mapped.clone(),
         };
         Ok((name.to_owned(), map))
     };
@@ -65,6 +67,7 @@ pub fn map(case: &Case, raster: Raster, title: &str, label: &str) -> Result<Terr
         heights: heights(case)?,
         cells: cells(raster, &[0.0; 3]),
         outlines: outlines(case),
+        mapped: mapped(case),
     })
 }
 
@@ -97,10 +100,20 @@ fn outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {
         for (_, layer) in shape.layers_mut(String::new()) {
             let Shape::Layer { laid, .. } = layer else { continue };
             let own = laid.layer().map_or(&[][..], |layer| layer.outline().rings());
-            rings.extend(
-                own.iter().map(|ring| ring.iter().map(|[x, y]| [x + origin[0], y + origin[1]]).collect()),
-            );
+            rings.extend(on_map(own, &origin));
         }
     }
     rings
+}
+
+/// Rings of the event that was mapped (m), at coordinates of the map; none where its file has gone since.
+fn mapped(case: &Case) -> Vec<Vec<[f64; 2]>> {
+    let file = case.output.rasters.as_ref().and_then(|rasters| rasters.mapped.as_ref());
+    let outline = file.and_then(|file| case.outline(file).ok());
+    outline.map_or_else(Vec::new, |outline| on_map(outline.rings(), &case.origin()))
+}
+
+fn on_map(rings: &[Vec<[f64; 2]>], origin: &[f64; 3]) -> Vec<Vec<[f64; 2]>> {
+    let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|[x, y]| [x + origin[0], y + origin[1]]).collect();
+    rings.iter().map(ring).collect()
 }

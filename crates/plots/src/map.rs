@@ -85,8 +85,10 @@ pub struct TerrainMap {
     pub heights: Option<Cells>,
     /// What the colours show.
     pub cells: Cells,
-    /// Rings drawn as lines, for example of a release area (m).
+    /// Rings drawn as red lines, for example of a release area (m).
     pub outlines: Vec<Vec<[f64; 2]>>,
+    /// Rings drawn as black lines, of an event that was mapped (m).
+    pub mapped: Vec<Vec<[f64; 2]>>,
 }
 
 const WIDTH: u32 = 1000;
@@ -107,7 +109,7 @@ impl TerrainMap {
                 [x - 0.5 * cells.spacing[axis], x + 0.5 * cells.spacing[axis]]
             };
             let known = (0..cells.values.len()).filter(|k| cells.values[*k].is_finite());
-            let corners = self.outlines.iter().flatten().map(|corner| corner[axis]);
+            let corners = self.outlines.iter().chain(&self.mapped).flatten().map(|corner| corner[axis]);
             range(known.flat_map(ends).chain(corners), 0.12)
         };
         let [x, y] = [along(0), along(1)];
@@ -120,6 +122,13 @@ impl TerrainMap {
             if seen.start < seen.end { seen } else { r }
         };
         [wide(x, 0), wide(y, 1)]
+    }
+
+    /// Values of the first and the last colour: from the least, or zero, to the largest, or zero.
+    fn scale(&self) -> Range<f64> {
+        let known = self.cells.values.iter().filter(|value| value.is_finite());
+        let (low, high) = known.fold((0.0f64, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
+        low..if low < high { high } else { f64::MIN_POSITIVE }
     }
 
     /// Grey of the terrain at a place; white where there is none.
@@ -168,8 +177,7 @@ impl Picture for TerrainMap {
         let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
         area.fill(&WHITE).map_err(text)?;
         let (main, bar) = area.split_horizontally(WIDTH - 100);
-        let known = self.cells.values.iter().copied();
-        let values = 0.0..range(known, 0.0).end.max(f64::MIN_POSITIVE);
+        let values = self.scale();
         let [x, y] = self.window();
         let mut chart = ChartBuilder::on(&main)
             .caption(&self.title, (FONT, 20))
@@ -192,9 +200,10 @@ impl Picture for TerrainMap {
             .draw()
             .map_err(text)?;
         self.draw_ground(&chart, &values)?;
-        for ring in &self.outlines {
+        let black = self.mapped.iter().map(|ring| (ring, BLACK));
+        for (ring, pen) in black.chain(self.outlines.iter().map(|ring| (ring, RGBColor(200, 20, 20)))) {
             let closed = ring.iter().chain(ring.first()).map(|[x, y]| (*x, *y));
-            let line = PathElement::new(closed.collect::<Vec<_>>(), RGBColor(200, 20, 20).stroke_width(2));
+            let line = PathElement::new(closed.collect::<Vec<_>>(), pen.stroke_width(2));
             chart.draw_series([line]).map_err(text)?;
         }
         draw_scale(&mut chart, &x, &y)?;
@@ -279,6 +288,7 @@ mod tests {
             heights: Some(cells(|x, y| 0.3 * x + 0.1 * (y - 10.0).powi(2))),
             cells: cells(|x, y| if (x - 15.0).hypot(y - 10.0) < 5.0 { x } else { f64::NAN }),
             outlines: vec![vec![[8.0, 8.0], [12.0, 8.0], [12.0, 12.0]]],
+            ..TerrainMap::default()
         };
         let [x, y] = map.window();
         assert!(
@@ -287,6 +297,28 @@ mod tests {
         );
         assert!(map.to_png().unwrap().len() > 2000);
         assert_eq!([0.7, 30.0, 999.0].map(round_length), [0.5, 20.0, 500.0]);
+    }
+
+    #[test]
+    fn colours_go_from_zero_to_the_largest_value_and_down_to_the_least_where_the_bed_is_eroded() {
+        let scale =
+            |value: fn(f64, f64) -> f64| TerrainMap { cells: cells(value), ..TerrainMap::default() }.scale();
+        assert_eq!(scale(|x, _| 2.0 + x), 0.0..31.0);
+        assert_eq!(scale(|x, _| if x > 5.0 { -0.1 * x } else { f64::NAN }), -0.1 * 29.0..0.0);
+        assert_eq!(scale(|x, y| x - y), -19.0..29.0);
+        assert!(scale(|_, _| 0.0).end > 0.0);
+    }
+
+    #[test]
+    fn a_mapped_outline_is_in_sight() {
+        let map = |mapped| TerrainMap {
+            cells: cells(|x, _| if x < 3.0 { x } else { f64::NAN }),
+            mapped,
+            ..TerrainMap::default()
+        };
+        let with = map(vec![vec![[0.0, 8.0], [25.0, 8.0], [25.0, 12.0]]]);
+        assert!(with.window()[0].end > 25.0 && map(Vec::new()).window()[0].end < 15.0);
+        assert_ne!(with.to_png().unwrap(), map(Vec::new()).to_png().unwrap());
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod ascii_grid;
 mod geotiff;
 mod mesh;
 mod outline;
+mod prj;
 
 use std::path::{Path, PathBuf};
 
@@ -53,7 +54,8 @@ fn unknown(file: &Path, known: &str) -> FileError {
 /// Reads heights or other numbers on a grid in plan: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`).
 ///
 /// # Errors
-/// When the file cannot be read, is not such a raster, is rotated, is empty, or lies in degrees or in units that are not known.
+/// When the file cannot be read, is not such a raster, is rotated, is empty, or lies in degrees or in units that are not known: by
+/// the keys of a GeoTIFF, or by a `.prj` beside an ASCII grid.
 pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
     let raster = match ending(file).as_str() {
         "asc" | "grd" | "txt" => ascii_grid::parse(text(file)?.trim_start_matches(BYTE_ORDER)),
@@ -65,6 +67,10 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
     };
     let raster = raster.map_err(of(file))?;
     raster.validate().map_err(|error| of(file)(error.to_string()))?;
+    // A GeoTIFF tells its units itself.
+    if !ending(file).starts_with("tif") {
+        prj::check(file).map_err(of(file))?;
+    }
     Ok(raster)
 }
 

@@ -6,17 +6,18 @@ use colluvium_points::Outline;
 use geojson::{GeoJson, GeometryValue, Position};
 use shapefile::{PolygonRing, Shape};
 
-use crate::{BYTE_ORDER, FileError, ending, of, text, unknown};
+use crate::{BYTE_ORDER, FileError, ending, of, prj, text, unknown};
 
 /// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: what lies in any of them.
-/// Coordinates are metres in the frame of the case; degrees, which GeoJSON has by its standard, are refused.
+/// Coordinates are metres in the frame of the case; degrees, which GeoJSON has by its standard, are refused, and so are units other
+/// than metres that a `.prj` beside a shapefile names.
 ///
 /// # Errors
 /// When the file cannot be read, holds no polygon, or one that crosses itself; when it lies in degrees.
 pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
     let rings = match ending(file).as_str() {
         "geojson" | "json" => geojson_rings(text(file)?.trim_start_matches(BYTE_ORDER)),
-        "shp" => shapefile_rings(file),
+        "shp" => prj::check(file).and_then(|()| shapefile_rings(file)),
         _ => return Err(unknown(file, ".geojson, .json or .shp")),
     };
     let outline = Outline::new(rings.map_err(of(file))?).map_err(of(file))?;

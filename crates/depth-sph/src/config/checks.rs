@@ -64,7 +64,7 @@ impl DepthOptions {
         if let Some(step) = self.max_time_step {
             positive("max_time_step", step, " (s)")?;
         }
-        drainage("drainage", self.drainage)?;
+        self.check_drainage()?;
         self.check_erosion()?;
         self.check_dams()?;
         if let Some(mixture) = &self.mixture {
@@ -81,13 +81,35 @@ impl DepthOptions {
         not_negative("stop.hold", self.stop.hold, " (s)")
     }
 
+    fn check_drainage(&self) -> Result<(), Wrong> {
+        drainage("drainage", self.drainage)?;
+        let without = |key: &str, asked: bool| {
+            check(self.column.is_some() || !asked, key, || {
+                "acts on the pore pressure of columns: give `column`, or leave this out".to_owned()
+            })
+        };
+        without("drainage", self.drainage != Drainage::default())?;
+        for (number, region) in self.regions.iter().enumerate() {
+            let key = format!("regions[{number}].drainage");
+            drainage(&key, region.drainage.unwrap_or_default())?;
+            without(&key, region.drainage.is_some_and(|drainage| drainage != Drainage::default()))?;
+        }
+        Ok(())
+    }
+
     fn check_erosion(&self) -> Result<(), Wrong> {
         erosion("erosion", self.erosion)?;
         for (number, region) in self.regions.iter().enumerate() {
-            drainage(&format!("regions[{number}].drainage"), region.drainage.unwrap_or_default())?;
             erosion(&format!("regions[{number}].erosion"), region.erosion)?;
             let depth = region.erodible_depth;
             erodible(&format!("regions[{number}].erodible_depth"), depth, region.erosion.is_some())?;
+        }
+        if let Some(last) = self.regions.last() {
+            let says = last.basal.is_some() || last.drainage.is_some() || last.erosion.is_some();
+            // Within a bed that is eroded a region without a word is one that is not.
+            check(says || self.erosion.is_some(), &format!("regions[{}]", self.regions.len() - 1), || {
+                "says nothing of the bed there: give `basal`, `drainage` or `erosion`".to_owned()
+            })?;
         }
         let erodes = self.erosion.is_some() || self.regions.iter().any(|region| region.erosion.is_some());
         erodible("erodible_depth", self.erodible_depth, erodes)?;
@@ -148,6 +170,15 @@ impl DepthOptions {
             warnings.push(format!(
                 "methods.depth-sph.column.consolidation: {value} m²/s is more than soils have: is the unit right?"
             ));
+        }
+        let of_bed = self.basal.iter().map(|spec| ("basal".to_owned(), spec));
+        let of_regions = self.regions.iter().enumerate();
+        let of_regions = of_regions.filter_map(|(number, region)| {
+            Some((format!("regions[{number}].basal"), region.basal.as_ref()?))
+        });
+        for (key, spec) in of_bed.chain(of_regions) {
+            let found = spec.warnings().into_iter();
+            warnings.extend(found.map(|warning| format!("methods.depth-sph.{key}.{warning}")));
         }
         warnings
     }

@@ -356,6 +356,12 @@ fn bad_input_is_refused_under_its_key() {
         ("erosion", json!({ "law": "hungr", "rate": -0.1 }), "erosion.rate"),
         ("drainage", json!({ "kind": "partly", "conductance": 0 }), "drainage.conductance"),
         ("drainage", json!({ "kind": "leaky" }), "drainage"),
+        ("regions", json!([{ "shape": { "kind": "box", "min": [1, 2], "max": [2, 4] } }]), "regions[0]"),
+        (
+            "regions",
+            json!([{ "shape": { "kind": "box", "min": [101, 2], "max": [102, 4] }, "basal": { "model": "none" } }]),
+            "regions[0].shape: reaches from 101 to 102 m along x",
+        ),
         ("smoothing", json!(3.5), "smoothing"),
         ("courant", json!(0), "courant"),
     ];
@@ -366,6 +372,16 @@ fn bad_input_is_refused_under_its_key() {
         assert!(problem.starts_with(&format!("methods.depth-sph.{path}")), "{key}: {problem}");
         assert_eq!(problem.lines().count(), 1, "{problem}");
     }
+    let mut dry = fix(heap());
+    dry["methods"]["depth-sph"] = json!({ "spacing": 0.1, "drainage": { "kind": "atmospheric" } });
+    assert!(refused(&dry).starts_with("methods.depth-sph.drainage: acts on"), "{}", refused(&dry));
+    dry["methods"]["depth-sph"] =
+        json!({ "spacing": 0.1, "basal": { "model": "coulomb", "friction_angle": 51 } });
+    let warnings = DepthSph.plan(&Case::from_json(&dry.to_string()).unwrap()).unwrap().warnings;
+    assert!(
+        warnings.iter().any(|warning| warning.contains("basal.friction_angle: 51 degrees")),
+        "{warnings:?}"
+    );
     let mut up = fix(heap());
     up["gravity"] = json!([0, 0, 9.81]);
     assert!(refused(&up).starts_with("gravity[2]: "), "{}", refused(&up));

@@ -447,4 +447,11 @@ fn a_region_from_an_outline_is_that_of_its_shape() {
     let start = "methods.depth-sph.regions[0].";
     assert!(refused(json!({})).starts_with(&format!("{start}shape: give either")));
     assert!(refused(json!({ "outline": "none.shp" })).starts_with(&format!("{start}outline: /")));
+    // Coordinates from the origin in place of those of the map.
+    let unshifted = json!({ "shape": { "kind": "box", "min": [30, 0], "max": [80, 40] } });
+    assert!(
+        refused(unshifted).starts_with(&format!(
+            "{start}shape: reaches from 30 to 80 m along x, and the domain from 600000"
+        ))
+    );
 }

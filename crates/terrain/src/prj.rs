@@ -1,0 +1,139 @@
+//! Units of a coordinate reference system that stands beside a file (`.prj`): well-known text, or the lines of ArcInfo.
+
+use std::path::Path;
+
+use crate::BYTE_ORDER;
+
+/// Share by which a unit may be off the metre.
+const EXACT: f64 = 1e-9;
+
+/// Looks whether the `.prj` beside a file says that it lies in metres. What has none is taken as such.
+pub(crate) fn check(file: &Path) -> Result<(), String> {
+    let beside = ["prj", "PRJ"].map(|ending| file.with_extension(ending));
+    let Some(prj) = beside.iter().find(|path| path.is_file()) else { return Ok(()) };
+    let name = prj.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let text =
+        std::fs::read_to_string(prj).map_err(|error| format!("{name} beside it cannot be read: {error}"))?;
+    let text = text.trim_start_matches(BYTE_ORDER).trim();
+    let units = if text.contains(['[', '(']) { units_of(text) } else { named_units(text) };
+    let other =
+        units.into_iter().find(|(_, metres)| metres.is_none_or(|metres| (metres - 1.0).abs() > EXACT));
+    match other {
+        None => Ok(()),
+        Some((unit, _)) => Err(format!(
+            "{name} beside it says that it lies in {unit:?}, and only metres are known: project it to metres"
+        )),
+    }
+}
+
+/// Units of coordinates and heights, and how many metres they are; none of angles.
+fn units_of(text: &str) -> Vec<(String, Option<f64>)> {
+    let (mut open, mut units, mut rest) = (Vec::<String>::new(), Vec::new(), text);
+    while let Some(at) = rest.find(['[', '(', ']', ')', '"']) {
+        let (before, after) = (&rest[..at], &rest[at + 1..]);
+        rest = after;
+        match text.as_bytes()[text.len() - after.len() - 1] {
+            b'"' => rest = after.find('"').map_or("", |end| &after[end + 1..]),
+            b'[' | b'(' => {
+                let keyword = before.rsplit([',', ' ', '\n', '\r', '\t']).next().unwrap_or_default();
+                open.push(keyword.trim().to_uppercase());
+                units.extend(unit(&open, after));
+            }
+            _ => drop(open.pop()),
+        }
+    }
+    units
+}
+
+/// The unit that has just been opened, where it is one of places.
+fn unit(open: &[String], after: &str) -> Option<(String, Option<f64>)> {
+    let (keyword, above) = open.split_last()?;
+    // Ellipsoids, parameters of projections and what a projection goes out from have units of their own.
+    let inner = |name: &String| {
+        [
+            "SPHEROID",
+            "ELLIPSOID",
+            "PARAMETER",
+            "CONVERSION",
+            "BASEGEOGCRS",
+            "BASEGEODCRS",
+            "PRIMEM",
+            "BBOX",
+            "USAGE",
+        ]
+        .contains(&name.as_str())
+    };
+    let geographic =
+        |name: &String| ["GEOGCS", "GEOGCRS", "GEODCRS", "GEOGRAPHICCRS"].contains(&name.as_str());
+    let projected = |name: &String| ["PROJCS", "PROJCRS", "PROJECTEDCRS"].contains(&name.as_str());
+    let [inside, on_globe, in_plane] =
+        [above.iter().any(inner), above.iter().any(geographic), above.iter().any(projected)];
+    if inside || on_globe && in_plane {
+        return None;
+    }
+    if !["UNIT", "LENGTHUNIT", "ANGLEUNIT"].contains(&keyword.as_str()) {
+        return None;
+    }
+    let name = after.split('"').nth(1).unwrap_or_default().to_owned();
+    let angle = keyword == "ANGLEUNIT" || on_globe;
+    let length = after.split('"').nth(2).and_then(|text| {
+        text.trim_start_matches([',', ' ']).split([',', ']', ')']).next()?.trim().parse::<f64>().ok()
+    });
+    Some((name, length.filter(|_| !angle)))
+}
+
+/// The line `Units METERS` of ArcInfo.
+fn named_units(text: &str) -> Vec<(String, Option<f64>)> {
+    let words = text.lines().filter_map(|line| line.split_once(char::is_whitespace));
+    let named = words.filter(|(key, _)| key.eq_ignore_ascii_case("units"));
+    let metres = |unit: &str| ["METERS", "METRES", "METER", "METRE"].contains(&unit.to_uppercase().as_str());
+    named.map(|(_, unit)| (unit.trim().to_owned(), metres(unit.trim()).then_some(1.0))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DEGREES: &str = r#"GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]]"#;
+
+    fn plan(unit: &str) -> String {
+        format!(
+            r#"PROJCS["NAD_1983 (UTM), zone 10",{DEGREES},PROJECTION["Transverse_Mercator"],PARAMETER["False_Easting",500000.0],{unit}]"#
+        )
+    }
+
+    fn checked(text: &str) -> Result<(), String> {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("area.prj"), text).unwrap();
+        check(&folder.path().join("area.shp"))
+    }
+
+    #[test]
+    fn metres_are_taken_and_feet_and_degrees_are_refused_by_name() {
+        assert_eq!(checked(&plan(r#"UNIT["Meter",1.0]"#)), Ok(()));
+        assert!(checked(&plan(r#"UNIT["Foot_US",0.3048006096012192]"#)).unwrap_err().contains("Foot_US"));
+        assert!(checked(DEGREES).unwrap_err().contains("Degree"));
+        let heights = |unit: &str| {
+            format!(
+                r#"COMPD_CS["both",{},VERT_CS["height",VERT_DATUM["d",2005],{unit}]]"#,
+                plan(r#"UNIT["metre",1]"#)
+            )
+        };
+        assert_eq!(checked(&heights(r#"UNIT["metre",1,AUTHORITY["EPSG","9001"]]"#)), Ok(()));
+        assert!(checked(&heights(r#"UNIT["foot",0.3048]"#)).unwrap_err().contains("foot"));
+    }
+
+    #[test]
+    fn the_second_version_of_well_known_text_and_the_lines_of_arcinfo_are_read() {
+        let second = |unit: &str| {
+            format!(
+                r#"PROJCRS["UTM",BASEGEOGCRS["WGS 84",DATUM["w",ELLIPSOID["WGS 84",6378137,298.2,LENGTHUNIT["metre",1]]],PRIMEM["Greenwich",0,ANGLEUNIT["degree",0.0174]]],CONVERSION["UTM zone 32N",METHOD["TM"],PARAMETER["Latitude",0,ANGLEUNIT["degree",0.0174]]],CS[Cartesian,2],AXIS["(E)",east,ORDER[1],{unit}],AXIS["(N)",north,ORDER[2],{unit}]]"#
+            )
+        };
+        assert_eq!(checked(&second(r#"LENGTHUNIT["metre",1]"#)), Ok(()));
+        assert!(checked(&second(r#"LENGTHUNIT["US survey foot",0.304800609601219]"#)).is_err());
+        assert_eq!(checked("Projection UTM\nZone 32\nUnits METERS\n"), Ok(()));
+        assert!(checked("Projection GEOGRAPHIC\nUnits DD\n").unwrap_err().contains("DD"));
+        assert_eq!(check(Path::new("/nowhere/area.shp")), Ok(()));
+    }
+}
