@@ -10,13 +10,15 @@ use super::plane::plane;
 use super::{FONT, Picture, label, range, tick, within};
 use colluvium_case::{Field, FieldData, Snapshot};
 
-/// Points at their places, as squares of their own size, coloured by a value.
+/// Points at their places, as squares or disks of their own size, coloured by a value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointCloud {
     /// Title above the picture.
     pub title: String,
     /// Position, full widths (m) and value of each point; values that are not finite are grey.
     pub points: Vec<([f64; 2], [f64; 2], f64)>,
+    /// Whether they are drawn as disks, as grains are.
+    pub round: bool,
     /// What the colour means, with unit.
     pub label: String,
     /// Labels of the two axes.
@@ -59,13 +61,19 @@ impl Shared {
 
 const WIDTH: u32 = 900;
 
+/// Field that points have which are grains.
+pub(crate) const RADIUS: &str = "radius";
+
+/// Corners of the polygon that a disk is drawn as.
+const CORNERS: u32 = 20;
+
 /// Colour of rigid geometry.
 const EARTH: RGBColor = RGBColor(122, 92, 58);
 
 impl PointCloud {
     /// The points of a snapshot, seen along the axis that is not in `plane`, coloured by field `name`:
-    /// scalars as they are, vectors by their length, tensors by their pressure. `None` where there is
-    /// no such field.
+    /// scalars as they are, vectors by their length, tensors by their pressure; points with a radius are disks. `None` where
+    /// there is no such field.
     pub fn of(snapshot: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
         let field = snapshot.field(name)?;
         let values = values(field);
@@ -76,6 +84,7 @@ impl PointCloud {
         Some(Self {
             title: format!("t = {} s", label(&snapshot.time)),
             points: points.map(|((x, e), v)| (at(x), at(e), v)).collect(),
+            round: snapshot.field(RADIUS).is_some(),
             label: format!("{}{unit}", name.replace('_', " ")),
             axes: [axis(plane[0]), axis(plane[1])],
             lines: Vec::new(),
@@ -154,17 +163,32 @@ impl Picture for PointCloud {
             chart.draw_series(LineSeries::new(corners, EARTH.stroke_width(2))).map_err(text)?;
         }
         let share = |v: f64| (v - values.start) / (values.end - values.start);
-        let squares = self.points.iter().map(|(p, e, v)| {
-            let corner = |s: f64| (p[0] + s * 0.5 * e[0], p[1] + s * 0.5 * e[1]);
-            Rectangle::new([corner(-1.0), corner(1.0)], colour(share(*v)).filled())
-        });
-        chart.draw_series(squares).map_err(text)?;
+        let paint = |v: f64| colour(share(v)).filled();
+        if self.round {
+            let disks = self.points.iter().map(|(p, e, v)| Polygon::new(rim(p, e), paint(*v)));
+            chart.draw_series(disks).map_err(text)?;
+        } else {
+            let squares = self.points.iter().map(|(p, e, v)| {
+                let corner = |s: f64| (p[0] + s * 0.5 * e[0], p[1] + s * 0.5 * e[1]);
+                Rectangle::new([corner(-1.0), corner(1.0)], paint(*v))
+            });
+            chart.draw_series(squares).map_err(text)?;
+        }
         draw_bar(&bar, values)?;
         // Above the bar and to its left: turned along the bar, a long label would not fit a flat picture.
         let style = TextStyle::from((FONT, 15)).pos(Pos::new(HPos::Right, VPos::Top));
         let corner = (WIDTH as i32 - 8, 12);
         area.draw(&Text::new(self.label.as_str(), corner, style)).map_err(text)
     }
+}
+
+/// Corners around a disk of these widths.
+fn rim(place: &[f64; 2], widths: &[f64; 2]) -> Vec<(f64, f64)> {
+    let corner = |k: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS)).sin_cos();
+        (place[0] + 0.5 * widths[0] * cos, place[1] + 0.5 * widths[1] * sin)
+    };
+    (0..CORNERS).map(corner).collect()
 }
 
 /// A bar of colours with its scale.
@@ -225,6 +249,16 @@ mod tests {
         assert!(number("x") <= f64::from(WIDTH) && number("x") - width > 0.5 * f64::from(WIDTH));
         // The place is that of the upper edge; the bar begins at 36.
         assert!(number("y") > 0.0 && number("y") + 15.0 < 36.0, "between the edge and the bar");
+    }
+
+    #[test]
+    fn grains_are_disks_and_other_points_squares() {
+        let squares = PointCloud { points: vec![([0.0, 1.0], [2.0; 2], 1.0)], ..PointCloud::default() };
+        let disks = PointCloud { round: true, ..squares.clone() };
+        let polygons = |cloud: &PointCloud| cloud.to_svg().unwrap().matches("<polygon").count();
+        assert_eq!([polygons(&squares), polygons(&disks)], [0, 1]);
+        let on_rim = |(x, y): &(f64, f64)| (x.hypot(y - 1.0) - 1.0).abs() < 1e-12;
+        assert!(rim(&[0.0, 1.0], &[2.0; 2]).iter().all(on_rim));
     }
 
     #[test]

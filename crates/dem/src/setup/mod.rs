@@ -2,6 +2,7 @@
 
 mod fill;
 mod laws;
+mod reach;
 mod refuse;
 mod size;
 mod stage;

@@ -88,7 +88,8 @@ pub fn honours() -> Honours {
 pub(super) fn refuse(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     names(case, options)?;
     rains(case, options)?;
-    cells(case, options)
+    cells(case, options)?;
+    super::reach::stresses(case, options)
 }
 
 /// Grains that enter need sizes, and a body that is not made of points or moved as one.

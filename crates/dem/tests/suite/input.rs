@@ -119,6 +119,41 @@ fn what_is_wrong_is_refused_with_its_path() {
     }
 }
 
+/// Grains that only push bear no tension, and none at all bear a pressure near their stiffness.
+#[test]
+fn a_stress_that_grains_cannot_have_is_refused_with_its_path() {
+    let cell = |entry: Value| {
+        json!({
+            "title": "cell", "space": "plane-strain", "gravity": [0, 0],
+            "domain": { "min": [0, 0], "max": [20, 20], "periodic": ["x", "y"] },
+            "materials": { "disk": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "disk", "shape": { "kind": "box", "min": [0, 0], "max": [20, 20] } }],
+            "stages": [{ "name": "all", "duration": 1 }],
+            "methods": { "dem": {
+                "grains": { "disk": { "density": 1, "diameter": { "distribution": "equal", "value": 1 },
+                    "fill": { "kind": "lattice", "packing": "square" } } },
+                "pairs": [{ "between": ["disk", "disk"], "normal": { "law": "linear", "stiffness": 1000 } }],
+                "stages": { "all": { "cell": { "yy": entry } } }
+            } }
+        })
+    };
+    let problem = |value: Value| {
+        let case = Case::from_json(&value.to_string()).unwrap();
+        Dem.build(&case).map(|_| ()).map_err(|error| error.to_string())
+    };
+    let start = "methods.dem.stages.all.cell.yy.";
+    let refused = |entry: Value| problem(cell(entry)).unwrap_err();
+    assert!(refused(json!({ "stress": 0 })).starts_with(&format!("{start}stress: 0 must be negative")));
+    assert!(refused(json!({ "stress": -160 })).starts_with(&format!("{start}stress: 1.6000e2 Pa press")));
+    let swing = |mean: f64| json!({ "cyclic-stress": { "mean": mean, "amplitude": 2, "period": 1 } });
+    assert!(refused(swing(-1.0)).starts_with(&format!("{start}cyclic-stress: 1 must be negative")));
+    assert_eq!(problem(cell(swing(-3.0))), Ok(()));
+    assert_eq!(problem(cell(json!({ "stress": -140 }))), Ok(()));
+    let mut bonded = cell(json!({ "stress": 1 }));
+    bonded["methods"]["dem"]["pairs"][0]["bond"] = json!({ "normal_stiffness": 1e3, "shear_stiffness": 1e3 });
+    assert_eq!(problem(bonded), Ok(()));
+}
+
 #[test]
 fn a_grain_that_starts_in_a_wall_is_named() {
     let problem = refusal(|case| {

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 pub use encode::Scale;
 pub use fields::Classes;
 
-use super::cloud::STOPS;
+use super::cloud::{RADIUS, STOPS};
 use super::{Ground, PALETTE};
 
 /// The player: a script that makes a player of every [`Animation::element`] of the page. Once on a page.
@@ -116,7 +116,7 @@ impl Animation {
 /// How the points of a run are drawn: grains as disks, columns of a flow over their bed, all others as squares.
 fn shape(panel: &Panel<'_>) -> &'static str {
     let all = |name: &str| panel.frames.iter().all(|frame| frame.field(name).is_some());
-    match (all("radius"), all("depth") && all("bed")) {
+    match (all(RADIUS), all("depth") && all("bed")) {
         (true, _) => "disk",
         (_, true) => "depth",
         _ => "square",

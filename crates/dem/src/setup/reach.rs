@@ -1,0 +1,73 @@
+//! Stresses that a packing of grains cannot have (sheet: dem §7).
+
+use colluvium_case::{Case, CaseError};
+
+use crate::config::{CellEntry, DemOptions, GrainStage, NormalLaw};
+
+/// Mean overlap over the radius beyond which contacts of one size have no stiffness that means anything.
+const DEEPEST: f64 = 0.3;
+
+/// Refuses stresses that grains without attraction would have to be pulled for, and pressures under which they would overlap by
+/// more than [`DEEPEST`].
+pub(super) fn stresses(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    let attracts = options.pairs.iter().any(|pair| pair.adhesion.is_some() || pair.bond.is_some());
+    for (name, stage) in &options.stages {
+        let path = format!("methods.dem.stages.{name}");
+        let limit = largest_pressure(case.dimension(), options, stage);
+        for (key, least, most) in asked(stage) {
+            let path = format!("{path}.{key}");
+            if !attracts && most >= 0.0 {
+                let problem = format!(
+                    "{most} must be negative (Pa): grains that do not attract each other bear no tension"
+                );
+                return Err(CaseError::new(path, problem));
+            }
+            if let Some(limit) = limit.filter(|limit| -least > *limit) {
+                let problem = format!(
+                    "{:.4e} Pa press grains into each other by more than {DEEPEST} of their radius, which their stiffness \
+                     has them do at {limit:.4e} Pa: make contacts stiffer",
+                    -least
+                );
+                return Err(CaseError::new(path, problem));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Normal stresses that a stage follows, each with its key, the least and the largest value (Pa, tension-positive).
+fn asked(stage: &GrainStage) -> Vec<(String, f64, f64)> {
+    let entries = stage.cell.iter().flat_map(|cell| [("xx", cell.xx), ("yy", cell.yy), ("zz", cell.zz)]);
+    let of_cell = entries.filter_map(|(key, entry)| {
+        let (key, (least, most)) = match entry? {
+            CellEntry::Stress(value) => (format!("cell.{key}.stress"), (value, value)),
+            CellEntry::CyclicStress(own) => {
+                let size = own.amplitude.abs();
+                (format!("cell.{key}.cyclic-stress"), (own.mean - size, own.mean + size))
+            }
+            CellEntry::Rate(_) | CellEntry::CyclicStrain(_) => return None,
+        };
+        Some((key, least, most))
+    });
+    let of_walls =
+        stage.walls.iter().map(|(name, press)| (format!("walls.{name}.stress"), press.stress, press.stress));
+    of_cell.chain(of_walls).collect()
+}
+
+/// Pressure under which the stiffest pair of the smallest grains overlaps by [`DEEPEST`]: in a packing a contact bears about the
+/// pressure times the diameter, in space its square. `None` where the stiffness is no number.
+fn largest_pressure(dimension: usize, options: &DemOptions, stage: &GrainStage) -> Option<f64> {
+    let laws = options.pairs.iter().map(|pair| &pair.normal);
+    let stiffness =
+        laws.chain(stage.pairs.iter().filter_map(|pair| pair.normal.as_ref())).map(|law| match law {
+            NormalLaw::Linear { stiffness, .. } => *stiffness,
+            NormalLaw::Hertz { .. } => None,
+        });
+    let stiffest = stiffness.collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
+    if dimension == 2 {
+        return Some(0.5 * DEEPEST * stiffest);
+    }
+    let smallest = options.grains.values().map(|kind| kind.diameter.as_ref().map(|sizes| sizes.range().0));
+    let smallest = smallest.collect::<Option<Vec<f64>>>()?.into_iter().fold(f64::INFINITY, f64::min);
+    Some(0.5 * DEEPEST * stiffest / smallest)
+}
