@@ -162,7 +162,7 @@ fn self_weight(_quick: bool) -> Result<Outcome, String> {
                 let (claim, band) = (claims[k], (claims[k] - 0.001, claims[k] + 0.001));
                 let reason =
                     "the sheet's reference, as corrected, by a program of one dimension: 0.1 % of the base";
-                outcome.within(name, claim.to_string(), off, band, reason);
+                outcome.within(name, &claim.to_string(), off, band, reason);
             }
         }
         let name = format!("V13 {shape}: error of 40 cells over that of 80");
