@@ -31,35 +31,47 @@ impl Sweep {
     pub(super) fn check_exceedance(&self, case: &Case) -> Result<(), CaseErrors> {
         for (name, thresholds) in &self.exceedance {
             let path = format!("exceedance.{name}");
-            let fail = |path: String, problem: String| Err(CaseError::new(path, problem).into());
-            if !KNOWN.iter().any(|(known, ..)| known == name) {
-                let known: Vec<&str> = KNOWN.iter().map(|(known, ..)| *known).collect();
-                return fail(
-                    path,
-                    format!("is not a raster with thresholds; there are {}", known.join(", ")),
-                );
-            }
-            let Some(rasters) = &case.output.rasters else {
-                return fail(path, "the case writes no rasters: give it output.rasters".to_owned());
-            };
+            known(case, name).map_err(|problem| CaseError::new(&path, problem))?;
             for (k, threshold) in thresholds.iter().enumerate() {
-                if !(*threshold > 0.0 && threshold.is_finite()) {
-                    return fail(format!("{path}[{k}]"), format!("{threshold} must be positive"));
-                }
-                if name.starts_with("peak_thickness") && *threshold < rasters.threshold {
-                    let problem =
-                        format!("{threshold} m is below output.rasters.threshold, {} m", rasters.threshold);
-                    return fail(format!("{path}[{k}]"), problem);
-                }
+                let path = format!("{path}[{k}]");
+                reachable(case, name, *threshold).map_err(|problem| CaseError::new(path, problem))?;
             }
         }
         Ok(())
     }
 }
 
+/// What is wrong with the name of a raster that a threshold is asked of.
+pub(super) fn known(case: &Case, name: &str) -> Result<(), String> {
+    if !KNOWN.iter().any(|(known, ..)| *known == name) {
+        let known: Vec<&str> = KNOWN.iter().map(|(known, ..)| *known).collect();
+        return Err(format!("is not a raster with thresholds; there are {}", known.join(", ")));
+    }
+    let problem = || "the case writes no rasters: give it output.rasters".to_owned();
+    case.output.rasters.as_ref().map(|_| ()).ok_or_else(problem)
+}
+
+/// What is wrong with a threshold of a raster.
+pub(super) fn reachable(case: &Case, name: &str, threshold: f64) -> Result<(), String> {
+    if !(threshold > 0.0 && threshold.is_finite()) {
+        return Err(format!("{threshold} must be positive"));
+    }
+    let least = case.output.rasters.as_ref().map_or(0.0, |rasters| rasters.threshold);
+    if name.starts_with("peak_thickness") && threshold < least {
+        return Err(format!("{threshold} m is below output.rasters.threshold, {least} m"));
+    }
+    Ok(())
+}
+
 /// Whether two rasters have the same cells.
-fn same_cells(a: &Raster, b: &Raster) -> bool {
+pub(super) fn same_cells(a: &Raster, b: &Raster) -> bool {
     (a.columns, a.rows, a.origin, a.spacing) == (b.columns, b.rows, b.origin, b.spacing)
+}
+
+/// Numbers of the complete runs; none while runs are still to be done.
+pub(super) fn complete(rows: &[Row]) -> Vec<usize> {
+    let done = rows.iter().all(|row| row.status == "completed" || row.status == "failed");
+    (0..rows.len()).filter(|&number| done && rows[number].status == "completed").collect()
 }
 
 /// Writes, for each threshold, the share of the complete runs that reach it: cells that none does hold no data. Nothing while runs
@@ -74,9 +86,8 @@ pub(super) fn write(
     rows: &[Row],
     folder: &dyn Fn(usize) -> PathBuf,
 ) -> Result<(), OutputError> {
-    let done = rows.iter().all(|row| row.status == "completed" || row.status == "failed");
-    let complete: Vec<usize> = (0..rows.len()).filter(|&number| rows[number].status == "completed").collect();
-    if sweep.exceedance.is_empty() || complete.is_empty() || !done {
+    let complete = complete(rows);
+    if sweep.exceedance.is_empty() || complete.is_empty() {
         return Ok(());
     }
     let own = out.join(RASTERS);
@@ -92,19 +103,37 @@ pub(super) fn write(
                 share.iter().flat_map(|share| &share.values).filter(|value| value.is_finite()).count();
             let _ = writeln!(table, "{name},{threshold},{unit},{},{},{cells}", complete.len(), rows.len());
             let Some(share) = share else { continue };
-            let file = |ending: &str| own.join(format!("exceedance-{name}-{threshold}.{ending}"));
-            for ending in ["asc", "tif"] {
-                let file = file(ending);
-                write_raster(&file, &share).map_err(|error| OutputError::new(&file, error.problem))?;
-            }
             let label =
                 format!("share of {} runs with {meaning} of {threshold} {unit} or more", complete.len());
-            let picture = file("png");
-            let map = maps::map(&members[complete[0]].case, share, &sweep.title, &label);
-            map.map_err(|error| OutputError::new(&picture, error))?.write(&picture)?;
+            put(
+                &own.join(format!("exceedance-{name}-{threshold}")),
+                share,
+                &members[complete[0]],
+                &sweep.title,
+                &label,
+            )?;
         }
     }
     write_atomically(&own.join("exceedance.csv"), table.as_bytes())
+}
+
+/// Writes a raster in both formats, and its map.
+pub(super) fn put(
+    stem: &Path,
+    raster: Raster,
+    of: &Member,
+    title: &str,
+    label: &str,
+) -> Result<(), OutputError> {
+    // Numbers in the name may have a point.
+    let file = |ending: &str| PathBuf::from(format!("{}.{ending}", stem.display()));
+    for ending in ["asc", "tif"] {
+        let file = file(ending);
+        write_raster(&file, &raster).map_err(|error| OutputError::new(&file, error.problem))?;
+    }
+    let picture = file("png");
+    let map = maps::map(&of.case, raster, title, label);
+    map.map_err(|error| OutputError::new(&picture, error))?.write(&picture)
 }
 
 /// The rasters of that name; a run in which no cell was reached has none.
@@ -115,11 +144,8 @@ fn rasters(
 ) -> Result<Vec<Raster>, OutputError> {
     let mut rasters: Vec<Raster> = Vec::new();
     for &number in complete {
-        let file = folder(number).join(maps::RASTERS).join(format!("{name}.asc"));
-        if !file.exists() {
-            continue;
-        }
-        let raster = read_raster(&file).map_err(|error| OutputError::new(&file, error.problem))?;
+        let file = file_of(name, &folder(number));
+        let Some(raster) = read(name, &folder(number))? else { continue };
         if rasters.first().is_some_and(|first| !same_cells(first, &raster)) {
             let problem =
                 "has other cells than the runs before: give all of them the same output.rasters.cell";
@@ -128,6 +154,17 @@ fn rasters(
         rasters.push(raster);
     }
     Ok(rasters)
+}
+
+fn file_of(name: &str, folder: &Path) -> PathBuf {
+    folder.join(maps::RASTERS).join(format!("{name}.asc"))
+}
+
+/// The raster of that name of a run; `None` where it has none.
+pub(super) fn read(name: &str, folder: &Path) -> Result<Option<Raster>, OutputError> {
+    let file = file_of(name, folder);
+    let raster = file.exists().then(|| read_raster(&file)).transpose();
+    raster.map_err(|error| OutputError::new(&file, error.problem))
 }
 
 /// Share of `runs` that reach a threshold.

@@ -2,6 +2,7 @@
 
 mod convergence;
 mod exceedance;
+mod intensity;
 mod path;
 mod plan;
 mod run;
@@ -18,6 +19,7 @@ use crate::case::output::{PLAIN, is_plain};
 use crate::case::{Case, CaseError, CaseErrors, json};
 
 pub use convergence::{Order, order};
+pub use intensity::Intensity;
 pub use plan::Plan;
 pub use run::{RunState, SweepError, SweepOptions, run};
 pub use table::{Results, Row};
@@ -46,6 +48,11 @@ pub struct Sweep {
     /// them.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub exceedance: BTreeMap<String, Vec<f64>>,
+    /// Classes of intensity, from the weakest to the strongest, as those of thickness and velocity that maps of hazard have. The sweep
+    /// writes a raster with the strongest class that any run has in a cell, and one for each class with the share of the runs that
+    /// have it or a stronger one there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub intensities: Vec<Intensity>,
     /// A study of convergence in one of the parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convergence: Option<Convergence>,
@@ -122,6 +129,7 @@ impl Sweep {
         let (base, folder) = (json::value(&file)?, file.parent().unwrap_or(Path::new("")));
         let case = Case::from_value(&base, folder).map_err(|errors| errors.in_file(&file))?;
         sweep.check_exceedance(&case)?;
+        sweep.check_intensities(&case)?;
         let members = sweep.members(&base, folder)?;
         Ok((sweep, members))
     }

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use thiserror::Error;
 
-use super::{Member, Results, Row, Sweep, exceedance, table};
+use super::{Member, Results, Row, Sweep, exceedance, intensity, table};
 use crate::case::description::Measure;
 use crate::case::output::{OutputError, read_json, write_atomically};
 use crate::case::run::Ending;
@@ -115,7 +115,9 @@ pub fn run<'a>(
     side_by_side(members.len(), (options.jobs, options.threads), work, SweepError::Threads)?;
     let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
     results.draw(&options.out, &measured(members))?;
-    exceedance::write(sweep, &options.out, members, &results.rows, &|number| folder(&options.out, number))?;
+    let folder_of = |number| folder(&options.out, number);
+    exceedance::write(sweep, &options.out, members, &results.rows, &folder_of)?;
+    intensity::write(sweep, &options.out, members, &results.rows, &folder_of)?;
     Ok(results)
 }
 

@@ -196,7 +196,7 @@ impl Results<'_> {
 
 /// A number as it stands in a table; nothing where there is none.
 fn cell(value: Option<f64>) -> String {
-    value.map_or(String::new(), |value| format!("{value:e}"))
+    value.filter(|value| !value.is_nan()).map_or(String::new(), |value| format!("{value:e}"))
 }
 
 fn write_lines(path: &Path, lines: &[Vec<String>]) -> Result<(), OutputError> {

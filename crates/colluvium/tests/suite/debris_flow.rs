@@ -74,33 +74,56 @@ fn rasters_are_refused_by_methods_that_have_none() {
     assert!(code == 0, "the layer is a body of the material point method too: {said} {errors}");
 }
 
-#[test]
-fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+/// Writes the template, made short, and a sweep of its friction; `more` stands in the sweep.
+fn friction_sweep(folder: &Path, more: &Value) {
+    let mut sweep = json!({
+        "title": "friction", "case": "debris-flow.json",
+        "parameters": { "friction": { "at": ["methods.depth-sph.basal.friction_angle"], "values": [3, 15, 28] } }
+    });
+    sweep.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    fs::write(folder.join("sweep.json"), sweep.to_string()).unwrap();
+    if folder.join("debris-flow.json").exists() {
+        return;
+    }
     assert_eq!(in_folder(folder, &["new", "debris-flow"]).0, 0);
     change(folder, |case| {
         case["stages"][0]["duration"] = json!(8);
         case["methods"]["depth-sph"]["spacing"] = json!(5);
+        case["measures"]["dry"] = json!({ "kind": "gauge", "position": [600_850, 5_200_010] });
     });
-    let sweep = |exceedance: Value| {
-        let sweep = json!({
-            "title": "friction", "case": "debris-flow.json",
-            "parameters": { "friction": { "at": ["methods.depth-sph.basal.friction_angle"], "values": [3, 15, 28] } },
-            "exceedance": exceedance
-        });
-        fs::write(folder.join("sweep.json"), sweep.to_string()).unwrap();
-    };
-    sweep(json!({ "peak_velocity": [2, 500], "peak_thickness_vertical": [0.5] }));
+}
+
+fn swept(folder: &Path) {
     let (code, _, errors) = in_folder(folder, &["sweep", "sweep.json", "--out", "out", "--jobs", "1"]);
     assert_eq!(code, 0, "{errors}");
-    let runs: Vec<_> = (1..=3)
-        .map(|run| read_raster(&folder.join(format!("out/run-000{run}/rasters/peak_velocity.asc"))).unwrap())
-        .collect();
+}
+
+fn refused_sweep(folder: &Path, more: &Value, problem: &str) {
+    friction_sweep(folder, more);
+    let (code, _, errors) = in_folder(folder, &["sweep", "sweep.json", "--check"]);
+    assert!(code != 0 && errors.contains(problem), "{errors}");
+}
+
+/// The values of a raster of each of the three runs.
+fn of_runs(folder: &Path, name: &str) -> Vec<Vec<f64>> {
+    let file = |run: i32| folder.join(format!("out/run-000{run}/rasters/{name}.asc"));
+    (1..=3).map(|run| read_raster(&file(run)).unwrap().values).collect()
+}
+
+#[test]
+fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    friction_sweep(
+        folder,
+        &json!({ "exceedance": { "peak_velocity": [2, 500], "peak_thickness_vertical": [0.5] } }),
+    );
+    swept(folder);
+    let runs = of_runs(folder, "peak_velocity");
     let share = read_raster(&folder.join("out/rasters/exceedance-peak_velocity-2.tif")).unwrap();
     let mut seen = [0; 4];
     for (cell, value) in share.values.iter().enumerate() {
-        let count = runs.iter().filter(|run| run.values[cell] >= 2.0).count();
+        let count = runs.iter().filter(|run| run[cell] >= 2.0).count();
         seen[count] += 1;
         let exact = if count == 0 { f64::NAN } else { count as f64 / 3.0 };
         assert!(value.is_nan() && exact.is_nan() || (value - exact).abs() < 1e-12, "{value} {exact}");
@@ -110,6 +133,8 @@ fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
     assert!(!folder.join("out/rasters/exceedance-peak_velocity-500.asc").exists());
     let table = fs::read_to_string(folder.join("out/rasters/exceedance.csv")).unwrap();
     assert!(table.contains("peak_velocity,500,m/s,3,3,0"), "{table}");
+    // A gauge that stays dry has no velocity.
+    assert!(!fs::read_to_string(folder.join("out/runs.csv")).unwrap().contains("NaN"));
     for (exceedance, problem) in [
         (json!({ "peak_height": [1] }), "exceedance.peak_height: is not a raster"),
         (json!({ "peak_velocity": [0] }), "exceedance.peak_velocity[0]: 0 must be positive"),
@@ -118,8 +143,47 @@ fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
             "exceedance.peak_thickness_vertical[0]: 0.01 m is below",
         ),
     ] {
-        sweep(exceedance);
-        let (code, _, errors) = in_folder(folder, &["sweep", "sweep.json", "--check"]);
-        assert!(code != 0 && errors.contains(problem), "{errors}");
+        refused_sweep(folder, &json!({ "exceedance": exceedance }), problem);
+    }
+}
+
+#[test]
+fn a_sweep_tells_the_strongest_class_of_intensity_and_how_many_runs_have_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let classes = json!([
+        { "name": "weak", "reaches": { "peak_velocity": 2 } },
+        { "name": "strong", "reaches": { "peak_velocity": 4, "peak_thickness_vertical": 0.5 } }
+    ]);
+    friction_sweep(folder, &json!({ "intensities": classes }));
+    swept(folder);
+    let (velocity, thickness) =
+        (of_runs(folder, "peak_velocity"), of_runs(folder, "peak_thickness_vertical"));
+    let [class, strong, weak] = ["intensity", "exceedance-intensity-strong", "exceedance-intensity-weak"]
+        .map(|name| read_raster(&folder.join(format!("out/rasters/{name}.asc"))).unwrap().values);
+    for cell in 0..class.len() {
+        let is_strong = |run: &usize| velocity[*run][cell] >= 4.0 && thickness[*run][cell] >= 0.5;
+        let is_weak = |run: &usize| velocity[*run][cell] >= 2.0;
+        let [of_strong, of_weak] = [(0..3).filter(is_strong).count(), (0..3).filter(is_weak).count()];
+        let shares = [strong[cell], weak[cell]].map(|share| if share.is_nan() { 0.0 } else { 3.0 * share });
+        assert_eq!(shares.map(f64::round), [of_strong as f64, of_weak as f64]);
+        let highest = if of_strong > 0 { 2.0 } else { 1.0 };
+        assert!(if of_weak == 0 { class[cell].is_nan() } else { class[cell] == highest });
+    }
+    assert!(class.contains(&2.0) && class.contains(&1.0));
+    assert!(folder.join("out/rasters/intensity.png").exists());
+    for (intensities, problem) in [
+        (json!([{ "name": "weak", "reaches": {} }]), "intensities[0].reaches: gives no threshold"),
+        (
+            json!([{ "name": "a b", "reaches": { "peak_velocity": 1 } }]),
+            "intensities[0].name: a name is made of",
+        ),
+        (json!([classes[0], classes[0]]), "intensities[1].name: is that of another class"),
+        (
+            json!([{ "name": "weak", "reaches": { "speed": 1 } }]),
+            "intensities[0].reaches.speed: is not a raster with thresholds",
+        ),
+    ] {
+        refused_sweep(folder, &json!({ "intensities": intensities }), problem);
     }
 }

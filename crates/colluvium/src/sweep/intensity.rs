@@ -1,0 +1,119 @@
+//! Classes of intensity of the runs of a sweep, cell by cell.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use colluvium_points::Raster;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::exceedance::{RASTERS, complete, known, put, reachable, read, same_cells};
+use super::{Member, Row, Sweep};
+use crate::case::output::{OutputError, PLAIN, is_plain};
+use crate::case::{Case, CaseError, CaseErrors};
+
+/// A class of intensity.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Intensity {
+    /// Its name, which files have.
+    pub name: String,
+    /// What a cell must reach to be of this class, all of it in one run: thresholds by the name of the raster, as in `exceedance`.
+    pub reaches: BTreeMap<String, f64>,
+}
+
+impl Sweep {
+    /// Checks the classes against what a case writes.
+    pub(super) fn check_intensities(&self, case: &Case) -> Result<(), CaseErrors> {
+        let mut names = BTreeSet::new();
+        for (number, class) in self.intensities.iter().enumerate() {
+            let path = format!("intensities[{number}]");
+            if !is_plain(&class.name) {
+                return Err(CaseError::new(format!("{path}.name"), PLAIN).into());
+            }
+            if !names.insert(&class.name) {
+                return Err(CaseError::new(format!("{path}.name"), "is that of another class too").into());
+            }
+            if class.reaches.is_empty() {
+                let problem = "gives no threshold: every cell would be of this class";
+                return Err(CaseError::new(format!("{path}.reaches"), problem).into());
+            }
+            for (name, threshold) in &class.reaches {
+                let right = known(case, name).and_then(|()| reachable(case, name, *threshold));
+                right.map_err(|problem| CaseError::new(format!("{path}.reaches.{name}"), problem))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes the strongest class that any complete run has in a cell, and for each class the share of the runs that have it or a
+/// stronger one there: cells without any hold no data. Nothing while runs are still to be done.
+///
+/// # Errors
+/// When a raster cannot be read or written, or two runs have other cells.
+pub(super) fn write(
+    sweep: &Sweep,
+    out: &Path,
+    members: &[Member],
+    rows: &[Row],
+    folder: &dyn Fn(usize) -> PathBuf,
+) -> Result<(), OutputError> {
+    let complete = complete(rows);
+    if sweep.intensities.is_empty() || complete.is_empty() {
+        return Ok(());
+    }
+    let mut found: Option<(Raster, Vec<Vec<u32>>)> = None;
+    for &number in &complete {
+        let Some((like, classes)) = classes(sweep, &folder(number))? else { continue };
+        let (first, counts) = found
+            .get_or_insert_with(|| (like.clone(), vec![vec![0; like.values.len()]; sweep.intensities.len()]));
+        if !same_cells(first, &like) {
+            let problem =
+                "has other cells than the runs before: give all of them the same output.rasters.cell";
+            return Err(OutputError::new(&folder(number), problem));
+        }
+        for (cell, class) in classes.iter().enumerate() {
+            counts[..*class].iter_mut().for_each(|count| count[cell] += 1);
+        }
+    }
+    let Some((first, counts)) = found else { return Ok(()) };
+    let own = out.join(RASTERS);
+    fs::create_dir_all(&own).map_err(|error| OutputError::new(&own, error))?;
+    let of = &members[complete[0]];
+    let raster = |value: &dyn Fn(usize) -> f64| {
+        let some = |value: f64| if value > 0.0 { value } else { f64::NAN };
+        Raster { values: (0..first.values.len()).map(|cell| some(value(cell))).collect(), ..first.clone() }
+    };
+    let strongest = raster(&|cell| counts.iter().filter(|count| count[cell] > 0).count() as f64);
+    let names: Vec<String> =
+        sweep.intensities.iter().enumerate().map(|(k, class)| format!("{} {}", k + 1, class.name)).collect();
+    put(&own.join("intensity"), strongest, of, &sweep.title, &format!("intensity: {}", names.join(", ")))?;
+    for (class, count) in sweep.intensities.iter().zip(&counts) {
+        let share = raster(&|cell| f64::from(count[cell]) / complete.len() as f64);
+        let label = format!("share of {} runs of intensity {} or more", complete.len(), class.name);
+        put(&own.join(format!("exceedance-intensity-{}", class.name)), share, of, &sweep.title, &label)?;
+    }
+    Ok(())
+}
+
+/// Number of the strongest class that each cell of a run has, from 1 for the first; 0 for none. `None` for a run that has reached
+/// nothing.
+fn classes(sweep: &Sweep, folder: &Path) -> Result<Option<(Raster, Vec<usize>)>, OutputError> {
+    let names: BTreeSet<&String> = sweep.intensities.iter().flat_map(|class| class.reaches.keys()).collect();
+    let mut rasters = BTreeMap::new();
+    for name in names {
+        rasters.extend(read(name, folder)?.map(|raster| (name, raster)));
+    }
+    let Some(like) = rasters.values().next().cloned() else { return Ok(None) };
+    let has = |cell: usize, (name, least): (&String, &f64)| {
+        rasters.get(name).is_some_and(|raster| raster.values[cell] >= *least)
+    };
+    let strongest = |cell: usize| {
+        let all = |number: &usize| sweep.intensities[*number].reaches.iter().all(|asked| has(cell, asked));
+        (0..sweep.intensities.len()).rev().find(all).map_or(0, |number| number + 1)
+    };
+    let classes = (0..like.values.len()).map(strongest).collect();
+    Ok(Some((like, classes)))
+}
