@@ -163,9 +163,9 @@ pub struct BatchError {
 
 impl BatchError {
     /// The same error with the step that it happened in, where a solve failed.
-    pub(crate) fn with_step(self, motions: &[Motion], stresses: &[SymTensor]) -> Self {
+    pub(crate) fn with_step(self, motion: impl Fn(usize) -> Motion, stresses: &[SymTensor]) -> Self {
         let MaterialError::NotConverged { model, reason } = self.source else { return self };
-        let (stress, motion) = (stresses[self.index], &motions[self.index]);
+        let (stress, motion) = (stresses[self.index], motion(self.index));
         let unsolved = Unsolved { model, reason, stress, gradient: motion.gradient, dt: motion.dt };
         Self { source: MaterialError::Unsolved(Box::new(unsolved)), ..self }
     }

@@ -42,7 +42,7 @@ pub use lanes::spectra;
 pub use laws::{MaterialFactory, offer_material};
 pub use material::{BLOCK, Material, StateBlock, States};
 pub use model::{Facts, Kind, Model};
-pub use motion::{Motion, Pore};
+pub use motion::{Motion, Motions, Pore};
 pub use or_none::{NoneWord, OrNone};
 pub use spec::MaterialSpec;
 pub use spectral::Spectrum;

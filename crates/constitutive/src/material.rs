@@ -4,8 +4,8 @@ use std::any::Any;
 use std::fmt;
 
 use crate::{
-    BatchError, InitialCondition, Law, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor,
-    Tangent,
+    BatchError, InitialCondition, Law, MaterialError, Motion, Motions, Point, Pointwise, StressUpdate,
+    SymTensor, Tangent,
 };
 
 /// Points per block of [`States`]: the batch for which one virtual call is paid. A block's motions
@@ -267,6 +267,20 @@ pub trait Material: Law {
         states: &mut StateBlock,
     ) -> Result<(), BatchError>;
 
+    /// [`Material::update`] with motions component by component, which some laws read as they stand.
+    ///
+    /// # Errors
+    /// As [`Material::update`].
+    fn update_block(
+        &self,
+        motions: &Motions,
+        stresses: &mut [SymTensor],
+        states: &mut StateBlock,
+    ) -> Result<(), BatchError> {
+        let count = stresses.len();
+        self.update(&motions.each(count)[..count], stresses, states)
+    }
+
     /// Upper bounds on the P-wave modulus (Pa), one per point.
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
@@ -349,7 +363,23 @@ impl<L: StressUpdate> Material for L {
             }
         }
         let done = self.update_batch(motions, stresses, typed_mut::<L::State>(states));
-        done.map_err(|error| error.with_step(motions, stresses))
+        done.map_err(|error| error.with_step(|index| motions[index], stresses))
+    }
+
+    fn update_block(
+        &self,
+        motions: &Motions,
+        stresses: &mut [SymTensor],
+        states: &mut StateBlock,
+    ) -> Result<(), BatchError> {
+        let count = stresses.len();
+        if !motions.are_usable(count) {
+            for index in 0..count {
+                motions.at(index).check(self.name()).map_err(|source| BatchError { index, source })?;
+            }
+        }
+        let done = StressUpdate::update_block(self, motions, stresses, typed_mut::<L::State>(states));
+        done.map_err(|error| error.with_step(|index| motions.at(index), stresses))
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {

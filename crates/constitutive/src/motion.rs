@@ -1,6 +1,6 @@
 //! What a material point undergoes in one step.
 
-use crate::{Mat3, MaterialError, SymTensor};
+use crate::{BLOCK, Mat3, MaterialError, SymTensor};
 
 /// Pore fluid at the point; zeros where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -102,6 +102,124 @@ impl Motion {
     #[inline]
     pub fn strain_increment(&self) -> SymTensor {
         self.gradient.sym()
+    }
+}
+
+/// One component of all points of a block.
+type Lane = [f64; BLOCK];
+
+/// Motions of up to [`BLOCK`] points with each component in an array of its own, so that solvers make them and laws read them for
+/// several points at once. What stands behind the points is not looked at.
+#[derive(Clone, Debug)]
+pub struct Motions {
+    /// See [`Motion::deformation`], row by row.
+    pub deformation: [Lane; 9],
+    /// See [`Motion::gradient`], row by row.
+    pub gradient: [Lane; 9],
+    /// See [`Motion::density`].
+    pub density: Lane,
+    /// See [`Motion::dt`].
+    pub dt: f64,
+    /// See [`Motion::size`].
+    pub size: f64,
+    /// Whether nothing moves or is sheared out of the plane of the first two axes. Those components are then not looked at.
+    pub in_plane: bool,
+}
+
+/// Rows and columns that leave the plane, of matrices that stand row by row.
+const ACROSS: [usize; 4] = [2, 5, 6, 7];
+
+impl Motions {
+    /// Points that do not move in a step of `dt` (s), of effective size `size` (m) and 1 kg/m³.
+    pub const fn still(dt: f64, size: f64, in_plane: bool) -> Self {
+        let (zero, one) = ([0.0; BLOCK], [1.0; BLOCK]);
+        let deformation = [one, zero, zero, zero, one, zero, zero, zero, one];
+        Self { deformation, gradient: [zero; 9], density: one, dt, size, in_plane }
+    }
+
+    /// Gives a point its motion, whose step and size are those of all.
+    pub fn put(&mut self, index: usize, motion: &Motion) {
+        for c in 0..9 {
+            self.deformation[c][index] = motion.deformation.0[c / 3][c % 3];
+            self.gradient[c][index] = motion.gradient.0[c / 3][c % 3];
+        }
+        self.density[index] = motion.density;
+    }
+
+    /// The motion of one point, without pore fluid.
+    pub fn at(&self, index: usize) -> Motion {
+        let matrix = |of: &[Lane; 9]| {
+            let component = |c: usize| if self.in_plane && ACROSS.contains(&c) { 0.0 } else { of[c][index] };
+            Mat3(std::array::from_fn(|row| std::array::from_fn(|column| component(3 * row + column))))
+        };
+        Motion {
+            deformation: matrix(&self.deformation),
+            gradient: matrix(&self.gradient),
+            dt: self.dt,
+            density: self.density[index],
+            size: self.size,
+            ..Motion::STILL
+        }
+    }
+
+    /// The motions of the first `count` points one by one, those of a block that does not move behind them.
+    pub(crate) fn each(&self, count: usize) -> [Motion; BLOCK] {
+        std::array::from_fn(|i| if i < count { self.at(i) } else { Motion::STILL })
+    }
+
+    /// Whether [`Motion::check`] passes for the first `count` points, without branches.
+    #[inline]
+    pub(crate) fn are_usable(&self, count: usize) -> bool {
+        let [a, b, c, d, e, f, g, h, k] = &self.deformation;
+        let density = &self.density;
+        let mut usable = (self.dt > 0.0) & (self.dt < f64::INFINITY);
+        for i in 0..count.min(BLOCK) {
+            let volume = if self.in_plane {
+                a[i] * (e[i] * k[i]) - b[i] * (d[i] * k[i])
+            } else {
+                Mat3([[a[i], b[i], c[i]], [d[i], e[i], f[i]], [g[i], h[i], k[i]]]).determinant()
+            };
+            usable &= (0.5..=2.0).contains(&volume) & (density[i] > 0.0) & (density[i] < f64::INFINITY);
+        }
+        usable
+    }
+
+    /// Whether no strain increment of the `count` points from `first` on, at most `N`, is larger than `largest`.
+    #[inline(always)]
+    pub(crate) fn are_within<const N: usize>(&self, first: usize, count: usize, largest: f64) -> bool {
+        let most = largest * largest;
+        let small = |strain: &SymTensor| strain.dot(strain) <= most;
+        if count < N {
+            return (first..first + count).all(|i| small(&self.at(i).strain_increment()));
+        }
+        let lane = |c: usize| self.gradient[c][first..].first_chunk::<N>().expect("a block of whole groups");
+        let ([a, b, d, e, k], [c, f, g, h]) =
+            ([lane(0), lane(1), lane(3), lane(4), lane(8)], [lane(2), lane(5), lane(6), lane(7)]);
+        let mut within = true;
+        if self.in_plane {
+            for i in 0..N {
+                within &= small(&SymTensor([a[i], e[i], k[i], 0.5 * (b[i] + d[i]), 0.0, 0.0]));
+            }
+        } else {
+            for i in 0..N {
+                let (xy, yz, zx) = (0.5 * (b[i] + d[i]), 0.5 * (f[i] + h[i]), 0.5 * (g[i] + c[i]));
+                within &= small(&SymTensor([a[i], e[i], k[i], xy, yz, zx]));
+            }
+        }
+        within
+    }
+
+    /// Deformations of up to `N` points from `first` on, row by row; the last of the `count` points stands for those that are missing.
+    #[inline(always)]
+    pub(crate) fn steps<const N: usize>(&self, first: usize, count: usize, to: &mut [[f64; N]; 9]) {
+        for c in (0..9).filter(|c| !(self.in_plane && ACROSS.contains(c))) {
+            let lane = &self.deformation[c][first..];
+            if count >= N {
+                to[c].copy_from_slice(&lane[..N]);
+            } else {
+                (0..N).for_each(|i| to[c][i] = lane[i.min(count - 1)]);
+            }
+        }
     }
 }
 

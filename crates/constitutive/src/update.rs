@@ -5,7 +5,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::lanes::Lanes;
 use crate::laws::Elasticity;
 use crate::tangent::numerical_tangent;
-use crate::{BatchError, MaterialError, Motion, SymTensor, Tangent};
+use crate::{BatchError, MaterialError, Motion, Motions, SymTensor, Tangent};
 
 /// A material point: Cauchy (effective) stress and the law's internal variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,6 +154,21 @@ pub trait StressUpdate: Pointwise {
             *state = new.state;
         }
         Ok(())
+    }
+
+    /// [`StressUpdate::update_batch`] with motions component by component, for laws that take several points at once.
+    ///
+    /// # Errors
+    /// The first point that fails.
+    #[inline]
+    fn update_block(
+        &self,
+        motions: &Motions,
+        stresses: &mut [SymTensor],
+        states: &mut [Self::State],
+    ) -> Result<(), BatchError> {
+        let count = stresses.len();
+        self.update_batch(&motions.each(count)[..count], stresses, states)
     }
 
     /// Memory of the state of a point (bytes), with what it keeps elsewhere.

@@ -16,6 +16,7 @@ mod config;
 mod ledger;
 mod limit;
 mod maps;
+mod motion;
 mod nodes;
 mod obstacles;
 mod pace;

@@ -46,18 +46,31 @@ impl Bounds {
         let count = velocity.len();
         material.wave_moduli(stress, states, &mut moduli[..count]);
         material.viscosities(stress, states, &mut viscosities[..count]);
+        let (mut speeds, mut densities) = ([0.0; BLOCK], [1.0; BLOCK]);
+        let points = velocity.iter().zip(mass.iter().zip(volume));
+        for ((speed, density), (velocity, (mass, volume))) in
+            speeds.iter_mut().zip(&mut densities).zip(points)
+        {
+            (*speed, *density) = (square(velocity), mass / volume);
+        }
         // One over the longest step, of each of the three limits.
         let mut rates = [[0.0; BLOCK]; 3];
-        let [waves, motions, diffusions] = &mut rates;
-        for p in 0..count {
-            let density = mass[p] / volume[p];
-            let speed = square(&velocity[p]).sqrt();
-            waves[p] = ((moduli[p] / density).sqrt() + speed) / (self.elastic * self.cell);
-            motions[p] = speed / (self.velocity * self.cell);
-            diffusions[p] = 4.0 * self.dimension * viscosities[p] / (density * self.cell * self.cell);
+        for p in 0..BLOCK {
+            let (speed, density) = (speeds[p].sqrt(), densities[p]);
+            rates[0][p] = ((moduli[p] / density).sqrt() + speed) / (self.elastic * self.cell);
+            rates[1][p] = speed / (self.velocity * self.cell);
+            rates[2][p] = 4.0 * self.dimension * viscosities[p] / (density * self.cell * self.cell);
         }
         let mut pace = Pace::NONE;
-        for p in 0..count {
+        let highest = rates
+            .as_flattened()
+            .as_chunks::<8>()
+            .0
+            .iter()
+            .fold([0f64; 8], |most, rates| std::array::from_fn(|i| most[i].max(rates[i])));
+        let highest = highest.iter().fold(0f64, |most, rate| most.max(*rate));
+        // The first point of those that limit most.
+        if let Some(p) = (0..count).find(|&p| rates.iter().any(|of| of[p] == highest)) {
             pace.take(rates[0][p], StepLimit::ELASTIC_WAVE, first + p);
             pace.take(rates[1][p], MOTION, first + p);
             pace.take(rates[2][p], StepLimit::VISCOSITY, first + p);

@@ -1,6 +1,6 @@
 //! The transfers between points and grid, and what happens at the points in between (sheet: snow-mpm §3.5).
 
-use colluvium_constitutive::{BLOCK, Mat3, Material, Motion, StateBlock, SymTensor};
+use colluvium_constitutive::{BLOCK, Material, Motions, StateBlock, SymTensor};
 use colluvium_grid::{Affine, Deposit, Gathered, Lanes, Node, Square, Window};
 use rayon::prelude::*;
 
@@ -8,6 +8,7 @@ use crate::background::Background;
 use crate::bodies::{Bodies, Body, Columns, Failure, places, pull};
 use crate::config::{DeformationUpdate, SnowTransfer};
 use crate::limit::Bounds;
+use crate::motion::{Work, find_motions};
 use crate::nodes::Nodes;
 use crate::pace::Pace;
 use crate::vectors::lanes;
@@ -85,7 +86,18 @@ struct Block<'a, const D: usize> {
     states: &'a mut StateBlock,
 }
 
+/// What a thread works with, block after block.
+struct Bench<const D: usize> {
+    reads: [Gathered<D>; BLOCK],
+    motions: Motions,
+}
+
 impl<const D: usize> Update<'_, D> {
+    fn bench(&self) -> Bench<D> {
+        let motions = Motions::still(self.dt, self.background.grid.cell, D < 3);
+        Bench { reads: [Gathered::ZERO; BLOCK], motions }
+    }
+
     /// Grid to points: velocity, deformation, stress, position (steps 4 to 9), for all points of a body; each block of
     /// points leaves a report.
     pub fn body(&self, body: &mut Body<D>) {
@@ -103,12 +115,13 @@ impl<const D: usize> Update<'_, D> {
             states.blocks_mut().par_iter_mut(),
             reports.par_iter_mut(),
         );
-        blocks.into_par_iter().with_min_len(GRAIN).enumerate().for_each(
-            |(number, (position, velocity, affine, volume, stress, work, mass, states, report))| {
+        blocks.into_par_iter().with_min_len(GRAIN).enumerate().for_each_init(
+            || self.bench(),
+            |bench, (number, (position, velocity, affine, volume, stress, work, mass, states, report))| {
                 let first = number * BLOCK;
                 let mut block =
                     Block { first, position, velocity, affine, volume, stress, work, mass, states };
-                *report = self.block(&mut block, material, &extent, drop_outside);
+                *report = self.block(&mut block, bench, material, (&extent, drop_outside));
             },
         );
     }
@@ -116,71 +129,51 @@ impl<const D: usize> Update<'_, D> {
     fn block(
         &self,
         block: &mut Block<'_, D>,
+        bench: &mut Bench<D>,
         material: &dyn Material,
-        extent: &[f64; D],
-        drop_outside: bool,
+        (extent, drop_outside): (&[f64; D], bool),
     ) -> Result<Pace, Failure> {
         let (sweeps, ground) = (self.background.sweeps, self.background.ground());
         let count = block.position.len();
-        let mut all = [Gathered::ZERO; BLOCK];
-        let reads = &mut all[..count];
+        let (reads, motions) = (&mut bench.reads[..count], &mut bench.motions);
         let points = places(block.position, extent);
         if self.transfer == SnowTransfer::Apic {
             sweeps.gather_both(&ground, &points, self.nodes, true, (reads, block.affine));
         } else {
             sweeps.gather(&ground, &points, self.nodes, reads);
         }
-        let cell = self.background.grid.cell;
-        let mut motions = [Motion { dt: self.dt, size: cell, ..Motion::STILL }; BLOCK];
-        let motions = &mut motions[..count];
-        let mut stretches = [1.0; BLOCK];
-        for (p, read) in reads.iter().enumerate() {
-            let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
-            for c in 0..D {
-                let own = block.velocity[p][c];
-                block.velocity[p][c] =
-                    self.flip * (own + self.dt * acceleration[c]) + (1.0 - self.flip) * velocity[c];
-            }
-            let (gradient, deformation) = self.deform(&read.gradient);
-            let stretch = deformation.determinant();
-            (motions[p].gradient, motions[p].deformation) = (gradient, deformation);
-            // Written so that NaN counts as a failure.
-            if !(stretch > 0.0) {
-                let reason = format!("the step would turn it inside out (volume ratio {stretch})");
-                return Err(Failure { index: block.first + p, reason });
-            }
-            stretches[p] = stretch;
-            block.volume[p] *= stretch;
-            motions[p].density = block.mass[p] / block.volume[p];
+        self.blend(block.velocity, reads);
+        let stretches = find_motions(reads, self.deformation, motions);
+        // Written so that NaN counts as a failure.
+        if let Some(p) = stretches[..count].iter().position(|stretch| !(*stretch > 0.0)) {
+            let reason = format!("the step would turn it inside out (volume ratio {})", stretches[p]);
+            return Err(Failure { index: block.first + p, reason });
+        }
+        let volumes = block.volume.iter_mut().zip(block.mass).zip(&mut motions.density);
+        for (((volume, mass), density), stretch) in volumes.zip(&stretches) {
+            *volume *= stretch;
+            *density = mass / *volume;
         }
         let (moved, left) = self.travel(block, reads, drop_outside)?;
-        let mut before = [SymTensor::ZERO; BLOCK];
-        before[..count].copy_from_slice(block.stress);
-        material.update(motions, block.stress, block.states).map_err(|error| {
+        let work = Work::of::<D>(block.stress);
+        material.update_block(motions, block.stress, block.states).map_err(|error| {
             let index = block.first + error.index;
             Failure { index, reason: error.source.to_string() }
         })?;
-        add_work(motions, &stretches, &before, block);
+        work.add::<D>(motions, &stretches, (block.volume, block.stress), block.work);
         let points = (&*block.velocity, block.mass, &*block.volume);
         let pace = self.bounds.pace(block.first, material, points, (block.stress, block.states));
         Ok(Pace { moved, left, ..pace })
     }
 
-    /// Gradient and deformation of the step from the columns of the velocity gradient (step 4).
-    #[inline(always)]
-    fn deform(&self, columns: &[Lanes; D]) -> (Mat3, Mat3) {
-        let mut gradient = Mat3::ZERO;
-        for j in 0..D {
-            let column = (columns[j] * self.dt).to_array();
-            for i in 0..D {
-                gradient.0[i][j] = column[i];
+    /// New velocities of the points: shares of FLIP and PIC.
+    fn blend(&self, velocities: &mut [[f64; D]], reads: &[Gathered<D>]) {
+        for (own, read) in velocities.iter_mut().zip(reads) {
+            let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
+            for c in 0..D {
+                own[c] = self.flip * (own[c] + self.dt * acceleration[c]) + (1.0 - self.flip) * velocity[c];
             }
         }
-        let deformation = match self.deformation {
-            DeformationUpdate::Linear => Mat3::IDENTITY + gradient,
-            DeformationUpdate::Exponential => exponential(&gradient),
-        };
-        (gradient, deformation)
     }
 
     /// Moves the points with the velocity of the grid (step 9); the largest move along an axis (m), and whether a point left.
@@ -191,29 +184,50 @@ impl<const D: usize> Update<'_, D> {
         drop_outside: bool,
     ) -> Result<(f64, bool), Failure> {
         let Background { low, high, .. } = self.background;
-        let (cell, mut moved, mut left) = (self.background.grid.cell, 0f64, false);
-        for (p, (position, read)) in block.position.iter_mut().zip(reads).enumerate() {
+        let (mut moved, mut inside) = ([0f64; D], true);
+        for (position, read) in block.position.iter_mut().zip(reads) {
             let velocity = read.velocity.as_array();
-            let (mut step, mut sum) = (0f64, 0.0);
-            for v in &velocity[..D] {
-                step = step.max((self.dt * v).abs());
-                // NaN and infinity make the product NaN.
-                sum += v * 0.0;
+            for c in 0..D {
+                let step = self.dt * velocity[c];
+                position[c] += step;
+                moved[c] = moved[c].max(step.abs());
+                // Not where it is no number either.
+                inside &= (position[c] >= low[c]) & (position[c] <= high[c]);
             }
+        }
+        let moved = moved.iter().fold(0f64, |most, step| most.max(*step));
+        if inside && moved <= self.longest() {
+            return Ok((moved, false));
+        }
+        Ok((moved, self.look_outside(block, reads, drop_outside)?))
+    }
+
+    /// Longest move along an axis in a step (m).
+    fn longest(&self) -> f64 {
+        0.5 * self.background.grid.cell * (1.0 + 1e-9)
+    }
+
+    /// Whether one of the points has left; an error where it must not, or has moved too far.
+    #[cold]
+    fn look_outside(
+        &self,
+        block: &Block<'_, D>,
+        reads: &[Gathered<D>],
+        drop_outside: bool,
+    ) -> Result<bool, Failure> {
+        let mut left = false;
+        for (p, (position, read)) in block.position.iter().zip(reads).enumerate() {
+            let velocity = &read.velocity.as_array()[..D];
             let failed = |reason: String| Failure { index: block.first + p, reason };
-            if !(sum == 0.0 && step <= 0.5 * cell * (1.0 + 1e-9)) {
+            let step = velocity.iter().map(|v| (self.dt * v).abs()).fold(0.0, f64::max);
+            if !(velocity.iter().all(|v| v.is_finite()) && step <= self.longest()) {
                 return Err(failed(format!(
                     "it would move {step:.3e} m in one step, more than half a cell: the run has become unstable (reduce \
                      courant_elastic or time_step)"
                 )));
             }
-            (0..D).for_each(|c| position[c] += self.dt * velocity[c]);
-            moved = moved.max(step);
-            let mut inside = true;
-            for c in 0..D {
-                inside &= (position[c] >= low[c]) & (position[c] <= high[c]);
-            }
-            if !inside && !self.is_held(position, self.background.outside(position)) {
+            let outside = self.background.outside(position);
+            if outside > 0.0 && !self.is_held(position, outside) {
                 if !drop_outside {
                     let reason = "it left the domain: enlarge the domain, add a wall on that side or let the body drop_outside";
                     return Err(failed(reason.to_owned()));
@@ -221,7 +235,7 @@ impl<const D: usize> Update<'_, D> {
                 left = true;
             }
         }
-        Ok((moved, left))
+        Ok(left)
     }
 
     /// Whether a point at most a cell beyond the domain is on its way back from walls there.
@@ -232,66 +246,5 @@ impl<const D: usize> Update<'_, D> {
                 (position[axis] >= low[axis] || self.boundaries.closes(axis, false))
                     && (position[axis] <= high[axis] || self.boundaries.closes(axis, true))
             })
-    }
-}
-
-/// Adds the work of the stresses in the step (J): the mean of `V σ` before and after on the strain increment, to the second
-/// order in the step.
-fn add_work<const D: usize>(
-    motions: &[Motion],
-    stretches: &[f64; BLOCK],
-    before: &[SymTensor; BLOCK],
-    block: &mut Block<'_, D>,
-) {
-    for (p, motion) in motions.iter().enumerate() {
-        let volume = block.volume[p];
-        let started = volume / stretches[p];
-        let mean = before[p] * (0.5 * started) + block.stress[p] * (0.5 * volume);
-        // The logarithmic strain of the step, to the third order; nothing outside the axes that there are.
-        let (gradient, mut squared) = (&motion.gradient.0, [[0.0; 3]; 3]);
-        for i in 0..D {
-            for j in 0..D {
-                for k in 0..D {
-                    squared[i][j] += gradient[i][k] * gradient[k][j];
-                }
-            }
-        }
-        block.work[p] += mean.dot(&(motion.gradient - Mat3(squared) * 0.5).sym());
-    }
-}
-
-/// `exp a`, to the fourth order.
-fn exponential(a: &Mat3) -> Mat3 {
-    let one = Mat3::IDENTITY;
-    one + *a * (one + *a * (one + *a * (one + *a * 0.25) * (1.0 / 3.0)) * 0.5)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn steps_without_the_exponential_strain_what_spins() {
-        // Sheet: snow-mpm V3: each principal logarithmic strain after a turn, `N/2 ln(1 + (2π/N)²)`.
-        for (steps, exact) in [(100, 0.197_003_474_1), (1000, 0.019_738_819_2), (10_000, 0.001_973_920_5)] {
-            let angle = 2.0 * std::f64::consts::PI / f64::from(steps);
-            let spin = Mat3([[0.0, -angle, 0.0], [angle, 0.0, 0.0], [0.0; 3]]);
-            let turned = (0..steps).fold(Mat3::IDENTITY, |f, _| (Mat3::IDENTITY + spin) * f);
-            let strain = 0.5 * turned.determinant().ln();
-            assert!((strain - exact).abs() < 1e-9, "{steps}: {strain}");
-        }
-    }
-
-    #[test]
-    fn a_thousand_small_spins_make_a_turn_without_strain() {
-        let angle = 2.0 * std::f64::consts::PI / 1000.0;
-        let spin = Mat3([[0.0, -angle, 0.0], [angle, 0.0, 0.0], [0.0; 3]]);
-        let step = exponential(&spin);
-        let turned = (0..1000).fold(Mat3::IDENTITY, |f, _| step * f);
-        for (i, row) in turned.0.iter().enumerate() {
-            for (j, value) in row.iter().enumerate() {
-                assert!((value - if i == j { 1.0 } else { 0.0 }).abs() < 1e-8, "{turned:?}");
-            }
-        }
     }
 }

@@ -6,7 +6,7 @@ use super::{Hencky, HenckyState, PrincipalReturn, carried, wave_modulus};
 use crate::{BatchError, Mat3, Motion, Point, StressUpdate, SymTensor};
 
 /// Points that are taken at once.
-pub(super) const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 16;
 
 /// Stresses of several points and what a law makes of them: [`PrincipalReturn::return_few`].
 pub struct Few<const N: usize> {
@@ -24,24 +24,17 @@ const AT_REST: f64 = 2.0;
 impl<const N: usize> Few<N> {
     /// Kirchhoff to Cauchy stresses; points whose stress is no number are left, and those that do not move marked.
     #[inline(never)]
-    fn become_cauchy(&mut self, trials: &Trials<N>) {
+    fn become_cauchy<const PLANAR: bool>(&mut self, trials: &Trials<'_, N>) {
         let Trials { deformation: [a, b, c, d, e, f, g, h, k], jacobian, .. } = trials;
         for i in 0..N {
             let stress = self.stress_of(i) * (1.0 / jacobian[i]);
             let sum = (stress.0[0] + stress.0[1] + stress.0[2]) + (stress.0[3] + stress.0[4] + stress.0[5]);
-            let still = (a[i] == 1.0)
-                & (b[i] == 0.0)
-                & (c[i] == 0.0)
-                & (d[i] == 0.0)
-                & (e[i] == 1.0)
-                & (f[i] == 0.0)
-                & (g[i] == 0.0)
-                & (h[i] == 0.0)
-                & (k[i] == 1.0);
+            let still = (a[i] == 1.0) & (b[i] == 0.0) & (d[i] == 0.0) & (e[i] == 1.0) & (k[i] == 1.0);
+            let across = (c[i] == 0.0) & (f[i] == 0.0) & (g[i] == 0.0) & (h[i] == 0.0);
             self.set_stress(i, &stress);
             // NaN and infinity make the product NaN.
             let left = if sum * 0.0 == 0.0 { self.left[i] } else { 1.0 };
-            self.left[i] = if still { AT_REST } else { left };
+            self.left[i] = if still & (PLANAR | across) { AT_REST } else { left };
         }
     }
 
@@ -59,8 +52,8 @@ impl<const N: usize> Few<N> {
 }
 
 /// Trials of several points.
-struct Trials<const N: usize> {
-    deformation: [[f64; N]; 9],
+struct Trials<'a, const N: usize> {
+    deformation: &'a [[f64; N]; 9],
     elastic: [[f64; N]; 6],
     jacobian: [f64; N],
 }
@@ -120,11 +113,11 @@ fn carried_in_plane([xx, yy, zz, xy]: [f64; 4], [a, b, d, e, k]: [f64; 5]) -> (S
     (trial, a * (e * k) - b * (d * k))
 }
 
-impl<const N: usize> Trials<N> {
+impl<const N: usize> Trials<'_, N> {
     /// How many steps and elastic deformations leave the third axis alone.
     #[inline(always)]
     fn count_planar(&self) -> usize {
-        let ([_, _, c, _, _, f, g, h, _], [_, _, _, _, yz, zx]) = (&self.deformation, &self.elastic);
+        let ([_, _, c, _, _, f, g, h, _], [_, _, _, _, yz, zx]) = (self.deformation, &self.elastic);
         let mut count = 0;
         for i in 0..N {
             let step = (c[i] == 0.0) & (f[i] == 0.0) & (g[i] == 0.0) & (h[i] == 0.0);
@@ -144,23 +137,31 @@ fn lane<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
     lane
 }
 
+/// As [`Motions::steps`], of motions that stand one by one.
+#[inline(always)]
+pub(super) fn steps(motions: &[Motion], largest: f64, to: &mut [[f64; WIDTH]; 9]) -> bool {
+    let most = largest * largest;
+    let mut within = true;
+    for motion in motions {
+        let strain = motion.strain_increment();
+        within &= strain.dot(&strain) <= most;
+    }
+    let last = motions.len() - 1;
+    for c in 0..9 {
+        (0..WIDTH).for_each(|i| to[c][i] = motions[i.min(last)].deformation.0[c / 3][c % 3]);
+    }
+    within
+}
+
 /// Steps and states of several points, component by component.
 #[inline(always)]
-fn lanes_of<const N: usize, S>(motions: &[Motion; N], states: &[HenckyState<S>; N]) -> Trials<N> {
-    let step = |row: usize, column: usize| lane(|i| motions[i].deformation.0[row][column]);
+fn lanes_of<'a, const N: usize, S>(
+    deformation: &'a [[f64; N]; 9],
+    states: &[HenckyState<S>; N],
+) -> Trials<'a, N> {
     let elastic = |component: usize| lane(|i| states[i].elastic.0[component]);
     Trials {
-        deformation: [
-            step(0, 0),
-            step(0, 1),
-            step(0, 2),
-            step(1, 0),
-            step(1, 1),
-            step(1, 2),
-            step(2, 0),
-            step(2, 1),
-            step(2, 2),
-        ],
+        deformation,
         elastic: [elastic(0), elastic(1), elastic(2), elastic(3), elastic(4), elastic(5)],
         jacobian: lane(|i| states[i].jacobian),
     }
@@ -191,11 +192,11 @@ impl<L: PrincipalReturn> Hencky<L> {
     #[inline]
     fn few<const N: usize>(
         &self,
-        motions: &[Motion; N],
+        deformation: &[[f64; N]; 9],
         stresses: &mut [SymTensor; N],
         states: &mut [HenckyState<L::State>; N],
     ) -> [f64; N] {
-        let mut trials = lanes_of(motions, states);
+        let mut trials = lanes_of(deformation, states);
         let planar = trials.count_planar();
         if planar == N {
             return self.few_of::<N, true>(&mut trials, stresses, states);
@@ -206,7 +207,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         let mut left = [0.0; N];
         for i in 0..N {
             let (mut stress, mut state) = ([stresses[i]], [states[i].clone()]);
-            let alone = self.few::<1>(&[motions[i]], &mut stress, &mut state);
+            let alone = self.few::<1>(&deformation.map(|lane| [lane[i]]), &mut stress, &mut state);
             [stresses[i]] = stress;
             [states[i]] = state;
             left[i] = alone[0];
@@ -217,7 +218,7 @@ impl<L: PrincipalReturn> Hencky<L> {
     #[inline(never)]
     fn few_of<const N: usize, const PLANAR: bool>(
         &self,
-        trials: &mut Trials<N>,
+        trials: &mut Trials<'_, N>,
         stresses: &mut [SymTensor; N],
         states: &mut [HenckyState<L::State>; N],
     ) -> [f64; N] {
@@ -225,25 +226,29 @@ impl<L: PrincipalReturn> Hencky<L> {
         self.trials::<N, PLANAR>(trials, &mut few);
         let mut inner: [L::State; N] = std::array::from_fn(|i| states[i].inner.clone());
         self.0.return_few(&mut few, &mut inner);
-        if any(&few.yields) {
+        let yielding = any(&few.yields);
+        if yielding {
             self.keep::<N, PLANAR>(trials, &mut few);
         }
-        few.become_cauchy(trials);
-        for (i, inner) in inner.into_iter().enumerate() {
+        few.become_cauchy::<PLANAR>(trials);
+        for i in 0..N {
             if few.left[i] == 0.0 {
                 stresses[i] = few.stress_of(i);
-                let (elastic, jacobian) = (tensor(&trials.elastic, i), trials.jacobian[i]);
-                states[i] = HenckyState { elastic, jacobian, inner };
+                (states[i].elastic, states[i].jacobian) = (tensor(&trials.elastic, i), trials.jacobian[i]);
             }
-            // A point at rest keeps its state.
-            few.left[i] = if few.left[i] == 1.0 { 1.0 } else { 0.0 };
         }
-        few.left
+        if yielding {
+            for i in (0..N).filter(|&i| few.left[i] == 0.0) {
+                states[i].inner.clone_from(&inner[i]);
+            }
+        }
+        // A point at rest keeps its state.
+        lane(|i| if few.left[i] == 1.0 { 1.0 } else { 0.0 })
     }
 
     /// Elastic trial: `b - 1`, volume and Kirchhoff stress.
     #[inline(never)]
-    fn trials<const N: usize, const PLANAR: bool>(&self, trials: &mut Trials<N>, few: &mut Few<N>) {
+    fn trials<const N: usize, const PLANAR: bool>(&self, trials: &mut Trials<'_, N>, few: &mut Few<N>) {
         let elasticity = self.0.elasticity();
         let (lame, two_mu) = (elasticity.lame(), 2.0 * elasticity.shear_modulus);
         let Trials { deformation: [a, b, c, d, e, f, g, h, k], elastic, jacobian } = trials;
@@ -268,7 +273,7 @@ impl<L: PrincipalReturn> Hencky<L> {
 
     /// Elastic deformation that belongs to the stress of the points that yield.
     #[inline(never)]
-    fn keep<const N: usize, const PLANAR: bool>(&self, trials: &mut Trials<N>, few: &mut Few<N>) {
+    fn keep<const N: usize, const PLANAR: bool>(&self, trials: &mut Trials<'_, N>, few: &mut Few<N>) {
         let elasticity = self.0.elasticity();
         let (per_shear, per_bulk) = (1.0 / elasticity.shear_modulus, 2.0 / (3.0 * elasticity.bulk_modulus));
         let (mut elastic, mut left) = ([[0.0; N]; 6], [0.0; N]);
@@ -293,38 +298,59 @@ impl<L: PrincipalReturn> Hencky<L> {
         motion: &Motion,
         old: &Point<HenckyState<L::State>>,
     ) -> Option<Point<HenckyState<L::State>>> {
+        let [[a, b, c], [d, e, f], [g, h, k]] = motion.deformation.0;
         let (mut stress, mut state) = ([old.stress], [old.state.clone()]);
-        let [left] = self.few::<1>(&[*motion], &mut stress, &mut state);
+        let [left] = self.few(&[[a], [b], [c], [d], [e], [f], [g], [h], [k]], &mut stress, &mut state);
         let ([stress], [state]) = (stress, state);
         (left == 0.0).then_some(Point { stress, state })
     }
 
-    /// A batch, [`WIDTH`] points at a time; what the last of these do not fill is not looked at.
+    /// A batch, [`WIDTH`] points at a time. `steps` gives deformations of so many points from one on, component by component, and
+    /// whether none of their steps is too large; `each` gives the motion of a point.
     #[inline]
     pub(super) fn together(
         &self,
-        motions: &[Motion],
+        steps: impl Fn(usize, usize, &mut [[f64; WIDTH]; 9]) -> bool,
+        each: impl Fn(usize) -> Motion,
         stresses: &mut [SymTensor],
         states: &mut [HenckyState<L::State>],
     ) -> Result<(), BatchError> {
-        let largest = self.0.largest_step();
-        let within = largest * largest;
-        let parts = motions.as_chunks::<WIDTH>().0.iter().zip(stresses.as_chunks_mut::<WIDTH>().0);
-        for (group, ((motions, stresses), states)) in parts.zip(states.as_chunks_mut::<WIDTH>().0).enumerate()
-        {
-            let mut small = true;
-            for motion in motions {
-                let strain = motion.strain_increment();
-                small &= strain.dot(&strain) <= within;
-            }
-            let left = if small { self.few::<WIDTH>(motions, stresses, states) } else { [1.0; WIDTH] };
-            for i in (0..WIDTH).filter(|&i| left[i] != 0.0) {
-                let index = group * WIDTH + i;
-                self.one(&motions[i], &mut stresses[i], &mut states[i])
+        let mut deformation = [[0.0; WIDTH]; 9];
+        let groups = stresses.chunks_mut(WIDTH).zip(states.chunks_mut(WIDTH));
+        for (group, (stresses, states)) in groups.enumerate() {
+            let (first, count) = (group * WIDTH, stresses.len());
+            let left = if steps(first, count, &mut deformation) {
+                self.group(&deformation, stresses, states)
+            } else {
+                [1.0; WIDTH]
+            };
+            for i in (0..count).filter(|&i| left[i] != 0.0) {
+                let index = first + i;
+                self.one(&each(index), &mut stresses[i], &mut states[i])
                     .map_err(|source| BatchError { index, source })?;
             }
         }
         Ok(())
+    }
+
+    /// Up to [`WIDTH`] points; the last one stands for those that are missing.
+    #[inline]
+    fn group(
+        &self,
+        deformation: &[[f64; WIDTH]; 9],
+        stresses: &mut [SymTensor],
+        states: &mut [HenckyState<L::State>],
+    ) -> [f64; WIDTH] {
+        if let ([stresses], [states]) = (stresses.as_chunks_mut().0, states.as_chunks_mut().0) {
+            return self.few::<WIDTH>(deformation, stresses, states);
+        }
+        let last = stresses.len() - 1;
+        let mut some = std::array::from_fn(|i| stresses[i.min(last)]);
+        let mut of_some = std::array::from_fn(|i| states[i.min(last)].clone());
+        let left = self.few::<WIDTH>(deformation, &mut some, &mut of_some);
+        stresses.copy_from_slice(&some[..=last]);
+        states.clone_from_slice(&of_some[..=last]);
+        left
     }
 
     /// A point of a batch by itself.

@@ -10,8 +10,8 @@ use crate::laws::Elasticity;
 use crate::laws::substep::{self, divided};
 use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent, shear_moduli};
 use crate::{
-    BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, SmallStrain, Spectrum,
-    StressUpdate, SymTensor, Tangent,
+    BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, Motions, Point, Pointwise, SmallStrain,
+    Spectrum, StressUpdate, SymTensor, Tangent,
 };
 
 pub use few::Few;
@@ -40,7 +40,8 @@ pub trait PrincipalReturn: SmallStrain {
     }
 
     /// The same return of several trials as whole tensors, for laws that keep the directions of the trial's deviator:
-    /// stresses and states in place, with the same operations however many points there are.
+    /// stresses and states in place, with the same operations however many points there are. States change only where
+    /// points yield.
     #[inline]
     fn return_few<const N: usize>(&self, few: &mut Few<N>, _states: &mut [Self::State; N]) {
         few.left = [1.0; N];
@@ -274,13 +275,34 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         stresses: &mut [SymTensor],
         states: &mut [Self::State],
     ) -> Result<(), BatchError> {
-        let together = if self.0.takes_few() { motions.len() / few::WIDTH * few::WIDTH } else { 0 };
-        self.together(&motions[..together], &mut stresses[..together], &mut states[..together])?;
-        for index in together..motions.len() {
-            self.one(&motions[index], &mut stresses[index], &mut states[index])
-                .map_err(|source| BatchError { index, source })?;
+        if self.0.takes_few() {
+            let largest = self.0.largest_step();
+            let steps = |first, count, to: &mut _| few::steps(&motions[first..first + count], largest, to);
+            return self.together(steps, |index| motions[index], stresses, states);
+        }
+        for (index, ((motion, stress), state)) in motions.iter().zip(stresses).zip(states).enumerate() {
+            self.one(motion, stress, state).map_err(|source| BatchError { index, source })?;
         }
         Ok(())
+    }
+
+    #[inline]
+    fn update_block(
+        &self,
+        motions: &Motions,
+        stresses: &mut [SymTensor],
+        states: &mut [Self::State],
+    ) -> Result<(), BatchError> {
+        if self.0.takes_few() {
+            let largest = self.0.largest_step();
+            let steps = |first, count, to: &mut _| {
+                motions.steps(first, count, to);
+                motions.are_within::<{ few::WIDTH }>(first, count, largest)
+            };
+            return self.together(steps, |index| motions.at(index), stresses, states);
+        }
+        let count = stresses.len();
+        self.update_batch(&motions.each(count)[..count], stresses, states)
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Tangent, MaterialError> {

@@ -12,7 +12,7 @@ use colluvium_constitutive::laws::{
     StrainMeasure,
 };
 use colluvium_constitutive::{
-    InitialCondition, Mat3, Material, MaterialSpec, Motion, StateBlock, States, SymTensor, Tangent,
+    InitialCondition, Mat3, Material, MaterialSpec, Motion, Motions, StateBlock, States, SymTensor, Tangent,
 };
 use proptest::prelude::*;
 
@@ -496,7 +496,13 @@ proptest! {
             let motions: Vec<Motion> = gradients.iter().map(|a| subject.motion(a, 1e-3, density)).collect();
             let start = vec![InitialCondition { stress: subject.start, density }; motions.len()];
             let (mut stresses, mut states) = subject.law.initial(&start).expect("admissible");
+            let mut block = Motions::still(motions[0].dt, motions[0].size, false);
+            motions.iter().enumerate().for_each(|(i, motion)| block.put(i, motion));
+            let (mut others, mut others_states) = (stresses.clone(), subject.law.initial(&start).expect("admissible").1);
             subject.law.update(&motions, &mut stresses, &mut states.blocks_mut()[0]).expect("a moderate step");
+            subject.law.update_block(&block, &mut others, &mut others_states.blocks_mut()[0]).expect("the same step");
+            prop_assert_eq!(&stresses, &others, "{}", subject.name());
+            prop_assert_eq!(subject.law.save(&states), subject.law.save(&others_states), "{}", subject.name());
             for (motion, stress) in motions.iter().zip(&stresses) {
                 let alone = subject.apply(&subject.walker(), motion);
                 prop_assert_eq!(alone.stress, *stress, "{}", subject.name());
