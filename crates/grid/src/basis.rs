@@ -23,6 +23,12 @@ pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
     /// Where node `index` lies (cells from the lower end); for splines the Greville abscissa.
     fn coordinate(index: usize, cells: usize) -> f64;
 
+    /// [`Basis::coordinate`] of the nodes from `first` on.
+    #[inline(always)]
+    fn coordinates(first: usize, cells: usize) -> [f64; S] {
+        std::array::from_fn(|k| Self::coordinate(first + k, cells))
+    }
+
     /// First node, weights and gradients at `x`, for a point of full width `width` (both in cells).
     fn evaluate(x: f64, width: f64, cells: usize) -> (usize, [f64; S], [f64; S]);
 }
@@ -141,6 +147,7 @@ impl Basis<4> for WideGimp {
 }
 
 /// Non-zero B-splines of degree `S - 1` in cell `cell`, open knots at both ends (Cox–de Boor).
+#[inline(never)]
 fn open_spline<const S: usize>(x: f64, cell: usize, cells: usize) -> ([f64; S], [f64; S]) {
     let knot = |k: isize| (cell as isize + k).clamp(0, cells as isize) as f64;
     let mut w = [0.0; S];
@@ -172,6 +179,22 @@ fn open_spline<const S: usize>(x: f64, cell: usize, cells: usize) -> ([f64; S], 
     (w, g)
 }
 
+/// `N` numbers that rise by one from `start` on.
+#[inline(always)]
+fn counted<const N: usize>(start: f64) -> [f64; N] {
+    let mut numbers = [start; N];
+    for k in 0..N {
+        numbers[k] += k as f64;
+    }
+    numbers
+}
+
+/// Coordinates of nodes of which one is near an end.
+#[inline(never)]
+fn near_ends<const S: usize, B: Basis<S>>(first: usize, cells: usize) -> [f64; S] {
+    std::array::from_fn(|k| B::coordinate(first + k, cells))
+}
+
 fn greville(index: usize, cells: usize, degree: usize) -> f64 {
     let knots = (index + 1..=index + degree).map(|k| k.saturating_sub(degree).min(cells) as f64);
     knots.sum::<f64>() / degree as f64
@@ -196,6 +219,15 @@ impl Basis<3> for QuadraticSpline {
     fn coordinate(index: usize, cells: usize) -> f64 {
         // Away from the ends, the middle of two knots.
         if (1..=cells).contains(&index) { index as f64 - 0.5 } else { greville(index, cells, 2) }
+    }
+
+    #[inline(always)]
+    fn coordinates(first: usize, cells: usize) -> [f64; 3] {
+        if first >= 1 && first + 2 <= cells {
+            counted(first as f64 - 0.5)
+        } else {
+            near_ends::<3, Self>(first, cells)
+        }
     }
 
     #[inline]
@@ -230,6 +262,15 @@ impl Basis<4> for CubicSpline {
     fn coordinate(index: usize, cells: usize) -> f64 {
         // Away from the ends, the middle one of three knots.
         if (2..=cells).contains(&index) { (index - 1) as f64 } else { greville(index, cells, 3) }
+    }
+
+    #[inline(always)]
+    fn coordinates(first: usize, cells: usize) -> [f64; 4] {
+        if first >= 2 && first + 3 <= cells {
+            counted((first - 1) as f64)
+        } else {
+            near_ends::<4, Self>(first, cells)
+        }
     }
 
     #[inline]
@@ -342,6 +383,7 @@ mod tests {
             };
             (0..S).map(term).sum()
         });
+        assert_eq!(B::coordinates(first, cells), std::array::from_fn(at), "{}", B::NAME);
         for (sum, exact) in sums.into_iter().zip([1.0, 0.0, x, 1.0]) {
             assert!((sum - exact).abs() < 1e-12, "{} at {x}, width {width}: {sum} for {exact}", B::NAME);
         }

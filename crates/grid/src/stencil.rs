@@ -114,9 +114,9 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
         let mut squares = [0.0; D];
         for axis in 0..D {
             let place = (position[axis] - grid.origin[axis]) / grid.cell;
+            let nodes: [f64; T] = B::coordinates(self.first[axis], grid.cells[axis]);
             for k in 0..S {
-                let node = B::coordinate(self.first[axis] + k, grid.cells[axis]);
-                let arm = (node - place) * grid.cell;
+                let arm = (nodes[k] - place) * grid.cell;
                 moments.gradients[axis][k] = self.weights[axis][k] * arm;
                 squares[axis] += self.weights[axis][k] * arm * arm;
             }
