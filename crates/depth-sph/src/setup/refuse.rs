@@ -197,7 +197,7 @@ fn refuse_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
 
 /// What is allowed but deserves a warning.
 pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
-    let mut warnings = Vec::new();
+    let mut warnings = case.warnings();
     if nodes < FEW_NODES {
         warnings.push(format!("methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow"));
     }

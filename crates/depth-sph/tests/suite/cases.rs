@@ -356,12 +356,6 @@ fn bad_input_is_refused_under_its_key() {
         ("erosion", json!({ "law": "hungr", "rate": -0.1 }), "erosion.rate"),
         ("drainage", json!({ "kind": "partly", "conductance": 0 }), "drainage.conductance"),
         ("drainage", json!({ "kind": "leaky" }), "drainage"),
-        ("regions", json!([{ "shape": { "kind": "box", "min": [1, 2], "max": [2, 4] } }]), "regions[0]"),
-        (
-            "regions",
-            json!([{ "shape": { "kind": "box", "min": [101, 2], "max": [102, 4] }, "basal": { "model": "none" } }]),
-            "regions[0].shape: reaches from 101 to 102 m along x",
-        ),
         ("smoothing", json!(3.5), "smoothing"),
         ("courant", json!(0), "courant"),
     ];
@@ -372,6 +366,28 @@ fn bad_input_is_refused_under_its_key() {
         assert!(problem.starts_with(&format!("methods.depth-sph.{path}")), "{key}: {problem}");
         assert_eq!(problem.lines().count(), 1, "{problem}");
     }
+    let mut up = fix(heap());
+    up["gravity"] = json!([0, 0, 9.81]);
+    assert!(refused(&up).starts_with("gravity[2]: "), "{}", refused(&up));
+    let mut small = fix(heap());
+    small["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.1, 3.1, 0], "max": [1.15, 3.15, 1] });
+    assert!(refused(&small).starts_with("bodies: none stands on a point"), "{}", refused(&small));
+}
+
+/// What lets pore fluid through needs columns; a steep bed and an obstacle that nothing meets are worth a word.
+#[test]
+fn what_has_no_effect_is_named() {
+    let region = |low: f64, more: Value| {
+        let mut case = fix(heap());
+        let mut region = json!({ "shape": { "kind": "box", "min": [low, 2], "max": [low + 1.0, 4] } });
+        region.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        case["methods"]["depth-sph"]["regions"] = json!([region]);
+        refused(&case)
+    };
+    let start = "methods.depth-sph.regions[0]";
+    assert!(region(1.0, json!({})).starts_with(&format!("{start}: says nothing")));
+    let beyond = region(101.0, json!({ "basal": { "model": "none" } }));
+    assert!(beyond.starts_with(&format!("{start}.shape: reaches from 101 to 102 m along x")), "{beyond}");
     let mut dry = fix(heap());
     dry["methods"]["depth-sph"] = json!({ "spacing": 0.1, "drainage": { "kind": "atmospheric" } });
     assert!(refused(&dry).starts_with("methods.depth-sph.drainage: acts on"), "{}", refused(&dry));
@@ -382,12 +398,16 @@ fn bad_input_is_refused_under_its_key() {
         warnings.iter().any(|warning| warning.contains("basal.friction_angle: 51 degrees")),
         "{warnings:?}"
     );
-    let mut up = fix(heap());
-    up["gravity"] = json!([0, 0, 9.81]);
-    assert!(refused(&up).starts_with("gravity[2]: "), "{}", refused(&up));
-    let mut small = fix(heap());
-    small["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.1, 3.1, 0], "max": [1.15, 3.15, 1] });
-    assert!(refused(&small).starts_with("bodies: none stands on a point"), "{}", refused(&small));
+    dry["gravity"] = json!([0, 0, -9.81]);
+    dry["obstacles"] = json!([
+        { "name": "ground", "wall": { "kind": "rough" }, "shape": { "kind": "plane", "point": [0, 0, 0], "normal": [0, 0, 1] } },
+        { "name": "house", "wall": { "kind": "rough" }, "shape": { "kind": "box", "min": [-9, 1, 0], "max": [-8, 2, 1] } }
+    ]);
+    let warnings = DepthSph.plan(&Case::from_json(&dry.to_string()).unwrap()).unwrap().warnings;
+    assert!(
+        warnings.iter().any(|warning| warning.starts_with("obstacles[1].shape: lies from -9 to -8 m")),
+        "{warnings:?}"
+    );
 }
 
 /// Cells of the search that are turned with the flow change the order of sums and nothing else.
