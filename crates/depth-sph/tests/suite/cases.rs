@@ -314,15 +314,14 @@ fn shear_sucks_on_dense_grains_and_presses_on_loose_ones() {
     }
 }
 
-/// The sheet's table of bad input (§7), so far as a case says it: each is refused under its own key.
-#[test]
-fn bad_input_is_refused_under_its_key() {
+/// The sheet's table of bad input (§7), so far as a case says it: options, their values, and the key that is refused.
+fn bad_input() -> Vec<(&'static str, Value, &'static str)> {
     let skeleton = |more: Value| {
         let mut skeleton = json!({ "youngs_modulus": 1e7, "poissons_ratio": 0.3 });
         skeleton.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
         json!({ "skeleton": skeleton })
     };
-    let table = [
+    vec![
         ("mixture", json!({ "grain_density": 0 }), "mixture.grain_density"),
         ("mixture", json!({ "grain_density": 2650, "fluid_density": -1 }), "mixture.fluid_density"),
         ("mixture", json!({ "grain_density": 2650, "porosity": 0 }), "mixture.porosity"),
@@ -358,8 +357,12 @@ fn bad_input_is_refused_under_its_key() {
         ("drainage", json!({ "kind": "leaky" }), "drainage"),
         ("smoothing", json!(3.5), "smoothing"),
         ("courant", json!(0), "courant"),
-    ];
-    for (key, value, path) in table {
+    ]
+}
+
+#[test]
+fn bad_input_is_refused_under_its_key() {
+    for (key, value, path) in bad_input() {
         let mut bad = fix(heap());
         bad["methods"]["depth-sph"][key] = value;
         let problem = refused(&bad);

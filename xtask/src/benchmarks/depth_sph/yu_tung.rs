@@ -216,6 +216,7 @@ fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
             values: of.values.iter().map(seen).collect(),
         },
         outlines: vec![ring.map(|a| [35.0 + 35.0 * a.cos(), 17.0 * a.sin()]).collect()],
+        ..TerrainMap::default()
     }
 }
 
