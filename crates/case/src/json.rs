@@ -219,8 +219,12 @@ impl<'a> Checker<'a> {
             text && v.get("enum").is_none() && v.get("const").is_none()
         };
         if variants.iter().any(any_text) {
-            if !value.is_number() && !value.is_string() {
-                self.report(path, format!("{} is neither a number nor a text", describe(value)));
+            let object = variants.iter().map(|variant| self.resolve(variant).unwrap_or(variant));
+            let object = object.into_iter().find(|variant| variant.get("properties").is_some());
+            match (value, object) {
+                (Value::Number(_) | Value::String(_), _) => {}
+                (Value::Object(map), Some(schema)) => self.check_object(schema, map, path),
+                _ => self.report(path, format!("{} is neither a number nor a text", describe(value))),
             }
             return;
         }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use colluvium_points::{Depths, Layer, Outline, Raster, Shape, Thickness};
+use colluvium_points::{Attribute, Depths, Layer, Outline, Raster, Shape, Thickness};
 
 use crate::decimal::taken_off;
 use crate::{Case, CaseError, arc_layer};
@@ -47,10 +47,23 @@ impl Case {
     /// # Errors
     /// When the file cannot be read or holds none, in a line.
     pub fn outline(&self, file: &str) -> Result<Outline, String> {
-        let origin = self.origin();
         let read = colluvium_terrain::read_outlines(Path::new(file)).map_err(|error| error.to_string())?;
+        self.shifted(&read).map_err(|error| format!("{file}: {error}"))
+    }
+
+    /// An outline of a map, from `domain.origin`.
+    fn shifted(&self, read: &Outline) -> Result<Outline, String> {
+        let origin = self.origin();
         let rings = read.rings().iter().map(|ring| ring.iter().map(|x| shift(*x, &origin)).collect());
-        Outline::new(rings.collect()).map_err(|error| format!("{file}: {error}"))
+        Outline::new(rings.collect())
+    }
+
+    /// The parts of the outline in a file, with the number that each has under a name.
+    fn parts(&self, file: &str, attribute: &str) -> Result<Vec<(Outline, f64)>, String> {
+        let read = colluvium_terrain::read_features(Path::new(file), attribute);
+        let read = read.map_err(|error| error.to_string())?;
+        let features = read.iter().map(|(part, value)| Ok((self.shifted(part)?, *value)));
+        features.collect::<Result<_, String>>().map_err(|error| format!("{file}: {error}"))
     }
 
     /// The raster over the plan in a file (ESRI ASCII grid or GeoTIFF), from `domain.origin`; its values are as they stand there.
@@ -110,12 +123,15 @@ impl Case {
             Thickness::Raster(file) => {
                 Depths::Raster(self.plan_raster(file).map_err(|problem| wrong("thickness", problem))?)
             }
+            Thickness::Attribute(Attribute { attribute }) => {
+                Depths::Parts(self.parts(outline, attribute).map_err(|problem| wrong("thickness", problem))?)
+            }
         };
         let made = Layer::new(ground, area, depths, *measured, [origin[0], origin[1]]);
         *laid = made
             .map_err(|error| {
                 let file = match (error.key, &*thickness) {
-                    ("outline", _) => format!("{outline}: "),
+                    ("outline", _) | ("thickness", Thickness::Attribute(_)) => format!("{outline}: "),
                     ("thickness", Thickness::Raster(file)) => format!("{file}: "),
                     _ => String::new(),
                 };
@@ -184,6 +200,39 @@ mod tests {
         let before = normal.fingerprint();
         outline(folder.path(), [[10.0, 10.0], [21.0, 10.0], [21.0, 30.0], [10.0, 30.0]]);
         assert_ne!(before, Case::from_value(&value, folder.path()).unwrap().fingerprint());
+    }
+
+    #[test]
+    fn each_feature_of_an_outline_is_as_thick_as_its_attribute_says() {
+        let folder = folder();
+        let feature = |low: f64, depth: Value| {
+            let at = |x: f64, y: f64| [600_000.0 + x, 5e6 + y];
+            let ring =
+                [at(low, 10.0), at(low + 10.0, 10.0), at(low + 10.0, 30.0), at(low, 30.0), at(low, 10.0)];
+            json!({ "type": "Feature", "properties": { "depth": depth },
+                    "geometry": { "type": "Polygon", "coordinates": [ring] } })
+        };
+        let write = |second: Value| {
+            let all = [feature(5.0, json!(1.0)), feature(20.0, second)];
+            let text = json!({ "type": "FeatureCollection", "features": all }).to_string();
+            std::fs::write(folder.path().join("release.geojson"), text).unwrap();
+        };
+        let mut value = layered();
+        value["bodies"][0]["shape"]["thickness"] = json!({ "attribute": "depth" });
+        let read = || Case::from_value(&value, folder.path());
+        write(json!(3.0));
+        let case = read().unwrap();
+        assert!((case.bodies[0].shape.measure(3).unwrap() - 200.0 * (1.0 + 3.0)).abs() < 1e-6);
+        assert!(case.bodies[0].shape.contains(&[25.0, 20.0, 50.0 + 18.75 + 2.9]));
+        assert!(!case.bodies[0].shape.contains(&[10.0, 20.0, 50.0 + 7.5 + 1.1]));
+        assert_eq!(Case::from_json(&case.to_json()).unwrap().fingerprint(), case.fingerprint());
+        write(json!("deep"));
+        let refused = read().unwrap_err().to_string();
+        assert!(refused.starts_with("bodies[0].shape.thickness: /"), "{refused}");
+        assert!(refused.contains("release.geojson: feature 2 has no number under \"depth\""), "{refused}");
+        write(json!(-1));
+        let refused = read().unwrap_err().to_string();
+        assert!(refused.contains("release.geojson: -1 m is negative at"), "{refused}");
     }
 
     #[test]

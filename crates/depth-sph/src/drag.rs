@@ -1,5 +1,6 @@
 //! Drag between grains and pore fluid, `R = C_d (v_w - v_s)` per unit of total volume (sheet: depth-sph §2.4).
 
+use colluvium_constitutive::OrNone;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -15,8 +16,8 @@ pub enum Drag {
     None,
     /// Anderson and Jackson, Pitman and Le: `C_d = n (1 - n) (ρ_s - ρ_w) g / (V_T n^m)`.
     Anderson {
-        /// Speed at which a grain settles in the fluid, `V_T` (m/s), > 0.
-        settling_velocity: f64,
+        /// Speed at which a grain settles in the fluid, `V_T` (m/s), > 0; `"none"` is without drag.
+        settling_velocity: OrNone,
         /// Exponent `m` of the porosity, 0 to 10: that of Richardson and Zaki less one.
         #[serde(default = "one")]
         exponent: f64,
@@ -84,7 +85,9 @@ impl Drag {
         match *self {
             Self::None => Ok(()),
             Self::Anderson { settling_velocity, exponent } => {
-                positive("settling_velocity", settling_velocity, "m/s; without drag the law is none")?;
+                if let OrNone::Number(velocity) = settling_velocity {
+                    positive("settling_velocity", velocity, "m/s")?;
+                }
                 let problem = || ("exponent", format!("{exponent} is not in 0..=10"));
                 if (0.0..=10.0).contains(&exponent) { Ok(()) } else { Err(problem()) }
             }
@@ -109,7 +112,8 @@ impl Drag {
         match *self {
             Self::None => 0.0,
             Self::Anderson { settling_velocity, exponent } => {
-                n * (1.0 - n) * (grain - fluid) * gravity / (settling_velocity * n.powf(exponent))
+                n * (1.0 - n) * (grain - fluid) * gravity
+                    / (settling_velocity.or_infinity() * n.powf(exponent))
             }
             Self::Darcy { permeability } => n * n * fluid * gravity / permeability,
             Self::KozenyCarman { diameter, viscosity } => {
@@ -162,7 +166,7 @@ mod tests {
 
     #[test]
     fn drag_is_that_of_the_sheet() {
-        let drag = Drag::Anderson { settling_velocity: 1e-3, exponent: 1.0 };
+        let drag = Drag::Anderson { settling_velocity: 1e-3.into(), exponent: 1.0 };
         assert!((drag.coefficient(0.3, 0.0, &SHEET) / 1.030_05e7 - 1.0).abs() < 1e-6);
         assert!((drag.permeability(0.3, &SHEET) / 8.7374e-9 - 1.0).abs() < 1e-5);
         assert!((drag.relaxation(0.3, 0.0, &SHEET) / 4.0221e4 - 1.0).abs() < 1e-5);
@@ -182,7 +186,7 @@ mod tests {
     /// V15: one solid and one fluid parcel; any step gives the exact result.
     #[test]
     fn slip_relaxes_as_the_closed_form() {
-        let drag = Drag::Anderson { settling_velocity: 0.1, exponent: 1.0 };
+        let drag = Drag::Anderson { settling_velocity: 0.1.into(), exponent: 1.0 };
         let beta = drag.relaxation(0.3, 1.0, &SHEET);
         assert!((beta - 402.21).abs() < 5e-3, "{beta}");
         let (solid, fluid) = (0.7 * 2500.0, 0.3 * 1000.0);
@@ -215,9 +219,11 @@ mod tests {
 
     #[test]
     fn wrong_parameters_are_named() {
-        let wrong = Drag::Anderson { settling_velocity: -1.0, exponent: 1.0 };
+        let free = Drag::Anderson { settling_velocity: OrNone::NONE, exponent: 1.0 };
+        assert!(free.validate().is_ok() && free.coefficient(0.4, 1.0, &SHEET) == 0.0);
+        let wrong = Drag::Anderson { settling_velocity: (-1.0).into(), exponent: 1.0 };
         assert_eq!(wrong.validate().unwrap_err().0, "settling_velocity");
-        let wrong = Drag::Anderson { settling_velocity: 1.0, exponent: 11.0 };
+        let wrong = Drag::Anderson { settling_velocity: 1.0.into(), exponent: 11.0 };
         assert_eq!(wrong.validate().unwrap_err().0, "exponent");
     }
 }

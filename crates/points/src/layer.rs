@@ -12,15 +12,25 @@ use crate::{Outline, Raster, Terrain};
 /// Fewest and most places along an axis at which a layer is looked at.
 const PLACES: (usize, usize) = (64, 1000);
 
-/// How thick a layer is: a number (m), or the file of a raster in metres (ESRI ASCII grid or GeoTIFF, from the folder of the
-/// case). Where a raster is zero there is nothing.
+/// How thick a layer is: a number (m), the file of a raster in metres (ESRI ASCII grid or GeoTIFF, from the folder of the
+/// case), or the name of an attribute (m) that each feature of the outline's file has. Where a raster is zero there is nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "is neither a number (m) nor the name of a raster's file")]
+#[serde(untagged, expecting = "is neither a number (m), nor the name of a raster's file, nor an attribute")]
 pub enum Thickness {
     /// The same everywhere (m).
     Uniform(f64),
     /// File of a raster (m).
     Raster(String),
+    /// As the features of the outline have it.
+    Attribute(Attribute),
+}
+
+/// What the features of an outline have a number under.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Attribute {
+    /// Property of GeoJSON, or field of the `.dbf` beside a shapefile.
+    pub attribute: String,
 }
 
 /// Along what the thickness of a layer is measured.
@@ -61,6 +71,8 @@ pub enum Depths {
     Uniform(f64),
     /// At the nodes of a raster.
     Raster(Raster),
+    /// Of each part of the outline.
+    Parts(Vec<(Outline, f64)>),
 }
 
 /// What is wrong with a layer, under a key of its shape.
@@ -175,6 +187,7 @@ impl Layer {
         let depth = match &self.depths {
             Depths::Uniform(depth) => *depth,
             Depths::Raster(raster) => raster.interpolate(x, y)?,
+            Depths::Parts(parts) => parts.iter().find(|(part, _)| part.contains([x, y]))?.1,
         };
         let Some(slopes) = &self.slopes else { return Some(depth) };
         let [a, b] = slopes.bed(x, y)?.gradient;

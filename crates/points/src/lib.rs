@@ -34,7 +34,7 @@ mod terrain;
 pub use bisection::{Bisection, Bounds, halo};
 pub use boxes::Place;
 pub use columns::Spare;
-pub use layer::{Depths, Laid, Layer, LayerError, LayerRows, Measured, Thickness};
+pub use layer::{Attribute, Depths, Laid, Layer, LayerError, LayerRows, Measured, Thickness};
 pub use meeting::meeting_boxes;
 pub use microstructure::Grains;
 pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError};

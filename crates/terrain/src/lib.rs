@@ -15,7 +15,7 @@ use colluvium_points::Raster;
 use colluvium_points::surface::Facetted;
 use thiserror::Error;
 
-pub use outline::read_outlines;
+pub use outline::{read_features, read_outlines};
 
 /// What is wrong with a file, in a line.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

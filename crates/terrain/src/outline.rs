@@ -4,6 +4,7 @@ use std::path::Path;
 
 use colluvium_points::Outline;
 use geojson::{GeoJson, GeometryValue, Position};
+use shapefile::dbase::{self, FieldValue, Record};
 use shapefile::{PolygonRing, Shape};
 
 use crate::{BYTE_ORDER, FileError, ending, of, prj, text, unknown};
@@ -15,12 +16,49 @@ use crate::{BYTE_ORDER, FileError, ending, of, prj, text, unknown};
 /// # Errors
 /// When the file cannot be read, holds no polygon, or one that crosses itself; when it lies in degrees.
 pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
-    let rings = match ending(file).as_str() {
-        "geojson" | "json" => geojson_rings(text(file)?.trim_start_matches(BYTE_ORDER)),
-        "shp" => prj::check(file).and_then(|()| shapefile_rings(file)),
-        _ => return Err(unknown(file, ".geojson, .json or .shp")),
-    };
-    let outline = Outline::new(rings.map_err(of(file))?).map_err(of(file))?;
+    let rings = features(file)?.into_iter().flat_map(|feature| feature.rings).collect();
+    outline(file, rings)
+}
+
+/// Reads the polygons of a file as [`read_outlines`] does, each feature by itself, with the number that it has under `attribute`: a
+/// property of GeoJSON, a field of the `.dbf` beside a shapefile. Features without polygons are passed over.
+///
+/// # Errors
+/// As [`read_outlines`]; when a feature has no such number.
+pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<(Outline, f64)>, FileError> {
+    let features = features(file)?.into_iter().enumerate();
+    let mut found = Vec::new();
+    for (number, feature) in features.filter(|(_, feature)| !feature.rings.is_empty()) {
+        let value = (feature.number)(attribute).ok_or_else(|| {
+            let problem = format!("feature {} has no number under {attribute:?}", number + 1);
+            of(file)(problem)
+        })?;
+        found.push((outline(file, feature.rings)?, value));
+    }
+    Ok(found)
+}
+
+type Ring = Vec<[f64; 2]>;
+
+/// The number under a name.
+type Number = Box<dyn Fn(&str) -> Option<f64>>;
+
+/// A feature of a file.
+struct Feature {
+    rings: Vec<Ring>,
+    number: Number,
+}
+
+fn features(file: &Path) -> Result<Vec<Feature>, FileError> {
+    match ending(file).as_str() {
+        "geojson" | "json" => of_geojson(text(file)?.trim_start_matches(BYTE_ORDER)).map_err(of(file)),
+        "shp" => prj::check(file).and_then(|()| of_shapefile(file)).map_err(of(file)),
+        _ => Err(unknown(file, ".geojson, .json or .shp")),
+    }
+}
+
+fn outline(file: &Path, rings: Vec<Ring>) -> Result<Outline, FileError> {
+    let outline = Outline::new(rings).map_err(of(file))?;
     let (low, high) = outline.bounds();
     // No terrain of a case is this small in metres and lies there; degrees do.
     let like_degrees =
@@ -34,23 +72,24 @@ pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
     Ok(outline)
 }
 
-fn geojson_rings(text: &str) -> Result<Vec<Vec<[f64; 2]>>, String> {
+fn of_geojson(text: &str) -> Result<Vec<Feature>, String> {
     let parsed: GeoJson = text.parse().map_err(|error| format!("is not GeoJSON: {error}"))?;
-    let mut rings = Vec::new();
-    match &parsed {
-        GeoJson::Geometry(geometry) => add(&geometry.value, &mut rings)?,
-        GeoJson::Feature(feature) => {
-            feature.geometry.iter().try_for_each(|geometry| add(&geometry.value, &mut rings))?;
-        }
+    let feature = |geometry: Option<geojson::Geometry>, properties: Option<geojson::JsonObject>| {
+        let mut rings = Vec::new();
+        geometry.iter().try_for_each(|geometry| add(&geometry.value, &mut rings))?;
+        let number = move |name: &str| properties.as_ref()?.get(name)?.as_f64();
+        Ok(Feature { rings, number: Box::new(number) })
+    };
+    match parsed {
+        GeoJson::Geometry(geometry) => Ok(vec![feature(Some(geometry), None)?]),
+        GeoJson::Feature(one) => Ok(vec![feature(one.geometry, one.properties)?]),
         GeoJson::FeatureCollection(all) => {
-            let geometries = all.features.iter().filter_map(|feature| feature.geometry.as_ref());
-            geometries.into_iter().try_for_each(|geometry| add(&geometry.value, &mut rings))?;
+            all.features.into_iter().map(|one| feature(one.geometry, one.properties)).collect()
         }
     }
-    Ok(rings)
 }
 
-fn add(geometry: &GeometryValue, rings: &mut Vec<Vec<[f64; 2]>>) -> Result<(), String> {
+fn add(geometry: &GeometryValue, rings: &mut Vec<Ring>) -> Result<(), String> {
     let place = |position: &Position| match position.as_slice() {
         [x, y, ..] => Ok([*x, *y]),
         short => Err(format!("a position has {} coordinates", short.len())),
@@ -71,27 +110,35 @@ fn add(geometry: &GeometryValue, rings: &mut Vec<Vec<[f64; 2]>>) -> Result<(), S
     }
 }
 
-fn shapefile_rings(file: &Path) -> Result<Vec<Vec<[f64; 2]>>, String> {
-    let shapes = shapefile::read_shapes(file)
-        .map_err(|error| format!("is not a shapefile that can be read: {error}"))?;
-    let mut rings = Vec::new();
-    for shape in shapes {
-        match shape {
-            Shape::Polygon(polygon) => {
-                rings.extend(polygon.rings().iter().map(|ring| points(ring, |p| [p.x, p.y])));
-            }
-            Shape::PolygonZ(polygon) => {
-                rings.extend(polygon.rings().iter().map(|ring| points(ring, |p| [p.x, p.y])));
-            }
-            Shape::PolygonM(polygon) => {
-                rings.extend(polygon.rings().iter().map(|ring| points(ring, |p| [p.x, p.y])));
-            }
-            _ => {}
-        }
-    }
-    Ok(rings)
+fn of_shapefile(file: &Path) -> Result<Vec<Feature>, String> {
+    let wrong = |error: shapefile::Error| format!("is not a shapefile that can be read: {error}");
+    let shapes = shapefile::read_shapes(file).map_err(wrong)?;
+    // A shapefile without fields, or with some that cannot be read, is an outline too.
+    let records: Vec<Record> = dbase::read(file.with_extension("dbf")).unwrap_or_default();
+    let mut records = records.into_iter();
+    let feature = |shape| {
+        let record = records.next();
+        let number = move |name: &str| match record.as_ref()?.get(name)? {
+            FieldValue::Numeric(value) => *value,
+            FieldValue::Float(value) => value.map(f64::from),
+            FieldValue::Integer(value) => Some(f64::from(*value)),
+            FieldValue::Double(value) | FieldValue::Currency(value) => Some(*value),
+            _ => None,
+        };
+        Feature { rings: rings(shape), number: Box::new(number) }
+    };
+    Ok(shapes.into_iter().map(feature).collect())
 }
 
-fn points<P>(ring: &PolygonRing<P>, place: impl Fn(&P) -> [f64; 2]) -> Vec<[f64; 2]> {
+fn rings(shape: Shape) -> Vec<Ring> {
+    match shape {
+        Shape::Polygon(polygon) => polygon.rings().iter().map(|ring| points(ring, |p| [p.x, p.y])).collect(),
+        Shape::PolygonZ(polygon) => polygon.rings().iter().map(|ring| points(ring, |p| [p.x, p.y])).collect(),
+        Shape::PolygonM(polygon) => polygon.rings().iter().map(|ring| points(ring, |p| [p.x, p.y])).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn points<P>(ring: &PolygonRing<P>, place: impl Fn(&P) -> [f64; 2]) -> Ring {
     ring.points().iter().map(place).collect()
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use colluvium_points::{Raster, Surface};
-use colluvium_terrain::{read_mesh, read_outlines, read_raster, write_raster};
+use colluvium_terrain::{read_features, read_mesh, read_outlines, read_raster, write_raster};
 
 fn file(folder: &tempfile::TempDir, name: &str, text: &str) -> PathBuf {
     let path = folder.path().join(name);
@@ -103,4 +103,44 @@ fn a_shapefile_is_read_as_it_was_written() {
     shapefile::ShapeWriter::from_path(&path).unwrap().write_shapes(&vec![polygon]).unwrap();
     let outline = read_outlines(&path).unwrap();
     assert!(outline.contains([1.0, 1.0]) && !outline.contains([3.0, 2.0]));
+}
+
+#[test]
+fn features_have_the_numbers_of_their_attributes() {
+    use shapefile::dbase::{FieldValue, Record, TableWriterBuilder};
+    use shapefile::{Point, Polygon, PolygonRing};
+    let folder = tempfile::tempdir().unwrap();
+    let square = |at: f64| [[at, 0.0], [at, 4.0], [at + 4.0, 4.0], [at + 4.0, 0.0], [at, 0.0]];
+    let feature = |at: f64, properties: &str| {
+        format!(
+            r#"{{"type": "Feature", "properties": {properties}, "geometry": {{"type": "Polygon", "coordinates": [{:?}]}}}}"#,
+            square(at)
+        )
+    };
+    let collection = |features: [String; 2]| {
+        format!(r#"{{"type": "FeatureCollection", "features": [{}]}}"#, features.join(","))
+    };
+    let two = collection([feature(0.0, r#"{"depth": 1.5}"#), feature(10.0, r#"{"depth": 3}"#)]);
+    let map = file(&folder, "a.geojson", &two);
+    let shape = folder.path().join("a.shp");
+    let fields = TableWriterBuilder::new().add_numeric_field("depth".try_into().unwrap(), 10, 3);
+    let mut writer = shapefile::Writer::from_path(&shape, fields).unwrap();
+    for (at, depth) in [(0.0, 1.5), (10.0, 3.0)] {
+        let ring = PolygonRing::Outer(square(at).map(|[x, y]| Point::new(x, y)).to_vec());
+        let mut record = Record::default();
+        record.insert("depth".to_owned(), FieldValue::Numeric(Some(depth)));
+        writer.write_shape_and_record(&Polygon::new(ring), &record).unwrap();
+    }
+    drop(writer);
+    for path in [&map, &shape] {
+        let features = read_features(path, "depth").unwrap();
+        let found: Vec<f64> = features.iter().map(|(_, depth)| *depth).collect();
+        assert_eq!(found, [1.5, 3.0], "{path:?}");
+        assert!(features[1].0.contains([12.0, 2.0]) && !features[0].0.contains([12.0, 2.0]));
+        let problem = read_features(path, "height").unwrap_err().problem;
+        assert_eq!(problem, "feature 1 has no number under \"height\"");
+    }
+    let half = collection([feature(0.0, r#"{"depth": 1.5}"#), feature(10.0, r#"{"depth": "deep"}"#)]);
+    let problem = read_features(&file(&folder, "b.geojson", &half), "depth").unwrap_err().problem;
+    assert!(problem.starts_with("feature 2 has no number"), "{problem}");
 }

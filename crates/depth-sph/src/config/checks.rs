@@ -1,5 +1,7 @@
 //! Ranges of the options (sheet: depth-sph §7).
 
+use colluvium_constitutive::OrNone;
+
 use super::{
     ColumnOptions, Confinement, DepthOptions, FluidResistanceOptions, MixtureOptions, SkeletonOptions,
 };
@@ -158,11 +160,11 @@ impl DepthOptions {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let drag = self.mixture.as_ref().map(|mixture| mixture.drag);
-        if let Some(Drag::Anderson { settling_velocity, .. }) = drag
-            && settling_velocity > 10.0
+        if let Some(Drag::Anderson { settling_velocity: OrNone::Number(velocity), .. }) = drag
+            && velocity > 10.0
         {
             warnings.push(format!(
-                "methods.depth-sph.mixture.drag.settling_velocity: {settling_velocity} m/s is faster than grains settle"
+                "methods.depth-sph.mixture.drag.settling_velocity: {velocity} m/s is faster than grains settle"
             ));
         }
         let consolidation = self.column.as_ref().and_then(|column| column.consolidation);

@@ -94,7 +94,7 @@ fn fluid_leaves_its_skeleton() {
     settings.phases = Phases::Two;
     let densities = Densities { grain: 2600.0, fluid: 1000.0, gravity: 9.81 };
     settings.material = Mixture { densities, porosity: 0.4, saturated: true };
-    settings.drag = Drag::Anderson { settling_velocity: 2.0, exponent: 1.0 };
+    settings.drag = Drag::Anderson { settling_velocity: 2.0.into(), exponent: 1.0 };
     let spec = serde_json::json!({ "model": "coulomb", "friction_angle": 50 });
     let spec: BasalSpec = serde_json::from_value(spec).unwrap();
     settings.zones = vec![Zone::everywhere(Some(spec.build().unwrap()))];

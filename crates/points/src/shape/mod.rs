@@ -213,7 +213,7 @@ impl Shape {
                     Err(ShapeError::new("kind", problem))
                 }
                 Thickness::Uniform(thickness) => check_length("thickness", *thickness),
-                Thickness::Raster(_) => Ok(()),
+                Thickness::Raster(_) | Thickness::Attribute(_) => Ok(()),
             },
             Self::Union { shapes } | Self::Intersection { shapes } => {
                 if shapes.is_empty() {

@@ -98,7 +98,7 @@ fn lake(bed: &Bed<1>, kind: Kind) -> Result<Flow<1>, String> {
             porosity: 0.4,
             saturated: true,
         };
-        settings.drag = Drag::Anderson { settling_velocity: 1e-3, exponent: 1.0 };
+        settings.drag = Drag::Anderson { settling_velocity: 1e-3.into(), exponent: 1.0 };
         let part =
             |share: f64| sets[0].iter().map(|node| Node { volume: share * node.volume, ..*node }).collect();
         sets = vec![part(0.6), part(0.4)];

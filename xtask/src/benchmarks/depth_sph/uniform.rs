@@ -36,7 +36,7 @@ fn run(quick: bool) -> Result<Outcome, String> {
 /// V15: slip relaxes, in any step.
 fn drag(outcome: &mut Outcome) -> Result<(), String> {
     let exact = |t: f64| {
-        let beta = Drag::Anderson { settling_velocity: 0.1, exponent: 1.0 }.relaxation(
+        let beta = Drag::Anderson { settling_velocity: 0.1.into(), exponent: 1.0 }.relaxation(
             0.3,
             0.0,
             &grains_in_water(0.3).densities,
@@ -54,7 +54,7 @@ fn drag(outcome: &mut Outcome) -> Result<(), String> {
         let mut settings = Settings::plain(2050.0);
         settings.material = grains_in_water(0.3);
         settings.phases = Phases::Two;
-        settings.drag = Drag::Anderson { settling_velocity: 0.1, exponent: 1.0 };
+        settings.drag = Drag::Anderson { settling_velocity: 0.1.into(), exponent: 1.0 };
         let mut flow = endless(settings, 1.0, &[0.7, 0.3])?;
         flow.sets[1].nodes.velocity.fill([1.0]);
         for _ in 0..steps {
