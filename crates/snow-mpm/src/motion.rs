@@ -82,8 +82,8 @@ impl Work {
                 along += mean(i) * part(i, i);
             }
             // xy, yz, zx.
-            for k in 0..2 * D - 3 {
-                across += mean(3 + k) * strain(k, (k + 1) % 3);
+            for k in 3..2 * D {
+                across += mean(k) * strain(k - 3, (k - 2) % 3);
             }
             done[p] = along + 2.0 * across;
         }

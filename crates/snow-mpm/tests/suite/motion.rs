@@ -34,6 +34,44 @@ fn a_translation_keeps_velocity_and_shape() {
     }
 }
 
+/// A strip between smooth walls is strained along itself alone, as all that there is in one dimension.
+#[test]
+fn a_bar_in_one_dimension_swings_as_a_confined_strip_does() {
+    let ran = |plane: bool| {
+        let mut value =
+            block(&json!({ "kind": "linear", "value": [0], "origin": [1], "gradient": [[3]] }), &json!({}));
+        value["space"] = json!("1d");
+        value["domain"] = json!({ "min": [0], "max": [2] });
+        value["gravity"] = json!([0]);
+        value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.5], "max": [1.5] });
+        if plane {
+            value["space"] = json!("plane-strain");
+            value["domain"] = json!({ "min": [0, 0], "max": [2, 0.4] });
+            value["gravity"] = json!([0, 0]);
+            value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.5, 0], "max": [1.5, 0.4] });
+            value["bodies"][0]["velocity"] =
+                json!({ "kind": "linear", "value": [0, 0], "origin": [1, 0], "gradient": [[3, 0], [0, 0]] });
+            let smooth = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
+            value["boundaries"] = json!([smooth("y-min"), smooth("y-max")]);
+        }
+        let mut solver = begun(&value);
+        for _ in 0..100 {
+            solver.step(1e-4).unwrap();
+        }
+        let totals = solver.totals();
+        [
+            totals.kinetic / totals.mass,
+            totals.elastic / totals.mass,
+            reading(&*solver, "energy_numerical") / totals.mass,
+        ]
+    };
+    let (bar, strip) = (ran(false), ran(true));
+    assert!(bar[1] > 0.1 * bar[0], "{bar:?}");
+    for (one, two) in bar.iter().zip(strip) {
+        near(*one, two, 5e-3 * (bar[0] + bar[1]));
+    }
+}
+
 #[test]
 fn free_fall_is_that_of_the_integrator() {
     // Sheet: snow-mpm V4.
