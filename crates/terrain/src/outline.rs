@@ -4,7 +4,7 @@ use std::path::Path;
 
 use colluvium_points::Outline;
 use geojson::{GeoJson, GeometryValue, Position};
-use shapefile::dbase::{self, FieldValue, Record};
+use shapefile::dbase::{self, FieldValue};
 use shapefile::{PolygonRing, Shape};
 
 use crate::{BYTE_ORDER, FileError, ending, of, prj, text, unknown};
@@ -16,7 +16,7 @@ use crate::{BYTE_ORDER, FileError, ending, of, prj, text, unknown};
 /// # Errors
 /// When the file cannot be read, holds no polygon, or one that crosses itself; when it lies in degrees.
 pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
-    let rings = features(file)?.into_iter().flat_map(|feature| feature.rings).collect();
+    let rings = features(file, None)?.into_iter().flat_map(|feature| feature.rings).collect();
     outline(file, rings)
 }
 
@@ -26,10 +26,10 @@ pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
 /// # Errors
 /// As [`read_outlines`]; when a feature has no such number.
 pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<(Outline, f64)>, FileError> {
-    let features = features(file)?.into_iter().enumerate();
+    let features = features(file, Some(attribute))?.into_iter().enumerate();
     let mut found = Vec::new();
     for (number, feature) in features.filter(|(_, feature)| !feature.rings.is_empty()) {
-        let value = (feature.number)(attribute).ok_or_else(|| {
+        let value = feature.number.ok_or_else(|| {
             let problem = format!("feature {} has no number under {attribute:?}", number + 1);
             of(file)(problem)
         })?;
@@ -40,19 +40,18 @@ pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<(Outline, f64)>
 
 type Ring = Vec<[f64; 2]>;
 
-/// The number under a name.
-type Number = Box<dyn Fn(&str) -> Option<f64>>;
-
-/// A feature of a file.
+/// A feature of a file, and the number that it has under the name that is asked for.
 struct Feature {
     rings: Vec<Ring>,
-    number: Number,
+    number: Option<f64>,
 }
 
-fn features(file: &Path) -> Result<Vec<Feature>, FileError> {
+fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<Feature>, FileError> {
     match ending(file).as_str() {
-        "geojson" | "json" => of_geojson(text(file)?.trim_start_matches(BYTE_ORDER)).map_err(of(file)),
-        "shp" => prj::check(file).and_then(|()| of_shapefile(file)).map_err(of(file)),
+        "geojson" | "json" => {
+            of_geojson(text(file)?.trim_start_matches(BYTE_ORDER), attribute).map_err(of(file))
+        }
+        "shp" => prj::check(file).and_then(|()| of_shapefile(file, attribute)).map_err(of(file)),
         _ => Err(unknown(file, ".geojson, .json or .shp")),
     }
 }
@@ -72,13 +71,13 @@ fn outline(file: &Path, rings: Vec<Ring>) -> Result<Outline, FileError> {
     Ok(outline)
 }
 
-fn of_geojson(text: &str) -> Result<Vec<Feature>, String> {
+fn of_geojson(text: &str, attribute: Option<&str>) -> Result<Vec<Feature>, String> {
     let parsed: GeoJson = text.parse().map_err(|error| format!("is not GeoJSON: {error}"))?;
     let feature = |geometry: Option<geojson::Geometry>, properties: Option<geojson::JsonObject>| {
         let mut rings = Vec::new();
         geometry.iter().try_for_each(|geometry| add(&geometry.value, &mut rings))?;
-        let number = move |name: &str| properties.as_ref()?.get(name)?.as_f64();
-        Ok(Feature { rings, number: Box::new(number) })
+        let number = attribute.and_then(|name| properties?.get(name)?.as_f64());
+        Ok(Feature { rings, number })
     };
     match parsed {
         GeoJson::Geometry(geometry) => Ok(vec![feature(Some(geometry), None)?]),
@@ -110,35 +109,39 @@ fn add(geometry: &GeometryValue, rings: &mut Vec<Ring>) -> Result<(), String> {
     }
 }
 
-fn of_shapefile(file: &Path) -> Result<Vec<Feature>, String> {
+fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Feature>, String> {
     let wrong = |error: shapefile::Error| format!("is not a shapefile that can be read: {error}");
     let shapes = shapefile::read_shapes(file).map_err(wrong)?;
-    // A shapefile without fields, or with some that cannot be read, is an outline too.
-    let records: Vec<Record> = dbase::read(file.with_extension("dbf")).unwrap_or_default();
-    let mut records = records.into_iter();
+    // Fields that are missing or cannot be read hold no number.
+    let records = attribute.and_then(|_| dbase::read(file.with_extension("dbf")).ok()).unwrap_or_default();
+    let mut records = records.iter();
     let feature = |shape| {
         let record = records.next();
-        let number = move |name: &str| match record.as_ref()?.get(name)? {
-            FieldValue::Numeric(value) => *value,
-            FieldValue::Float(value) => value.map(f64::from),
-            FieldValue::Integer(value) => Some(f64::from(*value)),
-            FieldValue::Double(value) | FieldValue::Currency(value) => Some(*value),
-            _ => None,
-        };
-        Feature { rings: rings(shape), number: Box::new(number) }
+        let number = attribute.and_then(|name| number(record?.get(name)?));
+        Feature { rings: rings(&shape), number }
     };
     Ok(shapes.into_iter().map(feature).collect())
 }
 
-fn rings(shape: Shape) -> Vec<Ring> {
+fn number(value: &FieldValue) -> Option<f64> {
+    match value {
+        FieldValue::Numeric(value) => *value,
+        FieldValue::Float(value) => value.map(f64::from),
+        FieldValue::Integer(value) => Some(f64::from(*value)),
+        FieldValue::Double(value) | FieldValue::Currency(value) => Some(*value),
+        _ => None,
+    }
+}
+
+fn rings(shape: &Shape) -> Vec<Ring> {
     match shape {
-        Shape::Polygon(polygon) => polygon.rings().iter().map(|ring| points(ring, |p| [p.x, p.y])).collect(),
-        Shape::PolygonZ(polygon) => polygon.rings().iter().map(|ring| points(ring, |p| [p.x, p.y])).collect(),
-        Shape::PolygonM(polygon) => polygon.rings().iter().map(|ring| points(ring, |p| [p.x, p.y])).collect(),
+        Shape::Polygon(polygon) => points(polygon.rings(), |p| [p.x, p.y]),
+        Shape::PolygonZ(polygon) => points(polygon.rings(), |p| [p.x, p.y]),
+        Shape::PolygonM(polygon) => points(polygon.rings(), |p| [p.x, p.y]),
         _ => Vec::new(),
     }
 }
 
-fn points<P>(ring: &PolygonRing<P>, place: impl Fn(&P) -> [f64; 2]) -> Ring {
-    ring.points().iter().map(place).collect()
+fn points<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Vec<Ring> {
+    rings.iter().map(|ring| ring.points().iter().map(&place).collect()).collect()
 }
