@@ -16,7 +16,9 @@ use colluvium_points::Shape;
 pub use body::{Body, InitialStress, Velocity};
 pub use cut::{Bounds, Cut, CutAction, Sweep, thinnest};
 pub use motion::PrescribedMotion;
-pub use obstacle::{Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall, ProfilePiece};
+pub use obstacle::{
+    CellsOfRaster, Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall, ProfilePiece,
+};
 pub use output::{Broken, CrackTip, Measure, Output, Rasters};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -42,11 +42,11 @@ impl Case {
         let initial: Vec<InitialCondition> = positions
             .iter()
             .enumerate()
-            .map(|(point, x)| InitialCondition {
-                stress: self.initial_stress_of(body, listed, point, spatial(x)),
-                density: spec.density(),
+            .map(|(point, x)| {
+                let stress = self.initial_stress_of(body, listed, point, spatial(x));
+                Ok(InitialCondition { stress, density: self.density_at(number, listed, point)? })
             })
-            .collect();
+            .collect::<Result<_, CaseError>>()?;
         let (stress, states) = material.initial(&initial).map_err(|error| {
             let place = &positions[error.index];
             CaseError::new(format!("bodies[{number}].stress"), format!("at {place:?} m: {}", error.source))

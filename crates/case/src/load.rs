@@ -7,7 +7,7 @@ use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::description::{Body, Boundary, Domain, Measure, PrescribedMotion, Velocity};
+use crate::description::{Body, Boundary, Domain, Measure, ObstacleRegion, PrescribedMotion, Velocity};
 use crate::output::Seal;
 use crate::point_list::PointFile;
 use crate::{Case, CaseError, CaseErrors, json, layers, validate};
@@ -75,15 +75,18 @@ impl Case {
     }
 
     /// The files that bodies, layers and obstacles name, and options of methods: `mesh.file`, `regions[].outline`,
-    /// `inflows[].hydrograph`, `erodible_depth_raster`, `specimen`.
+    /// `regions[].raster.file`, `inflows[].hydrograph`, `erodible_depth_raster`, `specimen`.
     fn files(&mut self) -> impl Iterator<Item = &mut String> {
         let bodies = self.bodies.iter_mut().flat_map(|body| {
             let Body { shape, points, .. } = body;
             points.iter_mut().map(|points| &mut points.file).chain(layers::files(shape))
         });
         let surfaces = self.obstacles.iter_mut().flat_map(|obstacle| {
-            let outlines = obstacle.regions.iter_mut().filter_map(|region| region.outline.as_mut());
-            obstacle.shape.file_mut().into_iter().chain(outlines)
+            let regions = obstacle.regions.iter_mut();
+            let places = regions.flat_map(|ObstacleRegion { outline, raster, .. }| {
+                outline.iter_mut().chain(raster.iter_mut().map(|raster| &mut raster.file))
+            });
+            obstacle.shape.file_mut().into_iter().chain(places)
         });
         let mapped = self.output.rasters.iter_mut().filter_map(|rasters| rasters.mapped.as_mut());
         bodies.chain(surfaces).chain(mapped).chain(self.methods.values_mut().flat_map(files_of_options))
@@ -248,11 +251,8 @@ fn files_of_options(options: &mut Value) -> Vec<&mut String> {
         let named: Vec<&mut Value> = match key.as_str() {
             "mesh" => value.get_mut("file").into_iter().collect(),
             "erodible_depth_raster" | "specimen" => vec![value],
-            "regions" | "inflows" => {
-                let file = if key == "regions" { "outline" } else { "hydrograph" };
-                let parts = value.as_array_mut().into_iter().flatten();
-                parts.filter_map(|part| part.get_mut(file)).collect()
-            }
+            "regions" => parts_of(value).flat_map(files_of_region).collect(),
+            "inflows" => parts_of(value).filter_map(|part| part.get_mut("hydrograph")).collect(),
             _ => Vec::new(),
         };
         files.extend(named.into_iter().filter_map(|value| match value {
@@ -261,6 +261,22 @@ fn files_of_options(options: &mut Value) -> Vec<&mut String> {
         }));
     }
     files
+}
+
+/// The parts of a list; none of what is none.
+fn parts_of(value: &mut Value) -> impl Iterator<Item = &mut Value> {
+    value.as_array_mut().into_iter().flatten()
+}
+
+/// The files that say where a region is.
+fn files_of_region(region: &mut Value) -> Vec<&mut Value> {
+    let keys = region.as_object_mut().into_iter().flatten();
+    keys.filter_map(|(key, value)| match key.as_str() {
+        "outline" => Some(value),
+        "raster" => value.get_mut("file"),
+        _ => None,
+    })
+    .collect()
 }
 
 /// Path of the first text `wanted` in a JSON value.

@@ -2,9 +2,13 @@
 
 use std::sync::Arc;
 
-use colluvium_points::{Outline, Shape};
+use colluvium_points::{Outline, Raster, Shape};
 
 use crate::Case;
+use crate::description::CellsOfRaster;
+
+/// Most numbers of a raster that a message lists.
+const MOST_LISTED: usize = 12;
 
 /// A part of the plan.
 #[derive(Clone, Debug)]
@@ -13,6 +17,8 @@ pub enum PlanRegion {
     Shape(Shape),
     /// An outline in the two coordinates of a plan.
     Outline(Arc<Outline>),
+    /// Cells of a raster over a plan.
+    Cells(Arc<Cells>),
 }
 
 impl PlanRegion {
@@ -22,24 +28,68 @@ impl PlanRegion {
         match self {
             Self::Shape(shape) => shape.contains(place),
             Self::Outline(outline) => matches!(place, [x, y] if outline.contains([*x, *y])),
+            Self::Cells(cells) => matches!(place, [x, y] if cells.hold([*x, *y])),
         }
     }
 }
 
+/// Some of the cells of a raster, each half a spacing to all sides of its node.
+#[derive(Clone, Debug)]
+pub struct Cells {
+    counts: [usize; 2],
+    low: [f64; 2],
+    spacing: [f64; 2],
+    chosen: Vec<bool>,
+}
+
+impl Cells {
+    /// The cells of a raster that hold `value`, or any number.
+    fn of(raster: &Raster, value: Option<f64>) -> Self {
+        let is_chosen = |held: &f64| value.map_or(held.is_finite(), |value| *held == value);
+        Self {
+            counts: [raster.columns, raster.rows],
+            low: std::array::from_fn(|c| raster.origin[c] - 0.5 * raster.spacing[c]),
+            spacing: raster.spacing,
+            chosen: raster.values.iter().map(is_chosen).collect(),
+        }
+    }
+
+    /// Whether a place in plan (m) lies in one of them; on a line between two the one with the greater coordinate counts.
+    #[inline]
+    fn hold(&self, place: [f64; 2]) -> bool {
+        let [x, y] = std::array::from_fn(|c| (place[c] - self.low[c]) / self.spacing[c]);
+        let beyond = x < 0.0 || y < 0.0 || x >= self.counts[0] as f64 || y >= self.counts[1] as f64;
+        !beyond && self.chosen.get(y as usize * self.counts[0] + x as usize).is_some_and(|chosen| *chosen)
+    }
+
+    /// Whether one of them reaches between two corners of the plan (m).
+    fn reach_between(&self, low: &[f64], high: &[f64]) -> bool {
+        let chosen = self.chosen.iter().enumerate().filter(|(_, chosen)| **chosen);
+        chosen.map(|(number, _)| [number % self.counts[0], number / self.counts[0]]).any(|cell| {
+            (0..2).all(|c| {
+                let from = self.low[c] + cell[c] as f64 * self.spacing[c];
+                from < high[c] && from + self.spacing[c] > low[c]
+            })
+        })
+    }
+}
+
 impl Case {
-    /// The part of the plan in a shape with coordinates from `domain.origin`, or in the outline of a file.
+    /// The part of the plan in a shape with coordinates from `domain.origin`, in the outline of a file, or in cells of a raster.
     ///
     /// # Errors
-    /// The key, `shape` or `outline`, with what is below it, and what is wrong: none is given, or both; a shape that is none in plan;
-    /// an outline where the plan is a line, or whose file cannot be read; what lies beyond the domain.
+    /// The key, `shape`, `outline` or `raster`, with what is below it, and what is wrong: none is given, or more than one; a shape that is
+    /// none in plan; an outline or a raster where the plan is a line, or whose file cannot be read; a value that no cell holds; what lies
+    /// beyond the domain.
     pub fn plan_region(
         &self,
         shape: Option<Shape>,
         outline: Option<&str>,
+        raster: Option<&CellsOfRaster>,
     ) -> Result<PlanRegion, (String, String)> {
         let wrong = |key: &str, problem: String| Err((key.to_owned(), problem));
-        match (shape, outline) {
-            (Some(shape), None) => match shape.validate(self.dimension() - 1) {
+        match (shape, outline, raster) {
+            (Some(shape), None, None) => match shape.validate(self.dimension() - 1) {
                 Ok(()) => {
                     let (low, high) = shape.bounds(self.dimension() - 1);
                     match self.beyond_the_plan(&low, &high) {
@@ -49,10 +99,10 @@ impl Case {
                 }
                 Err(error) => wrong(&format!("shape.{}", error.path), error.problem),
             },
-            (None, Some(_)) if self.dimension() != 3 => {
+            (None, Some(_), None) if self.dimension() != 3 => {
                 wrong("outline", "an outline in plan needs a space of 3d: give a shape".to_owned())
             }
-            (None, Some(file)) => match self.outline(file) {
+            (None, Some(file), None) => match self.outline(file) {
                 Ok(outline) => {
                     let (low, high) = outline.bounds();
                     match self.beyond_the_plan(&low, &high) {
@@ -62,8 +112,37 @@ impl Case {
                 }
                 Err(problem) => wrong("outline", problem),
             },
-            _ => wrong("shape", "give either a shape or an outline".to_owned()),
+            (None, None, Some(_)) if self.dimension() != 3 => {
+                wrong("raster", "a raster over a plan needs a space of 3d: give a shape".to_owned())
+            }
+            (None, None, Some(raster)) => self
+                .cells_of(raster)
+                .map(|cells| PlanRegion::Cells(Arc::new(cells)))
+                .map_err(|(key, problem)| (format!("raster.{key}"), problem)),
+            _ => wrong("shape", "give one of a shape, an outline and a raster".to_owned()),
         }
+    }
+
+    /// The cells of a raster's file that hold its value; the key below that of the raster, and what is wrong.
+    fn cells_of(&self, of: &CellsOfRaster) -> Result<Cells, (&'static str, String)> {
+        let CellsOfRaster { file, value } = of;
+        let raster = self.plan_raster(file).map_err(|problem| ("file", problem))?;
+        let half = raster.spacing.map(|spacing| 0.5 * spacing);
+        let low: [f64; 2] = std::array::from_fn(|c| raster.origin[c] - half[c]);
+        let high: [f64; 2] = std::array::from_fn(|c| raster.end()[c] + half[c]);
+        if let Some(problem) = self.beyond_the_plan(&low, &high) {
+            return Err(("file", format!("{file}: {problem}")));
+        }
+        let cells = Cells::of(&raster, *value);
+        let what = value.map_or("data".to_owned(), |value| value.to_string());
+        if !cells.chosen.contains(&true) {
+            return Err(("value", format!("no cell of {file} holds {what}: {}", held(&raster))));
+        }
+        if !cells.reach_between(&self.domain.min, &self.domain.max) {
+            let key = if value.is_some() { "value" } else { "file" };
+            return Err((key, format!("none of the cells of {file} that hold {what} lies in the domain")));
+        }
+        Ok(cells)
     }
 
     /// What is wrong with a part of the plan between these corners (m), where none of it lies in the domain.
@@ -76,5 +155,134 @@ impl Case {
             let axis = ["x", "y"][c];
             format!("reaches from {from} to {to} m along {axis}, and the domain from {min} to {max} m: none of it lies there")
         })
+    }
+}
+
+/// What the cells of a raster hold, in words.
+fn held(raster: &Raster) -> String {
+    let mut values: Vec<f64> = raster.values.iter().copied().filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    let shown: Vec<String> = values.iter().take(MOST_LISTED).map(f64::to_string).collect();
+    let more = if values.len() > MOST_LISTED {
+        format!(" and {} more", values.len() - MOST_LISTED)
+    } else {
+        String::new()
+    };
+    format!("they hold {}{more}", shown.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// Land cover at coordinates of a map: 1 in the west, 3 in the east, and nothing in the north.
+    fn cover(folder: &Path, name: &str) {
+        let value = |x: f64, y: f64| match (x, y) {
+            (_, y) if y > 5_000_016.0 => f64::NAN,
+            (x, _) if x > 600_010.0 => 3.0,
+            _ => 1.0,
+        };
+        let mut raster = Raster::from_function([10, 10], [600_001.0, 5_000_001.0], [2.0; 2], value);
+        raster.reference.no_data = Some(-9999.0);
+        raster.reference.corner = true;
+        colluvium_terrain::write_raster(&folder.join(name), &raster).unwrap();
+    }
+
+    fn case(folder: &Path) -> Case {
+        let value = json!({
+            "title": "t", "space": "3d", "gravity": [0, 0, -10],
+            "domain": { "min": [600_000, 5_000_000, 0], "max": [600_040, 5_000_020, 9], "origin": [600_000, 5_000_000, 0] },
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m",
+                "shape": { "kind": "box", "min": [600_001, 5_000_001, 5], "max": [600_002, 5_000_002, 6] } }],
+            "obstacles": [{ "name": "ground", "wall": { "kind": "smooth" },
+                "shape": { "kind": "plane", "point": [600_000, 5_000_000, 4], "normal": [0, 0, 1] } }],
+            "stages": [{ "name": "s", "duration": 1 }]
+        });
+        Case::from_value(&value, folder).unwrap()
+    }
+
+    fn of(folder: &Path, name: &str, value: Option<f64>) -> Result<PlanRegion, (String, String)> {
+        let file = folder.join(name).display().to_string();
+        case(folder).plan_region(None, None, Some(&CellsOfRaster { file, value }))
+    }
+
+    #[test]
+    fn cells_of_a_raster_are_a_region_by_their_value_or_by_having_one() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["cover.asc", "cover.tif"] {
+            cover(folder.path(), name);
+            let class = of(folder.path(), name, Some(3.0)).unwrap();
+            let any = of(folder.path(), name, None).unwrap();
+            // To the rim of the cells, which is half a cell beyond their centres.
+            for (place, in_class, in_any) in [
+                ([10.1, 15.9], true, true),
+                ([9.9, 15.9], false, true),
+                ([19.9, 0.1], true, true),
+                ([20.1, 0.1], false, false),
+                ([0.1, 0.1], false, true),
+                ([15.0, 16.1], false, false),
+                ([-0.1, 5.0], false, false),
+            ] {
+                assert_eq!((class.holds(&place), any.holds(&place)), (in_class, in_any), "{name} {place:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_raster_that_says_nothing_of_the_domain_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        cover(folder.path(), "cover.asc");
+        let refused = |name: &str, value| of(folder.path(), name, value).unwrap_err();
+        let (key, problem) = refused("cover.asc", Some(4.0));
+        assert!(key == "raster.value" && problem.ends_with("cover.asc holds 4: they hold 1, 3"), "{problem}");
+        let (key, problem) = refused("none.asc", Some(3.0));
+        assert!(key == "raster.file" && problem.contains("none.asc: cannot be read"), "{problem}");
+        let write = |name: &str, x: f64, value: &dyn Fn(f64, f64) -> f64| {
+            let raster = Raster::from_function([10, 10], [x, 5_000_001.0], [2.0; 2], value);
+            colluvium_terrain::write_raster(&folder.path().join(name), &raster).unwrap();
+        };
+        write("apart.asc", 600_101.0, &|_, _| 1.0);
+        let (key, problem) = refused("apart.asc", None);
+        assert!(
+            key == "raster.file" && problem.contains("reaches from 600100 to 600120 m along x"),
+            "{problem}"
+        );
+        // The class is there, but west of the domain.
+        write("west.asc", 599_991.0, &|x, _| if x < 600_000.0 { 7.0 } else { 8.0 });
+        let (key, problem) = refused("west.asc", Some(7.0));
+        assert!(key == "raster.value" && problem.ends_with("hold 7 lies in the domain"), "{problem}");
+        assert!(of(folder.path(), "west.asc", Some(8.0)).is_ok());
+    }
+
+    #[test]
+    fn a_region_of_a_raster_is_followed_by_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        cover(folder.path(), "cover.asc");
+        let mut value: Value = serde_json::from_str(&case(folder.path()).to_json()).unwrap();
+        let region = json!({ "raster": { "file": "cover.asc", "value": 3 }, "wall": { "kind": "rough" } });
+        value["obstacles"][0]["regions"] = json!([region]);
+        value["methods"]["depth-sph"] =
+            json!({ "spacing": 1, "regions": [{ "raster": { "file": "cover.asc", "value": 3 } }] });
+        let read = Case::from_value(&value, folder.path()).unwrap();
+        let whole = folder.path().join("cover.asc").display().to_string();
+        assert_eq!(read.methods["depth-sph"]["regions"][0]["raster"]["file"], json!(whole));
+        let laws = &read.standing::<3>().unwrap()[0].laws;
+        assert!(
+            laws.at(&[15.0, 5.0, 4.0]).friction().is_infinite()
+                && laws.at(&[5.0, 5.0, 4.0]).friction() == 0.0
+        );
+        let before = read.fingerprint();
+        std::fs::write(
+            folder.path().join("cover.asc"),
+            std::fs::read_to_string(&whole).unwrap().replace('3', "5"),
+        )
+        .unwrap();
+        assert_ne!(read.fingerprint(), before);
     }
 }

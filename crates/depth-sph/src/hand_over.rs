@@ -7,7 +7,7 @@ use crate::choices::Phases;
 use crate::setup;
 
 /// Points of a model in depth from the nodes of a frame: each column a stack of points about as high as they are wide, with their
-/// velocity, and the stress of the weight above them, taken isotropic. With columns of pore pressure they have it: means of
+/// mass, their velocity, and the stress of the weight above them, taken isotropic. With columns of pore pressure they have it: means of
 /// `(1 - ζ)(a + b ζ)` of the height `ζ` over the depth, whose base and mean are those of the column, and effective stresses. Of grains and fluid these are the
 /// nodes of the grains with the fluid around them.
 ///
@@ -23,7 +23,7 @@ pub fn stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> 
     }
     let lacks = |name: &str| CaseError::new("output.fields", format!("the frame has no {name:?}"));
     let scalars = |name: &str| snapshot.scalars(name).ok_or_else(|| lacks(name));
-    let (depth, volume) = (scalars("depth")?, scalars("volume")?);
+    let (depth, volume, mass) = (scalars("depth")?, scalars("volume")?, scalars("mass")?);
     let velocity = snapshot.vectors("velocity").ok_or_else(|| lacks("velocity"))?;
     let stress = snapshot.tensors("stress").ok_or_else(|| lacks("stress"))?;
     let phases =
@@ -38,7 +38,7 @@ pub fn stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> 
     };
     let up = case.dimension() - 1;
     let mut list = PointList { pore_pressures: pore.map(|_| Vec::new()), ..PointList::default() };
-    let (mut velocities, mut stresses) = (Vec::new(), Vec::new());
+    let (mut masses, mut velocities, mut stresses) = (Vec::new(), Vec::new(), Vec::new());
     for (i, x) in snapshot.positions.iter().enumerate() {
         let share = match phases {
             Some((phase, _)) if phase[i] != 0.0 => continue,
@@ -46,6 +46,8 @@ pub fn stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> 
             None => 1.0,
         };
         let whole = volume[i] / share;
+        let fluid =
+            options.mixture.as_ref().map_or(0.0, |mixture| mixture.fluid_density * (whole - volume[i]));
         let width = (whole / depth[i]).powf(1.0 / up as f64);
         let count = (depth[i] / width).round().max(1.0);
         for k in 0..count as usize {
@@ -55,6 +57,7 @@ pub fn stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> 
             place[up] += (zeta - 0.5) * depth[i];
             list.positions.push(place);
             list.volumes.push(whole / count);
+            masses.push((mass[i] + fluid) / count);
             velocities.push(velocity[i]);
             let mut bears = 2.0 * rest * stress[i].pressure();
             if let (Some([base, excess, mean]), Some(all)) = (pore, &mut list.pore_pressures) {
@@ -67,6 +70,6 @@ pub fn stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> 
             stresses.push(SymTensor::isotropic(-bears));
         }
     }
-    (list.velocities, list.stresses) = (Some(velocities), Some(stresses));
+    (list.masses, list.velocities, list.stresses) = (Some(masses), Some(velocities), Some(stresses));
     Ok(list)
 }

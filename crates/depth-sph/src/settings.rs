@@ -155,8 +155,8 @@ impl FluidResistance {
 /// A part of the bed.
 #[derive(Clone)]
 pub struct Zone {
-    /// Where; everywhere when absent.
-    pub part: Option<PlanRegion>,
+    /// Where: in all of these at once; everywhere without one.
+    pub parts: Vec<PlanRegion>,
     /// Resistance; none when absent.
     pub law: Option<BasalRheology>,
     /// What the base lets through.
@@ -170,20 +170,26 @@ pub struct Zone {
 impl fmt::Debug for Zone {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let law = self.law.as_ref().map(|law| law.name);
-        write!(f, "Zone {{ {:?}, {law:?}, {:?}, {:?} }}", self.part, self.drainage, self.erosion)
+        write!(f, "Zone {{ {:?}, {law:?}, {:?}, {:?} }}", self.parts, self.drainage, self.erosion)
     }
 }
 
 impl Zone {
     /// A sealed bed of one law everywhere, which nothing is taken from.
     pub fn everywhere(law: Option<BasalRheology>) -> Self {
-        Self { part: None, law, drainage: Drainage::Sealed, erosion: None, erodible_depth: f64::INFINITY }
+        Self {
+            parts: Vec::new(),
+            law,
+            drainage: Drainage::Sealed,
+            erosion: None,
+            erodible_depth: f64::INFINITY,
+        }
     }
 
     /// Whether it holds a place.
     #[inline]
     pub fn holds(&self, x: &[f64]) -> bool {
-        self.part.as_ref().is_none_or(|part| part.holds(x))
+        self.parts.iter().all(|part| part.holds(x))
     }
 }
 

@@ -13,7 +13,8 @@ use crate::{Outline, Raster, Terrain};
 const PLACES: (usize, usize) = (64, 1000);
 
 /// How thick a layer is: a number (m), the file of a raster in metres (ESRI ASCII grid or GeoTIFF, from the folder of the
-/// case), or the name of an attribute (m) that each feature of the outline's file has. Where a raster is zero there is nothing.
+/// case), or the name of an attribute (m) that each feature of the outline's file has. Where a raster is zero or has no data, as that of a
+/// deposit has none where it is dry, there is nothing; it must reach as far as the outline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "is neither a number (m), nor the name of a raster's file, nor an attribute")]
 pub enum Thickness {
@@ -102,15 +103,19 @@ impl Layer {
     /// A layer on the heights of `ground` (m). Places in error messages are counted from `origin` (m).
     ///
     /// # Errors
-    /// Where the outline reaches beyond the ground, or ground or thickness have no data under it; thickness that is negative, or
-    /// none.
+    /// Where the outline reaches beyond the ground or the raster of the thickness, or the ground has no data under it; thickness that is
+    /// negative, or none.
     pub fn new(
         ground: Raster,
         outline: Outline,
-        depths: Depths,
+        mut depths: Depths,
         measured: Measured,
         origin: [f64; 2],
     ) -> Result<Self, LayerError> {
+        if let Depths::Raster(raster) = &mut depths {
+            // No layer, so that one ends between the last node with data and the next one, and has the volume of the raster.
+            raster.values.iter_mut().filter(|depth| depth.is_nan()).for_each(|depth| *depth = 0.0);
+        }
         let error = |key, problem: String| LayerError { key, problem };
         let (low, high) = outline.bounds();
         let end = ground.end();
@@ -163,7 +168,7 @@ impl Layer {
                 return refuse("on", "the raster it lies on has no data under it,".to_owned());
             };
             let Some(thickness) = self.vertical(x, y) else {
-                return refuse("thickness", "has no data in the outline,".to_owned());
+                return refuse("thickness", "is not known all over the outline: it ends".to_owned());
             };
             if !(thickness >= 0.0) {
                 return refuse("thickness", format!("{thickness} m is negative"));
@@ -323,6 +328,25 @@ mod tests {
     }
 
     #[test]
+    fn no_data_of_a_thickness_is_no_layer_and_costs_no_volume() {
+        let dry = |x: f64, y: f64| {
+            if (10.0..=20.0).contains(&x) && (8.0..=19.0).contains(&y) { 2.0 } else { f64::NAN }
+        };
+        let deposit = Raster::from_function([41, 31], [0.0; 2], [1.0; 2], dry);
+        let sum: f64 = deposit.values.iter().filter(|depth| depth.is_finite()).sum();
+        let layer =
+            Layer::new(slope(), square(5.0, 25.0), Depths::Raster(deposit), Measured::Vertical, [0.0; 2])
+                .unwrap();
+        for (x, y, depth) in
+            [(15.0, 15.0, 2.0), (9.5, 15.0, 1.0), (9.0, 15.0, 0.0), (6.5, 15.0, 0.0), (20.5, 19.5, 0.5)]
+        {
+            assert!((layer.thickness(x, y) - depth).abs() < 1e-12, "{x} {y}");
+        }
+        // Places are looked at in the middles of cells of 0.3125 m.
+        assert!((layer.volume / sum - 1.0).abs() < 2e-3, "{} {sum}", layer.volume);
+    }
+
+    #[test]
     fn a_layer_without_ground_or_thickness_is_none() {
         let refused = |ground: Raster, outline: Outline, depths: Depths| {
             Layer::new(ground, outline, depths, Measured::Vertical, [1000.0, 0.0]).unwrap_err().to_string()
@@ -336,7 +360,11 @@ mod tests {
         let raster = |z: f64, columns| Raster::from_function([columns, 31], [0.0; 2], [1.0; 2], |_, _| z);
         let none = |depths| refused(slope(), square(5.0, 25.0), Depths::Raster(depths));
         assert!(none(raster(0.0, 41)).contains("is zero all over the outline"));
+        assert!(none(raster(f64::NAN, 41)).contains("is zero all over the outline"));
         assert!(none(raster(-1.0, 41)).contains("-1 m is negative"));
-        assert!(none(raster(1.0, 20)).starts_with("thickness: has no data in the outline, at [1019."));
+        assert!(
+            none(raster(1.0, 20))
+                .starts_with("thickness: is not known all over the outline: it ends at [1019.")
+        );
     }
 }

@@ -31,15 +31,31 @@ pub struct Obstacle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleRegion {
-    /// Where, in plan: a box of one coordinate in two dimensions, any shape of two dimensions in three. Give this or `outline`.
+    /// Where, in plan: a box of one coordinate in two dimensions, any shape of two dimensions in three. Give this, `outline` or
+    /// `raster`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
     /// Where, in three dimensions: a file with polygons in metres, GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the
     /// folder of the case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outline: Option<String>,
+    /// Where, in three dimensions: cells of a raster, as one of land cover.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub raster: Option<CellsOfRaster>,
     /// How it acts there.
     pub wall: ObstacleWall,
+}
+
+/// The cells of a raster over the plan that hold a number. Each reaches half a cell to all sides of its centre; beyond the raster there
+/// are none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CellsOfRaster {
+    /// The file, an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`), from the folder of the case.
+    pub file: String,
+    /// The number that they hold, one of a raster of classes; any, but no data, when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
 }
 
 /// A prescribed motion of an obstacle: it turns about a line that moves along.

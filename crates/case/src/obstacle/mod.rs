@@ -11,7 +11,7 @@ pub use laws::{ObstacleLaw, ObstacleLaws};
 use colluvium_points::surface::Nearest;
 use colluvium_points::{Raster, Surface};
 
-use crate::description::{Obstacle, ObstacleShape};
+use crate::description::{Obstacle, ObstacleRegion, ObstacleShape};
 use crate::{Case, CaseError, spatial};
 
 /// An obstacle of a case with its surface.
@@ -80,7 +80,8 @@ impl Case {
             let surface =
                 build::surface(&obstacle.shape, &format!("obstacles[{number}].shape"), &self.origin())?;
             let regions = obstacle.regions.iter().enumerate().map(|(part, region)| {
-                let made = self.plan_region(region.shape.clone(), region.outline.as_deref());
+                let ObstacleRegion { shape, outline, raster, .. } = region;
+                let made = self.plan_region(shape.clone(), outline.as_deref(), raster.as_ref());
                 made.map_err(|(key, problem)| {
                     CaseError::new(format!("obstacles[{number}].regions[{part}].{key}"), problem)
                 })

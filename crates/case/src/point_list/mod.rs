@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::decimal::taken_off;
-use crate::description::{Body, InitialStress, PorePressure, Velocity};
+use crate::description::{Body, InitialStress, PorePressure, Space, Velocity};
 use crate::json::closest;
 use crate::{Case, CaseError};
 
@@ -20,6 +20,9 @@ use crate::{Case, CaseError};
 /// - `x`, `y`, `z`: the place (m), as many as the space has dimensions;
 /// - `volume`: what the point stands for (m³; the area in m² in plane strain and in axisymmetry, the length in m in 1D), unless
 ///   `spacing` is given;
+/// - `mass`: what it weighs (kg; kg/m in plane strain, kg/rad in axisymmetry), with the fluid in its pores, in place of the volume times the
+///   density of the material: its density is that of mass and volume, and for `depth-sph`, whose flows have one density, its volume
+///   follows from the mass;
 /// - `velocity_x`, `velocity_y`, `velocity_z`: the initial velocity (m/s), in place of the body's `velocity`; zero for those left out;
 /// - `stress_xx`, `stress_yy`, `stress_zz`, `stress_xy`, `stress_yz`, `stress_zx`: the initial stress (Pa, tension-positive), in
 ///   place of the body's `stress`; zero for those left out;
@@ -50,6 +53,8 @@ pub struct PointList {
     pub positions: Vec<[f64; 3]>,
     /// Volumes, areas or lengths (m³, m², m), by the dimension of the space.
     pub volumes: Vec<f64>,
+    /// Masses (kg, kg/m in plane strain, kg/rad in axisymmetry), if the file has them.
+    pub masses: Option<Vec<f64>>,
     /// Initial velocities (m/s), if the file has them.
     pub velocities: Option<Vec<[f64; 3]>>,
     /// Initial stresses (Pa, tension-positive), if the file has them.
@@ -113,6 +118,8 @@ impl GrainColumns {
 }
 
 impl PointList {
+    /// Column with the mass (kg).
+    pub const MASS: &str = "mass";
     /// Columns with the initial velocity (m/s).
     pub const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
     /// Columns with the initial stress (Pa, tension-positive).
@@ -162,6 +169,34 @@ impl Case {
         })
     }
 
+    /// Density of the material, without fluid in its pores, at point `point` of body `number` (kg/m³): that of the mass in its list,
+    /// or the material's own.
+    ///
+    /// # Errors
+    /// When the fluid in the pores alone is heavier.
+    pub fn density_at(
+        &self,
+        number: usize,
+        listed: Option<&PointList>,
+        point: usize,
+    ) -> Result<f64, CaseError> {
+        let body = &self.bodies[number];
+        let Some((list, masses)) = listed.and_then(|list| Some((list, list.masses.as_ref()?))) else {
+            return Ok(self.materials[&body.material].density());
+        };
+        let turn = if self.space == Space::Axisymmetric { list.positions[point][0] } else { 1.0 };
+        let whole = masses[point] / (list.volumes[point] * turn);
+        let fluid = body.pore_fluid.as_ref().map_or(0.0, |fluid| fluid.porosity * fluid.density);
+        if whole > fluid {
+            return Ok(whole - fluid);
+        }
+        let problem = format!(
+            "the point at {:?} m weighs {whole} kg/m³, and the fluid in its pores alone {fluid} kg/m³",
+            list.positions[point]
+        );
+        Err(CaseError::new(format!("bodies[{number}].points.file"), problem))
+    }
+
     /// Initial stress (Pa, tension-positive) of point number `point` of a body, which is at `x` (m).
     pub(crate) fn initial_stress_of(
         &self,
@@ -187,6 +222,7 @@ impl Case {
         let unit_ball = unit_ball.measure(self.dimension()).unwrap_or(f64::NAN);
         let mut rows = Vec::new();
         let mut list = PointList {
+            masses: columns.has(&[PointList::MASS]).then(Vec::new),
             velocities: columns.has(&PointList::VELOCITY).then(Vec::new),
             stresses: columns.has(&PointList::STRESS).then(Vec::new),
             pore_pressures: columns.has(&[PointList::PORE_PRESSURE]).then(Vec::new),
@@ -209,6 +245,9 @@ impl Case {
                 None if columns.has(&[VOLUME]) => row.positive(&columns, VOLUME)?,
                 None => row.positive(&columns, RADIUS)?.powi(self.dimension() as i32) * unit_ball,
             });
+            if let Some(masses) = &mut list.masses {
+                masses.push(row.positive(&columns, PointList::MASS)?);
+            }
             list.grains.take(&row, &columns)?;
             list.velocities.iter_mut().for_each(|all| all.push(velocity));
             let stress = row.numbers(&columns, &PointList::STRESS)?;
@@ -241,7 +280,7 @@ impl Columns {
         let names: Vec<String> = heads.iter().map(name).collect();
         let known: Vec<&str> = PLACE[..dimension]
             .iter()
-            .chain([&VOLUME])
+            .chain([&VOLUME, &PointList::MASS])
             .chain(&PointList::VELOCITY[..dimension])
             .chain(&PointList::STRESS)
             .chain([&PointList::PORE_PRESSURE])

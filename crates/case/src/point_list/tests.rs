@@ -38,6 +38,21 @@ fn columns_in_any_order_give_places_volumes_velocities_and_stresses() {
 }
 
 #[test]
+fn a_mass_gives_the_density_of_a_point_less_that_of_its_pore_fluid() {
+    let (_folder, dry) = case("x,y,volume,mass\n0.5,0.5,0.01,20\n0.6,0.5,0.01,30\n", "");
+    let list = dry.point_list(0).unwrap().unwrap();
+    assert_eq!(list.masses, Some(vec![20.0, 30.0]));
+    assert_eq!([0, 1].map(|point| dry.density_at(0, Some(&list), point).unwrap()), [2000.0, 3000.0]);
+    assert_eq!(dry.density_at(0, None, 0).unwrap(), 1.0);
+    let fluid = r#", "pore_fluid": { "porosity": 0.5, "permeability": 1e-3, "density": 1000 }"#;
+    let (_folder, wet) = case("x,y,volume,mass\n0.5,0.5,0.01,20\n0.6,0.5,0.01,4\n", fluid);
+    let list = wet.point_list(0).unwrap().unwrap();
+    assert_eq!(wet.density_at(0, Some(&list), 0).unwrap(), 1500.0);
+    let refused = wet.density_at(0, Some(&list), 1).unwrap_err().to_string();
+    assert!(refused.starts_with("bodies[0].points.file: the point at [0.6, 0.5, 0.0] m weighs"), "{refused}");
+}
+
+#[test]
 fn grains_have_radii_kinds_spins_and_numbers_and_the_volume_of_a_disk() {
     let text = "x,y,radius,kind,spin_z,held,id\n0.5,0.5,0.1,gravel,2,1,7\n0.2,0.2,0.05,sand,0,0,3\n";
     let (_folder, case) = case(text, "");

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::Findings;
-use crate::description::{Boundary, Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall};
+use crate::description::{Boundary, Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall};
 
 impl Findings<'_> {
     pub(super) fn obstacles(&mut self) {
@@ -46,10 +46,12 @@ impl Findings<'_> {
         for (number, region) in obstacle.regions.iter().enumerate() {
             self.obstacle_wall(&format!("{path}[{number}].wall"), region.wall);
             // What stands in files is looked at when the surface is needed.
-            let of_shape = region.outline.is_none() || region.shape.is_some();
+            let ObstacleRegion { shape, outline, raster, .. } = region;
+            let of_file = shape.is_none() && (outline.is_some() != raster.is_some());
             if case.dimension() > 1
-                && (of_shape || case.dimension() < 3)
-                && let Err((key, problem)) = case.plan_region(region.shape.clone(), region.outline.as_deref())
+                && (!of_file || case.dimension() < 3)
+                && let Err((key, problem)) =
+                    case.plan_region(shape.clone(), outline.as_deref(), raster.as_ref())
             {
                 self.report(format!("{path}[{number}].{key}"), problem);
             }

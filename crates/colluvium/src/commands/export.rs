@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use colluvium::case::description::Space;
 use colluvium::case::output::{
     Collection, OutputError, Table, frame_arrays, read_json, table_arrays, write_atomically, write_npz,
 };
@@ -20,7 +21,7 @@ const FOLDER: &str = "npz";
 pub struct Arguments {
     /// Folder of a run.
     folder: PathBuf,
-    /// Write the last frame as `points.csv` instead: places, volumes, velocities, stresses and pore pressures that `bodies.points` of
+    /// Write the last frame as `points.csv` instead: places, volumes, masses, velocities, stresses and pore pressures that `bodies.points` of
     /// another case takes, by the same method or another one; of grains also radius, kind, spin, id and whether they are held. Columns of
     /// depth-integrated flow become stacks of points.
     #[arg(long)]
@@ -83,7 +84,19 @@ fn points(from: &Path, body: Option<&str>) -> Result<(), Failure> {
     let text = table(&list, case.dimension(), &kept);
     write_atomically(&to, text.as_bytes())?;
     say!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
+    if let Some([handed, whole]) = apart(&snapshot, &list) {
+        say!(
+            "the points weigh {handed:.4e} kg and the flow {whole:.4e} kg: they are its grains with the fluid around them, and fluid has left its grains"
+        );
+    }
     Ok(())
+}
+
+/// Masses of a list of points and of the frame that it is of (kg), where they differ: of grains and fluid points stand for the grains.
+fn apart(snapshot: &Snapshot, list: &PointList) -> Option<[f64; 2]> {
+    let sum = |all: &[f64]| all.iter().sum::<f64>();
+    let masses = [sum(list.masses.as_ref()?), sum(snapshot.scalars(PointList::MASS)?)];
+    ((masses[0] / masses[1] - 1.0).abs() > 1e-9).then_some(masses)
 }
 
 /// Refuses frames that leave out what another case must know of grains.
@@ -121,9 +134,13 @@ fn of_body(case: &Case, snapshot: &Snapshot, list: &PointList, name: &str) -> Re
 fn list(case: &Case, snapshot: &Snapshot) -> Option<PointList> {
     // Dry points have no pressure in their pores.
     let pressures = |all: &[f64]| all.iter().map(|p| if p.is_nan() { 0.0 } else { *p }).collect();
+    let (volumes, at) = (snapshot.scalars("volume")?, &snapshot.positions);
+    // In axisymmetry lists have areas.
+    let turn = |x: &[f64; 3]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     Some(PointList {
-        positions: snapshot.positions.clone(),
-        volumes: snapshot.scalars("volume")?.to_vec(),
+        positions: at.clone(),
+        volumes: volumes.iter().zip(at).map(|(volume, x)| volume / turn(x)).collect(),
+        masses: snapshot.scalars(PointList::MASS).map(<[f64]>::to_vec),
         velocities: Some(snapshot.vectors("velocity")?.to_vec()),
         stresses: Some(snapshot.tensors("stress")?.to_vec()),
         pore_pressures: snapshot.scalars(PointList::PORE_PRESSURE).map(pressures),
@@ -155,6 +172,7 @@ fn table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
     let turning = if dimension == 3 { 0 } else { 2 };
     let mut heads: Vec<String> = axes.iter().map(|axis| format!("{axis} (m)")).collect();
     heads.push("volume (m3)".to_owned());
+    heads.extend(list.masses.iter().map(|_| "mass (kg)".to_owned()));
     let names =
         |names: &[&str], unit: &str| names.iter().map(|name| format!("{name} ({unit})")).collect::<Vec<_>>();
     heads.extend(list.velocities.iter().flat_map(|_| names(&PointList::VELOCITY[..dimension], "m/s")));
@@ -169,6 +187,7 @@ fn table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
     for &i in kept {
         let mut row = list.positions[i][..dimension].to_vec();
         row.push(list.volumes[i]);
+        row.extend(list.masses.iter().map(|all| all[i]));
         row.extend(list.velocities.iter().flat_map(|all| all[i][..dimension].to_vec()));
         row.extend(list.stresses.iter().flat_map(|all| all[i].0));
         row.extend(list.pore_pressures.iter().map(|all| all[i]));

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::{output, program};
 
 /// A small column that collapses.
-fn column() -> Value {
+pub fn column() -> Value {
     json!({
         "title": "small column", "space": "plane-strain",
         "domain": { "min": [0, 0], "max": [0.4, 0.12] }, "gravity": [0, -9.81],
@@ -35,7 +35,7 @@ fn column() -> Value {
     })
 }
 
-fn write(folder: &Path, name: &str, case: &Value) -> PathBuf {
+pub fn write(folder: &Path, name: &str, case: &Value) -> PathBuf {
     let path = folder.join(name);
     fs::write(&path, case.to_string()).expect("a file in a temporary folder");
     path
@@ -494,103 +494,6 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
     assert!(!page.contains("Incomplete") && !page.contains("<figcaption>mass"));
     assert_eq!(output(program().args(["report", "--field", "colour"]).arg(&out)).0, 2);
     assert_eq!(output(program().arg("report").arg(folder.path())).0, 2, "holds no run");
-}
-
-#[test]
-fn a_run_hands_its_last_frame_over_to_depth_integrated_flow() {
-    use colluvium::case::output::{Table, read_frame};
-    let folder = tempfile::tempdir().unwrap();
-    let file = write(folder.path(), "column.json", &column());
-    let out = folder.path().join("out");
-    assert_eq!(output(program().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
-    let (code, said, errors) = output(program().args(["export", "--points"]).arg(&out));
-    assert_eq!(code, 0, "{errors}");
-    assert!(said.contains("points at 0.12 s to ") && said.trim_end().ends_with("points.csv"), "{said}");
-    let mut next = column();
-    next["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0, 0], "max": [0.4, 0.12] });
-    next["bodies"][0]["points"] = json!({ "file": "out/points.csv" });
-    next["stages"] = json!([{ "name": "run-out", "duration": 0.1 }]);
-    next["methods"] = json!({ "depth-sph": { "spacing": 0.01 } });
-    next["measures"] = json!({});
-    let file = write(folder.path(), "next.json", &next);
-    let then = folder.path().join("then");
-    let (code, said, errors) = output(program().args(["run", "--out"]).arg(&then).arg(&file));
-    assert_eq!(code, 0, "{said}{errors}");
-    let last = read_frame(&out.join("frames/frame-00006.vtu"), 0.12).unwrap();
-    let handed: f64 = last.scalars("volume").unwrap().iter().sum();
-    let table = Table::read(&then.join("measures.csv")).unwrap();
-    let flow = table.column("flow_volume").unwrap();
-    assert!(flow.iter().all(|volume| (volume / handed - 1.0).abs() < 1e-12), "{handed} {flow:?}");
-}
-
-/// A saturated column, water up to its surface at 1 m, and 3 kPa at the base over it.
-fn saturated() -> Value {
-    let smooth = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
-    json!({
-        "title": "saturated", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1.2] }, "gravity": [0, -9.81],
-        "materials": { "soil": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0.2 } },
-        "bodies": [{ "name": "column", "material": "soil", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
-            "pore_fluid": { "porosity": 0.4, "permeability": 1e-3, "density": 1000,
-                "pressure": { "kind": "formula", "value": "9810*(1-y)+3000*(1-y*y)" } } }],
-        "boundaries": [smooth("x-min"), smooth("x-max"), smooth("y-min")],
-        "stages": [{ "name": "hold", "duration": 1e-7 }],
-        "methods": { "mpm": { "cell_size": 0.1 } }
-    })
-}
-
-/// Runs a case, writes its last frame as points, and reads the first.
-fn first_frame(folder: &Path, name: &str, case: &Value) -> colluvium::case::Snapshot {
-    let out = folder.join(name);
-    let file = write(folder, &format!("{name}.json"), case);
-    let (code, said, errors) = output(program().args(["run", "--out"]).arg(&out).arg(&file));
-    assert_eq!(code, 0, "{said}{errors}");
-    let (code, _, errors) = output(program().args(["export", "--points"]).arg(&out));
-    assert_eq!(code, 0, "{errors}");
-    colluvium::case::output::read_frame(&out.join("frames/frame-00000.vtu"), 0.0).unwrap()
-}
-
-/// A saturated column of MPM at excess pressure becomes a flow that bears on its base what it bore, and points of MPM again.
-#[test]
-fn pore_pressure_goes_from_mpm_to_depth_integrated_flow_and_back() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut column = saturated();
-    first_frame(folder.path(), "column", &column);
-    let mut flow = column.clone();
-    flow["materials"]["soil"]["density"] = json!(1990);
-    flow["bodies"][0] = json!({ "name": "column", "material": "soil", "points": { "file": "column/points.csv" },
-        "shape": { "kind": "box", "min": [0, 0], "max": [1, 1.2] } });
-    flow["methods"] = json!({ "depth-sph": { "spacing": 0.1, "basal": { "model": "coulomb", "friction_angle": 30 },
-        "mixture": { "grain_density": 2650, "porosity": 0.4 }, "column": { "consolidation": 0 } } });
-    let frame = first_frame(folder.path(), "flow", &flow);
-    let [depth, pressure, mean] =
-        ["depth", "pore_pressure", "mean_excess_pore_pressure"].map(|name| frame.scalars(name).unwrap());
-    for (i, depth) in depth.iter().enumerate() {
-        let effective = 1990.0 * 9.81 * depth - pressure[i];
-        let exact = 990.0 * 9.81 - 3000.0;
-        assert!((effective / exact - 1.0).abs() < 0.02, "{effective} Pa for {exact}");
-        assert!((mean[i] / 2000.0 - 1.0).abs() < 0.01, "{} Pa on the mean", mean[i]);
-    }
-    column["bodies"][0]["points"] = json!({ "file": "flow/points.csv" });
-    column["bodies"][0]["shape"]["max"] = json!([1, 1.2]);
-    column["bodies"][0]["pore_fluid"]["pressure"] = json!({ "kind": "none" });
-    column["methods"]["mpm"]["cell_size"] = json!(0.2);
-    let frame = first_frame(folder.path(), "again", &column);
-    let [volume, pressure] = ["volume", "pore_pressure"].map(|name| frame.scalars(name).unwrap());
-    let whole: f64 = volume.iter().zip(pressure).map(|(volume, pressure)| volume * pressure).sum();
-    assert!((volume.iter().sum::<f64>() - 1.0).abs() < 1e-9);
-    assert!((whole / (4905.0 + 2000.0) - 1.0).abs() < 0.01, "{whole} Pa on the mean");
-    // Effective stress and pore pressure bear the weight above.
-    let stress = frame.tensors("stress").unwrap();
-    for (i, x) in frame.positions.iter().enumerate() {
-        let weight = 1990.0 * 9.81 * (1.0 - x[1]);
-        let borne = pressure[i] + stress[i].pressure();
-        assert!((borne - weight).abs() < 0.02 * 1990.0 * 9.81, "{borne} for {weight} Pa at {x:?}");
-    }
-    column["bodies"][0].as_object_mut().unwrap().remove("pore_fluid");
-    let file = write(folder.path(), "dry.json", &column);
-    let (code, _, errors) = output(program().arg("check").arg(&file));
-    assert_ne!(code, 0, "it is refused");
-    assert!(errors.contains("bodies[0].points.file: the points have pore pressures"), "{errors}");
 }
 
 #[test]

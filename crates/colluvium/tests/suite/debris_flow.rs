@@ -59,6 +59,45 @@ fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
     assert!(code == 0 && page.contains("Maps") && page.contains("peak dynamic pressure"), "{errors}");
 }
 
+/// The deposit, which has no data where it is dry, is the thickness of the layer of a next case.
+#[test]
+fn a_deposit_is_released_by_a_next_case() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    assert_eq!(in_folder(folder, &["new", "debris-flow"]).0, 0);
+    let short = |case: &mut Value, time: f64| {
+        case["stages"][0]["duration"] = json!(time);
+        case["methods"]["depth-sph"]["spacing"] = json!(4);
+    };
+    change(folder, |case| short(case, 5.0));
+    let run = |out: &str| in_folder(folder, &["run", "debris-flow.json", "--quiet", "--out", out]);
+    let (code, _, errors) = run("first");
+    assert_eq!(code, 0, "{errors}");
+    let deposit = "first/rasters/final_thickness_vertical.tif";
+    let read = read_raster(&folder.join(deposit)).unwrap();
+    assert!(read.values.iter().any(|depth| depth.is_nan()));
+    let ([west, south], [east, north]) = (read.place(1, 1), read.place(read.columns - 2, read.rows - 2));
+    let ring = [[west, south], [east, south], [east, north], [west, north], [west, south]];
+    let outline = |ring: &[[f64; 2]]| json!({ "type": "Polygon", "coordinates": [ring] }).to_string();
+    fs::write(folder.join("around.geojson"), outline(&ring)).unwrap();
+    change(folder, |case| {
+        short(case, 0.1);
+        let shape = &mut case["bodies"][0]["shape"];
+        (shape["outline"], shape["thickness"]) = (json!("around.geojson"), json!(deposit));
+        shape["measured"] = json!("vertical");
+    });
+    let (code, _, errors) = run("next");
+    assert_eq!(code, 0, "{errors}");
+    let [before, after] = ["first", "next"].map(|out| last(&folder.join(out), "flow_volume"));
+    assert!((after / before - 1.0).abs() < 1e-4, "{after} m³ of {before} m³");
+    // An outline where all is dry.
+    let dry = ring.map(|[x, y]| [west + 0.02 * (x - west), south + 0.02 * (y - south)]);
+    fs::write(folder.join("around.geojson"), outline(&dry)).unwrap();
+    let (code, _, errors) = run("none");
+    assert!(code != 0 && errors.contains("bodies[0].shape.thickness: "), "{errors}");
+    assert!(errors.contains("final_thickness_vertical.tif: is zero all over the outline"), "{errors}");
+}
+
 #[test]
 fn rasters_are_refused_by_methods_that_have_none() {
     let folder = tempfile::tempdir().unwrap();

@@ -6,6 +6,7 @@ mod compare;
 mod debris_flow;
 mod elements;
 mod grains;
+mod hand_over;
 mod library;
 mod methods_agree;
 mod points;

@@ -114,7 +114,7 @@ fn as_listed<const D: usize>(list: &PointList) -> Vec<Placed<D>> {
     samples.map(|(i, sample)| (sample.position, radius(i, sample.volume))).collect()
 }
 
-/// Kinds of grains as a file lists them, from grain `start` on, with the masses that follow.
+/// Kinds of grains as a file lists them, from grain `start` on, with the masses that follow or that it lists.
 fn kinds_as_listed<const D: usize, const R: usize>(
     list: &PointList,
     options: &DemOptions,
@@ -131,6 +131,9 @@ fn kinds_as_listed<const D: usize, const R: usize>(
         };
         grains.kind[i] = index as u32;
         grains.mass[i] = kind.density * volume(D, grains.radius[i]);
+    }
+    for (i, mass) in (start..).zip(list.masses.iter().flatten()) {
+        grains.mass[i] = *mass;
     }
     Ok(())
 }

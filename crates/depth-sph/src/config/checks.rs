@@ -267,7 +267,14 @@ impl ColumnOptions {
                     "needs a law of `mixture.drag`, from which the permeability follows".to_owned()
                 })?;
             }
-            _ => return Err((key("consolidation"), "give it, or the `skeleton`; not both".to_owned())),
+            (None, None) => {
+                let problem = "is missing, and so is `skeleton`: one of them says how fast pressure drains";
+                return Err((key("consolidation"), problem.to_owned()));
+            }
+            (Some(_), Some(_)) => {
+                let problem = "is given, and so is `skeleton`, from which it follows: leave one of them out";
+                return Err((key("consolidation"), problem.to_owned()));
+            }
         }
         if let LowerBound::Total { cavitation } = self.lower_bound {
             within(&key("lower_bound.cavitation"), cavitation, 0.0, 1e5)?;
@@ -339,6 +346,19 @@ mod tests {
                 r#"{ "spacing": 1, "mixture": { "grain_density": 2600, "drag": { "law": "anderson", "settling_velocity": 0 } } }"#,
                 "mixture.drag.settling_velocity",
             ),
+            (
+                r#"{ "spacing": 1, "earth_pressure": { "internal_friction_angle": 20, "basal_friction_angle": 30 } }"#,
+                "earth_pressure.basal_friction_angle",
+            ),
+        ];
+        for (text, key) in table {
+            assert_eq!(wrong(text), key, "{text}");
+        }
+    }
+
+    #[test]
+    fn bad_columns_are_named() {
+        let table = [
             (r#"{ "spacing": 1, "column": { "consolidation": 1 } }"#, "column"),
             (
                 r#"{ "spacing": 1, "mixture": { "grain_density": 2600 }, "column": { "cells": 3, "consolidation": 1 } }"#,
@@ -357,12 +377,12 @@ mod tests {
                 "column.consolidation",
             ),
             (
-                r#"{ "spacing": 1, "mixture": { "grain_density": 2600 }, "column": { "skeleton": { "youngs_modulus": 1e7, "poissons_ratio": 0.2 } } }"#,
-                "column.skeleton",
+                r#"{ "spacing": 1, "mixture": { "grain_density": 2600 }, "column": { "consolidation": 1, "skeleton": { "youngs_modulus": 1e7, "poissons_ratio": 0.2 } } }"#,
+                "column.consolidation",
             ),
             (
-                r#"{ "spacing": 1, "earth_pressure": { "internal_friction_angle": 20, "basal_friction_angle": 30 } }"#,
-                "earth_pressure.basal_friction_angle",
+                r#"{ "spacing": 1, "mixture": { "grain_density": 2600 }, "column": { "skeleton": { "youngs_modulus": 1e7, "poissons_ratio": 0.2 } } }"#,
+                "column.skeleton",
             ),
         ];
         for (text, key) in table {

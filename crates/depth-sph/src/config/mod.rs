@@ -4,7 +4,7 @@ mod checks;
 
 use std::collections::BTreeMap;
 
-use colluvium_case::description::Side;
+use colluvium_case::description::{CellsOfRaster, Side};
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_points::Shape;
 use schemars::JsonSchema;
@@ -146,13 +146,16 @@ pub struct DepthOptions {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Region {
-    /// Where, in plan: a box of one coordinate in plane strain, any shape of two dimensions in three. Give this or `outline`.
+    /// Where, in plan: a box of one coordinate in plane strain, any shape of two dimensions in three. Give this, `outline` or `raster`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
     /// Where, in three dimensions: a file with polygons in metres, GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the
     /// folder of the case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outline: Option<String>,
+    /// Where, in three dimensions: cells of a raster, as one of land cover.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub raster: Option<CellsOfRaster>,
     /// Resistance; that of the rest of the bed when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,

@@ -11,6 +11,7 @@ use crate::choices::Phases;
 use crate::config::DepthOptions;
 use crate::handed::{Above, Handed};
 use crate::nodes::Node;
+use crate::settings::Mixture;
 
 /// Share of the domain's height by which a body may stand above the bed, or bodies apart, by round-off.
 const SLACK: f64 = 1e-6;
@@ -29,6 +30,7 @@ pub struct Filled<const D: usize> {
 pub fn nodes<const D: usize>(
     case: &Case,
     options: &DepthOptions,
+    material: &Mixture,
     bed: &Bed<D>,
 ) -> Result<Filled<D>, CaseError> {
     let (mut warnings, mut handed) = (Vec::new(), Vec::new());
@@ -37,18 +39,8 @@ pub fn nodes<const D: usize>(
         |body: &Body| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(&body.name));
     let lattice = Lattice::<D>::of(case, options.spacing);
     for (number, body) in case.bodies.iter().enumerate() {
-        if let Some(list) = case.point_list(number)? {
-            if list.stresses.is_some() {
-                warnings.push(format!(
-                    "bodies[{number}].points: stresses are passed over: depth-integrated flow has none"
-                ));
-            }
-            if list.pore_pressures.is_some() && options.column.is_none() {
-                warnings.push(format!(
-                    "bodies[{number}].points: pore pressures are passed over: give methods.depth-sph.column to follow them"
-                ));
-            }
-            let (own, pressures) = handed_over(case, options, number, &list, bed)?;
+        let density = density(options, material, body, upper(body));
+        if let Some((own, pressures)) = of_points(case, options, (number, density), bed, &mut warnings)? {
             let first = sets[0].len();
             handed.extend(pressures.into_iter().enumerate().map(|(i, pressure)| (first + i, pressure)));
             share(options, &mut sets, own, body, upper(body));
@@ -85,6 +77,45 @@ pub fn nodes<const D: usize>(
         return Err(CaseError::new("bodies", problem));
     }
     Ok(Filled { sets, handed, warnings })
+}
+
+/// Nodes of the points of body `number`, whose flow has that density (kg/m³), with their pore pressures; `None` without points.
+fn of_points<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    (number, density): (usize, f64),
+    bed: &Bed<D>,
+    warnings: &mut Vec<String>,
+) -> Result<Option<(Vec<Node<D>>, Vec<Handed>)>, CaseError> {
+    let Some(mut list) = case.point_list(number)? else { return Ok(None) };
+    // A flow has one density, and what points weigh is kept.
+    for (volume, mass) in list.volumes.iter_mut().zip(list.masses.iter().flatten()) {
+        *volume = mass / density;
+    }
+    if list.stresses.is_some() {
+        warnings.push(format!(
+            "bodies[{number}].points: stresses are passed over: depth-integrated flow has none"
+        ));
+    }
+    if list.pore_pressures.is_some() && options.column.is_none() {
+        warnings.push(format!(
+            "bodies[{number}].points: pore pressures are passed over: give methods.depth-sph.column to follow them"
+        ));
+    }
+    handed_over(case, options, number, &list, bed).map(Some)
+}
+
+/// Density of what stands for a body (kg/m³).
+fn density(options: &DepthOptions, material: &Mixture, body: &Body, upper: bool) -> f64 {
+    match (options.phases, upper) {
+        (Phases::One, _) => material.density(),
+        (Phases::Layers, true) => material.densities.fluid,
+        (Phases::Layers, false) => material.densities.grain,
+        (Phases::Two, _) => {
+            let porosity = options.mixture.as_ref().map_or(0.0, |mixture| mixture.porosity_of(&body.name));
+            material.densities.mixture(porosity)
+        }
+    }
 }
 
 /// Volume, first moment and momentum above a square, and the numbers of its points.

@@ -196,6 +196,13 @@ pub fn hold(case: &Case) -> Option<Hold> {
     obstacle.or_else(|| floor(case).map(|(_, _, wall)| of_wall(wall)))
 }
 
+/// Whether the bed of `case` is smooth all over, or there is none.
+pub fn is_smooth(case: &Case) -> bool {
+    let regions = case.obstacles.iter().flat_map(|obstacle| &obstacle.regions);
+    let mut holds = hold(case).into_iter().chain(regions.map(|region| hold_of(region.wall)));
+    holds.all(|hold| hold == Hold::Smooth)
+}
+
 /// The side that the bed is on.
 pub fn lowest(case: &Case) -> Side {
     if case.space == Space::PlaneStrain { Side::YMin } else { Side::ZMin }
@@ -219,7 +226,12 @@ fn of_wall(wall: &Wall) -> Hold {
 }
 
 fn of_obstacle(obstacle: &Obstacle) -> Hold {
-    match obstacle.wall {
+    hold_of(obstacle.wall)
+}
+
+/// How a wall of an obstacle holds what flows over it.
+pub fn hold_of(wall: ObstacleWall) -> Hold {
+    match wall {
         ObstacleWall::Smooth => Hold::Smooth,
         ObstacleWall::Rough => Hold::Rough,
         ObstacleWall::Frictional { friction_coefficient, .. } => Hold::Frictional(friction_coefficient),

@@ -1,9 +1,9 @@
 //! What flows, and how the bed holds it.
 
 use colluvium_case::{Case, CaseError};
-use colluvium_constitutive::basal::BasalRheology;
+use colluvium_constitutive::basal::{BasalRheology, BasalSpec};
 
-use super::ground::{Hold, hold};
+use super::ground::Hold;
 use super::own;
 use crate::choices::Phases;
 use crate::config::DepthOptions;
@@ -41,20 +41,15 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
 }
 
 /// The law of the bed: that of the options, or what wall and material give.
-pub fn basal_law(case: &Case, options: &DepthOptions) -> Result<Option<BasalRheology>, CaseError> {
-    let law = given_law(case, options)?;
-    if options.phases == Phases::Two && law.is_some_and(|law| !law.is_additive()) {
-        let problem = "is a Bingham profile, which is for one phase: give another law for grains and fluid that move apart";
-        return Err(own("basal", problem));
-    }
-    Ok(law)
-}
-
-fn given_law(case: &Case, options: &DepthOptions) -> Result<Option<BasalRheology>, CaseError> {
+pub fn basal_law(
+    case: &Case,
+    options: &DepthOptions,
+    hold: Option<Hold>,
+) -> Result<Option<BasalRheology>, CaseError> {
     if let Some(spec) = &options.basal {
-        return Ok(Some(spec.build().map_err(|error| own("basal", error.to_string()))?));
+        return built(options, spec, "basal").map(Some);
     }
-    let Some(hold) = hold(case).filter(|hold| *hold != Hold::Smooth) else { return Ok(None) };
+    let Some(hold) = hold.filter(|hold| *hold != Hold::Smooth) else { return Ok(None) };
     let name = &case.bodies[0].material;
     let law = case.materials[name].basal().map_err(|error| {
         CaseError::new(
@@ -62,8 +57,24 @@ fn given_law(case: &Case, options: &DepthOptions) -> Result<Option<BasalRheology
             format!("{error}: give methods.depth-sph.basal, or make the wall below smooth"),
         )
     })?;
-    Ok(Some(match hold {
+    let law = match hold {
         Hold::Frictional(coefficient) => law.with_friction_at_most(coefficient),
         Hold::Rough | Hold::Smooth => law,
-    }))
+    };
+    of_phases(options, law, "basal").map(Some)
+}
+
+/// A law that the options give under a key.
+pub fn built(options: &DepthOptions, spec: &BasalSpec, key: &str) -> Result<BasalRheology, CaseError> {
+    let law = spec.build().map_err(|error| own(key, error.to_string()))?;
+    of_phases(options, law, key)
+}
+
+/// Refuses a law that is for one phase where there are two.
+fn of_phases(options: &DepthOptions, law: BasalRheology, key: &str) -> Result<BasalRheology, CaseError> {
+    if options.phases == Phases::Two && !law.is_additive() {
+        let problem = "is a Bingham profile, which is for one phase: give another law for grains and fluid that move apart";
+        return Err(own(key, problem));
+    }
+    Ok(law)
 }

@@ -9,6 +9,7 @@ mod rasters;
 mod refuse;
 mod sampled;
 mod sides;
+mod zones;
 
 use std::sync::Arc;
 
@@ -25,7 +26,7 @@ use crate::choices::{Frame, Phases};
 use crate::config::{DepthOptions, FluidResistanceOptions};
 use crate::flow::{Failure, Flow, Outside};
 use crate::settings::{
-    Consolidation, EarthPressure, FluidResistance, Mixture, Numerics, PoreColumn, Settings, Zone,
+    Consolidation, EarthPressure, FluidResistance, Mixture, Numerics, PoreColumn, Settings,
 };
 use crate::solver::DepthSolver;
 use crate::stages::ends;
@@ -143,7 +144,7 @@ fn made<const D: usize>(
             depths.as_ref().map_or(of_zone, |raster| of_zone.min(most(raster)))
         });
     }
-    let filled = bodies::nodes::<D>(case, options, &bed)?;
+    let filled = bodies::nodes::<D>(case, options, &settings.material, &bed)?;
     warnings.extend(filled.warnings);
     let ends = ends::<D>(case, 0);
     let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
@@ -207,7 +208,7 @@ fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Setti
         material,
         drag,
         column: column(options, &material),
-        zones: zones(case, options)?,
+        zones: zones::zones(case, options)?,
         fluid_resistance: fluid_resistance(options),
         earth_pressure: options.earth_pressure.map(|earth| {
             let (internal, basal) = (earth.internal_friction_angle, earth.basal_friction_angle);
@@ -265,35 +266,4 @@ fn fluid_resistance(options: &DepthOptions) -> FluidResistance {
         FluidResistanceOptions::Manning { coefficient } => FluidResistance::Manning(coefficient),
         FluidResistanceOptions::Turbulent { turbulence } => FluidResistance::Turbulent(turbulence),
     }
-}
-
-/// The parts of the bed, the rest of it last.
-fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError> {
-    let law = material::basal_law(case, options)?;
-    let mut zones = Vec::new();
-    for (number, region) in options.regions.iter().enumerate() {
-        let key = |name: &str| format!("regions[{number}].{name}");
-        let shape = region.shape.clone().map(|shape| case.off_origin(shape));
-        let part = case.plan_region(shape, region.outline.as_deref());
-        let part = part.map_err(|(below, problem)| own(&key(&below), problem))?;
-        let law = match &region.basal {
-            Some(spec) => Some(spec.build().map_err(|error| own(&key("basal"), error.to_string()))?),
-            None => law,
-        };
-        zones.push(Zone {
-            part: Some(part),
-            law,
-            drainage: region.drainage.unwrap_or(options.drainage),
-            erosion: region.erosion,
-            erodible_depth: region.erodible_depth.or(options.erodible_depth).unwrap_or(f64::INFINITY),
-        });
-    }
-    zones.push(Zone {
-        part: None,
-        law,
-        drainage: options.drainage,
-        erosion: options.erosion,
-        erodible_depth: options.erodible_depth.unwrap_or(f64::INFINITY),
-    });
-    Ok(zones)
 }

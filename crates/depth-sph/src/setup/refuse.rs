@@ -4,7 +4,7 @@ use colluvium_case::description::{Body, Boundary, Velocity, Wall};
 use colluvium_case::{Case, CaseError, Honours, Needs};
 
 use super::NAME;
-use super::ground::{Hold, hold, lowest};
+use super::ground::{is_smooth, lowest};
 use crate::choices::{Phases, Search};
 use crate::config::DepthOptions;
 use crate::stages::is_passed_over;
@@ -25,6 +25,7 @@ pub(crate) fn honours() -> Honours {
             "obstacles.shape=*",
             "obstacles.shape.*",
             "obstacles.wall=*",
+            "obstacles.regions*",
             "output.rasters*",
             "measures=gauge",
             "measures=discharge",
@@ -55,8 +56,11 @@ pub(crate) fn honours() -> Honours {
         .passes_over("obstacles.separation", "flows of depth-sph stay on their bed")
         .passes_over("bodies.sampling*", "nodes of depth-sph lie on a lattice")
         .passes_over("bodies.shape.rows=terrain", "flows of depth-sph have columns and no rows of points")
-        .refuses("obstacles.regions", "what differs in parts of the bed stands in methods.depth-sph.regions")
         .refuses("obstacles.wall.adhesion", "say how the bed resists in methods.depth-sph.basal")
+        .refuses(
+            "obstacles.regions.wall.adhesion",
+            "say how parts of the bed resist in methods.depth-sph.regions",
+        )
         .refuses("boundaries.group", "depth-sph has no mesh with groups of nodes")
         .refuses("boundaries.drained", "say what the bed lets through in methods.depth-sph.drainage")
         .refuses("loads", "depth-sph cannot apply tractions")
@@ -166,7 +170,7 @@ fn refuse_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
         let upper =
             |name: &String| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(name));
         // Bodies of porosities of their own differ by their density, and the bed holds them by a law that is given, or not at all.
-        let one_law = options.basal.is_some() || hold(case).is_none_or(|hold| hold == Hold::Smooth);
+        let one_law = options.basal.is_some() || is_smooth(case);
         let mixed = |name: &String| {
             one_law && options.mixture.as_ref().is_some_and(|mixture| mixture.porosities.contains_key(name))
         };

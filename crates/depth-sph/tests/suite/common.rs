@@ -1,8 +1,11 @@
 //! What tests of runs share.
 
+use std::path::Path;
+
 use colluvium_case::{Case, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::flow::Flow;
+use colluvium_points::Raster;
 use colluvium_testkit::cases::begin;
 use serde_json::Value;
 
@@ -35,4 +38,21 @@ pub fn run<const D: usize>(flow: &mut Flow<D>, end: f64) {
         let dt = flow.limit().dt.min(end - flow.time);
         flow.advance(dt).unwrap();
     }
+}
+
+/// Writes an ESRI ASCII grid of `z` over a window.
+pub fn grid(file: &Path, low: [f64; 2], counts: [usize; 2], spacing: f64, z: impl Fn(f64, f64) -> f64) {
+    let raster = Raster::from_function(counts, low, [spacing; 2], z);
+    let mut text = format!(
+        "ncols {}\nnrows {}\nxllcenter {}\nyllcenter {}\ncellsize {spacing}\nnodata_value -9999\n",
+        counts[0], counts[1], low[0], low[1]
+    );
+    for row in (0..counts[1]).rev() {
+        for column in 0..counts[0] {
+            let z = raster.at(column, row);
+            text += &format!("{:?} ", if z.is_finite() { z } else { -9999.0 });
+        }
+        text.push('\n');
+    }
+    std::fs::write(file, text).unwrap();
 }

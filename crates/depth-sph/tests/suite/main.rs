@@ -9,6 +9,7 @@ mod inflow;
 mod mapped;
 mod open_ends;
 mod open_sides;
+mod parts;
 mod scour;
 mod small_waves;
 mod terrain;

@@ -9,21 +9,9 @@ use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
 
-/// Writes an ESRI ASCII grid of `z` over a window.
+/// Writes the terrain, an ESRI ASCII grid of `z` over a window.
 fn grid(folder: &Path, low: [f64; 2], counts: [usize; 2], spacing: f64, z: impl Fn(f64, f64) -> f64) {
-    let raster = Raster::from_function(counts, low, [spacing; 2], z);
-    let mut text = format!(
-        "ncols {}\nnrows {}\nxllcenter {}\nyllcenter {}\ncellsize {spacing}\nnodata_value -9999\n",
-        counts[0], counts[1], low[0], low[1]
-    );
-    for row in (0..counts[1]).rev() {
-        for column in 0..counts[0] {
-            let z = raster.at(column, row);
-            text += &format!("{:?} ", if z.is_finite() { z } else { -9999.0 });
-        }
-        text.push('\n');
-    }
-    std::fs::write(folder.join("terrain.asc"), text).unwrap();
+    super::common::grid(&folder.join("terrain.asc"), low, counts, spacing, z);
 }
 
 /// A body of sand over a raster, of friction 30° by itself.
@@ -445,7 +433,7 @@ fn a_region_from_an_outline_is_that_of_its_shape() {
         DepthSph.plan(&case(folder.path(), &value)).map(|_| ()).unwrap_err().to_string()
     };
     let start = "methods.depth-sph.regions[0].";
-    assert!(refused(json!({})).starts_with(&format!("{start}shape: give either")));
+    assert!(refused(json!({})).starts_with(&format!("{start}shape: give one of")));
     assert!(refused(json!({ "outline": "none.shp" })).starts_with(&format!("{start}outline: /")));
     // Coordinates from the origin in place of those of the map.
     let unshifted = json!({ "shape": { "kind": "box", "min": [30, 0], "max": [80, 40] } });

@@ -30,7 +30,8 @@ pub(super) fn point_set<const D: usize>(
     let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
-    let density = case.materials[&body.material].density();
+    let mass = volume.iter().enumerate().map(|(i, v)| Ok(v * case.density_at(number, listed.as_ref(), i)?));
+    let mass = mass.collect::<Result<Vec<f64>, CaseError>>()?;
     let pore = wet.then(|| two_phase::pore_set(case, body, listed.as_ref(), &position));
     let Begun { material, stress, states } = case.begin_law(number, listed.as_ref(), &position)?;
     let velocity_at = |(point, x): (usize, &[f64; D])| {
@@ -52,7 +53,7 @@ pub(super) fn point_set<const D: usize>(
             id: (first_id as u32..(first_id + position.len()) as u32).collect(),
             seen: if options.transfer.is_affine() { Vec::new() } else { velocity.clone() },
             velocity,
-            mass: volume.iter().map(|v| v * density).collect(),
+            mass,
             initial_volume: volume.clone(),
             volume,
             stress,

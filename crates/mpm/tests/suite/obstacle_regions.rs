@@ -116,7 +116,12 @@ fn regions_that_are_none_are_refused_where_they_stand() {
     let found = problem(&region("shape", json!({ "kind": "box", "min": [0, 0], "max": [1, 1] })));
     assert!(found.starts_with("obstacles[0].regions[0].shape.min: "), "{found}");
     let found = problem(&region("outline", json!("part.geojson")));
-    assert_eq!(found, "obstacles[0].regions[0].shape: give either a shape or an outline");
+    assert_eq!(found, "obstacles[0].regions[0].shape: give one of a shape, an outline and a raster");
+    let found = problem(&|case: &mut Value| {
+        case["obstacles"][0]["regions"][0] =
+            json!({ "raster": { "file": "cover.asc" }, "wall": { "kind": "rough" } });
+    });
+    assert!(found.starts_with("obstacles[0].regions[0].raster: a raster over a plan needs"), "{found}");
     let found = problem(&|case: &mut Value| {
         case["obstacles"][0]["regions"][0] =
             json!({ "outline": "part.geojson", "wall": { "kind": "rough" } });

@@ -30,7 +30,8 @@ pub(super) fn body<const D: usize>(
     }
     let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume).collect();
-    let density = case.materials[&of_case.material].density();
+    let mass = volume.iter().enumerate().map(|(i, v)| Ok(v * case.density_at(number, listed.as_ref(), i)?));
+    let mass = mass.collect::<Result<Vec<f64>, CaseError>>()?;
     let Begun { material, stress, states } = case.begin_law(number, listed.as_ref(), &position)?;
     let velocity_of = |(point, x): (usize, &[f64; D])| {
         let given = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
@@ -47,7 +48,7 @@ pub(super) fn body<const D: usize>(
         origin: position.clone(),
         velocity,
         affine,
-        mass: volume.iter().map(|v| v * density).collect(),
+        mass,
         stress,
         work: Vec::new(),
         position,

@@ -55,7 +55,8 @@ pub(super) fn add_body<const D: usize>(
             CaseError::new("methods.sph.sound_speed", problem)
         })?),
     };
-    let density = spec.density();
+    let densities = (0..samples.len()).map(|i| case.density_at(number, listed.as_ref(), i));
+    let densities = densities.collect::<Result<Vec<f64>, CaseError>>()?;
     let Begun { material, stress, states } = case.begin_law(number, listed.as_ref(), &positions)?;
     let count = positions.len();
     particles.id.extend(start as u32..(start + count) as u32);
@@ -71,8 +72,8 @@ pub(super) fn add_body<const D: usize>(
         None => corner::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v)),
     };
     particles.velocity.extend(positions.iter().enumerate().map(velocity));
-    particles.mass.extend(samples.iter().map(|sample| sample.volume * density));
-    particles.density.extend(std::iter::repeat_n(density, count));
+    particles.mass.extend(samples.iter().zip(&densities).map(|(sample, density)| sample.volume * density));
+    particles.density.extend(densities);
     particles.sound.extend(std::iter::repeat_n(0.0, count));
     particles.length.extend(std::iter::repeat_n(options.length(), count));
     particles.stress.extend(stress);
@@ -92,7 +93,7 @@ pub(super) fn add_body<const D: usize>(
         material,
         states,
         youngs_modulus,
-        density,
+        density: spec.density(),
         held,
         history,
         factor,
