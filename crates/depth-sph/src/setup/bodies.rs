@@ -79,6 +79,9 @@ pub fn nodes<const D: usize>(
     Ok(Filled { sets, handed, warnings })
 }
 
+/// Nodes of points, with the pore pressure over the depth of each where there are columns.
+type Taken<const D: usize> = (Vec<Node<D>>, Vec<Handed>);
+
 /// Nodes of the points of body `number`, whose flow has that density (kg/m³), with their pore pressures; `None` without points.
 fn of_points<const D: usize>(
     case: &Case,
@@ -86,7 +89,7 @@ fn of_points<const D: usize>(
     (number, density): (usize, f64),
     bed: &Bed<D>,
     warnings: &mut Vec<String>,
-) -> Result<Option<(Vec<Node<D>>, Vec<Handed>)>, CaseError> {
+) -> Result<Option<Taken<D>>, CaseError> {
     let Some(mut list) = case.point_list(number)? else { return Ok(None) };
     // A flow has one density, and what points weigh is kept.
     for (volume, mass) in list.volumes.iter_mut().zip(list.masses.iter().flatten()) {
@@ -129,7 +132,7 @@ fn handed_over<const D: usize>(
     number: usize,
     list: &PointList,
     bed: &Bed<D>,
-) -> Result<(Vec<Node<D>>, Vec<Handed>), CaseError> {
+) -> Result<Taken<D>, CaseError> {
     let lattice = Lattice::<D>::of(case, options.spacing);
     let mut squares: BTreeMap<[i64; D], Square<D>> = BTreeMap::new();
     for (point, (x, volume)) in list.positions.iter().zip(&list.volumes).enumerate() {

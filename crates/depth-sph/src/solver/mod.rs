@@ -25,6 +25,9 @@ use crate::stages;
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 6;
 
+/// Steps of a stage that is passed over for each check that its criterion wants.
+const CHECKS: f64 = 4.0;
+
 /// When the flow came to rest (sheet: depth-sph §0, stopping).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Rest {
@@ -110,6 +113,16 @@ impl<const D: usize> DepthSolver<D> {
 
     fn is_passed_over(&self) -> bool {
         stages::is_passed_over(&self.case.stages[self.stage])
+    }
+
+    /// Bound on the step (s) where nothing moves: a stage that is passed over ends when its criterion has been asked as often as it
+    /// wants, and where all of the flow has left, the run goes on to its end.
+    fn idle(&self) -> f64 {
+        let stage = &self.case.stages[self.stage];
+        if let Some(criterion) = stage.equilibrium {
+            return stage.duration / (CHECKS * f64::from(criterion.hold.max(1)));
+        }
+        if self.flow.gone > 0 && self.points() == 0 { self.case.end_time() } else { f64::INFINITY }
     }
 
     fn failed(&self, failure: Failure) -> SolverError {
@@ -245,12 +258,11 @@ impl<const D: usize> Solver for DepthSolver<D> {
             point: node.map(|(nodes, i)| nodes.id[i]),
             position: node.map_or([0.0; 3], |(nodes, i)| spatial(&nodes.position[i])),
         };
-        match self.options.max_time_step {
-            Some(longest) if longest < step.dt => {
-                TimeStep { dt: longest, limit: StepLimit::FIXED, point: None, position: [0.0; 3] }
-            }
-            _ => step,
+        let longest = self.options.max_time_step.unwrap_or(f64::INFINITY).min(self.idle());
+        if longest < step.dt {
+            return TimeStep { dt: longest, limit: StepLimit::FIXED, point: None, position: [0.0; 3] };
         }
+        step
     }
 
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
@@ -290,6 +302,10 @@ impl<const D: usize> Solver for DepthSolver<D> {
             }
         }
         Ok(())
+    }
+
+    fn steps_between_checks(&self) -> u64 {
+        1
     }
 
     fn equilibrium(&self) -> Option<Equilibrium> {

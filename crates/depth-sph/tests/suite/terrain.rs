@@ -146,6 +146,23 @@ fn nodes_that_leave_the_raster_are_counted_or_end_the_run() {
     assert!(error.contains("it has left the terrain"), "{error}");
 }
 
+/// The run goes on to its end, and has rasters of what has passed.
+#[test]
+fn a_flow_that_has_left_altogether_is_no_error() {
+    let folder = tempfile::tempdir().unwrap();
+    grid(folder.path(), [0.0, 0.0], [16, 11], 2.0, |x, _| 40.0 - x);
+    let shape = json!({ "kind": "box", "min": [24, 8, 0], "max": [28, 12, 17] });
+    let mut value = over_raster(&shape, &json!({ "kind": "smooth" }));
+    value["domain"]["max"] = json!([30, 20, 60]);
+    value["output"] = json!({ "rasters": {} });
+    let solver = run(&case(folder.path(), &value), 30.0);
+    assert_eq!((solver.points(), solver.snapshot().positions.len()), (0, 0));
+    let peak = raster(solver.as_ref(), "peak_thickness_vertical");
+    assert!(known(&peak).fold(0.0, f64::max) > 1.0);
+    let left = solver.readings().iter().find(|(reading, ..)| reading == "volume_left").unwrap().2;
+    assert!(left > 10.0 && solver.remarks().iter().any(|remark| remark.contains("have left the terrain")));
+}
+
 #[test]
 fn terrain_that_is_none_is_refused_by_path() {
     let folder = tempfile::tempdir().unwrap();

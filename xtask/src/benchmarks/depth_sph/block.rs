@@ -164,7 +164,7 @@ fn rack(outcome: &mut Outcome) -> Result<(), String> {
             let mut settings = saturated(12.0, 1.0, 0.5)?;
             let shape = json!({ "kind": "box", "min": [0], "max": [length] });
             let region = serde_json::from_value(shape).map_err(|error| error.to_string())?;
-            let zone = Zone { part: Some(PlanRegion::Shape(region)), drainage, ..settings.zones[0].clone() };
+            let zone = Zone { parts: vec![PlanRegion::Shape(region)], drainage, ..settings.zones[0].clone() };
             settings.zones.insert(0, zone);
             let mut flow = block(settings, Bed::Flat(0.0), 2.0, 1e-9, 8.0)?;
             let mut before = state(&flow);

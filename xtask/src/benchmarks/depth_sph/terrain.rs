@@ -196,7 +196,7 @@ fn release() -> Result<Flow<2>, String> {
     let region = serde_json::from_value(shape).map_err(|error| error.to_string())?;
     let rest = Zone::everywhere(basal);
     let erosion = Some(Erosion::Hungr { rate: 0.0011, plan_speed: true });
-    settings.zones = vec![Zone { part: Some(PlanRegion::Shape(region)), erosion, ..rest.clone() }, rest];
+    settings.zones = vec![Zone { parts: vec![PlanRegion::Shape(region)], erosion, ..rest.clone() }, rest];
     settings.column = Some(PoreColumn {
         cells: 10,
         weight: 1.0,
