@@ -1,6 +1,6 @@
 //! The points that methods set in bodies.
 
-use colluvium_points::{Sample, Sampling, fitted, lattice};
+use colluvium_points::{Sample, Sampling, fitted, lattice, poisson_spaced};
 
 use crate::{Case, CaseError};
 
@@ -19,6 +19,7 @@ impl Case {
         let (key, samples) = match body.sampling {
             Sampling::Lattice => ("shape", lattice(&body.shape, origin, spacing)),
             Sampling::Fitted => ("sampling", fitted(&body.shape, origin, spacing)),
+            Sampling::PoissonDisk => ("sampling", poisson_spaced(&body.shape, spacing, body.sampling_seed)),
         };
         samples.map_err(|error| CaseError::new(format!("bodies[{number}].{key}"), error.to_string()))
     }

@@ -43,7 +43,8 @@ pub use pieces::Pieces;
 pub use polygon::Corners;
 pub use raster::{Georeference, Raster, RasterError};
 pub use sampling::{
-    Sample, Sampling, SamplingError, fitted, gauss_per_cell, lattice, overlap, per_cell, poisson_disk, random,
+    Sample, Sampling, SamplingError, fitted, gauss_per_cell, lattice, overlap, per_cell, poisson_disk,
+    poisson_spaced, random,
 };
 pub use shape::{Shape, ShapeError};
 pub use skin::{Piece, area_vectors};

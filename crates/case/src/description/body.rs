@@ -22,6 +22,9 @@ pub struct Body {
     /// How the points lie that a method sets in the shape; grains (dem) and methods over the plan have ways of their own.
     #[serde(default, skip_serializing_if = "Sampling::is_lattice")]
     pub sampling: Sampling,
+    /// What the places of `poisson-disk` follow from: another number, other places.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sampling_seed: u64,
     /// Name of its material.
     pub material: String,
     /// Initial velocity; at rest by default. Of a rigid body `uniform`, or `linear` with a turn, where the motion of the first
@@ -43,6 +46,11 @@ pub struct Body {
     /// ends the run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub drop_outside: bool,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_zero(value: &u64) -> bool {
+    *value == 0
 }
 
 /// An initial velocity field (m/s).

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use colluvium_constitutive::MaterialSpec;
-use colluvium_points::{SamplingError, Shape, meeting_boxes, overlap};
+use colluvium_points::{Sampling, SamplingError, Shape, meeting_boxes, overlap};
 
 use super::{Findings, OVERLAP_RESOLUTION};
 use crate::Formula;
@@ -68,14 +68,22 @@ impl Findings<'_> {
         }
     }
 
-    /// Rows along sides are laid in the plane, in shapes with straight and round sides, where a method sets the points.
+    /// Rows along sides are laid in the plane, in shapes with straight and round sides, where a method sets the points; a seed is of
+    /// places at random.
     fn sampling(&mut self, number: usize) {
         let body = &self.case.bodies[number];
+        let seeded = body.sampling == Sampling::PoissonDisk;
+        let problem = "is of `sampling` `poisson-disk`: nothing else is at random";
+        self.require(seeded || body.sampling_seed == 0, format!("bodies[{number}].sampling_seed"), problem);
         if body.sampling.is_lattice() {
             return;
         }
         let path = format!("bodies[{number}].sampling");
         self.require(body.points.is_none(), path.clone(), "the points of the body are those of its file");
+        if seeded {
+            let rows = "the points of rows that follow a terrain have their places";
+            return self.require(!body.shape.follows_terrain(), path, rows);
+        }
         // What is wrong with the shape itself is told of it.
         let sides = self.case.dimension() == 2 && (body.shape.validate(2).is_err() || body.shape.has_sides());
         self.require(sides, path, SamplingError::NoSides.to_string());

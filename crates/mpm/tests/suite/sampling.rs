@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use colluvium_case::Case;
+use colluvium_case::{Case, Solver};
+use colluvium_mpm::Mpm;
+use colluvium_testkit::cases::begin;
 use serde_json::{Value, json};
 
 use crate::common::solve;
@@ -28,4 +30,34 @@ fn fitted_points_have_the_mass_of_the_body() {
     assert!((plane - 1.0).abs() < 1e-12, "{plane}");
     let torus = mass("axisymmetric", &ball(1.0)) / (1e3 * PI * 2.0);
     assert!((torus - 1.0).abs() < 1e-12, "{torus}");
+}
+
+/// A block in space or in the plane, whose points lie at random.
+fn random(space: &str, seed: u64) -> Value {
+    let d = if space == "3d" { 3 } else { 2 };
+    json!({
+        "title": "random", "space": space, "domain": { "min": vec![0; d], "max": vec![2; d] }, "gravity": vec![0; d],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "sampling": "poisson-disk", "sampling_seed": seed,
+            "shape": { "kind": "box", "min": vec![0.52; d], "max": vec![1.31; d] } }],
+        "stages": [{ "name": "s", "duration": 1e-3 }],
+        "methods": { "mpm": { "cell_size": 0.25 } }
+    })
+}
+
+#[test]
+fn points_at_random_have_the_mass_of_the_body_and_follow_from_their_seed() {
+    for (space, volume) in [("plane-strain", 0.79 * 0.79), ("3d", 0.79 * 0.79 * 0.79)] {
+        let begun = |seed: u64| begin(&Mpm, &Case::from_json(&random(space, seed).to_string()).unwrap());
+        let one = begun(7);
+        let mass = one.totals().mass;
+        assert!((mass / (1000.0 * volume) - 1.0).abs() < 1e-12, "{space}: {mass}");
+        let places = |solver: &dyn Solver| solver.snapshot().positions;
+        assert_eq!(places(&*one), places(&*begun(7)));
+        assert_ne!(places(&*one), places(&*begun(8)));
+    }
+    let mut lattice = random("plane-strain", 7);
+    lattice["bodies"][0]["sampling"] = json!("lattice");
+    let error = Case::from_json(&lattice.to_string()).unwrap_err().to_string();
+    assert!(error.starts_with("bodies[0].sampling_seed: is of `sampling` `poisson-disk`"), "{error}");
 }

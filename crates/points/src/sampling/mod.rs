@@ -15,7 +15,7 @@ mod rows;
 
 pub use fitted::fitted;
 pub use gauss::gauss_per_cell;
-pub use poisson::poisson_disk;
+pub use poisson::{poisson_disk, poisson_spaced};
 
 /// More candidates than this are refused: their numbers and places would not fit in memory.
 const MOST_CANDIDATES: f64 = (1u64 << 28) as f64;
@@ -40,6 +40,10 @@ pub enum Sampling {
     /// patch and with the exact area of it. Rows of round sides come first and go on until those of other sides meet them; the lattice
     /// fills the rest. For boxes, balls, polygons and what is made of them.
     Fitted,
+    /// At random, no two points closer than a distance, and none of them missing that would have room (Poisson disk): without the
+    /// directions of a lattice. As many as a lattice has, and each with the same share of the volume of the shape; which points
+    /// follows from `sampling_seed`.
+    PoissonDisk,
 }
 
 impl Sampling {

@@ -63,6 +63,42 @@ pub fn poisson_disk<const D: usize>(
     Ok(positions.into_iter().map(|position| Sample { position, volume }).collect())
 }
 
+/// Points over a length, area or volume whose places are at random and no closer than one, when no other fits: jamming of random
+/// sequential adsorption (1D: Rényi 1958; 2D and 3D: Torquato, Uche & Stillinger 2006, Phys. Rev. E 74, 061308, of coverings 0.547
+/// and 0.384).
+const JAMMED: [f64; 3] = [0.7476, 0.6965, 0.7336];
+
+/// Share by which the number of points may be off.
+const OFF: f64 = 0.01;
+
+/// Samplings until it is not, at most.
+const PASSES: usize = 6;
+
+/// [`poisson_disk`] with as many points as a lattice of this `spacing` (m) has, within about a hundredth where there are many:
+/// the distance is that of jamming, and made to fit since more points lie at the sides than within.
+///
+/// # Errors
+/// As [`poisson_disk`].
+pub fn poisson_spaced<const D: usize>(
+    shape: &Shape,
+    spacing: f64,
+    seed: u64,
+) -> Result<Vec<Sample<D>>, SamplingError> {
+    let wanted = measure::<D>(shape)? / spacing.powi(D as i32);
+    let root = 1.0 / D as f64;
+    let mut distance = spacing * JAMMED[D - 1].powf(root);
+    let mut samples = poisson_disk(shape, distance, seed)?;
+    for _ in 1..PASSES {
+        let ratio = samples.len() as f64 / wanted;
+        if samples.is_empty() || (ratio - 1.0).abs() <= OFF.max(0.5 / wanted) {
+            break;
+        }
+        distance *= ratio.powf(root);
+        samples = poisson_disk(shape, distance, seed)?;
+    }
+    Ok(samples)
+}
+
 /// Length, area or volume: in closed form, or counted on a lattice of about a million cells.
 fn measure<const D: usize>(shape: &Shape) -> Result<f64, SamplingError> {
     if let Some(measure) = shape.measure(D) {
@@ -238,6 +274,44 @@ mod tests {
             let cubes = [0.0, 0.3].map(|low| Shape::Box { min: vec![low; 3], max: vec![low + 0.5; 3] });
             is_a_maximal_packing::<3>(&Shape::Union { shapes: cubes.to_vec() }, 0.15, seed, 0);
         }
+    }
+
+    /// As many points as a lattice, evenly, with a distance that the lattice's is not far above, and all of the volume.
+    fn stands_in_for_a_lattice<const D: usize>(shape: &Shape, spacing: f64, most_off: f64, least: f64) {
+        let samples = poisson_spaced::<D>(shape, spacing, 3).unwrap();
+        let volume = shape.measure(D).unwrap();
+        let wanted = volume / spacing.powi(D as i32);
+        let count = samples.len() as f64;
+        assert!((count / wanted - 1.0).abs() <= most_off, "{D}: {count} points for {wanted}");
+        let sum: f64 = samples.iter().map(|sample| sample.volume).sum();
+        assert!((sum / volume - 1.0).abs() < 1e-12, "{D}: {sum}");
+        let apart = |a: &Sample<D>, b: &Sample<D>| {
+            (0..D).map(|c| (a.position[c] - b.position[c]).powi(2)).sum::<f64>().sqrt()
+        };
+        let nearest =
+            samples.iter().enumerate().flat_map(|(i, a)| samples[..i].iter().map(move |b| apart(a, b)));
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        assert!(nearest > least * spacing, "{D}: {nearest} m");
+        // Either half of it has half of the points, but for those on the cut.
+        for axis in 0..D {
+            let (low, high) = shape.bounds(D);
+            let middle = 0.5 * (low[axis] + high[axis]);
+            let below = samples.iter().filter(|sample| sample.position[axis] < middle).count() as f64;
+            let scatter = count.powf(0.5 * (D as f64 - 1.0) / D as f64);
+            assert!((below - 0.5 * count).abs() <= 2.0 + 2.0 * scatter, "{D}: {below} of {count}");
+        }
+        assert_eq!(samples, poisson_spaced::<D>(shape, spacing, 3).unwrap());
+        assert_ne!(samples, poisson_spaced::<D>(shape, spacing, 4).unwrap());
+    }
+
+    #[test]
+    fn points_at_random_are_as_many_as_on_a_lattice_and_carry_the_whole_volume() {
+        let cube = |dimension: usize| Shape::Box { min: vec![0.2; dimension], max: vec![1.2; dimension] };
+        stands_in_for_a_lattice::<1>(&cube(1), 0.005, 0.02, 0.7);
+        stands_in_for_a_lattice::<2>(&cube(2), 0.05, 0.02, 0.8);
+        stands_in_for_a_lattice::<3>(&cube(3), 0.1, 0.02, 0.85);
+        let ball = Shape::Ball { centre: vec![0.0; 2], radius: 1.0 };
+        stands_in_for_a_lattice::<2>(&ball, 0.07, 0.02, 0.8);
     }
 
     #[test]

@@ -86,3 +86,19 @@ fn rows_where_there_are_none_are_refused_by_name() {
         assert!(error.contains("bodies[0].sampling"), "{error}");
     }
 }
+
+#[test]
+fn points_at_random_carry_the_mass_of_a_disc_and_come_to_rest_in_it() {
+    let text = json!({
+        "title": "disc", "space": "plane-strain", "domain": { "min": [-2.5, -2.5], "max": [2.5, 2.5] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "disc", "material": "m", "sampling": "poisson-disk", "sampling_seed": 3, "shape": ball(1.0) }],
+        "stages": [{ "name": "load", "duration": 0.3, "damping": 0.5, "gravity_ramp": 0.1 }],
+        "obstacles": [{ "name": "bowl", "wall": { "kind": "smooth" }, "shape": { "kind": "ball", "centre": [0, 0], "radius": 1.001, "hollow": true } }],
+        "methods": { "sph": { "spacing": 0.1 } }
+    });
+    let report = solve(&Case::from_json(&text.to_string()).unwrap());
+    let exact = 1000.0 * std::f64::consts::PI;
+    assert!((report.end.mass / exact - 1.0).abs() < 1e-12, "{}", report.end.mass);
+    assert!(report.end.kinetic < 1e-9 * exact, "{} J", report.end.kinetic);
+}
