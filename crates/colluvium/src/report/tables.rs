@@ -93,7 +93,9 @@ pub(super) fn budget(results: &Results) -> Markup {
             p class="soft" { "The method keeps no totals of mass and energy." }
         };
     }
-    let energies: Vec<usize> = found.clone().filter(|&k| table.columns[k].1 == "J").collect();
+    // The total is a sum itself.
+    let is_part = |k: &usize| table.columns[*k].1 == "J" && table.columns[*k].0 != "total_energy";
+    let energies: Vec<usize> = found.clone().filter(is_part).collect();
     let sum = |row: &[f64]| energies.iter().map(|&k| row[k]).sum::<f64>();
     let line = |name: String, from: f64, to: f64| {
         html! {
