@@ -39,7 +39,8 @@ pub use features::{Feature, Honours, Needs};
 pub use formula::Formula;
 pub use load::spatial;
 pub use obstacle::{
-    Covering, ObstacleLaw, ObstacleLaws, SLACK, Standing, holding, normal_inside, read_pairs,
+    Covering, MovingObstacle, ObstacleLaw, ObstacleLaws, SLACK, Standing, holding, normal_inside, read_pairs,
+    slowed_for_obstacles,
 };
 pub use plan_region::PlanRegion;
 pub use point_list::{GrainColumns, PointList};

@@ -17,7 +17,7 @@ use crate::solver::DemSolver;
 use crate::surfaces::Facet;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -84,6 +84,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let wall = |wall: &crate::walls::Wall<D>| {
             let mut numbers = vec![wall.position, wall.velocity.get(wall.axis).copied().unwrap_or(0.0)];
             numbers.extend(wall.reaction.as_flattened());
+            numbers.extend(&wall.moment);
             (wall.boundary as u32, numbers)
         };
         let head = Head {
@@ -175,8 +176,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let ([position, velocity], reaction) = numbers.split_first_chunk()?;
             wall.position = *position;
             wall.velocity[wall.axis] = *velocity;
-            wall.moving.iter_mut().for_each(|moving| moving.go_to(head.time, head.last));
-            let (force, impulse) = reaction.split_at_checked(D)?;
+            if let Some(moving) = &mut wall.moving {
+                moving.go_to(head.time);
+                moving.take_pace(head.time, head.last);
+            }
+            let (reaction, moment) = reaction.split_at_checked(2 * D)?;
+            let (force, impulse) = reaction.split_at(D);
+            wall.moment = <[f64; 3]>::try_from(moment).ok()?;
             wall.reaction = [<[f64; D]>::try_from(force).ok()?, <[f64; D]>::try_from(impulse).ok()?];
         }
         (self.time, self.step, self.last, self.fastest) = (head.time, head.step, head.last, head.fastest);
@@ -230,7 +236,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
                     // The next step starts from rest: it kicks by half.
                     self.last = 0.0;
                     for moving in self.walls.iter_mut().filter_map(|wall| wall.moving.as_mut()) {
-                        moving.go_to(self.time, 0.0);
+                        moving.take_pace(self.time, 0.0);
                     }
                 }
                 Reset::Displacement => self.grains.origin.clone_from(&self.grains.position),
@@ -260,7 +266,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
             return self.reaction_of_body(name);
         };
         let [force, impulse] = wall.reaction.map(|of| spatial(&of));
-        Some(Reaction { force, impulse, moment: None })
+        Some(Reaction { force, impulse, moment: wall.surface.is_some().then_some(wall.moment) })
     }
 
     fn dissipated(&self) -> Option<f64> {

@@ -3,12 +3,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use colluvium_case::ObstacleLaws;
+use colluvium_case::{MovingObstacle, ObstacleLaws, spatial};
 use colluvium_points::Surface;
+use colluvium_points::surface::cross;
 
 use crate::contact::{APART, Law, Tally, Touch, act, end};
 use crate::pairs::{Columns, Memories, MemoriesMut};
-use crate::surfaces::{FREE, Facet, Moving, SLOTS};
+use crate::surfaces::{FREE, Facet, SLOTS};
 use crate::sweep::{AtPlane, Laws, Planes, Scene, Virial, Way, count};
 use crate::vector::{WIDTH, add, along, dot, minus, moment, spread};
 
@@ -18,7 +19,7 @@ pub struct Wall<const D: usize> {
     /// The surface of an obstacle, where it is at the start; `None` for a plane across an axis.
     pub surface: Option<Arc<dyn Surface<D>>>,
     /// The way of an obstacle that moves.
-    pub moving: Option<Moving<D>>,
+    pub moving: Option<MovingObstacle<D>>,
     /// Index into the boundaries of the case; obstacles follow them.
     pub boundary: usize,
     /// Name.
@@ -39,6 +40,22 @@ pub struct Wall<const D: usize> {
     pub regions: Vec<Vec<Law>>,
     /// Force on it in the last step (N), and impulse since the start (N s).
     pub reaction: [[f64; D]; 2],
+    /// Of an obstacle, the moment of that force about the zero of the coordinates (N m).
+    pub moment: [f64; 3],
+}
+
+/// What a wall bears.
+#[derive(Clone, Copy, Debug)]
+pub struct Borne<const D: usize> {
+    /// Force (N).
+    pub force: [f64; D],
+    /// Of an obstacle, its moment about the zero of the coordinates (N m).
+    pub moment: [f64; 3],
+}
+
+impl<const D: usize> Borne<D> {
+    /// Nothing.
+    pub const NONE: Self = Self { force: [0.0; D], moment: [0.0; 3] };
 }
 
 impl<const D: usize> Wall<D> {
@@ -204,7 +221,7 @@ struct Shares<'a, const D: usize, const R: usize> {
     slab: usize,
     tallies: &'a mut [(Tally, Virial<D>)],
     /// Forces on the walls, wall after wall for each slab.
-    reactions: &'a mut [[f64; D]],
+    reactions: &'a mut [Borne<D>],
 }
 
 impl<'a, const D: usize, const R: usize> Shares<'a, D, R> {
@@ -257,7 +274,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         memory: MemoriesMut<'_, R>,
         (force, torque): (&mut [[f64; D]], &mut [[f64; R]]),
         tallies: &mut [(Tally, Virial<D>)],
-        reactions: &mut [[f64; D]],
+        reactions: &mut [Borne<D>],
     ) {
         let slabs = list.1.len() - 1;
         let shares = Shares { first: 0, force, torque, entry: 0, memory, slab: 0, tallies, reactions };
@@ -349,7 +366,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             add(&mut shares.force[at], 1.0, on);
             moments.iter().for_each(|moment| add(&mut shares.torque[at], 1.0, moment));
             let wall = (slab - shares.slab) * walls.len() + list.wall[*k] as usize;
-            add(&mut shares.reactions[wall], -1.0, on);
+            add(&mut shares.reactions[wall].force, -1.0, on);
         }
     }
 
@@ -384,10 +401,15 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             add(&mut shares.force[at], 1.0, &on);
             add(&mut shares.torque[at], -arm, &moment(&touch.normal, &push.across));
             add(&mut shares.torque[at], 1.0, &push.moment);
-            add(&mut shares.reactions[(slab - shares.slab) * walls.len() + number], -1.0, &on);
+            let borne = &mut shares.reactions[(slab - shares.slab) * walls.len() + number];
+            add(&mut borne.force, -1.0, &on);
+            let at = place(&self.position[i], arm, &touch.normal);
+            if wall.surface.is_some() {
+                let (turn, own) = (cross(&spatial(&at), &spatial(&on)), turned(&push.moment));
+                (0..3).for_each(|c| borne.moment[c] -= turn[c] + own[c]);
+            }
             // The work of planes follows from their whole force.
             if let Some(moving) = &wall.moving {
-                let at = place(&self.position[i], arm, &touch.normal);
                 tally.boundary +=
                     (dot(&on, &moving.velocity(&at)) + dot(&push.moment, &moving.spin())) * self.dt;
             }
@@ -397,6 +419,11 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         }
         shares.memory.set(slot, &memory);
     }
+}
+
+/// A moment in space (N m); in the plane it is the one out of it.
+fn turned<const R: usize>(moment: &[f64; R]) -> [f64; 3] {
+    if R == 1 { [0.0, 0.0, moment[0]] } else { std::array::from_fn(|c| moment[c]) }
 }
 
 /// Where a lever arm (m) of a grain at `x` (m) ends on a wall with this normal.

@@ -50,7 +50,7 @@ pub fn press<const D: usize>(
     rocks: &mut Option<Box<Rocks<D>>>,
 ) {
     let Some(rocks) = rocks else { return };
-    rocks.advance(clock.time, [&background.grid.origin, &background.upper]);
+    rocks.advance(clock.time);
     let Rocks { rocks, rooms, horizon, passed, .. } = &mut **rocks;
     let stiffness = clock.options.obstacle_stiffness;
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {

@@ -188,7 +188,8 @@ pub fn solver<const D: usize>(
         obstacles::faces(&standing, &background, &bearing)
     });
     let told = !faces.is_empty() && obstacles::unaccounted(options).is_none();
-    let rocks = at_points.then(|| Box::new(Rocks::new(&standing, 2.0 * options.cell_size)));
+    let domain = (background.grid.origin, background.upper);
+    let rocks = at_points.then(|| Box::new(Rocks::new(&standing, domain, 2.0 * options.cell_size)));
     let mut driven = driven::driven(case);
     let Background { mesh, layout, .. } = &background;
     let mut two_phase = two_phase::two_phase(case, options, layout);

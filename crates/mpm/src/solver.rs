@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use colluvium_case::{SolverError, TimeStep};
+use colluvium_case::{SolverError, TimeStep, slowed_for_obstacles};
 use colluvium_grid::Walls;
 
 use crate::Manufactured;
@@ -34,6 +34,9 @@ use crate::xpic::filter_velocities;
 
 /// Steps between re-evaluations of the critical time step.
 pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
+
+/// Largest move of an obstacle in a step (cells): points are to meet it before it has passed them.
+const OBSTACLE_WAY: f64 = 0.25;
 
 /// Explicit MPM in `D` dimensions: its owners, which a step hands round.
 pub struct MpmSolver<const D: usize> {
@@ -124,10 +127,17 @@ impl<const D: usize> MpmSolver<D> {
             let limit = self.wave_limit(courant);
             let most = courant.min(self.clock.options.surface_courant(D));
             self.clock.courant = fixed.map_or(most, |step| most * (step / limit.dt).min(1.0));
-            self.clock.limit = Some(limit.or_fixed(fixed));
+            self.clock.limit = Some(self.slowed(limit).or_fixed(fixed));
             self.clock.limit_age = 0;
         }
         self.clock.limit.expect("set above")
+    }
+
+    /// The step in which no obstacle goes farther than [`OBSTACLE_WAY`], where that is shorter than the critical one.
+    fn slowed(&self, critical: TimeStep) -> TimeStep {
+        let Some(rocks) = &self.boundary.rocks else { return critical };
+        let most = OBSTACLE_WAY * self.clock.options.cell_size;
+        slowed_for_obstacles(critical, rocks.moving(), (self.clock.time, most, STEPS_PER_TIME_STEP + 1))
     }
 }
 

@@ -3,6 +3,8 @@
 
 use colluvium_constitutive::BLOCK;
 use colluvium_grid::{Lanes, Node, Points, Walls};
+use colluvium_points::Surface;
+use colluvium_points::surface::Nearest;
 use rayon::prelude::*;
 
 use crate::background::Background;
@@ -23,6 +25,9 @@ const SLACK: f64 = 1e-3;
 
 /// Largest move of a point in a step (cells); a longer one is an error.
 const LONGEST: f64 = 0.5;
+
+/// How deep under a face solid is looked for, over the least distance of a centre.
+const UNDER: f64 = 0.1;
 
 /// Searches for points that come too near, at most: what stops one may move another.
 const PASSES: usize = 4;
@@ -113,6 +118,9 @@ impl<const D: usize> Stopping<'_, D> {
     fn find(&self, rocks: &mut Rocks<D>, of: &(dyn Fn(usize) -> Lanes + Sync)) -> bool {
         let Rocks { rocks, rooms, horizon, passed, stops } = rocks;
         stops.clear(rocks.len());
+        let ways = rocks.iter().filter_map(|rock| rock.moving.as_ref());
+        let (from, to) = (self.clock.time, self.clock.time + self.clock.dt);
+        let ahead = ways.map(|moving| moving.own.way(from, to)).fold(0.0, f64::max);
         let nodes = self.background.layout.len();
         for set in self.bodies.sets.iter().filter(|set| set.rigid.is_none()) {
             let Columns { pressed, origin, .. } = &set.points;
@@ -123,6 +131,7 @@ impl<const D: usize> Stopping<'_, D> {
                 first_node: set.field * nodes,
                 horizon: *horizon,
                 swept: passed.swept,
+                ahead,
             };
             let blocks = pressed.par_chunks(BLOCK).zip(&mut *rooms).enumerate().with_min_len(GRAIN);
             blocks.for_each(|(block, (points, room))| of_set.block(rocks, block * BLOCK, points, of, room));
@@ -197,6 +206,8 @@ struct OfSet<'a, const D: usize> {
     horizon: f64,
     /// How far obstacles have come at most (m).
     swept: f64,
+    /// How far obstacles go in the step at most (m).
+    ahead: f64,
 }
 
 impl<const D: usize> OfSet<'_, D> {
@@ -223,7 +234,8 @@ impl<const D: usize> OfSet<'_, D> {
             } else {
                 0.0
             };
-            if near > LONGEST * self.places.domain.spacing(p, &ground) + LEAST * point.reach {
+            let most = LONGEST * self.places.domain.spacing(p, &ground) + self.ahead;
+            if near > most + LEAST * point.reach {
                 continue;
             }
             let (start, mut velocity) = (room.weights.len(), [0.0; D]);
@@ -239,6 +251,25 @@ impl<const D: usize> OfSet<'_, D> {
             }
         }
     }
+}
+
+/// The place `now` of the surface that is nearest to `x` (m), as it is seen from where the point goes, if its way leads through that
+/// into the solid: one that is thin, out of which it may come again on the other side. `kept` is the least distance (m).
+fn passes_through<const D: usize>(
+    surface: &dyn Surface<D>,
+    x: &[f64; D],
+    goes: &[f64; D],
+    now: &Nearest<D>,
+    kept: f64,
+) -> Option<Nearest<D>> {
+    let closing: f64 = (0..D).map(|c| goes[c] * now.normal[c]).sum();
+    let distance = now.distance + closing;
+    if distance >= 0.0 || now.distance <= 0.0 {
+        return None;
+    }
+    let (share, depth) = (now.distance / -closing, UNDER * kept);
+    let under = std::array::from_fn(|c| x[c] + share * goes[c] - depth * now.normal[c]);
+    surface.contains(&under).then_some(Nearest { distance, ..*now })
 }
 
 /// A point that may come too near to a surface.
@@ -276,7 +307,12 @@ impl<const D: usize> Seen<'_, D> {
             room.found.clear();
             surface.touch(&to, kept, &mut room.found);
             let inside = if room.found.is_empty() { surface.gap(&to, horizon.max(kept + way)) } else { None };
-            let places = room.found.all().iter().chain(inside.as_ref());
+            let through = passes_through(surface, self.x, &goes, &now, kept);
+            // Behind what it has gone through the nearest surface is on the other side.
+            let faces = |place: &&Nearest<D>| {
+                through.is_none() || (0..D).map(|c| place.normal[c] * now.normal[c]).sum::<f64>() > 0.0
+            };
+            let places = room.found.all().iter().chain(inside.as_ref()).filter(faces).chain(&through);
             for place in places.filter(|place| place.distance < keeps - slack) {
                 let along: f64 = (0..D).map(|c| self.velocity[c] * place.normal[c]).sum();
                 room.halts.push(Halt {

@@ -65,6 +65,16 @@ impl<const D: usize> Background<D> {
         Ground::new(&self.grid, &self.mesh, &self.layout)
     }
 
+    /// Where a node is (m).
+    pub fn place(&self, index: &[usize; 3]) -> [f64; 3] {
+        let mut place = [0.0; 3];
+        for axis in 0..D {
+            let along = self.axis.coordinate(index[axis], self.grid.cells[axis]);
+            place[axis] = self.grid.origin[axis] + self.grid.cell * along;
+        }
+        place
+    }
+
     /// How far a place lies outside the domain along the axis where that is most (cells); not positive inside.
     #[inline]
     pub fn outside(&self, place: &[f64; D]) -> f64 {

@@ -19,7 +19,7 @@ use crate::solver::SnowSolver;
 use crate::walls::Boundaries;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 
 /// Depth of a point under an obstacle of which is told (cells).
 const SUNK: f64 = 0.1;

@@ -92,6 +92,7 @@ impl Ledger {
             start: stored.total(),
             moving: stored.moving(),
             cuts: vec![Taken::default(); cuts],
+            borne: [Reaction { moment: Some([0.0; 3]), ..Reaction::default() }; BEARERS],
             ..Self::default()
         }
     }
@@ -113,7 +114,9 @@ impl Ledger {
 
     /// Adds a step of `dt` (s).
     pub fn add(&mut self, sums: &Sums, dt: f64) {
-        for (borne, impulse) in self.borne.iter_mut().zip(&sums.impulses) {
+        let bears = sums.impulses.iter().zip(&sums.moments);
+        for (borne, (impulse, moment)) in self.borne.iter_mut().zip(bears) {
+            borne.moment = Some(moment.map(|c| c / dt));
             borne.force = impulse.map(|c| c / dt);
             (0..3).for_each(|c| borne.impulse[c] += impulse[c]);
         }

@@ -80,7 +80,7 @@ impl Bounds {
 }
 
 /// The time step that the reports of the bodies leave.
-pub fn time_step<const D: usize>(bodies: &Bodies<D>, fixed: Option<f64>) -> TimeStep {
+pub fn time_step<const D: usize>(bodies: &Bodies<D>) -> TimeStep {
     let (mut pace, mut place) = (Pace::NONE, None);
     for body in &bodies.all {
         for report in body.reports.iter().flatten().filter(|report| report.index < body.points.len()) {
@@ -91,11 +91,10 @@ pub fn time_step<const D: usize>(bodies: &Bodies<D>, fixed: Option<f64>) -> Time
             }
         }
     }
-    let critical = TimeStep {
+    TimeStep {
         dt: 1.0 / pace.rate,
         limit: pace.limit,
         point: place.map(|(id, _)| u64::from(id)),
         position: place.map_or([0.0; 3], |(_, position)| spatial(&position)),
-    };
-    critical.or_fixed(fixed)
+    }
 }

@@ -3,8 +3,10 @@
 use std::ops::Range;
 
 use colluvium_grid::{Lanes, Layout, Node, Walls};
+use colluvium_points::surface::cross;
 use serde::{Deserialize, Serialize};
 
+use crate::background::Background;
 use crate::obstacles::BEARERS;
 
 /// What the nodes of a step add up to.
@@ -28,6 +30,8 @@ pub struct Sums {
     pub friction: f64,
     /// Impulses on the obstacles whose reaction is measured (N s).
     pub impulses: [[f64; 3]; BEARERS],
+    /// Their moments about the zero of the coordinates (N m s).
+    pub moments: [[f64; 3]; BEARERS],
 }
 
 impl Sums {
@@ -41,8 +45,11 @@ impl Sums {
         self.unbalanced += other.unbalanced;
         self.weight += other.weight;
         self.friction += other.friction;
-        for (own, other) in self.impulses.as_flattened_mut().iter_mut().zip(other.impulses.as_flattened()) {
-            *own += other;
+        for (own, other) in [(&mut self.impulses, &other.impulses), (&mut self.moments, &other.moments)] {
+            own.as_flattened_mut()
+                .iter_mut()
+                .zip(other.as_flattened())
+                .for_each(|(own, other)| *own += other);
         }
     }
 }
@@ -66,8 +73,8 @@ pub struct Momentum<'a, const D: usize> {
     pub light: f64,
     /// Walls.
     pub walls: &'a Walls,
-    /// The order of the nodes.
-    pub layout: &'a Layout<D>,
+    /// Where the nodes are, and their order.
+    pub background: &'a Background<D>,
 }
 
 impl Nodes {
@@ -84,6 +91,7 @@ impl Nodes {
     /// Turns momentum and force of the active nodes into velocity at the end of the step and acceleration.
     pub fn solve<const D: usize>(&mut self, momentum: &Momentum<'_, D>) -> Sums {
         momentum
+            .background
             .layout
             .rows(&mut self.nodes, &mut self.rows, |row, active, line| momentum.row(row, active, line));
         let mut sums = Sums::default();
@@ -111,7 +119,7 @@ impl<const D: usize> Momentum<'_, D> {
                 node.force = Lanes::ZERO;
                 continue;
             }
-            let index = self.layout.index(row, number);
+            let index = self.background.layout.index(row, number);
             let free = row_free && (1..D).all(|axis| self.walls.is_free(axis, index[axis]));
             self.node(&index, free, node, mass, &mut sums);
         }
@@ -143,8 +151,12 @@ impl<const D: usize> Momentum<'_, D> {
             // Velocities at the start stay what points gave (sheet: snow-mpm §3.5, note iii).
             self.walls.constrain_and_tell(index, &mut begun, &mut end, true, &[0.0; 3], |face, change| {
                 if let Some(number) = face.bearer {
-                    let borne = &mut sums.impulses[usize::from(number)];
-                    (0..D).for_each(|c| borne[c] -= mass * change[c]);
+                    let (number, place) = (usize::from(number), self.background.place(index));
+                    for c in 0..D {
+                        sums.impulses[number][c] -= mass * change[c];
+                    }
+                    let turn = cross(&place, &change);
+                    (0..3).for_each(|c| sums.moments[number][c] -= mass * turn[c]);
                 }
                 let across: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
                 for c in 0..3 {

@@ -1,9 +1,12 @@
 //! Obstacles on the nodes: those in the solid or on its surface have the velocity that it allows (sheet: snow-mpm §3.7).
 
-use colluvium_case::description::{Obstacle, ObstacleMotion};
-use colluvium_case::{Case, CaseError, ObstacleLaw, Standing, holding, normal_inside};
+use colluvium_case::description::Obstacle;
+use colluvium_case::{
+    Case, CaseError, MovingObstacle, ObstacleLaw, Standing, TimeStep, holding, normal_inside,
+    slowed_for_obstacles,
+};
 use colluvium_grid::{Face, Faces};
-use colluvium_points::surface::{Frame, Placed};
+use colluvium_points::surface::Frame;
 
 use crate::background::Background;
 
@@ -23,9 +26,8 @@ pub struct Obstacles<const D: usize> {
 struct Moving<const D: usize> {
     /// How it acts.
     face: Face,
-    motion: ObstacleMotion,
     /// Where it is at the start of a step.
-    placed: Placed<D>,
+    own: MovingObstacle<D>,
     /// Where it is at the end.
     next: Frame<D>,
 }
@@ -52,8 +54,7 @@ impl<const D: usize> Obstacles<D> {
                 None => resting.push(standing),
                 Some(motion) => moving.push(Moving {
                     face: face(obstacle, standing.laws.at(&[0.0; D]), [0.0; 3]),
-                    motion: motion.clone(),
-                    placed: Placed { surface: standing.surface, frame: motion.frame(0.0) },
+                    own: MovingObstacle::new(motion, &standing.surface, (background.low, background.high)),
                     next: motion.frame(0.0),
                 }),
             }
@@ -85,12 +86,17 @@ impl<const D: usize> Obstacles<D> {
         !self.moving.is_empty()
     }
 
+    /// The step from `time` (s) in which none goes farther than half a `cell` (m), where that is shorter than the `critical` one.
+    pub fn slowed(&self, critical: TimeStep, time: f64, cell: f64) -> TimeStep {
+        slowed_for_obstacles(critical, self.moving.iter().map(|moving| &moving.own), (time, 0.5 * cell, 1))
+    }
+
     /// Finds the faces of the active nodes for a step of `dt` (s) from `time` (s): where obstacles are at its start, with
     /// the velocity that takes them to where they are at its end.
     pub fn place(&mut self, (time, dt): (f64, f64), background: &Background<D>, faces: &mut Faces) {
         for moving in &mut self.moving {
-            moving.placed.frame = moving.motion.frame(time);
-            moving.next = moving.motion.frame(time + dt);
+            moving.own.go_to(time);
+            moving.next = moving.own.motion.frame(time + dt);
         }
         let Background { grid, layout, axis, .. } = background;
         faces.find_anew(grid, layout, axis, &self.rest, |place, found| {
@@ -102,8 +108,8 @@ impl<const D: usize> Obstacles<D> {
 impl<const D: usize> Moving<D> {
     /// How it acts on a node at `place` (m), if it does.
     fn at(&self, place: &[f64; D], cell: f64, dt: f64) -> Option<Face> {
-        let normal = normal_inside(&self.placed, place, cell)?;
-        let next = self.next.outward(&self.placed.frame.inward(place));
+        let normal = normal_inside(&self.own.placed, place, cell)?;
+        let next = self.own.carried(place, &self.next);
         let mut velocity = [0.0; 3];
         (0..D).for_each(|c| velocity[c] = (next[c] - place[c]) / dt);
         Some(Face { normal, velocity, ..self.face })

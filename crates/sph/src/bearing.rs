@@ -51,8 +51,8 @@ pub fn bear<const D: usize>(
     }
 }
 
-/// What obstacles whose reaction is measured bear of the particles at the sums of a step: the opposite of what they do to these. Row
-/// after row, so that it does not depend on threads.
+/// What obstacles whose reaction is measured bear of the particles at the sums of a step, the opposite of what they do to these, and
+/// the power of those that move. Row after row, so that it does not depend on threads.
 pub fn tell_obstacles<const D: usize>(
     sums: &Sums<'_, D>,
     setting: &Setting<D>,
@@ -60,43 +60,50 @@ pub fn tell_obstacles<const D: usize>(
     rates: &mut Rates<D>,
 ) {
     let obstacles = &walls.obstacles;
-    if obstacles.told().next().is_none() {
+    if obstacles.watched().next().is_none() {
         return;
     }
     let first = setting.case.bodies.len();
-    let Rates { by_obstacles, felt, .. } = rates;
-    felt.resize(first + setting.case.obstacles.len(), Felt::default());
-    for felt in &mut felt[first..] {
-        (felt.force, felt.moment) = ([0.0; 3], [0.0; 3]);
+    let Rates { by_obstacles, felt, power, .. } = rates;
+    if obstacles.told().next().is_some() {
+        felt.resize(first + setting.case.obstacles.len(), Felt::default());
+        for felt in &mut felt[first..] {
+            (felt.force, felt.moment) = ([0.0; 3], [0.0; 3]);
+        }
     }
+    power.clear();
+    power.resize(by_obstacles.len(), 0.0);
     let p = sums.particles;
     for (i, whole) in by_obstacles.iter().enumerate() {
         let Some(nearest) = obstacles.faces(i).first() else { continue };
         let alone = obstacles.faces(i).iter().all(|face| face.obstacle == nearest.obstacle);
-        for (number, _) in obstacles.told() {
+        for (number, told) in obstacles.watched() {
             let own = match (alone, nearest.obstacle as usize == number) {
                 (true, true) => *whole,
                 (true, false) => continue,
                 (false, _) => sums.push_off_obstacle(i, number as u32),
             };
-            felt[first + number].add(own.map(|a| -p.mass[i] * a), &p.position[i]);
+            power[i] += dot(&own, &obstacles.course(number, &p.position[i]));
+            if told {
+                felt[first + number].add(own.map(|a| -p.mass[i] * a), &p.position[i]);
+            }
         }
     }
 }
 
 /// Stops particles before obstacles at the end of a step of `dt` (s), and finds what obstacles have taken in it: friction by the
-/// acceleration along the nearest face at the last sums of the step and the velocity at its end. Whether any was stopped.
+/// acceleration along the nearest face at the last sums of the step and the slip at its end. Whether any was stopped.
 pub fn bear_obstacles<const D: usize>(
     setting: &Setting<D>,
     bodies: &mut Bodies<D>,
     walls: &mut Walls<D>,
     rates: &mut Rates<D>,
-    dt: f64,
+    (end, dt): (f64, f64),
 ) -> bool {
     if walls.obstacles.is_empty() {
         return false;
     }
-    let Rates { by_obstacles, borne, felt, .. } = rates;
+    let Rates { by_obstacles, borne, felt, power, .. } = rates;
     let p = &bodies.particles;
     borne.clear();
     borne.resize(p.len(), Borne::default());
@@ -105,9 +112,10 @@ pub fn bear_obstacles<const D: usize>(
         let Some(face) = faces.iter().min_by(|one, other| one.distance.total_cmp(&other.distance)) else {
             continue;
         };
-        let (v, n) = (&p.velocity[i], &face.normal);
-        let slip = dot(a, v) - dot(a, n) * dot(v, n);
+        let v: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - face.course[c]);
+        let slip = dot(a, &v) - dot(a, &face.normal) * dot(&v, &face.normal);
         borne.friction = -dt * p.mass[i] * slip;
+        borne.work = dt * p.mass[i] * power.get(i).copied().unwrap_or(0.0);
     }
     let first = setting.case.bodies.len();
     let hits = |obstacle: u32, x: &[f64; D], impulse: [f64; D]| {
@@ -117,7 +125,7 @@ pub fn bear_obstacles<const D: usize>(
             (0..3).for_each(|c| felt.impulse[c] += impulse[c]);
         }
     };
-    walls.obstacles.stop(bodies, borne, (dt, setting.options.spacing), hits)
+    walls.obstacles.stop(bodies, borne, (end, dt, setting.options.spacing), hits)
 }
 
 /// Lets the loads follow the surfaces over a step of `dt` (s) that has just been made. Over a reference configuration (`total`)

@@ -18,7 +18,7 @@ use crate::solver::{Audit, SphSolver};
 use crate::walls::{Borne, planes};
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {

@@ -4,7 +4,7 @@ use colluvium_case::{SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
 /// Steps between two evaluations of the speeds of sound and the time step.
-const STEPS_PER_TIME_STEP: u64 = 10;
+pub const STEPS_PER_TIME_STEP: u64 = 10;
 
 /// Where a run stands.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]

@@ -94,9 +94,12 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn take_readings(&self) -> Vec<Reading> {
         let mut readings = Vec::new();
         if !self.walls.obstacles.is_empty() {
-            let Borne { friction, stopped } = self.borne;
+            let Borne { friction, stopped, work } = self.borne;
             readings.push(("obstacles.friction".to_owned(), "J".to_owned(), friction));
             readings.push(("obstacles.stopped".to_owned(), "J".to_owned(), stopped));
+            if self.walls.obstacles.move_at_all() {
+                readings.push(("obstacles.work".to_owned(), "J".to_owned(), work));
+            }
         }
         let Some(findings) = self.findings() else { return readings };
         let mut push = |name: &str, count: usize| {

@@ -1,18 +1,23 @@
 //! The largest stable step (sheet: sph §3.4).
 
-use colluvium_case::{StepLimit, TimeStep, spatial};
+use colluvium_case::{StepLimit, TimeStep, slowed_for_obstacles, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock};
 use rayon::prelude::*;
 
 use crate::algebra::square;
+use crate::clock::STEPS_PER_TIME_STEP;
 use crate::config::SoundSpeed;
 use crate::pairs::Close;
 use crate::particles::{Bodies, Particles};
 use crate::rates::Rates;
 use crate::setting::Setting;
+use crate::walls::Obstacles;
 
 /// The undamped leapfrog is stable up to about so many times `h / c` (sheet: sph §3.4, §7).
 const STABLE: f64 = 1.8;
+
+/// Largest move of an obstacle in a step (spacings).
+const LONGEST: f64 = 0.1;
 
 /// What keeps particles apart swings.
 const REPULSION: StepLimit = StepLimit::new("repulsion of close particles");
@@ -75,6 +80,15 @@ pub fn find_limit<const D: usize>(setting: &Setting<D>, bodies: &mut Bodies<D>, 
         least = found.into_iter().fold(least, |least, found| if found.0 < least.0 { found } else { least });
     }
     least
+}
+
+/// The critical step at a `time` (s), or a shorter one in which obstacles move by no more than a share of the `spacing` (m).
+pub fn slowed<const D: usize>(
+    critical: TimeStep,
+    obstacles: &Obstacles<D>,
+    (time, spacing): (f64, f64),
+) -> TimeStep {
+    slowed_for_obstacles(critical, obstacles.moving(), (time, LONGEST * spacing, STEPS_PER_TIME_STEP + 1))
 }
 
 /// A limit as it is told.

@@ -171,6 +171,7 @@ impl<const D: usize> Lists<D> {
         let farthest = moved.reduce(|| 0.0, f64::max).sqrt();
         // A mirror moves its images twice as far.
         let wall = 2.0 * walls.planes.moved(self.listed.time, clock.time);
+        let wall = wall.max(walls.obstacles.moved(self.listed.time, clock.time));
         2.0 * farthest + wall + setting.options.room_to_shift()
     }
 
@@ -186,8 +187,8 @@ impl<const D: usize> Lists<D> {
         let pairwise = setting.options.wall_stress == WallStress::Pairwise;
         // Walls that interpolate go on beyond the ends of periods, and ask the soil still further out.
         let asks = !pairwise && !walls.planes.periods.is_empty();
-        walls.obstacles.list(positions, *reach);
         walls.find_images(positions, *time, if asks { 2.0 * reach } else { *reach });
+        walls.obstacles.list(positions, *reach);
         let len = bodies.particles.len();
         walls.smooth.find(&bodies.groups, len, &walls.images);
         let total = walls.first(len) + walls.planes.particles.len();

@@ -31,6 +31,8 @@ pub struct Rates<const D: usize> {
     pub pushes: Vec<[f64; D]>,
     /// Accelerations by obstacles (m/s²); empty without.
     pub by_obstacles: Vec<[f64; D]>,
+    /// Power of obstacles that move on each particle, over its mass (W/kg); empty without.
+    pub power: Vec<f64>,
     /// What obstacles have taken of each particle in the step; empty without.
     pub borne: Vec<Borne>,
     /// `Σ_{j≠i} V_j W`, small at a surface; empty without a confining pressure.

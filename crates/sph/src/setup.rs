@@ -208,7 +208,8 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     bodies.resize(count);
     let places =
         bodies.groups.iter().map(|group| (group.body as usize, &bodies.particles.position[group.range()]));
-    let obstacles = Obstacles::new(case, places, COVERED * options.spacing)?;
+    let looks = (COVERED * options.spacing, smoothing.radius());
+    let obstacles = Obstacles::new(case, places, looks)?;
     let walls = Walls::new(planes(case, 0, options, smoothing.radius()), obstacles);
     let (case, gravity) = (Arc::new(case.clone()), corner(&case.gravity3()));
     let setting = Setting { case, options: options.clone(), smoothing, gravity };

@@ -2,11 +2,13 @@
 
 mod build;
 mod laws;
+mod moving;
 
 use std::sync::Arc;
 
 pub use build::read_pairs;
 pub use laws::{ObstacleLaw, ObstacleLaws};
+pub use moving::{MovingObstacle, slowed_for_obstacles};
 
 use colluvium_points::surface::Nearest;
 use colluvium_points::{Raster, Surface};

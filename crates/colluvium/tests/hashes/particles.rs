@@ -110,6 +110,21 @@ pub fn add(runs: &mut Runs) {
         json!({ "domain": { "periodic": ["x"] }, "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }] }),
         json!({}),
     );
+    for (name, motion) in [
+        ("still", json!(null)),
+        ("moving", json!({ "velocity": [0.1, 0.2], "rotation": 40, "centre": [0.2, 0] })),
+    ] {
+        let mut obstacle = json!({ "name": "o", "wall": { "kind": "frictional", "friction_coefficient": 0.3 },
+            "shape": { "kind": "ground-line", "points": [[-1, 0.0], [0.2, -0.03], [2, 0.2]] } });
+        if !motion.is_null() {
+            obstacle["motion"] = motion;
+        }
+        run(
+            &format!("obstacle {name}"),
+            json!({ "domain": { "min": [0, -0.2] }, "boundaries": [], "obstacles": [obstacle] }),
+            json!({}),
+        );
+    }
     run("ring", json!({ "space": "axisymmetric" }), json!({}));
     for space in ["1d", "3d"] {
         let mut case = crash(space);

@@ -9,7 +9,7 @@ mod stage;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, ObstacleLaws, Plan, Solver, Standing, spatial};
+use colluvium_case::{Case, CaseError, MovingObstacle, ObstacleLaws, Plan, Solver, Standing, spatial};
 use colluvium_points::Surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -30,7 +30,6 @@ use crate::rain;
 use crate::solver::{Compiled, DemSolver, Given, Kind, Scratch, Since};
 use crate::specimen::Specimen;
 use crate::store::Stored;
-use crate::surfaces::Moving;
 use crate::vector::{dot, minus};
 use crate::walls::{Wall, WallList};
 
@@ -374,12 +373,16 @@ fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize)
         places: None,
         regions: Vec::new(),
         reaction: [[0.0; D]; 2],
+        moment: [0.0; 3],
     };
     let obstacle = |(number, (surface, places)): (usize, &(Arc<dyn Surface<D>>, ObstacleLaws))| Wall {
         surface: Some(Arc::clone(surface)),
         places: (!places.is_uniform()).then(|| places.clone()),
         regions: laws_of_regions(solver, number),
-        moving: case.obstacles[number].motion.as_ref().map(|motion| Moving::new(motion, surface, domain)),
+        moving: case.obstacles[number]
+            .motion
+            .as_ref()
+            .map(|motion| MovingObstacle::new(motion, surface, domain)),
         boundary: case.boundaries.len() + number,
         name: case.obstacles[number].name.clone(),
         axis: 0,
@@ -388,6 +391,7 @@ fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize)
         velocity: [0.0; D],
         laws: solver.laws.walls[case.boundaries.len() + number].clone(),
         reaction: [[0.0; D]; 2],
+        moment: [0.0; 3],
     };
     let obstacles = solver.obstacles.iter().enumerate().map(obstacle);
     case.active_boundaries(stage).into_iter().map(wall).chain(obstacles).collect()

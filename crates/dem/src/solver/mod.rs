@@ -9,7 +9,9 @@ mod relist;
 
 use std::sync::Arc;
 
-use colluvium_case::{Advance, Case, ObstacleLaws, SolverError, StepLimit, TimeStep, spatial};
+use colluvium_case::{
+    Advance, Case, MovingObstacle, ObstacleLaws, SolverError, StepLimit, TimeStep, spatial,
+};
 use colluvium_points::Surface;
 use colluvium_points::surface::Contacts;
 
@@ -25,10 +27,9 @@ use crate::motion::{Drive, Sums, advance, turn};
 use crate::pairs::Columns;
 use crate::rain::Source;
 use crate::specimen::Specimen;
-use crate::surfaces::Moving;
 use crate::sweep::{Received, Records, Scene, Virial, Way, deliver, records};
 use crate::vector::{add, dot};
-use crate::walls::{Wall, WallList, WallListView};
+use crate::walls::{Borne, Wall, WallList, WallListView};
 
 /// Overlap over the smaller radius beyond which a run stops (sheet: dem §3.5).
 const DEEPEST: f64 = 0.3;
@@ -68,7 +69,7 @@ pub struct Laws {
 #[derive(Default)]
 pub struct Scratch<const D: usize, const R: usize> {
     pub tallies: Vec<(Tally, Virial<D>)>,
-    pub reactions: Vec<[f64; D]>,
+    pub reactions: Vec<Borne<D>>,
     pub shifts: Vec<([f64; D], [f64; D])>,
     pub sums: Vec<Sums<D>>,
     /// Velocities carried on by half a step.
@@ -241,7 +242,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         tallies.clear();
         tallies.resize(slabs + 1, (Tally::default(), [[0.0; D]; D]));
         reactions.clear();
-        reactions.resize(slabs * self.walls.len(), [0.0; D]);
+        reactions.resize(slabs * self.walls.len(), Borne::NONE);
         let (grains, (force, torque)) = self.grains.apart();
         let mut scene = Scene::new(grains, &self.laws.pairs, self.kinds.len());
         (scene.shifts, scene.dt, scene.growth) = (shifts, self.last, rate);
@@ -278,13 +279,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.virial[0] = virial;
         let count = self.walls.len();
         for (number, wall) in self.walls.iter_mut().enumerate() {
-            let mut force = [0.0; D];
-            self.scratch
-                .reactions
-                .iter()
-                .skip(number)
-                .step_by(count)
-                .for_each(|part| add(&mut force, 1.0, part));
+            let (mut force, mut moment) = ([0.0; D], [0.0; 3]);
+            for part in self.scratch.reactions.iter().skip(number).step_by(count) {
+                add(&mut force, 1.0, &part.force);
+                add(&mut moment, 1.0, &part.moment);
+            }
+            wall.moment = moment;
             let before = std::mem::replace(&mut wall.reaction[0], force);
             if wall.surface.is_none() {
                 // By the mean of the forces at both ends of the way.
@@ -420,8 +420,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         let mut way = fastest * dt;
         for moving in self.walls.iter_mut().filter_map(|wall| wall.moving.as_mut()) {
-            way = way.max(moving.way(self.time, dt));
-            moving.go_to(self.time + dt, dt);
+            way = way.max(moving.way(self.time, self.time + dt));
+            moving.go_to(self.time + dt);
+            moving.take_pace(self.time + dt, dt);
         }
         self.since.others += way;
     }
@@ -462,7 +463,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn critical_step(&self) -> TimeStep {
         let least = self.radii.0;
         let moving = self.walls.iter().filter_map(|wall| wall.moving.as_ref());
-        let fastest = moving.map(Moving::fastest).fold(self.fastest, f64::max);
+        let fastest = moving.map(MovingObstacle::fastest).fold(self.fastest, f64::max);
         let way = if fastest > 0.0 { LONGEST_WAY * least / fastest } else { f64::INFINITY };
         let of_contacts = self.options.time_step.unwrap_or(self.laws.step[0]);
         let (dt, limit) = match (way < of_contacts, self.options.time_step) {

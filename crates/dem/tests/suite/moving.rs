@@ -145,3 +145,24 @@ fn a_stirred_pan_goes_on_from_where_it_was_saved() {
     walk(&mut *again, 200);
     assert_eq!(whole.saved().unwrap(), again.saved().unwrap());
 }
+
+#[test]
+fn a_belt_tells_the_moment_of_the_disk_on_it() {
+    let mut solver = begun(disks(&case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
+    to(&mut solver, 0.1);
+    let (x, reaction) = (solver.snapshot().positions[0], solver.reaction("belt").unwrap());
+    let [along, across, _] = reaction.force;
+    assert!(
+        (across / -9.81 - 1.0).abs() < 0.01 && (along / across - 0.2).abs() < 1e-9,
+        "{:?}",
+        reaction.force
+    );
+    // It acts where the disk touches the belt: two metres behind that it has the arm of these, at the height of the centre half a metre.
+    let of = |about: [f64; 3]| reaction.moment_about(&about).unwrap()[2];
+    assert!((of([x[0] - 2.0, 0.0, 0.0]) / (2.0 * across) - 1.0).abs() < 1e-3);
+    assert!((of([x[0], x[1], 0.0]) / (0.5 * along) - 1.0).abs() < 1e-2);
+    let saved = solver.saved().unwrap();
+    let mut again = begun(disks(&case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
+    again.restore(&mut saved.as_slice()).unwrap();
+    assert_eq!(again.reaction("belt"), Some(reaction));
+}

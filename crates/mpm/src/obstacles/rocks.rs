@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use colluvium_case::description::{ObstacleMotion, ObstacleWall};
-use colluvium_case::{ObstacleLaw, ObstacleLaws, Standing};
+use colluvium_case::description::ObstacleWall;
+use colluvium_case::{MovingObstacle, ObstacleLaw, ObstacleLaws, Standing};
 use colluvium_points::Surface;
-use colluvium_points::surface::{Contacts, Frame, Nearest, Placed};
+use colluvium_points::surface::{Contacts, Frame, Nearest};
 use serde::{Deserialize, Serialize};
 
 use super::law::{MOST, Overlap, length, rub, way_out};
@@ -37,9 +37,8 @@ pub struct Rock<const D: usize> {
 /// An obstacle on its way.
 #[derive(Clone, Debug)]
 pub struct Moving<const D: usize> {
-    motion: ObstacleMotion,
     /// Where it is.
-    placed: Placed<D>,
+    pub own: MovingObstacle<D>,
     /// Where it was in the step before.
     before: Frame<D>,
 }
@@ -157,15 +156,14 @@ impl<const D: usize> Seen<D> {
 }
 
 impl<const D: usize> Rocks<D> {
-    /// The obstacles of a case; `horizon` (m) is how far points look around.
-    pub fn new(standing: &[Standing<'_, D>], horizon: f64) -> Self {
+    /// The obstacles of a case in a domain with these corners (m); `horizon` (m) is how far points look around.
+    pub fn new(standing: &[Standing<'_, D>], domain: ([f64; D], [f64; D]), horizon: f64) -> Self {
         let rock = |Standing { obstacle, surface, laws, .. }: &Standing<'_, D>| Rock {
             name: obstacle.name.clone(),
             surface: Arc::clone(surface),
             laws: laws.clone(),
             moving: obstacle.motion.as_ref().map(|motion| Moving {
-                motion: motion.clone(),
-                placed: Placed { surface: Arc::clone(surface), frame: motion.frame(0.0) },
+                own: MovingObstacle::new(motion, surface, domain),
                 before: motion.frame(0.0),
             }),
             state: RockState::default(),
@@ -179,23 +177,21 @@ impl<const D: usize> Rocks<D> {
         }
     }
 
-    /// Brings the obstacles to where they are at `time` (s), in a domain with these corners (m); what they bear in the step is
-    /// counted anew.
-    pub fn advance(&mut self, time: f64, [low, high]: [&[f64; D]; 2]) {
+    /// Those on their way.
+    pub fn moving(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
+        self.rocks.iter().filter_map(|rock| rock.moving.as_ref()).map(|moving| &moving.own)
+    }
+
+    /// Brings the obstacles to where they are at `time` (s); what they bear in the step is counted anew.
+    pub fn advance(&mut self, time: f64) {
         let at = std::mem::replace(&mut self.passed.at, time);
         let mut swept = 0f64;
         for rock in &mut self.rocks {
             (rock.state.force, rock.state.moment, rock.state.stored) = ([0.0; 3], [0.0; 3], 0.0);
-            let Some(Moving { motion, placed, before }) = &mut rock.moving else { continue };
-            *before = motion.frame(at);
-            placed.frame = motion.frame(time);
-            let centre =
-                placed.frame.outward(&std::array::from_fn(|c| motion.centre.get(c).copied().unwrap_or(0.0)));
-            let farthest: [f64; D] =
-                std::array::from_fn(|c| (low[c] - centre[c]).abs().max((high[c] - centre[c]).abs()));
-            let speed = motion.velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
-                + motion.rotation.to_radians().abs() * length(&farthest);
-            swept = swept.max(speed * (motion.full_time(time) - motion.full_time(at)));
+            let Some(Moving { own, before }) = &mut rock.moving else { continue };
+            *before = own.motion.frame(at);
+            own.go_to(time);
+            swept = swept.max(own.way(at, time));
         }
         self.passed.swept += swept;
     }
@@ -226,23 +222,23 @@ impl<const D: usize> Rock<D> {
     /// Its surface where it is.
     pub fn now(&self) -> &dyn Surface<D> {
         match &self.moving {
-            Some(moving) => &moving.placed,
+            Some(moving) => &moving.own.placed,
             None => &*self.surface,
         }
     }
 
     /// How far its part at `x` (m) has come since the step before (m).
     fn step_at(&self, x: &[f64; D]) -> [f64; D] {
-        self.moving.as_ref().map_or([0.0; D], |Moving { placed, before, .. }| {
-            let was = before.outward(&placed.frame.inward(x));
+        self.moving.as_ref().map_or([0.0; D], |Moving { own, before }| {
+            let was = own.carried(x, before);
             std::array::from_fn(|c| x[c] - was[c])
         })
     }
 
     /// How far its part at `x` (m) goes until `time` (s) (m).
     pub fn step_until(&self, x: &[f64; D], time: f64) -> [f64; D] {
-        self.moving.as_ref().map_or([0.0; D], |Moving { motion, placed, .. }| {
-            let goes = motion.frame(time).outward(&placed.frame.inward(x));
+        self.moving.as_ref().map_or([0.0; D], |Moving { own, .. }| {
+            let goes = own.carried(x, &own.motion.frame(time));
             std::array::from_fn(|c| goes[c] - x[c])
         })
     }

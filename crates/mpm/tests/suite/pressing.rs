@@ -252,3 +252,25 @@ fn motions_of_obstacles_are_checked_and_need_points() {
     let error = Mpm.build(&changed(value, &json!({}))).map(|_| ()).unwrap_err().to_string();
     assert!(error.starts_with("obstacles[0].motion: obstacles on nodes stand still"), "{error}");
 }
+
+/// A plate of a fifth of a cell flies at a block, faster than its waves.
+#[test]
+fn a_thin_plate_that_is_fast_takes_along_what_it_meets() {
+    let mut value = block(&json!({ "kind": "smooth" }));
+    value["gravity"] = json!([0, 0]);
+    value["obstacles"][0]["shape"] = json!({ "kind": "box", "min": [-9, -0.5], "max": [9, -0.48] });
+    value["obstacles"][0]["motion"] = json!({ "velocity": [0, 60] });
+    value["stages"] = json!([{ "name": "hit", "duration": 0.022 }]);
+    value["measures"] = json!({});
+    let mut solver = begin(&Mpm, &changed(value.clone(), &json!({})));
+    let step = solver.limit();
+    assert_eq!(step.limit.to_string(), "motion of an obstacle");
+    assert!((step.dt - 0.25 * 0.1 / 60.0).abs() < 1e-15);
+    until(&mut *solver, 0.022);
+    let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+    let plate = -0.48 + 60.0 * solver.time();
+    assert!(lowest > plate, "a point is at {lowest} m, the plate at {plate} m");
+    value["methods"]["mpm"]["time_step"] = json!(1e-3);
+    let error = begin(&Mpm, &changed(value, &json!({}))).step(1.0).unwrap_err().to_string();
+    assert!(error.contains("methods.mpm.time_step") && error.contains("motion of an obstacle"), "{error}");
+}

@@ -71,8 +71,8 @@ impl<const D: usize> SnowSolver<D> {
         scatter(background, bodies, nodes, options.transfer);
         // 3
         let light = options.node_mass_cutoff * bodies.mean_mass;
-        let (walls, layout) = (boundaries.walls(), &background.layout);
-        let sums = nodes.solve(&Momentum { dt, gravity, damping, light, walls, layout });
+        let sums =
+            nodes.solve(&Momentum { dt, gravity, damping, light, walls: boundaries.walls(), background });
         // 4 to 9
         let update = Update {
             dt,
@@ -112,7 +112,7 @@ impl<const D: usize> SnowSolver<D> {
         if let Some(maps) = &mut self.maps {
             maps.follow(&self.bodies, self.clock.time);
         }
-        self.clock.limit = time_step(&self.bodies, self.options.time_step);
+        self.set_limit();
         Ok(())
     }
 
@@ -170,7 +170,14 @@ impl<const D: usize> SnowSolver<D> {
                 *report = Ok(bounds.pace(first, &*body.material, moving, (&points.stress[range], states)));
             }
         }
-        self.clock.limit = time_step(&self.bodies, self.options.time_step);
+        self.set_limit();
+    }
+
+    /// The step from here, as points and obstacles allow or the case fixes it.
+    fn set_limit(&mut self) {
+        let Self { bodies, obstacles, clock, options, .. } = self;
+        let critical = obstacles.slowed(time_step(bodies), clock.time, options.cell_size);
+        clock.limit = critical.or_fixed(options.time_step);
     }
 
     /// Gravity at the end of a step of `dt` (m/s²), and the damping of the stage.

@@ -234,3 +234,32 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
     eprintln!("{way} {exact}");
     assert!((way / exact - 1.0).abs() < 0.03, "{way} for {exact}");
 }
+
+#[test]
+fn an_obstacle_tells_the_moment_of_what_it_bears_and_a_fast_one_shortens_the_step() {
+    let mut value = rammed(&json!({ "kind": "smooth" }));
+    // Below the middle of the block, which begins to turn.
+    value["obstacles"][0]["shape"]["centre"] = json!([1.2, 1.2]);
+    value["obstacles"][0]["motion"] = json!({ "velocity": [3, 0] });
+    value["methods"]["snow-mpm"]["transfer"] = json!("apic");
+    let mut solver = begin(&SnowMpm, &changed(value.clone(), &json!({})));
+    let mut given = 0.0;
+    while solver.time() < 0.08 {
+        let dt = solver.step(1.0).unwrap().dt;
+        given -= dt * solver.reaction("ram").unwrap().moment_about(&[2.0, 1.5, 0.0]).unwrap()[2];
+    }
+    // Momentum is in the middle of the block, or near it.
+    let totals = solver.totals();
+    let [px, py, _] = totals.momentum;
+    let turn = totals.angular_momentum[2] - (2.0 * py - 1.5 * px);
+    assert!(given > 0.0 && (turn / given - 1.0).abs() < 0.02, "{turn} for {given}");
+    value["obstacles"][0]["motion"] = json!({ "velocity": [300, 0] });
+    let step = begin(&SnowMpm, &changed(value.clone(), &json!({}))).limit();
+    assert_eq!((step.dt, step.limit.to_string().as_str()), (0.5 * 0.05 / 300.0, "motion of an obstacle"));
+    value["methods"]["snow-mpm"]["time_step"] = json!(2e-4);
+    let error = begin(&SnowMpm, &changed(value, &json!({}))).step(1.0).unwrap_err().to_string();
+    assert!(
+        error.contains("methods.snow-mpm.time_step") && error.contains("motion of an obstacle"),
+        "{error}"
+    );
+}

@@ -37,17 +37,27 @@ fn tractions<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> (f64, [f64; D]
 }
 
 impl<const D: usize> Sums<'_, D> {
-    /// What the place `site` behind a face answers to particle `i`; `None` where the material lifts off.
+    /// What the place `site` behind a face answers to particle `i`; `None` where the material lifts off. An obstacle that moves
+    /// answers as one at rest does, seen from it; between the two places its velocity differs by its rotation.
     fn answer_behind(&self, i: usize, site: &Site<'_, D>) -> Option<Answer<D>> {
+        let mut answer = self.answer_seen(i, site)?;
+        if let Some(turning) = self.walls.obstacles.turning(site.face.obstacle, &site.apart) {
+            (0..D).for_each(|c| answer.relative[c] += turning[c]);
+        }
+        Some(answer)
+    }
+
+    /// The same with velocities as they are seen from the obstacle.
+    fn answer_seen(&self, i: usize, site: &Site<'_, D>) -> Option<Answer<D>> {
         let p = self.particles;
-        let Face { normal: n, distance, contact, adhesion, lets_go, .. } = site.face;
+        let Face { normal: n, distance, contact, adhesion, lets_go, course, .. } = site.face;
         let stress = p.stress[i];
         let repulsion = self.shown().repulsion.get(i).copied().unwrap_or(SymTensor::ZERO);
         let (across, shear) = tractions(&stress, n);
         if *lets_go && across > 0.0 {
             return None;
         }
-        let own = p.velocity[i];
+        let own: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - course[c]);
         let closing = dot(&own, n);
         let slip: [f64; D] = std::array::from_fn(|c| own[c] - closing * n[c]);
         let along = |keep: f64| -> [f64; D] {

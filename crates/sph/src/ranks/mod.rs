@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use crate::config::{
     Continuity, DensityReset, Momentum, Regularisation, SphOptions, Symmetrisation, WallStress,
 };
-use crate::limit::{find_limit, time_step_of};
+use crate::limit::{find_limit, slowed, time_step_of};
 use crate::regularise::is_regularisation_due;
 use crate::solver::{Audit, SphSolver, audits};
 use crate::walls::Borne;
@@ -169,7 +169,9 @@ impl<const D: usize> RankedSolver<D> {
         let found: Vec<_> = self.ranks.par_iter_mut().map(of_rank).collect();
         let least = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let (.., least) = least.expect("at least one rank");
-        let fixed = self.first().setting.options.time_step;
+        let SphSolver { setting, clock, walls, .. } = self.first();
+        let least = slowed(least, &walls.obstacles, (clock.time, setting.options.spacing));
+        let fixed = setting.options.time_step;
         let all = self.ranks.iter_mut().map(|rank| rank.domain.clock.set_limit(least, fixed));
         all.last().expect("at least one rank")
     }
@@ -185,6 +187,7 @@ impl<const D: usize> RankedSolver<D> {
         let support = self.refresh()?;
         on_all(&mut self.ranks, |rank| {
             let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
+            walls.obstacles.take_pace(clock.time + dt, dt);
             lists.place(setting, clock, bodies, walls, support)?;
             rank.domain.advance_listed(dt)
         })?;

@@ -1,6 +1,6 @@
 //! What SPH refuses of a case, by its path, and what it allows with a word.
 
-use colluvium_case::description::{Body, Wall};
+use colluvium_case::description::{Body, ObstacleShape, Wall};
 use colluvium_case::{Case, CaseError, Honours};
 use colluvium_constitutive::{Kind, MaterialSpec};
 
@@ -47,6 +47,7 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
             "obstacles.wall.adhesion",
             "obstacles.separation",
             "obstacles.regions*",
+            "obstacles.motion*",
         ])
         .refuses("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
         .refuses_if(total, "bodies.rigid", in_total("bodies deform or are held"))
@@ -74,6 +75,7 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
 pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     refuse_walls(case, options)?;
     refuse_obstacles(case, options)?;
+    refuse_ways_across_periods(case)?;
     check_periods(case, options)?;
     check_names(case, options)?;
     check_rigid(case, options)?;
@@ -133,6 +135,28 @@ fn refuse_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> 
         if on {
             let problem = format!("does not go with obstacles, which have no particles: {cure}");
             return Err(CaseError::new(format!("methods.sph.{key}"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// Obstacles are where the case has them, and not again in the next period.
+fn refuse_ways_across_periods(case: &Case) -> Result<(), CaseError> {
+    for (number, obstacle) in case.obstacles.iter().enumerate() {
+        let Some(motion) = &obstacle.motion else { continue };
+        for axis in case.domain.periodic.iter().map(|axis| axis.number()) {
+            let along = motion.velocity.get(axis).is_some_and(|v| *v != 0.0);
+            let same = matches!(&obstacle.shape, ObstacleShape::Plane { normal, .. } if normal[axis] == 0.0);
+            let path = |key: &str| format!("obstacles[{number}].motion.{key}");
+            if motion.rotation != 0.0 {
+                let problem = "in a periodic domain sph has no obstacles that turn: they do not repeat";
+                return Err(CaseError::new(path("rotation"), problem));
+            }
+            if along && !same {
+                let problem = "carries the obstacle over the end of a period, where it does not come back: of what moves along a \
+                               periodic axis sph takes planes along it only";
+                return Err(CaseError::new(path("velocity"), problem));
+            }
         }
     }
     Ok(())

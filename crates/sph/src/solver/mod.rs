@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bearing::{bear_obstacles, follow};
 use crate::clock::Clock;
-use crate::limit::{find_limit, time_step_of};
+use crate::limit::{find_limit, slowed, time_step_of};
 use crate::lists::{Listed, Lists};
 use crate::particles::Bodies;
 use crate::rates::Rates;
@@ -123,6 +123,7 @@ impl<const D: usize> SphSolver<D> {
         if self.clock.limit.is_none() {
             self.critical_step();
         }
+        self.walls.obstacles.take_pace(self.clock.time + dt, dt);
         if self.reference.is_none() {
             self.list(true)?;
         }
@@ -162,7 +163,7 @@ impl<const D: usize> SphSolver<D> {
         }
         follow(setting, bodies, lists, rates, reference.is_some(), dt);
         let turned = walls.turn_back(bodies, &mut rates.of, clock.time + dt);
-        if bear_obstacles(setting, bodies, walls, rates, dt) || turned {
+        if bear_obstacles(setting, bodies, walls, rates, (clock.time + dt, dt)) || turned {
             (lists.weighed, rates.current) = (false, false);
         }
         Ok(())
@@ -176,11 +177,12 @@ impl<const D: usize> SphSolver<D> {
 
     /// The largest stable step from the current state (sheet: sph §3.4).
     pub(crate) fn critical_step(&mut self) -> TimeStep {
-        let Self { setting, clock, bodies, rates, .. } = self;
+        let Self { setting, clock, bodies, walls, rates, .. } = self;
         if let Some(limit) = clock.limit.filter(|_| !clock.is_limit_due()) {
             return limit;
         }
         let critical = time_step_of(find_limit(setting, bodies, rates), &bodies.particles);
+        let critical = slowed(critical, &walls.obstacles, (clock.time, setting.options.spacing));
         clock.set_limit(critical, setting.options.time_step)
     }
 

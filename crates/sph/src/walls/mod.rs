@@ -40,7 +40,7 @@ pub struct Walls<const D: usize> {
     pub images: Vec<Image<D>>,
     /// Where the smooth bodies stand.
     pub smooth: SmoothBodies,
-    /// Rigid geometry, the same in all stages.
+    /// Rigid geometry, the same in all stages, at rest or on its way.
     pub obstacles: Obstacles<D>,
 }
 
@@ -60,16 +60,22 @@ impl<const D: usize> Walls<D> {
         len + self.images.len()
     }
 
+    /// Planes and obstacles to where they are at `time` (s).
+    fn go_to(&mut self, time: f64) {
+        self.planes.go_to(time);
+        self.obstacles.go_to(time);
+    }
+
     /// Finds the images of particles at `positions` within `reach` (m) of mirrors and ends of periods, as these stand at
     /// `time` (s).
     pub fn find_images(&mut self, positions: &[[f64; D]], time: f64, reach: f64) {
-        self.planes.go_to(time);
+        self.go_to(time);
         self.planes.images(positions, reach, &mut self.images);
     }
 
     /// Images and particles of walls to their places at `time` (s).
     pub fn place(&mut self, time: f64, particles: &mut Particles<D>) {
-        self.planes.go_to(time);
+        self.go_to(time);
         self.planes.carry(&mut self.images);
         self.put(particles);
     }

@@ -7,13 +7,14 @@
 use std::sync::Arc;
 
 use colluvium_case::description::ObstacleWall;
-use colluvium_case::{Case, CaseError, ObstacleLaws, Standing};
+use colluvium_case::{Case, CaseError, MovingObstacle, ObstacleLaws, Standing};
 use colluvium_points::surface::{Contacts, Nearest};
 use colluvium_points::{ROWS, Surface};
 use rayon::prelude::*;
 
 use super::plane::Contact;
 use crate::algebra::dot;
+use crate::setting::corner;
 
 /// A face of an obstacle near a particle: the plane that touches the obstacle there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +31,8 @@ pub struct Face<const D: usize> {
     pub lets_go: bool,
     /// Number of its obstacle.
     pub obstacle: u32,
+    /// Velocity that the obstacle, as a rigid body, has at the particle (m/s).
+    pub course: [f64; D],
 }
 
 /// A place behind a face at which a particle of a wall would stand.
@@ -39,12 +42,14 @@ pub struct Site<'a, const D: usize> {
     pub face: &'a Face<D>,
     /// How far it lies behind the face (m).
     pub depth: f64,
+    /// Its place less that of the particle (m).
+    pub apart: [f64; D],
 }
 
 impl<const D: usize> Face<D> {
-    /// Of an obstacle with these laws, at rest, at its nearest place.
-    fn of(laws: &ObstacleLaws, near: &Nearest<D>, obstacle: u32) -> Self {
-        let law = laws.at(&near.place);
+    /// That of obstacle number `obstacle` at its nearest place to a particle at `x` (m).
+    fn of(solid: &Solid<D>, near: &Nearest<D>, x: &[f64; D], obstacle: u32) -> Self {
+        let law = solid.laws.at(&near.place);
         let contact = match law.wall {
             ObstacleWall::Rough => Contact::NoSlip,
             ObstacleWall::Smooth => Contact::FreeSlip,
@@ -52,7 +57,8 @@ impl<const D: usize> Face<D> {
         };
         let (adhesion, lets_go) = (law.adhesion(), law.lets_go());
         let distance = near.distance.max(0.0);
-        Self { normal: near.normal, distance, contact, adhesion, lets_go, obstacle }
+        let course = solid.course(x);
+        Self { normal: near.normal, distance, contact, adhesion, lets_go, obstacle, course }
     }
 
     /// Directions along the face, one for each axis but one.
@@ -101,7 +107,7 @@ pub fn sites<const D: usize>(
             // The nearer face has what lies behind both.
             let taken =
                 || faces[..number].iter().any(|nearer| dot(&nearer.normal, &apart) < -nearer.distance);
-            (square < reach * reach && !taken()).then_some((Site { face, depth }, (apart, square)))
+            (square < reach * reach && !taken()).then_some((Site { face, depth, apart }, (apart, square)))
         })
     })
 }
@@ -112,8 +118,25 @@ struct Solid<const D: usize> {
     name: String,
     laws: ObstacleLaws,
     surface: Arc<dyn Surface<D>>,
+    /// Its motion; `None` at rest.
+    moving: Option<MovingObstacle<D>>,
     /// Whether its reaction is measured.
     told: bool,
+}
+
+impl<const D: usize> Solid<D> {
+    /// Its surface where it is.
+    fn now(&self) -> &dyn Surface<D> {
+        match &self.moving {
+            Some(moving) => &moving.placed,
+            None => &*self.surface,
+        }
+    }
+
+    /// Velocity of its part at `x` (m/s).
+    fn course(&self, x: &[f64; D]) -> [f64; D] {
+        self.moving.as_ref().map_or([0.0; D], |moving| moving.velocity(x))
+    }
 }
 
 /// What is near the particles of a block of [`ROWS`].
@@ -140,23 +163,27 @@ pub struct Obstacles<const D: usize> {
 }
 
 impl<const D: usize> Obstacles<D> {
-    /// Those of a case. `bodies` has the places of the particles of each body (m), none of which may lie in an obstacle.
+    /// Those of a case. `bodies` has the places of the particles of each body (m), none of which may lie in an obstacle; `slack` is
+    /// how deep they may lie nevertheless, and `support` how far they look (m).
     ///
     /// # Errors
     /// An obstacle that cannot be built, or one that covers a particle.
     pub fn new<'a>(
         case: &Case,
         bodies: impl Iterator<Item = (usize, &'a [[f64; D]])>,
-        slack: f64,
+        (slack, support): (f64, f64),
     ) -> Result<Self, CaseError> {
         let standing = case.standing::<D>()?;
         for (body, places) in bodies {
             case.refuse_covered(&standing, body, places, slack)?;
         }
         let told = |name: &str| case.measures.values().any(|measure| measure.bearer() == Some(name));
+        let (low, high) = (corner::<D>(&case.domain.min), corner::<D>(&case.domain.max));
+        let domain = (low.map(|c| c - support), high.map(|c| c + support));
         let solids = standing.into_iter().map(|Standing { obstacle, surface, laws, .. }| Solid {
             name: obstacle.name.clone(),
             laws,
+            moving: obstacle.motion.as_ref().map(|motion| MovingObstacle::new(motion, &surface, domain)),
             surface,
             told: told(&obstacle.name),
         });
@@ -175,6 +202,53 @@ impl<const D: usize> Obstacles<D> {
             .enumerate()
             .filter(|(_, own)| own.told)
             .map(|(number, own)| (number, own.name.as_str()))
+    }
+
+    /// Numbers of those whose reaction is measured, or that move.
+    pub fn watched(&self) -> impl Iterator<Item = (usize, bool)> {
+        let watched = |own: &Solid<D>| own.told || own.moving.is_some();
+        self.solids
+            .iter()
+            .enumerate()
+            .filter(move |(_, own)| watched(own))
+            .map(|(number, own)| (number, own.told))
+    }
+
+    /// Those on their way.
+    pub fn moving(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
+        self.solids.iter().filter_map(|own| own.moving.as_ref())
+    }
+
+    /// Whether any is on its way.
+    pub fn move_at_all(&self) -> bool {
+        self.moving().next().is_some()
+    }
+
+    /// Brings them to where they are at `time` (s).
+    pub fn go_to(&mut self, time: f64) {
+        self.solids.iter_mut().filter_map(|own| own.moving.as_mut()).for_each(|moving| moving.go_to(time));
+    }
+
+    /// Gives them the mean velocities of a step of `dt` (s) that ends at `end` (s).
+    pub fn take_pace(&mut self, end: f64, dt: f64) {
+        let moving = self.solids.iter_mut().filter_map(|own| own.moving.as_mut());
+        moving.for_each(|moving| moving.take_pace(end, dt));
+    }
+
+    /// How far a place of them has moved at most between two times (m).
+    pub fn moved(&self, start: f64, end: f64) -> f64 {
+        self.moving().map(|moving| moving.way(start, end)).fold(0.0, f64::max)
+    }
+
+    /// Velocity of the part of obstacle number `number` at `x` (m/s).
+    pub fn course(&self, number: usize, x: &[f64; D]) -> [f64; D] {
+        self.solids[number].course(x)
+    }
+
+    /// By how much the velocity of obstacle number `number` differs between two places `apart` (m) (m/s); `None` at rest.
+    #[inline]
+    pub fn turning(&self, number: u32, apart: &[f64; D]) -> Option<[f64; D]> {
+        self.solids[number as usize].moving.as_ref().map(|moving| moving.turning(apart))
     }
 
     /// Whether the reaction of obstacle number `number` is measured.
@@ -202,7 +276,7 @@ impl<const D: usize> Obstacles<D> {
                 let near = solids
                     .iter()
                     .enumerate()
-                    .filter(|(_, solid)| solid.surface.gap(x, reach).is_some() || solid.surface.contains(x));
+                    .filter(|(_, solid)| solid.now().gap(x, reach).is_some() || solid.now().contains(x));
                 block.listed.extend(near.map(|(number, _)| (k as u32, number as u32)));
             }
         });
@@ -218,15 +292,16 @@ impl<const D: usize> Obstacles<D> {
             let mut listed = block.listed.iter().peekable();
             for (k, x) in positions.iter().enumerate() {
                 while let Some((_, number)) = listed.next_if(|(own, _)| *own as usize == k) {
-                    let Solid { laws, surface, .. } = &solids[*number as usize];
+                    let solid = &solids[*number as usize];
+                    let surface = solid.now();
                     block.contacts.clear();
                     surface.touch(x, support, &mut block.contacts);
                     let touched = block.contacts.all().iter();
-                    block.faces.extend(touched.map(|near| Face::of(laws, near, *number)));
+                    block.faces.extend(touched.map(|near| Face::of(solid, near, x, *number)));
                     if block.contacts.is_empty()
                         && let Some(deeper) = surface.gap(x, support).filter(|gap| gap.distance < 0.0)
                     {
-                        block.faces.push(Face::of(laws, &deeper, *number));
+                        block.faces.push(Face::of(solid, &deeper, x, *number));
                         let depth = -deeper.distance;
                         if block.deepest.is_none_or(|(.., most)| depth > most) {
                             block.deepest = Some((k as u32, *number, depth));
@@ -252,7 +327,7 @@ impl<const D: usize> Obstacles<D> {
         let k = (i % ROWS) as u32;
         let first = block.listed.partition_point(|(own, _)| *own < k);
         for (_, number) in block.listed[first..].iter().take_while(|(own, _)| *own == k) {
-            let Solid { laws, surface, .. } = &self.solids[*number as usize];
+            let (laws, surface) = (&self.solids[*number as usize].laws, self.solids[*number as usize].now());
             found.clear();
             surface.touch(x, radius, found);
             let inside = if found.is_empty() { surface.gap(x, reach) } else { None };
@@ -284,7 +359,15 @@ mod tests {
     use super::*;
 
     fn face<const D: usize>(normal: [f64; D], distance: f64) -> Face<D> {
-        Face { normal, distance, contact: Contact::FreeSlip, adhesion: 0.0, lets_go: false, obstacle: 0 }
+        Face {
+            normal,
+            distance,
+            contact: Contact::FreeSlip,
+            adhesion: 0.0,
+            lets_go: false,
+            obstacle: 0,
+            course: [0.0; D],
+        }
     }
 
     #[test]

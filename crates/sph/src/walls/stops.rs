@@ -26,6 +26,8 @@ pub struct Borne {
     pub friction: f64,
     /// Energy of motion into the surface.
     pub stopped: f64,
+    /// Work of the motion of obstacles on the particles.
+    pub work: f64,
 }
 
 impl Borne {
@@ -33,26 +35,29 @@ impl Borne {
     pub fn add(&mut self, other: &Self) {
         self.friction += other.friction;
         self.stopped += other.stopped;
+        self.work += other.work;
     }
 }
 
 impl<const D: usize> Obstacles<D> {
-    /// Stops particles before the surfaces at the end of a step of `dt` (s), and says what that takes from each; whether there
-    /// were any. `spacing` is that of the particles (m); `hits` hears of each hit on an obstacle whose
+    /// Stops particles before the surfaces where these are at the `end` (s) of a step of `dt` (s), and says what that takes from each;
+    /// whether there were any. `spacing` is that of the particles (m); `hits` hears of each hit on an obstacle whose
     /// reaction is measured which one it is, where (m), and the impulse on it (N s).
     pub fn stop(
         &mut self,
         bodies: &mut Bodies<D>,
         borne: &mut [Borne],
-        (dt, spacing): (f64, f64),
+        (end, dt, spacing): (f64, f64, f64),
         mut hits: impl FnMut(u32, &[f64; D], [f64; D]),
     ) -> bool {
+        self.go_to(end);
+        let come = self.moved(end - dt, end);
         let (mut any, mut found) = (false, std::mem::take(&mut self.found));
         let Bodies { particles: p, groups, .. } = bodies;
         let free = groups.iter().filter(|group| group.held.is_none() && group.rigid.is_none());
         for i in free.flat_map(Group::range) {
             let before = self.faces(i).iter().map(|face| face.distance).fold(f64::INFINITY, f64::min);
-            let way = 2.0 * dt * square(&p.velocity[i]).sqrt();
+            let way = 2.0 * dt * square(&p.velocity[i]).sqrt() + come;
             // Schemes with stages look at predicted places, which may lie within.
             let kept = if before > 0.0 { (LEAST * spacing).min(before) } else { LEAST * spacing };
             if before > kept + way {
@@ -77,6 +82,7 @@ impl<const D: usize> Obstacles<D> {
             borne[i].add(&Borne {
                 friction: p.mass[i] * hit.taken.friction,
                 stopped: p.mass[i] * hit.taken.stopped,
+                work: p.mass[i] * hit.taken.work,
             });
         }
         self.found = found;
@@ -105,7 +111,7 @@ impl<const D: usize> Obstacles<D> {
             });
             let Some((place, friction, number)) = deepest else { break };
             let before = hit.v;
-            hit.stop(&place.normal, kept - place.distance, friction, dt);
+            hit.stop(&place.normal, kept - place.distance, friction, &self.course(number as usize, &x), dt);
             heard(number, &hit.x, std::array::from_fn(|c| before[c] - hit.v[c]));
             any = true;
         }
@@ -122,12 +128,15 @@ struct Hit<const D: usize> {
 }
 
 impl<const D: usize> Hit<D> {
-    /// Takes back `lacks` (m) of its way along the normal of a place, and the velocity with which it has gone that.
-    fn stop(&mut self, normal: &[f64; D], lacks: f64, friction: f64, dt: f64) {
+    /// Takes back `lacks` (m) of its way along the normal of a place of an obstacle with the velocity `course` (m/s), and the velocity
+    /// with which it has gone that.
+    fn stop(&mut self, normal: &[f64; D], lacks: f64, friction: f64, course: &[f64; D], dt: f64) {
         (0..D).for_each(|c| self.x[c] += lacks * normal[c]);
-        let closing = dot(&self.v, normal);
+        let before = self.v;
+        let seen: [f64; D] = std::array::from_fn(|c| before[c] - course[c]);
+        let closing = dot(&seen, normal);
         let after = (closing + lacks / dt).min(closing.max(0.0));
-        let slip: [f64; D] = std::array::from_fn(|c| self.v[c] - closing * normal[c]);
+        let slip: [f64; D] = std::array::from_fn(|c| seen[c] - closing * normal[c]);
         let speed = dot(&slip, &slip).sqrt();
         let rubs = if friction == 0.0 { 0.0 } else { (friction * (after - closing)).min(speed) };
         // Nothing to rub, not even with infinite friction.
@@ -135,7 +144,8 @@ impl<const D: usize> Hit<D> {
         let left = if speed > 0.0 { 1.0 - rubs / speed } else { 1.0 };
         self.taken.stopped += 0.5 * (closing * closing - after * after);
         self.taken.friction += 0.5 * speed * speed * (1.0 - left * left);
-        (0..D).for_each(|c| self.v[c] = left * slip[c] + after * normal[c]);
+        self.v = std::array::from_fn(|c| course[c] + left * slip[c] + after * normal[c]);
+        self.taken.work += (0..D).map(|c| course[c] * (self.v[c] - before[c])).sum::<f64>();
     }
 }
 
@@ -144,11 +154,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_hit_on_what_moves_is_the_same_seen_from_there_and_its_work_is_told() {
+        let (normal, course) = ([0.0, 1.0], [0.7, 2.0]);
+        let mut still = Hit { x: [1.0, -0.2], v: [3.0, -4.0], taken: Borne::default() };
+        let mut carried = Hit { x: [1.0, -0.2], v: [3.7, -2.0], taken: Borne::default() };
+        still.stop(&normal, 0.3, 0.5, &[0.0; 2], 0.1);
+        carried.stop(&normal, 0.3, 0.5, &course, 0.1);
+        assert!((0..2).all(|c| (carried.v[c] - course[c] - still.v[c]).abs() < 1e-14), "{:?}", carried.v);
+        assert!((carried.taken.friction - still.taken.friction).abs() < 1e-14);
+        let gained = 0.5 * dot(&carried.v, &carried.v) - 0.5 * (3.7 * 3.7 + 4.0);
+        let Borne { friction, stopped, work } = carried.taken;
+        assert!((gained - (work - friction - stopped)).abs() < 1e-13, "{gained} {work}");
+    }
+
+    #[test]
     fn a_hit_takes_the_way_back_and_the_energy_that_it_tells() {
         let normal = [0.0, 1.0];
         for friction in [0.0, 0.5, f64::INFINITY] {
             let mut hit = Hit { x: [1.0, -0.2], v: [3.0, -4.0], taken: Borne::default() };
-            hit.stop(&normal, 0.3, friction, 0.1);
+            hit.stop(&normal, 0.3, friction, &[0.0; 2], 0.1);
             assert!((hit.x[1] - 0.1).abs() < 1e-15 && (hit.v[1] + 1.0).abs() < 1e-14, "{:?}", hit.v);
             assert!((hit.v[0] - (3.0 - (friction * 3.0).min(3.0))).abs() < 1e-14 || friction == 0.0);
             let lost = 12.5 - 0.5 * dot(&hit.v, &hit.v);
@@ -156,7 +180,7 @@ mod tests {
         }
         // What leaves is not sped up.
         let mut hit = Hit { x: [0.0, 0.0], v: [1.0, 2.0], taken: Borne::default() };
-        hit.stop(&normal, 0.1, 0.5, 0.1);
+        hit.stop(&normal, 0.1, 0.5, &[0.0; 2], 0.1);
         assert_eq!((hit.v, hit.taken), ([1.0, 2.0], Borne::default()));
     }
 }

@@ -7,6 +7,7 @@ mod flows;
 mod interfaces;
 mod liquids;
 mod loads;
+mod moving;
 mod obstacles;
 mod operators;
 mod ranks;

@@ -1,0 +1,311 @@
+//! Obstacles on prescribed ways (sheet: sph §2.13).
+
+use colluvium_case::{Case, Method, Solver, spatial};
+use colluvium_sph::Sph;
+use serde_json::{Value, json};
+
+use crate::common::{advance, begin, changed, stresses, vectors};
+
+/// An elastic block over the floor `y = 0`, without gravity; what is in `more` joins the case.
+fn block(more: &Value) -> Case {
+    let text = json!({
+        "title": "block", "space": "plane-strain", "gravity": [0, 0],
+        "domain": { "min": [-2, -2], "max": [3, 3] },
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.3] } }],
+        "stages": [{ "name": "s", "duration": 1 }],
+        "methods": { "sph": { "spacing": 0.05 } }
+    });
+    changed(text, more)
+}
+
+fn reading(solver: &dyn Solver, name: &str) -> f64 {
+    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+}
+
+/// Stored and kinetic energy (J), with what obstacles took of them, and without what they gave.
+fn energy(solver: &dyn Solver) -> f64 {
+    let budget = solver.budget().unwrap();
+    let took = reading(solver, "obstacles.friction") + reading(solver, "obstacles.stopped");
+    budget.kinetic + budget.elastic + budget.potential + took - reading(solver, "obstacles.work")
+}
+
+/// Runs until `time` (s).
+fn until(solver: &mut dyn Solver, time: f64) {
+    while solver.time() < time {
+        advance(solver, 1);
+    }
+}
+
+/// What is seen from an obstacle does not depend on its velocity. The sums are the same but for the digits that places lose, which
+/// the steps make 10⁻¹¹ of.
+#[test]
+fn a_block_on_a_plane_that_moves_is_that_on_a_plane_at_rest_seen_from_it() {
+    let carried = [0.4, 0.3];
+    for wall in [
+        json!({ "kind": "rough" }),
+        json!({ "kind": "smooth" }),
+        json!({ "kind": "frictional", "friction_coefficient": 0.3 }),
+    ] {
+        for integration in ["leapfrog", "velocity-verlet", "runge-kutta4"] {
+            let run = |course: [f64; 2]| {
+                let velocity: Vec<f64> = [0.5, -0.1].iter().zip(course).map(|(v, c)| v + c).collect();
+                let mut solver = begin(&block(&json!({
+                    "gravity": [0, -9.81],
+                    "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.3] },
+                        "velocity": { "kind": "uniform", "value": velocity } }],
+                    "obstacles": [{ "name": "floor", "wall": wall, "motion": { "velocity": course },
+                        "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
+                    "methods": { "sph": { "spacing": 0.05, "time_step": 2e-4, "integration": integration } }
+                })));
+                (0..200).for_each(|_| assert_eq!(solver.step(2e-4).unwrap().dt, 2e-4));
+                solver
+            };
+            let (still, moving) = (run([0.0; 2]), run(carried));
+            let (a, b) = (still.snapshot(), moving.snapshot());
+            for (k, (a, b)) in a.positions.iter().zip(&b.positions).enumerate() {
+                for c in 0..2 {
+                    let off = b[c] - carried[c] * moving.time() - a[c];
+                    assert!(off.abs() < 1e-11, "{wall} {integration}: particle {k} is off by {off:.2e} m");
+                }
+            }
+            for name in ["obstacles.friction", "obstacles.stopped"] {
+                let (a, b) = (reading(&*still, name), reading(&*moving, name));
+                assert!((a - b).abs() < 1e-8 * (1.0 + a), "{wall} {integration}: {name} {a} {b}");
+            }
+        }
+    }
+}
+
+/// A plane under a block is tilted by 20 degrees a second: the block stays until its slope is the friction, and then slides. What it
+/// slides grows with the third power of the angle beyond that, so that it tells at which angle it began.
+#[test]
+fn a_block_on_a_plane_that_tilts_slides_at_the_angle_of_friction() {
+    let (rate, begins, friction) = (20f64.to_radians(), 0.5, 20f64.to_radians().tan());
+    let case = block(&json!({
+        "gravity": [0, -9.81],
+        "obstacles": [{ "name": "floor", "wall": { "kind": "frictional", "friction_coefficient": friction },
+            "motion": { "rotation": -20, "centre": [0.3, 0], "start": begins, "ramp": 0.5 },
+            "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
+        "stages": [{ "name": "settle", "duration": begins, "gravity_ramp": 0.2, "damping": 0.6 }, { "name": "tilt", "duration": 2 }]
+    }));
+    let mut solver = begin(&case);
+    until(&mut *solver, begins);
+    solver.begin_stage(1, solver.time()).unwrap();
+    let start = begins + 0.25;
+    // Place of the middle along the plane.
+    let along = |solver: &dyn Solver| {
+        let angle = rate * (solver.time() - start);
+        let x = solver.snapshot().positions;
+        let mean = |c: usize| x.iter().map(|x| x[c]).sum::<f64>() / x.len() as f64;
+        (mean(0) - 0.3) * angle.cos() - mean(1) * angle.sin()
+    };
+    until(&mut *solver, start + 0.95);
+    let held = along(&*solver);
+    assert!(held.abs() < 0.005 * 0.6, "at 19°: it slid {held} m");
+    until(&mut *solver, start + 1.0);
+    let began = along(&*solver);
+    until(&mut *solver, start + 1.4);
+    // Newton's law along the plane, seen from it; the middle is 0.15 m over the line about which it turns.
+    let (mut place, mut speed, dt) = (0.0, 0.0f64, 1e-5);
+    for step in 0..40_000 {
+        let angle = rate * (1.0 + f64::from(step) * dt);
+        let normal = 9.81 * angle.cos() - rate * rate * 0.15 + 2.0 * rate * speed;
+        speed += dt * (9.81 * angle.sin() + rate * rate * place - friction * normal);
+        speed = speed.max(0.0);
+        place += dt * speed;
+    }
+    let slid = along(&*solver) - began;
+    let onset = 28.0 - 8.0 * (slid / place).cbrt();
+    assert!((onset - 20.0).abs() < 1.0, "from {onset}°: {slid} m for {place} m");
+}
+
+/// A piston starts at once against a bar without sideways strain: a wave of the stress ρ c V runs into it.
+#[test]
+fn a_piston_pushes_with_the_impedance_of_the_column_and_gives_it_its_momentum() {
+    let (speed, modulus) = (0.05, 1e6 * 0.8 / (1.2 * 0.6));
+    let case = block(&json!({
+        "domain": { "min": [-1, 0], "max": [3, 0.2], "periodic": ["y"] },
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [2, 0.2] } }],
+        "obstacles": [{ "name": "piston", "wall": { "kind": "smooth" }, "motion": { "velocity": [speed, 0] },
+            "shape": { "kind": "plane", "point": [0, 0], "normal": [1, 0] } }],
+        "measures": { "on": { "kind": "reaction", "of": "piston" } },
+        "methods": { "sph": { "spacing": 0.02 } }
+    }));
+    let mut solver = begin(&case);
+    let wave = (modulus / 1000.0f64).sqrt();
+    let (from, to) = (0.4 / wave, 1.6 / wave);
+    until(&mut *solver, from);
+    let (first, start) = (solver.reaction("piston").unwrap().impulse, solver.time());
+    until(&mut *solver, to);
+    let impulse = solver.reaction("piston").unwrap().impulse;
+    let force = (impulse[0] - first[0]) / (solver.time() - start);
+    let exact = -1000.0 * wave * speed * 0.2;
+    let budget = solver.budget().unwrap();
+    assert!((force / exact - 1.0).abs() < 0.01, "{force} N for {exact} N");
+    // Momentum is told at the end of a step, and the force of the last one at its start.
+    assert!((budget.momentum[0] / -impulse[0] - 1.0).abs() < 5e-3, "{:?} {impulse:?}", budget.momentum);
+    let work = reading(&*solver, "obstacles.work");
+    assert!((work / (-impulse[0] * speed) - 1.0).abs() < 1e-9, "{work}");
+    // What the viscosity of the front takes is all that is lost.
+    let kept = (budget.kinetic + budget.elastic) / work;
+    assert!(kept < 1.0 && kept > 0.97, "{kept}");
+}
+
+/// A block in the way of a paddle that turns, in the plane or in space.
+fn paddle(space: &str, integration: &str) -> Case {
+    let solid = space == "3d";
+    let at = |plane: [f64; 2], last: f64| if solid { vec![plane[0], plane[1], last] } else { plane.to_vec() };
+    let mut motion = json!({ "rotation": 120, "centre": at([0.0, 0.0], 0.0), "start": 0.02, "ramp": 0.1 });
+    if solid {
+        motion["axis"] = json!([0, 0, 1]);
+    }
+    block(&json!({
+        "space": space, "gravity": at([0.0, 0.0], 0.0),
+        "domain": { "min": at([-2.0, -2.0], -1.0), "max": at([2.0, 2.0], 1.0) },
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": at([0.3, 0.15], -0.15), "max": at([0.6, 0.45], 0.15) } }],
+        "obstacles": [{ "name": "paddle", "wall": { "kind": "frictional", "friction_coefficient": 0.4 }, "motion": motion,
+            "shape": { "kind": "box", "min": at([-0.7, -0.1], -0.4), "max": at([0.7, 0.1], 0.4) } }],
+        "measures": { "on": { "kind": "reaction", "of": "paddle" } },
+        "methods": { "sph": { "spacing": 0.05, "integration": integration } }
+    }))
+}
+
+#[test]
+fn a_paddle_throws_a_block_in_the_plane_and_in_space_and_the_balances_close() {
+    for space in ["plane-strain", "3d"] {
+        let case = paddle(space, "leapfrog");
+        let mut solver = begin(&case);
+        let start = energy(&*solver);
+        until(&mut *solver, 0.4);
+        let budget = solver.budget().unwrap();
+        let impulse = solver.reaction("paddle").unwrap().impulse;
+        let work = reading(&*solver, "obstacles.work");
+        let size = budget.momentum.iter().map(|p| p * p).sum::<f64>().sqrt();
+        assert!(size > 0.3 * budget.mass, "{space}: it is thrown: {size}");
+        for c in 0..3 {
+            assert!(
+                (budget.momentum[c] + impulse[c]).abs() < 0.01 * size,
+                "{space}: {:?} {impulse:?}",
+                budget.momentum
+            );
+        }
+        let off = (energy(&*solver) - start) / work;
+        assert!(off < 0.02 && off > -0.1, "{space}: {off} of the work");
+        // None of it is in the paddle.
+        let angle: f64 = -(120f64.to_radians()) * (0.4 - 0.02 - 0.05);
+        let (sin, cos) = angle.sin_cos();
+        for x in solver.snapshot().positions {
+            let [a, b] = [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]];
+            assert!(a.abs() > 0.7 || b.abs() > 0.1, "{space}: {x:?}");
+        }
+    }
+}
+
+/// A plate hits a row of particles faster than the waves of these run.
+#[test]
+fn a_plate_that_is_fast_and_thin_takes_along_what_it_meets() {
+    for integration in ["leapfrog", "predictor-corrector", "velocity-verlet", "verlet", "runge-kutta4"] {
+        let case = block(&json!({
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e4, "poissons_ratio": 0.2 } },
+            "obstacles": [{ "name": "plate", "wall": { "kind": "smooth" }, "motion": { "velocity": [0, 20] },
+                "shape": { "kind": "box", "min": [-1, -0.5], "max": [2, -0.48] } }],
+            "methods": { "sph": { "spacing": 0.05, "integration": integration } }
+        }));
+        let mut solver = begin(&case);
+        assert_eq!(solver.limit().limit.to_string(), "motion of an obstacle");
+        let start = energy(&*solver);
+        until(&mut *solver, 0.08);
+        let (above, work) = (-0.48 + 20.0 * solver.time(), reading(&*solver, "obstacles.work"));
+        let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+        assert!(lowest > above, "{integration}: {lowest} m under {above} m");
+        let off = (energy(&*solver) - start) / work;
+        assert!(off < 0.02, "{integration}: {off} of the work");
+    }
+    let mut fixed = block(&json!({
+        "obstacles": [{ "name": "plate", "wall": { "kind": "smooth" }, "motion": { "velocity": [0, 200] },
+            "shape": { "kind": "box", "min": [-1, -0.5], "max": [2, -0.48] } }]
+    }));
+    fixed.methods.get_mut("sph").unwrap()["time_step"] = json!(1e-4);
+    let error = Sph.build(&fixed).err().unwrap().to_string();
+    assert!(error.starts_with("methods.sph.time_step") && error.contains("motion of an obstacle"), "{error}");
+}
+
+#[test]
+fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_a_restart() {
+    for (space, integration) in
+        [("plane-strain", "leapfrog"), ("plane-strain", "runge-kutta4"), ("3d", "leapfrog")]
+    {
+        let mut case = paddle(space, integration);
+        case.measures.clear();
+        let on = |threads: usize, ranks: u32| {
+            let mut case = case.clone();
+            case.methods.get_mut("sph").unwrap()["ranks"] = json!(ranks);
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut solver = begin(&case);
+                advance(&mut *solver, 300);
+                solver.saved().unwrap()
+            })
+        };
+        let one = on(1, 1);
+        let shared: &[_] = if integration == "leapfrog" { &[(2, 2), (3, 3)] } else { &[] };
+        for &(threads, ranks) in [(2, 1), (3, 1)].iter().chain(shared) {
+            assert!(one == on(threads, ranks), "{space}: other bits on {threads} threads in {ranks} ranks");
+        }
+        let mut first = begin(&case);
+        advance(&mut *first, 137);
+        let mut then = begin(&case);
+        then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
+        then.begin_stage(0, 0.0).unwrap();
+        advance(&mut *then, 163);
+        assert!(one == then.saved().unwrap(), "{space}: other bits after a restart");
+    }
+}
+
+#[test]
+fn what_does_not_come_back_in_a_period_is_refused() {
+    let problem = |motion: Value, shape: Value| {
+        let case = block(&json!({
+            "domain": { "min": [-2, -2], "max": [3, 3], "periodic": ["x"] },
+            "obstacles": [{ "name": "o", "wall": { "kind": "rough" }, "motion": motion, "shape": shape }]
+        }));
+        Sph.build(&case).map(|_| ()).err().map(|error| error.to_string())
+    };
+    let (plane, ram) = (
+        json!({ "kind": "plane", "point": [0, 0], "normal": [0, 1] }),
+        json!({ "kind": "box", "min": [0, -1], "max": [1, -0.5] }),
+    );
+    assert_eq!(problem(json!({ "velocity": [1, 0.5] }), plane.clone()), None);
+    assert_eq!(problem(json!({ "velocity": [0, 0.5] }), ram.clone()), None);
+    let over = problem(json!({ "velocity": [1, 0] }), ram.clone()).unwrap();
+    assert!(over.starts_with("obstacles[0].motion.velocity: carries the obstacle over the end"), "{over}");
+    let turns = problem(json!({ "rotation": 5, "centre": [0, 0] }), ram).unwrap();
+    assert!(turns.starts_with("obstacles[0].motion.rotation"), "{turns}");
+}
+
+/// A body at rest on what turns goes round with it: it does not strain, and its stress turns as it does.
+#[test]
+fn what_turns_with_an_obstacle_does_not_strain() {
+    // As if it had always turned: each particle has the velocity of the floor at its place.
+    let rate = 30f64.to_radians();
+    let case = block(&json!({
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.3] },
+            "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -rate], [rate, 0]] } }],
+        "obstacles": [{ "name": "floor", "wall": { "kind": "rough" }, "motion": { "rotation": 30, "centre": [0, 0] },
+            "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
+        "methods": { "sph": { "spacing": 0.05, "velocity_gradient": "corrected" } }
+    }));
+    let mut solver = begin(&case);
+    solver.step(1e-6).unwrap();
+    let snapshot = solver.snapshot();
+    let (v, x) = (vectors(&snapshot, "velocity"), &snapshot.positions);
+    for (v, x) in v.iter().zip(x) {
+        let exact = spatial(&[-rate * x[1], rate * x[0]]);
+        assert!((0..2).all(|c| (v[c] - exact[c]).abs() < 1e-4), "{v:?} {exact:?}");
+    }
+    let all = stresses(&snapshot);
+    let most = all.as_flattened().iter().fold(0.0f64, |most, s| most.max(s.abs()));
+    // A modulus of 1 MPa over 1 µs makes half a pascal of a strain at the rate of rotation; what is left goes with the angle of a step.
+    assert!(most < 1e-6, "{most} Pa");
+}
