@@ -92,7 +92,7 @@ impl Case {
             (Some(shape), None, None) => match shape.validate(self.dimension() - 1) {
                 Ok(()) => {
                     let (low, high) = shape.bounds(self.dimension() - 1);
-                    match self.beyond_the_plan(&low, &high) {
+                    match self.beyond(&low, &high) {
                         Some(problem) => wrong("shape", problem),
                         None => Ok(PlanRegion::Shape(shape)),
                     }
@@ -105,7 +105,7 @@ impl Case {
             (None, Some(file), None) => match self.outline(file) {
                 Ok(outline) => {
                     let (low, high) = outline.bounds();
-                    match self.beyond_the_plan(&low, &high) {
+                    match self.beyond(&low, &high) {
                         Some(problem) => wrong("outline", format!("{file}: {problem}")),
                         None => Ok(PlanRegion::Outline(Arc::new(outline))),
                     }
@@ -130,7 +130,7 @@ impl Case {
         let half = raster.spacing.map(|spacing| 0.5 * spacing);
         let low: [f64; 2] = std::array::from_fn(|c| raster.origin[c] - half[c]);
         let high: [f64; 2] = std::array::from_fn(|c| raster.end()[c] + half[c]);
-        if let Some(problem) = self.beyond_the_plan(&low, &high) {
+        if let Some(problem) = self.beyond(&low, &high) {
             return Err(("file", format!("{file}: {problem}")));
         }
         let cells = Cells::of(&raster, *value);
@@ -145,14 +145,15 @@ impl Case {
         Ok(cells)
     }
 
-    /// What is wrong with a part of the plan between these corners (m), where none of it lies in the domain.
-    fn beyond_the_plan(&self, low: &[f64], high: &[f64]) -> Option<String> {
+    /// What is wrong with a part of space, or of the plan, between corners with coordinates from `domain.origin` (m), where none of
+    /// it lies in the domain.
+    pub fn beyond(&self, low: &[f64], high: &[f64]) -> Option<String> {
         let origin = self.origin();
-        let ends = (0..self.dimension() - 1).map(|c| (c, self.domain.min[c], self.domain.max[c]));
+        let ends = (0..low.len()).map(|c| (c, self.domain.min[c], self.domain.max[c]));
         let apart = ends.into_iter().find(|(c, min, max)| high[*c] <= *min || low[*c] >= *max);
         apart.map(|(c, min, max)| {
             let [from, to, min, max] = [low[c], high[c], min, max].map(|x| x + origin[c]);
-            let axis = ["x", "y"][c];
+            let axis = ["x", "y", "z"][c];
             format!("reaches from {from} to {to} m along {axis}, and the domain from {min} to {max} m: none of it lies there")
         })
     }

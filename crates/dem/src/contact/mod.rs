@@ -63,6 +63,24 @@ pub enum Normal {
     Hertz(Hertz),
 }
 
+impl Normal {
+    /// Overlap (m) under a force (N) at rest, between grains of this effective radius (m).
+    pub fn overlap(&self, force: f64, radius: f64) -> f64 {
+        match self {
+            Self::Linear(law) => force / law.stiffness(radius),
+            Self::Hertz(law) => (0.75 * force / (law.modulus * radius.sqrt())).powf(2.0 / 3.0),
+        }
+    }
+
+    /// Factor of its stiffness or modulus that makes overlaps this many times smaller.
+    pub fn stiffer(&self, times: f64) -> f64 {
+        match self {
+            Self::Linear(_) => times,
+            Self::Hertz(_) => times.powf(1.5),
+        }
+    }
+}
+
 /// Attraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Attraction {

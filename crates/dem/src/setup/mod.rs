@@ -6,6 +6,7 @@ mod reach;
 mod refuse;
 mod size;
 mod stage;
+mod warnings;
 
 use std::sync::Arc;
 
@@ -28,15 +29,12 @@ use crate::lists::Lists;
 use crate::pairs::Columns;
 use crate::rain;
 use crate::solver::{Compiled, DemSolver, Given, Kind, Scratch, Since};
-use crate::specimen::Specimen;
 use crate::store::Stored;
 use crate::vector::{dot, minus};
 use crate::walls::{Wall, WallList};
 
 /// Bytes of a disk and of a sphere with its buffers and its pairs, while a run goes on.
 const BYTES_OF_GRAIN: [usize; 2] = [650, 1000];
-/// Difference of a porosity from what was asked for that is told.
-const OFF_TARGET: f64 = 0.01;
 
 /// The options of the case, checked.
 pub(crate) fn options(case: &Case) -> Result<DemOptions, CaseError> {
@@ -100,21 +98,8 @@ fn measure<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>
         volumes,
         grains: Some(masses),
         updates_per_second: if D == 3 { 5e6 } else { 1e7 },
-        warnings: refuse::warnings(case, &solver.options)
-            .into_iter()
-            .chain(off_target(solver))
-            .chain(solver.given.notes.iter().cloned())
-            .collect(),
+        warnings: warnings::warnings(case, solver),
     }
-}
-
-/// Bodies that are filled otherwise than was asked for.
-fn off_target<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
-    let far = |own: &&Specimen| own.asked.is_some_and(|asked| (own.porosity - asked).abs() > OFF_TARGET);
-    let said = |own: &Specimen| {
-        format!("{own}: grains that would reach out of the shape, or into obstacles, are left out")
-    };
-    solver.specimens.iter().filter(far).map(said).collect()
 }
 
 /// A solver with its concrete type, at time zero.

@@ -1,11 +1,11 @@
 //! What DEM refuses of a case, by its path.
 
-use colluvium_case::description::Wall;
 use colluvium_case::json::closest;
 use colluvium_case::{Case, CaseError, Honours, Needs};
+use colluvium_points::Shape;
 use serde_json::Value;
 
-use crate::config::{CellControl, DemOptions, Fill, PairSpec};
+use crate::config::{CellControl, DemOptions, PairSpec};
 
 const ADHESION: &str = "adhesion of grains is in the pair of their kind and the obstacle: leave it out";
 const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
@@ -89,7 +89,24 @@ pub(super) fn refuse(case: &Case, options: &DemOptions) -> Result<(), CaseError>
     names(case, options)?;
     rains(case, options)?;
     cells(case, options)?;
+    regions(case, options)?;
     super::reach::stresses(case, options)
+}
+
+/// Measuring regions lie in the domain.
+fn regions(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    for (name, region) in &options.regions {
+        let ball = case.off_origin(Shape::Ball { centre: region.centre.clone(), radius: region.radius });
+        let (mut low, mut high) = ball.bounds(case.dimension());
+        for c in (0..case.dimension()).filter(|c| case.domain.is_periodic(*c)) {
+            // It sees the images of grains too.
+            (low[c], high[c]) = (case.domain.min[c], case.domain.max[c]);
+        }
+        if let Some(problem) = case.beyond(&low, &high) {
+            return Err(CaseError::new(format!("methods.dem.regions.{name}"), problem));
+        }
+    }
+    Ok(())
 }
 
 /// Grains that enter need sizes, and a body that is not made of points or moved as one.
@@ -287,29 +304,4 @@ fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         }
     }
     Ok(())
-}
-
-/// What is allowed but worth a word.
-pub(super) fn warnings(case: &Case, options: &DemOptions) -> Vec<String> {
-    let mut warnings = case.warnings();
-    let flat = |wall: &Wall| matches!(wall, Wall::Rough | Wall::Frictional { .. });
-    let resists = options.pairs.iter().any(|pair| pair.rolling.is_some());
-    let falls = case.gravity.iter().any(|g| *g != 0.0);
-    if falls && case.boundaries.iter().any(|boundary| flat(&boundary.wall)) && !resists {
-        warnings.push(
-            "boundaries: single grains roll on a flat wall without end; use a floor of held grains, or rolling resistance"
-                .to_owned(),
-        );
-    }
-    for (name, kind) in &options.grains {
-        let mono = kind.diameter.as_ref().is_some_and(|sizes| sizes.range().1 < 1.2 * sizes.range().0);
-        let lattice = matches!(kind.fill, Some(Fill::Lattice { .. }));
-        if mono && case.dimension() == 2 && !lattice {
-            warnings.push(format!(
-                "methods.dem.grains.{name}.diameter: disks of nearly one size order themselves in crystals; let sizes differ by \
-                 20 % or more"
-            ));
-        }
-    }
-    warnings
 }

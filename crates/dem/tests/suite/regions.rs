@@ -64,6 +64,14 @@ fn a_region_without_grains_has_no_mean() {
     value["methods"]["dem"]["regions"]["gap"]["radius"] = json!(0);
     let error = disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string();
     assert!(error.starts_with("methods.dem.regions.gap.radius: 0"), "{error}");
+    value["methods"]["dem"]["regions"]["gap"] = json!({ "centre": [7, 1], "radius": 0.5 });
+    let error = disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string();
+    assert!(
+        error.starts_with(
+            "methods.dem.regions.gap: reaches from 6.5 to 7.5 m along x, and the domain from 0 to 6 m"
+        ),
+        "{error}"
+    );
 }
 
 #[test]

@@ -1,0 +1,97 @@
+//! What DEM allows of a case but has a word about.
+
+use colluvium_case::Case;
+use colluvium_case::description::Wall;
+
+use crate::config::{DemOptions, Fill};
+use crate::solver::DemSolver;
+use crate::specimen::Specimen;
+use crate::vector::norm;
+
+/// Difference of a porosity from what was asked for that is told.
+const OFF_TARGET: f64 = 0.01;
+/// Overlap under a body's own weight, over the diameter, that is told: porosity and coordination depend on the stiffness then
+/// (sheet: dem §7).
+const SOFT: f64 = 0.01;
+
+/// All that is worth a word of a solver at time zero.
+pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
+    let mut warnings = case.warnings();
+    of_options(case, &solver.options, &mut warnings);
+    warnings.extend(soft(case, solver));
+    warnings.extend(off_target(solver));
+    warnings.extend(solver.given.notes.iter().cloned());
+    warnings
+}
+
+/// Grains that roll without end, and grains of one size.
+fn of_options(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
+    let flat = |wall: &Wall| matches!(wall, Wall::Rough | Wall::Frictional { .. });
+    let resists = options.pairs.iter().any(|pair| pair.rolling.is_some());
+    let falls = case.gravity.iter().any(|g| *g != 0.0);
+    if falls && case.boundaries.iter().any(|boundary| flat(&boundary.wall)) && !resists {
+        warnings.push(
+            "boundaries: single grains roll on a flat wall without end; use a floor of held grains, or rolling resistance"
+                .to_owned(),
+        );
+    }
+    for (name, kind) in &options.grains {
+        let mono = kind.diameter.as_ref().is_some_and(|sizes| sizes.range().1 < 1.2 * sizes.range().0);
+        let lattice = matches!(kind.fill, Some(Fill::Lattice { .. }));
+        if mono && case.dimension() == 2 && !lattice {
+            warnings.push(format!(
+                "methods.dem.grains.{name}.diameter: disks of nearly one size order themselves in crystals; let sizes differ by \
+                 20 % or more"
+            ));
+        }
+    }
+}
+
+/// Kinds of grains that the weight of their own body presses into each other. At its foot a contact bears about the pressure times
+/// the diameter, in space its square.
+fn soft<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
+    let (g, gravity) = (&solver.grains, solver.gravity_at(0.0));
+    let size = norm(&gravity);
+    let Some(down) = (0..D).max_by(|a, b| gravity[*a].abs().total_cmp(&gravity[*b].abs())) else {
+        return Vec::new();
+    };
+    let of_body = |body: usize| {
+        let own: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] as usize == body && !g.held[i]).collect();
+        let first = *own.first()?;
+        let mean = 2.0 * own.iter().map(|&i| g.radius[i]).sum::<f64>() / own.len() as f64;
+        let weight = size * own.iter().map(|&i| g.mass[i]).sum::<f64>();
+        let width = |c: usize| {
+            let ends =
+                |end: f64, pick: fn(f64, f64) -> f64| own.iter().map(|&i| g.position[i][c]).fold(end, pick);
+            ends(f64::NEG_INFINITY, f64::max) - ends(f64::INFINITY, f64::min) + mean
+        };
+        let foot: f64 = (0..D).filter(|c| *c != down).map(width).product();
+        let pressure = weight / foot;
+        let kind = g.kind[first] as usize;
+        let law = solver.laws.pairs[kind * solver.kinds.len() + kind];
+        if law.bond.is_some() {
+            return None;
+        }
+        let share = law.normal.overlap(pressure * mean.powi(D as i32 - 1), 0.25 * mean) / mean;
+        (share > SOFT).then(|| {
+            format!(
+                "methods.dem.pairs: the weight of the body {:?} ({pressure:.3e} Pa at its foot) presses grains into each other by \
+                 about {:.1} % of their diameter: porosity, coordination and flow then depend on the stiffness; make contacts {:.0} \
+                 times as stiff for 0.1 %",
+                case.bodies[body].name,
+                1e2 * share,
+                law.normal.stiffer(share / 1e-3),
+            )
+        })
+    };
+    (0..case.bodies.len()).filter_map(of_body).collect()
+}
+
+/// Bodies that are filled otherwise than was asked for.
+fn off_target<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
+    let far = |own: &&Specimen| own.asked.is_some_and(|asked| (own.porosity - asked).abs() > OFF_TARGET);
+    let said = |own: &Specimen| {
+        format!("{own}: grains that would reach out of the shape, or into obstacles, are left out")
+    };
+    solver.specimens.iter().filter(far).map(said).collect()
+}
