@@ -155,11 +155,16 @@ fn flow(form: Form) -> Result<Outcome, String> {
         0.02,
         "B12",
     );
-    if form.of_sheet {
-        let reason = "B11: ± 0.006; the sheet's code found it in the same set-up";
-        outcome.near("solid fraction", SHEET[1], 0.0077, solid, reason);
-    }
+    outcome.below(
+        "difference of the solid fraction from that of plane shear at this inertial number",
+        "the same law",
+        (solid - (0.813 - 0.31 * number)).abs(),
+        0.006,
+        "B11: ± 0.006",
+    );
     let reason = "not judged: B12 gives no bound";
+    let claim = format!("{} (sheet's code)", SHEET[1]);
+    outcome.show("solid fraction", &claim, solid, reason);
     outcome.show("slip at the base over √(g d)", "1.3 (sheet's code)", slip, reason);
     draw(&mut outcome, &report, (&layers, height), &|z| slip + slope * bagnold(z))?;
     Ok(outcome)
