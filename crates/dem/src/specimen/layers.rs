@@ -88,7 +88,7 @@ fn press<const D: usize>(
         under.high[D - 1] = from + (to - from) * step as f64 / STEPS as f64;
         let pushes = if step == STEPS { LAST_PUSHES } else { PUSHES };
         positions.iter_mut().zip(radii).for_each(|(x, radius)| under.keep(x, *radius));
-        deepest = push_apart(&under, positions, radii, 1.0, pushes)?.deepest;
+        deepest = push_apart(&under, positions, radii, 1.0, pushes)?;
     }
     Ok(deepest)
 }

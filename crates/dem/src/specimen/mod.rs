@@ -30,9 +30,8 @@ const PROGRESS: f64 = 0.02;
 const FAR: f64 = 1.5;
 /// Overlap over the smaller radius that is let be.
 const SLACK: f64 = 0.01;
-/// Drawings at most of a packing, and deeper overlaps a ball that it may have for another one.
-const DRAWINGS: usize = 4;
-const FEW: f64 = 0.02;
+/// Drawings of a packing: one may jam, with a grain behind two others or with all of them a little too early, that another does not.
+const DRAWINGS: usize = 3;
 /// Solid fractions that no packing exceeds (sheet: dem §0; disks of several sizes may be denser).
 const DENSEST: [f64; 2] = [0.9069, 0.7405];
 
@@ -156,36 +155,22 @@ pub fn pack<const D: usize>(
     if fraction >= 1.0 || (spread < 1.01 && fraction > DENSEST[D - 2]) {
         return Err(format!("a solid fraction of {fraction:.4} is more than any packing has"));
     }
-    let mut left = Left::default();
-    for _ in 0..DRAWINGS {
-        let (positions, found) = drawn(container, radii, random)?;
-        if found.deepest <= SLACK {
-            return Ok(positions);
-        }
-        left = found;
-        // One that jams at a few places is drawn anew.
-        if left.deep > FEW * radii.len() as f64 {
-            break;
+    let (mut positions, mut deepest) = drawn(container, radii, random)?;
+    for _ in 1..DRAWINGS {
+        if deepest > SLACK {
+            (positions, deepest) = drawn(container, radii, random)?;
         }
     }
-    Err(jammed(left.deepest, fraction))
+    slight(deepest, fraction)?;
+    Ok(positions)
 }
 
-/// Overlaps that are left.
-#[derive(Clone, Copy, Debug, Default)]
-struct Left {
-    /// The largest over the smaller radius.
-    deepest: f64,
-    /// Number of those above [`SLACK`].
-    deep: f64,
-}
-
-/// Places drawn at random, of balls that grow and push each other apart, and the overlaps that are left.
+/// Places drawn at random, of balls that grow and push each other apart; the largest overlap that is left over the smaller radius.
 fn drawn<const D: usize>(
     container: &Container<D>,
     radii: &[f64],
     random: &mut ChaCha8Rng,
-) -> Result<(Vec<[f64; D]>, Left), String> {
+) -> Result<(Vec<[f64; D]>, f64), String> {
     let mut positions: Vec<[f64; D]> = radii
         .iter()
         .map(|radius| {
@@ -195,36 +180,34 @@ fn drawn<const D: usize>(
             x
         })
         .collect();
-    let mut left = Left::default();
+    let mut deepest = 0.0;
     for step in 0..=GROWTH {
         let scale = FIRST + (1.0 - FIRST) * step as f64 / GROWTH as f64;
         let pushes = if step == GROWTH { LAST_PUSHES } else { PUSHES };
-        left = push_apart(container, &mut positions, radii, scale, pushes)?;
+        deepest = push_apart(container, &mut positions, radii, scale, pushes)?;
     }
-    Ok((positions, left))
+    Ok((positions, deepest))
 }
 
 /// Refuses overlaps that are left.
 fn slight(deepest: f64, fraction: f64) -> Result<(), String> {
-    if deepest <= SLACK { Ok(()) } else { Err(jammed(deepest, fraction)) }
-}
-
-/// What is wrong with a packing that leaves overlaps.
-fn jammed(deepest: f64, fraction: f64) -> String {
-    format!(
+    if deepest <= SLACK {
+        return Ok(());
+    }
+    Err(format!(
         "a solid fraction of {fraction:.4} leaves overlaps of {deepest:.3} of the smaller radius: ask for less, and compact \
          the body in a stage"
-    )
+    ))
 }
 
-/// Pushes overlaps apart, half by each grain, up to `pushes` times; those that are left.
+/// Pushes overlaps apart, half by each grain, up to `pushes` times; the largest that is left over the smaller radius.
 fn push_apart<const D: usize>(
     container: &Container<D>,
     positions: &mut [[f64; D]],
     radii: &[f64],
     scale: f64,
     pushes: usize,
-) -> Result<Left, String> {
+) -> Result<f64, String> {
     let largest = radii.iter().copied().fold(0.0, f64::max);
     let mean = radii.iter().sum::<f64>() / radii.len().max(1) as f64;
     // As thick as serves most grains; what is pushed doesn't depend on it.
@@ -232,7 +215,7 @@ fn push_apart<const D: usize>(
     let scaled: Vec<f64> = radii.iter().map(|radius| scale * radius).collect();
     let mut near = Near::default();
     let mut listed: Vec<[f64; D]> = Vec::new();
-    let (mut shifts, mut left) = (vec![[0.0; D]; positions.len()], Left::default());
+    let (mut shifts, mut deepest) = (vec![[0.0; D]; positions.len()], f64::INFINITY);
     let mut progress = Progress { least: f64::INFINITY, before: f64::INFINITY };
     for push in 0..pushes {
         let moved = |listed: &[[f64; D]]| {
@@ -247,7 +230,7 @@ fn push_apart<const D: usize>(
             listed = positions.to_vec();
         }
         shifts.fill([0.0; D]);
-        left = Left::default();
+        deepest = 0.0f64;
         for &(i, j) in &near.pairs {
             let (i, j) = (i as usize, j as usize);
             let apart = container.apart(&positions[i], &positions[j]);
@@ -256,9 +239,7 @@ fn push_apart<const D: usize>(
             if overlap <= 0.0 {
                 continue;
             }
-            let share = overlap / (scale * radii[i].min(radii[j]));
-            left.deepest = left.deepest.max(share);
-            left.deep += f64::from(u8::from(share > SLACK));
+            deepest = deepest.max(overlap / (scale * radii[i].min(radii[j])));
             // A little more than half each, so that few pushes are needed.
             let share = 0.55 * overlap / distance.max(1e-9 * largest);
             for c in 0..D {
@@ -266,7 +247,7 @@ fn push_apart<const D: usize>(
                 shifts[j][c] -= share * apart[c];
             }
         }
-        if left.deepest <= 0.9 * SLACK || progress.ends(push, left.deepest) {
+        if deepest <= 0.9 * SLACK || progress.ends(push, deepest) {
             break;
         }
         for ((x, shift), radius) in positions.iter_mut().zip(&shifts).zip(radii) {
@@ -276,7 +257,7 @@ fn push_apart<const D: usize>(
             container.keep(x, scale * radius);
         }
     }
-    Ok(left)
+    Ok(deepest)
 }
 
 /// The smallest of the largest overlaps of the last pushes, and of those before.

@@ -15,7 +15,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     title: "A layer of 500 disks flows down a rough incline of 20°, DEM",
     source: "sheet: dem §5, B12; Bagnold 1954",
     quick: Some(60),
-    full: 900,
+    full: 150,
     run: |quick| flow(if quick { QUICK } else { FULL }),
 };
 
