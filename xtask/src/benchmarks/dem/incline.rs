@@ -139,6 +139,20 @@ fn flow(form: Form) -> Result<Outcome, String> {
         let reason = "not judged: narrower and softer than the sheet's";
         outcome.show("inertial number of the plane", "0.092", number, reason);
     }
+    let areas: Vec<f64> = inner.iter().map(|(_, own)| own.area).collect();
+    of_plane_shear(&mut outcome, number, solid, &areas);
+    outcome.show(
+        "slip at the base over √(g d)",
+        "1.3 (sheet's code)",
+        slip,
+        "not judged: B12 gives no bound",
+    );
+    draw(&mut outcome, &report, (&layers, height), &|z| slip + slope * bagnold(z))?;
+    Ok(outcome)
+}
+
+/// What the inertial number and the solid fraction are beside the laws of plane shear, and how even the layers are.
+fn of_plane_shear(outcome: &mut Outcome, number: f64, solid: f64, layers: &[f64]) {
     let law = 0.27 + 1.15 * number;
     outcome.below(
         "difference of tan θ from the friction of plane shear at this inertial number",
@@ -147,7 +161,7 @@ fn flow(form: Form) -> Result<Outcome, String> {
         0.04,
         "B12",
     );
-    let spread = inner.iter().map(|(_, own)| (own.area - solid).abs()).fold(0.0, larger);
+    let spread = layers.iter().map(|area| (area - solid).abs()).fold(0.0, larger);
     outcome.below(
         "largest difference of the solid fraction of a layer from the mean",
         "uniform",
@@ -165,9 +179,6 @@ fn flow(form: Form) -> Result<Outcome, String> {
     let reason = "not judged: B12 gives no bound";
     let claim = format!("{} (sheet's code)", SHEET[1]);
     outcome.show("solid fraction", &claim, solid, reason);
-    outcome.show("slip at the base over √(g d)", "1.3 (sheet's code)", slip, reason);
-    draw(&mut outcome, &report, (&layers, height), &|z| slip + slope * bagnold(z))?;
-    Ok(outcome)
 }
 
 fn draw(
