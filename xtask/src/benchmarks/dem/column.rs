@@ -47,8 +47,31 @@ struct Row {
     scatter: Scatter,
 }
 
-/// Mean and standard deviation of single packings.
-type Spread = [f64; 2];
+/// Where the mean over packings may lie.
+#[derive(Clone, Copy)]
+enum Spread {
+    /// Within three standard deviations of such a mean: mean and standard deviation of single packings.
+    Packings(f64, f64),
+    /// Within a band of the sheet: its middle and half its width.
+    Band(f64, f64),
+}
+
+impl Spread {
+    /// Ends for a mean over so many packings, what is claimed, and why.
+    fn ends(self, count: usize) -> ((f64, f64), String, &'static str) {
+        match self {
+            Self::Packings(middle, deviation) => {
+                let off = 3.0 * deviation / (count as f64).sqrt();
+                let reason = "B13, as corrected: three standard deviations of the mean of so many packings";
+                ((middle - off, middle + off), format!("{middle} ± {deviation} (single packings)"), reason)
+            }
+            Self::Band(middle, half) => {
+                let ends = (middle - half, middle + half);
+                (ends, format!("{:.3} to {:.3}", ends.0, ends.1), "B13: the sheet's band")
+            }
+        }
+    }
+}
 
 /// Times over √(H₀/g) of the largest kinetic energy and at rest, and the front at 3 √(H₀/g) over that at the end.
 #[derive(Clone, Copy)]
@@ -62,9 +85,13 @@ const fn row(aspect: f64, [front, mass, height, kinetic]: [f64; 4], band: f64, s
     Row { aspect, front, mass, height, kinetic, band, scatter }
 }
 
-/// Three standard deviations are the bands of the sheet where it has no packings of its own.
+/// The bands of the sheet, where it has no scatter of packings.
 const fn banded(when: f64, band: f64) -> Scatter {
-    Scatter { when: [when, when * band / 3.0], early: [0.725, 0.125 / 3.0], rest: [7.0, 2.0 / 3.0] }
+    Scatter {
+        when: Spread::Band(when, when * band),
+        early: Spread::Band(0.725, 0.125),
+        rest: Spread::Band(7.0, 2.0),
+    }
 }
 
 const SHEET: [Row; 5] = [
@@ -72,19 +99,31 @@ const SHEET: [Row; 5] = [
         0.50,
         [0.88, 0.68, 0.506, 0.050],
         0.10,
-        Scatter { when: [1.23, 0.23], early: [0.65, 0.09], rest: [8.7, 1.5] },
+        Scatter {
+            when: Spread::Packings(1.23, 0.23),
+            early: Spread::Packings(0.65, 0.09),
+            rest: Spread::Packings(8.7, 1.5),
+        },
     ),
     row(
         0.99,
         [1.98, 1.68, 0.672, 0.103],
         0.10,
-        Scatter { when: [1.28, 0.18], early: [0.68, 0.05], rest: [7.2, 0.65] },
+        Scatter {
+            when: Spread::Packings(1.28, 0.18),
+            early: Spread::Packings(0.68, 0.05),
+            rest: Spread::Packings(7.2, 0.65),
+        },
     ),
     row(
         1.98,
         [4.07, 3.55, 0.863, 0.181],
         0.10,
-        Scatter { when: [1.12, 0.08], early: [0.70, 0.02], rest: [6.4, 0.6] },
+        Scatter {
+            when: Spread::Packings(1.12, 0.08),
+            early: Spread::Packings(0.70, 0.02),
+            rest: Spread::Packings(6.4, 0.6),
+        },
     ),
     row(3.97, [7.80, 6.95, 1.15, 0.253], 0.10, banded(0.97, 0.10)),
     row(7.95, [12.0, 11.9, 1.42, 0.347], 0.15, banded(0.95, 0.15)),
@@ -337,20 +376,13 @@ fn judge(outcome: &mut Outcome, row: &Row, figures: &[Figures]) {
         outcome.near(name(what), exact, row.band, value, reason);
     }
     let Scatter { when, early, rest } = row.scatter;
-    for (what, [middle, deviation], value) in [
+    for (what, spread, value) in [
         ("time of it over √(H₀/g)", when, mean(|own| own.when)),
         ("front at 3 √(H₀/g) over that at the end", early, mean(|own| own.early)),
         ("time at rest over √(H₀/g)", rest, mean(|own| own.rest.0)),
     ] {
-        let off = 3.0 * deviation / (figures.len() as f64).sqrt();
-        let reason = "B13, as corrected: three standard deviations of the mean of so many packings";
-        outcome.within(
-            name(what),
-            &format!("{middle} ± {deviation} (single packings)"),
-            value,
-            (middle - off, middle + off),
-            reason,
-        );
+        let (ends, claim, reason) = spread.ends(figures.len());
+        outcome.within(name(what), &claim, value, ends, reason);
     }
     let largest = |of: fn(&Figures) -> f64| figures.iter().map(of).fold(0.0, f64::max);
     outcome.below(
