@@ -32,7 +32,7 @@ struct Form {
 const FULL: Form = Form { stiffness: 2e5, of_sheet: true };
 /// A twentieth as stiff: 800 thousand steps, overlaps of 0.2 % of the diameter at the base. With 1 % the solid fraction grows with the depth by
 /// more than the sheet allows.
-const QUICK: Form = Form { stiffness: 1e4, of_sheet: false, ..FULL };
+const QUICK: Form = Form { stiffness: 1e4, of_sheet: false };
 
 /// Angle of the incline (degrees).
 const ANGLE: f64 = 20.0;
