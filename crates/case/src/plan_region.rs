@@ -148,14 +148,21 @@ impl Case {
     /// What is wrong with a part of space, or of the plan, between corners with coordinates from `domain.origin` (m), where none of
     /// it lies in the domain.
     pub fn beyond(&self, low: &[f64], high: &[f64]) -> Option<String> {
-        let origin = self.origin();
-        let ends = (0..low.len()).map(|c| (c, self.domain.min[c], self.domain.max[c]));
-        let apart = ends.into_iter().find(|(c, min, max)| high[*c] <= *min || low[*c] >= *max);
-        apart.map(|(c, min, max)| {
-            let [from, to, min, max] = [low[c], high[c], min, max].map(|x| x + origin[c]);
-            let axis = ["x", "y", "z"][c];
-            format!("reaches from {from} to {to} m along {axis}, and the domain from {min} to {max} m: none of it lies there")
-        })
+        let apart = self.apart(low, high, true)?;
+        Some(format!("reaches {apart}: none of it lies there"))
+    }
+
+    /// From where to where what lies between these corners reaches along an axis along which it is apart from the domain, and the domain
+    /// too; whether what only `touches` the domain is apart from it.
+    pub(crate) fn apart(&self, low: &[f64], high: &[f64], touches: bool) -> Option<String> {
+        let (origin, domain) = (self.origin(), &self.domain);
+        let c = (0..low.len()).find(|&c| {
+            let gap = (domain.min[c] - high[c]).max(low[c] - domain.max[c]);
+            gap > 0.0 || touches && gap == 0.0
+        })?;
+        let [from, to, min, max] = [low[c], high[c], domain.min[c], domain.max[c]].map(|x| x + origin[c]);
+        let axis = ["x", "y", "z"][c];
+        Some(format!("from {from} to {to} m along {axis}, and the domain from {min} to {max} m"))
     }
 }
 

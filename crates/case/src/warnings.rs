@@ -98,19 +98,12 @@ impl Case {
 
     /// Warns of obstacles at rest that nothing in the domain can meet. What cannot be read is refused elsewhere.
     fn warn_of_obstacles<const D: usize>(&self, warnings: &mut Vec<String>) {
-        let origin = self.origin();
         for standing in self.standing::<D>().iter().flatten().filter(|s| s.obstacle.motion.is_none()) {
             let (low, high) = standing.surface.bounds();
-            let apart = (0..D).find(|c| high[*c] < self.domain.min[*c] || low[*c] > self.domain.max[*c]);
-            let Some(c) = apart else { continue };
-            let [from, to, min, max] =
-                [low[c], high[c], self.domain.min[c], self.domain.max[c]].map(|x| x + origin[c]);
-            let axis = ["x", "y", "z"][c];
-            warnings.push(format!(
-                "obstacles[{}].shape: lies from {from} to {to} m along {axis}, and the domain from {min} to {max} m: nothing \
-                 meets it",
-                standing.number
-            ));
+            if let Some(apart) = self.apart(&low, &high, false) {
+                let number = standing.number;
+                warnings.push(format!("obstacles[{number}].shape: lies {apart}: nothing meets it"));
+            }
         }
     }
 

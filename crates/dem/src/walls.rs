@@ -403,15 +403,15 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             add(&mut shares.torque[at], 1.0, &push.moment);
             let borne = &mut shares.reactions[(slab - shares.slab) * walls.len() + number];
             add(&mut borne.force, -1.0, &on);
-            let at = place(&self.position[i], arm, &touch.normal);
+            // The work of planes follows from their whole force, and nobody asks for its moment.
             if wall.surface.is_some() {
+                let at = place(&self.position[i], arm, &touch.normal);
                 let (turn, own) = (cross(&spatial(&at), &spatial(&on)), turned(&push.moment));
                 (0..3).for_each(|c| borne.moment[c] -= turn[c] + own[c]);
-            }
-            // The work of planes follows from their whole force.
-            if let Some(moving) = &wall.moving {
-                tally.boundary +=
-                    (dot(&on, &moving.velocity(&at)) + dot(&push.moment, &moving.spin())) * self.dt;
+                if let Some(moving) = &wall.moving {
+                    tally.boundary +=
+                        (dot(&on, &moving.velocity(&at)) + dot(&push.moment, &moving.spin())) * self.dt;
+                }
             }
             count(tally, &touch, &on, i);
         } else {

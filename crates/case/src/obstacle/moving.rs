@@ -95,19 +95,20 @@ impl<const D: usize> MovingObstacle<D> {
 
     /// Velocity of its part at `x` (m/s).
     pub fn velocity(&self, x: &[f64; D]) -> [f64; D] {
-        let arm: [f64; 3] = std::array::from_fn(|c| if c < D { x[c] - self.centre[c] } else { 0.0 });
-        std::array::from_fn(|c| {
-            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-            self.velocity[c] + self.spin[a] * arm[b] - self.spin[b] * arm[a]
-        })
+        self.turned_with(&self.velocity, &std::array::from_fn(|c| x[c] - self.centre[c]))
     }
 
     /// What its rotation adds to the velocity along an arm (m/s).
     pub fn turning(&self, arm: &[f64; D]) -> [f64; D] {
+        self.turned_with(&[0.0; D], arm)
+    }
+
+    /// A velocity (m/s), and what the rotation adds along an arm (m).
+    fn turned_with(&self, velocity: &[f64; D], arm: &[f64; D]) -> [f64; D] {
         let at = |c: usize| arm.get(c).copied().unwrap_or(0.0);
         std::array::from_fn(|c| {
             let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-            self.spin[a] * at(b) - self.spin[b] * at(a)
+            velocity[c] + self.spin[a] * at(b) - self.spin[b] * at(a)
         })
     }
 

@@ -52,9 +52,10 @@ fn of_options(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
 fn soft<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
     let (g, gravity) = (&solver.grains, solver.gravity_at(0.0));
     let size = norm(&gravity);
-    let Some(down) = (0..D).max_by(|a, b| gravity[*a].abs().total_cmp(&gravity[*b].abs())) else {
+    if size == 0.0 {
         return Vec::new();
-    };
+    }
+    let down = (0..D).fold(0, |most, c| if gravity[c].abs() >= gravity[most].abs() { c } else { most });
     let of_body = |body: usize| {
         let own: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] as usize == body && !g.held[i]).collect();
         let first = *own.first()?;
