@@ -32,6 +32,10 @@ pub struct PoreFluid {
     /// Initial pore pressure; zero by default.
     #[serde(default)]
     pub pressure: PorePressure,
+    /// Excess pore pressure at the base of the body over that of full liquefaction, at the start, 0 to 1, linear over the depth: for
+    /// depth-integrated flow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub excess_ratio: Option<f64>,
     /// Initial velocity of the fluid; that of the body by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Velocity>,

@@ -244,6 +244,15 @@ impl Findings<'_> {
                 );
             }
         }
+        if let Some(ratio) = fluid.excess_ratio {
+            self.require(
+                (0.0..=1.0).contains(&ratio),
+                at("excess_ratio"),
+                format!("{ratio} is not in 0..=1"),
+            );
+            let problem = "is a pressure as well: leave out excess_ratio, or this";
+            self.require(fluid.pressure == PorePressure::None, at("pressure"), problem);
+        }
         if let Some(velocity) = &fluid.velocity {
             self.velocity(&at("velocity"), shape, velocity);
         }

@@ -1,6 +1,7 @@
 //! Where the methods have a case in common, they agree.
 
 use colluvium::case::{Case, Method, Snapshot};
+use colluvium::depth_sph::DepthSph;
 use colluvium::mpm::Mpm;
 use colluvium::snow_mpm::SnowMpm;
 use serde_json::{Value, json};
@@ -55,5 +56,38 @@ fn mpm_and_snow_mpm_agree_to_round_off() {
         let pulls = gap(own.as_flattened(), other.as_flattened()) / most;
         assert!(most > 1000.0, "there is something to compare: {most} Pa");
         assert!(places < 1e-12 && speeds < 1e-12 && pulls < 1e-12, "{snow}: {places} m {speeds} m/s {pulls}");
+    }
+}
+
+/// One file with a pore fluid: a model in depth with two phases, and a flow over the depth, weigh the same and both move.
+#[test]
+fn a_case_with_pore_fluid_runs_in_depth_and_over_the_depth() {
+    let value = json!({
+        "title": "saturated column", "space": "plane-strain", "gravity": [0, -9.81],
+        "domain": { "min": [0, 0], "max": [12, 3] },
+        "materials": { "sand": {
+            "model": "mohr-coulomb", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
+        } },
+        "bodies": [{ "name": "column", "material": "sand", "shape": { "kind": "box", "min": [0, 0], "max": [4, 2] },
+            "stress": { "kind": "k0", "surface": 2, "coefficient": 0.5 },
+            "pore_fluid": { "porosity": 0.4, "permeability": 1e-3, "bulk_modulus": 2e7,
+                "pressure": { "kind": "hydrostatic", "surface": 2 } } }],
+        "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "y-min", "wall": { "kind": "rough" } }],
+        "stages": [{ "name": "release", "duration": 0.1 }],
+        "methods": { "mpm": { "cell_size": 0.25 }, "depth-sph": { "spacing": 0.1, "phases": "two", "column": {} } }
+    });
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let notes = DepthSph.plan(&case).unwrap().warnings;
+    assert!(notes.iter().any(|note| note.contains("bulk_modulus: the pore fluid of depth-sph")), "{notes:?}");
+    for method in [&Mpm as &dyn Method, &DepthSph] {
+        let mut solver = method.build(&case).unwrap();
+        solver.begin_stage(0, 0.0).unwrap();
+        let (name, mass) = (method.name(), solver.totals().mass);
+        assert!((mass / (8.0 * 1990.0) - 1.0).abs() < 1e-9, "{name}: {mass} kg");
+        while solver.time() < 0.1 {
+            solver.step(0.1 - solver.time()).unwrap();
+        }
+        let totals = solver.totals();
+        assert!(totals.kinetic > 0.0 && totals.momentum[0] > 0.0, "{name}: it spreads");
     }
 }

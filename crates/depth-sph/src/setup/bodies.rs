@@ -6,7 +6,8 @@ use colluvium_case::description::Body;
 use colluvium_case::{Case, CaseError, PointList};
 use colluvium_points::Shape;
 
-use crate::bed::Bed;
+use super::pore::Field;
+use crate::bed::{Bed, BedPoint};
 use crate::choices::Phases;
 use crate::config::DepthOptions;
 use crate::handed::{Above, Handed};
@@ -15,6 +16,9 @@ use crate::settings::Mixture;
 
 /// Share of the domain's height by which a body may stand above the bed, or bodies apart, by round-off.
 const SLACK: f64 = 1e-6;
+
+/// Largest distance of the surface of a hydrostatic pressure from that of the flow, over the depth.
+const SAME_SURFACE: f64 = 0.01;
 
 /// Nodes of each set, and what deserves a warning.
 pub struct Filled<const D: usize> {
@@ -47,6 +51,7 @@ pub fn nodes<const D: usize>(
             continue;
         }
         let mut own = Vec::new();
+        let field = Field::of(case, options.frame, body);
         let (mut volume, mut whole) = (0.0, 0.0);
         for x in lattice.within(body, case.dimension()) {
             let column = column::<D>(case, number, &x, bed)?;
@@ -57,6 +62,10 @@ pub fn nodes<const D: usize>(
             }
             let cell = column.above * area;
             volume += cell;
+            if let (Some(field), Some(below)) = (&field, bed.at(&x)) {
+                let pressure = pressed(case, options, (number, field), (column.depth, &x, &below))?;
+                handed.extend(pressure.map(|pressure| (sets[0].len() + own.len(), pressure)));
+            }
             own.push(node(body, number, x, cell, options));
         }
         let exact = body.shape.measure(case.dimension());
@@ -99,6 +108,11 @@ fn of_points<const D: usize>(
         warnings.push(format!(
             "bodies[{number}].points: stresses are passed over: depth-integrated flow has none"
         ));
+    }
+    if let (None, Some(field), Some(_)) =
+        (&list.pore_pressures, Field::of(case, options.frame, &case.bodies[number]), &options.column)
+    {
+        list.pore_pressures = Some(list.positions.iter().map(|x| field.at(*x, 1.0)).collect());
     }
     if list.pore_pressures.is_some() && options.column.is_none() {
         warnings.push(format!(
@@ -184,8 +198,7 @@ fn node<const D: usize>(
     volume: f64,
     options: &DepthOptions,
 ) -> Node<D> {
-    let spatial: [f64; 3] = std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0));
-    let velocity = body.velocity.at(spatial);
+    let velocity = body.velocity.at(spatial(&x));
     let ratio = options.smoothing_ratio(D);
     Node {
         body: number as u32,
@@ -194,6 +207,60 @@ fn node<const D: usize>(
         volume,
         length: ratio * options.spacing,
         scale: ratio.powi(D as i32),
+    }
+}
+
+/// A place in plan as one of space, at height 0.
+fn spatial(x: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0))
+}
+
+/// A depth of flow (m), its place in plan, and the bed below it.
+type Under<'a, const D: usize> = (f64, &'a [f64; D], &'a BedPoint<D>);
+
+/// Pore pressure over the depth of a place, by the field of body `number`; nothing without columns, which take no other than a
+/// hydrostatic one.
+fn pressed<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    (number, field): (usize, &Field<'_>),
+    under: Under<'_, D>,
+) -> Result<Option<Handed>, CaseError> {
+    let Some(cells) = options.column.as_ref().map(|column| column.cells) else {
+        hydrostatic(case, number, field, under)?;
+        return Ok(None);
+    };
+    let (depth, x, bed) = under;
+    let at = |k: usize| {
+        let mut place = spatial(x);
+        place[D] = bed.level + depth * k as f64 / cells as f64;
+        // At the surface there is none.
+        if k < cells { field.at(place, bed.steepness()) } else { 0.0 }
+    };
+    Ok(Some(Handed { depth, pressure: (0..=cells).map(at).collect() }))
+}
+
+/// Refuses a hydrostatic pressure that is not that of the flow, where nothing carries another one.
+fn hydrostatic<const D: usize>(
+    case: &Case,
+    number: usize,
+    field: &Field<'_>,
+    (depth, x, bed): Under<'_, D>,
+) -> Result<(), CaseError> {
+    let top = bed.level + depth;
+    match field.surface() {
+        Some(surface) if (surface - top).abs() > SAME_SURFACE * depth => {
+            let origin = case.origin();
+            let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
+            let problem = format!(
+                "{} m is not the surface of the flow at {place:?} m, {} m, from which pore pressure is hydrostatic in depth-sph: give \
+                 methods.depth-sph.column to follow another one, or leave `pressure` out",
+                surface + origin[D],
+                top + origin[D]
+            );
+            Err(CaseError::new(format!("bodies[{number}].pore_fluid.pressure.surface"), problem))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -212,6 +279,14 @@ fn share<const D: usize>(
             let porosity = options.mixture.as_ref().map_or(0.0, |mixture| mixture.porosity_of(&body.name));
             for (set, part) in sets.iter_mut().zip([1.0 - porosity, porosity]) {
                 set.extend(nodes.iter().map(|node| Node { volume: part * node.volume, ..*node }));
+            }
+            let Some(velocity) = body.pore_fluid.as_ref().and_then(|fluid| fluid.velocity.as_ref()) else {
+                return;
+            };
+            let first = sets[1].len() - nodes.len();
+            for node in &mut sets[1][first..] {
+                let own = velocity.at(spatial(&node.position));
+                node.velocity = std::array::from_fn(|c| own[c]);
             }
         }
     }
@@ -275,6 +350,8 @@ struct Column {
     above: f64,
     /// Thickness with what lies below the bed (m).
     whole: f64,
+    /// Depth of the flow, of all bodies (m).
+    depth: f64,
 }
 
 /// The column of body `number` above `x` (m); refuses gaps below and within it.
@@ -290,7 +367,7 @@ fn column<const D: usize>(
     let all = |other: &Body| stretches(other, x, 0.5 * (low + high), level);
     let own = all(&case.bodies[number]);
     let Some(base) = own.first().map(|stretch| stretch.0) else {
-        return Ok(Column { above: 0.0, whole: 0.0 });
+        return Ok(Column { above: 0.0, whole: 0.0, depth: 0.0 });
     };
     let origin = case.origin();
     let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
@@ -314,5 +391,5 @@ fn column<const D: usize>(
         top = top.max(to);
     }
     let above = own.iter().map(|(from, to)| (to - from.max(bed)).max(0.0)).sum();
-    Ok(Column { above, whole: own.iter().map(|(from, to)| to - from).sum() })
+    Ok(Column { above, whole: own.iter().map(|(from, to)| to - from).sum(), depth: top - bed })
 }

@@ -4,7 +4,7 @@ use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::basal::{BasalRheology, BasalSpec};
 
 use super::ground::Hold;
-use super::own;
+use super::{own, pore};
 use crate::choices::Phases;
 use crate::config::DepthOptions;
 use crate::drag::Densities;
@@ -26,7 +26,7 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
     let porosity = if layers { 0.0 } else { mixture.porosity };
     let whole = Mixture { densities, porosity, saturated: !layers };
     for body in case.bodies.iter().filter(|_| !layers) {
-        let density = case.materials[&body.material].density();
+        let density = pore::density(case, body);
         let own = densities.mixture(mixture.porosity_of(&body.name));
         if (density / own - 1.0).abs() > SAME_DENSITY {
             let problem = format!(

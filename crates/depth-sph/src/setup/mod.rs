@@ -5,6 +5,7 @@ mod dams;
 mod ground;
 mod inflows;
 mod material;
+mod pore;
 mod rasters;
 mod refuse;
 mod sampled;
@@ -47,7 +48,7 @@ pub(crate) fn options(case: &Case) -> Result<DepthOptions, CaseError> {
         let problem = "is missing: depth-integrated SPH needs at least its `spacing` (m)";
         return Err(CaseError::new(format!("methods.{NAME}"), problem));
     }
-    let options: DepthOptions = case.method_options(NAME)?;
+    let options: DepthOptions = pore::stated(case)?.method_options(NAME)?;
     options.validate().map_err(|(key, problem)| own(&key, problem))?;
     Ok(options)
 }
@@ -104,6 +105,7 @@ fn planned<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, 
     let mut warnings = options.warnings();
     warnings.extend(of_bed);
     warnings.extend(refuse::warnings(case, points));
+    warnings.extend(pore::warnings(case));
     let coupled = options.phases != Phases::One || options.column.is_some();
     Ok(Plan {
         points,
@@ -153,7 +155,7 @@ fn made<const D: usize>(
         let held = flow.press(&filled.handed);
         if held > 0 {
             warnings.push(format!(
-                "bodies: the pore pressure of points above {held} nodes bears more than what stands there, or is below its lowest: it is held \
+                "bodies: the pore pressure of the start above {held} nodes bears more than what stands there, or is below its lowest: it is held \
                  within methods.depth-sph.column"
             ));
         }

@@ -3,8 +3,8 @@
 use colluvium_case::description::{Body, Boundary, Velocity, Wall};
 use colluvium_case::{Case, CaseError, Honours, Needs};
 
-use super::NAME;
 use super::ground::{is_smooth, lowest};
+use super::{NAME, pore};
 use crate::choices::{Phases, Search};
 use crate::config::DepthOptions;
 use crate::stages::is_passed_over;
@@ -29,6 +29,7 @@ pub(crate) fn honours() -> Honours {
             "output.rasters*",
             "measures=gauge",
             "measures=discharge",
+            "bodies.pore_fluid*",
             "boundaries",
             "boundaries.name",
             "boundaries.side=*",
@@ -45,10 +46,7 @@ pub(crate) fn honours() -> Honours {
         .refuses("space=1d", SPACES)
         .refuses("space=axisymmetric", SPACES)
         .refuses("bodies.rigid", "depth-sph has no rigid bodies")
-        .refuses(
-            "bodies.pore_fluid*",
-            "describe grains and fluid in methods.depth-sph.mixture: densities, porosity, porosities of bodies that differ, drag",
-        )
+        .passes_over("bodies.pore_fluid.bulk_modulus", "the pore fluid of depth-sph keeps its volume")
         .refuses(
             "bodies.drop_outside",
             "nodes of depth-sph that leave the terrain are removed and counted: see its options",
@@ -88,6 +86,7 @@ pub(super) fn refuse(case: &Case, options: &DepthOptions) -> Result<(), CaseErro
     }
     refuse_walls(case)?;
     refuse_open_ends(case, options)?;
+    pore::refuse(case, options)?;
     refuse_bodies(case, options)
 }
 
@@ -157,16 +156,22 @@ fn refuse_open_ends(case: &Case, options: &DepthOptions) -> Result<(), CaseError
     Ok(())
 }
 
+/// Refuses a first velocity that leaves the bed.
+pub(super) fn along_the_bed(velocity: &Velocity, path: &str, up: usize) -> Result<(), CaseError> {
+    match velocity {
+        Velocity::Uniform { value } if value[up] != 0.0 => {
+            let problem = "flows of depth-sph begin along the bed: the last component must be 0";
+            Err(CaseError::new(format!("{path}.value[{up}]"), problem))
+        }
+        _ => Ok(()),
+    }
+}
+
 fn refuse_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     for (number, body) in case.bodies.iter().enumerate() {
         let path = |key: &str| format!("bodies[{number}].{key}");
-        if let Velocity::Uniform { value } = &body.velocity
-            && value[up] != 0.0
-        {
-            let problem = "flows of depth-sph begin along the bed: the last component must be 0";
-            return Err(CaseError::new(path(&format!("velocity.value[{up}]")), problem));
-        }
+        along_the_bed(&body.velocity, &path("velocity"), up)?;
         let upper =
             |name: &String| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(name));
         // Bodies of porosities of their own differ by their density, and the bed holds them by a law that is given, or not at all.

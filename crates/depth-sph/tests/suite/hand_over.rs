@@ -161,7 +161,7 @@ fn pressure_beyond_the_weight_is_held_and_told() {
     let (case, snapshot) = handed(folder.path(), "one");
     let warnings = DepthSph.plan(&case).unwrap().warnings;
     assert!(
-        warnings.iter().any(|warning| warning.starts_with("bodies: the pore pressure of points")),
+        warnings.iter().any(|warning| warning.starts_with("bodies: the pore pressure of the start")),
         "{warnings:?}"
     );
     for liquefaction in snapshot.scalars("liquefaction").unwrap() {

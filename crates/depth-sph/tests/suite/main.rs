@@ -10,6 +10,7 @@ mod mapped;
 mod open_ends;
 mod open_sides;
 mod parts;
+mod pore_fluid;
 mod scour;
 mod small_waves;
 mod terrain;

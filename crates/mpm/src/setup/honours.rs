@@ -54,7 +54,10 @@ const TAKEN: [&str; 43] = [
 /// What MPM with the options of the case says to its features.
 pub fn honours(case: &Case) -> Result<Honours, CaseError> {
     let options = super::options(case)?;
-    let mut honours = Honours::of_points("mpm").takes(&TAKEN);
+    let mut honours = Honours::of_points("mpm").takes(&TAKEN).refuses(
+        "bodies.pore_fluid.excess_ratio",
+        "is the start of columns of depth-integrated flow: mpm begins with `pressure`, give a formula of it",
+    );
     honours = if options.obstacles == ObstacleContact::Points {
         honours.takes(&["obstacles.wall.adhesion", "obstacles.motion*"])
     } else {

@@ -1,0 +1,226 @@
+//! Bodies with a pore fluid: what the case says of grains and fluid counts as if the options of the method said it.
+
+use colluvium_case::{Case, Method, Solver};
+use colluvium_depth_sph::DepthSph;
+use colluvium_testkit::cases::advance;
+use serde_json::{Value, json};
+
+use crate::common::build;
+
+const GRAVITY: f64 = 9.81;
+
+/// A saturated column that a model in depth with two phases runs as well.
+fn with_fluid(options: &Value) -> Value {
+    let mut value = json!({
+        "title": "saturated column", "space": "plane-strain", "gravity": [0, -GRAVITY],
+        "domain": { "min": [0, 0], "max": [12, 3] },
+        "materials": { "sand": {
+            "model": "mohr-coulomb", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
+        } },
+        "bodies": [{ "name": "column", "material": "sand", "shape": { "kind": "box", "min": [0, 0], "max": [4, 2] },
+            "pore_fluid": { "porosity": 0.4, "permeability": 1e-3 } }],
+        "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "y-min", "wall": { "kind": "rough" } }],
+        "stages": [{ "name": "release", "duration": 1 }],
+        "methods": { "depth-sph": { "spacing": 0.1 } }
+    });
+    value["methods"]["depth-sph"].as_object_mut().unwrap().extend(options.as_object().unwrap().clone());
+    value
+}
+
+/// The same, described in the options.
+fn with_options(options: &Value) -> Value {
+    let mut value = with_fluid(options);
+    value["bodies"][0].as_object_mut().unwrap().remove("pore_fluid");
+    value["materials"]["sand"]["density"] = json!(1990);
+    let mixture = &mut value["methods"]["depth-sph"]["mixture"];
+    *mixture = json!({ "grain_density": 1590.0 / 0.6, "fluid_density": 1000, "porosity": 0.4,
+        "drag": { "law": "darcy", "permeability": 1e-3 } });
+    value
+}
+
+fn hash(value: &Value) -> u64 {
+    let mut solver = build(value);
+    advance(solver.as_mut(), 60);
+    solver.snapshot().hash()
+}
+
+fn plan(value: &Value) -> Result<Vec<String>, String> {
+    let case = Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())?;
+    DepthSph.plan(&case).map(|plan| plan.warnings).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_pore_fluid_says_what_the_options_of_a_mixture_say() {
+    for options in [
+        json!({}),
+        json!({ "phases": "two" }),
+        json!({ "column": { "cells": 8, "consolidation": 0.02, "excess_ratio": 0.5 } }),
+        json!({ "phases": "two", "column": { "cells": 8, "consolidation": 0.02 } }),
+    ] {
+        assert_eq!(hash(&with_fluid(&options)), hash(&with_options(&options)), "{options}");
+    }
+    // Permeability of the grains alone, and the ratio of excess pressure, are facts of the fluid as well.
+    let column = json!({ "column": { "cells": 8, "consolidation": 0.02 } });
+    let mut own = with_fluid(&column);
+    own["bodies"][0]["pore_fluid"]["excess_ratio"] = json!(0.5);
+    let mut other = with_options(&column);
+    other["methods"]["depth-sph"]["column"]["excess_ratio"] = json!(0.5);
+    assert_eq!(hash(&own), hash(&other));
+}
+
+#[test]
+fn a_column_takes_its_stiffness_from_the_material_around_the_fluid() {
+    let own = with_fluid(&json!({ "column": { "cells": 8, "excess_ratio": 1 } }));
+    let skeleton = json!({ "youngs_modulus": 1e7, "poissons_ratio": 0.3 });
+    let other = with_options(&json!({ "column": { "cells": 8, "excess_ratio": 1, "skeleton": skeleton } }));
+    assert_eq!(hash(&own), hash(&other));
+}
+
+#[test]
+fn bodies_of_two_porosities_and_a_fluid_that_moves_by_itself() {
+    let mut value =
+        with_fluid(&json!({ "phases": "two", "basal": { "model": "coulomb", "friction_angle": 20 } }));
+    value["materials"]["loose"] = value["materials"]["sand"].clone();
+    value["materials"]["loose"]["density"] = json!(0.5 * 2650.0);
+    let mut loose = value["bodies"][0].clone();
+    loose["name"] = json!("loose");
+    loose["material"] = json!("loose");
+    loose["shape"] = json!({ "kind": "box", "min": [4, 0], "max": [6, 1] });
+    loose["pore_fluid"]["porosity"] = json!(0.5);
+    loose["pore_fluid"]["velocity"] = json!({ "kind": "uniform", "value": [0.25, 0] });
+    value["bodies"].as_array_mut().unwrap().push(loose);
+    let solver = build(&value);
+    let snapshot = solver.snapshot();
+    let [phase, mass] = ["phase", "mass"].map(|name| snapshot.scalars(name).unwrap());
+    let velocity = snapshot.vectors("velocity").unwrap();
+    let mut masses = [[0.0; 2]; 2];
+    for (i, x) in snapshot.positions.iter().enumerate() {
+        let body = usize::from(x[0] > 4.0);
+        masses[body][phase[i] as usize] += mass[i];
+        let moves = body == 1 && phase[i] == 1.0;
+        assert_eq!(velocity[i][0], if moves { 0.25 } else { 0.0 });
+    }
+    for (found, exact) in masses.iter().flatten().zip([8.0 * 1590.0, 8.0 * 400.0, 2.0 * 1325.0, 2.0 * 500.0])
+    {
+        assert!((found / exact - 1.0).abs() < 1e-12, "{found} kg for {exact} kg");
+    }
+}
+
+/// Excess pressures at the base over 1 to 3 m, away from the front (Pa).
+fn excess(solver: &dyn Solver) -> Vec<f64> {
+    let snapshot = solver.snapshot();
+    let mean = snapshot.scalars("mean_excess_pore_pressure").unwrap();
+    let inner = snapshot.positions.iter().zip(mean).filter(|(x, _)| (1.0..3.0).contains(&x[0]));
+    inner.map(|(_, value)| *value).collect()
+}
+
+/// A field of pore pressure is what columns begin with; a hydrostatic one has no excess.
+#[test]
+fn columns_begin_with_the_pore_pressure_of_the_fluid() {
+    let column = json!({ "column": { "cells": 8, "consolidation": 0 } });
+    let submerged = 0.6 * 1650.0 * GRAVITY;
+    let weight = 1000.0 * GRAVITY;
+    let field = format!("{} * (2 - y)", weight + 0.6 * submerged);
+    for (pressure, exact) in [
+        (json!({ "kind": "hydrostatic", "surface": 2 }), 0.0),
+        (json!({ "kind": "formula", "value": field }), 0.6 * submerged),
+        (json!({ "kind": "uniform", "value": weight }), -1.0),
+    ] {
+        let mut value = with_fluid(&column);
+        value["bodies"][0]["pore_fluid"]["pressure"] = pressure.clone();
+        let solver = build(&value);
+        let found = excess(solver.as_ref());
+        assert!(found.len() > 15);
+        for value in found {
+            if exact >= 0.0 {
+                assert!((value - exact).abs() < 1e-9 * submerged, "{pressure}: {value} Pa for {exact} Pa");
+            }
+        }
+        let warned = plan(&value).unwrap();
+        // A pressure of a metre of water at all heights bears more than the grains above the base.
+        let held = warned.iter().any(|warning| warning.starts_with("bodies: the pore pressure of the start"));
+        assert_eq!(held, exact < 0.0, "{warned:?}");
+        assert!(!warned.iter().any(|warning| warning.contains("pressure: is not given")), "{warned:?}");
+    }
+    let warned = plan(&with_fluid(&json!({}))).unwrap();
+    assert!(warned.iter().any(|warning| warning.contains("pressure: is not given")), "{warned:?}");
+}
+
+#[test]
+fn what_a_flow_has_no_place_for_is_refused_by_path() {
+    let check = |options: Value, fluid: Value, start: &str| {
+        let mut value = with_fluid(&options);
+        let own = value["bodies"][0]["pore_fluid"].as_object_mut().unwrap();
+        own.extend(fluid.as_object().unwrap().clone());
+        let error = plan(&value).expect_err(start);
+        assert!(error.starts_with(start), "{error}");
+    };
+    let fluid = "bodies[0].pore_fluid";
+    let own = "methods.depth-sph";
+    let column = json!({ "column": { "consolidation": 0.02, "excess_ratio": 0.2 } });
+    check(json!({ "phases": "layers" }), json!({}), &format!("{fluid}: is grains and fluid in one body"));
+    check(json!({}), json!({ "excess_ratio": 0.5 }), &format!("{fluid}.excess_ratio: is carried by columns"));
+    check(column.clone(), json!({ "excess_ratio": 0.5 }), &format!("{own}.column.excess_ratio: 0.2 is not"));
+    check(json!({}), json!({ "excess_ratio": 1.5 }), &format!("{fluid}.excess_ratio: 1.5 is not in"));
+    let uniform = json!({ "kind": "uniform", "value": 1e3 });
+    check(json!({}), json!({ "pressure": uniform }), &format!("{fluid}.pressure: is carried by columns"));
+    let both = json!({ "pressure": uniform, "excess_ratio": 0.5 });
+    check(column, both, &format!("{fluid}.pressure: is a pressure as well"));
+    let low = json!({ "pressure": { "kind": "hydrostatic", "surface": 1.5 } });
+    check(json!({}), low, &format!("{fluid}.pressure.surface: 1.5 m is not the surface of the flow"));
+    check(json!({}), json!({ "density": 2700 }), &format!("{fluid}.density: 2700 kg/m³ is not below"));
+    let velocity = json!({ "velocity": { "kind": "uniform", "value": [1, 0] } });
+    check(json!({}), velocity, &format!("{fluid}.velocity: is that of fluid on nodes"));
+    let upward = json!({ "velocity": { "kind": "uniform", "value": [0, 1] } });
+    check(json!({ "phases": "two" }), upward, &format!("{fluid}.velocity.value[1]: flows of"));
+    check(
+        json!({}),
+        json!({ "cavitation_strength": 2e5 }),
+        &format!("{fluid}.cavitation_strength: is above"),
+    );
+}
+
+#[test]
+fn what_options_and_pore_fluid_both_say_must_agree() {
+    let check = |mixture: Value, start: &str| {
+        let value = with_fluid(&json!({ "mixture": mixture }));
+        match plan(&value) {
+            Ok(_) => assert!(start.is_empty(), "{mixture} is taken"),
+            Err(error) => assert!(
+                !start.is_empty() && error.starts_with(&format!("methods.depth-sph.mixture.{start}")),
+                "{error}"
+            ),
+        }
+    };
+    check(json!({ "fluid_resistance": { "law": "laminar", "viscosity": 1 } }), "");
+    check(json!({ "grain_density": 2650, "porosity": 0.4 }), "");
+    check(json!({ "drag": { "law": "darcy", "permeability": 1e-3 } }), "");
+    check(json!({ "grain_density": 2500 }), "grain_density: 2500 is not what");
+    check(json!({ "fluid_density": 1100 }), "fluid_density: 1100 is not");
+    check(json!({ "porosity": 0.5 }), "porosity: 0.5 is not");
+    check(
+        json!({ "drag": { "law": "darcy", "permeability": 1e-2 } }),
+        "drag: gives a permeability of 1.000e-2",
+    );
+    let mut value = with_fluid(&json!({}));
+    let mut dry = value["bodies"][0].clone();
+    dry["name"] = json!("dry");
+    dry["shape"] = json!({ "kind": "box", "min": [4, 0], "max": [5, 1] });
+    let two = |change: &dyn Fn(&mut Value)| {
+        let mut other = dry.clone();
+        change(&mut other);
+        let mut value = value.clone();
+        value["bodies"].as_array_mut().unwrap().push(other);
+        plan(&value).unwrap_err()
+    };
+    let error = two(&|body| {
+        body.as_object_mut().unwrap().remove("pore_fluid");
+    });
+    assert!(error.starts_with("bodies[1].pore_fluid: is missing"), "{error}");
+    let error = two(&|body| body["pore_fluid"]["permeability"] = json!(1e-4));
+    assert!(error.starts_with("bodies[1].pore_fluid.permeability: is not that of the body"), "{error}");
+    let error = two(&|body| body["pore_fluid"]["porosity"] = json!(0.3));
+    assert!(error.starts_with("bodies[1].pore_fluid.porosity: 0.3 is not that of"), "{error}");
+    value["bodies"][0]["pore_fluid"]["excess_ratio"] = json!(0.5);
+    assert!(plan(&value).is_err());
+}
