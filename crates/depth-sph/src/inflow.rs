@@ -1,7 +1,8 @@
 //! Material that flows in across a line, by a hydrograph (sheet: depth-sph §3.9; §0 for dry beds and lines in plan).
 //!
 //! Rows of nodes of one volume stand behind the line, so far as their kernels reach. Each moves so that it crosses the line when as
-//! much volume as stands before it has flowed in: what has entered is the integral of the discharge but for part of a row.
+//! much volume as stands before it has flowed in: what has entered is the integral of the discharge but for part of a row. How deep and how
+//! fast the rows are follows from the discharge and, where the flow is slower than its waves, from what stands before the line.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +25,55 @@ pub fn section(flux: f64, froude: f64, gravity: f64) -> (f64, f64) {
     (depth, if depth > 0.0 { flux / depth } else { 0.0 })
 }
 
+/// What arrives at a section from the flow before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arriving {
+    /// `u + 2c` of the outward speed `u` (m/s).
+    pub outgoing: f64,
+    /// Effective gravity (m/s²).
+    pub pull: f64,
+}
+
+impl Arriving {
+    /// Of a depth (m) and an outward speed (m/s) under effective gravity `pull` (m/s²).
+    pub fn of(depth: f64, speed: f64, pull: f64) -> Self {
+        Self { outgoing: speed + 2.0 * (pull * depth.max(0.0)).sqrt(), pull }
+    }
+
+    /// Depth (m) and outward speed (m/s) of a discharge per width (m²/s) that flows in slower than its waves: `c² (2c - R) = g q` with what
+    /// arrives, `R`. `None` where it is faster, or nothing stands there.
+    pub fn met(&self, flux: f64) -> Option<(f64, f64)> {
+        let Self { outgoing, pull } = *self;
+        // Above the root, from where Newton's steps fall to it.
+        let mut celerity = (0.5 * outgoing).max(0.0) + (pull * flux).cbrt();
+        if celerity <= 0.0 {
+            return None;
+        }
+        for _ in 0..60 {
+            let value = celerity * celerity * (2.0 * celerity - outgoing) - pull * flux;
+            let change = value / (6.0 * celerity * celerity - 2.0 * celerity * outgoing);
+            if !(change.abs() > 1e-14 * celerity) {
+                break;
+            }
+            celerity -= change;
+        }
+        let speed = outgoing - 2.0 * celerity;
+        (-speed <= celerity).then_some((celerity * celerity / pull, speed))
+    }
+}
+
+/// Depth (m) and speed inward (m/s) of a discharge per width (m²/s): as it meets what arrives, and by the Froude number under `gravity` (m/s²)
+/// where nothing does or where it is faster than its waves, 1 at least against a flow.
+pub fn meeting(flux: f64, arriving: Option<Arriving>, froude: f64, gravity: f64) -> (f64, f64) {
+    match arriving {
+        None => section(flux, froude, gravity),
+        Some(arriving) => match arriving.met(flux) {
+            Some((depth, outward)) => (depth, -outward),
+            None => section(flux, froude.max(1.0), gravity),
+        },
+    }
+}
+
 /// A line that material crosses. In plan only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inflow<const D: usize> {
@@ -33,8 +83,10 @@ pub struct Inflow<const D: usize> {
     pub to: Plan<D>,
     /// Times (s) and discharges (m³/s), linear between them; none before the first and after the last.
     pub hydrograph: Vec<[f64; 2]>,
-    /// Froude number `u/√(g h)` at the line.
+    /// Froude number `u/√(g h)` at the line where nothing stands before it, or where the flow is faster than its waves.
     pub froude: f64,
+    /// Depth that rows are as far apart at as their nodes (m).
+    pub depth: f64,
     /// Gravity (m/s²).
     pub gravity: f64,
     /// Distance of the nodes along the line, and of the rows at the largest discharge (m).
@@ -58,6 +110,8 @@ pub struct State {
     pub crossed: u64,
     /// Rows behind the line, the nearest first: its number and those of its nodes.
     pub held: Vec<(u64, Vec<u64>)>,
+    /// Depth (m) and speed (m/s) of these.
+    pub section: (f64, f64),
 }
 
 /// Places and velocity of the nodes behind the line.
@@ -108,7 +162,22 @@ impl<const D: usize> Inflow<D> {
         self.hydrograph.windows(2).map(part).sum()
     }
 
-    /// Depth (m) and speed (m/s) at a discharge (m³/s): that of the Froude number.
+    /// How far before the line (m) and how far along it (m) a place is.
+    pub fn before(&self, x: &Plan<D>) -> (f64, f64) {
+        let (normal, along, width) = (self.normal(), self.along(), self.width());
+        let from: Plan<D> = std::array::from_fn(|c| x[c] - self.from[c]);
+        let dot = |a: &Plan<D>| -> f64 { (0..D).map(|c| a[c] * from[c]).sum() };
+        (dot(&normal), dot(&along) / width)
+    }
+
+    /// Direction outward and along the line: parts of a velocity.
+    pub fn turned(&self, velocity: &Plan<D>) -> [f64; 2] {
+        let (normal, along, width) = (self.normal(), self.along(), self.width());
+        let dot = |a: &Plan<D>| -> f64 { (0..D).map(|c| a[c] * velocity[c]).sum() };
+        [-dot(&normal), dot(&along) / width]
+    }
+
+    /// Depth (m) and speed (m/s) at a discharge (m³/s) by the Froude number.
     pub fn section(&self, discharge: f64) -> (f64, f64) {
         section(discharge / self.width(), self.froude, self.gravity)
     }
@@ -120,8 +189,12 @@ impl<const D: usize> Inflow<D> {
 
     /// Volume of a row (m³).
     pub fn row_volume(&self) -> f64 {
-        let most = self.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max);
-        self.section(most).0 * self.width() * self.spacing
+        self.depth * self.width() * self.spacing
+    }
+
+    /// Depth (m) and speed (m/s) by the Froude number at the largest discharge.
+    pub fn deepest(&self) -> (f64, f64) {
+        self.section(self.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max))
     }
 
     /// Place of node `k` of a row `behind` the line (m).
@@ -142,8 +215,15 @@ impl<const D: usize> Inflow<D> {
 
     /// Lets rows go that have crossed the line by `time` (s), and finds those behind it: new nodes with their sets and numbers, from
     /// `next_id` on, and the numbers of those that are no longer needed. Of two phases a row has the nodes of the grains first.
-    pub fn advance(&mut self, time: f64, next_id: &mut u64) -> (Vec<(usize, u64, Node<D>)>, Vec<u64>) {
-        let (volume, (depth, speed)) = (self.volume(time), self.section(self.discharge(time)));
+    pub fn advance(
+        &mut self,
+        time: f64,
+        arriving: Option<Arriving>,
+        next_id: &mut u64,
+    ) -> (Vec<(usize, u64, Node<D>)>, Vec<u64>) {
+        let flux = self.discharge(time) / self.width();
+        self.state.section = meeting(flux, arriving, self.froude, self.gravity);
+        let (volume, (depth, speed)) = (self.volume(time), self.state.section);
         let row_volume = self.row_volume();
         while (self.state.crossed as f64 + 0.5) * row_volume <= volume {
             let row = self.state.crossed;
@@ -186,7 +266,7 @@ impl<const D: usize> Inflow<D> {
 
     /// Where the nodes behind the line are at `time` (s).
     pub fn held(&self, time: f64) -> Vec<(u64, Plan<D>, Plan<D>)> {
-        let (volume, (depth, speed)) = (self.volume(time), self.section(self.discharge(time)));
+        let (volume, (depth, speed)) = (self.volume(time), self.state.section);
         let velocity = self.normal().map(|c| c * speed);
         let row = |(row, ids): &(u64, Vec<u64>)| {
             let behind = self.behind(*row, volume, depth);
@@ -212,11 +292,12 @@ mod tests {
     use super::*;
 
     fn inflow() -> Inflow<2> {
-        Inflow {
+        let mut inflow = Inflow {
             from: [0.0, 0.0],
             to: [0.0, 4.0],
             hydrograph: vec![[1.0, 0.0], [3.0, 8.0], [7.0, 0.0]],
             froude: 2.0,
+            depth: 0.0,
             gravity: 9.81,
             spacing: 0.5,
             ratio: 1.3,
@@ -224,7 +305,9 @@ mod tests {
             body: 0,
             porosity: None,
             state: State::default(),
-        }
+        };
+        inflow.depth = inflow.deepest().0;
+        inflow
     }
 
     #[test]
@@ -244,7 +327,7 @@ mod tests {
         let mut there = std::collections::BTreeSet::new();
         for step in 0..900 {
             let time = 0.01 * f64::from(step);
-            let (fresh, stale) = inflow.advance(time, &mut next_id);
+            let (fresh, stale) = inflow.advance(time, None, &mut next_id);
             there.extend(fresh.iter().map(|(_, id, _)| *id));
             stale.iter().for_each(|id| assert!(there.remove(id)));
             assert!((inflow.entered() - inflow.volume(time)).abs() <= 0.5 * inflow.row_volume() + 1e-9);

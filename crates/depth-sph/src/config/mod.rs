@@ -196,8 +196,7 @@ pub struct InflowOptions {
     /// Where it ends (m). The flow goes to the right of who walks along it, and needs ground for a few `spacing` behind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<[f64; 2]>,
-    /// The end that it flows in through, `x-min` or `x-max`. In a profile. Depth and speed there follow the discharge and what stands before
-    /// the end; the Froude number rules where nothing does, and where the flow is faster than its waves.
+    /// The end that it flows in through, `x-min` or `x-max`. In a profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Side>,
     /// Times from the start of the flow (s) and discharges (m³/s; m²/s in a profile), linear between them; none before and after. Give this
@@ -207,7 +206,8 @@ pub struct InflowOptions {
     /// The same as a CSV file with two columns, time and discharge, under a line of names, from the folder of the case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hydrograph: Option<String>,
-    /// Froude number `u/√(g h)` at the line, which makes depth and speed of a discharge.
+    /// Froude number `u/√(g h)` at the line, which makes depth and speed of a discharge where nothing stands before it, and where the flow
+    /// is faster than its waves. Else they follow from the discharge and what stands there.
     #[serde(default = "one")]
     pub froude: f64,
     /// Share of the pore fluid in what flows in, between 0 and 1, for phases that are `two`; that of the mixture when absent.

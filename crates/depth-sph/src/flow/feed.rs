@@ -1,8 +1,13 @@
 //! Step 10: nodes that flow in (sheet: depth-sph §3.4).
 
+use super::compiled::compiled;
+use super::open::Moments;
 use super::set::Set;
-use super::{Flow, OpenEnd};
-use crate::inflow::Inflow;
+use super::{Failure, Flow, OpenEnd};
+use crate::inflow::{Arriving, Inflow};
+
+/// How far before a line one looks for what stands there at the start (distances of nodes).
+const NEAR: f64 = 2.0;
 
 impl<const D: usize> Flow<D> {
     /// Brings the rows behind the lines of inflow to where they are now, with new ones behind them.
@@ -10,9 +15,93 @@ impl<const D: usize> Flow<D> {
         if self.inflows.is_empty() {
             return;
         }
+        let arriving: Vec<_> = self.inflows.iter().map(|inflow| self.arriving(inflow)).collect();
+        self.feed_with(&arriving);
+    }
+
+    /// What arrives at a line from the flow before it, as far as kernels reach; `None` where it is dry. Waves along its normal, and one state
+    /// for all of the line (sheet: depth-sph §3.9).
+    fn arriving(&self, inflow: &Inflow<D>) -> Option<Arriving> {
+        let kernel = self.settings.numerics.kernel;
+        let (mut moments, width) = (Moments::default(), inflow.width());
+        for set in &self.sets {
+            let nodes = &set.nodes;
+            for i in 0..nodes.len() {
+                let (before, along) = inflow.before(&nodes.position[i]);
+                let far = before / nodes.length[i];
+                if !(0.0..kernel.support()).contains(&far) || !(0.0..=width).contains(&along) {
+                    continue;
+                }
+                let weight = nodes.volume[i] / nodes.depth[i] * kernel.shape::<D>(far);
+                if weight > 0.0 {
+                    moments.add(weight, -before, inflow.turned(&nodes.velocity[i]), kernel, (set, i));
+                }
+            }
+        }
+        let within = moments.within()?;
+        Some(Arriving::of(within.depth[0], within.speed[0], within.pull))
+    }
+
+    /// Depth (m) and outward speed (m/s) of what stands before a line when the flow begins; `None` where it is dry.
+    pub fn standing(&self, inflow: &Inflow<D>) -> Option<(f64, f64)> {
+        let (width, near) = (inflow.width(), NEAR * inflow.spacing);
+        let (mut volume, mut moved, mut count) = (0.0, 0.0, 0);
+        for (number, Set { nodes, .. }) in self.sets.iter().enumerate() {
+            for i in 0..nodes.len() {
+                let (before, along) = inflow.before(&nodes.position[i]);
+                if (0.0..near).contains(&before) && (0.0..=width).contains(&along) {
+                    volume += nodes.volume[i];
+                    moved += nodes.volume[i] * inflow.turned(&nodes.velocity[i])[0];
+                    count += usize::from(number == 0);
+                }
+            }
+        }
+        let area = count as f64 * inflow.spacing.powi(D as i32);
+        (count > 0).then(|| (volume / area, moved / volume))
+    }
+
+    /// Number of nodes that stand where those behind a line do.
+    pub fn behind(&self, inflow: &Inflow<D>) -> usize {
+        let is_behind = |x: &_| {
+            let (before, along) = inflow.before(x);
+            (-inflow.reach..0.0).contains(&before) && (0.0..=inflow.width()).contains(&along)
+        };
+        self.sets.iter().flat_map(|set| &set.nodes.position).filter(|x| is_behind(x)).count()
+    }
+
+    /// Puts the first rows behind lines with standing flow before them, as [`Flow::standing`] has it, before the first step.
+    ///
+    /// # Errors
+    /// As [`Flow::new`].
+    pub fn begin_lines(&mut self, standing: &[Option<(f64, f64)>]) -> Result<(), Failure> {
+        let pull = self.settings.gravity;
+        let arriving =
+            |found: &Option<(f64, f64)>| found.map(|(depth, speed)| Arriving::of(depth, speed, pull));
+        let arriving: Vec<_> = standing.iter().map(arriving).collect();
+        self.feed_with(&arriving);
+        self.settle_again(compiled()?.settle)
+    }
+
+    /// First heights once more, with nodes that have been added; columns of pore pressure begin with them.
+    pub(super) fn settle_again(
+        &mut self,
+        settle: impl FnOnce(&mut Self) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        for set in &mut self.sets {
+            set.nodes.length.clone_from(&set.nodes.first_length);
+            set.unlist();
+        }
+        self.heads.depth.fill(f64::NAN);
+        let (fastest, top) = (self.fastest_start, self.top);
+        settle(self)?;
+        (self.fastest_start, self.top) = (self.fastest_start.max(fastest), self.top.max(top));
+        Ok(())
+    }
+
+    fn feed_with(&mut self, arriving: &[Option<Arriving>]) {
         let mut gone = Vec::new();
-        for inflow in &mut self.inflows {
-            let (fresh, stale) = inflow.advance(self.time, &mut self.next_id);
+        for (inflow, arriving) in self.inflows.iter_mut().zip(arriving) {
+            let (fresh, stale) = inflow.advance(self.time, *arriving, &mut self.next_id);
             gone.extend(stale);
             for (set, id, node) in &fresh {
                 self.sets[*set].nodes.push(*id, node);

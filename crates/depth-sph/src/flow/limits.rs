@@ -46,8 +46,7 @@ impl<const D: usize> Flow<D> {
         let mut least = Limit { dt: f64::INFINITY, node: None };
         for inflow in &self.inflows {
             // No row passes from beyond its reach across the line in a step.
-            let most = inflow.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max);
-            let (depth, speed) = inflow.section(most);
+            let (depth, speed) = inflow.deepest();
             let wave = (inflow.gravity * depth).sqrt() + speed;
             least.dt = least.dt.min(numerics.courant * inflow.ratio * inflow.spacing / wave);
         }

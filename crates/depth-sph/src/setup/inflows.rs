@@ -18,7 +18,7 @@ pub fn add<const D: usize>(
     options: &DepthOptions,
     flow: &mut Flow<D>,
 ) -> Result<Vec<(Opening, String)>, CaseError> {
-    let mut openings = Vec::new();
+    let (mut openings, mut standing) = (Vec::new(), Vec::new());
     if !options.inflows.is_empty() && options.phases == Phases::Layers {
         return Err(own("inflows", "are of one phase or of grains and fluid: not available with two layers"));
     }
@@ -29,13 +29,23 @@ pub fn add<const D: usize>(
             openings.push((opening, format!("methods.{NAME}.{}", key("side"))));
             continue;
         }
-        let inflow = inflow::<D>(case, options, flow, given, &key)?;
-        let most = inflow.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max);
-        let (depth, speed) = inflow.section(most);
+        let mut inflow = inflow::<D>(case, options, flow, given, &key)?;
+        let (deepest, speed) = inflow.deepest();
+        let before = flow.standing(&inflow);
+        let depth = before.map_or(deepest, |(depth, _)| depth.max(deepest));
+        inflow.depth = depth;
+        if before.is_some() && flow.behind(&inflow) > 0 {
+            let problem = "lies within a body, and the nodes of the inflow stand behind it: let bodies begin at the line, to the right of who walks along it";
+            return Err(own(&key("from"), problem));
+        }
+        standing.push(before);
         let level = highest(&inflow, &flow.bed).map_err(|problem| own(&key("from"), problem))?;
         flow.top = flow.top.max(level + depth);
         flow.fastest_start = flow.fastest_start.max(speed);
         flow.inflows.push(inflow);
+    }
+    if standing.iter().any(Option::is_some) {
+        flow.begin_lines(&standing).map_err(|failure| own("inflows", failure.to_string()))?;
     }
     Ok(openings)
 }
@@ -135,6 +145,7 @@ fn inflow<const D: usize>(
         to: place(to),
         hydrograph,
         froude: given.froude,
+        depth: 0.0,
         gravity: flow.settings.gravity,
         spacing: options.spacing,
         ratio,

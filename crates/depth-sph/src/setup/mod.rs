@@ -151,6 +151,9 @@ fn made<const D: usize>(
     let ends = ends::<D>(case, 0);
     let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
     let mut flow = Flow::new(settings, bed, ends, &filled.sets).map_err(failed)?;
+    let mut openings = inflows::add(case, options, &mut flow)?;
+    openings.extend(sides::openings(case, options));
+    warnings.extend(sides::open(&openings, &mut flow)?);
     if !filled.handed.is_empty() {
         let held = flow.press(&filled.handed);
         if held > 0 {
@@ -160,9 +163,6 @@ fn made<const D: usize>(
             ));
         }
     }
-    let mut openings = inflows::add(case, options, &mut flow)?;
-    openings.extend(sides::openings(case, options));
-    warnings.extend(sides::open(&openings, &mut flow)?);
     flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
     Ok((DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps), warnings))
 }

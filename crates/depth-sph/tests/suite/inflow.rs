@@ -162,6 +162,98 @@ fn an_inflow_into_still_water_sends_a_bore_ahead() {
     assert!((bore / (6.0 * 3.463) - 1.0).abs() < 0.02, "{bore}");
 }
 
+/// Still water 1 m deep in a channel of a plan, 1.5 m wide, into which as much flows in for 2.5 s across a line at 4 m.
+fn still_plan() -> Value {
+    json!({
+        "title": "channel", "space": "3d", "gravity": [0, 0, -GRAVITY],
+        "domain": { "min": [0, 0, 0], "max": [24, 1.5, 3] },
+        "materials": { "water": {
+            "model": "mohr-coulomb", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
+        } },
+        "bodies": [{ "name": "still", "material": "water", "shape": { "kind": "box", "min": [4, 0, 0], "max": [24, 1.5, 1] } }],
+        "boundaries": [
+            { "side": "z-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } },
+            { "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "y-max", "wall": { "kind": "smooth" } }
+        ],
+        "stages": [{ "name": "flow", "duration": 6 }],
+        "methods": { "depth-sph": { "spacing": 0.1, "inflows": [
+            { "from": [4, 0], "to": [4, 1.5], "discharge": [[0, 0.75], [2.5, 0.75]] } ] } }
+    })
+}
+
+/// Means of depth and speed along x over the nodes within a stretch (m), and how far it is deeper than the middle of the bore (m).
+fn bore(solver: &dyn Solver, low: f64, high: f64) -> [f64; 3] {
+    let snapshot = solver.snapshot();
+    let (depth, velocity) = (snapshot.scalars("depth").unwrap(), snapshot.vectors("velocity").unwrap());
+    let (mut count, mut sums) = (0.0, [0.0; 3]);
+    for (i, x) in snapshot.positions.iter().enumerate() {
+        if (low..high).contains(&x[0]) {
+            count += 1.0;
+            sums = [sums[0] + depth[i], sums[1] + velocity[i][0], sums[2]];
+        }
+        if depth[i] > 1.0 + 0.5 * 0.144_364 {
+            sums[2] = sums[2].max(x[0]);
+        }
+    }
+    [sums[0] / count, sums[1] / count, sums[2]]
+}
+
+/// V28 across a line in plan: as the closed form has it, and as the profile does.
+#[test]
+fn an_inflow_across_a_line_into_still_water_sends_the_bore_of_the_profile() {
+    let mut solver = build(&still_plan());
+    let pond = reading(solver.as_ref(), "flow_volume");
+    assert!((pond - 30.0).abs() < 1e-9, "{pond}");
+    until(solver.as_mut(), 2.4);
+    let entered = reading(solver.as_ref(), "volume_entered");
+    assert!((entered - 1.8).abs() <= 0.5 * 1.5 * 0.1 + 1e-9, "0.75 m³/s for 2.4 s, to half a row: {entered}");
+    let flow = reading(solver.as_ref(), "flow_volume");
+    assert!((flow - pond - entered).abs() < 1e-9, "{flow} {entered}");
+    let [depth, speed, front] = bore(solver.as_ref(), 4.5, 10.0);
+    assert!((depth / 1.144_364 - 1.0).abs() < 0.02, "{depth}");
+    assert!((speed / 0.436_924 - 1.0).abs() < 0.02, "{speed}");
+    assert!(((front - 4.0) / (2.4 * 3.463) - 1.0).abs() < 0.03, "{front}");
+    let mut value = still_plan();
+    value["space"] = json!("plane-strain");
+    value["gravity"] = json!([0, -GRAVITY]);
+    value["domain"] = json!({ "min": [4, 0], "max": [24, 3] });
+    value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [4, 0], "max": [24, 1] });
+    value["boundaries"] = json!([{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } }]);
+    value["methods"]["depth-sph"]["inflows"] =
+        json!([{ "side": "x-min", "discharge": [[0, 0.5], [2.5, 0.5]] }]);
+    let mut profile = build(&value);
+    until(profile.as_mut(), 2.4);
+    let [of_profile, other, _] = bore(profile.as_ref(), 4.5, 10.0);
+    assert!((depth / of_profile - 1.0).abs() < 0.01, "{depth} m, and {of_profile} m of the profile");
+    assert!((speed / other - 1.0).abs() < 0.02, "{speed} m/s, and {other} m/s of the profile");
+    // When nothing flows in any more the line is a wall: the invariant that arrives has still water behind it.
+    until(solver.as_mut(), 4.5);
+    let entered = reading(solver.as_ref(), "volume_entered");
+    assert!((entered - 1.875).abs() <= 0.5 * 1.5 * 0.1 + 1e-9, "{entered}");
+    let [depth, speed, _] = bore(solver.as_ref(), 4.5, 8.0);
+    assert!((depth - 1.0).abs() < 0.02 && speed.abs() < 0.02, "{depth} m, {speed} m/s");
+    let snapshot = solver.snapshot();
+    let past = snapshot.positions.iter().filter(|x| x[0] < 3.0).count();
+    assert_eq!(past, 0, "nothing runs back");
+}
+
+#[test]
+fn a_line_before_still_water_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
+    let run = |threads: usize, restart: Option<usize>| hash_after(&still_plan(), threads, 60, restart);
+    let whole = run(1, None);
+    assert_eq!(run(3, None), whole);
+    assert_eq!(run(1, Some(25)), whole);
+}
+
+#[test]
+fn a_line_within_standing_water_is_refused() {
+    let mut value = still_plan();
+    value["bodies"][0]["shape"]["min"] = json!([2, 0, 0]);
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let error = DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string();
+    assert!(error.starts_with("methods.depth-sph.inflows[0].from: lies within a body"), "{error}");
+}
+
 /// An inflow onto a dry bed has the depth and speed of its Froude number.
 #[test]
 fn an_inflow_onto_a_dry_profile_has_its_froude_number() {

@@ -1,7 +1,7 @@
 //! What flows in through an end of a profile (sheet: depth-sph §3.9; §0 for dry beds).
 
 use super::stand::Stand;
-use crate::inflow;
+use crate::inflow::{self, Arriving};
 
 /// What flows in through an end.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,35 +30,10 @@ impl Feed {
         self.hydrograph.iter().map(|pair| self.section(pair[1], pull).1).fold(0.0, f64::max)
     }
 
-    /// What stands at an end to which `outgoing` = `u + 2c` (m/s) arrives from within, and nothing where it is dry:
-    /// `c² (2c - outgoing) = g q`.
-    pub(super) fn state(&self, time: f64, outgoing: Option<f64>, pull: f64) -> Stand {
-        let (depth, speed) = self.met(self.discharge(time), outgoing, pull);
-        Stand { depth, speed, along: 0.0, porosity: self.porosity }
-    }
-
-    /// Depth (m) and outward speed (m/s) of a discharge (m²/s).
-    fn met(&self, discharge: f64, outgoing: Option<f64>, pull: f64) -> (f64, f64) {
-        let rapid = || {
-            let (depth, speed) = self.section(discharge, pull);
-            (depth, -speed)
-        };
-        let Some(outgoing) = outgoing else { return rapid() };
-        // Above the root, from where Newton's steps fall to it.
-        let mut celerity = (0.5 * outgoing).max(0.0) + (pull * discharge).cbrt();
-        if celerity <= 0.0 {
-            return rapid();
-        }
-        for _ in 0..60 {
-            let value = celerity * celerity * (2.0 * celerity - outgoing) - pull * discharge;
-            let change = value / (6.0 * celerity * celerity - 2.0 * celerity * outgoing);
-            if !(change.abs() > 1e-14 * celerity) {
-                break;
-            }
-            celerity -= change;
-        }
-        let speed = outgoing - 2.0 * celerity;
-        if -speed > celerity { rapid() } else { (celerity * celerity / pull, speed) }
+    /// What stands at an end to which this arrives from within, and nothing where it is dry, under gravity `pull` (m/s²).
+    pub(super) fn state(&self, time: f64, arriving: Option<Arriving>, pull: f64) -> Stand {
+        let (depth, speed) = inflow::meeting(self.discharge(time), arriving, self.froude, pull);
+        Stand { depth, speed: -speed, along: 0.0, porosity: self.porosity }
     }
 }
 
@@ -70,7 +45,8 @@ mod tests {
     fn what_flows_in_meets_what_stands_there() {
         let feed = Feed { hydrograph: vec![[0.0, 0.5], [10.0, 0.5]], froude: 2.0, porosity: 0.4 };
         let state = |time: f64, outgoing: Option<f64>| {
-            let Stand { depth, speed, porosity, .. } = feed.state(time, outgoing, 9.81);
+            let arriving = outgoing.map(|outgoing| Arriving { outgoing, pull: 9.81 });
+            let Stand { depth, speed, porosity, .. } = feed.state(time, arriving, 9.81);
             assert_eq!(porosity, 0.4);
             (depth, speed)
         };

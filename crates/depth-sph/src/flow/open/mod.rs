@@ -25,6 +25,7 @@ use side::Part;
 
 pub use inlet::Feed;
 pub use side::{Beyond, Known, OpenEnd};
+pub(super) use stand::Moments;
 pub use stand::{Past, Stand, Within};
 
 /// Nodes stand beyond a side as far as this many supports of a kernel: the last ones, which lack neighbours, are not felt within.
@@ -109,13 +110,7 @@ impl<const D: usize> Flow<D> {
             self.opens.push(end);
         }
         self.pass_ends(0.0);
-        for set in &mut self.sets {
-            set.nodes.length.clone_from(&set.nodes.first_length);
-            set.unlist();
-        }
-        let (fastest, top) = (self.fastest_start, self.top);
-        self.settle()?;
-        (self.fastest_start, self.top) = (self.fastest_start.max(fastest), self.top.max(top));
+        self.settle_again(Self::settle)?;
         let kernel = self.settings.numerics.kernel;
         let Self { opens, sets, .. } = self;
         for (number, (end, feed)) in (known..).zip(opens[known..].iter_mut().zip(later)) {

@@ -7,6 +7,7 @@ use super::super::set::Set;
 use super::layer::Layer;
 use super::stand::{Past, Stand, Within, turned};
 use super::{Feed, Opening, SUPPORTS};
+use crate::inflow::Arriving;
 use crate::nodes::{Node, Nodes, Plan};
 use crate::settings::Settings;
 
@@ -359,8 +360,8 @@ impl<const D: usize> OpenEnd<D> {
             let here = known.within.map(|within| (within.depth[0], within.speed[0], within.pull));
             let here = here.or(known.fixed.map(|still| (still.depth, still.speed, gravity)));
             let pull = here.map_or(gravity, |(.., pull)| pull);
-            let outgoing = here.map(|(depth, speed, pull)| speed + 2.0 * (pull * depth).sqrt());
-            known.fixed = Some(feed.state(time, outgoing, pull));
+            let arriving = here.map(|(depth, speed, pull)| Arriving::of(depth, speed, pull));
+            known.fixed = Some(feed.state(time, arriving, pull));
         }
     }
 }
