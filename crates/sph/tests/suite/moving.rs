@@ -77,47 +77,102 @@ fn a_block_on_a_plane_that_moves_is_that_on_a_plane_at_rest_seen_from_it() {
     }
 }
 
-/// A plane under a block is tilted by 20 degrees a second: the block stays until its slope is the friction, and then slides. What it
-/// slides grows with the third power of the angle beyond that, so that it tells at which angle it began.
+/// A block on a plane that turns by 5 degrees a second, with a friction of 20 degrees.
+struct Tilting {
+    solver: Box<dyn Solver>,
+    /// When the plane would have begun to turn, had it done so at once (s).
+    start: f64,
+}
+
+impl Tilting {
+    const RATE: f64 = 5.0;
+
+    /// At the start of the turn. The viscosity damps what friction sets swinging along the base of a block that slides slowly.
+    fn begin() -> Self {
+        let (begins, ramp) = (0.5, 0.5);
+        let case = block(&json!({
+            "gravity": [0, -9.81],
+            "obstacles": [{ "name": "floor", "wall": { "kind": "frictional", "friction_coefficient": 20f64.to_radians().tan() },
+                "motion": { "rotation": -Self::RATE, "centre": [0.3, 0], "start": begins, "ramp": ramp },
+                "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
+            "measures": { "on": { "kind": "reaction", "of": "floor" } },
+            "stages": [{ "name": "settle", "duration": begins, "gravity_ramp": 0.2, "damping": 0.6 }, { "name": "tilt", "duration": 8 }],
+            "methods": { "sph": { "spacing": 0.05, "viscosity_linear": 0.3 } }
+        }));
+        let mut solver = begin(&case);
+        until(&mut *solver, begins);
+        solver.begin_stage(1, solver.time()).unwrap();
+        Self { solver, start: begins + 0.5 * ramp }
+    }
+
+    /// Until the slope is so steep (degrees).
+    fn turn(&mut self, slope: f64) {
+        until(&mut *self.solver, self.start + slope / Self::RATE);
+    }
+
+    /// Place of the middle along the plane (m).
+    fn along(&self) -> f64 {
+        let (sin, cos) = (Self::RATE * (self.solver.time() - self.start)).to_radians().sin_cos();
+        let x = self.solver.snapshot().positions;
+        let mean = |c: usize| x.iter().map(|x| x[c]).sum::<f64>() / x.len() as f64;
+        (mean(0) - 0.3) * cos - mean(1) * sin
+    }
+
+    /// Mean forces on the plane along and across it while the slope grows from one angle to another (degrees), over the weight.
+    fn borne(&mut self, from: f64, to: f64) -> [f64; 2] {
+        self.turn(from);
+        let mut sums = [0.0; 2];
+        let mut steps = 0.0;
+        while self.solver.time() < self.start + to / Self::RATE {
+            let (sin, cos) = (Self::RATE * (self.solver.time() - self.start)).to_radians().sin_cos();
+            advance(&mut *self.solver, 1);
+            let [x, y, _] = self.solver.reaction("floor").unwrap().force;
+            sums[0] += x * cos - y * sin;
+            sums[1] -= x * sin + y * cos;
+            steps += 1.0;
+        }
+        sums.map(|sum| sum / (steps * 180.0 * 9.81))
+    }
+}
+
+/// The plane bears the weight of a block until its slope is the friction. Then the block slides, and rubs with its share of the normal
+/// force.
+#[test]
+fn a_plane_that_tilts_holds_a_block_up_to_the_angle_of_friction_and_rubs_beyond() {
+    let mut tilting = Tilting::begin();
+    // On its way from 19 to 20 degrees, and a little less than its weight as it turns with the plane.
+    let [along, across] = tilting.borne(19.0, 20.0);
+    let (sin, cos) = 19.5f64.to_radians().sin_cos();
+    assert!((along / sin - 1.0).abs() < 5e-3 && (across / cos - 1.0).abs() < 1e-3, "{along} {across}");
+    let [along, across] = tilting.borne(21.0, 28.0);
+    let share = along / across / 20f64.to_radians().tan();
+    assert!((share - 1.0).abs() < 1e-3, "{share} of the friction");
+}
+
+/// What a block slides on a plane that tilts grows with the third power of the angle beyond that of friction, so that it tells at which
+/// angle it began. Its elastic swing and the slip of its corners, 3 mm a second at 20 degrees, are 0.15 degrees of it.
 #[test]
 fn a_block_on_a_plane_that_tilts_slides_at_the_angle_of_friction() {
-    let (rate, begins, friction) = (20f64.to_radians(), 0.5, 20f64.to_radians().tan());
-    let case = block(&json!({
-        "gravity": [0, -9.81],
-        "obstacles": [{ "name": "floor", "wall": { "kind": "frictional", "friction_coefficient": friction },
-            "motion": { "rotation": -20, "centre": [0.3, 0], "start": begins, "ramp": 0.5 },
-            "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] } }],
-        "stages": [{ "name": "settle", "duration": begins, "gravity_ramp": 0.2, "damping": 0.6 }, { "name": "tilt", "duration": 2 }]
-    }));
-    let mut solver = begin(&case);
-    until(&mut *solver, begins);
-    solver.begin_stage(1, solver.time()).unwrap();
-    let start = begins + 0.25;
-    // Place of the middle along the plane.
-    let along = |solver: &dyn Solver| {
-        let angle = rate * (solver.time() - start);
-        let x = solver.snapshot().positions;
-        let mean = |c: usize| x.iter().map(|x| x[c]).sum::<f64>() / x.len() as f64;
-        (mean(0) - 0.3) * angle.cos() - mean(1) * angle.sin()
-    };
-    until(&mut *solver, start + 0.95);
-    let held = along(&*solver);
+    let (rate, friction) = (Tilting::RATE.to_radians(), 20f64.to_radians().tan());
+    let mut tilting = Tilting::begin();
+    tilting.turn(19.0);
+    let held = tilting.along();
     assert!(held.abs() < 0.005 * 0.6, "at 19°: it slid {held} m");
-    until(&mut *solver, start + 1.0);
-    let began = along(&*solver);
-    until(&mut *solver, start + 1.4);
+    tilting.turn(20.0);
+    let began = tilting.along();
+    tilting.turn(28.0);
     // Newton's law along the plane, seen from it; the middle is 0.15 m over the line about which it turns.
     let (mut place, mut speed, dt) = (0.0, 0.0f64, 1e-5);
-    for step in 0..40_000 {
-        let angle = rate * (1.0 + f64::from(step) * dt);
+    for step in 0..160_000 {
+        let angle = rate * (4.0 + f64::from(step) * dt);
         let normal = 9.81 * angle.cos() - rate * rate * 0.15 + 2.0 * rate * speed;
         speed += dt * (9.81 * angle.sin() + rate * rate * place - friction * normal);
         speed = speed.max(0.0);
         place += dt * speed;
     }
-    let slid = along(&*solver) - began;
+    let slid = tilting.along() - began;
     let onset = 28.0 - 8.0 * (slid / place).cbrt();
-    assert!((onset - 20.0).abs() < 1.0, "from {onset}°: {slid} m for {place} m");
+    assert!((onset - 20.0).abs() < 0.25, "from {onset}°: {slid} m for {place} m");
 }
 
 /// A piston starts at once against a bar without sideways strain: a wave of the stress ρ c V runs into it.
