@@ -1,7 +1,8 @@
 //! The points that methods set in bodies.
 
-use colluvium_points::{Sample, Sampling, fitted, lattice, poisson_spaced};
+use colluvium_points::{Sample, Sampling, Shape, fitted, lattice, poisson_spaced};
 
+use crate::description::Space;
 use crate::{Case, CaseError};
 
 impl Case {
@@ -19,8 +20,22 @@ impl Case {
         let (key, samples) = match body.sampling {
             Sampling::Lattice => ("shape", lattice(&body.shape, origin, spacing)),
             Sampling::Fitted => ("sampling", fitted(&body.shape, origin, spacing)),
-            Sampling::PoissonDisk => ("sampling", poisson_spaced(&body.shape, spacing, body.sampling_seed)),
+            Sampling::PoissonDisk => {
+                let samples = poisson_spaced(&body.shape, spacing, body.sampling_seed);
+                ("sampling", samples.map(|samples| self.turned(&body.shape, samples)))
+            }
         };
         samples.map_err(|error| CaseError::new(format!("bodies[{number}].{key}"), error.to_string()))
+    }
+
+    /// Random points whose areas, the same for all, make up the volume of the shape: where it is turned about an axis the scatter of their
+    /// radii would be one of the mass.
+    fn turned<const D: usize>(&self, shape: &Shape, mut samples: Vec<Sample<D>>) -> Vec<Sample<D>> {
+        if self.space == Space::Axisymmetric {
+            let held: f64 = samples.iter().map(|sample| sample.position[0] * sample.volume).sum();
+            let scale = shape.volume(D, true) / held;
+            samples.iter_mut().for_each(|sample| sample.volume *= scale);
+        }
+        samples
     }
 }

@@ -159,6 +159,13 @@ pub fn signed_area(vertices: &[[f64; 2]]) -> f64 {
     0.5 * vertices.iter().zip(next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<f64>()
 }
 
+/// First moment of the area about the line where the first coordinate is zero (m³), positive where the vertices run against the clock
+/// and the polygon lies at positive coordinates.
+pub fn first_moment(vertices: &[[f64; 2]]) -> f64 {
+    let next = vertices.iter().cycle().skip(1);
+    vertices.iter().zip(next).map(|(a, b)| (a[0] + b[0]) * (a[0] * b[1] - b[0] * a[1])).sum::<f64>() / 6.0
+}
+
 /// Coordinates along `axis` at which the line through `point` parallel to it may cross an edge.
 pub fn polygon_crossings(vertices: &[[f64; 2]], point: &[f64], axis: usize) -> Vec<f64> {
     let (across, at) = (1 - axis, point[1 - axis]);

@@ -47,7 +47,10 @@ fn random(space: &str, seed: u64) -> Value {
 
 #[test]
 fn points_at_random_have_the_mass_of_the_body_and_follow_from_their_seed() {
-    for (space, volume) in [("plane-strain", 0.79 * 0.79), ("3d", 0.79 * 0.79 * 0.79)] {
+    // The ring goes around its axis by a radian in the mean of its radii.
+    let ring = 0.79 * 0.79 * 0.5 * (0.52 + 1.31);
+    for (space, volume) in [("plane-strain", 0.79 * 0.79), ("axisymmetric", ring), ("3d", 0.79 * 0.79 * 0.79)]
+    {
         let begun = |seed: u64| begin(&Mpm, &Case::from_json(&random(space, seed).to_string()).unwrap());
         let one = begun(7);
         let mass = one.totals().mass;
@@ -55,6 +58,15 @@ fn points_at_random_have_the_mass_of_the_body_and_follow_from_their_seed() {
         let places = |solver: &dyn Solver| solver.snapshot().positions;
         assert_eq!(places(&*one), places(&*begun(7)));
         assert_ne!(places(&*one), places(&*begun(8)));
+    }
+    // A torus (Pappus) and a cone, of a third of its base times its height.
+    let torus = json!({ "kind": "ball", "centre": [1.1, 1], "radius": 0.7 });
+    let cone = json!({ "kind": "polygon", "vertices": [[0, 0], [1.2, 0], [0, 1.5]] });
+    for (shape, volume) in [(torus, 1.1 * PI * 0.49), (cone, 1.2 * 1.2 * 1.5 / 6.0)] {
+        let mut round = random("axisymmetric", 7);
+        round["bodies"][0]["shape"] = shape;
+        let mass = begin(&Mpm, &Case::from_json(&round.to_string()).unwrap()).totals().mass;
+        assert!((mass / (1000.0 * volume) - 1.0).abs() < 1e-12, "{mass}");
     }
     let mut lattice = random("plane-strain", 7);
     lattice["bodies"][0]["sampling"] = json!("lattice");
