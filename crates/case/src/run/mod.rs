@@ -33,7 +33,7 @@ use steps::{asked_to_stop, is_there, stable_step};
 pub use checkpoint::last_state;
 pub use error::RunError;
 pub use row::{check_names, column_names};
-pub use safety::{Outcome, Safety, Trial, Verdict};
+pub use safety::{Outcome, Safety, SearchCost, Trial, Verdict};
 pub use verify::{Verified, verify};
 
 /// Wall-clock time between two summaries of a run that goes on, at least: frames may follow each other faster than a disk

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::case::Case;
-use colluvium::case::run::check_names;
+use colluvium::case::run::{SearchCost, check_names};
 
 use super::{Failure, choose, duration, free_memory, threads};
 
@@ -47,6 +47,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     say!("steps          about {}", plan.steps);
     say!("memory         about {:.1} MB", plan.memory as f64 / 1e6);
     say!("duration       about {} on {threads} threads", duration(plan.seconds() / threads as f64));
+    for (name, search) in case.factors_of_safety() {
+        say!("{}", searching(name, &SearchCost::of(&case, &plan, search), threads));
+    }
     for stage in &case.stages {
         let until = if stage.equilibrium.is_some() { ", or until at rest" } else { "" };
         say!("stage          {}: {} s{until}", stage.name, stage.duration);
@@ -55,4 +58,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         complain!("warning: {warning}");
     }
     Ok(())
+}
+
+/// What the search `name` for a factor of safety takes beside the stages.
+fn searching(name: &str, cost: &SearchCost, threads: usize) -> String {
+    let SearchCost { trials: [likely, most], blocks, block, seconds } = cost;
+    let trials =
+        format!("search         {name}: {likely} trials, {most} at most, of {blocks} blocks at most");
+    if block.is_nan() {
+        return format!(
+            "{trials}; how long a block is shows when bodies that do not yield have come to rest"
+        );
+    }
+    let [usual, longest] = seconds.map(|seconds| duration(seconds / threads as f64));
+    format!(
+        "{trials}, about {block:.3} s each: about {usual}, {longest} at most, beside the duration of the stages"
+    )
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::case::Plan;
-use colluvium::case::run::column_names;
+use colluvium::case::run::{SearchCost, column_names};
 use colluvium::sweep::{Member, Results, RunState, Sweep, SweepOptions, run as run_all};
 
 use super::{Failure, ResultFiles, choose, duration, free_memory, print, stop_on_interrupt, threads};
@@ -87,6 +87,20 @@ fn say_what(sweep: &Sweep, members: &[Member], plans: &[Plan], threads: usize) -
     let memory = plans.iter().map(|plan| plan.memory).max().unwrap_or(0);
     say!("memory         about {:.1} MB a run at most", memory as f64 / 1e6);
     say!("duration       about {} on {threads} threads", duration(seconds / threads as f64));
+    let searched = |which: usize| -> f64 {
+        let of = |(plan, member): (&Plan, &Member)| -> f64 {
+            let searches = member.case.factors_of_safety();
+            searches.map(|(_, search)| SearchCost::of(&member.case, plan, search).seconds[which]).sum()
+        };
+        plans.iter().zip(members).map(of).sum::<f64>() / threads as f64
+    };
+    let [usual, longest] = [0, 1].map(searched);
+    if longest.is_nan() {
+        say!("searches       for factors of safety come on top: `check` of a case tells of them");
+    } else if longest > 0.0 {
+        let (usual, longest) = (duration(usual), duration(longest));
+        say!("searches       about {usual} on {threads} threads, {longest} at most, beside the duration");
+    }
     let warnings = plans.iter().zip(members).flat_map(|(plan, member)| plan.all_warnings(&member.case));
     for warning in warnings.collect::<BTreeSet<_>>() {
         complain!("warning: {warning}");

@@ -49,7 +49,7 @@ impl Scale {
 }
 
 /// Young's modulus of a material (Pa), or of the one it is wrapped around.
-fn young(case: &Case, material: &str) -> Option<f64> {
+pub(super) fn young(case: &Case, material: &str) -> Option<f64> {
     fn find(value: &Value) -> Option<f64> {
         let keys = value.as_object()?;
         keys.get("youngs_modulus").and_then(Value::as_f64).or_else(|| keys.values().find_map(find))

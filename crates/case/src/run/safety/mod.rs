@@ -2,6 +2,7 @@
 //! state at rest, bisected between a factor at which the bodies come to rest again and one at which they do not.
 
 mod bodies;
+mod cost;
 mod settling;
 mod trial;
 
@@ -18,6 +19,7 @@ use bodies::Scale;
 use settling::Settling;
 use trial::{BLOCKS, Rule, Running, run_trial};
 
+pub use cost::SearchCost;
 pub use trial::{Trial, Verdict};
 
 /// Unbalanced-force ratio below which bodies rest.
