@@ -12,7 +12,7 @@ pub fn files(shape: &mut Shape) -> Vec<&mut String> {
     let mut files = Vec::new();
     for (_, layer) in shape.layers_mut(String::new()) {
         let Shape::Layer { outline, thickness, .. } = layer else { continue };
-        files.push(outline);
+        files.extend(outline);
         if let Thickness::Raster(file) = thickness {
             files.push(file);
         }
@@ -117,21 +117,33 @@ impl Case {
             wrong("on", format!("the shape of the obstacle {on:?} is not a raster, and a layer lies on one"))
         })?;
         let origin = self.origin();
-        let area = self.outline(outline).map_err(|problem| wrong("outline", problem))?;
-        let depths = match &*thickness {
-            Thickness::Uniform(depth) => Depths::Uniform(*depth),
-            Thickness::Raster(file) => {
+        let depths = match (&*thickness, &*outline) {
+            (Thickness::Uniform(depth), _) => Depths::Uniform(*depth),
+            (Thickness::Raster(file), _) => {
                 Depths::Raster(self.plan_raster(file).map_err(|problem| wrong("thickness", problem))?)
             }
-            Thickness::Attribute(Attribute { attribute }) => {
+            (Thickness::Attribute(Attribute { attribute }), Some(outline)) => {
                 Depths::Parts(self.parts(outline, attribute).map_err(|problem| wrong("thickness", problem))?)
+            }
+            (Thickness::Attribute(_), None) => Depths::Parts(Vec::new()),
+        };
+        let area = match (&*outline, &depths) {
+            (Some(file), _) => self.outline(file).map_err(|problem| wrong("outline", problem))?,
+            (None, Depths::Raster(raster)) => {
+                Layer::around(raster, &ground).map_err(|problem| wrong("thickness", problem))?
+            }
+            (None, _) => {
+                let problem = "is missing: only a raster of thickness says by itself where there is a layer";
+                return Err(wrong("outline", problem.to_owned()));
             }
         };
         let made = Layer::new(ground, area, depths, *measured, [origin[0], origin[1]]);
         *laid = made
             .map_err(|error| {
                 let file = match (error.key, &*thickness) {
-                    ("outline", _) | ("thickness", Thickness::Attribute(_)) => format!("{outline}: "),
+                    ("outline", _) | ("thickness", Thickness::Attribute(_)) => {
+                        outline.as_ref().map_or(String::new(), |outline| format!("{outline}: "))
+                    }
                     ("thickness", Thickness::Raster(file)) => format!("{file}: "),
                     _ => String::new(),
                 };
@@ -200,6 +212,36 @@ mod tests {
         let before = normal.fingerprint();
         outline(folder.path(), [[10.0, 10.0], [21.0, 10.0], [21.0, 30.0], [10.0, 30.0]]);
         assert_ne!(before, Case::from_value(&value, folder.path()).unwrap().fingerprint());
+    }
+
+    /// A deposit of 1.5 m at 15 by 15 nodes of the raster, without data elsewhere.
+    #[test]
+    fn a_layer_without_an_outline_lies_where_its_raster_is_above_zero() {
+        let folder = folder();
+        let deposit = |low: f64, high: f64, dry: f64| {
+            let is_in = move |x: f64| (low..=high).contains(&x);
+            let raster = Raster::from_function([21, 21], [600_000.0, 5e6], [2.0; 2], |x, y| {
+                if is_in(x - 6e5) && is_in(y - 5e6) { 1.5 } else { dry }
+            });
+            colluvium_terrain::write_raster(&folder.path().join("deposit.asc"), &raster).unwrap();
+        };
+        let mut value = layered();
+        value["bodies"][0]["shape"].as_object_mut().unwrap().remove("outline");
+        value["bodies"][0]["shape"]["thickness"] = json!("deposit.asc");
+        let read = || Case::from_value(&value, folder.path());
+        deposit(6.0, 34.0, f64::NAN);
+        let case = read().unwrap();
+        let volume = case.bodies[0].shape.measure(3).unwrap();
+        assert!((volume - 225.0 * 1.5 * 4.0).abs() < 1e-6, "the nodes' {volume} m³");
+        assert!(case.bodies[0].shape.contains(&[15.0, 20.0, 50.0 + 11.25 + 1.4]));
+        assert!(!case.bodies[0].shape.contains(&[3.0, 20.0, 50.0 + 2.25 + 0.1]));
+        assert_eq!(Case::from_json(&case.to_json()).unwrap().fingerprint(), case.fingerprint());
+        deposit(50.0, 60.0, 0.0);
+        let refused = read().unwrap_err().to_string();
+        assert!(refused.starts_with("bodies[0].shape.thickness: is above zero nowhere"), "{refused}");
+        value["bodies"][0]["shape"]["thickness"] = json!(2);
+        let refused = Case::from_value(&value, folder.path()).unwrap_err().to_string();
+        assert!(refused.starts_with("bodies[0].shape.outline: is missing"), "{refused}");
     }
 
     #[test]

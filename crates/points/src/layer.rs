@@ -14,7 +14,7 @@ const PLACES: (usize, usize) = (64, 1000);
 
 /// How thick a layer is: a number (m), the file of a raster in metres (ESRI ASCII grid or GeoTIFF, from the folder of the
 /// case), or the name of an attribute (m) that each feature of the outline's file has. Where a raster is zero or has no data, as that of a
-/// deposit has none where it is dry, there is nothing; it must reach as far as the outline.
+/// deposit has none where it is dry, there is nothing; it must reach as far as the outline, where there is one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "is neither a number (m), nor the name of a raster's file, nor an attribute")]
 pub enum Thickness {
@@ -100,6 +100,34 @@ pub struct Layer {
 }
 
 impl Layer {
+    /// What is around the nodes of a raster of thickness that are above zero, and a node farther so far as there is ground: where a layer
+    /// without an outline of its own lies.
+    ///
+    /// # Errors
+    /// Where no node is above zero, or one of them lies beyond the ground.
+    pub fn around(thickness: &Raster, ground: &Raster) -> Result<Outline, String> {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for (number, _) in thickness.values.iter().enumerate().filter(|(_, depth)| **depth > 0.0) {
+            let place = thickness.place(number % thickness.columns, number / thickness.columns);
+            (low, high) = (
+                std::array::from_fn(|c| low[c].min(place[c])),
+                std::array::from_fn(|c| high[c].max(place[c])),
+            );
+        }
+        if !(low[0] <= high[0]) {
+            return Err("is above zero nowhere".to_owned());
+        }
+        let ends = [thickness.end(), ground.end()];
+        if (0..2).any(|c| low[c] < ground.origin[c] || high[c] > ends[1][c]) {
+            return Err("is above zero beyond the raster it lies on".to_owned());
+        }
+        for c in 0..2 {
+            low[c] = (low[c] - thickness.spacing[c]).max(thickness.origin[c]).max(ground.origin[c]);
+            high[c] = (high[c] + thickness.spacing[c]).min(ends[0][c]).min(ends[1][c]);
+        }
+        Outline::new(vec![vec![low, [high[0], low[1]], high, [low[0], high[1]]]])
+    }
+
     /// A layer on the heights of `ground` (m). Places in error messages are counted from `origin` (m).
     ///
     /// # Errors
@@ -164,9 +192,6 @@ impl Layer {
                 let problem = format!("{what} at [{}, {}] m", x + origin[0], y + origin[1]);
                 Err(LayerError { key, problem })
             };
-            let Some(ground) = self.ground.height(x, y) else {
-                return refuse("on", "the raster it lies on has no data under it,".to_owned());
-            };
             let Some(thickness) = self.vertical(x, y) else {
                 return refuse("thickness", "is not known all over the outline: it ends".to_owned());
             };
@@ -174,9 +199,13 @@ impl Layer {
                 return refuse("thickness", format!("{thickness} m is negative"));
             }
             (sum, count) = (sum + thickness, count + 1);
-            if thickness > 0.0 {
-                (lowest, highest) = (lowest.min(ground), highest.max(ground + thickness));
+            if thickness == 0.0 {
+                continue;
             }
+            let Some(ground) = self.ground.height(x, y) else {
+                return refuse("on", "the raster it lies on has no data under it,".to_owned());
+            };
+            (lowest, highest) = (lowest.min(ground), highest.max(ground + thickness));
         }
         if !(sum > 0.0) {
             let problem = "is zero all over the outline, or that is too narrow for the raster it lies on";
@@ -194,7 +223,7 @@ impl Layer {
             Depths::Raster(raster) => raster.interpolate(x, y)?,
             Depths::Parts(parts) => parts.iter().find(|(part, _)| part.contains([x, y]))?.1,
         };
-        let Some(slopes) = &self.slopes else { return Some(depth) };
+        let Some(slopes) = self.slopes.as_ref().filter(|_| depth != 0.0) else { return Some(depth) };
         let [a, b] = slopes.bed(x, y)?.gradient;
         Some(depth * (1.0 + a * a + b * b).sqrt())
     }
@@ -284,7 +313,7 @@ mod tests {
     fn shape(layer: Layer) -> Shape {
         Shape::Layer {
             on: "slope".into(),
-            outline: "outline.geojson".into(),
+            outline: Some("outline.geojson".into()),
             thickness: Thickness::Uniform(1.0),
             measured: Measured::Vertical,
             rows: LayerRows::Level,

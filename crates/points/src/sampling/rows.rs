@@ -113,7 +113,7 @@ mod tests {
         let layer = Layer::new(ground, outline, Depths::Uniform(0.5), Measured::Vertical, [0.0; 2]).unwrap();
         let shape = Shape::Layer {
             on: "slope".into(),
-            outline: "outline.geojson".into(),
+            outline: Some("outline.geojson".into()),
             thickness: Thickness::Uniform(0.5),
             measured: Measured::Vertical,
             rows,
