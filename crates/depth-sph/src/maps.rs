@@ -3,6 +3,7 @@
 //! The volume of a node is spread over the cells within its kernel, in proportion to it and so that they hold all of it: rasters
 //! of thickness sum to the volume of the flow. It is done after every step.
 
+use colluvium_points::parallel::{InPieces, filled};
 use colluvium_points::{Georeference, Outline, Raster};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -114,7 +115,7 @@ impl Maps {
             let found = bed.at(&std::array::from_fn(|c| centre[c]));
             found.map_or([0.0; 2], |bed| pair(&bed.slope))
         };
-        let slopes = (0..count).into_par_iter().map(slope).collect();
+        let slopes = filled(count, 1, slope);
         let bands = vec![Vec::new(); grid.counts[1].div_ceil(BAND)];
         Self {
             threshold,
@@ -132,7 +133,7 @@ impl Maps {
     pub fn compare(&mut self, outline: &Outline) {
         let grid = &self.grid;
         let within = |k: usize| outline.contains(grid.centre(k % grid.counts[0], k / grid.counts[0]));
-        self.mapped = (0..self.cells.len()).into_par_iter().map(within).collect();
+        self.mapped = filled(self.cells.len(), 1, within);
     }
 
     /// Areas (m²) of the cells reached within the mapped outline, not reached within it, and reached beyond it; `None` without one.
@@ -165,7 +166,10 @@ impl Maps {
         let Self { grid, threshold, slopes, cells, over, bands, .. } = self;
         let (width, threshold) = (grid.counts[0] * BAND, *threshold);
         let all = cells.par_chunks_mut(width).zip(over.par_chunks(width)).zip(slopes.par_chunks(width));
-        all.zip(&*bands).filter(|(_, band)| !band.is_empty()).for_each(|(((cells, over), slopes), _)| {
+        all.zip(&*bands).in_pieces(1, |(((cells, over), slopes), band)| {
+            if band.is_empty() {
+                return;
+            }
             for ((cell, over), slope) in cells.iter_mut().zip(over).zip(slopes) {
                 cell.thickness = cell.thickness.max(over[0]);
                 if over[0] >= threshold {
@@ -205,7 +209,10 @@ impl Maps {
         }
         let columns = grid.counts[0];
         let chunks = over.par_chunks_mut(columns * BAND).zip(&*bands).enumerate();
-        chunks.filter(|(_, (_, band))| !band.is_empty()).for_each(|(number, (over, band))| {
+        chunks.in_pieces(1, |(number, (over, band))| {
+            if band.is_empty() {
+                return;
+            }
             over.fill([0.0; 4]);
             let first = number * BAND;
             for patch in band.iter().map(|&patch| &patches[patch as usize]) {

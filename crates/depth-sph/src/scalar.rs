@@ -3,7 +3,7 @@
 //! Nodes carry a value along their paths. Between nodes it is linear. Where nodes that carry their own velocity meet, two become one
 //! with the value that keeps the area under the line: shocks then move as the conserved form has them.
 
-use rayon::prelude::*;
+use colluvium_points::parallel::filled;
 
 use crate::kernel::Kernel;
 
@@ -63,7 +63,7 @@ impl Scalar {
             };
             (first..end).map(pair).sum()
         };
-        (0..values.len()).into_par_iter().map(bend).collect()
+        filled(values.len(), 1, bend)
     }
 
     /// Burgers' equation for `time` (s): every node moves with its own value, and nodes that meet become one.

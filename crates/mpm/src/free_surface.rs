@@ -8,6 +8,7 @@ use colluvium_case::description::{Body, Space};
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::BLOCK;
 use colluvium_grid::{DomainSlice, Domains, FixedDomain, Ground, Lanes, Layout, Points, Sweeps, Window};
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::MpmOptions;
@@ -128,7 +129,7 @@ impl<const D: usize> FreeSurface<D> {
     fn divide(&mut self, cells: &impl Cells<D>) {
         let Self { layout, sums, occupied, fill, .. } = self;
         let row = layout.strides()[0];
-        fill.par_chunks_mut(row).enumerate().for_each(|(number, line)| {
+        fill.par_chunks_mut(row).enumerate().in_pieces(1, |(number, line)| {
             for (place, ratio) in line.iter_mut().enumerate() {
                 let node = number * row + place;
                 let held = sums[node].as_array()[0];
@@ -188,7 +189,7 @@ fn relieve<const D: usize>(background: &Background<D>, surface: &FreeSurface<D>,
     let PointSet { points: Columns { stress, volume, mass, position, .. }, domain, extent, .. } = set;
     let points = points(surface.thin.as_deref(), position, domain, extent);
     let own = stress.par_chunks_mut(BLOCK).zip(volume.par_chunks_mut(BLOCK));
-    own.zip(mass.par_chunks(BLOCK)).enumerate().for_each(|(number, ((stresses, volumes), masses))| {
+    own.zip(mass.par_chunks(BLOCK)).enumerate().in_pieces(1, |(number, ((stresses, volumes), masses))| {
         let first = number * BLOCK;
         let mut all = [Lanes::ZERO; BLOCK];
         let ratios = &mut all[..stresses.len()];

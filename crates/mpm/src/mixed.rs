@@ -8,6 +8,7 @@
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Lanes, Layout, Node};
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::MpmOptions;
@@ -245,11 +246,11 @@ fn reset_stresses<const D: usize>(
             stresses.full[cell].then(|| averages(&stresses.cells[cell]))
         };
         let places = || set.points.position.par_iter().enumerate().map(of_cell);
-        set.points.stress.par_iter_mut().zip(places()).for_each(|(own, average)| {
+        set.points.stress.par_iter_mut().zip(places()).in_pieces(1, |(own, average)| {
             *own = average.map_or(*own, |(total, pressure)| total + SymTensor::isotropic(pressure));
         });
         if let Some(pore) = set.pore.as_mut().filter(|pore| pore.fluid.is_some()) {
-            pore.points.pressure.par_iter_mut().zip(places()).for_each(|(own, average)| {
+            pore.points.pressure.par_iter_mut().zip(places()).in_pieces(1, |(own, average)| {
                 *own = average.map_or(*own, |(_, pressure)| pressure);
             });
         }

@@ -5,6 +5,7 @@
 
 use colluvium_constitutive::{BLOCK, Material, StateBlock, SymTensor};
 use colluvium_grid::DomainSlice;
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::background::Background;
@@ -81,12 +82,12 @@ pub fn press<const D: usize>(
         match pore {
             Some(pore) => {
                 let soaked = pore.points.soaked.par_chunks_mut(BLOCK);
-                let blocks = blocks.zip(soaked).enumerate().with_min_len(GRAIN);
-                blocks.for_each(|(block, (((points, states), room), soaked))| {
+                let blocks = blocks.zip(soaked).enumerate();
+                blocks.in_pieces(GRAIN, |(block, (((points, states), room), soaked))| {
                     act(block, points, soaked, states, room);
                 });
             }
-            None => blocks.enumerate().with_min_len(GRAIN).for_each(|(block, ((points, states), room))| {
+            None => blocks.enumerate().in_pieces(GRAIN, |(block, ((points, states), room))| {
                 act(block, points, &mut [], states, room);
             }),
         }

@@ -3,6 +3,7 @@
 use colluvium_case::law::{LawPoints, law_fields};
 use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::affine::affine_energies;
@@ -39,9 +40,11 @@ fn least_of_blocks(
     none: Limit,
     of_block: &(dyn Fn(usize, &[SymTensor], &StateBlock) -> Limit + Sync),
 ) -> Limit {
-    let blocks = stress.par_chunks(BLOCK).zip(states.blocks()).enumerate().with_min_len(16);
-    let limits = blocks.map(|(block, (stress, states))| of_block(block * BLOCK, stress, states));
-    limits.reduce(|| none, Limit::smaller)
+    let blocks = stress.par_chunks(BLOCK).zip(states.blocks()).enumerate();
+    let limit = |(block, (stress, states)): (usize, (&[SymTensor], &StateBlock))| {
+        of_block(block * BLOCK, stress, states)
+    };
+    blocks.joined(16, none, Limit::smaller, limit)
 }
 
 /// Recoverable energies of the points of a set (J), zero where the law defines none.

@@ -4,6 +4,7 @@
 use colluvium_constitutive::BLOCK;
 use colluvium_grid::{Lanes, Node, Points, Walls};
 use colluvium_points::Surface;
+use colluvium_points::parallel::InPieces;
 use colluvium_points::surface::Nearest;
 use rayon::prelude::*;
 
@@ -133,8 +134,10 @@ impl<const D: usize> Stopping<'_, D> {
                 swept: passed.swept,
                 ahead,
             };
-            let blocks = pressed.par_chunks(BLOCK).zip(&mut *rooms).enumerate().with_min_len(GRAIN);
-            blocks.for_each(|(block, (points, room))| of_set.block(rocks, block * BLOCK, points, of, room));
+            let blocks = pressed.par_chunks(BLOCK).zip(&mut *rooms).enumerate();
+            blocks.in_pieces(GRAIN, |(block, (points, room))| {
+                of_set.block(rocks, block * BLOCK, points, of, room);
+            });
             for room in &mut rooms[..pressed.len().div_ceil(BLOCK)] {
                 stops.take(&mut room.halts, &mut room.weights);
             }

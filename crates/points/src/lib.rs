@@ -22,6 +22,7 @@ mod meeting;
 mod microstructure;
 mod neighbours;
 mod outline;
+pub mod parallel;
 mod pieces;
 mod polygon;
 mod raster;

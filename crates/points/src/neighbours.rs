@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::parallel::{InPieces, fill};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -74,7 +75,7 @@ impl<const D: usize> CellList<D> {
                 key * cells[axis] + cell.min(cells[axis] - 1)
             }) as u32
         };
-        positions.par_iter().map(key).collect_into_vec(&mut self.keys);
+        fill(&mut self.keys, positions.len(), 1024, |i| key(&positions[i]));
         self.starts.clear();
         self.starts.resize(total as usize + 1, 0);
         for &key in &self.keys {
@@ -281,12 +282,12 @@ impl<const D: usize> NeighbourList<D> {
         self.places.resize_with(D, Vec::new);
         for (axis, places) in self.places.iter_mut().enumerate() {
             let place = |&point: &u32| sources[point as usize][axis];
-            self.cells.order.par_iter().map(place).collect_into_vec(places);
+            fill(places, self.cells.order.len(), 1024, |i| place(&self.cells.order[i]));
         }
         self.blocks.resize_with(self.len.div_ceil(ROWS), Rows::default);
         let (cells, places) = (&self.cells, &self.places);
         let points = targets.par_chunks(ROWS);
-        self.blocks.par_iter_mut().zip(points).enumerate().for_each(|(number, (rows, points))| {
+        self.blocks.par_iter_mut().zip(points).enumerate().in_pieces(1, |(number, (rows, points))| {
             rows.ends.clear();
             rows.indices.clear();
             for (k, x) in points.iter().enumerate() {

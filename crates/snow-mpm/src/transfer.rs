@@ -2,6 +2,7 @@
 
 use colluvium_constitutive::{BLOCK, Material, Motions, StateBlock, SymTensor};
 use colluvium_grid::{Affine, Deposit, Gathered, Lanes, Node, Square, Window};
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::background::Background;
@@ -115,7 +116,8 @@ impl<const D: usize> Update<'_, D> {
             states.blocks_mut().par_iter_mut(),
             reports.par_iter_mut(),
         );
-        blocks.into_par_iter().with_min_len(GRAIN).enumerate().for_each_init(
+        blocks.into_par_iter().enumerate().in_pieces_with(
+            GRAIN,
             || self.bench(),
             |bench, (number, (position, velocity, affine, volume, stress, work, mass, states, report))| {
                 let first = number * BLOCK;

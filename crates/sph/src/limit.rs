@@ -2,6 +2,7 @@
 
 use colluvium_case::{StepLimit, TimeStep, slowed_for_obstacles, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock};
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::algebra::square;
@@ -75,9 +76,8 @@ pub fn find_limit<const D: usize>(setting: &Setting<D>, bodies: &mut Bodies<D>, 
             }
             least
         };
-        // Of equal ones the first particle's, on any number of threads.
-        let found = blocks.map(of_block).min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-        least = found.into_iter().fold(least, |least, found| if found.0 < least.0 { found } else { least });
+        // Of equal ones the first particle's.
+        least = blocks.joined(1, least, |a, b| if b.0 < a.0 { b } else { a }, of_block);
     }
     least
 }

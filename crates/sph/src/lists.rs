@@ -1,6 +1,7 @@
 //! Lists of neighbours, and what stands in them beside the particles: images and walls (sheet: sph §3.3, step 1).
 
 use colluvium_case::SolverError;
+use colluvium_points::parallel::InPieces;
 use colluvium_points::{CellList, NeighbourList, Spare};
 use rayon::prelude::*;
 
@@ -163,12 +164,12 @@ impl<const D: usize> Lists<D> {
         walls: &Walls<D>,
     ) -> f64 {
         let pairs = particles.position[..particles.len()].par_iter().zip(&self.listed.positions);
-        let moved = pairs.with_min_len(8 * TASK).map(|(x, old)| {
+        let of_pair = |(x, old): (&[f64; D], &[f64; D])| {
             let apart: [f64; D] = std::array::from_fn(|c| x[c] - old[c]);
             let square = square(&apart);
             if square.is_finite() { square } else { f64::INFINITY }
-        });
-        let farthest = moved.reduce(|| 0.0, f64::max).sqrt();
+        };
+        let farthest = pairs.joined(8 * TASK, 0.0, f64::max, of_pair).sqrt();
         // A mirror moves its images twice as far.
         let wall = 2.0 * walls.planes.moved(self.listed.time, clock.time);
         let wall = wall.max(walls.obstacles.moved(self.listed.time, clock.time));

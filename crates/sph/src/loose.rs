@@ -5,6 +5,7 @@
 //! mass, so that pairs give and take the same and momentum is that before. A prescribed component has none.
 
 use colluvium_case::{Case, spatial};
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::clock::Clock;
@@ -101,7 +102,7 @@ impl<const D: usize> Bodies<D> {
             // Along the tangent an arm grows by this factor.
             let longer = (1.0 + (rigid.spin * dt).powi(2)).sqrt();
             let (positions, velocities) = (&mut p.position[range.clone()], &mut p.velocity[range]);
-            positions.par_iter_mut().zip(velocities).for_each(|(x, v)| {
+            positions.par_iter_mut().zip(velocities).in_pieces(1, |(x, v)| {
                 let arm = whole.arm(x).map(|a| a / longer);
                 let turned = turn(rigid.spin, &arm);
                 *x = std::array::from_fn(|c| whole.centre[c] + arm[c]);

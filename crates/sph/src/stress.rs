@@ -2,6 +2,7 @@
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Mat3, Motion};
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::clock::Clock;
@@ -93,8 +94,11 @@ pub fn update_stress<const D: usize>(
         let divergence = rates.divergence[range.clone()].par_chunks(BLOCK);
         let (material, initial) = (&group.material, group.density);
         let all = blocks.zip(stress).zip(density).zip(mass).zip(gradient).zip(divergence).enumerate();
-        let error =
-            all.filter_map(|(number, (((((states, stress), density), mass), gradient), divergence))| {
+        let error = all.joined(
+            1,
+            None,
+            Option::or,
+            |(number, (((((states, stress), density), mass), gradient), divergence))| {
                 let mut motions = [Motion::STILL; BLOCK];
                 for k in 0..stress.len() {
                     if follows {
@@ -123,9 +127,9 @@ pub fn update_stress<const D: usize>(
                 }
                 let updated = material.update(&motions[..stress.len()], stress, states);
                 updated.err().map(|e| (range.start + number * BLOCK + e.index, e.source.to_string()))
-            });
-        let first = error.min_by_key(|(index, _)| *index);
-        failure = failure.or(first);
+            },
+        );
+        failure = failure.or(error);
     }
     failure.map_or(Ok(()), |(index, reason)| Err(p.failed(clock, index, reason)))
 }
@@ -150,7 +154,7 @@ pub fn return_to_yield<const D: usize>(
         let density = p.density[range.clone()].par_chunks(BLOCK);
         let mass = p.mass[range.clone()].par_chunks(BLOCK);
         let all = blocks.zip(stress).zip(density).zip(mass).enumerate();
-        let error = all.filter_map(|(number, (((states, stress), density), mass))| {
+        let error = all.joined(1, None, Option::or, |(number, (((states, stress), density), mass))| {
             let mut motions = [Motion::STILL; BLOCK];
             for ((motion, density), mass) in motions.iter_mut().zip(density).zip(mass) {
                 *motion = Motion { dt, density: *density, size: edge::<D>(mass / density), ..Motion::STILL };
@@ -158,7 +162,7 @@ pub fn return_to_yield<const D: usize>(
             let updated = material.update(&motions[..stress.len()], stress, states);
             updated.err().map(|e| (range.start + number * BLOCK + e.index, e.source.to_string()))
         });
-        failure = failure.or(error.min_by_key(|(index, _)| *index));
+        failure = failure.or(error);
     }
     failure.map_or(Ok(()), |(index, reason)| Err(p.failed(clock, index, reason)))
 }

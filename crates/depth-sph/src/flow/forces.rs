@@ -1,6 +1,7 @@
 //! Pressure, artificial viscosity, gradients of porosity and the reaction of the bed (sheet: depth-sph §2.5, §2.9, §2.10).
 
 use colluvium_points::NeighbourList;
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 use wide::f64x4;
 
@@ -322,31 +323,28 @@ impl<const D: usize> Set<D> {
         let Self { nodes, seen, packed, around, fours, bed, reaction, across, acceleration, .. } = self;
         acceleration.resize(nodes.len(), [0.0; D]);
         let pairs = Pairs { settings, nodes, seen, packed, around, fours, bed, reaction, across };
-        acceleration.par_iter_mut().enumerate().with_min_len(TASK).for_each_init(
-            Vec::new,
-            |spare, (i, a)| {
-                let own = if plain {
-                    let sums = if form == Momentum::Variational {
-                        pairs.variational(i)
-                    } else {
-                        pairs.sums::<false>(i, spare)
-                    };
-                    std::array::from_fn(|c| sums.viscous[c] - pairs.nodes.pull[i] * sums.push[c])
+        acceleration.par_iter_mut().enumerate().in_pieces_with(TASK, Vec::new, |spare, (i, a)| {
+            let own = if plain {
+                let sums = if form == Momentum::Variational {
+                    pairs.variational(i)
                 } else {
-                    let sums = pairs.sums::<true>(i, spare);
-                    let by_differences = match form {
-                        Momentum::Node => true,
-                        Momentum::Automatic => settings.phases == Phases::Two && weak(i),
-                        Momentum::Symmetric | Momentum::Product | Momentum::Variational => false,
-                    };
-                    pairs.push(role, i, &sums, by_differences || settings.numerics.surface_gradient)
+                    pairs.sums::<false>(i, spare)
                 };
-                *a = pairs.with_bed(i, own);
-                if let Some(other) = other {
-                    pairs.add_layer(role, i, other, a);
-                }
-            },
-        );
+                std::array::from_fn(|c| sums.viscous[c] - pairs.nodes.pull[i] * sums.push[c])
+            } else {
+                let sums = pairs.sums::<true>(i, spare);
+                let by_differences = match form {
+                    Momentum::Node => true,
+                    Momentum::Automatic => settings.phases == Phases::Two && weak(i),
+                    Momentum::Symmetric | Momentum::Product | Momentum::Variational => false,
+                };
+                pairs.push(role, i, &sums, by_differences || settings.numerics.surface_gradient)
+            };
+            *a = pairs.with_bed(i, own);
+            if let Some(other) = other {
+                pairs.add_layer(role, i, other, a);
+            }
+        });
     }
 }
 

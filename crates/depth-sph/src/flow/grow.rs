@@ -2,6 +2,7 @@
 //! §2.11, §3.4 step 8).
 
 use colluvium_points::Spare;
+use colluvium_points::parallel::filled;
 use rayon::prelude::*;
 
 use super::heights::average;
@@ -34,8 +35,7 @@ impl<const D: usize> Flow<D> {
                 let concentration = submerged / (submerged + densities.fluid);
                 law.growth(speeds, tangent, nodes.depth[i], concentration, dt)
             };
-            let found: Vec<f64> =
-                (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(growth).collect();
+            let found: Vec<f64> = filled(set.nodes.len(), TASK, growth);
             let Set { nodes, bed, .. } = &mut self.sets[number];
             for (i, mut growth) in found.into_iter().enumerate() {
                 if growth <= 0.0 {
@@ -93,7 +93,7 @@ impl<const D: usize> Flow<D> {
                     let both = stress / masses[0] + stress / masses[1];
                     std::array::from_fn(|c| stress / masses[role] / (1.0 + both) * slip[c])
                 };
-                (0..own.nodes.len()).into_par_iter().with_min_len(TASK).map(change).collect()
+                filled(own.nodes.len(), TASK, change)
             })
             .collect();
         for (set, changes) in self.sets.iter_mut().zip(&changes) {

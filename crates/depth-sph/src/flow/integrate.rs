@@ -1,5 +1,6 @@
 //! Time integration: leapfrog, midpoint rule, classical fourth order (sheet: depth-sph §3.4).
 
+use colluvium_points::parallel::{InPieces, fill};
 use rayon::prelude::*;
 
 use super::set::{Set, TASK};
@@ -36,7 +37,7 @@ impl<const D: usize> Flow<D> {
         self.evaluate(dt, Some(self.time + 0.5 * dt))?;
         for set in &mut self.sets {
             let kicks = set.nodes.velocity.par_iter_mut().zip(&set.acceleration);
-            kicks.with_min_len(TASK).for_each(|(v, a)| {
+            kicks.in_pieces(TASK, |(v, a)| {
                 for c in 0..D {
                     v[c] += dt * a[c];
                 }
@@ -82,7 +83,7 @@ impl<const D: usize> Flow<D> {
             let nodes = &mut set.nodes;
             let spare = &set.spare;
             let moves = nodes.position.par_iter_mut().zip(&mut nodes.velocity).enumerate();
-            moves.with_min_len(TASK).for_each(|(i, (x, v))| {
+            moves.in_pieces(TASK, |(i, (x, v))| {
                 let along = if smoothed { spare[i] } else { *v };
                 for c in 0..D {
                     x[c] += dt * along[c];
@@ -117,7 +118,7 @@ impl<const D: usize> Flow<D> {
                 v
             };
             let count = set.nodes.len();
-            (0..count).into_par_iter().with_min_len(TASK).map(smooth).collect_into_vec(&mut set.spare);
+            fill(&mut set.spare, count, TASK, smooth);
         }
         Ok(())
     }
@@ -195,7 +196,7 @@ impl<const D: usize> Set<D> {
             near.of(i).iter().map(pair).sum()
         };
         let count = self.nodes.len();
-        (0..count).into_par_iter().with_min_len(TASK).map(rate).collect_into_vec(&mut self.rate);
+        fill(&mut self.rate, count, TASK, rate);
     }
 }
 

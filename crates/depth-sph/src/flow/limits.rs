@@ -1,5 +1,6 @@
 //! The largest step, and totals (sheet: depth-sph §3.3).
 
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Flow;
@@ -60,14 +61,10 @@ impl<const D: usize> Flow<D> {
                 // Of equal ones the first, on any number of threads.
                 (dt, i)
             };
-            let found = (0..set.nodes.len())
-                .into_par_iter()
-                .with_min_len(TASK)
-                .map(of_node)
-                .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            if let Some((dt, i)) = found
-                && dt < least.dt
-            {
+            let nodes = (0..set.nodes.len()).into_par_iter();
+            let none = (f64::INFINITY, 0);
+            let (dt, i) = nodes.joined(TASK, none, |a, b| if b.0 < a.0 { b } else { a }, of_node);
+            if dt < least.dt {
                 least = Limit { dt, node: Some((number, i)) };
             }
         }

@@ -19,6 +19,7 @@ mod pore;
 mod pressures;
 mod set;
 
+use colluvium_points::parallel::{InPieces, filled};
 use colluvium_points::{CellList, SearchError, Spare};
 use rayon::prelude::*;
 use thiserror::Error;
@@ -364,7 +365,7 @@ impl<const D: usize> Flow<D> {
         set.reaction.resize(count, 0.0);
         let (position, velocity) = (&set.nodes.position, &set.nodes.velocity);
         let columns = set.bed.par_iter_mut().zip(&mut set.nodes.pull).zip(&mut set.reaction).enumerate();
-        columns.with_min_len(TASK).for_each(|(i, ((point, pull), reaction))| {
+        columns.in_pieces(TASK, |(i, ((point, pull), reaction))| {
             // Nodes beyond the bed keep what was below them until they are removed at the end of the step.
             if let Some(found) = bed.at(&position[i]) {
                 *point = found;
@@ -380,8 +381,7 @@ impl<const D: usize> Flow<D> {
         let pulls = solid.packed.shown(|j| [solid.nodes.pull[solid.number(j)]]);
         let mean =
             |i: usize| solid.packed.mean(kernel, &fluid.nodes.position[i], fluid.nodes.length[i], &pulls);
-        let found: Vec<Option<[f64; 1]>> =
-            (0..fluid.nodes.len()).into_par_iter().with_min_len(TASK).map(mean).collect();
+        let found: Vec<Option<[f64; 1]>> = filled(fluid.nodes.len(), TASK, mean);
         for (pull, found) in fluid.nodes.pull.iter_mut().zip(found) {
             if let Some([value]) = found {
                 *pull = value;
@@ -421,8 +421,8 @@ impl<const D: usize> Flow<D> {
 
     fn check(&self) -> Result<(), Failure> {
         for set in &self.sets {
-            let fails = |i: &usize| self.failure_of(set, *i).is_some();
-            let found = (0..set.nodes.len()).into_par_iter().with_min_len(TASK).find_first(fails);
+            let failed = |i: usize| self.failure_of(set, i).is_some().then_some(i);
+            let found = (0..set.nodes.len()).into_par_iter().joined(TASK, None, Option::or, failed);
             if let Some(i) = found {
                 return Err(failure(set, i, self.failure_of(set, i).unwrap_or_default()));
             }

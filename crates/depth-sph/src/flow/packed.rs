@@ -1,6 +1,7 @@
 //! Nodes and their images in the order of cells, column by column: what lies around a place is a few runs of each column, read four
 //! nodes at a time.
 
+use colluvium_points::parallel::{InPieces, fill};
 use colluvium_points::{CellList, SearchError};
 use rayon::prelude::*;
 use wide::f64x4;
@@ -92,7 +93,7 @@ pub fn whole(lanes: f64x4) -> f64 {
 fn gather(order: &[u32], column: &mut Vec<f64>, value: impl Fn(usize) -> f64 + Sync) {
     column.resize(order.len() + 3, 0.0);
     let pairs = column.par_iter_mut().zip(order);
-    pairs.with_min_len(8 * TASK).for_each(|(entry, &j)| *entry = value(j as usize));
+    pairs.in_pieces(8 * TASK, |(entry, &j)| *entry = value(j as usize));
 }
 
 impl<const D: usize> Packed<D> {
@@ -105,8 +106,8 @@ impl<const D: usize> Packed<D> {
         if axes.are_those_of_the_plan() {
             self.cells.build(&seen.position, edge)?;
         } else {
-            let places = seen.position.par_iter().with_min_len(8 * TASK).map(|x| axes.of(x));
-            places.collect_into_vec(&mut self.turned);
+            let place = |i: usize| axes.of(&seen.position[i]);
+            fill(&mut self.turned, seen.position.len(), 8 * TASK, place);
             self.cells.build(&self.turned, edge)?;
         }
         self.axes = axes;

@@ -1,5 +1,6 @@
 //! Excess pore pressure on the columns of the solid nodes (sheet: depth-sph §2.7, §3.6).
 
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Flow;
@@ -79,10 +80,10 @@ impl Heads {
         let dt = time - self.time;
         self.time = time;
         let columns = self.values.par_chunks_mut(self.width).zip(&mut self.depth).enumerate();
-        self.clipped = columns
-            .with_min_len(TASK / 4)
-            .map(|(i, (head, seen))| usize::from(step(settings, pore, set, i, head, seen, dt)))
-            .sum();
+        let advance = |(i, (head, seen)): (usize, (&mut [f64], &mut f64))| {
+            usize::from(step(settings, pore, set, i, head, seen, dt))
+        };
+        self.clipped = columns.joined(TASK / 4, 0, |a, b| a + b, advance);
     }
 }
 

@@ -1,5 +1,6 @@
 //! A set of nodes with what is found around them.
 
+use colluvium_points::parallel::InPieces;
 use colluvium_points::{CellList, NeighbourList, SearchError, Spare};
 use rayon::prelude::*;
 
@@ -84,10 +85,11 @@ impl<const D: usize> Set<D> {
             [0.0; D]
         };
         let nodes = self.nodes.position.par_iter().zip(&self.nodes.length).zip(&self.listed);
-        nodes.with_min_len(8 * TASK).all(|((x, length), (old, listed))| {
+        let stays = |((x, length), (old, listed)): ((&Plan<D>, &f64), &(Plan<D>, f64))| {
             let square: f64 = (0..D).map(|c| (x[c] - old[c] - mean[c]).powi(2)).sum();
             square.sqrt() <= 0.25 * SKIN * support * listed && *length <= (1.0 + 0.5 * SKIN) * listed
-        })
+        };
+        nodes.joined(8 * TASK, true, |a, b| a && b, stays)
     }
 
     /// Makes images.

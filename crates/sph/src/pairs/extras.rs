@@ -17,6 +17,7 @@ const SOFTENING: f64 = 1e-4;
 const CLOSE: (f64, i32) = (0.2, 4);
 
 /// A move towards even spacing, and what the fields change by.
+#[derive(Clone)]
 pub struct Shift<const D: usize> {
     /// The move (m).
     pub position: [f64; D],

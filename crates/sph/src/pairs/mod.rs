@@ -16,6 +16,7 @@ mod smooth;
 use std::ops::Deref;
 
 use colluvium_constitutive::SymTensor;
+use colluvium_points::parallel::InPieces;
 use colluvium_points::{NeighbourList, ROWS};
 use rayon::prelude::*;
 
@@ -42,7 +43,7 @@ pub fn over_rows<const D: usize, T: Send>(
     visit: impl Fn(usize, &[u32], &mut [f64], &mut T) + Sync,
 ) {
     let blocks = out.par_chunks_mut(ROWS).zip(weights).zip(neighbours.blocks()).enumerate();
-    blocks.for_each(|(number, ((out, weights), rows))| {
+    blocks.in_pieces(1, |(number, ((out, weights), rows))| {
         for (k, slot) in out.iter_mut().enumerate() {
             visit(number * ROWS + k, rows.of(k), &mut weights[rows.range(k)], slot);
         }

@@ -1,6 +1,7 @@
 //! The pieces of a step that move particles.
 
 use colluvium_case::SolverError;
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Audit;
@@ -50,7 +51,7 @@ pub fn kick<const D: usize>(
     let (p, records) = (&mut bodies.particles, &mut bodies.shown.records);
     let len = p.len();
     let moving = p.velocity[..len].par_iter_mut().zip(records).zip(accelerations);
-    moving.zip(&p.sound).zip(&p.length).with_min_len(TASK).for_each(|((((v, record), a), sound), h)| {
+    moving.zip(&p.sound).zip(&p.length).in_pieces(TASK, |((((v, record), a), sound), h)| {
         let factor = setting.damped(*sound, *h, dt);
         for c in 0..D {
             let resisted = if v[c] == 0.0 { 0.0 } else { local * a[c].abs() * v[c].signum() };
@@ -112,7 +113,7 @@ pub fn drift<const D: usize>(
     let len = particles.len();
     let Particles { position, velocity, stress, .. } = particles;
     let all = position[..len].par_iter_mut().zip(&*velocity).zip(&*stress).enumerate();
-    let lost = all.with_min_len(TASK).filter_map(|(i, ((x, v), stress))| {
+    let first = all.joined(TASK, None, Option::or, |(i, ((x, v), stress))| {
         let v = extra.get(i).map_or(*v, |extra| std::array::from_fn(|c| v[c] + extra[c]));
         let far = !(square(&v) * dt * dt <= longest * longest);
         (0..D).for_each(|c| x[c] += dt * v[c]);
@@ -129,7 +130,6 @@ pub fn drift<const D: usize>(
             None
         }
     });
-    let first = lost.min_by_key(|(i, _)| *i);
     lists.weighed = false;
     rates.current = false;
     first.map_or(Ok(()), |(i, reason)| {

@@ -2,6 +2,7 @@
 
 use colluvium_constitutive::SymTensor;
 use colluvium_points::ROWS;
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::bearing::{bear, tell_obstacles};
@@ -38,7 +39,7 @@ pub fn accelerate<const D: usize>(
         rates.by_obstacles.resize(bodies.particles.len(), [0.0; D]);
         let both = rates.of.acceleration.par_chunks_mut(ROWS).zip(rates.by_obstacles.par_chunks_mut(ROWS));
         let blocks = both.zip(weights).zip(neighbours.blocks()).enumerate();
-        blocks.for_each(|(number, (((all, by_obstacles), weights), rows))| {
+        blocks.in_pieces(1, |(number, (((all, by_obstacles), weights), rows))| {
             for (k, (a, own)) in all.iter_mut().zip(by_obstacles).enumerate() {
                 let i = number * ROWS + k;
                 *a = whole(sums.acceleration(i, rows.of(k), &mut weights[rows.range(k)], Some(own)));
@@ -107,7 +108,7 @@ fn find_gradients<const D: usize>(
     let Derivatives { gradient, divergence, .. } = &mut rates.of;
     let both = gradient.par_chunks_mut(ROWS).zip(divergence.par_chunks_mut(ROWS));
     let blocks = both.zip(&mut lists.weights).zip(lists.neighbours.blocks()).enumerate();
-    blocks.for_each(|(number, (((gradient, divergence), weights), rows))| {
+    blocks.in_pieces(1, |(number, (((gradient, divergence), weights), rows))| {
         for k in 0..gradient.len() {
             let i = number * ROWS + k;
             let (row, weights) = (rows.of(k), &mut weights[rows.range(k)]);

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use colluvium_case::description::ObstacleWall;
 use colluvium_case::{Case, CaseError, MovingObstacle, ObstacleLaws, Standing};
+use colluvium_points::parallel::InPieces;
 use colluvium_points::surface::{Contacts, Nearest};
 use colluvium_points::{ROWS, Surface};
 use rayon::prelude::*;
@@ -270,7 +271,7 @@ impl<const D: usize> Obstacles<D> {
             return;
         }
         blocks.resize_with(positions.len().div_ceil(ROWS), Block::default);
-        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
+        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).in_pieces(1, |(block, positions)| {
             block.listed.clear();
             for (k, x) in positions.iter().enumerate() {
                 let near = solids
@@ -285,7 +286,7 @@ impl<const D: usize> Obstacles<D> {
     /// Finds the faces within `support` (m) of the particles at `positions`.
     pub fn find(&mut self, positions: &[[f64; D]], support: f64) {
         let Self { solids, blocks, .. } = self;
-        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
+        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).in_pieces(1, |(block, positions)| {
             block.faces.clear();
             block.ends.clear();
             block.deepest = None;

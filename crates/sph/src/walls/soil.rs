@@ -2,6 +2,7 @@
 
 use colluvium_constitutive::SymTensor;
 use colluvium_points::NeighbourList;
+use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Walls;
@@ -134,7 +135,7 @@ impl<const D: usize> Walls<D> {
         let soil = self.soil(setting, &bodies.particles, neighbours);
         let stresses = &mut bodies.shown.wall_stresses;
         stresses.resize(self.planes.particles.len(), SymTensor::ZERO);
-        stresses.par_iter_mut().enumerate().with_min_len(64).for_each(|(k, stress)| {
+        stresses.par_iter_mut().enumerate().in_pieces(64, |(k, stress)| {
             *stress = soil.stress(first + k, &gravity);
         });
         bodies.particles.stress[first..].copy_from_slice(&bodies.shown.wall_stresses);
