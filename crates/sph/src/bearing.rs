@@ -1,7 +1,6 @@
 //! The forces of loads on particles, and how loads follow the surface ([`loads`](crate::loads)).
 
 use colluvium_case::loads::{cofactor, nanson};
-use colluvium_case::spatial;
 
 use crate::algebra::{apart, dot};
 use crate::clock::Clock;
@@ -10,7 +9,7 @@ use crate::lists::Lists;
 use crate::loads::Loads;
 use crate::pairs::Sums;
 use crate::particles::{Bodies, Group, Matrix, Particles};
-use crate::rates::{Felt, Rates};
+use crate::rates::{Felt, Rates, Told};
 use crate::setting::Setting;
 use crate::walls::{Borne, Walls};
 
@@ -64,12 +63,11 @@ pub fn tell_obstacles<const D: usize>(
         return;
     }
     let first = setting.case.bodies.len();
-    let Rates { by_obstacles, felt, power, .. } = rates;
+    let Rates { by_obstacles, felt, power, told, .. } = rates;
+    told.clear();
     if obstacles.told().next().is_some() {
         felt.resize(first + setting.case.obstacles.len(), Felt::default());
-        for felt in &mut felt[first..] {
-            (felt.force, felt.moment) = ([0.0; 3], [0.0; 3]);
-        }
+        felt[first..].iter_mut().for_each(Felt::begin);
     }
     power.clear();
     power.resize(by_obstacles.len(), 0.0);
@@ -77,18 +75,20 @@ pub fn tell_obstacles<const D: usize>(
     for (i, whole) in by_obstacles.iter().enumerate() {
         let Some(nearest) = obstacles.faces(i).first() else { continue };
         let alone = obstacles.faces(i).iter().all(|face| face.obstacle == nearest.obstacle);
-        for (number, told) in obstacles.watched() {
+        for (number, is_told) in obstacles.watched() {
             let own = match (alone, nearest.obstacle as usize == number) {
                 (true, true) => *whole,
                 (true, false) => continue,
                 (false, _) => sums.push_off_obstacle(i, number as u32),
             };
             power[i] += dot(&own, &obstacles.course(number, &p.position[i]));
-            if told {
-                felt[first + number].add(own.map(|a| -p.mass[i] * a), &p.position[i]);
+            if is_told {
+                let (bearer, force) = ((first + number) as u32, own.map(|a| -p.mass[i] * a));
+                told.push(Told { particle: i as u32, bearer, place: p.position[i], force, impulse: None });
             }
         }
     }
+    told.iter().for_each(|one| felt[one.bearer as usize].hear(one));
 }
 
 /// Stops particles before obstacles at the end of a step of `dt` (s), and finds what obstacles have taken in it: friction by the
@@ -103,7 +103,7 @@ pub fn bear_obstacles<const D: usize>(
     if walls.obstacles.is_empty() {
         return false;
     }
-    let Rates { by_obstacles, borne, felt, power, .. } = rates;
+    let Rates { by_obstacles, borne, felt, power, told, .. } = rates;
     let p = &bodies.particles;
     borne.clear();
     borne.resize(p.len(), Borne::default());
@@ -118,11 +118,13 @@ pub fn bear_obstacles<const D: usize>(
         borne.work = dt * p.mass[i] * power.get(i).copied().unwrap_or(0.0);
     }
     let first = setting.case.bodies.len();
-    let hits = |obstacle: u32, x: &[f64; D], impulse: [f64; D]| {
-        if let Some(felt) = felt.get_mut(first + obstacle as usize) {
-            felt.add(impulse.map(|p| p / dt), x);
-            let impulse = spatial(&impulse);
-            (0..3).for_each(|c| felt.impulse[c] += impulse[c]);
+    let hits = |particle: usize, obstacle: u32, x: &[f64; D], impulse: [f64; D]| {
+        let bearer = first + obstacle as usize;
+        if let Some(felt) = felt.get_mut(bearer) {
+            let (force, impulse) = (impulse.map(|p| p / dt), Some(impulse));
+            let hit = Told { particle: particle as u32, bearer: bearer as u32, place: *x, force, impulse };
+            felt.hear(&hit);
+            told.push(hit);
         }
     };
     walls.obstacles.stop(bodies, borne, (end, dt, setting.options.spacing), hits)

@@ -18,6 +18,21 @@ pub struct Felt {
     pub impulse: [f64; 3],
 }
 
+/// What an obstacle whose reaction is measured bears of one particle.
+#[derive(Clone, Copy)]
+pub struct Told<const D: usize> {
+    /// The particle.
+    pub particle: u32,
+    /// Number of the obstacle in what is felt.
+    pub bearer: u32,
+    /// Where (m).
+    pub place: [f64; D],
+    /// Force (N).
+    pub force: [f64; D],
+    /// Impulse (N s) where the particle was stopped; the forces of the sums last for the whole step.
+    pub impulse: Option<[f64; D]>,
+}
+
 /// What the sums over neighbours give.
 #[derive(Clone, Default)]
 pub struct Rates<const D: usize> {
@@ -44,11 +59,32 @@ pub struct Rates<const D: usize> {
     /// What bodies bear that are rigid, by their number in the case, and behind the bodies obstacles whose reaction is measured; empty
     /// without any.
     pub felt: Vec<Felt>,
+    /// What `felt` of obstacles is summed up from, particle by particle: at the last sums, and behind them of those that were stopped.
+    pub told: Vec<Told<D>>,
 }
 
 impl Felt {
+    /// Adds what one particle does.
+    pub fn hear<const D: usize>(&mut self, told: &Told<D>) {
+        self.add(told.force, &told.place);
+        if let Some(impulse) = told.impulse {
+            let impulse = spatial(&impulse);
+            (0..3).for_each(|c| self.impulse[c] += impulse[c]);
+        }
+    }
+
+    /// Adds what its force makes in `dt` (s).
+    pub fn last(&mut self, dt: f64) {
+        (0..3).for_each(|c| self.impulse[c] += dt * self.force[c]);
+    }
+
+    /// Begins a step: nothing but the impulse of before.
+    pub fn begin(&mut self) {
+        (self.force, self.moment) = ([0.0; 3], [0.0; 3]);
+    }
+
     /// Adds a force (N) at a place (m).
-    pub fn add<const D: usize>(&mut self, force: [f64; D], place: &[f64; D]) {
+    fn add<const D: usize>(&mut self, force: [f64; D], place: &[f64; D]) {
         let (f, x) = (spatial(&force), spatial(place));
         for c in 0..3 {
             let (a, b) = ((c + 1) % 3, (c + 2) % 3);

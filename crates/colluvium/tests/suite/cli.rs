@@ -240,6 +240,19 @@ fn searched() -> Value {
     case
 }
 
+/// Eight halvings of 19.5 come below 0.1; undecided trials leave both halves to look through. A block is a twelfth of the
+/// duration.
+#[test]
+fn a_check_tells_what_a_search_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(folder.path(), "slope.json", &searched());
+    let (code, text, _) = output(program().arg("check").arg(&file));
+    let line = text.lines().find(|line| line.starts_with("search")).unwrap_or_else(|| panic!("{text}"));
+    let told =
+        "search         safety: 10 trials, 17 at most, of 12 blocks at most, about 0.008 s each: about ";
+    assert!(code == 0 && line.starts_with(told), "{line}");
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_search_ends_with_code_4_and_goes_on_when_resumed() {

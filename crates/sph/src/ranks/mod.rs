@@ -23,6 +23,7 @@ use crate::config::{
     Continuity, DensityReset, Momentum, Regularisation, SphOptions, Symmetrisation, WallStress,
 };
 use crate::limit::{find_limit, slowed, time_step_of};
+use crate::rates::{Felt, Told};
 use crate::regularise::is_regularisation_due;
 use crate::solver::{Audit, SphSolver, audits};
 use crate::walls::Borne;
@@ -148,6 +149,7 @@ impl<const D: usize> RankedSolver<D> {
         };
         let parcels: Vec<Parcel<D>> = self.ranks.iter().map(of_rank).collect();
         let mut whole = self.first().hollow();
+        whole.rates.felt.clone_from(&self.first().rates.felt);
         assemble(&mut whole, &parcels.iter().collect::<Vec<_>>());
         if self.first().lists.listed.positions.is_empty() && !self.shared_out {
             whole.lists.listed.positions.clear();
@@ -186,6 +188,7 @@ impl<const D: usize> RankedSolver<D> {
             self.exchange();
         }
         let support = self.refresh()?;
+        let felt = self.first().rates.felt.clone();
         on_all(&mut self.ranks, |rank| {
             let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
             walls.obstacles.take_pace(clock.time + dt, dt);
@@ -197,6 +200,7 @@ impl<const D: usize> RankedSolver<D> {
             self.audit(dt);
         }
         self.bear();
+        self.react(felt, dt);
         self.ranks.iter_mut().for_each(|rank| rank.domain.clock.end_step(dt));
         Ok(())
     }
@@ -259,6 +263,30 @@ impl<const D: usize> RankedSolver<D> {
         found.sort_unstable_by_key(|(place, _)| *place);
         let first = &mut self.ranks[0].domain;
         found.iter().for_each(|(_, own)| first.borne.add(own));
+    }
+
+    /// Adds up what obstacles bear in a step of `dt` (s), over all particles in their sequence, to what was `felt` before it, for the first
+    /// rank: what each rank has summed up itself is of its own particles and of guests.
+    fn react(&mut self, mut felt: Vec<Felt>, dt: f64) {
+        let SphSolver { setting, walls, .. } = self.first();
+        if walls.obstacles.told().next().is_none() {
+            return;
+        }
+        let bodies = setting.case.bodies.len();
+        felt.resize(bodies + setting.case.obstacles.len(), Felt::default());
+        let mut told: Vec<(u32, Told<D>)> = Vec::new();
+        for Rank { domain, sequence, .. } in &self.ranks {
+            let is_guest = |i: u32| domain.bodies.guests.get(i as usize).is_some_and(|guest| *guest);
+            let own = domain.rates.told.iter().filter(|one| !is_guest(one.particle));
+            told.extend(own.map(|one| (sequence[one.particle as usize], *one)));
+        }
+        told.sort_by_key(|(place, one)| (one.impulse.is_some(), *place));
+        let (sums, stops) = told.split_at(told.partition_point(|(_, one)| one.impulse.is_none()));
+        felt[bodies..].iter_mut().for_each(Felt::begin);
+        sums.iter().for_each(|(_, one)| felt[one.bearer as usize].hear(one));
+        felt[bodies..].iter_mut().for_each(|felt| felt.last(dt));
+        stops.iter().for_each(|(_, one)| felt[one.bearer as usize].hear(one));
+        self.ranks[0].domain.rates.felt = felt;
     }
 
     /// Renews the copies in the halos.

@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use colluvium_case::description::Stage;
 use colluvium_case::measure::Reading;
 use colluvium_case::{
-    Advance, Budget, Equilibrium, Field, FieldData, Frame, Solver, SolverError, TimeStep, Wanted,
+    Advance, Budget, Equilibrium, Field, FieldData, Frame, Reaction, Solver, SolverError, TimeStep, Wanted,
 };
 
 use super::{Rank, RankedSolver};
@@ -88,6 +88,10 @@ impl<const D: usize> Solver for RankedSolver<D> {
 
     fn is_closed(&self) -> bool {
         self.gather().is_left_alone()
+    }
+
+    fn reaction(&self, name: &str) -> Option<Reaction> {
+        self.first().reaction(name)
     }
 
     fn readings(&self) -> Vec<Reading> {

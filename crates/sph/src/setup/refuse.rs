@@ -79,7 +79,6 @@ pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError>
     check_periods(case, options)?;
     check_names(case, options)?;
     check_rigid(case, options)?;
-    check_bearers(case, options)?;
     if options.formulation == Formulation::TotalLagrangian {
         total::refuse(options)?;
     }
@@ -181,24 +180,6 @@ fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         if let Some(motion) = motions.iter().position(|motion| motion.turns && case.dimension() == 3) {
             let path = format!("stages[{stage}].motions[{motion}].turns");
             return Err(CaseError::new(path, "sph turns rigid bodies in the plane only"));
-        }
-    }
-    Ok(())
-}
-
-/// Ranks do not add up what obstacles bear.
-fn check_bearers(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
-    if options.ranks == 1 {
-        return Ok(());
-    }
-    for (name, measure) in &case.measures {
-        let of = measure.bearer();
-        if let Some(obstacle) = case.obstacles.iter().find(|obstacle| Some(obstacle.name.as_str()) == of) {
-            let problem = format!(
-                "{:?} is an obstacle, whose reaction is summed up on one rank: set ranks to 1",
-                obstacle.name
-            );
-            return Err(CaseError::new(format!("measures.{name}.of"), problem));
         }
     }
     Ok(())

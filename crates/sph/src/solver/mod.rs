@@ -158,9 +158,7 @@ impl<const D: usize> SphSolver<D> {
         shifting.shift(setting, clock, bodies, walls, lists, rates);
         self.integrate(dt)?;
         let Self { setting, clock, bodies, walls, lists, rates, reference, .. } = self;
-        for felt in &mut rates.felt {
-            (0..3).for_each(|c| felt.impulse[c] += dt * felt.force[c]);
-        }
+        rates.felt.iter_mut().for_each(|felt| felt.last(dt));
         follow(setting, bodies, lists, rates, reference.is_some(), dt);
         let turned = walls.turn_back(bodies, &mut rates.of, clock.time + dt);
         if bear_obstacles(setting, bodies, walls, rates, (clock.time + dt, dt)) || turned {

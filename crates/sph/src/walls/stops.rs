@@ -42,13 +42,13 @@ impl Borne {
 impl<const D: usize> Obstacles<D> {
     /// Stops particles before the surfaces where these are at the `end` (s) of a step of `dt` (s), and says what that takes from each;
     /// whether there were any. `spacing` is that of the particles (m); `hits` hears of each hit on an obstacle whose
-    /// reaction is measured which one it is, where (m), and the impulse on it (N s).
+    /// reaction is measured which particle and which obstacle it is, where (m), and the impulse on it (N s).
     pub fn stop(
         &mut self,
         bodies: &mut Bodies<D>,
         borne: &mut [Borne],
         (end, dt, spacing): (f64, f64, f64),
-        mut hits: impl FnMut(u32, &[f64; D], [f64; D]),
+        mut hits: impl FnMut(usize, u32, &[f64; D], [f64; D]),
     ) -> bool {
         self.go_to(end);
         let come = self.moved(end - dt, end);
@@ -68,7 +68,7 @@ impl<const D: usize> Obstacles<D> {
             let own = &*self;
             let mut heard = |obstacle: u32, x: &[f64; D], slower: [f64; D]| {
                 if own.is_told(obstacle) {
-                    hits(obstacle, x, slower.map(|v| mass * v));
+                    hits(i, obstacle, x, slower.map(|v| mass * v));
                 }
             };
             if !self.turn(i, &mut hit, &mut found, (kept, way, dt), &mut heard) {

@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, vectors, with};
+use crate::common::{advance, begin, changed, vectors};
 
 /// An elastic block that slides on a floor or an obstacle; what is in `more` joins the case.
 fn sliding(more: &Value) -> Case {
@@ -150,14 +150,6 @@ fn a_slope_tells_the_force_of_the_block_on_it() {
     assert!(off.iter().all(|off| off.abs() < 2e-3 * weight), "{off:?}");
     let (along, normal) = (cos * x - sin * y, -sin * x - cos * y);
     assert!((along / normal / 0.3 - 1.0).abs() < 0.01, "{along} {normal}");
-}
-
-#[test]
-fn ranks_do_not_sum_up_what_a_slope_bears() {
-    let measured = json!({ "measures": { "on": { "kind": "reaction", "of": "floor" } },
-        "methods": { "sph": { "spacing": 0.05, "ranks": 2 } } });
-    let error = Sph.build(&sliding(&with(plane(&json!({ "kind": "smooth" })), &measured))).err().unwrap();
-    assert!(error.to_string().starts_with("measures.on.of: \"floor\" is an obstacle"), "{error}");
 }
 
 #[test]

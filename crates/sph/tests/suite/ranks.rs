@@ -266,10 +266,34 @@ fn more_ranks_than_particles_are_refused() {
 #[test]
 fn obstacles_and_what_they_take_are_the_same_in_ranks() {
     let wall = json!({ "kind": "frictional", "friction_coefficient": 0.4 });
-    let ground = json!({ "boundaries": [], "obstacles": [{ "name": "ground", "wall": wall,
-        "shape": { "kind": "ground-line", "points": [[-1, 0.6], [0, 0], [1, 0], [3, 0.2]] } }],
+    let ground = json!({ "boundaries": [], "obstacles": [
+            { "name": "ground", "wall": wall,
+              "shape": { "kind": "ground-line", "points": [[-1, 0.6], [0, 0], [1, 0], [3, 0.2]] } },
+            { "name": "gate", "wall": { "kind": "smooth" }, "motion": { "velocity": [-0.5, 0] },
+              "shape": { "kind": "box", "min": [1.02, 0.01], "max": [1.1, 0.5] } }
+        ],
+        "measures": {
+            "on_ground": { "kind": "reaction", "of": "ground" },
+            "on_gate": { "kind": "reaction", "of": "gate", "about": [1.1, 0] }
+        },
         "domain": { "min": [-1, -1], "max": [2, 1] } });
-    every_number_agrees(&heap(&json!({}), &ground), 80, "obstacles");
+    let case = heap(&json!({}), &ground);
+    every_number_agrees(&case, 80, "obstacles");
+    // Checkpoints hold what obstacles have borne.
+    let whole = restarts_agree(&case, "obstacles");
+    let ranked = {
+        let mut solver = in_ranks(&case, 3);
+        advance(&mut *solver, 90);
+        solver
+    };
+    for name in ["ground", "gate"] {
+        let felt = |solver: &dyn Solver| {
+            let reaction = solver.reaction(name).expect("it is measured");
+            (reaction.force, reaction.impulse, reaction.moment)
+        };
+        assert_eq!(felt(&*ranked), felt(&*whole), "{name}");
+        assert!(felt(&*whole).1.iter().any(|p| *p != 0.0), "{name} bears something");
+    }
 }
 
 /// A load of one direction, one that follows a surface of which parts go from rank to rank, and one that begins later.
