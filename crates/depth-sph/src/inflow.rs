@@ -164,17 +164,20 @@ impl<const D: usize> Inflow<D> {
 
     /// How far before the line (m) and how far along it (m) a place is.
     pub fn before(&self, x: &Plan<D>) -> (f64, f64) {
-        let (normal, along, width) = (self.normal(), self.along(), self.width());
-        let from: Plan<D> = std::array::from_fn(|c| x[c] - self.from[c]);
-        let dot = |a: &Plan<D>| -> f64 { (0..D).map(|c| a[c] * from[c]).sum() };
-        (dot(&normal), dot(&along) / width)
+        let [normal, along] = self.parts(&std::array::from_fn(|c| x[c] - self.from[c]));
+        (normal, along)
     }
 
     /// Direction outward and along the line: parts of a velocity.
     pub fn turned(&self, velocity: &Plan<D>) -> [f64; 2] {
-        let (normal, along, width) = (self.normal(), self.along(), self.width());
-        let dot = |a: &Plan<D>| -> f64 { (0..D).map(|c| a[c] * velocity[c]).sum() };
-        [-dot(&normal), dot(&along) / width]
+        let [normal, along] = self.parts(velocity);
+        [-normal, along]
+    }
+
+    /// Parts of a vector along the normal, inward, and along the line.
+    fn parts(&self, vector: &Plan<D>) -> [f64; 2] {
+        let dot = |a: &Plan<D>| -> f64 { (0..D).map(|c| a[c] * vector[c]).sum() };
+        [dot(&self.normal()), dot(&self.along()) / self.width()]
     }
 
     /// Depth (m) and speed (m/s) at a discharge (m³/s) by the Froude number.

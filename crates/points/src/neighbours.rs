@@ -22,6 +22,8 @@ pub enum SearchError {
 
 /// Share of a cell by which a search reaches beyond its radius.
 const ROUND_OFF: f64 = 1e-9;
+/// Points that a thread takes at least, of work that is little for each.
+const LEAST: usize = 1024;
 
 /// Points in bins: cells of a grid around all points, each with the list of its points.
 #[derive(Clone, Debug, Default)]
@@ -75,7 +77,7 @@ impl<const D: usize> CellList<D> {
                 key * cells[axis] + cell.min(cells[axis] - 1)
             }) as u32
         };
-        fill(&mut self.keys, positions.len(), 1024, |i| key(&positions[i]));
+        fill(&mut self.keys, positions.len(), LEAST, |i| key(&positions[i]));
         self.starts.clear();
         self.starts.resize(total as usize + 1, 0);
         for &key in &self.keys {
@@ -282,7 +284,7 @@ impl<const D: usize> NeighbourList<D> {
         self.places.resize_with(D, Vec::new);
         for (axis, places) in self.places.iter_mut().enumerate() {
             let place = |&point: &u32| sources[point as usize][axis];
-            fill(places, self.cells.order.len(), 1024, |i| place(&self.cells.order[i]));
+            fill(places, self.cells.order.len(), LEAST, |i| place(&self.cells.order[i]));
         }
         self.blocks.resize_with(self.len.div_ceil(ROWS), Rows::default);
         let (cells, places) = (&self.cells, &self.places);

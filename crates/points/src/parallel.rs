@@ -69,11 +69,14 @@ pub fn fill<T: Clone + Send>(
     least: usize,
     value: impl Fn(usize) -> T + Sync,
 ) {
-    values.clear();
-    if len > 0 {
-        values.resize(len, value(0));
-        values[1..].par_iter_mut().enumerate().in_pieces(least, |(i, slot)| *slot = value(i + 1));
+    if len == 0 {
+        return values.clear();
     }
+    // What is there already is only written over.
+    if values.len() != len {
+        values.resize(len, value(0));
+    }
+    values.par_iter_mut().enumerate().in_pieces(least, |(i, slot)| *slot = value(i));
 }
 
 /// What `value` says of each number below `len`, as [`fill`] finds it.

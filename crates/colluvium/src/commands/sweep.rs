@@ -87,14 +87,14 @@ fn say_what(sweep: &Sweep, members: &[Member], plans: &[Plan], threads: usize) -
     let memory = plans.iter().map(|plan| plan.memory).max().unwrap_or(0);
     say!("memory         about {:.1} MB a run at most", memory as f64 / 1e6);
     say!("duration       about {} on {threads} threads", duration(seconds / threads as f64));
-    let searched = |which: usize| -> f64 {
-        let of = |(plan, member): (&Plan, &Member)| -> f64 {
-            let searches = member.case.factors_of_safety();
-            searches.map(|(_, search)| SearchCost::of(&member.case, plan, search).seconds[which]).sum()
-        };
-        plans.iter().zip(members).map(of).sum::<f64>() / threads as f64
-    };
-    let [usual, longest] = [0, 1].map(searched);
+    let mut searches = [0.0; 2];
+    for (plan, Member { case, .. }) in plans.iter().zip(members) {
+        for (_, search) in case.factors_of_safety() {
+            let seconds = SearchCost::of(case, plan, search).seconds;
+            (0..2).for_each(|which| searches[which] += seconds[which]);
+        }
+    }
+    let [usual, longest] = searches.map(|seconds| seconds / threads as f64);
     if longest.is_nan() {
         say!("searches       for factors of safety come on top: `check` of a case tells of them");
     } else if longest > 0.0 {
