@@ -1,5 +1,6 @@
-//! `cargo xtask bench`: point-updates per second of the material point method.
+//! `cargo xtask bench`: point-updates per second of the material point method, and of any case with `--case`.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
@@ -30,9 +31,32 @@ pub struct Arguments {
     /// Stress updates per second of every law instead.
     #[arg(long)]
     laws: bool,
+    /// Any case with its methods instead: the same steps of its first stage on each number of threads.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["filter", "small", "points", "race", "sph", "laws"])]
+    case: Option<PathBuf>,
+    /// Only this method of the case.
+    #[arg(long, requires = "case")]
+    method: Option<String>,
+    /// Steps of the case before the clock starts.
+    #[arg(long, requires = "case", default_value_t = 3)]
+    after: usize,
+    /// Steps of the case, in place of those that the first number of threads makes in the seconds of a setting.
+    #[arg(long, requires = "case", value_parser = clap::value_parser!(u32).range(1..))]
+    steps: Option<u32>,
+    /// Numbers of threads, one after the other.
+    #[arg(long, value_delimiter = ',', default_values_t = [1, 2], value_parser = threads)]
+    threads: Vec<usize>,
     /// Seconds of measurement per setting.
     #[arg(long, default_value_t = 2.0)]
     seconds: f64,
+}
+
+/// A number of threads.
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) | Err(_) => Err("a number of threads is 1 or more".to_owned()),
+        Ok(count) => Ok(count),
+    }
 }
 
 /// The soil of the block, and what pulls at it: small, so that the block stays in place while it is measured.
@@ -222,8 +246,19 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         crate::bench_laws::run(arguments.filter.as_deref(), arguments.seconds)?;
         return Ok(true);
     }
-    for threads in [1, 2].into_iter().filter(|_| arguments.bandwidth) {
+    for &threads in arguments.threads.iter().filter(|_| arguments.bandwidth) {
         println!("# memory bandwidth on {threads} threads: {:.1} GB/s", bandwidth(threads)?);
+    }
+    if let Some(file) = &arguments.case {
+        crate::bench_case::table(&crate::bench_case::Settings {
+            file,
+            method: arguments.method.as_deref(),
+            threads: &arguments.threads,
+            after: arguments.after,
+            steps: arguments.steps.map(|steps| steps as usize),
+            seconds: arguments.seconds,
+        })?;
+        return Ok(true);
     }
     println!("# million point-updates per second of wall-clock time");
     let sizes = match (arguments.points, arguments.small) {
@@ -233,11 +268,12 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
     };
     if arguments.sph {
         let middle = if sizes.len() > 1 { vec![sizes[0], 100_000, sizes[1]] } else { sizes };
-        crate::bench_sph::table(&middle, arguments.seconds, arguments.filter.as_deref())?;
+        crate::bench_sph::table(&middle, arguments.seconds, &arguments.threads, arguments.filter.as_deref())?;
         return Ok(true);
     }
     let wanted = |setting: &Setting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
-    let mut failed = if arguments.race { 0 } else { table(&sizes, arguments.seconds, wanted) };
+    let mut failed =
+        if arguments.race { 0 } else { table(&sizes, arguments.seconds, &arguments.threads, wanted) };
     failed += race(&sizes, arguments.seconds, wanted);
     if let Some(memory) = peak_memory() {
         println!("# peak memory {memory:.0} MB");
@@ -263,7 +299,7 @@ fn print(setting: &Setting, row: Result<String, String>) -> usize {
 }
 
 /// Prints the rates of all settings; returns how many failed.
-fn table(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> usize {
+fn table(sizes: &[usize], seconds: f64, threads: &[usize], wanted: impl Fn(&Setting) -> bool) -> usize {
     let mut failed = 0;
     println!("dimension,shape,stress_update,model,points,threads,million_updates_per_second");
     for dimension in [2, 3] {
@@ -277,7 +313,7 @@ fn table(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> us
                 ("musl", SATURATED),
             ] {
                 for &points in sizes {
-                    for threads in [1, 2] {
+                    for &threads in threads {
                         let setting = Setting { dimension, shape, scheme, model, points, threads };
                         if !wanted(&setting) {
                             continue;

@@ -91,7 +91,7 @@ impl Setting {
 }
 
 /// Prints the table.
-pub fn table(sizes: &[usize], seconds: f64, filter: Option<&str>) -> Result<(), String> {
+pub fn table(sizes: &[usize], seconds: f64, threads: &[usize], filter: Option<&str>) -> Result<(), String> {
     println!("method,dimension,motion,model,points,threads,million_updates_per_second");
     for dimension in [2, 3] {
         for (motion, model) in [
@@ -100,7 +100,7 @@ pub fn table(sizes: &[usize], seconds: f64, filter: Option<&str>) -> Result<(), 
             (Motion::Shearing, "drucker-prager"),
         ] {
             for &points in sizes {
-                for threads in [1, 2] {
+                for &threads in threads {
                     let setting = Setting { dimension, model, motion, points, threads };
                     if filter.is_some_and(|filter| !setting.name().contains(filter)) {
                         continue;

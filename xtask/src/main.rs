@@ -2,6 +2,7 @@
 
 mod analysis;
 mod bench;
+mod bench_case;
 mod bench_laws;
 mod bench_sph;
 mod benchmarks;

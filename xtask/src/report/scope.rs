@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 /// What part of the benchmarks a report covers.
 pub struct Scope {
-    /// Text that the names had to contain; all benchmarks where there is none.
+    /// What was asked for by name; all benchmarks where there is none.
     pub filter: Option<String>,
     /// Whether short forms were asked for.
     pub quick: bool,
@@ -34,7 +34,7 @@ impl Scope {
             _ => format!("{run} of {} benchmarks", run + left),
         };
         if let Some(filter) = &self.filter {
-            words += &format!(" with “{filter}” in their name");
+            words += &format!(" for “{filter}”");
         }
         words += &match (self.full, self.short) {
             (_, 0) => ", in full".to_owned(),
@@ -63,9 +63,6 @@ mod tests {
             scope(None, 36, 14, &["a", "b"]),
             "50 of 52 benchmarks, 36 in full, 14 in their short form; 2 left out (--long runs them)"
         );
-        assert_eq!(
-            scope(Some("bar"), 0, 2, &[]),
-            "2 benchmarks with “bar” in their name, in their short form"
-        );
+        assert_eq!(scope(Some("bar"), 0, 2, &[]), "2 benchmarks for “bar”, in their short form");
     }
 }

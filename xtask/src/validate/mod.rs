@@ -24,8 +24,8 @@ use progress::Progress;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Only benchmarks whose name contains this.
-    filter: Option<String>,
+    /// Only the benchmark of this name, or, where none is called so, those whose name contains it; several are run together.
+    names: Vec<String>,
     /// The short form of each benchmark.
     #[arg(long)]
     quick: bool,
@@ -46,6 +46,15 @@ pub struct Arguments {
 const LONG: u32 = 50;
 
 impl Arguments {
+    /// Whether a benchmark is asked for: by its own name, by a part of it that no other one has as its name, or with all.
+    fn asks_for(&self, benchmark: &Benchmark) -> bool {
+        let asks = |name: &String| match all().find(|other| other.id == name.as_str()) {
+            Some(one) => one.id == benchmark.id,
+            None => benchmark.id.contains(name.as_str()),
+        };
+        self.names.is_empty() || self.names.iter().any(asks)
+    }
+
     /// Whether a benchmark runs in its short form; `None` where it is left out.
     fn short(&self, benchmark: &Benchmark) -> Option<bool> {
         let short = self.quick || (benchmark.full > LONG && !self.long);
@@ -55,8 +64,7 @@ impl Arguments {
 
 /// Runs the benchmarks; true when everything holds.
 pub fn run(arguments: &Arguments) -> Result<bool, String> {
-    let named = |benchmark: &&Benchmark| arguments.filter.as_deref().is_none_or(|f| benchmark.id.contains(f));
-    let chosen: Vec<&'static Benchmark> = all().filter(named).collect();
+    let chosen: Vec<&'static Benchmark> = all().filter(|benchmark| arguments.asks_for(benchmark)).collect();
     if arguments.list {
         list(&chosen);
         return Ok(true);
@@ -64,12 +72,12 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
     let form = |&benchmark: &&'static Benchmark| Some(Work { benchmark, short: arguments.short(benchmark)? });
     let work: Vec<Work> = chosen.iter().filter_map(form).collect();
     if work.is_empty() {
-        let filter = arguments.filter.as_deref().unwrap_or_default();
-        return Err(format!("no benchmark's name contains {filter:?}, or it needs --long; see --list"));
+        let names = arguments.names.join(" or ");
+        return Err(format!("no benchmark's name contains {names:?}, or it needs --long; see --list"));
     }
     let left_out = chosen.iter().filter(|benchmark| arguments.short(benchmark).is_none());
     let scope = Scope {
-        filter: arguments.filter.clone(),
+        filter: (!arguments.names.is_empty()).then(|| arguments.names.join(" ")),
         quick: arguments.quick,
         short: work.iter().filter(|work| work.short).count(),
         full: work.iter().filter(|work| !work.short).count(),
@@ -225,4 +233,22 @@ fn entry(work: &Work, pool: &ThreadPool, known: &Known, progress: &Progress) -> 
     let line = progress.after(work.seconds(), seconds);
     println!("\n{line}: {} — {}\n{text}  {seconds:.1} s", benchmark.id, benchmark.title);
     Entry { benchmark, short, outcome, error, seconds, files: recorder.files(), kept: false }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_benchmark_called_by_its_name_runs_alone() {
+        let chosen = |names: &[&str]| -> Vec<&str> {
+            let names = names.iter().copied().map(str::to_owned).collect();
+            let arguments = Arguments { names, quick: false, long: true, all: false, list: false };
+            all().filter(|benchmark| arguments.asks_for(benchmark)).map(|benchmark| benchmark.id).collect()
+        };
+        assert_eq!(chosen(&["dem/column"]), ["dem/column"]);
+        assert_eq!(chosen(&["dem/colum"]), ["dem/column", "dem/column-sweep"]);
+        assert_eq!(chosen(&["dem/column", "mpm/bar"]).len(), 2);
+        assert_eq!(chosen(&[]).len(), all().count());
+    }
 }
