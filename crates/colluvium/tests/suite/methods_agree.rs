@@ -59,7 +59,7 @@ fn mpm_and_snow_mpm_agree_to_round_off() {
     }
 }
 
-/// One file with a pore fluid: a model in depth with two phases, and a flow over the depth, weigh the same and both move.
+/// One file with a pore fluid over a drained base: a model in depth with two phases, and a flow over the depth, weigh the same and both move.
 #[test]
 fn a_case_with_pore_fluid_runs_in_depth_and_over_the_depth() {
     let value = json!({
@@ -72,7 +72,7 @@ fn a_case_with_pore_fluid_runs_in_depth_and_over_the_depth() {
             "stress": { "kind": "k0", "surface": 2, "coefficient": 0.5 },
             "pore_fluid": { "porosity": 0.4, "permeability": 1e-3, "bulk_modulus": 2e7,
                 "pressure": { "kind": "hydrostatic", "surface": 2 } } }],
-        "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "y-min", "wall": { "kind": "rough" } }],
+        "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "y-min", "drained": true, "wall": { "kind": "rough" } }],
         "stages": [{ "name": "release", "duration": 0.1 }],
         "methods": { "mpm": { "cell_size": 0.25 }, "depth-sph": { "spacing": 0.1, "phases": "two", "column": {} } }
     });

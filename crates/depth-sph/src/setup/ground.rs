@@ -209,7 +209,7 @@ pub fn lowest(case: &Case) -> Side {
 }
 
 /// The highest wall that faces upward: its number, its level (m), and how it acts.
-fn floor(case: &Case) -> Option<(usize, f64, &Wall)> {
+pub fn floor(case: &Case) -> Option<(usize, f64, &Wall)> {
     let side = lowest(case);
     let level = |boundary: &Boundary| boundary.position(&case.domain);
     let walls = case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.side == side);

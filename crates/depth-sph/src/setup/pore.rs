@@ -6,8 +6,10 @@ use colluvium_case::description::{Body, PoreFluid, PorePressure};
 use colluvium_case::{Case, CaseError};
 use serde_json::{Map, Value, json};
 
+use super::ground::floor;
 use super::{NAME, own};
 use crate::choices::{Frame, Phases};
+use crate::column::Drainage;
 use crate::config::DepthOptions;
 use crate::drag::{Densities, Drag};
 
@@ -78,6 +80,7 @@ pub fn stated(case: &Case) -> Result<Cow<'_, Case>, CaseError> {
         }
         None => {}
     }
+    state_drainage(case, all)?;
     let mut stated = case.clone();
     stated.methods.insert(NAME.to_owned(), options);
     Ok(Cow::Owned(stated))
@@ -226,6 +229,42 @@ fn state_column(case: &Case, facts: &Facts, column: &mut Map<String, Value>) -> 
     if let (Some(youngs_modulus), Some(poissons_ratio)) = (youngs_modulus, poissons_ratio) {
         let skeleton = json!({ "youngs_modulus": youngs_modulus, "poissons_ratio": poissons_ratio });
         column.insert("skeleton".to_owned(), skeleton);
+    }
+    Ok(())
+}
+
+/// What walls let through of the pore fluid: a `drained` bed is open to the air, whatever flows over it.
+fn state_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), CaseError> {
+    let bed = floor(case).map(|(number, ..)| number);
+    for (number, boundary) in case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.drained) {
+        let wrong = |problem: &str| Err(CaseError::new(format!("boundaries[{number}].drained"), problem));
+        if boundary.side.axis() + 1 < case.dimension() {
+            return wrong(
+                "side walls of depth-sph are mirrors, and columns drain along their depth only: leave this out, or the wall with it for a side \
+                 that the flow may leave through",
+            );
+        }
+        if !case.obstacles.is_empty() {
+            return wrong(
+                "obstacles are the bed: say what they let through in methods.depth-sph.drainage, and of parts of them in its regions",
+            );
+        }
+        if Some(number) != bed {
+            return wrong("the flow is not on this wall: only what the bed lets through matters");
+        }
+        if !options.contains_key("column") {
+            return wrong(
+                "acts on the pore pressure of columns: give methods.depth-sph.column, or leave this out",
+            );
+        }
+        let open = json!(Drainage::Atmospheric);
+        let given = options.entry("drainage").or_insert_with(|| open.clone());
+        if *given != open {
+            let problem = format!(
+                "{given} is not what boundaries[{number}].drained says, a bed that is open to the air: leave one of them out"
+            );
+            return Err(own("drainage", problem));
+        }
     }
     Ok(())
 }

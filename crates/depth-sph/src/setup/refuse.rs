@@ -36,6 +36,7 @@ pub(crate) fn honours() -> Honours {
             "boundaries.position",
             "boundaries.separation",
             "boundaries.velocity",
+            "boundaries.drained",
             "boundaries.wall=rough",
             "boundaries.wall=smooth",
             "boundaries.wall=frictional",
@@ -60,7 +61,6 @@ pub(crate) fn honours() -> Honours {
             "say how parts of the bed resist in methods.depth-sph.regions",
         )
         .refuses("boundaries.group", "depth-sph has no mesh with groups of nodes")
-        .refuses("boundaries.drained", "say what the bed lets through in methods.depth-sph.drainage")
         .refuses("loads", "depth-sph cannot apply tractions")
         .refuses("patches", "depth-sph has no nodes to prescribe")
         .refuses("stages.excavate", "depth-sph removes whole bodies only: use remove_bodies")

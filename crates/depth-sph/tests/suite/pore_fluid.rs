@@ -224,3 +224,74 @@ fn what_options_and_pore_fluid_both_say_must_agree() {
     value["bodies"][0]["pore_fluid"]["excess_ratio"] = json!(0.5);
     assert!(plan(&value).is_err());
 }
+
+/// A layer between smooth side walls, which stays at rest, over a bed that pore fluid passes through, as `drained` says it for every method.
+fn over_a_drained_bed(options: &Value) -> Value {
+    let mut value = with_fluid(options);
+    value["domain"]["max"] = json!([4, 3]);
+    let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
+    value["boundaries"] = json!([wall("x-min"), wall("x-max"), wall("y-min")]);
+    value["boundaries"][2]["drained"] = json!(true);
+    value
+}
+
+/// Pressure over the hydrostatic one and that one drain together to nothing through both ends: row c of the sheet's table (V13c).
+#[test]
+fn a_drained_bed_is_open_to_the_air() {
+    let column = json!({ "cells": 40, "consolidation": 0.4, "weight": 0.5 });
+    let value = over_a_drained_bed(&json!({ "column": column, "max_time_step": 0.01 }));
+    let mut other = value.clone();
+    other["boundaries"][2].as_object_mut().unwrap().remove("drained");
+    let sealed = hash(&other);
+    other["methods"]["depth-sph"]["drainage"] = json!({ "kind": "atmospheric" });
+    assert_eq!(hash(&value), hash(&other), "as the option says it");
+    assert_ne!(hash(&value), sealed);
+    let mut solver = build(&value);
+    for (factor, exact) in [(0.05, 0.495_912), (0.1, 0.302_118)] {
+        let end = factor * 4.0 / 0.4;
+        while solver.time() < end {
+            solver.step(end - solver.time()).unwrap();
+        }
+        // All of the pressure is that of the air in the end.
+        let air = -1000.0 * GRAVITY;
+        for value in excess(solver.as_ref()) {
+            let share = 1.0 - value / air;
+            // Heads stand at the middle of a step, and the first ones ring at the base with Crank and Nicolson.
+            assert!((share - exact).abs() < 0.004, "{share} of the pressure is left, not {exact}");
+        }
+    }
+}
+
+#[test]
+fn what_a_drained_wall_cannot_say_is_refused_by_path() {
+    let column = json!({ "column": { "consolidation": 0.02 } });
+    let check = |change: &dyn Fn(&mut Value), start: &str| {
+        let mut value = over_a_drained_bed(&column);
+        change(&mut value);
+        let error = plan(&value).expect_err(start);
+        assert!(error.starts_with(start), "{error}");
+    };
+    let side = |value: &mut Value| value["boundaries"][0]["drained"] = json!(true);
+    check(&side, "boundaries[0].drained: side walls of depth-sph are mirrors");
+    let sealed = |value: &mut Value| {
+        value["methods"]["depth-sph"]["drainage"] = json!({ "kind": "sealed" });
+    };
+    check(
+        &sealed,
+        "methods.depth-sph.drainage: {\"kind\":\"sealed\"} is not what boundaries[2].drained says",
+    );
+    let without = |value: &mut Value| {
+        value["methods"]["depth-sph"].as_object_mut().unwrap().remove("column");
+    };
+    check(&without, "boundaries[2].drained: acts on the pore pressure of columns");
+    let covered = |value: &mut Value| {
+        let face = json!({ "kind": "plane", "point": [0, 0.1], "normal": [0, 1] });
+        value["obstacles"] = json!([{ "name": "bed", "shape": face, "wall": { "kind": "smooth" } }]);
+    };
+    check(&covered, "boundaries[2].drained: obstacles are the bed");
+    let above = |value: &mut Value| {
+        let wall = json!({ "side": "y-min", "name": "above", "position": 0.2, "wall": { "kind": "smooth" } });
+        value["boundaries"].as_array_mut().unwrap().push(wall);
+    };
+    check(&above, "boundaries[2].drained: the flow is not on this wall");
+}
