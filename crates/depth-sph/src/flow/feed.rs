@@ -133,10 +133,15 @@ impl<const D: usize> Flow<D> {
         }
         for i in 0..self.sets[0].len() {
             let id = self.sets[0].nodes.id[i];
-            if self.held.of(id).is_some() || self.is_beyond(id) {
+            if self.held.of(id).is_some() || self.is_fed(id) {
                 self.heads.depth[i] = f64::NAN;
             }
         }
+    }
+
+    /// Whether node number `id` has not flowed in yet, or stands beyond an open side.
+    pub fn is_outside(&self, id: u64) -> bool {
+        self.held.of(id).is_some() || self.is_beyond(id)
     }
 
     /// Nodes behind the lines keep their velocity, whatever acts on them.

@@ -88,16 +88,18 @@ impl Heads {
 }
 
 impl<const D: usize> Flow<D> {
-    /// Gives columns of the first set the pore pressures of points: excess over what stands in the pores at rest. The number of columns that
-    /// are held within their bounds.
+    /// Gives columns of the first set, before the first step, the pore pressures of points: excess over what stands in the pores at rest, by
+    /// the numbers of the nodes. How many columns are held within their bounds.
     pub fn press(&mut self, handed: &[(usize, Handed)]) -> usize {
         if self.heads.is_empty() {
             return 0;
         }
         let width = self.heads.width;
-        for (i, Handed { depth, pressure }) in handed {
-            let pull = self.sets[0].nodes.pull[*i];
-            let (submerged, fluid) = (self.submerged(0, *i), self.settings.material.densities.fluid);
+        for (id, Handed { depth, pressure }) in handed {
+            // Some may have stood beyond an open side.
+            let Ok(i) = self.sets[0].nodes.id.binary_search(&(*id as u64)) else { continue };
+            let pull = self.sets[0].nodes.pull[i];
+            let (submerged, fluid) = (self.submerged(0, i), self.settings.material.densities.fluid);
             let column = &mut self.heads.values[i * width..][..width];
             for (k, (head, pressure)) in column.iter_mut().zip(pressure).enumerate() {
                 let rest = 1.0 - k as f64 / (width - 1) as f64;
@@ -106,7 +108,9 @@ impl<const D: usize> Flow<D> {
         }
         let Self { heads, settings, sets, time, .. } = self;
         heads.advance(settings, &sets[0], *time);
-        heads.clipped
+        let clipped = heads.clipped;
+        self.begin_columns();
+        clipped
     }
 }
 

@@ -125,10 +125,15 @@ fn refuse_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     }
 }
 
-/// Open sides, through which one phase leaves, or grains and fluid.
+/// Open sides, through which one phase leaves, grains and fluid, or two layers.
 fn refuse_open_ends(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     if let Some(length) = options.absorbing_layer {
+        if options.phases == Phases::Layers {
+            let problem =
+                "is of one phase, or of grains and fluid: two layers leave through their sides without one";
+            return Err(super::own("absorbing_layer", problem));
+        }
         refuse_layer(case, length)?;
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
@@ -138,11 +143,6 @@ fn refuse_open_ends(case: &Case, options: &DepthOptions) -> Result<(), CaseError
         let wrong = |problem: &str| Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
         if boundary.side.axis() == up {
             return wrong("is a bed that absorbs: only the sides do");
-        }
-        if options.phases == Phases::Layers || options.column.is_some() {
-            return wrong(
-                "depth-sph has absorbing sides of one phase, or of grains and fluid, without columns: move the side away",
-            );
         }
         let others = || case.boundaries.iter().enumerate().filter(|(other, _)| *other != number);
         if others().any(|(_, other)| other.side == boundary.side) {

@@ -195,7 +195,7 @@ impl<const D: usize> DepthSolver<D> {
         if !flow.heads.is_empty() {
             let (mut weighted, mut whole) = (0.0, 0.0);
             let solid = &flow.sets[0].nodes;
-            for i in 0..solid.len() {
+            for i in (0..solid.len()).filter(|i| !flow.is_outside(solid.id[*i])) {
                 weighted += solid.volume[i] * flow.heads.base(i) / solid.depth[i];
                 whole += solid.volume[i];
             }

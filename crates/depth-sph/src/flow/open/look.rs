@@ -16,8 +16,9 @@ impl<const D: usize> OpenEnd<D> {
         inside: f64,
     ) -> Vec<Option<Within>> {
         let mut moments = vec![Moments::default(); self.strips.len()];
-        for (number, set) in sets.iter().enumerate() {
+        for (number, set) in self.own(sets) {
             let nodes = &set.nodes;
+            let depths = if self.stratum.is_some() { &nodes.height } else { &nodes.depth };
             for i in 0..nodes.len() {
                 let (x, length) = (&nodes.position[i], nodes.length[i]);
                 let beyond = self.beyond(x);
@@ -34,9 +35,10 @@ impl<const D: usize> OpenEnd<D> {
                     let Some(strip) = self.neighbour(own, step) else { continue };
                     let apart = (off - step as f64 * self.spacing) / length;
                     let distance = if D == 1 { far } else { far.hypot(apart) };
-                    let weight = nodes.volume[i] / nodes.depth[i] * kernel.shape::<D>(distance);
+                    let weight = nodes.volume[i] / depths[i] * kernel.shape::<D>(distance);
                     if weight > 0.0 {
-                        moments[strip].add(weight, beyond + inside, velocity, kernel, (set, i));
+                        let place = beyond + inside;
+                        moments[strip].add_depth(weight, place, velocity, kernel, (set, i), depths[i]);
                         if number == 1 {
                             moments[strip].add_fluid(weight);
                         }

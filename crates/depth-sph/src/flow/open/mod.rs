@@ -11,17 +11,21 @@
 //! come at angles, it is what stands at the side: 4.5 % of small waves come back head-on, 12 % at 30°, 15 % at 45°, and less where they die
 //! away in a layer before it.
 
+mod columns;
 mod inlet;
 mod layer;
 mod look;
 mod side;
 mod stand;
+mod two_layers;
 
 use super::Flow;
 use super::compiled::compiled;
 use super::grow::keep;
+use crate::choices::Phases;
 use crate::nodes::{Nodes, Plan};
 use side::Part;
+use two_layers::Stratum;
 
 pub use inlet::Feed;
 pub use side::{Beyond, Known, OpenEnd};
@@ -52,12 +56,15 @@ pub struct Opening {
     pub layer: f64,
 }
 
-/// Where a place is to side `number` of all: a corner belongs to the first of its sides.
-fn part_of<const D: usize>(sides: &[(usize, f64, f64)], number: usize, x: &Plan<D>) -> Part {
+/// Axis, place and direction of the sides of all layers.
+type Sides = Vec<(usize, f64, f64)>;
+
+/// Where a place is to side `number` of all: a corner belongs to the first of its sides. Sides of two layers stand at one place.
+fn part_of<const D: usize>(sides: &Sides, number: usize, x: &Plan<D>) -> Part {
     let is_beyond = |(axis, place, outward): &(usize, f64, f64)| outward * (x[*axis] - place) > 0.0;
     match sides.iter().position(is_beyond) {
         None => Part::Within,
-        Some(own) if own == number => Part::Beyond,
+        Some(own) if sides[own] == sides[number] => Part::Beyond,
         Some(_) => Part::Elsewhere,
     }
 }
@@ -93,11 +100,16 @@ impl<const D: usize> Flow<D> {
         let reach = self.reach_beyond(longest);
         let (gravity, time) = (self.settings.gravity, self.time);
         let known = self.opens.len();
+        // Of two layers each has its sides.
+        let strata = self.strata();
         let mut sides = self.sides();
-        sides.extend(openings.iter().map(|side| (side.axis, side.place, side.outward)));
+        for opening in openings {
+            sides.extend(strata.iter().map(|_| (opening.axis, opening.place, opening.outward)));
+        }
+        let all = openings.iter().flat_map(|opening| strata.iter().map(move |stratum| (opening, *stratum)));
         let mut later = Vec::new();
-        for (number, opening) in (known..).zip(openings) {
-            let mut end = OpenEnd::new(opening, reach, openings);
+        for (number, (opening, stratum)) in (known..).zip(all) {
+            let mut end = OpenEnd::new(opening, reach, openings, stratum);
             let feed = opening.feed.clone();
             end.begin(&self.sets, &|x| part_of(&sides, number, x), gravity, time, feed.as_ref());
             let most = feed.as_ref().map_or(0.0, |feed| feed.fastest(gravity));
@@ -129,33 +141,92 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Axis, place and direction of each open side.
-    fn sides(&self) -> Vec<(usize, f64, f64)> {
+    fn sides(&self) -> Sides {
         self.opens.iter().map(|side| (side.axis, side.place, side.outward)).collect()
     }
 
-    /// What has passed the open sides stands beyond them, in the state of the side.
+    /// Which layers have sides of their own; none of one phase, or of grains and fluid.
+    fn strata(&self) -> Vec<Option<Stratum>> {
+        if self.settings.phases != Phases::Layers {
+            return vec![None];
+        }
+        let densities = &self.settings.material.densities;
+        let ratio = densities.fluid / densities.grain;
+        (0..2).map(|set| Some(Stratum { set, ratio })).collect()
+    }
+
+    /// What has passed the open sides stands beyond them, in the state of the side, with its columns of pore pressure.
     pub(super) fn pass_ends(&mut self, dt: f64) {
+        self.pass_nodes(dt);
+        self.follow_columns();
+    }
+
+    fn pass_nodes(&mut self, dt: f64) {
         let sides = self.sides();
-        let Self { settings, sets, heads, opens, spare, next_id, time, step, .. } = self;
-        for (number, end) in opens.iter_mut().enumerate() {
-            let part = |x: &Plan<D>| part_of(&sides, number, x);
+        for number in 0..self.opens.len() {
+            let Self { settings, sets, opens, time, step, .. } = self;
+            let (end, part) = (&mut opens[number], |x: &Plan<D>| part_of(&sides, number, x));
             end.count(sets, &part);
             end.find_state(settings, sets, &part, (*time, dt, *step == 0));
-            let count = sets.len();
-            for (role, set) in sets.iter_mut().enumerate() {
-                let share = |stand: &Stand| stand.share(count, role);
-                let (farthest, gone) = end.place(&mut set.nodes, &share, &part);
-                if !gone.is_empty() {
-                    let nodes = &set.nodes;
-                    let stays = |i: &usize| gone.binary_search(&nodes.id[*i]).is_err();
-                    let order: Vec<u32> = (0..nodes.len()).filter(stays).map(|i| i as u32).collect();
-                    keep(set, (role == 0).then_some(&mut *heads), &order, spare);
+            if end.stratum.is_none() {
+                self.stand_beyond(number, &sides);
+            }
+        }
+        self.look_at_layers(&sides, dt);
+        for number in 0..self.opens.len() {
+            if self.opens[number].stratum.is_some() {
+                self.stand_beyond(number, &sides);
+            }
+        }
+    }
+
+    /// Each of two layers knows of the other at its side.
+    fn look_at_layers(&mut self, sides: &Sides, dt: f64) {
+        let Self { settings, sets, opens, time, .. } = self;
+        for (pair, ends) in opens.chunks_mut(2).enumerate() {
+            let [lower, upper] = ends else { return };
+            if lower.stratum.is_none() {
+                return;
+            }
+            let part = |x: &Plan<D>| part_of(sides, 2 * pair, x);
+            let look = |end: &OpenEnd<D>| end.within(settings.numerics.kernel, sets, &part, end.inside());
+            // In plan waves may come at an angle, which delays along the normal know nothing of.
+            let arriving = (D == 1).then(|| [look(lower), look(upper)]);
+            let (inside, reach) = (lower.inside(), lower.reach());
+            for strip in 0..lower.strips.len() {
+                let still = [lower.strips[strip].still, upper.strips[strip].still];
+                let within = [lower.state.strips[strip].within, upper.state.strips[strip].within];
+                for end in [&mut *lower, &mut *upper] {
+                    let both = end.state.strips[strip].both.get_or_insert_default();
+                    both.take(still, within);
+                    if let Some([of_lower, of_upper]) = &arriving {
+                        both.remember((*time, dt), [of_lower[strip], of_upper[strip]], inside, reach);
+                    }
                 }
-                let before = set.len();
-                end.add(set, role, &share, &farthest, next_id);
-                if role == 0 {
-                    (before..set.len()).for_each(|_| heads.push());
-                }
+            }
+        }
+    }
+
+    /// Brings the nodes beyond side `number` into its state.
+    fn stand_beyond(&mut self, number: usize, sides: &Sides) {
+        let Self { sets, heads, opens, spare, next_id, .. } = self;
+        let (end, count) = (&mut opens[number], sets.len());
+        let part = |x: &Plan<D>| part_of(sides, number, x);
+        for (role, set) in sets.iter_mut().enumerate() {
+            if !end.is_of(role) {
+                continue;
+            }
+            let (farthest, gone) = end.place(&mut set.nodes, (count, role), &part);
+            if !gone.is_empty() {
+                let nodes = &set.nodes;
+                let stays = |i: &usize| gone.binary_search(&nodes.id[*i]).is_err();
+                let order: Vec<u32> = (0..nodes.len()).filter(stays).map(|i| i as u32).collect();
+                keep(set, (role == 0).then_some(&mut *heads), &order, spare);
+            }
+            let before = set.len();
+            end.add(set, (count, role), &farthest, next_id);
+            if role == 0 {
+                (before..set.len()).for_each(|_| heads.push());
             }
         }
     }
@@ -189,5 +260,10 @@ impl<const D: usize> Flow<D> {
     /// Whether node number `id` stands beyond an open side.
     pub(super) fn is_beyond(&self, id: u64) -> bool {
         self.opens.iter().any(|end| end.state.ids.binary_search(&id).is_ok())
+    }
+
+    /// Whether node number `id` stands beyond a side that something flows in through.
+    pub(super) fn is_fed(&self, id: u64) -> bool {
+        self.opens.iter().any(|end| end.is_fed() && end.state.ids.binary_search(&id).is_ok())
     }
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::super::set::Set;
 use super::layer::Layer;
 use super::stand::{Past, Stand, Within, turned};
+use super::two_layers::{Both, Stratum};
 use super::{Feed, Opening, SUPPORTS};
 use crate::inflow::Arriving;
 use crate::nodes::{Node, Nodes, Plan};
@@ -41,6 +42,8 @@ pub struct OpenEnd<const D: usize> {
     pub(super) periodic: bool,
     /// What flows in through it, in place of what is out there.
     pub(super) feed: Option<Feed>,
+    /// Which of two layers it is of; none of one phase, or of grains and fluid.
+    pub(super) stratum: Option<Stratum>,
     /// The layer before it.
     pub(super) layer: Layer,
     /// What has happened.
@@ -78,6 +81,8 @@ pub struct Known {
     pub within: Option<Within>,
     /// What has been on its way to the end of a profile.
     pub past: Past,
+    /// Both of two layers, at the side of each.
+    pub both: Option<Both>,
 }
 
 /// Which nodes are before all open sides, which beyond one, and which beyond another.
@@ -89,7 +94,7 @@ pub(super) enum Part {
 }
 
 impl<const D: usize> OpenEnd<D> {
-    pub(super) fn new(opening: &Opening, reach: f64, others: &[Opening]) -> Self {
+    pub(super) fn new(opening: &Opening, reach: f64, others: &[Opening], stratum: Option<Stratum>) -> Self {
         let Opening { axis, place, outward, spacing, span, periodic, layer, .. } = *opening;
         // Corners of two open sides belong to the first of them.
         let goes_on = |end: f64| {
@@ -115,9 +120,30 @@ impl<const D: usize> OpenEnd<D> {
             beside,
             periodic,
             feed: None,
+            stratum,
             layer: Layer::new(layer),
             state: Beyond { strips: vec![Known::default(); count], ..Beyond::default() },
         }
+    }
+
+    /// Whether it is a side of set `number`.
+    pub(super) fn is_of(&self, number: usize) -> bool {
+        self.stratum.is_none_or(|stratum| stratum.set == number)
+    }
+
+    /// The sets that it is a side of, with their numbers.
+    pub(super) fn own<'a>(
+        &self,
+        sets: &'a [Set<D>],
+    ) -> impl Iterator<Item = (usize, &'a Set<D>)> + use<'a, D> {
+        let stratum = self.stratum;
+        let is_own = move |number: usize| stratum.is_none_or(|stratum| stratum.set == number);
+        sets.iter().enumerate().filter(move |(number, _)| is_own(*number))
+    }
+
+    /// Share of set `number` of all in a depth that stands there.
+    pub(super) fn share(&self, stand: &Stand, sets: usize, number: usize) -> f64 {
+        if self.stratum.is_some() { 1.0 } else { stand.share(sets, number) }
     }
 
     /// Finds what stands at the side when the flow begins, under `gravity` (m/s²) at `time` (s): the material goes on like that.
@@ -129,7 +155,7 @@ impl<const D: usize> OpenEnd<D> {
         time: f64,
         feed: Option<&Feed>,
     ) {
-        for (number, set) in sets.iter().enumerate() {
+        for (number, set) in self.own(sets) {
             let nodes = &set.nodes;
             let mut last: Vec<Option<(f64, usize)>> = vec![None; self.strips.len()];
             for i in 0..nodes.len() {
@@ -190,6 +216,16 @@ impl<const D: usize> OpenEnd<D> {
         self.feed.is_some()
     }
 
+    /// How far before it one looks for what comes (m).
+    pub(super) fn inside(&self) -> f64 {
+        BEFORE * self.reach / SUPPORTS
+    }
+
+    /// How far nodes stand beyond it (m).
+    pub(super) fn reach(&self) -> f64 {
+        self.reach
+    }
+
     /// Distance beyond the side (m).
     pub(super) fn beyond(&self, x: &Plan<D>) -> f64 {
         self.outward * (x[self.axis] - self.place)
@@ -215,6 +251,9 @@ impl<const D: usize> OpenEnd<D> {
         if let Some(fixed) = known.fixed {
             return fixed;
         }
+        if let (Some(stratum), Some(both)) = (&self.stratum, &known.both) {
+            return stratum.at(both, beyond);
+        }
         let still = self.strips[strip].still.as_ref();
         // In plan waves may come at an angle, which delays along the normal know nothing of.
         let there =
@@ -230,7 +269,7 @@ impl<const D: usize> OpenEnd<D> {
     /// Counts what has passed the side since it was last looked at.
     pub(super) fn count(&mut self, sets: &[Set<D>], part: &dyn Fn(&Plan<D>) -> Part) {
         let mut ids = Vec::new();
-        for (number, set) in sets.iter().enumerate() {
+        for (number, set) in self.own(sets) {
             let nodes = &set.nodes;
             for i in 0..nodes.len() {
                 let is_beyond = part(&nodes.position[i]) == Part::Beyond;
@@ -247,12 +286,12 @@ impl<const D: usize> OpenEnd<D> {
         self.state.ids = ids;
     }
 
-    /// Gives the nodes of a set beyond the side their depth and speed. How far the last one of each strip stands (m), and the numbers of
+    /// Gives the nodes of set `number` of all beyond the side their depth and speed. How far the last one of each strip stands (m), and the numbers of
     /// those that are not needed.
     pub(super) fn place(
         &mut self,
         nodes: &mut Nodes<D>,
-        share: &dyn Fn(&Stand) -> f64,
+        (sets, number): (usize, usize),
         part: &dyn Fn(&Plan<D>) -> Part,
     ) -> (Vec<f64>, Vec<u64>) {
         let (mut gone, mut farthest) = (Vec::new(), vec![-0.5 * self.spacing; self.strips.len()]);
@@ -273,7 +312,7 @@ impl<const D: usize> OpenEnd<D> {
                 continue;
             }
             farthest[strip] = f64::max(farthest[strip], beyond);
-            nodes.volume[i] = share(&stand) * stand.depth * self.strips[strip].width;
+            nodes.volume[i] = self.share(&stand, sets, number) * stand.depth * self.strips[strip].width;
             nodes.velocity[i] = self.velocity(&stand);
         }
         gone.sort_unstable();
@@ -285,12 +324,12 @@ impl<const D: usize> OpenEnd<D> {
     pub(super) fn add(
         &mut self,
         set: &mut Set<D>,
-        number: usize,
-        share: &dyn Fn(&Stand) -> f64,
+        (sets, number): (usize, usize),
         farthest: &[f64],
         next_id: &mut u64,
     ) {
         let mut places = Places::default();
+        let share = |side: &Self, stand: &Stand| side.share(stand, sets, number);
         for (strip, last) in farthest.iter().enumerate() {
             let Some(like) = self.strips[strip].like[number] else { continue };
             let mut beyond = *last;
@@ -302,7 +341,7 @@ impl<const D: usize> OpenEnd<D> {
                 }
                 let mut node = Node {
                     velocity: self.velocity(&stand),
-                    volume: share(&stand) * stand.depth * self.strips[strip].width,
+                    volume: share(self, &stand) * stand.depth * self.strips[strip].width,
                     ..like
                 };
                 node.position[self.axis] = self.outward * beyond + self.place;
@@ -311,7 +350,7 @@ impl<const D: usize> OpenEnd<D> {
                 }
                 set.nodes.push(*next_id, &node);
                 // It has a height before the next sum.
-                let height = share(&stand) * stand.depth;
+                let height = share(self, &stand) * stand.depth;
                 if let (Some(own), Some(whole)) = (set.nodes.height.last_mut(), set.nodes.depth.last_mut()) {
                     (*own, *whole) = (height, stand.depth);
                 }
@@ -339,8 +378,8 @@ impl<const D: usize> OpenEnd<D> {
         } else {
             let kernel = settings.numerics.kernel;
             let found = self.within(kernel, sets, part, 0.0);
-            let inside = BEFORE * self.reach / SUPPORTS;
-            let arriving = if D == 1 && !self.is_fed() {
+            let inside = self.inside();
+            let arriving = if D == 1 && !self.is_fed() && self.stratum.is_none() {
                 self.within(kernel, sets, part, inside)
             } else {
                 vec![None; found.len()]
@@ -348,7 +387,7 @@ impl<const D: usize> OpenEnd<D> {
             for ((known, within), arriving) in self.state.strips.iter_mut().zip(found).zip(arriving) {
                 (known.fixed, known.within) = (None, within);
                 match arriving.or(within) {
-                    Some(arriving) if D == 1 => {
+                    Some(arriving) if D == 1 && self.stratum.is_none() => {
                         known.past.take((time, dt), &arriving, inside, self.reach);
                     }
                     _ => known.past = Past::default(),

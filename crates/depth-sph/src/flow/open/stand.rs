@@ -7,7 +7,7 @@ use crate::kernel::Kernel;
 use crate::nodes::Plan;
 
 /// Times at which what passes the place before a side is taken, in the time that waves need from there to the side.
-const INTERVALS: f64 = 16.0;
+pub(super) const INTERVALS: f64 = 16.0;
 
 /// Material as it stands at a place of a side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -51,15 +51,18 @@ pub struct Within {
 }
 
 impl Within {
+    /// Depth (m) and outward speed (m/s) as what arrives from within goes on, so far beyond the side (m).
+    pub(super) fn ahead(&self, far: f64) -> [f64; 2] {
+        let [depth, slope] = self.depth;
+        let arriving = (depth + slope * far).clamp(0.5 * depth, 1.5 * depth);
+        [arriving, self.speed[0] + self.speed[1] * far]
+    }
+
     /// What stands `beyond` the side (m), before what was out there when the flow began: depths as what arrives from within goes on,
     /// speeds those at the side, so that the nodes beyond it move as one and keep their distances.
     pub fn at(&self, still: Option<&Stand>, beyond: f64) -> Stand {
-        let far = beyond.min(self.reach);
-        let [depth, slope] = self.depth;
-        let arriving = (depth + slope * far).clamp(0.5 * depth, 1.5 * depth);
-        let speed = self.speed[0] + self.speed[1] * far;
-        let met = |depth: f64, speed: f64| met(still, depth, speed, self.pull);
-        let (at_side, there) = (met(depth, self.speed[0]), met(arriving, speed));
+        let met = |[depth, speed]: [f64; 2]| met(still, depth, speed, self.pull);
+        let (at_side, there) = (met([self.depth[0], self.speed[0]]), met(self.ahead(beyond.min(self.reach))));
         // Along the side nodes keep their distances as well, or their depths would have that compression on top.
         let along = still.map_or(self.along, |still| still.along);
         Stand { depth: there.0, speed: at_side.1, along, porosity: self.porosity }
@@ -168,10 +171,23 @@ impl Moments {
         kernel: Kernel,
         (set, i): (&Set<D>, usize),
     ) {
+        self.add_depth(weight, beyond, velocity, kernel, (set, i), set.nodes.depth[i]);
+    }
+
+    /// As [`Moments::add`], with a depth (m) that is not all of what stands there.
+    pub fn add_depth<const D: usize>(
+        &mut self,
+        weight: f64,
+        beyond: f64,
+        velocity: [f64; 2],
+        kernel: Kernel,
+        (set, i): (&Set<D>, usize),
+        depth: f64,
+    ) {
         let powers = [weight, weight * beyond, weight * beyond * beyond];
         (0..3).for_each(|k| self.powers[k] += powers[k]);
         for k in 0..2 {
-            self.depth[k] += powers[k] * set.nodes.depth[i];
+            self.depth[k] += powers[k] * depth;
             self.speed[k] += powers[k] * velocity[0];
         }
         self.along += weight * velocity[1];
