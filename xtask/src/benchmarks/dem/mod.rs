@@ -55,5 +55,6 @@ pub const ALL: &[Benchmark] = &[
     representative::WINDOWS,
     representative_spheres::BENCHMARK,
     representative_spheres::WINDOWS,
+    representative_spheres::WALLS,
     applications::BENCHMARK,
 ];

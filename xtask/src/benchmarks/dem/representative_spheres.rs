@@ -29,6 +29,16 @@ pub const WINDOWS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
+/// Rigid walls in place of a periodic cell.
+pub const WALLS: Benchmark = Benchmark {
+    id: "dem/rigid-walls-spheres",
+    title: "Triaxial tests of spheres between rigid walls and in periodic cells, DEM",
+    quick: None,
+    full: 120,
+    run: |_| walls(),
+    ..BENCHMARK
+};
+
 /// Spheres of the specimen of the file, of the source's windows, and of the cells.
 const WHOLE: u32 = 979;
 const PARTS: [u32; 4] = [619, 413, 311, 75];
@@ -52,19 +62,29 @@ struct Found {
     porosity: f64,
 }
 
+/// Largest deviator over the lateral stress, averaged over a window of strain, of the columns of stresses: the lateral ones, and the one along
+/// which the specimen is shortened.
+fn peak([one, other, down]: &[Vec<f64>; 3]) -> f64 {
+    let ratios: Vec<f64> = down
+        .iter()
+        .zip(one)
+        .zip(other)
+        .map(|((down, one), other)| down / (0.5 * (one + other)) - 1.0)
+        .collect();
+    let rows = (WINDOW / RATE / 0.5).round() as usize + 1;
+    ratios.windows(rows).map(|part| part.iter().sum::<f64>() / rows as f64).fold(0.0, larger)
+}
+
+/// Values of a measure after `start`.
+fn sheared(report: &RunReport, start: f64, name: &str) -> Vec<f64> {
+    let after = series(report, name).into_iter().filter(|(time, _)| *time > start - 0.3);
+    after.map(|(_, value)| value).collect()
+}
+
 /// Of the rows after `start`.
 fn found(report: &RunReport, start: f64) -> Result<Found, String> {
-    let sheared = |name: &str| -> Vec<f64> {
-        series(report, name)
-            .into_iter()
-            .filter(|(time, _)| *time > start - 0.3)
-            .map(|(_, value)| value)
-            .collect()
-    };
-    let [xx, yy, zz] = ["xx", "yy", "zz"].map(|entry| sheared(&format!("cell_stress.{entry}")));
-    let ratios: Vec<f64> = (0..zz.len()).map(|k| zz[k] / (0.5 * (xx[k] + yy[k])) - 1.0).collect();
-    let rows = (WINDOW / RATE / 0.5).round() as usize + 1;
-    let peak = ratios.windows(rows).map(|part| part.iter().sum::<f64>() / rows as f64).fold(0.0, larger);
+    let sheared = |name: &str| sheared(report, start, name);
+    let peak = peak(&["xx", "yy", "zz"].map(|entry| sheared(&format!("cell_stress.{entry}"))));
     let first = |name: &str| sheared(name).first().copied().ok_or_else(|| format!("no {name}"));
     let volume = first("cell.x")? * first("cell.y")? * first("cell.z")?;
     let solid: f64 = scalars(&report.snapshot, "radius")
@@ -131,6 +151,72 @@ fn cells() -> Result<Outcome, String> {
     outcome.show("the same, 311 spheres over 75", "below one", spreads[1] / spreads[0], reason);
     picture.series.push(Series::new("four drawings of each", marks, Style::Markers));
     outcome.svg("B16: fewer grains scatter more.", &picture)?;
+    Ok(outcome)
+}
+
+/// The same test of that many spheres between rigid walls.
+fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
+    let mut value = load("box-spheres")?;
+    let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
+    let side = whole * (f64::from(count) / f64::from(WHOLE)).cbrt();
+    value["domain"]["max"] = json!([side + 1.0, side + 1.0, side + 1.0]);
+    value["bodies"][0]["shape"]["max"] = json!([side, side, side]);
+    for wall in [1, 3, 5] {
+        value["boundaries"][wall]["position"] = json!(side);
+    }
+    // Of the height that spheres have at a porosity of 0.36, drawn at a solid fraction of one half.
+    value["boundaries"][5]["velocity"] = json!([0.0, 0.0, -RATE * side * (0.5f64 / 0.64).cbrt()]);
+    options(&mut value)["seed"] = json!(seed);
+    let report = run_by("dem", &case(&value)?)?;
+    let stress = |wall: &str| sheared(&report, BEFORE[0] + BEFORE[1], &format!("wall.{wall}.stress"));
+    Ok(peak(&["right", "back", "top"].map(stress)))
+}
+
+fn walls() -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut picture = chart(
+        "Strength of spheres between rigid walls and in periodic cells",
+        "spheres",
+        "deviator at the peak over the lateral stress",
+    );
+    picture.log = true;
+    let mut marks = [Vec::new(), Vec::new()];
+    for count in [311, WHOLE] {
+        let round =
+            |seed| Ok(found(&run_by("dem", &case(&cell(count, seed)?)?)?, BEFORE[0] + BEFORE[1])?.peak);
+        let all = |test: &dyn Fn(u64) -> Result<f64, String>| -> Result<Vec<f64>, String> {
+            (1..=SEEDS).map(test).collect()
+        };
+        let drawn = [all(&|seed| between_walls(count, seed))?, all(&round)?];
+        for (marks, own) in marks.iter_mut().zip(&drawn) {
+            marks.extend(own.iter().map(|peak| (f64::from(count), *peak)));
+        }
+        let [rigid, round] = drawn.map(|own| scatter(&own));
+        for (name, (mean, spread)) in [("rigid walls", rigid), ("periodic", round)] {
+            let name = format!("{count} spheres, {name}: deviator at the peak over the lateral stress");
+            outcome.show(name.clone(), "", mean, "not judged: no values in the source");
+            let reason = "not judged: four drawings tell it to a half";
+            outcome.show(format!("{name}, standard deviation between drawings"), "", spread, reason);
+        }
+        if count < WHOLE {
+            let name = format!("{count} spheres: peak between rigid walls over that in a periodic cell");
+            let reason = "not judged: B16 asks for it in the plane, for 300 disks and fewer";
+            outcome.show(name, "at least one", rigid.0 / round.0, reason);
+        } else {
+            let name = format!("{count} spheres: difference of the peaks over the mean");
+            let difference = (rigid.0 - round.0).abs() / (0.5 * (rigid.0 + round.0));
+            outcome.below(name, "fades", difference, 0.1, "B16: < 10 % at about 1000");
+        }
+    }
+    for (name, marks) in
+        ["smooth rigid walls, four drawings", "periodic cells, four drawings"].into_iter().zip(marks)
+    {
+        picture.series.push(Series::new(name, marks, Style::Markers));
+    }
+    outcome.svg(
+        "B16: what kind of boundary a specimen has matters less, the more spheres it holds.",
+        &picture,
+    )?;
     Ok(outcome)
 }
 
