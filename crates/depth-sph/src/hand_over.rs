@@ -82,12 +82,16 @@ fn columns(
     options: &DepthOptions,
     snapshot: &Snapshot,
 ) -> Result<Vec<(usize, Share)>, CaseError> {
+    // What has not flowed in yet, or has left through an open side, is not of the flow.
+    let outside = snapshot.scalars("outside");
+    let is_inside = |node: &usize| outside.is_none_or(|outside| outside[*node] == 0.0);
+    let all = (0..snapshot.positions.len()).filter(is_inside);
     if options.phases != Phases::Two {
-        return Ok((0..snapshot.positions.len()).map(|node| (node, Share::default())).collect());
+        return Ok(all.map(|node| (node, Share::default())).collect());
     }
     let scalars = |name: &str| snapshot.scalars(name).ok_or_else(|| lacks(name));
     let phase = scalars("phase")?;
-    let (grains, fluid): (Vec<usize>, Vec<usize>) = (0..phase.len()).partition(|node| phase[*node] == 0.0);
+    let (grains, fluid): (Vec<usize>, Vec<usize>) = all.partition(|node| phase[*node] == 0.0);
     let pores = Pores {
         kernel: options.kernel,
         grains: &grains,

@@ -193,7 +193,7 @@ impl Maps {
             let density = flow.density(number);
             let nodes = &set.nodes;
             let patch = |i: usize| {
-                if flow.held.of(nodes.id[i]).is_some() {
+                if flow.is_outside(nodes.id[i]) {
                     return None;
                 }
                 let of = (pair(&nodes.position[i]), nodes.length[i], nodes.volume[i]);

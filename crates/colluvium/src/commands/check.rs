@@ -40,8 +40,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     say!("time step      {:.4e} s at the start, limited by: {}", step.dt, step.limit);
     if let Some(point) = step.point {
+        let on_map = step.position.iter().zip(case.origin()).map(|(x, origin)| x + origin);
         let place: Vec<String> =
-            step.position[..case.dimension()].iter().map(|coordinate| format!("{coordinate:.4}")).collect();
+            on_map.take(case.dimension()).map(|coordinate| format!("{coordinate:.4}")).collect();
         say!("               at point {point} ({}) m", place.join(", "));
     }
     say!("steps          about {}", plan.steps);

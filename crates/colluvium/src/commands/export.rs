@@ -86,7 +86,8 @@ fn points(from: &Path, body: Option<&str>) -> Result<(), Failure> {
     say!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
     if let Some([handed, whole]) = apart(&snapshot, &list) {
         say!(
-            "the points weigh {handed:.4e} kg and the flow {whole:.4e} kg: they are its grains with the fluid around them, and fluid has left its grains"
+            "the points weigh {handed:.6e} kg and the flow {whole:.6e} kg: they are its grains with the fluid around them, and {:.4e} kg of fluid have no grains near",
+            whole - handed
         );
     }
     Ok(())
@@ -94,8 +95,10 @@ fn points(from: &Path, body: Option<&str>) -> Result<(), Failure> {
 
 /// Masses of a list of points and of the frame that it is of (kg), where they differ: of grains and fluid points stand for the grains.
 fn apart(snapshot: &Snapshot, list: &PointList) -> Option<[f64; 2]> {
-    let sum = |all: &[f64]| all.iter().sum::<f64>();
-    let masses = [sum(list.masses.as_ref()?), sum(snapshot.scalars(PointList::MASS)?)];
+    let outside = snapshot.scalars("outside");
+    let inside = |node: usize| outside.is_none_or(|outside| outside[node] == 0.0);
+    let own = snapshot.scalars(PointList::MASS)?.iter().enumerate().filter(|(node, _)| inside(*node));
+    let masses = [list.masses.as_ref()?.iter().sum::<f64>(), own.map(|(_, mass)| mass).sum()];
     ((masses[0] / masses[1] - 1.0).abs() > 1e-9).then_some(masses)
 }
 

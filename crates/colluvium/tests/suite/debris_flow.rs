@@ -25,6 +25,36 @@ fn last(out: &Path, name: &str) -> f64 {
     lines.next_back().unwrap().split(',').nth(column).unwrap().parse().unwrap()
 }
 
+/// The deposit holds the volume of the flow.
+fn sums_to_the_volume(out: &Path) -> f64 {
+    let flow = last(out, "flow_volume");
+    for ending in ["asc", "tif"] {
+        let deposit = read_raster(&out.join(format!("rasters/final_thickness_vertical.{ending}"))).unwrap();
+        let volume: f64 = deposit.values.iter().filter(|depth| depth.is_finite()).sum::<f64>() * 25.0;
+        assert!((volume / flow - 1.0).abs() < 1e-9, "{ending}: {volume} m³ of {flow} m³");
+    }
+    flow
+}
+
+/// What stands beyond an open side is in none of the rasters.
+#[test]
+fn what_leaves_through_a_side_is_not_in_the_deposit() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    in_folder(folder, &["new", "debris-flow"]);
+    change(folder, |case| {
+        case["stages"][0]["duration"] = json!(12);
+        case["methods"]["depth-sph"]["spacing"] = json!(4);
+        case["boundaries"] =
+            json!([{ "side": "x-max", "position": 600_180, "wall": { "kind": "absorbing" } }]);
+    });
+    let (code, _, errors) = in_folder(folder, &["run", "debris-flow.json", "--quiet"]);
+    assert_eq!(code, 0, "{errors}");
+    let out = folder.join("debris-flow-depth-sph");
+    let (flow, left) = (sums_to_the_volume(&out), last(&out, "volume_left"));
+    assert!(left > 100.0, "{left} m³ have left, and {flow} m³ are there");
+}
+
 #[test]
 fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
     let folder = tempfile::tempdir().unwrap();
@@ -41,16 +71,21 @@ fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
     assert_eq!(code, 0, "{errors}");
     let out = folder.join("debris-flow-depth-sph");
     let terrain = read_raster(&folder.join("debris-flow-terrain.asc")).unwrap();
+    sums_to_the_volume(&out);
     for ending in ["asc", "tif"] {
         let deposit = read_raster(&out.join(format!("rasters/final_thickness_vertical.{ending}"))).unwrap();
         let same = (deposit.origin, deposit.spacing, deposit.columns, deposit.rows);
         assert_eq!(same, (terrain.origin, terrain.spacing, terrain.columns, terrain.rows), "{ending}");
-        let volume: f64 = deposit.values.iter().filter(|depth| depth.is_finite()).sum::<f64>() * 25.0;
         let flow = last(&out, "flow_volume");
-        assert!((volume / flow - 1.0).abs() < 1e-9, "{ending}: {volume} m³ of {flow} m³");
         // 1.5 m along the normal of slopes of about 30° over 3244 m².
         assert!((1.05..1.25).contains(&(flow / (1.5 * 3244.0))), "{flow}");
     }
+    // `check` names places of the map.
+    let (_, said, _) = in_folder(folder, &["check", "debris-flow.json"]);
+    let place = said.split("at point").nth(1).unwrap().split(['(', ')']).nth(1).unwrap();
+    let place: Vec<f64> = place.split(", ").map(|x| x.parse().unwrap()).collect();
+    assert!((6e5..600_900.0).contains(&place[0]) && (5.2e6..5_200_400.0).contains(&place[1]), "{said}");
+    assert!(place[2] > 100.0, "{said}");
     assert!(fs::metadata(out.join("rasters/map.png")).unwrap().len() > 10_000);
     let (code, _, errors) = in_folder(folder, &["plot", "debris-flow-depth-sph"]);
     assert!(code == 0 && out.join("plots/map-peak_velocity.png").exists(), "{errors}");

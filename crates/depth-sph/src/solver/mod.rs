@@ -256,7 +256,12 @@ impl<const D: usize> Solver for DepthSolver<D> {
             dt: limit.dt,
             limit: StepLimit::new("surface wave"),
             point: node.map(|(nodes, i)| nodes.id[i]),
-            position: node.map_or([0.0; 3], |(nodes, i)| spatial(&nodes.position[i])),
+            position: node.map_or([0.0; 3], |(nodes, i)| {
+                let x = &nodes.position[i];
+                let mut place = spatial(x);
+                place[D] = self.flow.bed_below(x).level + 0.5 * nodes.depth[i];
+                place
+            }),
         };
         let longest = self.options.max_time_step.unwrap_or(f64::INFINITY).min(self.idle());
         if longest < step.dt {

@@ -105,25 +105,40 @@ impl<const D: usize> DepthSolver<D> {
             fields.push(scalar("phase", "", each(&|set, _| set as f64)));
             fields.push(scalar("height", "m", each(&|set, i| nodes(set).height[i])));
         }
-        if !flow.heads.is_empty() {
-            let head = |set: usize, i: usize| if set == 0 { flow.heads.base(i) } else { f64::NAN };
-            fields.push(scalar("liquefaction", "", each(&|set, i| head(set, i) / nodes(set).depth[i])));
-            let excess = |set: usize, i: usize| flow.submerged(set, i) * nodes(set).pull[i] * head(set, i);
-            fields.push(scalar("excess_pore_pressure", "Pa", each(&excess)));
-            let mean = |set: usize, i: usize| {
-                let head = if set == 0 { flow.heads.mean(i) } else { f64::NAN };
-                flow.submerged(set, i) * nodes(set).pull[i] * head
-            };
-            fields.push(scalar("mean_excess_pore_pressure", "Pa", each(&mean)));
-            let fluid = flow.settings.material.densities.fluid;
-            let whole =
-                |set: usize, i: usize| excess(set, i) + fluid * nodes(set).pull[i] * nodes(set).depth[i];
-            fields.push(scalar("pore_pressure", "Pa", each(&whole)));
+        fields.extend(self.fields_of_columns(order));
+        if !(flow.inflows.is_empty() && flow.opens.is_empty()) {
+            let outside = |set: usize, i: usize| f64::from(u8::from(flow.is_outside(nodes(set).id[i])));
+            fields.push(scalar("outside", "", each(&outside)));
         }
         if flow.settings.zones.iter().any(|zone| zone.erosion.is_some()) {
             fields.push(scalar("eroded", "m3", each(&|set, i| nodes(set).eroded[i])));
         }
         fields
+    }
+
+    /// The pore pressures of the nodes in `order`, where there are columns.
+    fn fields_of_columns(&self, order: &[(usize, usize)]) -> Vec<Field> {
+        let flow = &self.flow;
+        if flow.heads.is_empty() {
+            return Vec::new();
+        }
+        let nodes = |set: usize| &flow.sets[set].nodes;
+        let each =
+            |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
+        let head = |set: usize, i: usize| if set == 0 { flow.heads.base(i) } else { f64::NAN };
+        let excess = |set: usize, i: usize| flow.submerged(set, i) * nodes(set).pull[i] * head(set, i);
+        let mean = |set: usize, i: usize| {
+            let head = if set == 0 { flow.heads.mean(i) } else { f64::NAN };
+            flow.submerged(set, i) * nodes(set).pull[i] * head
+        };
+        let fluid = flow.settings.material.densities.fluid;
+        let whole = |set: usize, i: usize| excess(set, i) + fluid * nodes(set).pull[i] * nodes(set).depth[i];
+        vec![
+            scalar("liquefaction", "", each(&|set, i| head(set, i) / nodes(set).depth[i])),
+            scalar("excess_pore_pressure", "Pa", each(&excess)),
+            scalar("mean_excess_pore_pressure", "Pa", each(&mean)),
+            scalar("pore_pressure", "Pa", each(&whole)),
+        ]
     }
 
     /// Totals.

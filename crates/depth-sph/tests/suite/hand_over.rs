@@ -218,3 +218,30 @@ fn fluid_that_moves_by_itself_is_handed_over_with_the_grains_around_it() {
     let own = snapshot.scalars("mass").unwrap()[alone];
     assert!(((whole[0] - kept) / own - 1.0).abs() < 1e-6, "{kept} of {}, without {own}", whole[0]);
 }
+
+/// Nodes behind a line of inflow, which are in the frames, are not handed over.
+#[test]
+fn what_has_not_flowed_in_is_not_handed_over() {
+    let value = json!({
+        "title": "channel", "space": "3d", "gravity": [0, 0, -9.81], "domain": { "min": [0, 0, 0], "max": [20, 4, 5] },
+        "materials": { "water": {
+            "model": "mohr-coulomb", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
+        } },
+        "bodies": [{ "name": "pond", "material": "water", "shape": { "kind": "box", "min": [16, 1, 0], "max": [17, 3, 0.2] } }],
+        "boundaries": [{ "side": "z-min", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "flow", "duration": 6 }],
+        "methods": { "depth-sph": { "spacing": 0.25, "inflows": [
+            { "from": [4, 0], "to": [4, 4], "discharge": [[0, 4], [4, 4]], "froude": 2 } ] } }
+    });
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let mut solver = DepthSph.build(&case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    for _ in 0..40 {
+        solver.step(1.0).unwrap();
+    }
+    let list = stacks(&case, &solver.snapshot()).unwrap();
+    let flow = solver.readings().iter().find(|(name, ..)| name == "flow_volume").unwrap().2;
+    let handed: f64 = list.volumes.iter().sum();
+    assert!((handed / flow - 1.0).abs() < 1e-12, "{handed} m³ of {flow}");
+    assert!(list.positions.iter().all(|x| x[0] > 4.0 - 1e-9));
+}

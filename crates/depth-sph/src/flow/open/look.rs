@@ -72,6 +72,7 @@ impl<const D: usize> OpenEnd<D> {
             let whole: f64 = strip.like.iter().flatten().map(|node| node.volume).sum();
             if let (Some(still), Some(within)) = (&mut strip.still, within)
                 && whole > 0.0
+                && within.depth[0] > 0.0
             {
                 let Within { depth, speed, along, porosity, .. } = within;
                 *still = Stand { depth: depth[0], speed: speed[0], along, porosity };

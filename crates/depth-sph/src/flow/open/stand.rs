@@ -213,8 +213,10 @@ impl Moments {
             let slope = if is_line { (weight * moment - first * sum) / spread } else { 0.0 };
             [(sum - slope * first) / weight, slope]
         };
+        // A line through a front may fall below the bed before it is at the side.
+        let [depth, slope] = line(self.depth);
         Some(Within {
-            depth: line(self.depth),
+            depth: [depth.max(0.0), slope],
             speed: line(self.speed),
             along: self.along / weight,
             porosity: self.fluid / weight,
@@ -233,6 +235,7 @@ pub fn turned<const D: usize>(velocity: &Plan<D>, axis: usize, outward: f64) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::nodes::Node;
 
     #[test]
     fn a_simple_wave_passes_as_it_is_and_a_rapid_flow_too() {
@@ -248,6 +251,25 @@ mod tests {
         assert!((h - 1.0).abs() < 1e-12 && u.abs() < 1e-12);
         assert_eq!(met(Some(&still), 0.2, 3.0, 9.81), (0.2, 3.0));
         assert_eq!(met(None, 0.2, 0.1, 9.81), (0.2, 0.1));
+    }
+
+    /// A front that is thinner the nearer it is to the side, so that a line through it is below the bed there.
+    #[test]
+    fn a_front_before_the_side_has_no_depth_beyond_it() {
+        let mut set = Set::<1>::default();
+        for (id, (x, depth)) in [(-1.0, 0.9), (-0.6, 0.1)].into_iter().enumerate() {
+            let node =
+                Node { body: 0, position: [x], velocity: [1.0], volume: depth, length: 1.0, scale: 1.0 };
+            set.nodes.push(id as u64, &node);
+            set.nodes.depth[id] = depth;
+        }
+        let mut moments = Moments::default();
+        for (i, beyond) in [-1.0, -0.6].into_iter().enumerate() {
+            moments.add(1.0, beyond, [1.0, 0.0], Kernel::CubicSpline, (&set, i));
+        }
+        let within = moments.within().unwrap();
+        assert_eq!(within.depth[0], 0.0);
+        assert_eq!(within.at(None, 0.5).depth, 0.0);
     }
 
     #[test]
