@@ -16,6 +16,17 @@ pub enum Phases {
     Layers,
 }
 
+/// How what flows in across a line stands along it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Across {
+    /// As deep everywhere.
+    #[default]
+    Even,
+    /// Up to one level, so that it is deeper where the bed is lower, and nothing where that is higher: for a line across a channel.
+    Level,
+}
+
 /// The axes that depth is measured in (sheet: depth-sph §2.9).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::cross_section::CrossSection;
 use crate::nodes::{Node, Plan};
 
 /// Nodes behind the line are kept this far beyond their reach (rows), so that none comes and goes.
@@ -99,6 +100,8 @@ pub struct Inflow<const D: usize> {
     pub body: u32,
     /// Porosity of what flows in, of two phases; none of one.
     pub porosity: Option<f64>,
+    /// The bed along the line, over which it has one level; none where it is as deep everywhere.
+    pub channel: Option<CrossSection>,
     /// What has happened.
     pub state: State,
 }
@@ -108,10 +111,21 @@ pub struct Inflow<const D: usize> {
 pub struct State {
     /// Rows that have crossed the line.
     pub crossed: u64,
-    /// Rows behind the line, the nearest first: its number and those of its nodes.
-    pub held: Vec<(u64, Vec<u64>)>,
-    /// Depth (m) and speed (m/s) of these.
-    pub section: (f64, f64),
+    /// Rows behind the line, the nearest first: its number, and the places along the line and numbers of its nodes.
+    pub held: Vec<(u64, Vec<(usize, u64)>)>,
+    /// What stands at the line.
+    pub section: Section,
+}
+
+/// What stands at a line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Section {
+    /// Mean depth over all of the line (m).
+    pub depth: f64,
+    /// Speed (m/s).
+    pub speed: f64,
+    /// Largest depth (m).
+    pub deepest: f64,
 }
 
 /// Places and velocity of the nodes behind the line.
@@ -180,13 +194,31 @@ impl<const D: usize> Inflow<D> {
         [dot(&self.normal()), dot(&self.along()) / self.width()]
     }
 
-    /// Depth (m) and speed (m/s) at a discharge (m³/s) by the Froude number.
-    pub fn section(&self, discharge: f64) -> (f64, f64) {
-        section(discharge / self.width(), self.froude, self.gravity)
+    /// What stands at the line at a discharge (m³/s) that meets what arrives, by the Froude number where nothing does.
+    pub fn section(&self, discharge: f64, arriving: Option<Arriving>) -> Section {
+        let met = |width: f64| meeting(discharge / width, arriving, self.froude, self.gravity);
+        let Some(channel) = &self.channel else {
+            let (depth, speed) = met(self.width());
+            return Section { depth, speed, deepest: depth };
+        };
+        let deepest = channel.level(|width| met(width).0);
+        let (area, _) = channel.wetted(deepest);
+        let speed = if area > 0.0 { discharge / area } else { 0.0 };
+        Section { depth: area / self.width(), speed, deepest }
     }
 
-    /// Nodes of a row.
-    fn count(&self) -> usize {
+    /// The places along the line where nodes of a row stand, and the volume of each, of all phases (m³).
+    fn volumes(&self) -> Vec<(usize, f64)> {
+        let (whole, count) = (self.row_volume(), self.count());
+        let Some(channel) = &self.channel else {
+            return (0..count).map(|k| (k, whole / count as f64)).collect();
+        };
+        let shares = channel.shares(self.state.section.deepest).into_iter();
+        shares.map(|(k, share)| (k, whole * share)).collect()
+    }
+
+    /// Places along the line where nodes of a row may stand.
+    pub fn count(&self) -> usize {
         (self.width() / self.spacing).round().max(1.0) as usize
     }
 
@@ -195,9 +227,9 @@ impl<const D: usize> Inflow<D> {
         self.depth * self.width() * self.spacing
     }
 
-    /// Depth (m) and speed (m/s) by the Froude number at the largest discharge.
-    pub fn deepest(&self) -> (f64, f64) {
-        self.section(self.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max))
+    /// What stands at the line by the Froude number at the largest discharge.
+    pub fn deepest(&self) -> Section {
+        self.section(self.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max), None)
     }
 
     /// Place of node `k` of a row `behind` the line (m).
@@ -224,9 +256,8 @@ impl<const D: usize> Inflow<D> {
         arriving: Option<Arriving>,
         next_id: &mut u64,
     ) -> (Vec<(usize, u64, Node<D>)>, Vec<u64>) {
-        let flux = self.discharge(time) / self.width();
-        self.state.section = meeting(flux, arriving, self.froude, self.gravity);
-        let (volume, (depth, speed)) = (self.volume(time), self.state.section);
+        self.state.section = self.section(self.discharge(time), arriving);
+        let (volume, Section { depth, speed, .. }) = (self.volume(time), self.state.section);
         let row_volume = self.row_volume();
         while (self.state.crossed as f64 + 0.5) * row_volume <= volume {
             let row = self.state.crossed;
@@ -239,29 +270,28 @@ impl<const D: usize> Inflow<D> {
         while let Some((row, _)) = self.state.held.last()
             && far(self, *row)
         {
-            stale.extend(self.state.held.pop().into_iter().flat_map(|(_, ids)| ids));
+            stale.extend(self.state.held.pop().into_iter().flat_map(|(_, own)| own).map(|(_, id)| id));
         }
         let mut row = self.state.held.last().map_or(self.state.crossed, |(row, _)| row + 1);
         while depth > 0.0 && self.behind(row, volume, depth) <= self.reach {
-            let (count, behind) = (self.count(), self.behind(row, volume, depth));
-            let normal = self.normal();
-            let node = |k: usize, share: f64| Node {
+            let (behind, normal) = (self.behind(row, volume, depth), self.normal());
+            let node = |k: usize, volume: f64| Node {
                 body: self.body,
                 position: self.place(k, behind),
                 velocity: normal.map(|c| c * speed),
-                volume: share * (row_volume / count as f64),
+                volume,
                 length: self.ratio * self.spacing,
                 scale: self.ratio.powi(D as i32),
             };
-            let mut ids = Vec::new();
+            let mut own = Vec::new();
             for (set, share) in self.shares().into_iter().enumerate() {
-                for k in 0..count {
-                    fresh.push((set, *next_id, node(k, share)));
-                    ids.push(*next_id);
+                for (k, volume) in self.volumes() {
+                    fresh.push((set, *next_id, node(k, share * volume)));
+                    own.push((k, *next_id));
                     *next_id += 1;
                 }
             }
-            self.state.held.push((row, ids));
+            self.state.held.push((row, own));
             row += 1;
         }
         (fresh, stale)
@@ -269,12 +299,12 @@ impl<const D: usize> Inflow<D> {
 
     /// Where the nodes behind the line are at `time` (s).
     pub fn held(&self, time: f64) -> Vec<(u64, Plan<D>, Plan<D>)> {
-        let (volume, (depth, speed)) = (self.volume(time), self.state.section);
+        let (volume, Section { depth, speed, .. }) = (self.volume(time), self.state.section);
         let velocity = self.normal().map(|c| c * speed);
-        let row = |(row, ids): &(u64, Vec<u64>)| {
+        let row = |(row, own): &(u64, Vec<(usize, u64)>)| {
             let behind = self.behind(*row, volume, depth);
-            let place = move |(k, id): (usize, &u64)| (*id, self.place(k % self.count(), behind), velocity);
-            ids.iter().enumerate().map(place).collect::<Vec<_>>()
+            let place = move |(k, id): &(usize, u64)| (*id, self.place(*k, behind), velocity);
+            own.iter().map(place).collect::<Vec<_>>()
         };
         self.state.held.iter().flat_map(row).collect()
     }
@@ -307,9 +337,10 @@ mod tests {
             reach: 2.0,
             body: 0,
             porosity: None,
+            channel: None,
             state: State::default(),
         };
-        inflow.depth = inflow.deepest().0;
+        inflow.depth = inflow.deepest().depth;
         inflow
     }
 
@@ -320,7 +351,7 @@ mod tests {
         for (time, volume) in [(0.0, 0.0), (2.0, 2.0), (3.0, 8.0), (5.0, 20.0), (9.0, 24.0)] {
             assert!((inflow.volume(time) - volume).abs() < 1e-12, "{time}");
         }
-        let (depth, speed) = inflow.section(8.0);
+        let Section { depth, speed, .. } = inflow.section(8.0, None);
         assert!((depth * speed - 2.0).abs() < 1e-12 && (speed / (9.81 * depth).sqrt() - 2.0).abs() < 1e-12);
     }
 

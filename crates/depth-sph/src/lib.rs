@@ -9,6 +9,7 @@ pub mod bed;
 pub mod choices;
 pub mod column;
 mod config;
+pub mod cross_section;
 pub mod drag;
 pub mod erosion;
 pub mod exact;

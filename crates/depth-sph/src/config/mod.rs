@@ -10,7 +10,7 @@ use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{Continuity, Frame, Integration, Metric, Momentum, Phases, Search};
+use crate::choices::{Across, Continuity, Frame, Integration, Metric, Momentum, Phases, Search};
 use crate::column::{Drainage, LowerBound, Profile};
 use crate::drag::Drag;
 use crate::erosion::Erosion;
@@ -210,6 +210,9 @@ pub struct InflowOptions {
     /// is faster than its waves. Else they follow from the discharge and what stands there.
     #[serde(default = "one")]
     pub froude: f64,
+    /// How it stands along the line, at one speed. In three dimensions.
+    #[serde(default)]
+    pub across: Across,
     /// Share of the pore fluid in what flows in, between 0 and 1, for phases that are `two`; that of the mixture when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub porosity: Option<f64>,

@@ -47,8 +47,8 @@ impl<const D: usize> Flow<D> {
         let mut least = Limit { dt: f64::INFINITY, node: None };
         for inflow in &self.inflows {
             // No row passes from beyond its reach across the line in a step.
-            let (depth, speed) = inflow.deepest();
-            let wave = (inflow.gravity * depth).sqrt() + speed;
+            let section = inflow.deepest();
+            let wave = (inflow.gravity * section.deepest).sqrt() + section.speed;
             least.dt = least.dt.min(numerics.courant * inflow.ratio * inflow.spacing / wave);
         }
         for (number, set) in self.sets.iter().enumerate() {

@@ -4,10 +4,11 @@ use colluvium_case::{Case, CaseError, read_pairs};
 
 use super::{NAME, own};
 use crate::bed::Bed;
-use crate::choices::Phases;
+use crate::choices::{Across, Phases};
 use crate::config::{DepthOptions, InflowOptions};
+use crate::cross_section::CrossSection;
 use crate::flow::{Feed, Flow, Opening};
-use crate::inflow::{Inflow, State};
+use crate::inflow::{Inflow, Section, State};
 
 /// Rows behind a line beyond the reach of a kernel.
 const ROWS: f64 = 2.0;
@@ -30,17 +31,23 @@ pub fn add<const D: usize>(
             continue;
         }
         let mut inflow = inflow::<D>(case, options, flow, given, &key)?;
-        let (deepest, speed) = inflow.deepest();
+        let level = highest(&inflow, &flow.bed).map_err(|problem| own(&key("from"), problem))?;
+        if given.across == Across::Level {
+            let bed = |k: usize| flow.bed.at(&inflow.place(k, 0.0)).map_or(level, |bed| bed.level);
+            let beds: Vec<f64> = (0..inflow.count()).map(bed).collect();
+            inflow.channel = Some(CrossSection::new(inflow.width(), &beds));
+        }
+        let Section { depth, speed, deepest } = inflow.deepest();
         let before = flow.standing(&inflow);
-        let depth = before.map_or(deepest, |(depth, _)| depth.max(deepest));
+        let [depth, deepest] =
+            [depth, deepest].map(|own| before.map_or(own, |(standing, _)| standing.max(own)));
         inflow.depth = depth;
         if before.is_some() && flow.behind(&inflow) > 0 {
             let problem = "lies within a body, and the nodes of the inflow stand behind it: let bodies begin at the line, to the right of who walks along it";
             return Err(own(&key("from"), problem));
         }
         standing.push(before);
-        let level = highest(&inflow, &flow.bed).map_err(|problem| own(&key("from"), problem))?;
-        flow.top = flow.top.max(level + depth);
+        flow.top = flow.top.max(level + deepest);
         flow.fastest_start = flow.fastest_start.max(speed);
         flow.inflows.push(inflow);
     }
@@ -85,6 +92,9 @@ fn through_end<const D: usize>(
     };
     if given.from.is_some() || given.to.is_some() {
         return Err(own(&key("from"), "is a line in plan, which a profile does not have: leave it out"));
+    }
+    if given.across != Across::Even {
+        return Err(own(&key("across"), "is of a line in plan: leave it out"));
     }
     if case.boundaries.iter().any(|boundary| boundary.side == side) {
         return Err(own(&key("side"), "has a wall: leave the wall out"));
@@ -152,6 +162,7 @@ fn inflow<const D: usize>(
         reach: (flow.settings.numerics.kernel.support() * ratio + ROWS) * options.spacing,
         body: 0,
         porosity: porosity(options, given, key)?,
+        channel: None,
         state: State::default(),
     })
 }
@@ -176,7 +187,7 @@ fn check(hydrograph: &[[f64; 2]]) -> Result<(), String> {
 /// The highest level of the bed under the nodes behind a line (m).
 fn highest<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Result<f64, String> {
     let mut highest = f64::NEG_INFINITY;
-    let count = (inflow.width() / inflow.spacing).round().max(1.0) as usize;
+    let count = inflow.count();
     let rows = (inflow.reach / inflow.spacing).ceil() as usize + 2;
     for number in 0..count * rows {
         let behind = inflow.spacing * (number / count) as f64;

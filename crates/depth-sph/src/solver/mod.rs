@@ -23,7 +23,7 @@ use crate::nodes::norm;
 use crate::stages;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 
 /// Steps of a stage that is passed over for each check that its criterion wants.
 const CHECKS: f64 = 4.0;

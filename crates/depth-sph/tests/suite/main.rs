@@ -6,6 +6,7 @@ mod dam_breaks;
 mod gauges;
 mod hand_over;
 mod inflow;
+mod inflow_lines;
 mod mapped;
 mod open_ends;
 mod open_sides;

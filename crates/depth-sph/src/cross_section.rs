@@ -1,0 +1,84 @@
+//! The bed along a line of inflow, and how far a discharge fills it (sheet: depth-sph §3.9).
+
+/// Depths below this share of the largest are left to their neighbours: nodes of next to nothing are none.
+const SHALLOW: f64 = 0.02;
+/// Halvings of the stretch that the level lies in.
+const HALVINGS: usize = 60;
+
+/// The bed along a line, at places that stand for equal parts of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrossSection {
+    /// Length of the line (m).
+    width: f64,
+    /// Heights of the bed above its lowest place (m).
+    beds: Vec<f64>,
+}
+
+impl CrossSection {
+    /// Of a line so long (m) over a bed of these heights (m).
+    pub fn new(width: f64, heights: &[f64]) -> Self {
+        let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
+        Self { width, beds: heights.iter().map(|height| height - lowest).collect() }
+    }
+
+    /// Area (m²) and width (m) of what stands up to a level (m above the lowest place).
+    pub fn wetted(&self, level: f64) -> (f64, f64) {
+        let part = self.width / self.beds.len() as f64;
+        let depths = self.beds.iter().map(|bed| level - bed).filter(|depth| *depth > 0.0);
+        let (sum, count) = depths.fold((0.0, 0), |(sum, count), depth| (sum + depth, count + 1));
+        (sum * part, f64::from(count) * part)
+    }
+
+    /// The level (m above the lowest place) at which the mean depth of what is wet is what `depth` (m) says of its width (m); a depth of zero
+    /// leaves the line dry.
+    pub fn level(&self, depth: impl Fn(f64) -> f64) -> f64 {
+        if !(depth(self.width) > 0.0) {
+            return 0.0;
+        }
+        let is_short = |level: f64| {
+            let (area, width) = self.wetted(level);
+            !(width > 0.0) || area / width < depth(width)
+        };
+        let (mut low, mut high) = (0.0, 1e-3);
+        while is_short(high) && high < 1e9 {
+            high *= 2.0;
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if is_short(middle) { low = middle } else { high = middle }
+        }
+        high
+    }
+
+    /// Places that stand in a flow up to a level (m above the lowest place), and the share of each in its area.
+    pub fn shares(&self, level: f64) -> Vec<(usize, f64)> {
+        let depths = self.beds.iter().map(|bed| level - bed).enumerate();
+        let wet: Vec<(usize, f64)> = depths.filter(|(_, depth)| *depth > SHALLOW * level).collect();
+        let whole: f64 = wet.iter().map(|(_, depth)| depth).sum();
+        wet.into_iter().map(|(k, depth)| (k, depth / whole)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle has the area `s²/m` and the width `2 s/m` of its level `s` and the slope `m` of its sides.
+    #[test]
+    fn a_triangular_channel_is_filled_up_to_its_level() {
+        let heights: Vec<f64> =
+            (0..4000).map(|k| 7.0 + 0.5 * (f64::from(k) * 0.01 + 0.005 - 20.0).abs()).collect();
+        let section = CrossSection::new(40.0, &heights);
+        let (area, width) = section.wetted(3.0);
+        assert!((area - 18.0).abs() < 0.05 && (width - 12.0).abs() < 0.05, "{area} m² {width} m");
+        // Critical flow of 20 m³/s: `Q² b = g A³`, level `(8 Q² / (g 4))^(1/5)` with m = ½.
+        let critical = |width: f64| ((20.0 / width).powi(2) / 9.81).cbrt();
+        let level = section.level(critical);
+        let exact = (0.5f64 * 20.0 * 20.0 / 9.81).powf(0.2);
+        assert!((level / exact - 1.0).abs() < 0.01, "{level} m for {exact}");
+        let shares = section.shares(level);
+        assert!((shares.iter().map(|(_, share)| share).sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(shares.iter().all(|(k, _)| heights[*k] < 7.0 + level));
+        assert_eq!(section.level(|_| 0.0), 0.0);
+    }
+}

@@ -1,0 +1,147 @@
+//! Inflow of depth-integrated SPH across lines in plan: with columns of pore pressure, and over a bed that varies along the line.
+
+use std::path::Path;
+
+use colluvium_case::{Case, Method};
+use colluvium_depth_sph::DepthSph;
+use serde_json::{Value, json};
+
+use crate::common::{build, grid, hash_after};
+use crate::inflow::{bore, channel, mixture, reading, still_plan, until};
+
+const GRAVITY: f64 = 9.81;
+
+/// The still water of a plan as grains and fluid, with columns of pore pressure that are drained when the flow begins or not.
+fn still_columns(phases: &str, drained: bool) -> Value {
+    let mut value = still_plan();
+    value["materials"]["water"]["density"] = json!(1600);
+    let own = value["methods"]["depth-sph"].as_object_mut().unwrap();
+    own.insert("phases".to_owned(), json!(phases));
+    own.insert("mixture".to_owned(), mixture(0.4));
+    own.insert("column".to_owned(), json!({ "cells": 8, "consolidation": 0, "excess_ratio": 0.6 }));
+    if drained {
+        let of_bed = json!([{ "shape": { "kind": "box", "min": [6, 0], "max": [24, 1.5] }, "drainage": { "kind": "hydrostatic" } }]);
+        own.insert("regions".to_owned(), of_bed);
+        own["column"]["consolidation"] = json!(0.5);
+    }
+    value
+}
+
+/// What flows in across a line onto a wet bed has columns of their own excess ratio, which load and unload with its depth as those of the body
+/// do; that of the body, and its volume, are not changed by it.
+#[test]
+fn an_inflow_across_a_line_into_a_wet_bed_brings_its_columns() {
+    for phases in ["one", "two"] {
+        let mut solver = build(&still_columns(phases, false));
+        let pond = reading(solver.as_ref(), "flow_volume");
+        let first = reading(solver.as_ref(), "mean_liquefaction");
+        assert!(
+            (first - 0.6).abs() < 1e-9,
+            "{phases}: the rows behind the line are not of the flow: {first}"
+        );
+        until(solver.as_mut(), 2.4);
+        let entered = reading(solver.as_ref(), "volume_entered");
+        assert!((entered - 1.8).abs() <= 0.5 * 1.5 * 0.1 + 1e-9, "{phases}: {entered}");
+        let flow = reading(solver.as_ref(), "flow_volume");
+        assert!((flow - pond - entered).abs() < 1e-9, "{phases}: {flow} {entered}");
+        let [depth, speed, front] = bore(solver.as_ref(), 4.5, 10.0);
+        assert!((depth / 1.144_364 - 1.0).abs() < 0.02, "{phases}: {depth}");
+        assert!((speed / 0.436_924 - 1.0).abs() < 0.03, "{phases}: {speed}");
+        assert!(((front - 4.0) / (2.4 * 3.463) - 1.0).abs() < 0.03, "{phases}: {front}");
+        let snapshot = solver.snapshot();
+        let [ratio, depths] = ["liquefaction", "depth"].map(|name| snapshot.scalars(name).unwrap());
+        let grains = |i: &usize| ratio[*i].is_finite();
+        // The contact of what has flowed in goes with the speed behind the bore.
+        let contact = 4.0 + 2.4 * 0.436_924;
+        for i in (0..depths.len()).filter(grains) {
+            let x = snapshot.positions[i][0];
+            if (4.1..contact - 0.2).contains(&x) {
+                assert!((ratio[i] - 0.6).abs() < 0.02, "{phases}: at {x} m, what flows in: {}", ratio[i]);
+            }
+            // Without drainage `ψ` grows as the depth does (V14), which began as sums over the lattice are.
+            if (contact + 0.5..10.0).contains(&x) {
+                let exact = (0.6 + depths[i] - 1.0) / depths[i];
+                assert!(
+                    (ratio[i] - exact).abs() < 0.02,
+                    "{phases}: at {x} m, what was there: {} {exact}",
+                    ratio[i]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn columns_that_flow_in_go_on_after_a_restart_to_the_last_bit_on_any_threads() {
+    for phases in ["one", "two"] {
+        let value = still_columns(phases, true);
+        let run = |threads: usize, restart: Option<usize>| hash_after(&value, threads, 60, restart);
+        let whole = run(1, None);
+        assert_eq!(run(3, None), whole, "{phases}");
+        assert_eq!(run(1, Some(25)), whole, "{phases}");
+    }
+}
+
+/// A channel with sides of 1 : 4, which falls by 2 % along x, with its case beside the raster: 6 m³/s flow in across it.
+fn triangle(folder: &Path, across: &str) -> Value {
+    let bed = |x: f64, y: f64| 5.0 - 0.02 * x + 0.25 * (y - 8.0).abs();
+    grid(&folder.join("bed.asc"), [-2.0, 0.0], [45, 33], 0.5, bed);
+    let mut value = channel();
+    value["domain"] = json!({ "min": [-2, 0, 0], "max": [20, 16, 12] });
+    value["boundaries"] = json!([]);
+    value["obstacles"] = json!([{ "name": "bed", "wall": { "kind": "smooth" }, "shape": { "kind": "raster", "file": "bed.asc" } }]);
+    // The pond of a case stands away from the flow.
+    value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [18, 1, 4], "max": [19, 2, 6.6] });
+    value["methods"]["depth-sph"]["spacing"] = json!(0.2);
+    value["methods"]["depth-sph"]["inflows"] = json!([
+        { "from": [2, 2], "to": [2, 14], "discharge": [[0, 6], [9, 6]], "froude": 1.5, "across": across } ]);
+    value
+}
+
+/// What flows in across a channel has one level, is nothing where the bed is higher, and all of the discharge.
+#[test]
+fn an_inflow_across_a_channel_has_one_level() {
+    let folder = tempfile::tempdir().unwrap();
+    // `Q² b = Fr² g A³` of a triangle of level `s`: `A = 4 s²`, `b = 8 s`.
+    let level = (8.0f64 * 36.0 / (1.5 * 1.5 * GRAVITY * 64.0)).powf(0.2);
+    let speed = 6.0 / (4.0 * level * level);
+    let value = triangle(folder.path(), "level");
+    let case = Case::from_value(&value, folder.path()).unwrap();
+    let mut solver = DepthSph.build(&case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    let pond = reading(solver.as_ref(), "flow_volume");
+    until(solver.as_mut(), 2.0);
+    let entered = reading(solver.as_ref(), "volume_entered");
+    let row = 4.0 * level * level * 0.2;
+    assert!((entered - 12.0).abs() <= 0.5 * row + 1e-9, "{entered}");
+    let flow = reading(solver.as_ref(), "flow_volume");
+    let left = reading(solver.as_ref(), "volume_left");
+    assert!((flow + left - pond - entered).abs() < 1e-9, "{flow} {left} {entered}");
+    // Kernels reach half a metre, over the bend of the bed and towards the edge of the water.
+    for off in [-1.2, -0.6, 0.0, 0.6, 1.2f64] {
+        let (depth, velocity) = solver.gauge(&[2.1, 8.0 + off]).unwrap();
+        let surface = depth + 0.25 * off.abs();
+        assert!((surface / level - 1.0).abs() < 0.1, "at {off} m: {surface} m for {level} m");
+        assert!((velocity[0] / speed - 1.0).abs() < 0.1, "at {off} m: {velocity:?} for {speed} m/s");
+    }
+    let snapshot = solver.snapshot();
+    let widest = 4.0 * level + 0.2;
+    assert!(snapshot.positions.iter().all(|x| x[0] > 2.0 || (x[1] - 8.0).abs() < widest));
+    let other = Case::from_value(&triangle(folder.path(), "even"), folder.path()).unwrap();
+    let mut even = DepthSph.build(&other).unwrap();
+    even.begin_stage(0, 0.0).unwrap();
+    even.step(1.0).unwrap();
+    assert!(even.snapshot().positions.iter().any(|x| (x[1] - 8.0).abs() > 5.0), "all of the line, without");
+}
+
+#[test]
+fn a_level_inflow_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut value = triangle(folder.path(), "level");
+    let file = folder.path().join("bed.asc");
+    value["obstacles"][0]["shape"]["file"] = json!(file.to_str().unwrap());
+    let run = |threads: usize, restart: Option<usize>| hash_after(&value, threads, 60, restart);
+    let whole = run(1, None);
+    assert_eq!(run(3, None), whole);
+    assert_eq!(run(1, Some(25)), whole);
+}
