@@ -252,7 +252,9 @@ impl MixtureOptions {
 impl ColumnOptions {
     fn validate(&self, mixture: Option<&MixtureOptions>) -> Result<(), Wrong> {
         let key = |name: &str| format!("column.{name}");
-        check(mixture.is_some(), "column", || "needs a `mixture` of grains and fluid".to_owned())?;
+        check(mixture.is_some(), "column", || {
+            "needs grains and fluid: give bodies a `pore_fluid`, or a `mixture` here".to_owned()
+        })?;
         check((4..=MOST_CELLS).contains(&self.cells), &key("cells"), || {
             format!("{} is not in 4..={MOST_CELLS}", self.cells)
         })?;

@@ -10,6 +10,9 @@ use crate::cross_section::CrossSection;
 use crate::flow::{Feed, Flow, Opening};
 use crate::inflow::{Inflow, Section, State};
 
+/// Mean slope of the bed in the direction of an inflow from which on it deserves a warning.
+const UPHILL: f64 = 0.02;
+
 /// Rows behind a line beyond the reach of a kernel.
 const ROWS: f64 = 2.0;
 
@@ -18,6 +21,7 @@ pub fn add<const D: usize>(
     case: &Case,
     options: &DepthOptions,
     flow: &mut Flow<D>,
+    warnings: &mut Vec<String>,
 ) -> Result<Vec<(Opening, String)>, CaseError> {
     let (mut openings, mut standing) = (Vec::new(), Vec::new());
     if !options.inflows.is_empty() && options.phases == Phases::Layers {
@@ -49,6 +53,13 @@ pub fn add<const D: usize>(
         standing.push(before);
         flow.top = flow.top.max(level + deepest);
         flow.fastest_start = flow.fastest_start.max(speed);
+        if let Some(slope) = uphill(&inflow, &flow.bed) {
+            warnings.push(format!(
+                "methods.{NAME}.inflows[{number}]: the bed rises by {:.1} % where it flows to, to the right of who walks from `from` to `to`: are \
+                 these the right way round?",
+                100.0 * slope
+            ));
+        }
         flow.inflows.push(inflow);
     }
     if standing.iter().any(Option::is_some) {
@@ -182,6 +193,14 @@ fn check(hydrograph: &[[f64; 2]]) -> Result<(), String> {
         return Err("must begin at zero or later and flow at some time".to_owned());
     }
     Ok(())
+}
+
+/// Mean slope of the bed along a line in the direction of its flow, where it goes up.
+fn uphill<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Option<f64> {
+    let places = (0..inflow.count()).filter_map(|k| bed.at(&inflow.place(k, 0.0)));
+    let slopes = places.map(|bed| -inflow.turned(&bed.slope)[0]);
+    let slope = slopes.sum::<f64>() / inflow.count() as f64;
+    (slope > UPHILL).then_some(slope)
 }
 
 /// The highest level of the bed under the nodes behind a line (m).

@@ -151,7 +151,7 @@ fn made<const D: usize>(
     let ends = ends::<D>(case, 0);
     let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
     let mut flow = Flow::new(settings, bed, ends, &filled.sets).map_err(failed)?;
-    let mut openings = inflows::add(case, options, &mut flow)?;
+    let mut openings = inflows::add(case, options, &mut flow, &mut warnings)?;
     openings.extend(sides::openings(case, options));
     warnings.extend(sides::open(&openings, &mut flow)?);
     if !filled.handed.is_empty() {

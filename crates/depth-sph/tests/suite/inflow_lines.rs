@@ -127,6 +127,20 @@ fn an_inflow_across_a_channel_has_one_level() {
     let snapshot = solver.snapshot();
     let widest = 4.0 * level + 0.2;
     assert!(snapshot.positions.iter().all(|x| x[0] > 2.0 || (x[1] - 8.0).abs() < widest));
+    let warned = |value: &Value| {
+        let plan = DepthSph.plan(&Case::from_value(value, folder.path()).unwrap()).unwrap();
+        plan.warnings.iter().any(|warning| warning.contains("inflows[0]: the bed rises by"))
+    };
+    let mut upward = value.clone();
+    upward["methods"]["depth-sph"]["inflows"][0]["from"] = json!([2, 14]);
+    upward["methods"]["depth-sph"]["inflows"][0]["to"] = json!([2, 2]);
+    upward["obstacles"][0]["shape"]["file"] = json!("steep.asc");
+    grid(&folder.path().join("steep.asc"), [-2.0, 0.0], [45, 33], 0.5, |x, y| {
+        8.0 - 0.1 * x + 0.25 * (y - 8.0).abs()
+    });
+    upward["domain"]["max"][2] = json!(16);
+    upward["bodies"][0]["shape"]["max"][2] = json!(8.4);
+    assert!(warned(&upward) && !warned(&value));
     let other = Case::from_value(&triangle(folder.path(), "even"), folder.path()).unwrap();
     let mut even = DepthSph.build(&other).unwrap();
     even.begin_stage(0, 0.0).unwrap();
