@@ -18,7 +18,7 @@ use crate::solver::{Audit, SphSolver};
 use crate::walls::{Borne, planes};
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 9;
+const FORMAT: u32 = 10;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -88,6 +88,7 @@ impl<const D: usize> SphSolver<D> {
         let full = [p.origin.len(), p.position.len(), p.velocity.len(), p.mass.len(), p.density.len()];
         let fits =
             full.iter().chain(&[p.stress.len(), p.sound.len(), p.length.len()]).all(|count| *count == n)
+                && (p.pressed.is_empty() || p.pressed.len() == n)
                 && rates.of.len() == n
                 && (saved.listed.is_empty() || saved.listed.len() == n * D)
                 && saved.groups.iter().map(|(_, count, _)| count).sum::<usize>() == n;

@@ -93,6 +93,8 @@ columns! {
         pub velocity: [f64; D],
         /// Velocities of the step before, of the scheme that needs them (m/s); empty without.
         pub previous: [f64; D],
+        /// Pressures on faces that friction counts with (Pa), zero where there is none; empty without friction.
+        pub pressed: f64,
         /// Masses (kg).
         pub mass: f64,
         /// Densities (kg/m³).

@@ -18,7 +18,7 @@ use crate::ranks::RankedSolver;
 use crate::setting::{Setting, corner};
 use crate::solver::SphSolver;
 use crate::total::Reference;
-use crate::walls::{Obstacles, Walls, check_walls, planes, wall_sites};
+use crate::walls::{Obstacles, Walls, check_walls, has_friction, planes, wall_sites};
 use bodies::{add_body, check_distances};
 use refuse::{check_stress_forms, refuse, warnings};
 
@@ -206,6 +206,9 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     };
     bodies.loads = Loads::new(case, &bodies.groups.iter().map(loaded).collect::<Vec<_>>(), options.spacing)?;
     bodies.resize(count);
+    if has_friction(case) {
+        bodies.particles.pressed.resize(count, 0.0);
+    }
     let places =
         bodies.groups.iter().map(|group| (group.body as usize, &bodies.particles.position[group.range()]));
     let looks = (COVERED * options.spacing, smoothing.radius());

@@ -78,7 +78,8 @@ impl<const D: usize> Sums<'_, D> {
                 let most = -coefficient * normal;
                 let speed: f64 = (0..D).filter(|&c| c != axis).map(|c| own[c] * own[c]).sum::<f64>().sqrt();
                 if speed > STOPPED * most / (p.density[i] * p.sound[i]) {
-                    let factor = most / speed * if plane.upper { -1.0 } else { 1.0 };
+                    let rubs = coefficient * p.pressure_of_friction(i, -normal);
+                    let factor = rubs / speed * if plane.upper { -1.0 } else { 1.0 };
                     let normal = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
                     let against =
                         std::array::from_fn(|c| if c == axis { 0.0 } else { -coefficient * own[c] / speed });

@@ -84,7 +84,8 @@ impl<const D: usize> Sums<'_, D> {
                 let most = adhesion - coefficient * across;
                 let (speed, size) = (dot(&slip, &slip).sqrt(), dot(&shear, &shear).sqrt());
                 if speed > STOPPED * most / (p.density[i] * p.sound[i]) {
-                    let stress = with(&slip.map(|v| v * most / speed));
+                    let rubs = adhesion + coefficient * p.pressure_of_friction(i, -across);
+                    let stress = with(&slip.map(|v| v * rubs / speed));
                     let rub = Rub { normal: *n, against: slip.map(|v| -coefficient * v / speed) };
                     return Some(Answer { relative: along(1.0), stress, repulsion, rub: Some(rub) });
                 }

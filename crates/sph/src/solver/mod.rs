@@ -164,6 +164,7 @@ impl<const D: usize> SphSolver<D> {
         if bear_obstacles(setting, bodies, walls, rates, (clock.time + dt, dt)) || turned {
             (lists.weighed, rates.current) = (false, false);
         }
+        walls.press(setting, bodies, dt);
         Ok(())
     }
 

@@ -10,6 +10,7 @@ mod obstacles;
 mod of_case;
 mod plane;
 mod planes;
+mod pressed;
 mod smooth_bodies;
 mod soil;
 mod stops;
@@ -18,7 +19,7 @@ mod tests;
 
 pub use image::Image;
 pub use obstacles::{Face, Obstacles, Site, sites};
-pub use of_case::{check_walls, mirrors, planes, wall_sites};
+pub use of_case::{check_walls, has_friction, mirrors, planes, wall_sites};
 pub use plane::{Contact, Plane};
 pub use planes::Planes;
 pub use smooth_bodies::SmoothBodies;

@@ -1,6 +1,6 @@
 //! From a case to the walls of a stage.
 
-use colluvium_case::description::{Axis, Wall};
+use colluvium_case::description::{Axis, ObstacleWall, Wall};
 use colluvium_case::{Case, CaseError};
 
 use super::image::Period;
@@ -78,4 +78,13 @@ pub fn planes<const D: usize>(case: &Case, stage: usize, options: &SphOptions, r
     let periods = case.domain.periodic.iter().map(period).collect();
     let (span, depth) = extent(case, options, reach);
     Planes::new(mirrored, faces, periods, span, options.spacing, depth)
+}
+
+/// Whether a wall of some stage or a part of an obstacle is frictional.
+pub fn has_friction(case: &Case) -> bool {
+    let of_part = |wall: &ObstacleWall| matches!(wall, ObstacleWall::Frictional { .. });
+    case.boundaries.iter().any(|boundary| matches!(boundary.wall, Wall::Frictional { .. }))
+        || case.obstacles.iter().any(|obstacle| {
+            of_part(&obstacle.wall) || obstacle.regions.iter().any(|region| of_part(&region.wall))
+        })
 }
