@@ -1,8 +1,6 @@
 //! What acts on nodes and points from outside: walls, obstacles, driven bodies, other bodies, loads, absorbing faces.
 
-use std::sync::Arc;
-
-use colluvium_grid::{Faces, Walls};
+use colluvium_grid::Walls;
 
 use crate::absorbing::{Absorbing, Impedance};
 use crate::background::Background;
@@ -11,6 +9,7 @@ use crate::driven::Driven;
 use crate::meet::Grips;
 use crate::nodal::NodalLoad;
 use crate::obstacles::borne::Bearing;
+use crate::obstacles::nodes::Held;
 use crate::obstacles::rocks::Rocks;
 
 /// All that acts from outside, and what bodies do to each other.
@@ -19,7 +18,7 @@ pub struct Boundary<const D: usize> {
     /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
     pub(crate) closed: [[bool; 2]; D],
     /// Obstacles on the nodes.
-    pub(crate) faces: Arc<Faces>,
+    pub(crate) held: Held<D>,
     /// What they bear; `None` where nobody adds that up.
     pub(crate) bearing: Option<Bearing>,
     /// Obstacles on the points; `None` where they are on the nodes.

@@ -28,6 +28,15 @@ impl RowSums {
     }
 }
 
+/// What obstacles on the nodes take and give (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energies {
+    /// Energy that friction has taken.
+    pub friction: f64,
+    /// Work of the motion of obstacles on the material.
+    pub work: f64,
+}
+
 /// Everything the solve of one step needs.
 pub struct MomentumSolve<'a, const D: usize> {
     /// Step (s).
@@ -98,15 +107,15 @@ impl<const D: usize> MomentumSolve<'_, D> {
         (start, end)
     }
 
-    /// Adds the impulses of a node that is not solved yet on the obstacles that are told apart (N s), and the energy that friction
-    /// takes from it at any of them (J).
-    pub fn bear(&self, index: &[usize; 3], node: &Node, impulses: &mut [[f64; 3]], friction: &mut f64) {
+    /// Adds the impulses of a node that is not solved yet on the obstacles that are told apart (N s), and the energies that any of
+    /// them takes from it and gives to it.
+    pub fn bear(&self, index: &[usize; 3], node: &Node, impulses: &mut [[f64; 3]], energies: &mut Energies) {
         let mass = node.motion.as_array()[3];
         let faces = self.walls.faces().at(index);
         let Some(first) = faces.first().filter(|_| mass > self.light) else { return };
         let inertia = self.inertia * mass;
         let (begun, mut end) = self.freed(node, mass);
-        let (mut start, mut rubbed) = (begun, [0.0; 3]);
+        let (mut start, mut rubbed, mut dragged) = (begun, [0.0; 3], 0.0);
         let mut tell = |bearer: Option<u8>, change: [f64; 3]| {
             if let Some(number) = bearer {
                 (0..3).for_each(|c| impulses[usize::from(number)][c] -= inertia * change[c]);
@@ -121,12 +130,20 @@ impl<const D: usize> MomentumSolve<'_, D> {
             |face, change| {
                 tell(face.bearer, change);
                 let along: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
-                (0..3).for_each(|c| rubbed[c] += change[c] - along * face.normal[c]);
+                for c in 0..3 {
+                    let rubs = change[c] - along * face.normal[c];
+                    rubbed[c] += rubs;
+                    dragged += inertia * rubs * face.velocity[c];
+                    energies.work += inertia * change[c] * face.velocity[c];
+                }
             },
         );
         // Points get the change from start to end: what is taken off the start comes back to them.
-        tell(first.bearer, std::array::from_fn(|c| begun[c] - start[c]));
-        *friction -= (0..3).map(|c| 0.5 * inertia * rubbed[c] * (begun[c] + end[c])).sum::<f64>();
+        let kept: [f64; 3] = std::array::from_fn(|c| begun[c] - start[c]);
+        tell(first.bearer, kept);
+        energies.work += (0..3).map(|c| inertia * kept[c] * first.velocity[c]).sum::<f64>();
+        let whole = (0..3).map(|c| 0.5 * inertia * rubbed[c] * (begun[c] + end[c])).sum::<f64>();
+        energies.friction -= whole - dragged;
     }
 
     fn node(&self, index: &[usize; 3], node: &mut Node, mass: f64) {

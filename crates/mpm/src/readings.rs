@@ -3,6 +3,7 @@
 use colluvium_case::measure::Reading;
 
 use crate::affine::affine_energies;
+use crate::momentum::Energies;
 use crate::points::PointSet;
 use crate::pressing::{ObstacleEnergies, obstacle_energies};
 use crate::solver::MpmSolver;
@@ -51,7 +52,11 @@ impl<const D: usize> MpmSolver<D> {
             }
         }
         if let Some(bearing) = &self.boundary.bearing {
-            push("obstacles.friction", "J", bearing.state.friction);
+            let Energies { friction, work } = bearing.state.energies;
+            push("obstacles.friction", "J", friction);
+            if self.boundary.held.moving().next().is_some() {
+                push("obstacles.work", "J", work);
+            }
         }
         readings
     }

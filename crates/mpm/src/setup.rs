@@ -28,6 +28,7 @@ use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
 use crate::nodes::Nodes;
 use crate::obstacles::borne::Bearing;
+use crate::obstacles::nodes::Held;
 use crate::obstacles::rocks::Rocks;
 use crate::points::PointSet;
 use crate::pressing::begin_pressing;
@@ -182,12 +183,8 @@ pub fn solver<const D: usize>(
     let standing = case.standing::<D>()?;
     let at_points = options.obstacles == ObstacleContact::Points && !standing.is_empty();
     let bearing = Bearing::new(case)?;
-    let faces = Arc::new(if at_points {
-        Faces::default()
-    } else {
-        obstacles::faces(&standing, &background, &bearing)
-    });
-    let told = !faces.is_empty() && obstacles::unaccounted(options).is_none();
+    let held = if at_points { Held::default() } else { Held::new(&standing, &background, &bearing) };
+    let told = !held.is_empty() && obstacles::unaccounted(options).is_none();
     let domain = (background.grid.origin, background.upper);
     let rocks = at_points.then(|| Box::new(Rocks::new(&standing, domain, 2.0 * options.cell_size)));
     let mut driven = driven::driven(case);
@@ -240,7 +237,7 @@ pub fn solver<const D: usize>(
     let boundary = Boundary {
         walls: Walls::default(),
         closed: [[false; 2]; D],
-        faces,
+        held,
         bearing: told.then_some(bearing),
         rocks,
         driven,
@@ -320,7 +317,7 @@ impl<const D: usize> MpmSolver<D> {
             walls.set_off(self.clock.step == 0);
             Ok(walls.with_faces(Arc::clone(faces)))
         };
-        let own = walls(&self.clock.case, &self.boundary.faces)?;
+        let own = walls(&self.clock.case, &self.boundary.held.rest)?;
         let of_liquid = self
             .two_phase
             .as_ref()

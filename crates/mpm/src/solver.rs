@@ -70,6 +70,7 @@ impl<const D: usize> MpmSolver<D> {
             manufactured,
         } = self;
         nodes.reset(&background.layout); // 0: empty grid
+        boundary.held.place((clock.time, clock.dt), background, &mut boundary.walls);
         drive(clock, bodies, &mut boundary.driven);
         if let (Some(solution), None) = (manufactured, &two_phase) {
             solution.push(bodies, clock.time);
@@ -135,9 +136,10 @@ impl<const D: usize> MpmSolver<D> {
 
     /// The step in which no obstacle goes farther than [`OBSTACLE_WAY`], where that is shorter than the critical one.
     fn slowed(&self, critical: TimeStep) -> TimeStep {
-        let Some(rocks) = &self.boundary.rocks else { return critical };
+        let Boundary { rocks, held, .. } = &self.boundary;
+        let moving = rocks.iter().flat_map(|rocks| rocks.moving()).chain(held.moving());
         let most = OBSTACLE_WAY * self.clock.options.cell_size;
-        slowed_for_obstacles(critical, rocks.moving(), (self.clock.time, most, STEPS_PER_TIME_STEP + 1))
+        slowed_for_obstacles(critical, moving, (self.clock.time, most, STEPS_PER_TIME_STEP + 1))
     }
 }
 

@@ -2,8 +2,7 @@
 
 use colluvium_case::description::Obstacle;
 use colluvium_case::{
-    Case, CaseError, MovingObstacle, ObstacleLaw, Standing, TimeStep, holding, normal_inside,
-    slowed_for_obstacles,
+    Case, CaseError, MovingObstacle, ObstacleLaw, Standing, TimeStep, holding, slowed_for_obstacles,
 };
 use colluvium_grid::{Face, Faces};
 use colluvium_points::surface::Frame;
@@ -108,10 +107,7 @@ impl<const D: usize> Obstacles<D> {
 impl<const D: usize> Moving<D> {
     /// How it acts on a node at `place` (m), if it does.
     fn at(&self, place: &[f64; D], cell: f64, dt: f64) -> Option<Face> {
-        let normal = normal_inside(&self.own.placed, place, cell)?;
-        let next = self.own.carried(place, &self.next);
-        let mut velocity = [0.0; 3];
-        (0..D).for_each(|c| velocity[c] = (next[c] - place[c]) / dt);
+        let (normal, velocity) = self.own.holding(place, cell, (&self.next, dt))?;
         Some(Face { normal, velocity, ..self.face })
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use colluvium_points::Surface;
 use colluvium_points::surface::{Frame, Placed};
 
+use super::normal_inside;
 use crate::description::ObstacleMotion;
 use crate::{StepLimit, TimeStep};
 
@@ -115,6 +116,21 @@ impl<const D: usize> MovingObstacle<D> {
     /// Its angular velocity (rad/s).
     pub fn spin<const R: usize>(&self) -> [f64; R] {
         if R == 1 { [self.spin[2]; R] } else { std::array::from_fn(|c| self.spin[c]) }
+    }
+
+    /// How it holds a node at `place` (m) of a grid with cells of a size (m) over a step of `dt` (s) that takes it to the frame `next`:
+    /// its normal out of the solid there, and the velocity of its part (m/s). `None` where the node is not in it.
+    pub fn holding(
+        &self,
+        place: &[f64; D],
+        cell: f64,
+        (next, dt): (&Frame<D>, f64),
+    ) -> Option<([f64; 3], [f64; 3])> {
+        let normal = normal_inside(&self.placed, place, cell)?;
+        let goes = self.carried(place, next);
+        let mut velocity = [0.0; 3];
+        (0..D).for_each(|c| velocity[c] = (goes[c] - place[c]) / dt);
+        Some((normal, velocity))
     }
 
     /// Where its part that is at `x` (m) is in another frame of it (m).

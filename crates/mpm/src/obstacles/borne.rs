@@ -5,7 +5,7 @@ use colluvium_grid::{Node, Walls};
 use serde::{Deserialize, Serialize};
 
 use crate::background::Background;
-use crate::momentum::MomentumSolve;
+use crate::momentum::{Energies, MomentumSolve};
 
 /// Obstacles whose reactions are added up, at most: nodes name them in eight bits.
 const MOST: usize = 255;
@@ -30,8 +30,8 @@ pub struct Borne {
     moments: Vec<[f64; 3]>,
     /// Impulses since the start (N s).
     impulses: Vec<[f64; 3]>,
-    /// Energy that friction has taken at all obstacles since the start (J).
-    pub friction: f64,
+    /// What all obstacles have taken and given since the start.
+    pub energies: Energies,
 }
 
 impl Bearing {
@@ -54,8 +54,12 @@ impl Bearing {
             names.push(of.to_owned());
         }
         let none = vec![[0.0; 3]; names.len()];
-        let state =
-            Borne { step: (none.clone(), 0.0), moments: none.clone(), impulses: none.clone(), friction: 0.0 };
+        let state = Borne {
+            step: (none.clone(), 0.0),
+            moments: none.clone(),
+            impulses: none.clone(),
+            energies: Energies::default(),
+        };
         Ok(Self { names, own: none, state })
     }
 
@@ -80,20 +84,20 @@ impl Bearing {
         background: &Background<D>,
         nodes: &[Node],
     ) {
-        self.take_nodes(solve.dt, background, solve.walls, |index, number, impulses, friction| {
-            solve.bear(index, &nodes[number], impulses, friction);
+        self.take_nodes(solve.dt, background, solve.walls, |index, number, impulses, energies| {
+            solve.bear(index, &nodes[number], impulses, energies);
         });
     }
 
-    /// The same where `bear` adds what a node with this index and number bears: impulses (N s) and energy that friction takes (J).
+    /// The same where `bear` adds what a node with this index and number bears: impulses (N s) and energies.
     pub fn take_nodes<const D: usize>(
         &mut self,
         dt: f64,
         background: &Background<D>,
         walls: &Walls,
-        bear: impl Fn(&[usize; 3], usize, &mut [[f64; 3]], &mut f64),
+        bear: impl Fn(&[usize; 3], usize, &mut [[f64; 3]], &mut Energies),
     ) {
-        let Borne { step, moments, impulses, friction } = &mut self.state;
+        let Borne { step, moments, impulses, energies } = &mut self.state;
         let Background { grid, layout, axis, .. } = background;
         step.0.fill([0.0; 3]);
         moments.fill([0.0; 3]);
@@ -106,7 +110,7 @@ impl Bearing {
                     continue;
                 }
                 self.own.fill([0.0; 3]);
-                bear(&index, first + number, &mut self.own, friction);
+                bear(&index, first + number, &mut self.own, energies);
                 let mut place = [0.0; 3];
                 for a in 0..D {
                     place[a] = grid.origin[a] + grid.cell * axis.coordinate(index[a], grid.cells[a]);

@@ -2,6 +2,7 @@
 
 pub mod borne;
 mod law;
+pub mod nodes;
 pub mod rocks;
 pub mod stops;
 
@@ -10,7 +11,6 @@ use colluvium_case::{Case, CaseError, Standing, holding};
 use colluvium_grid::{Face, Faces};
 
 use crate::background::Background;
-use crate::obstacles::borne::Bearing;
 use crate::{Formulation, Mass, MpmOptions, ObstacleContact, WallFriction};
 
 /// Refuses options that do not go with obstacles.
@@ -41,6 +41,12 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
             );
             return Err(CaseError::new(format!("measures.{name}.of"), problem));
         }
+    }
+    if let Some(number) = case.obstacles.iter().position(|obstacle| obstacle.motion.is_some())
+        && let Some(what) = stays_beside(case, options)
+    {
+        let problem = format!("with {what} obstacles of mpm move with `methods.mpm.obstacles` `points` only");
+        return Err(CaseError::new(format!("obstacles[{number}].motion"), problem));
     }
     if case.bodies.iter().any(|body| body.pore_fluid.is_some())
         && let Some(number) = case
@@ -87,23 +93,10 @@ pub fn unaccounted(options: &MpmOptions) -> Option<&'static str> {
     }
 }
 
-/// The faces of the nodes of a grid, whose nodes in an obstacle or on its surface have the velocity that it allows.
-pub fn faces<const D: usize>(
-    standing: &[Standing<'_, D>],
-    background: &Background<D>,
-    bearing: &Bearing,
-) -> Faces {
-    let Background { grid, layout, axis, .. } = background;
-    if standing.is_empty() {
-        return Faces::default();
-    }
-    Faces::in_space(grid, layout, axis, |place, found| {
-        let held = holding(standing, place, grid.cell);
-        found.extend(held.map(|(obstacle, law, normal)| Face {
-            bearer: bearing.number(&obstacle.name),
-            ..Face::at_rest(normal, law.friction(), law.lets_go())
-        }));
-    })
+/// Beside what obstacles on the nodes do not move; none where they do.
+fn stays_beside(case: &Case, options: &MpmOptions) -> Option<&'static str> {
+    let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
+    unaccounted(options).or(wet.then_some("a pore fluid"))
 }
 
 /// The faces that a pore fluid meets at the same nodes: it slips along them, does not pass, and leaves where its skeleton may.

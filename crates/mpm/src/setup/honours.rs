@@ -5,7 +5,7 @@ use colluvium_case::{Case, CaseError, Honours};
 use crate::{Formulation, Mass, ObstacleContact, ShapeFunctions};
 
 /// What MPM takes of a case beyond what all methods with points do.
-const TAKEN: [&str; 43] = [
+const TAKEN: [&str; 44] = [
     "space=axisymmetric",
     "domain.origin",
     "domain.periodic*",
@@ -31,6 +31,7 @@ const TAKEN: [&str; 43] = [
     "obstacles",
     "obstacles.shape=*",
     "obstacles.shape.*",
+    "obstacles.motion*",
     "obstacles.wall=rough",
     "obstacles.wall=smooth",
     "obstacles.wall=frictional",
@@ -59,16 +60,12 @@ pub fn honours(case: &Case) -> Result<Honours, CaseError> {
         "is the start of columns of depth-integrated flow: mpm begins with `pressure`, give a formula of it",
     );
     honours = if options.obstacles == ObstacleContact::Points {
-        honours.takes(&["obstacles.wall.adhesion", "obstacles.motion*"])
+        honours.takes(&["obstacles.wall.adhesion"])
     } else {
         let problem = "mpm knows no area of the nodes that an obstacle holds: take `methods.mpm.obstacles` `points` or leave it out";
         honours
             .refuses("obstacles.wall.adhesion", problem)
             .refuses("obstacles.regions.wall.adhesion", problem)
-            .refuses(
-                "obstacles.motion",
-                "obstacles on nodes stand still: take `methods.mpm.obstacles` `points`",
-            )
     };
     if case.bodies.iter().any(|body| body.pore_fluid.is_some()) {
         let rigid = "mpm with a pore_fluid has no rigid bodies: take an obstacle, which may move (`obstacles.motion`), with \

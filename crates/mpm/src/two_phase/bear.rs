@@ -14,8 +14,8 @@ pub(super) fn bear_phases<const D: usize>(
     background: &Background<D>,
     nodes: &[[Node; 2]],
 ) {
-    bearing.take_nodes(solve.dt, background, solve.walls[SOLID], |index, number, impulses, friction| {
-        solve.bear(index, &nodes[number], impulses, friction);
+    bearing.take_nodes(solve.dt, background, solve.walls[SOLID], |index, number, impulses, energies| {
+        solve.bear(index, &nodes[number], impulses, &mut energies.friction);
     });
 }
 

@@ -13,6 +13,7 @@ mod materials;
 mod mesh;
 mod mesh_contact;
 mod mesh_phases;
+mod moving;
 mod obstacle_regions;
 mod obstacles;
 mod pressing;

@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 use crate::common::reading;
 
-const GRAVITY: f64 = 9.81;
+pub const GRAVITY: f64 = 9.81;
 
 /// A block of 0.6 m by 0.3 m on a floor at y = 0.5 m, whose points stand in rows along it.
-fn block(wall: &Value) -> Value {
+pub fn block(wall: &Value) -> Value {
     let elastic =
         json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.0 });
     json!({
@@ -27,11 +27,11 @@ fn block(wall: &Value) -> Value {
     })
 }
 
-fn frictional(coefficient: f64) -> Value {
+pub fn frictional(coefficient: f64) -> Value {
     json!({ "kind": "frictional", "friction_coefficient": coefficient })
 }
 
-fn until(solver: &mut dyn Solver, time: f64) {
+pub fn until(solver: &mut dyn Solver, time: f64) {
     while solver.time() < time {
         solver.step(time - solver.time()).unwrap();
     }
@@ -189,68 +189,6 @@ fn what_does_not_go_with_points_on_obstacles_is_refused_where_it_stands() {
     assert!(found.contains("needs obstacles points"), "{found}");
     let found = refused(&|case| case["methods"]["mpm"]["formulation"] = json!("small-displacement"));
     assert!(found.starts_with("methods.mpm.obstacles: points needs points that move"), "{found}");
-}
-
-#[test]
-fn a_moving_floor_takes_a_block_along_as_friction_has_it() {
-    let mut value = block(&frictional(0.3));
-    value["obstacles"][0]["motion"] = json!({ "velocity": [0.5, 0.0] });
-    value["stages"] = json!([{ "name": "belt", "duration": 1 }]);
-    value["materials"]["m"]["youngs_modulus"] = json!(1e7);
-    let case = changed(value, &json!({}));
-    let mut solver = begin(&Mpm, &case);
-    until(&mut *solver, 0.1);
-    let speed = solver.totals().momentum[0] / 180.0;
-    assert!((speed / (0.3 * GRAVITY * 0.1) - 1.0).abs() < 0.03, "{speed}");
-    until(&mut *solver, 1.0);
-    let speed = solver.totals().momentum[0] / 180.0;
-    assert!((speed - 0.5).abs() < 0.01, "{speed}");
-    // The belt pays for the block's energy and as much for friction.
-    let work = reading(&*solver, "obstacles.work");
-    let kinetic = 0.5 * 180.0 * 0.25;
-    assert!((work / (2.0 * kinetic) - 1.0).abs() < 0.03, "{work} {kinetic}");
-    let friction = reading(&*solver, "obstacles.friction");
-    assert!((friction / kinetic - 1.0).abs() < 0.05, "{friction} {kinetic}");
-}
-
-#[test]
-fn a_turning_table_lifts_a_block_with_it() {
-    // The floor turns by 10 degrees about a place under the block, within a second after a start of 0.1 s.
-    let mut value = block(&json!({ "kind": "rough" }));
-    value["obstacles"][0]["motion"] =
-        json!({ "rotation": 20.0, "centre": [0.6, 0.5], "start": 0.1, "ramp": 1.0 });
-    value["stages"] = json!([{ "name": "turn", "duration": 1.1, "damping": 0.3 }]);
-    let case = changed(value, &json!({}));
-    let mut solver = begin(&Mpm, &case);
-    until(&mut *solver, 1.1);
-    let (sine, cosine) = 10f64.to_radians().sin_cos();
-    let snapshot = solver.snapshot();
-    let displacement = snapshot.field("displacement").unwrap();
-    let colluvium_case::FieldData::Vector(ways) = &displacement.data else { panic!("no vectors") };
-    for (x, way) in snapshot.positions.iter().zip(ways) {
-        let from = [x[0] - way[0] - 0.6, x[1] - way[1] - 0.5];
-        let exact = [cosine * from[0] - sine * from[1], sine * from[0] + cosine * from[1]];
-        let apart = (x[0] - 0.6 - exact[0]).hypot(x[1] - 0.5 - exact[1]);
-        assert!(apart < 0.01, "{apart} at {x:?}");
-    }
-}
-
-#[test]
-fn motions_of_obstacles_are_checked_and_need_points() {
-    let problem = |motion: Value| {
-        let mut value = block(&frictional(0.2));
-        value["obstacles"][0]["motion"] = motion;
-        Case::from_json(&value.to_string()).unwrap_err().to_string()
-    };
-    assert!(problem(json!({ "velocity": [1] })).starts_with("obstacles[0].motion.velocity: has 1 entries"));
-    assert!(problem(json!({ "rotation": 5 })).starts_with("obstacles[0].motion.centre"));
-    assert!(problem(json!({ "velocity": [1, 0], "ramp": -1 })).starts_with("obstacles[0].motion.ramp"));
-    let mut value = block(&frictional(0.2));
-    value["obstacles"][0]["motion"] = json!({ "velocity": [1, 0] });
-    value["methods"]["mpm"] = json!({ "cell_size": 0.1 });
-    value["measures"] = json!({});
-    let error = Mpm.build(&changed(value, &json!({}))).map(|_| ()).unwrap_err().to_string();
-    assert!(error.starts_with("obstacles[0].motion: obstacles on nodes stand still"), "{error}");
 }
 
 /// A plate of a fifth of a cell flies at a block, faster than its waves.
