@@ -2,8 +2,8 @@
 
 use std::sync::atomic::AtomicBool;
 
-use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
-use colluvium_grid::{DomainsMut, Points, Square};
+use colluvium_constitutive::{BLOCK, Motion, StateBlock, SymTensor};
+use colluvium_grid::{DomainsMut, Points};
 
 use crate::points::PointSet;
 use crate::pore::Fluid;
@@ -120,12 +120,21 @@ impl<const D: usize> Block<'_, D> {
         Points { position: self.position, domain: self.domain.as_slice(), extent }
     }
 
-    /// The domains of the first points follow their displacement gradients in the step, now or when the step is over.
-    pub fn stretch(&mut self, gradients: &[Square<D>]) {
-        if self.pending.is_empty() {
-            self.domain.follow(gradients, right_stretch);
-        } else {
-            self.pending[..gradients.len()].copy_from_slice(gradients);
+    /// The domains of the first points follow their motions in the step, now or when the step is over.
+    pub fn stretch(&mut self, motions: &[Motion]) {
+        let later = !self.pending.is_empty();
+        if !later && !self.domain.deform() {
+            return;
+        }
+        let mut own = [[[0.0; D]; D]; BLOCK];
+        let gradients = if later { &mut self.pending[..motions.len()] } else { &mut own[..motions.len()] };
+        for (gradient, motion) in gradients.iter_mut().zip(motions) {
+            for i in 0..D {
+                gradient[i].copy_from_slice(&motion.gradient.0[i][..D]);
+            }
+        }
+        if !later {
+            self.domain.follow(&own[..motions.len()], right_stretch);
         }
     }
 

@@ -168,7 +168,6 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         reads: &[Gathered<D>],
         motions: &mut [Motion],
     ) -> Result<(), Failure> {
-        let mut gradients = [[[0.0; D]; D]; BLOCK];
         let (mut failure, mut kept) = (None, [0.0; BLOCK]);
         if self.strains.is_shared() && set.flows {
             kept_by_fluids(set.material, block.stress, &block.states[0], &mut kept[..reads.len()]);
@@ -190,9 +189,8 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
             }
             block.volume[p] *= stretch;
             motion.density = block.mass[p] / block.volume[p];
-            gradients[p] = std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
         }
-        block.stretch(&gradients[..reads.len()]);
+        block.stretch(&motions[..reads.len()]);
         block.refuse(failure, &set.extent, self.background.grid.cell)
     }
 

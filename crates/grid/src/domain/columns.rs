@@ -244,6 +244,12 @@ impl<const D: usize> DomainSlice<'_, D> {
 }
 
 impl<const D: usize> DomainsMut<'_, D> {
+    /// Whether they change with the deformation of their points.
+    #[inline(always)]
+    pub fn deform(&self) -> bool {
+        !matches!(self, Self::Fixed(_))
+    }
+
     /// Follow the step `f = 1 + gradient` of each (row `i`, column `j`: `∂u_i/∂x_j`).
     #[inline]
     pub fn follow(&mut self, gradients: &[Square<D>], right_stretch: RightStretch<D>) {

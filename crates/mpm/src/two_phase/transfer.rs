@@ -252,7 +252,6 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         reads: &[[Gathered<D>; 2]],
         motions: &mut [Motion],
     ) -> Result<(), Failure> {
-        let mut gradients = [[[0.0; D]; D]; BLOCK];
         let mut failure = None;
         for (p, (read, motion)) in reads.iter().zip(&mut *motions).enumerate() {
             let radius = block.position[p][0];
@@ -268,9 +267,8 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
                 failure = Some(Failure { index: block.first + p, reason });
                 break;
             }
-            gradients[p] = std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
         }
-        block.stretch(&gradients[..reads.len()]);
+        block.stretch(&motions[..reads.len()]);
         block.refuse(failure, &set.extent, self.background.grid.cell)
     }
 }
