@@ -73,15 +73,18 @@ mod tests {
         cases.iter().for_each(|(delayed, present, counts)| assert_eq!(counted(*delayed, *present), *counts));
     }
 
-    /// Contacts of half a delay, as long apart.
+    /// Contacts of half a delay, as long apart. What is held back is that of one contact, however many there are: from the eleventh on
+    /// all counts.
     #[test]
     fn friction_counts_all_pressure_of_a_body_that_bounces() {
         let (mut delayed, mut counts, mut whole) = (0.0, 0.0, 0.0);
         for step in 0..100_000 {
             let phase = f64::from(step % 1000) / 500.0;
             let present = if phase < 1.0 { (std::f64::consts::PI * phase).sin() } else { 0.0 };
-            counts += counted(delayed, present);
-            whole += present;
+            if step >= 10_000 {
+                counts += counted(delayed, present);
+                whole += present;
+            }
             delayed = later(delayed, present, 1e-3);
         }
         assert!((counts / whole - 1.0).abs() < 0.01, "{counts} of {whole}");
