@@ -34,7 +34,14 @@ impl<const D: usize> Flow<D> {
                 }
                 let weight = nodes.volume[i] / nodes.depth[i] * kernel.shape::<D>(far);
                 if weight > 0.0 {
-                    moments.add(weight, -before, inflow.turned(&nodes.velocity[i]), kernel, (set, i));
+                    moments.add(
+                        weight,
+                        -before,
+                        inflow.turned(&nodes.velocity[i]),
+                        kernel,
+                        (set, i),
+                        nodes.depth[i],
+                    );
                 }
             }
         }

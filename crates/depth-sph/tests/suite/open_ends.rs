@@ -208,17 +208,8 @@ fn a_wave_of_grains_and_fluid_leaves_with_their_columns() {
     });
     let celerity = 9.81f64.sqrt();
     let mut flow = two_sets(settings, [0.6, 0.4], [6e-4, 4e-4], celerity);
-    let (still, volumes) = ([0.6, 0.4], [balance(&flow, 0), balance(&flow, 1)]);
-    let mut found = [[0.0; 2]; 2];
-    for (k, time) in [2.0, 7.8].into_iter().enumerate() {
-        run(&mut flow, time);
-        found[k] = [0, 1].map(|set| amplitude_of(&flow, set, still[set]));
-        for set in 0..2 {
-            assert!((balance(&flow, set) / volumes[set] - 1.0).abs() < 1e-12, "set {set}");
-        }
-    }
-    for set in 0..2 {
-        let back = found[1][set] / found[0][set];
+    let backs = come_back(&mut flow, [0.6, 0.4], [2.0, 7.8]);
+    for (set, back) in backs.into_iter().enumerate() {
         // 0.8 % was found.
         assert!(back < 0.02, "of set {set} {back} comes back");
     }
@@ -234,6 +225,19 @@ fn a_wave_of_grains_and_fluid_leaves_with_their_columns() {
     assert!(beyond > 3 && ratio(middle) < 0.49, "{beyond} {}", ratio(middle));
 }
 
+/// Shares of the amplitudes of both sets over their `still` heights (m) at the first time (s) that are there at the other; volumes are kept.
+fn come_back(flow: &mut Flow<1>, still: [f64; 2], times: [f64; 2]) -> [f64; 2] {
+    let volumes = [balance(flow, 0), balance(flow, 1)];
+    let found = times.map(|time| {
+        run(flow, time);
+        for set in 0..2 {
+            assert!((balance(flow, set) / volumes[set] - 1.0).abs() < 1e-12, "set {set}");
+        }
+        [0, 1].map(|set| amplitude_of(flow, set, still[set]))
+    });
+    [0, 1].map(|set| found[1][set] / found[0][set])
+}
+
 /// Waves of the surface and of the interface of two layers leave: the closed forms of their speeds and shapes are those of V18 of two layers.
 #[test]
 fn waves_of_two_layers_leave_through_an_open_end() {
@@ -244,17 +248,7 @@ fn waves_of_two_layers_leave_through_an_open_end() {
         let shape = [ratio * 9.81 * depths[0], square - 9.81 * depths[0]];
         let size = 1e-3 / shape[0].abs().max(shape[1].abs());
         let mut flow = two_sets(of_two(Phases::Layers), depths, shape.map(|x| size * x), square.sqrt());
-        let volumes = [balance(&flow, 0), balance(&flow, 1)];
-        let mut found = [[0.0; 2]; 2];
-        for (k, time) in times.into_iter().enumerate() {
-            run(&mut flow, time);
-            found[k] = [0, 1].map(|set| amplitude_of(&flow, set, depths[set]));
-            for set in 0..2 {
-                assert!((balance(&flow, set) / volumes[set] - 1.0).abs() < 1e-12, "set {set}");
-            }
-        }
-        for set in 0..2 {
-            let back = found[1][set] / found[0][set];
+        for (set, back) in come_back(&mut flow, depths, times).into_iter().enumerate() {
             // 0.7 and 1.1 % were found of waves of the surface and of the interface.
             assert!(back < 0.02, "wave {sign}: of set {set} {back} comes back");
         }

@@ -2,11 +2,11 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{advance, begin, changed};
+use colluvium_testkit::cases::{begin, changed};
 use serde_json::{Value, json};
 
 use crate::common::reading;
-use crate::pressing::{GRAVITY, block, frictional, until};
+use crate::pressing::{GRAVITY, block, frictional, on_floor, until};
 
 const BOTH: [&str; 2] = ["nodes", "points"];
 
@@ -130,22 +130,7 @@ fn a_block_on_nodes_of_a_floor_that_moves_across_cells_has_the_bits_of_any_threa
     value["obstacles"][0]["motion"] = json!({ "velocity": [0.8, 0.6], "rotation": 10, "centre": [0.6, 0.5] });
     value["stages"] = json!([{ "name": "lift", "duration": 1 }]);
     let case = changed(value, &json!({}));
-    let run = |threads: usize, cut: bool| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let mut solver = begin(&Mpm, &case);
-            advance(&mut *solver, 150);
-            if cut {
-                let saved = solver.saved().unwrap();
-                solver = begin(&Mpm, &case);
-                solver.restore(&mut saved.as_slice()).unwrap();
-                solver.begin_stage(0, 0.0).unwrap();
-            }
-            advance(&mut *solver, 150);
-            let readings: Vec<u64> = solver.readings().iter().map(|reading| reading.2.to_bits()).collect();
-            (solver.snapshot(), solver.totals(), solver.reaction("floor").unwrap(), readings)
-        })
-    };
+    let run = |threads: usize, cut: bool| on_floor(&case, [150, 150], threads, cut);
     let whole = run(1, false);
     assert!(whole == run(2, false), "two threads");
     assert!(whole == run(1, true), "restored");

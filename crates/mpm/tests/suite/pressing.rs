@@ -1,6 +1,6 @@
 //! Obstacles on the points (docs/theory/mpm.md, obstacles).
 
-use colluvium_case::{Case, Method, Solver};
+use colluvium_case::{Budget, Case, Method, Reaction, Snapshot, Solver};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::cases::{advance, begin, changed};
 use serde_json::{Value, json};
@@ -122,28 +122,37 @@ fn adhesion_holds_what_friction_would_not() {
     assert!(slides > 0.05 && slides < 0.2, "{slides}");
 }
 
+/// What a run has come to after so many steps, on a number of threads, begun again from what was saved after the first of them where it is
+/// `cut`: points, sums, what `floor` bears, and the bits of its readings.
+pub fn on_floor(
+    case: &Case,
+    steps: [usize; 2],
+    threads: usize,
+    cut: bool,
+) -> (Snapshot, Budget, Reaction, Vec<u64>) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| {
+        let mut solver = begin(&Mpm, case);
+        advance(&mut *solver, steps[0]);
+        if cut {
+            let saved = solver.saved().unwrap();
+            solver = begin(&Mpm, case);
+            solver.restore(&mut saved.as_slice()).unwrap();
+            solver.begin_stage(0, 0.0).unwrap();
+        }
+        advance(&mut *solver, steps[1]);
+        let readings = solver.readings().iter().map(|reading| reading.2.to_bits()).collect();
+        (solver.snapshot(), solver.totals(), solver.reaction("floor").unwrap(), readings)
+    })
+}
+
 #[test]
 fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
     let mut value = block(&frictional(0.3));
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [2.0, -0.5] });
     value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.6], [0.2, 0.5], [1.0, 0.45], [1.2, 0.6], [3, 0.7]] });
     let case = changed(value, &json!({}));
-    let run = |threads: usize, cut: bool| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let mut solver = begin(&Mpm, &case);
-            advance(&mut *solver, 150);
-            if cut {
-                let saved = solver.saved().unwrap();
-                solver = begin(&Mpm, &case);
-                solver.restore(&mut saved.as_slice()).unwrap();
-                solver.begin_stage(0, 0.0).unwrap();
-            }
-            advance(&mut *solver, 250);
-            let readings: Vec<u64> = solver.readings().iter().map(|reading| reading.2.to_bits()).collect();
-            (solver.snapshot(), solver.totals(), solver.reaction("floor").unwrap(), readings)
-        })
-    };
+    let run = |threads: usize, cut: bool| on_floor(&case, [150, 250], threads, cut);
     let whole = run(1, false);
     assert!(whole.2.impulse[1] < 0.0);
     assert!(whole == run(2, false), "two threads");

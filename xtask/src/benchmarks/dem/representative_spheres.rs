@@ -97,10 +97,16 @@ fn found(report: &RunReport, start: f64) -> Result<Found, String> {
 /// The case of that many spheres, drawn with a seed.
 fn cell(count: u32, seed: u64) -> Result<Value, String> {
     let mut value = load("triaxial")?;
-    let whole = value["domain"]["max"][0].as_f64().ok_or("no box")?;
-    boxed(&mut value, whole * (f64::from(count) / f64::from(WHOLE)).cbrt());
+    let side = side(&value, count)?;
+    boxed(&mut value, side);
     options(&mut value)["seed"] = json!(seed);
     Ok(value)
+}
+
+/// Side of the box that so many spheres are drawn in: all of the file in its own.
+fn side(value: &Value, count: u32) -> Result<f64, String> {
+    let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
+    Ok(whole * (f64::from(count) / f64::from(WHOLE)).cbrt())
 }
 
 fn boxed(value: &mut Value, side: f64) {
@@ -157,8 +163,7 @@ fn cells() -> Result<Outcome, String> {
 /// The same test of that many spheres between rigid walls.
 fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     let mut value = load("box-spheres")?;
-    let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
-    let side = whole * (f64::from(count) / f64::from(WHOLE)).cbrt();
+    let side = side(&value, count)?;
     value["domain"]["max"] = json!([side + 1.0, side + 1.0, side + 1.0]);
     value["bodies"][0]["shape"]["max"] = json!([side, side, side]);
     for wall in [1, 3, 5] {

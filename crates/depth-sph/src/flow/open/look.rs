@@ -38,7 +38,7 @@ impl<const D: usize> OpenEnd<D> {
                     let weight = nodes.volume[i] / depths[i] * kernel.shape::<D>(distance);
                     if weight > 0.0 {
                         let place = beyond + inside;
-                        moments[strip].add_depth(weight, place, velocity, kernel, (set, i), depths[i]);
+                        moments[strip].add(weight, place, velocity, kernel, (set, i), depths[i]);
                         if number == 1 {
                             moments[strip].add_fluid(weight);
                         }

@@ -162,20 +162,9 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Adds a node `beyond` (m, negative within) the side with its weight; `velocity` is outward and along the side.
+    /// Adds a node `beyond` (m, negative within) the side with its weight and a depth (m), of all or of a layer; `velocity` is outward and
+    /// along the side.
     pub fn add<const D: usize>(
-        &mut self,
-        weight: f64,
-        beyond: f64,
-        velocity: [f64; 2],
-        kernel: Kernel,
-        (set, i): (&Set<D>, usize),
-    ) {
-        self.add_depth(weight, beyond, velocity, kernel, (set, i), set.nodes.depth[i]);
-    }
-
-    /// As [`Moments::add`], with a depth (m) that is not all of what stands there.
-    pub fn add_depth<const D: usize>(
         &mut self,
         weight: f64,
         beyond: f64,
@@ -265,7 +254,7 @@ mod tests {
         }
         let mut moments = Moments::default();
         for (i, beyond) in [-1.0, -0.6].into_iter().enumerate() {
-            moments.add(1.0, beyond, [1.0, 0.0], Kernel::CubicSpline, (&set, i));
+            moments.add(1.0, beyond, [1.0, 0.0], Kernel::CubicSpline, (&set, i), set.nodes.depth[i]);
         }
         let within = moments.within().unwrap();
         assert_eq!(within.depth[0], 0.0);
