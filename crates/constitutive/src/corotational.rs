@@ -5,7 +5,7 @@ use crate::laws::Elasticity;
 use crate::laws::substep::{self, Advance, substepped};
 use crate::tangent::numerical_tangent;
 use crate::{
-    BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, SmallStrain,
+    BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, Motions, Point, Pointwise, SmallStrain,
     StressUpdate, SymTensor, Tangent,
 };
 
@@ -107,13 +107,48 @@ impl<L: SmallStrain> Corotational<L> {
     #[cold]
     fn one_by_one(
         &self,
-        motions: &[Motion],
+        motion: &dyn Fn(usize) -> Motion,
         stresses: &[SymTensor],
         states: &[L::State],
     ) -> Result<(), BatchError> {
-        for (index, ((motion, stress), state)) in motions.iter().zip(stresses).zip(states).enumerate() {
+        for (index, (stress, state)) in stresses.iter().zip(states).enumerate() {
             let old = Point { stress: *stress, state: state.clone() };
-            self.update(motion, &old).map_err(|source| BatchError { index, source })?;
+            self.update(&motion(index), &old).map_err(|source| BatchError { index, source })?;
+        }
+        Ok(())
+    }
+
+    /// The rotations of all points at once, component by component; the law too where it can, else one by one.
+    fn together(
+        &self,
+        lanes: &mut Lanes,
+        motion: &dyn Fn(usize) -> Motion,
+        stresses: &mut [SymTensor],
+        states: &mut [L::State],
+    ) -> Result<(), BatchError> {
+        let mut rotations = Rotations::EMPTY;
+        let small = lanes.are_within(self.0.largest_step().min(LARGEST));
+        if !small && !lanes.are_within(LARGEST) {
+            return self.one_by_one(motion, stresses, states);
+        }
+        lanes.half_rotations(&mut rotations);
+        rotations.carry(&mut lanes.stress);
+        if !(small && self.0.update_lanes(lanes, states)) {
+            for (index, state) in states.iter_mut().enumerate() {
+                let (motion, rotation) = (motion(index), rotations.of(index));
+                let mut old = Point { stress: lanes.stress_of(index), state: state.clone() };
+                self.0.rotate_state(&mut old.state, &rotation);
+                let new = self.advance(&motion.strain_increment(), &motion, &old);
+                let mut new = new.map_err(|source| BatchError { index, source })?;
+                self.0.rotate_state(&mut new.state, &rotation);
+                lanes.set_stress(index, &new.stress);
+                *state = new.state;
+            }
+        }
+        rotations.carry(&mut lanes.stress);
+        for (index, stress) in stresses.iter_mut().enumerate() {
+            *stress = lanes.stress_of(index);
+            self.finite(stress).map_err(|source| BatchError { index, source })?;
         }
         Ok(())
     }
@@ -201,7 +236,6 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         self.finite(&new.stress).map(|()| new)
     }
 
-    /// The rotations of all points at once, component by component, the law one by one.
     #[inline]
     fn update_batch(
         &self,
@@ -209,32 +243,21 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         stresses: &mut [SymTensor],
         states: &mut [L::State],
     ) -> Result<(), BatchError> {
-        let (mut lanes, mut rotations) = (Lanes::EMPTY, Rotations::EMPTY);
+        let mut lanes = Lanes::EMPTY;
         lanes.fill(motions, stresses);
-        let small = lanes.are_within(self.0.largest_step().min(LARGEST));
-        if !small && !lanes.are_within(LARGEST) {
-            return self.one_by_one(motions, stresses, states);
-        }
-        lanes.half_rotations(&mut rotations);
-        rotations.carry(&mut lanes.stress);
-        if !(small && self.0.update_lanes(&mut lanes, states)) {
-            for (index, (motion, state)) in motions.iter().zip(states).enumerate() {
-                let mut old = Point { stress: lanes.stress_of(index), state: state.clone() };
-                let rotation = rotations.of(index);
-                self.0.rotate_state(&mut old.state, &rotation);
-                let new = self.advance(&motion.strain_increment(), motion, &old);
-                let mut new = new.map_err(|source| BatchError { index, source })?;
-                self.0.rotate_state(&mut new.state, &rotation);
-                lanes.set_stress(index, &new.stress);
-                *state = new.state;
-            }
-        }
-        rotations.carry(&mut lanes.stress);
-        for (index, stress) in stresses.iter_mut().enumerate() {
-            *stress = lanes.stress_of(index);
-            self.finite(stress).map_err(|source| BatchError { index, source })?;
-        }
-        Ok(())
+        self.together(&mut lanes, &|index| motions[index], stresses, states)
+    }
+
+    #[inline]
+    fn update_block(
+        &self,
+        motions: &Motions,
+        stresses: &mut [SymTensor],
+        states: &mut [L::State],
+    ) -> Result<(), BatchError> {
+        let mut lanes = Lanes::EMPTY;
+        lanes.take(motions, stresses);
+        self.together(&mut lanes, &|index| motions.at(index), stresses, states)
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<L::State>) -> Result<Tangent, MaterialError> {

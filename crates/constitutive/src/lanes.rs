@@ -1,7 +1,8 @@
 //! A batch of points with each component in an array of its own, so that what is the same for all points is done
 //! for several at once. The operations and their order are those of a single point.
 
-use crate::{BLOCK, Mat3, Motion, Spectrum, SymTensor};
+use crate::motion::ACROSS;
+use crate::{BLOCK, Mat3, Motion, Motions, Spectrum, SymTensor};
 
 /// One component of all points.
 type Lane = [f64; BLOCK];
@@ -46,6 +47,23 @@ impl Lanes {
                 (yz[i], zx[i]) = (stress.0[4], stress.0[5]);
             }
         }
+    }
+
+    /// The same from gradients that stand component by component.
+    #[inline]
+    pub(crate) fn take(&mut self, motions: &Motions, stresses: &[SymTensor]) {
+        let count = stresses.len().min(BLOCK);
+        let [xx, yy, zz, xy, yz, zx] = &mut self.stress;
+        for (i, stress) in stresses.iter().enumerate().take(BLOCK) {
+            (xx[i], yy[i], zz[i]) = (stress.0[0], stress.0[1], stress.0[2]);
+            (xy[i], yz[i], zx[i]) = (stress.0[3], stress.0[4], stress.0[5]);
+        }
+        let is_zero = |lane: &Lane| lane[..count].iter().all(|value| *value == 0.0);
+        let flat = motions.in_plane || ACROSS.iter().all(|c| is_zero(&motions.gradient[*c]));
+        for c in (0..9).filter(|c| !(flat && ACROSS.contains(c))) {
+            self.gradient[c][..count].copy_from_slice(&motions.gradient[c][..count]);
+        }
+        self.in_plane = flat && is_zero(yz) && is_zero(zx);
     }
 
     #[inline]

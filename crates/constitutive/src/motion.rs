@@ -121,32 +121,83 @@ pub struct Motions {
     /// See [`Motion::dt`].
     pub dt: f64,
     /// See [`Motion::size`].
-    pub size: f64,
+    pub size: Lane,
+    /// See [`Pore::pressure`].
+    pub pore_pressure: Lane,
+    /// See [`Pore::saturation`].
+    pub saturation: Lane,
     /// Whether nothing moves or is sheared out of the plane of the first two axes. Those components are then not looked at.
     pub in_plane: bool,
 }
 
 /// Rows and columns that leave the plane, of matrices that stand row by row.
-const ACROSS: [usize; 4] = [2, 5, 6, 7];
+pub(crate) const ACROSS: [usize; 4] = [2, 5, 6, 7];
 
 impl Motions {
     /// Points that do not move in a step of `dt` (s), of effective size `size` (m) and 1 kg/m³.
     pub const fn still(dt: f64, size: f64, in_plane: bool) -> Self {
         let (zero, one) = ([0.0; BLOCK], [1.0; BLOCK]);
         let deformation = [one, zero, zero, zero, one, zero, zero, zero, one];
-        Self { deformation, gradient: [zero; 9], density: one, dt, size, in_plane }
+        Self {
+            deformation,
+            gradient: [zero; 9],
+            density: one,
+            dt,
+            size: [size; BLOCK],
+            pore_pressure: zero,
+            saturation: zero,
+            in_plane,
+        }
     }
 
-    /// Gives a point its motion, whose step and size are those of all.
+    /// Gives a point its motion, whose step is that of all.
     pub fn put(&mut self, index: usize, motion: &Motion) {
         for c in 0..9 {
             self.deformation[c][index] = motion.deformation.0[c / 3][c % 3];
             self.gradient[c][index] = motion.gradient.0[c / 3][c % 3];
         }
         self.density[index] = motion.density;
+        self.size[index] = motion.size;
+        (self.pore_pressure[index], self.saturation[index]) = (motion.pore.pressure, motion.pore.saturation);
     }
 
-    /// The motion of one point, without pore fluid.
+    /// Gives the first points the gradients whose columns along the first `D` axes `columns` lists.
+    #[inline(always)]
+    pub fn set_gradients<const D: usize>(&mut self, columns: impl Iterator<Item = [[f64; 4]; D]>) {
+        for (index, columns) in columns.enumerate().take(BLOCK) {
+            for (j, column) in columns.iter().enumerate() {
+                for i in 0..D {
+                    self.gradient[3 * i + j][index] = column[i];
+                }
+            }
+        }
+    }
+
+    /// Deformations `1 + dt L` along the first `D` axes.
+    #[inline(always)]
+    pub fn deform_linearly<const D: usize>(&mut self) {
+        for i in 0..D {
+            for j in 0..D {
+                let one = if i == j { 1.0 } else { 0.0 };
+                let (to, from) = (&mut self.deformation[3 * i + j], &self.gradient[3 * i + j]);
+                to.iter_mut().zip(from).for_each(|(to, from)| *to = one + from);
+            }
+        }
+    }
+
+    /// Ratio of the volume after the step to that before, `det f`.
+    #[inline(always)]
+    pub fn volume_ratio(&self, index: usize) -> f64 {
+        let [a, b, c, d, e, f, g, h, k] = &self.deformation;
+        let i = index;
+        if self.in_plane {
+            a[i] * (e[i] * k[i]) - b[i] * (d[i] * k[i])
+        } else {
+            Mat3([[a[i], b[i], c[i]], [d[i], e[i], f[i]], [g[i], h[i], k[i]]]).determinant()
+        }
+    }
+
+    /// The motion of one point.
     pub fn at(&self, index: usize) -> Motion {
         let matrix = |of: &[Lane; 9]| {
             let component = |c: usize| if self.in_plane && ACROSS.contains(&c) { 0.0 } else { of[c][index] };
@@ -157,8 +208,8 @@ impl Motions {
             gradient: matrix(&self.gradient),
             dt: self.dt,
             density: self.density[index],
-            size: self.size,
-            ..Motion::STILL
+            size: self.size[index],
+            pore: Pore { pressure: self.pore_pressure[index], saturation: self.saturation[index] },
         }
     }
 
@@ -170,16 +221,11 @@ impl Motions {
     /// Whether [`Motion::check`] passes for the first `count` points, without branches.
     #[inline]
     pub(crate) fn are_usable(&self, count: usize) -> bool {
-        let [a, b, c, d, e, f, g, h, k] = &self.deformation;
         let density = &self.density;
         let mut usable = (self.dt > 0.0) & (self.dt < f64::INFINITY);
         for i in 0..count.min(BLOCK) {
-            let volume = if self.in_plane {
-                a[i] * (e[i] * k[i]) - b[i] * (d[i] * k[i])
-            } else {
-                Mat3([[a[i], b[i], c[i]], [d[i], e[i], f[i]], [g[i], h[i], k[i]]]).determinant()
-            };
-            usable &= (0.5..=2.0).contains(&volume) & (density[i] > 0.0) & (density[i] < f64::INFINITY);
+            usable &= (0.5..=2.0).contains(&self.volume_ratio(i));
+            usable &= (density[i] > 0.0) & (density[i] < f64::INFINITY);
         }
         usable
     }

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, Throughput};
 use serde_json::json;
 
 /// A block that settles on a rough floor under a little gravity: two points per cell and direction.
@@ -54,12 +54,13 @@ fn step(criterion: &mut Criterion, dimension: usize, cells: usize) {
     group.finish();
 }
 
-fn all(criterion: &mut Criterion) {
-    // Rayon would use all cores.
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first and only pool");
-    step(criterion, 2, 50);
-    step(criterion, 3, 11);
+/// Within the pool, as runs are: from outside each loop of a step would hand over to its thread and wait for it.
+fn main() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of one thread");
+    pool.install(|| {
+        let mut criterion = Criterion::default().configure_from_args();
+        step(&mut criterion, 2, 50);
+        step(&mut criterion, 3, 11);
+        criterion.final_summary();
+    });
 }
-
-criterion_group!(benches, all);
-criterion_main!(benches);

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use colluvium_constitutive::{BLOCK, Motion, StateBlock, SymTensor};
+use colluvium_constitutive::{BLOCK, Motions, StateBlock, SymTensor};
 use colluvium_grid::{DomainsMut, Points};
 
 use crate::points::PointSet;
@@ -58,22 +58,48 @@ pub struct Block<'a, const D: usize> {
     pub soaked: &'a mut [Soaked<D>],
 }
 
-/// Blocks that one thread takes at once.
+/// Fewest blocks that a thread takes at once, and pieces for each thread where there are more.
 const GRAIN: usize = 4;
+const PIECES: usize = 8;
+
+/// What an update of blocks works with, one block after the other: what points read off the grid (`R`), and how they move.
+pub struct Bench<R> {
+    /// What the points read.
+    pub reads: [R; BLOCK],
+    /// Their motions.
+    pub motions: Motions,
+}
+
+impl<R: Copy> Bench<R> {
+    /// Points that read `nothing` and do not move, in a step (s) on cells of some edge (m) of a space of `D` axes.
+    pub fn at_rest<const D: usize>(nothing: R, dt: f64, cell: f64) -> Self {
+        Self { reads: [nothing; BLOCK], motions: Motions::still(dt, cell, D < 3) }
+    }
+}
+
+/// What is done to blocks: where to begin, and what to do to each.
+pub struct Update<'a, R, const D: usize> {
+    /// What threads work with at the start.
+    pub bench: &'a (dyn Fn() -> Bench<R> + Sync),
+    /// What is done to a block.
+    pub block: &'a BlockUpdate<'a, R, D>,
+}
 
 /// What is done to a block.
-type Update<'a, const D: usize> = dyn Fn(&mut Block<'_, D>) -> BlockReport + Sync + 'a;
+type BlockUpdate<'a, R, const D: usize> = dyn Fn(&mut Block<'_, D>, &mut Bench<R>) -> BlockReport + Sync + 'a;
 
 impl<'a, const D: usize> Block<'a, D> {
-    /// The first `blocks` blocks, and the others.
-    fn split(mut self, blocks: usize) -> (Self, Self) {
+    /// Takes the first `blocks` blocks off.
+    fn take(&mut self, blocks: usize) -> Self {
         let points = blocks * BLOCK;
         // Arrays that there are none of stay empty.
         fn front<'a, T>(values: &mut &'a mut [T], count: usize) -> &'a mut [T] {
             values.split_off_mut(..count).unwrap_or_default()
         }
-        let lower = Block {
-            first: self.first,
+        let first = self.first;
+        self.first += points;
+        Block {
+            first,
             position: front(&mut self.position, points),
             origin: front(&mut self.origin, points),
             velocity: front(&mut self.velocity, points),
@@ -89,27 +115,29 @@ impl<'a, const D: usize> Block<'a, D> {
             liquid_velocity: front(&mut self.liquid_velocity, points),
             pressure: front(&mut self.pressure, points),
             soaked: front(&mut self.soaked, points),
-        };
-        self.first += points;
-        (lower, self)
+        }
     }
 
     /// Calls `update` for every block, in parallel; returns the largest move or the first failure. A call a block costs
-    /// nothing beside the block, and the loop is compiled once for all updates.
-    pub fn update(mut self, update: &Update<'_, D>) -> BlockReport {
+    /// nothing beside the block, and the loop is compiled once for all updates that read the same.
+    pub fn update<R>(self, update: &Update<'_, R, D>) -> BlockReport {
+        let grain = (self.states.len() / (PIECES * rayon::current_num_threads())).max(GRAIN);
+        self.update_pieces(grain, update)
+    }
+
+    fn update_pieces<R>(mut self, grain: usize, update: &Update<'_, R, D>) -> BlockReport {
         let blocks = self.states.len();
-        if blocks > GRAIN {
-            let (lower, upper) = self.split(blocks.div_ceil(2));
-            let (lower, upper) = rayon::join(|| lower.update(update), || upper.update(update));
+        if blocks > grain {
+            let lower = self.take(blocks.div_ceil(2));
+            let (lower, upper) =
+                rayon::join(|| lower.update_pieces(grain, update), || self.update_pieces(grain, update));
             return worst(lower, upper);
         }
-        let mut report = Ok(0.0);
+        let (mut report, mut bench) = (Ok(0.0), (update.bench)());
         for _ in 1..blocks {
-            let (mut block, rest) = self.split(1);
-            report = worst(report, update(&mut block));
-            self = rest;
+            report = worst(report, (update.block)(&mut self.take(1), &mut bench));
         }
-        if blocks > 0 { worst(report, update(&mut self)) } else { report }
+        if blocks > 0 { worst(report, (update.block)(&mut self, &mut bench)) } else { report }
     }
 }
 
@@ -120,21 +148,23 @@ impl<const D: usize> Block<'_, D> {
         Points { position: self.position, domain: self.domain.as_slice(), extent }
     }
 
-    /// The domains of the first points follow their motions in the step, now or when the step is over.
-    pub fn stretch(&mut self, motions: &[Motion]) {
-        let later = !self.pending.is_empty();
+    /// The domains of the points follow their motions in the step, now or when the step is over.
+    pub fn stretch(&mut self, motions: &Motions) {
+        let (later, count) = (!self.pending.is_empty(), self.position.len());
         if !later && !self.domain.deform() {
             return;
         }
         let mut own = [[[0.0; D]; D]; BLOCK];
-        let gradients = if later { &mut self.pending[..motions.len()] } else { &mut own[..motions.len()] };
-        for (gradient, motion) in gradients.iter_mut().zip(motions) {
+        let gradients = if later { &mut self.pending[..count] } else { &mut own[..count] };
+        for (p, gradient) in gradients.iter_mut().enumerate() {
             for i in 0..D {
-                gradient[i].copy_from_slice(&motion.gradient.0[i][..D]);
+                for j in 0..D {
+                    gradient[i][j] = motions.gradient[3 * i + j][p];
+                }
             }
         }
         if !later {
-            self.domain.follow(&own[..motions.len()], right_stretch);
+            self.domain.follow(&own[..count], right_stretch);
         }
     }
 

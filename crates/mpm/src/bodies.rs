@@ -7,7 +7,7 @@ use colluvium_points::Spare;
 use rayon::prelude::*;
 
 use crate::background::Background;
-use crate::blocks::{Block, BlockReport, OfSet};
+use crate::blocks::{Bench, Block, BlockReport, OfSet, Update};
 use crate::clock::Clock;
 use crate::points::PointSet;
 
@@ -82,10 +82,11 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// Updates every block of every body that deforms; returns the largest move along an axis (m).
-    pub fn update_blocks(
+    pub fn update_blocks<R>(
         &mut self,
         clock: &Clock,
-        update: impl Fn(&OfSet<'_, D>, &mut Block<'_, D>) -> BlockReport + Sync,
+        bench: &(dyn Fn() -> Bench<R> + Sync),
+        update: impl Fn(&OfSet<'_, D>, &mut Block<'_, D>, &mut Bench<R>) -> BlockReport + Sync,
     ) -> Result<f64, SolverError> {
         let Self { sets, left, .. } = self;
         let mut moved = 0f64;
@@ -107,7 +108,8 @@ impl<const D: usize> Bodies<D> {
                 drop_outside: body.drop_outside,
                 left,
             };
-            match set.whole().update(&|block| update(&of_set, block)) {
+            let block = &|block: &mut Block<'_, D>, bench: &mut Bench<R>| update(&of_set, block, bench);
+            match set.whole().update(&Update { bench, block }) {
                 Ok(m) => moved = moved.max(m),
                 Err(failure) => return Err(failed(clock, &sets[number], failure.index, failure.reason)),
             }

@@ -5,8 +5,10 @@
 //! below `ξ = C²/2`, `C` being the Courant number of the step, that grows; in a corner of a body that hardly changes its volume, where
 //! each of the `D` axes adds as much, below `D C²/2`. The nodes on the near side add `-C²/(1 - ξ)`.
 
+use std::ops::Range;
+
 use colluvium_constitutive::BLOCK;
-use colluvium_grid::{Lanes, Window};
+use colluvium_grid::{Lanes, Node, Window};
 
 use crate::MpmOptions;
 use crate::background::Background;
@@ -35,18 +37,24 @@ pub fn weaken_light_nodes<const D: usize>(
     let fields = slopes.chunks_exact_mut(layout.len()).zip(solved.chunks_exact_mut(layout.len()));
     for (field, (slopes, nodes)) in fields.enumerate() {
         layout.reset(slopes);
+        mark_edges(background, least, nodes, slopes);
         layout.scatter(slopes, |slab, window, offset| {
             let mut columns = [[Lanes::ZERO; D]; BLOCK];
             for set in bodies.sets.iter().filter(|set| set.field == field) {
+                let position = &set.points.position;
                 for block in set.blocks_of(slab) {
-                    for (column, p) in columns.iter_mut().zip(block.clone()) {
-                        let cell = set.domain.as_slice().spacing(p, &ground);
-                        *column =
-                            slope_columns(background, &set.points.position[p], set.points.mass[p] * cell);
+                    let mut rest = block;
+                    while let Some(run) =
+                        next_run(&mut rest, |p| reaches_edge(background, &position[p], window, offset))
+                    {
+                        for (column, p) in columns.iter_mut().zip(run.clone()) {
+                            let cell = set.domain.as_slice().spacing(p, &ground);
+                            *column = slope_columns(background, &position[p], set.points.mass[p] * cell);
+                        }
+                        let to = Window { nodes: &mut *window, first: offset };
+                        let (values, columns) = (&[Lanes::ZERO; BLOCK][..run.len()], &columns[..run.len()]);
+                        sweeps.deposit_slopes(&ground, &set.places().range(run), to, values, columns);
                     }
-                    let to = Window { nodes: &mut *window, first: offset };
-                    let (values, columns) = (&[Lanes::ZERO; BLOCK][..block.len()], &columns[..block.len()]);
-                    sweeps.deposit_slopes(&ground, &set.places().range(block), to, values, columns);
                 }
             }
         });
@@ -54,8 +62,11 @@ pub fn weaken_light_nodes<const D: usize>(
         let slopes = &*slopes;
         layout.each(nodes, |row, active, line| {
             for number in active {
+                let [slopes @ .., mark] = slopes[row * row_length + number].to_array();
+                if mark == 0.0 {
+                    continue;
+                }
                 let mass = line[number].motion.as_array()[3];
-                let slopes = slopes[row * row_length + number].to_array();
                 let wanted = least * slopes[..D].iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
                 if mass < wanted {
                     line[number].force *= (mass / wanted).powi(2);
@@ -63,6 +74,59 @@ pub fn weaken_light_nodes<const D: usize>(
             }
         });
     }
+}
+
+/// Marks, in the fourth lane of their slopes, the nodes that may be reached by less than `least` of a cell: on a grid along some axis those
+/// with less than that share of their own mass and their two neighbours', as `h |∂N/∂x|` is what a point gives to the two
+/// nodes of its cell. Those within material are not among them, and what points give to those need not be summed.
+fn mark_edges<const D: usize>(background: &Background<D>, least: f64, nodes: &[Node], slopes: &mut [Lanes]) {
+    const MARK: Lanes = Lanes::new([0.0, 0.0, 0.0, 1.0]);
+    let layout = &background.layout;
+    let (strides, counts) = (layout.strides(), layout.nodes());
+    let mass = |number: usize| nodes[number].motion.as_array()[3];
+    layout.each(slopes, |row, active, line| {
+        for number in active {
+            let (index, node) = (layout.index(row, number), row * strides[0] + number);
+            let is_light = |axis: usize| {
+                let [first, last] = [index[axis] == 0, index[axis] + 1 == counts[axis]];
+                let below = if first { 0.0 } else { mass(node - strides[axis]) };
+                let above = if last { 0.0 } else { mass(node + strides[axis]) };
+                // With room for round-off, and an image of the neighbour beyond a periodic side.
+                mass(node) < (1.0 + 1e-9) * least * (below + mass(node) + above)
+                    || (layout.is_periodic(axis) && (first || last))
+            };
+            if background.is_meshed() || (0..D).any(is_light) {
+                line[number] = MARK;
+            }
+        }
+    });
+}
+
+/// Whether a point gives to a node that is marked.
+#[inline(always)]
+fn reaches_edge<const D: usize>(
+    background: &Background<D>,
+    position: &[f64; D],
+    window: &[Lanes],
+    offset: usize,
+) -> bool {
+    if background.is_meshed() {
+        return true;
+    }
+    let (cell, strides) = (background.grid.cell_of(position), background.layout.strides());
+    let first: usize = (0..D).map(|axis| cell[axis] * strides[axis]).sum::<usize>() - offset;
+    (0..1 << D).any(|corner| {
+        let node: usize = (0..D).map(|axis| (corner >> axis & 1) * strides[axis]).sum();
+        window[first + node].as_array()[3] != 0.0
+    })
+}
+
+/// The next points of `rest` that are `wanted`, one after the other; `rest` begins behind them then.
+#[inline(always)]
+fn next_run(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<Range<usize>> {
+    let last = rest.end;
+    let start = rest.find(|p| wanted(*p))?;
+    Some(start..rest.find(|p| !wanted(*p)).unwrap_or(last))
 }
 
 /// What a point of mass times cell size `moment` (kg m) gives: the derivative along each axis in a lane of its own. On a grid

@@ -49,14 +49,14 @@ pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes;
     std::array::from_fn(|j| columns[j] * scale)
 }
 
-/// Adds to the nodes of a field `N` times what `of` finds at each point of its bodies, and what the affine fields of `transfer`
-/// add to momenta.
-pub fn deposit_of<const D: usize>(
+/// Adds to the nodes of a field the momenta of its bodies, `N` times mass times the velocities (m/s) that `of` finds, and what the affine fields
+/// of `transfer` add to them.
+pub fn deposit_momenta<const D: usize>(
     background: &Background<D>,
     sets: &[PointSet<D>],
     field: usize,
     nodes: &mut [Lanes],
-    of: &(dyn Fn(&PointSet<D>, usize) -> Lanes + Sync),
+    of: fn(&PointSet<D>) -> &[[f64; D]],
     transfer: Transfer,
 ) {
     let ground = background.ground();
@@ -64,10 +64,13 @@ pub fn deposit_of<const D: usize>(
         let mut values = [Lanes::ZERO; BLOCK];
         for set in sets.iter().filter(|set| set.field == field) {
             for block in set.blocks_of(slab) {
-                block.clone().zip(&mut values).for_each(|(p, value)| *value = of(set, p));
+                let values = &mut values[..block.len()];
+                let points = of(set)[block.clone()].iter().zip(&set.points.mass[block.clone()]);
+                for (value, (velocity, mass)) in values.iter_mut().zip(points) {
+                    *value = lanes(velocity, 0.0) * *mass;
+                }
                 let to = Window { nodes: &mut *window, first: offset };
                 let affine = affine_of(transfer, set, block.clone());
-                let values = &values[..block.len()];
                 background.sweeps.deposit_values(&ground, &set.places().range(block), to, values, affine);
             }
         }
@@ -192,10 +195,9 @@ pub fn remap<const D: usize>(
 ) {
     nodes.reset_remapped(&background.layout);
     let transfer = clock.options.transfer;
-    let of = |set: &PointSet<D>, p: usize| lanes(&set.points.velocity[p], 0.0) * set.points.mass[p];
     let len = background.layout.len();
     for (field, nodes) in nodes.remapped.chunks_exact_mut(len).enumerate() {
-        deposit_of(background, &bodies.sets, field, nodes, &of, transfer);
+        deposit_momenta(background, &bodies.sets, field, nodes, |set| &set.points.velocity, transfer);
         background.layout.fold(nodes, |sum, node| *sum += *node);
     }
     velocities_of_remapped(clock, background, bodies, nodes, boundary, false);

@@ -3,12 +3,12 @@
 use std::sync::atomic::Ordering;
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, Motion, SymTensor};
-use colluvium_grid::{Gathered, Lanes, Points};
+use colluvium_constitutive::{BLOCK, Motions, SymTensor};
+use colluvium_grid::{Gathered, Points};
 
 use crate::averages::Averages;
 use crate::background::Background;
-use crate::blocks::{Block, BlockReport, Failure, OfSet};
+use crate::blocks::{Bench, Block, BlockReport, Failure, OfSet};
 use crate::bodies::Bodies;
 use crate::boundary::Boundary;
 use crate::clock::Clock;
@@ -55,12 +55,6 @@ impl PointUpdate {
     pub const STRESS: Self = Self { stress: true, ..Self::NONE };
 }
 
-/// No motion in a step (s) on cells of some edge (m).
-#[inline(always)]
-pub fn still(dt: f64, cell: f64) -> Motion {
-    Motion { dt, size: cell, ..Motion::STILL }
-}
-
 /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
 pub fn update_points<const FROM_SOLVED: bool, const D: usize>(
     clock: &Clock,
@@ -76,7 +70,10 @@ pub fn update_points<const FROM_SOLVED: bool, const D: usize>(
     }
     let Averages { strains, dual, .. } = &*averages;
     let update = UpdateOfPoints { clock, background, strains, closed: &boundary.closed };
-    bodies.update_blocks(clock, |set, block| update.block::<FROM_SOLVED>(nodes, dual, set, block, what))
+    let bench = || Bench::at_rest::<D>(Gathered::ZERO, clock.dt, background.grid.cell);
+    bodies.update_blocks(clock, &bench, |set, block, bench| {
+        update.block::<FROM_SOLVED>((nodes, dual), set, block, bench, what)
+    })
 }
 
 /// What an update of points reads.
@@ -94,18 +91,17 @@ pub struct UpdateOfPoints<'a, const D: usize> {
 impl<const D: usize> UpdateOfPoints<'_, D> {
     fn block<const FROM_SOLVED: bool>(
         &self,
-        nodes: &Nodes,
-        dual: &DualNodes,
+        (nodes, dual): (&Nodes, &DualNodes),
         set: &OfSet<'_, D>,
         block: &mut Block<'_, D>,
+        Bench { reads, motions }: &mut Bench<Gathered<D>>,
         what: PointUpdate,
     ) -> BlockReport {
         let Background { grid, layout, sweeps, .. } = self.background;
         let (ground, extent, n) = (self.background.ground(), &set.extent, block.position.len());
         let (flip, dt) = (self.clock.flip, self.clock.dt);
         let first_node = set.field * layout.len();
-        let mut all = [Gathered::ZERO; BLOCK];
-        let reads = &mut all[..n];
+        let reads = &mut reads[..n];
         if FROM_SOLVED {
             sweeps.gather(&ground, &block.points(extent), &nodes.solved[first_node..], reads);
         } else {
@@ -124,9 +120,8 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
                 dual.blend(set.field, grid, layout, position, &mut read.gradient);
             }
         }
-        let mut motions = [still(dt, grid.cell); BLOCK];
         if what.stress {
-            self.deform(set, block, reads, &mut motions[..n])?;
+            self.deform(set, block, reads, motions)?;
         }
         let moved = if what.position {
             block.stretch_at_last();
@@ -148,11 +143,11 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         };
         if what.stress {
             let before = (!block.work.is_empty()).then(|| Before::of(block.stress));
-            set.material.update(&motions[..n], block.stress, &mut block.states[0]).map_err(|error| {
+            set.material.update_block(motions, block.stress, &mut block.states[0]).map_err(|error| {
                 Failure { index: block.first + error.index, reason: error.source.to_string() }
             })?;
             if let Some(before) = before {
-                before.add_work(&motions[..n], block.stress, block.volume, block.work);
+                before.add_work(motions, block.stress, block.volume, block.work);
             }
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
@@ -166,49 +161,76 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         set: &OfSet<'_, D>,
         block: &mut Block<'_, D>,
         reads: &[Gathered<D>],
-        motions: &mut [Motion],
+        motions: &mut Motions,
     ) -> Result<(), Failure> {
-        let (mut failure, mut kept) = (None, [0.0; BLOCK]);
-        if self.strains.is_shared() && set.flows {
-            kept_by_fluids(set.material, block.stress, &block.states[0], &mut kept[..reads.len()]);
-        }
-        for (p, (read, motion)) in reads.iter().zip(&mut *motions).enumerate() {
-            let radius = block.position[p][0];
-            self.set_gradient(motion, &read.gradient, read.velocity.as_array()[0], radius);
-            motion.size = self.background.edge(&block.domain.as_slice(), p, &block.position[p]);
-            if self.strains.is_shared() {
-                let shared = self.shared_strain(set.body, &block.points(&set.extent), p);
-                set_volumetric(motion, self.background.normal_strains(), shared[0], kept[p]);
+        self.find_motions(block, reads.iter(), motions);
+        if self.strains.is_shared() {
+            let mut kept = [0.0; BLOCK];
+            if set.flows {
+                kept_by_fluids(set.material, block.stress, &block.states[0], &mut kept[..reads.len()]);
             }
-            let stretch = motion.deformation.determinant();
-            // Written so that NaN counts as a failure.
-            if !(stretch > 0.0) {
-                let reason = format!("the step would turn it inside out (volume ratio {stretch})");
-                failure = Some(Failure { index: block.first + p, reason });
-                break;
-            }
-            block.volume[p] *= stretch;
-            motion.density = block.mass[p] / block.volume[p];
+            let shared = |p: usize| self.shared_strain(set.body, &block.points(&set.extent), p)[0];
+            (0..reads.len()).for_each(|p| self.set_dilation(motions, p, shared(p), kept[p]));
         }
-        block.stretch(&motions[..reads.len()]);
-        block.refuse(failure, &set.extent, self.background.grid.cell)
+        self.change_volumes(set, block, motions, None)
     }
 
-    /// Motion of the step from the columns of the velocity gradient.
+    /// Motions of the step from what the points of a block have read.
     #[inline(always)]
-    pub fn set_gradient(&self, motion: &mut Motion, columns: &[Lanes; D], radial: f64, radius: f64) {
-        for (j, column) in columns.iter().enumerate() {
-            let column = (*column * motion.dt).to_array();
-            for i in 0..D {
-                motion.gradient.0[i][j] = column[i];
-                motion.deformation.0[i][j] = column[i] + if i == j { 1.0 } else { 0.0 };
+    pub fn find_motions<'a>(
+        &self,
+        block: &Block<'_, D>,
+        reads: impl Iterator<Item = &'a Gathered<D>> + Clone,
+        motions: &mut Motions,
+    ) {
+        let dt = motions.dt;
+        motions.set_gradients(reads.clone().map(|read| read.gradient.map(|column| (column * dt).to_array())));
+        motions.deform_linearly::<D>();
+        if self.background.axisymmetric {
+            for (p, (read, position)) in reads.zip(&*block.position).enumerate() {
+                let hoop = dt * read.velocity.as_array()[0] / position[0];
+                (motions.gradient[8][p], motions.deformation[8][p]) = (hoop, 1.0 + hoop);
             }
         }
-        if self.background.axisymmetric {
-            let hoop = motion.dt * radial / radius;
-            motion.gradient.0[2][2] = hoop;
-            motion.deformation.0[2][2] = 1.0 + hoop;
+        if self.background.is_meshed() {
+            for (p, position) in block.position.iter().enumerate() {
+                motions.size[p] = self.background.edge(&block.domain.as_slice(), p, position);
+            }
         }
+    }
+
+    /// Gives a point the volumetric strain `dilation` but for the share `kept` of its own.
+    pub fn set_dilation(&self, motions: &mut Motions, p: usize, dilation: f64, kept: f64) {
+        let mut motion = motions.at(p);
+        set_volumetric(&mut motion, self.background.normal_strains(), dilation, kept);
+        motions.put(p, &motion);
+    }
+
+    /// Volumes, densities and domains of a block from its motions; the failure of the first point that turns inside out, has
+    /// `failed` or has a domain that can no longer be honoured.
+    #[inline(always)]
+    pub fn change_volumes(
+        &self,
+        set: &OfSet<'_, D>,
+        block: &mut Block<'_, D>,
+        motions: &mut Motions,
+        failed: Option<Failure>,
+    ) -> Result<(), Failure> {
+        let (mut ratios, count) = ([1.0; BLOCK], block.position.len());
+        (0..BLOCK).for_each(|p| ratios[p] = motions.volume_ratio(p));
+        // Written so that NaN counts as a failure.
+        let inverted = ratios[..count].iter().position(|ratio| !(*ratio > 0.0)).map(|p| {
+            let reason = format!("the step would turn it inside out (volume ratio {})", ratios[p]);
+            Failure { index: block.first + p, reason }
+        });
+        let failure = inverted.into_iter().chain(failed).min_by_key(|failure| failure.index);
+        let points = block.volume.iter_mut().zip(block.mass).zip(&mut motions.density);
+        for (((volume, mass), density), ratio) in points.zip(&ratios) {
+            *volume *= ratio;
+            *density = mass / *volume;
+        }
+        block.stretch(motions);
+        block.refuse(failure, &set.extent, self.background.grid.cell)
     }
 
     /// A point without stress does not grow beyond the cap, and none shrinks below a tenth (sheet: mpm §2.8, pitfall P-09).

@@ -3,7 +3,7 @@
 //! A point does the work `∫ σ : D Ω dt`, in each step with the mean of `Ω σ` before and after. What of it is not stored, by what
 //! the law says of its stress, is dissipated.
 
-use colluvium_constitutive::{BLOCK, Motion, SymTensor};
+use colluvium_constitutive::{BLOCK, Motions, SymTensor};
 
 /// Stresses (Pa) of a block before its update.
 pub struct Before([SymTensor; BLOCK]);
@@ -17,12 +17,11 @@ impl Before {
     }
 
     /// Adds the work (J) of a step that ends with stresses `after` (Pa) and `volumes`.
-    pub fn add_work(&self, motions: &[Motion], after: &[SymTensor], volumes: &[f64], work: &mut [f64]) {
-        for (p, motion) in motions.iter().enumerate() {
-            let volume = volumes[p];
-            let started = volume / motion.deformation.determinant();
+    pub fn add_work(&self, motions: &Motions, after: &[SymTensor], volumes: &[f64], work: &mut [f64]) {
+        for (p, (work, volume)) in work.iter_mut().zip(volumes).enumerate() {
+            let started = volume / motions.volume_ratio(p);
             let mean = self.0[p] * (0.5 * started) + after[p] * (0.5 * volume);
-            work[p] += mean.dot(&motion.strain_increment());
+            *work += mean.dot(&motions.at(p).strain_increment());
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::clock::Clock;
 use crate::driven::clear_patches;
 use crate::nodes::Nodes;
 use crate::points::{CHUNK, PointSet, in_chunks};
-use crate::transfer::deposit_of;
+use crate::transfer::deposit_momenta;
 
 /// Takes `(I - S S⁺)^m V`, or the share of it that goes in the step, from the velocities of the points; the update with `Δt S a` is that of FLIP.
 pub fn filter_velocities<const D: usize>(
@@ -59,13 +59,9 @@ fn sweep<const D: usize>(
     nodes.reset_remapped(&background.layout);
     let (layout, walls) = (&background.layout, &boundary.walls);
     let row_length = layout.strides()[0];
-    let momentum = |set: &PointSet<D>, p: usize| {
-        let at = |c: usize| if c < D { set.points.mass[p] * set.points.scratch[p][c] } else { 0.0 };
-        Lanes::new([at(0), at(1), at(2), 0.0])
-    };
     let fields = nodes.remapped.chunks_exact_mut(layout.len());
     for (field, (rest, nodes)) in fields.zip(nodes.solved.chunks_exact(layout.len())).enumerate() {
-        deposit_of(background, &bodies.sets, field, rest, &momentum, Transfer::Xpic);
+        deposit_momenta(background, &bodies.sets, field, rest, |set| &set.points.scratch, Transfer::Xpic);
         layout.fold(rest, |sum, node| *sum += *node);
         layout.each(rest, |row, active, line| {
             for number in active {

@@ -16,34 +16,24 @@ pub fn find_motions<const D: usize>(
     motions: &mut Motions,
 ) -> Lane {
     let dt = motions.dt;
-    for (p, read) in reads.iter().enumerate().take(BLOCK) {
-        for j in 0..D {
-            let column = (read.gradient[j] * dt).to_array();
-            for i in 0..D {
-                motions.gradient[3 * i + j][p] = column[i];
-            }
-        }
-    }
+    motions.set_gradients(reads.iter().map(|read| read.gradient.map(|column| (column * dt).to_array())));
     match how {
-        DeformationUpdate::Linear => deform(motions, |a: &Square<D>| one_and(a)),
-        DeformationUpdate::Exponential => deform(motions, |a: &Square<D>| exponential(a)),
+        DeformationUpdate::Linear => motions.deform_linearly::<D>(),
+        DeformationUpdate::Exponential => deform_exponentially::<D>(motions),
     }
+    std::array::from_fn(|p| motions.volume_ratio(p))
 }
 
-/// Deformations of the step from its gradients, and their determinants.
-#[inline(always)]
-fn deform<const D: usize>(motions: &mut Motions, of: impl Fn(&Square<D>) -> Square<D>) -> Lane {
-    let mut stretches = [1.0; BLOCK];
+/// Deformations of the step, the exponentials of its gradients.
+fn deform_exponentially<const D: usize>(motions: &mut Motions) {
     for p in 0..BLOCK {
-        let f = of(&matrix(&motions.gradient, p));
+        let f = exponential(&matrix::<D>(&motions.gradient, p));
         for i in 0..D {
             for j in 0..D {
                 motions.deformation[3 * i + j][p] = f[i][j];
             }
         }
-        stretches[p] = determinant(&f);
     }
-    stretches
 }
 
 /// Work of the stresses of a step over the logarithmic strain (J): the mean of `V σ` before and after, to the second order in
@@ -162,19 +152,6 @@ fn exponential<const D: usize>(a: &Square<D>) -> Square<D> {
     sum
 }
 
-#[inline(always)]
-fn determinant<const D: usize>(m: &Square<D>) -> f64 {
-    match D {
-        1 => m[0][0],
-        2 => m[0][0] * m[1][1] - m[0][1] * m[1][0],
-        _ => {
-            m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
-                - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
-                + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -185,8 +162,8 @@ mod tests {
         for (steps, exact) in [(100, 0.197_003_474_1), (1000, 0.019_738_819_2), (10_000, 0.001_973_920_5)] {
             let angle = 2.0 * std::f64::consts::PI / f64::from(steps);
             let step = one_and(&[[0.0, -angle], [angle, 0.0]]);
-            let turned = (0..steps).fold(one_and(&[[0.0; 2]; 2]), |f, _| product(&step, &f));
-            let strain = 0.5 * determinant(&turned).ln();
+            let [[a, b], [c, d]] = (0..steps).fold(one_and(&[[0.0; 2]; 2]), |f, _| product(&step, &f));
+            let strain = 0.5 * (a * d - b * c).ln();
             assert!((strain - exact).abs() < 1e-9, "{steps}: {strain}");
         }
     }

@@ -1,13 +1,13 @@
 //! The transfers of both phases, and what happens at the points in between (sheet: mpm §3.4).
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, Motion, Pore, SymTensor};
+use colluvium_constitutive::{BLOCK, Motions, SymTensor};
 use colluvium_grid::{Gathered, Lanes, PhaseDeposit, Window};
 
 use super::TwoPhase;
 use crate::averages::Averages;
 use crate::background::Background;
-use crate::blocks::{Block, BlockReport, Failure, OfSet};
+use crate::blocks::{Bench, Block, BlockReport, Failure, OfSet};
 use crate::bodies::Bodies;
 use crate::boundary::Boundary;
 use crate::clock::Clock;
@@ -17,9 +17,8 @@ use crate::mixed::{average_stresses, pull_with_cells};
 use crate::nodal::load_phase_nodes;
 use crate::pore::{Fluid, LIQUID, SOLID};
 use crate::pressing::press;
-use crate::strain::set_volumetric;
 use crate::transfer::force_columns;
-use crate::update::{Moved, PointUpdate, UpdateOfPoints, still};
+use crate::update::{Moved, PointUpdate, UpdateOfPoints};
 use crate::vectors::{lanes, three};
 
 /// Point to grid (step 1), slab by slab.
@@ -167,7 +166,10 @@ pub(super) fn update_phases<const FROM_SOLVED: bool, const D: usize>(
     what: PointUpdate,
 ) -> Result<f64, SolverError> {
     let update = UpdateOfPoints { clock, background, strains: &averages.strains, closed: &boundary.closed };
-    bodies.update_blocks(clock, |set, block| update.phase_block::<FROM_SOLVED>(phases, set, block, what))
+    let bench = || Bench::at_rest::<D>([Gathered::ZERO; 2], clock.dt, background.grid.cell);
+    bodies.update_blocks(clock, &bench, |set, block, bench| {
+        update.phase_block::<FROM_SOLVED>(phases, set, block, bench, what)
+    })
 }
 
 impl<const D: usize> UpdateOfPoints<'_, D> {
@@ -177,14 +179,14 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         phases: &TwoPhase,
         set: &OfSet<'_, D>,
         block: &mut Block<'_, D>,
+        Bench { reads, motions }: &mut Bench<[Gathered<D>; 2]>,
         what: PointUpdate,
     ) -> BlockReport {
         if block.pressure.is_empty() {
             return Ok(0.0);
         }
         let (ground, sweeps, n) = (self.background.ground(), self.background.sweeps, block.position.len());
-        let mut all = [[Gathered::ZERO; 2]; BLOCK];
-        let reads = &mut all[..n];
+        let reads = &mut reads[..n];
         if FROM_SOLVED {
             sweeps.gather_phases(&ground, &block.points(&set.extent), &phases.nodes, reads);
         } else {
@@ -199,9 +201,8 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
                 }
             }
         }
-        let mut motions = [still(self.clock.dt, self.background.grid.cell); BLOCK];
         if what.stress {
-            self.deform_phases(set, block, reads, &mut motions[..n])?;
+            self.deform_phases(set, block, reads, motions)?;
         }
         let mut moves = [Moved::default(); BLOCK];
         if what.position {
@@ -213,7 +214,7 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         }
         let moved = if what.position { self.settle(set, block, &moves)? } else { 0.0 };
         if what.stress {
-            set.material.update(&motions[..n], block.stress, &mut block.states[0]).map_err(|error| {
+            set.material.update_block(motions, block.stress, &mut block.states[0]).map_err(|error| {
                 Failure { index: block.first + error.index, reason: error.source.to_string() }
             })?;
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
@@ -250,54 +251,48 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         set: &OfSet<'_, D>,
         block: &mut Block<'_, D>,
         reads: &[[Gathered<D>; 2]],
-        motions: &mut [Motion],
+        motions: &mut Motions,
     ) -> Result<(), Failure> {
-        let mut failure = None;
-        for (p, (read, motion)) in reads.iter().zip(&mut *motions).enumerate() {
-            let radius = block.position[p][0];
-            let mut strains =
-                [SOLID, LIQUID].map(|phase| motion.dt * self.background.dilation(&read[phase], radius));
-            self.set_gradient(motion, &read[SOLID].gradient, read[SOLID].velocity.as_array()[0], radius);
-            motion.size = self.background.edge(&block.domain.as_slice(), p, &block.position[p]);
-            if self.strains.is_shared() {
-                strains = self.shared_strain(set.body, &block.points(&set.extent), p);
-                set_volumetric(motion, self.background.normal_strains(), strains[SOLID], 0.0);
-            }
-            if let Err(reason) = deform(block, p, motion, set.fluid.as_ref(), strains) {
-                failure = Some(Failure { index: block.first + p, reason });
+        self.find_motions(block, reads.iter().map(|read| &read[SOLID]), motions);
+        let mut failed = None;
+        for (p, read) in reads.iter().enumerate() {
+            let strains = if self.strains.is_shared() {
+                let strains = self.shared_strain(set.body, &block.points(&set.extent), p);
+                self.set_dilation(motions, p, strains[SOLID], 0.0);
+                strains
+            } else {
+                [SOLID, LIQUID]
+                    .map(|phase| motions.dt * self.background.dilation(&read[phase], block.position[p][0]))
+            };
+            if let Some(fluid) = &set.fluid
+                && let Err(reason) = press_liquid(block, p, fluid, strains)
+            {
+                failed = Some(Failure { index: block.first + p, reason });
                 break;
             }
         }
-        block.stretch(&motions[..reads.len()]);
-        block.refuse(failure, &set.extent, self.background.grid.cell)
+        if set.fluid.is_some() {
+            motions.pore_pressure[..reads.len()].copy_from_slice(block.pressure);
+            motions.saturation.fill(1.0);
+        }
+        self.change_volumes(set, block, motions, failed)
     }
 }
 
-/// Volume, porosity and pore pressure of a point (steps 8, 9), from the volumetric strains of both phases.
+/// Pore pressure of a point (step 9) from the volumetric strains of both phases.
 #[inline(always)]
-fn deform<const D: usize>(
+fn press_liquid<const D: usize>(
     block: &mut Block<'_, D>,
     p: usize,
-    motion: &mut Motion,
-    fluid: Option<&Fluid>,
+    fluid: &Fluid,
     [solid, liquid]: [f64; 2],
 ) -> Result<(), String> {
-    let stretch = motion.deformation.determinant();
-    // Written so that NaN counts as a failure.
-    if !(stretch > 0.0) {
-        return Err(format!("the step would turn it inside out (volume ratio {stretch})"));
+    // At the porosity before the step, as the sheet has it.
+    let n = fluid.porosity_at(block.volume[p], block.initial_volume[p]);
+    if !Fluid::holds(n) {
+        return Err(format!("its porosity has become {n}, beyond 0.01 to 0.99"));
     }
-    if let Some(fluid) = fluid {
-        // At the porosity before the step, as the sheet has it.
-        let n = fluid.porosity_at(block.volume[p], block.initial_volume[p]);
-        if !Fluid::holds(n) {
-            return Err(format!("its porosity has become {n}, beyond 0.01 to 0.99"));
-        }
-        block.pressure[p] = fluid.pressure_after(block.pressure[p], n, solid, liquid);
-        motion.pore = Pore { pressure: block.pressure[p], saturation: 1.0 };
-    }
-    block.volume[p] *= stretch;
-    motion.density = block.mass[p] / block.volume[p];
+    block.pressure[p] = fluid.pressure_after(block.pressure[p], n, solid, liquid);
     Ok(())
 }
 
