@@ -27,6 +27,16 @@ pub enum Across {
     Level,
 }
 
+/// One of two layers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layer {
+    /// The one on the bed.
+    Lower,
+    /// The one on top of it.
+    Upper,
+}
+
 /// The axes that depth is measured in (sheet: depth-sph §2.9).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

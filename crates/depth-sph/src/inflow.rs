@@ -100,6 +100,8 @@ pub struct Inflow<const D: usize> {
     pub body: u32,
     /// Porosity of what flows in, of two phases; none of one.
     pub porosity: Option<f64>,
+    /// Set of nodes that it flows into, of two layers; none of one phase, or of grains and fluid.
+    pub layer: Option<usize>,
     /// The bed along the line, over which it has one level; none where it is as deep everywhere.
     pub channel: Option<CrossSection>,
     /// What has happened.
@@ -243,9 +245,18 @@ impl<const D: usize> Inflow<D> {
         ((row as f64 + 0.5) * self.row_volume() - volume) / (depth * self.width())
     }
 
-    /// Shares of the sets of nodes in the volume: all of one phase, or of grains and fluid.
-    fn shares(&self) -> Vec<f64> {
-        self.porosity.map_or(vec![1.0], |porosity| vec![1.0 - porosity, porosity])
+    /// Sets of nodes that it flows into and their shares in the volume: all of one phase or of a layer, or of grains and fluid.
+    fn shares(&self) -> Vec<(usize, f64)> {
+        match (self.layer, self.porosity) {
+            (Some(set), _) => vec![(set, 1.0)],
+            (None, None) => vec![(0, 1.0)],
+            (None, Some(porosity)) => vec![(0, 1.0 - porosity), (1, porosity)],
+        }
+    }
+
+    /// Whether it flows into set `number`.
+    pub fn is_of(&self, number: usize) -> bool {
+        self.layer.is_none_or(|own| own == number)
     }
 
     /// Lets rows go that have crossed the line by `time` (s), and finds those behind it: new nodes with their sets and numbers, from
@@ -284,7 +295,7 @@ impl<const D: usize> Inflow<D> {
                 scale: self.ratio.powi(D as i32),
             };
             let mut own = Vec::new();
-            for (set, share) in self.shares().into_iter().enumerate() {
+            for (set, share) in self.shares() {
                 for (k, volume) in self.volumes() {
                     fresh.push((set, *next_id, node(k, share * volume)));
                     own.push((k, *next_id));
@@ -337,6 +348,7 @@ mod tests {
             reach: 2.0,
             body: 0,
             porosity: None,
+            layer: None,
             channel: None,
             state: State::default(),
         };

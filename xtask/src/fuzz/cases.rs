@@ -47,16 +47,17 @@ pub enum Outcome {
     Run,
 }
 
-/// Tries the files of these numbers; prints what failed and keeps it under `target/fuzz`.
+/// Tries the files of these numbers, from all cases or those of a method; prints what failed and keeps it under `target/fuzz`.
 ///
 /// # Errors
-/// When scratch files cannot be written.
-pub fn run(numbers: Range<u64>, seed: u64) -> Fallible<bool> {
+/// When scratch files cannot be written, or no case is of that method.
+pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<bool> {
     let files = numbers.end - numbers.start;
     let folder = crate::root().join("target/fuzz");
     let scratch = folder.join(format!("tried-{seed}"));
-    let origins = origins(&scratch)?;
+    let mut origins = origins(&scratch)?;
     let parts: Vec<Value> = origins.iter().map(|origin| origin.value.clone()).collect();
+    keep(&mut origins, method)?;
     let (mut outcomes, mut failures): (BTreeMap<Outcome, u64>, BTreeMap<String, String>) = Default::default();
     let watched = watch();
     let said = listen();
@@ -111,7 +112,18 @@ pub fn run(numbers: Range<u64>, seed: u64) -> Fallible<bool> {
     Ok(failures.is_empty())
 }
 
-/// All starting cases, benchmark cases and element tests, each with a folder of its own.
+/// Keeps the cases of a method, where one is given.
+fn keep(origins: &mut Vec<Origin>, method: Option<&str>) -> Fallible<()> {
+    let Some(method) = method else { return Ok(()) };
+    origins.retain(|origin| origin.value["methods"].get(method).is_some());
+    if origins.is_empty() {
+        Err(format!("no case to begin from is of the method {method:?}").into())
+    } else {
+        Ok(())
+    }
+}
+
+/// All starting cases, benchmark cases, element tests and cases for this alone (`validation/fuzz`), each with a folder of its own.
 fn origins(scratch: &Path) -> Fallible<Vec<Origin>> {
     if scratch.exists() {
         fs::remove_dir_all(scratch)?;
@@ -285,6 +297,16 @@ mod tests {
 
     #[test]
     fn five_hundred_broken_files_are_refused_or_run() {
-        assert!(run(0..500, 7).unwrap());
+        assert!(run(0..500, 7, None).unwrap());
+    }
+
+    #[test]
+    fn cases_that_are_for_this_alone_are_sound() {
+        let files = json_files(&crate::root().join("validation/fuzz")).unwrap();
+        assert!(!files.is_empty());
+        for path in files {
+            let outcome = attempt(&path, false).unwrap();
+            assert_eq!(outcome, Outcome::Run, "{}", path.display());
+        }
     }
 }

@@ -22,6 +22,9 @@ pub struct Arguments {
     /// Number of the first file: with `1` as the number of files, one that failed again.
     #[arg(long, default_value_t = 0)]
     first: u64,
+    /// Only files that begin from cases of this method.
+    #[arg(long)]
+    method: Option<String>,
     /// Kill runs of all methods at random moments instead, so often in all, and take them up again.
     #[arg(long, value_name = "TIMES")]
     kill: Option<u64>,
@@ -44,6 +47,9 @@ fn chosen(arguments: &Arguments) -> Fallible<bool> {
     }
     match arguments.kill {
         Some(times) => kill::run(times, arguments.seed),
-        None => cases::run(arguments.first..arguments.first.saturating_add(arguments.files), arguments.seed),
+        None => {
+            let numbers = arguments.first..arguments.first.saturating_add(arguments.files);
+            cases::run(numbers, arguments.seed, arguments.method.as_deref())
+        }
     }
 }

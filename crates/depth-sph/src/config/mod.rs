@@ -10,7 +10,7 @@ use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{Across, Continuity, Frame, Integration, Metric, Momentum, Phases, Search};
+use crate::choices::{Across, Continuity, Frame, Integration, Layer, Metric, Momentum, Phases, Search};
 use crate::column::{Drainage, LowerBound, Profile};
 use crate::drag::Drag;
 use crate::erosion::Erosion;
@@ -101,7 +101,8 @@ pub struct DepthOptions {
     /// Dams on the terrain, in three dimensions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dams: Vec<DamOptions>,
-    /// Lines that material flows in across in three dimensions, or ends of a profile: of one phase, or of grains and fluid at one speed.
+    /// Lines that material flows in across in three dimensions, or ends of a profile: of one phase, of grains and fluid at one speed, or of a
+    /// layer of two.
     /// With columns of pore pressure what flows in has their `excess_ratio`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inflows: Vec<InflowOptions>,
@@ -213,6 +214,9 @@ pub struct InflowOptions {
     /// How it stands along the line, at one speed. In three dimensions.
     #[serde(default)]
     pub across: Across,
+    /// Which of two layers flows in, for phases that are `layers`: one inflow for each, at one line or at lines of their own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layer: Option<Layer>,
     /// Share of the pore fluid in what flows in, between 0 and 1, for phases that are `two`; that of the mixture when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub porosity: Option<f64>,

@@ -1,7 +1,7 @@
 //! Step 10: nodes that flow in (sheet: depth-sph §3.4).
 
 use super::compiled::compiled;
-use super::open::Moments;
+use super::open::{Moments, Stratum};
 use super::set::Set;
 use super::{Failure, Flow, OpenEnd};
 use crate::inflow::{Arriving, Inflow};
@@ -24,23 +24,27 @@ impl<const D: usize> Flow<D> {
     fn arriving(&self, inflow: &Inflow<D>) -> Option<Arriving> {
         let kernel = self.settings.numerics.kernel;
         let (mut moments, width) = (Moments::default(), inflow.width());
-        for set in &self.sets {
-            let nodes = &set.nodes;
+        let densities = &self.settings.material.densities;
+        let stratum = inflow.layer.map(|set| Stratum { set, ratio: densities.fluid / densities.grain });
+        for Set { nodes, .. } in self.fed_by(inflow) {
+            let depths = if stratum.is_some() { &nodes.height } else { &nodes.depth };
             for i in 0..nodes.len() {
                 let (before, along) = inflow.before(&nodes.position[i]);
                 let far = before / nodes.length[i];
                 if !(0.0..kernel.support()).contains(&far) || !(0.0..=width).contains(&along) {
                     continue;
                 }
-                let weight = nodes.volume[i] / nodes.depth[i] * kernel.shape::<D>(far);
+                let weight = nodes.volume[i] / depths[i] * kernel.shape::<D>(far);
                 if weight > 0.0 {
+                    let velocity = inflow.turned(&nodes.velocity[i]);
+                    let pull = stratum.map_or(nodes.pull[i], |stratum| stratum.pull(nodes, i));
                     moments.add(
                         weight,
                         -before,
-                        inflow.turned(&nodes.velocity[i]),
-                        kernel,
-                        (set, i),
-                        nodes.depth[i],
+                        velocity,
+                        depths[i],
+                        pull,
+                        kernel.support() * nodes.length[i],
                     );
                 }
             }
@@ -49,11 +53,16 @@ impl<const D: usize> Flow<D> {
         Some(Arriving::of(within.depth[0], within.speed[0], within.pull))
     }
 
+    /// The sets that a line brings nodes of.
+    fn fed_by<'a>(&'a self, inflow: &'a Inflow<D>) -> impl Iterator<Item = &'a Set<D>> {
+        self.sets.iter().enumerate().filter(|(number, _)| inflow.is_of(*number)).map(|(_, set)| set)
+    }
+
     /// Depth (m) and outward speed (m/s) of what stands before a line when the flow begins; `None` where it is dry.
     pub fn standing(&self, inflow: &Inflow<D>) -> Option<(f64, f64)> {
         let (width, near) = (inflow.width(), NEAR * inflow.spacing);
         let (mut volume, mut moved, mut count) = (0.0, 0.0, 0);
-        for (number, Set { nodes, .. }) in self.sets.iter().enumerate() {
+        for (number, Set { nodes, .. }) in self.fed_by(inflow).enumerate() {
             for i in 0..nodes.len() {
                 let (before, along) = inflow.before(&nodes.position[i]);
                 if (0.0..near).contains(&before) && (0.0..=width).contains(&along) {
@@ -73,7 +82,7 @@ impl<const D: usize> Flow<D> {
             let (before, along) = inflow.before(x);
             (-inflow.reach..0.0).contains(&before) && (0.0..=inflow.width()).contains(&along)
         };
-        self.sets.iter().flat_map(|set| &set.nodes.position).filter(|x| is_behind(x)).count()
+        self.fed_by(inflow).flat_map(|set| &set.nodes.position).filter(|x| is_behind(x)).count()
     }
 
     /// Puts the first rows behind lines with standing flow before them, as [`Flow::standing`] has it, before the first step.

@@ -2,9 +2,10 @@
 
 use colluvium_case::{Case, CaseError, read_pairs};
 
+use super::sides::MOST_PLACES;
 use super::{NAME, own};
 use crate::bed::Bed;
-use crate::choices::{Across, Phases};
+use crate::choices::{Across, Layer, Phases};
 use crate::config::{DepthOptions, InflowOptions};
 use crate::cross_section::CrossSection;
 use crate::flow::{Feed, Flow, Opening};
@@ -23,15 +24,20 @@ pub fn add<const D: usize>(
     flow: &mut Flow<D>,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Opening, String)>, CaseError> {
-    let (mut openings, mut standing) = (Vec::new(), Vec::new());
-    if !options.inflows.is_empty() && options.phases == Phases::Layers {
-        return Err(own("inflows", "are of one phase or of grains and fluid: not available with two layers"));
-    }
+    let (mut openings, mut standing): (Vec<(Opening, String)>, _) = (Vec::new(), Vec::new());
     for (number, given) in options.inflows.iter().enumerate() {
         let key = |name: &str| format!("inflows[{number}].{name}");
         if D == 1 {
-            let opening = through_end(case, options, flow, given, &key)?;
-            openings.push((opening, format!("methods.{NAME}.{}", key("side"))));
+            let mut opening = through_end(case, options, flow, given, &key)?;
+            let known = openings.iter_mut().find(|(known, _)| known.outward == opening.outward);
+            let Some((known, _)) = known else {
+                openings.push((opening, format!("methods.{NAME}.{}", key("side"))));
+                continue;
+            };
+            if known.feeds.iter().any(|known| opening.feeds.iter().any(|feed| feed.layer == known.layer)) {
+                return Err(own(&key("side"), "has an inflow already: add up their discharges"));
+            }
+            known.feeds.append(&mut opening.feeds);
             continue;
         }
         let mut inflow = inflow::<D>(case, options, flow, given, &key)?;
@@ -87,6 +93,29 @@ fn porosity(
     }
 }
 
+/// The set of the layer that flows in, of two layers.
+fn layer<const D: usize>(
+    options: &DepthOptions,
+    flow: &Flow<D>,
+    given: &InflowOptions,
+    key: &dyn Fn(&str) -> String,
+) -> Result<Option<usize>, CaseError> {
+    let wrong = |problem: &str| Err(own(&key("layer"), problem));
+    let set = match (options.phases == Phases::Layers, given.layer) {
+        (false, None) => return Ok(None),
+        (false, Some(_)) => return wrong("is one of two layers: make phases layers, or leave it out"),
+        (true, None) => return wrong("is missing: say which of two layers flows in, lower or upper"),
+        (true, Some(Layer::Lower)) => 0,
+        (true, Some(Layer::Upper)) => 1,
+    };
+    if flow.sets[set].is_empty() {
+        return wrong(
+            "has no body whose material flows in: give it one, small and away from the flow if need be",
+        );
+    }
+    Ok(Some(set))
+}
+
 /// An end of a profile for what flows in there.
 fn through_end<const D: usize>(
     case: &Case,
@@ -111,7 +140,8 @@ fn through_end<const D: usize>(
         return Err(own(&key("side"), "has a wall: leave the wall out"));
     }
     let porosity = porosity(options, given, key)?.unwrap_or(0.0);
-    let feed = Feed { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity };
+    let layer = layer(options, flow, given, key)?;
+    let feed = Feed { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity, layer };
     let place = if side.is_max() { case.domain.max[0] } else { case.domain.min[0] };
     let outward = if side.is_max() { 1.0 } else { -1.0 };
     let beyond = [0.0, 4.0 * options.spacing].map(|far| flow.bed.at(&[place + outward * far; D]).is_some());
@@ -119,7 +149,7 @@ fn through_end<const D: usize>(
         return Err(own(&key("side"), "has no ground beyond it, where the nodes of the inflow stand"));
     }
     let (spacing, span) = (options.spacing, (0.0, 0.0));
-    Ok(Opening { axis: 0, place, outward, spacing, span, periodic: false, feed: Some(feed), layer: 0.0 })
+    Ok(Opening { axis: 0, place, outward, spacing, span, periodic: false, feeds: vec![feed], layer: 0.0 })
 }
 
 /// The hydrograph of an inflow, checked.
@@ -159,7 +189,14 @@ fn inflow<const D: usize>(
     if from == to {
         return Err(own(&key("to"), "is where the line begins"));
     }
+    let places = (to[0] - from[0]).hypot(to[1] - from[1]) / options.spacing;
+    if !(places <= MOST_PLACES) {
+        let problem =
+            format!("makes the line {places:.1e} spacings long, {MOST_PLACES:.0e} at most: is it in metres?");
+        return Err(own(&key("to"), problem));
+    }
     let hydrograph = hydrograph(given, key)?;
+    let layer = layer(options, flow, given, key)?;
     let ratio = options.smoothing_ratio(D);
     Ok(Inflow {
         from: place(from),
@@ -171,8 +208,9 @@ fn inflow<const D: usize>(
         spacing: options.spacing,
         ratio,
         reach: (flow.settings.numerics.kernel.support() * ratio + ROWS) * options.spacing,
-        body: 0,
+        body: layer.map_or(0, |set| flow.sets[set].nodes.body[0]),
         porosity: porosity(options, given, key)?,
+        layer,
         channel: None,
         state: State::default(),
     })

@@ -14,6 +14,9 @@ const LEVEL: f64 = 0.01;
 /// Fewer distances of nodes than these are too short for a layer in which waves die away.
 const SHORT: f64 = 10.0;
 
+/// More places than these along a side, or a line of inflow, are a mistake in the domain.
+pub const MOST_PLACES: f64 = 1e6;
+
 /// The absorbing sides of a case, with their keys.
 pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
     let absorbing =
@@ -30,7 +33,7 @@ pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
                 spacing: options.spacing,
                 span,
                 periodic: case.dimension() == 3 && case.domain.is_periodic(other),
-                feed: None,
+                feeds: Vec::new(),
                 layer: options.absorbing_layer.unwrap_or(0.0),
             };
             (opening, format!("boundaries[{number}].side"))
@@ -56,6 +59,7 @@ pub fn open<const D: usize>(
     let Some((_, first)) = openings.first() else { return Ok(Vec::new()) };
     let mut warnings = Vec::new();
     for (opening, key) in openings {
+        refuse_many(opening, key)?;
         if let Some(slope) = slope_across(opening, flow, key)?.filter(|slope| slope.abs() > LEVEL) {
             warnings.push(format!(
                 "{key}: the bed has a slope of {slope:.3} across it, and the material beyond it is taken as deep as at the side: waves \
@@ -74,6 +78,19 @@ pub fn open<const D: usize>(
     let sides: Vec<Opening> = openings.iter().map(|(opening, _)| opening.clone()).collect();
     flow.open_all(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;
     Ok(warnings)
+}
+
+/// Refuses a side with so many places along it and in its layer that they could not be gone through.
+fn refuse_many(opening: &Opening, key: &str) -> Result<(), CaseError> {
+    let Opening { spacing, span, layer, .. } = opening;
+    let places = ((span.1 - span.0) / spacing).max(1.0) * (layer / spacing).max(1.0);
+    if places <= MOST_PLACES {
+        return Ok(());
+    }
+    let problem = format!(
+        "has {places:.1e} places along it and in its layer, {MOST_PLACES:.0e} at most: make the domain there no wider than the flow, or the spacing larger"
+    );
+    Err(CaseError::new(key, problem))
 }
 
 /// The steepest slope of the bed across a side; refuses one that has no ground beyond it.

@@ -51,7 +51,7 @@ fn basin(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
         spacing: SPACING,
         span: (0.0, width),
         periodic: true,
-        feed: None,
+        feeds: Vec::new(),
         layer,
     };
     flow.open_all(&[side(0.0, -1.0), side(long, 1.0)]).unwrap();
@@ -210,7 +210,9 @@ fn columns_beyond_open_sides_are_those_of_the_lake() {
 
 #[test]
 fn a_lake_with_open_sides_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
-    for lake in [lake(), pressed("one"), pressed("two"), layered()] {
+    let mut damped = layered();
+    damped["methods"]["depth-sph"]["absorbing_layer"] = json!(2);
+    for lake in [lake(), pressed("one"), pressed("two"), layered(), damped] {
         let run = |threads: usize, restart: Option<usize>| hash_after(&lake, threads, 60, restart);
         let whole = run(1, None);
         assert_eq!(run(3, None), whole);
@@ -226,15 +228,15 @@ fn refused(value: &Value) -> String {
 
 #[test]
 fn sides_that_cannot_be_open_are_refused_by_path() {
-    let mut damped = layered();
-    damped["methods"]["depth-sph"]["absorbing_layer"] = json!(2);
-    let start = "methods.depth-sph.absorbing_layer: is of one phase";
-    assert!(refused(&damped).starts_with(start), "{}", refused(&damped));
     let mut ends = lake();
     ends["obstacles"] = json!([{ "name": "floor", "wall": { "kind": "smooth" }, "shape":
         { "kind": "box", "min": [-0.3, -0.3, -1], "max": [6.3, 6.3, 0] } }]);
     ends["boundaries"].as_array_mut().unwrap().remove(0);
     assert!(refused(&ends).contains("has no ground for "), "{}", refused(&ends));
+    let mut wide = lake();
+    wide["domain"]["max"][1] = json!(1e17);
+    wide["boundaries"].as_array_mut().unwrap().pop();
+    assert!(refused(&wide).starts_with("boundaries[1].side: has 5.0e17 places"), "{}", refused(&wide));
 }
 
 /// The basin when its packet of waves has gone to the side and back to the middle of what is looked at.

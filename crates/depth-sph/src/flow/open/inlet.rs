@@ -12,6 +12,8 @@ pub struct Feed {
     pub froude: f64,
     /// Porosity of what flows in, of two phases; of no meaning for one.
     pub porosity: f64,
+    /// Set of nodes that it flows into, of two layers; none of one phase, or of grains and fluid.
+    pub layer: Option<usize>,
 }
 
 impl Feed {
@@ -43,7 +45,8 @@ mod tests {
 
     #[test]
     fn what_flows_in_meets_what_stands_there() {
-        let feed = Feed { hydrograph: vec![[0.0, 0.5], [10.0, 0.5]], froude: 2.0, porosity: 0.4 };
+        let feed =
+            Feed { hydrograph: vec![[0.0, 0.5], [10.0, 0.5]], froude: 2.0, porosity: 0.4, layer: None };
         let state = |time: f64, outgoing: Option<f64>| {
             let arriving = outgoing.map(|outgoing| Arriving { outgoing, pull: 9.81 });
             let Stand { depth, speed, porosity, .. } = feed.state(time, arriving, 9.81);

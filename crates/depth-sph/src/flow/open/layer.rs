@@ -2,7 +2,8 @@
 //!
 //! There depth and speed along the normal relax to what stood at the place when the flow began, both at the same rate: their ratio in a wave
 //! along the normal stays what it is without a layer, so that the layer itself sends nothing back. Speed along the side is left alone: with
-//! it waves at an angle are turned back more. What nodes lose or gain of their volume counts as passed.
+//! it waves at an angle are turned back more. What nodes lose or gain of their volume counts as passed. Both of two layers relax at one rate,
+//! that of the surface: waves of the surface and of the interface then stay what they are, and those of the interface die away sooner.
 
 use super::super::Flow;
 use super::super::set::Set;
@@ -24,10 +25,14 @@ pub(super) struct Layer {
     calm: [Vec<Option<Calm>>; 2],
 }
 
-/// Depth (m) and outward speed (m/s) of a cell when the flow began.
+/// What stood in a cell when the flow began.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Calm {
+    /// Depth, of both phases or of the layer (m).
     depth: f64,
+    /// Depth of both layers (m).
+    whole: f64,
+    /// Outward speed (m/s).
     speed: f64,
 }
 
@@ -56,16 +61,18 @@ impl<const D: usize> OpenEnd<D> {
     /// Takes what stands in the layer.
     pub(super) fn calm(&mut self, sets: &[Set<D>], part: &dyn Fn(&Plan<D>) -> Part) {
         let cells = self.cells();
-        for (number, set) in sets.iter().enumerate() {
-            let mut sums = vec![[0.0; 3]; cells * self.strips.len()];
+        for (number, set) in self.own(sets) {
+            let mut sums = vec![[0.0; 4]; cells * self.strips.len()];
             let nodes = &set.nodes;
+            let depths = self.depths(nodes);
             for (i, x) in nodes.position.iter().enumerate() {
                 let Some(cell) = self.cell(x).filter(|_| part(x) == Part::Within) else { continue };
-                let one = [1.0, nodes.depth[i], self.outward * nodes.velocity[i][self.axis]];
-                (0..3).for_each(|k| sums[cell][k] += one[k]);
+                let one = [1.0, depths[i], nodes.depth[i], self.outward * nodes.velocity[i][self.axis]];
+                (0..4).for_each(|k| sums[cell][k] += one[k]);
             }
-            let mean = |[count, depth, speed]: &[f64; 3]| {
-                (*count > 0.0).then(|| Calm { depth: depth / count, speed: speed / count })
+            let mean = |[count, depth, whole, speed]: &[f64; 4]| {
+                let calm = || Calm { depth: depth / count, whole: whole / count, speed: speed / count };
+                (*count > 0.0).then(calm)
             };
             self.layer.calm[number] = sums.iter().map(mean).collect();
         }
@@ -78,8 +85,10 @@ impl<const D: usize> OpenEnd<D> {
             let x = nodes.position[i];
             let Some(cell) = self.cell(&x).filter(|_| part(&x) == Part::Within) else { continue };
             let Some(calm) = self.layer.calm[number][cell] else { continue };
-            let celerity = (nodes.pull[i] * calm.depth).sqrt();
-            let wave = (calm.speed + celerity).max(0.5 * celerity);
+            let celerity = (nodes.pull[i] * calm.whole).sqrt();
+            // Layers that have speeds of their own have one rate.
+            let stream = if self.stratum.is_some() { 0.0 } else { calm.speed };
+            let wave = (stream + celerity).max(0.5 * celerity);
             let within = 1.0 + self.beyond(&x) / self.layer.length;
             let rate = f64::from(1 + POWER) * DECAY * wave / self.layer.length * within.powi(POWER);
             let stays = (-rate * dt).exp();
@@ -87,7 +96,7 @@ impl<const D: usize> OpenEnd<D> {
             let speed = &mut nodes.velocity[i][self.axis];
             *speed = still + stays * (*speed - still);
             // Where next to nothing stands no more is put in than where half of the depth does.
-            let excess = 1.0 - calm.depth / nodes.depth[i].max(0.5 * calm.depth);
+            let excess = 1.0 - calm.depth / self.depths(nodes)[i].max(0.5 * calm.depth);
             let taken = (1.0 - stays) * excess * nodes.volume[i];
             nodes.volume[i] -= taken;
             self.state.passed[number] += taken;
@@ -106,7 +115,9 @@ impl<const D: usize> Flow<D> {
         for (number, end) in opens.iter_mut().enumerate() {
             let part = |x: &Plan<D>| part_of(&sides, number, x);
             for (role, set) in sets.iter_mut().enumerate() {
-                end.damp(role, set, dt, &part);
+                if end.is_of(role) {
+                    end.damp(role, set, dt, &part);
+                }
             }
         }
     }

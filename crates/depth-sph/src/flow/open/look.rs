@@ -18,7 +18,7 @@ impl<const D: usize> OpenEnd<D> {
         let mut moments = vec![Moments::default(); self.strips.len()];
         for (number, set) in self.own(sets) {
             let nodes = &set.nodes;
-            let depths = if self.stratum.is_some() { &nodes.height } else { &nodes.depth };
+            let depths = self.depths(nodes);
             for i in 0..nodes.len() {
                 let (x, length) = (&nodes.position[i], nodes.length[i]);
                 let beyond = self.beyond(x);
@@ -26,6 +26,7 @@ impl<const D: usize> OpenEnd<D> {
                 if beyond > 0.0 || far >= kernel.support() || part(x) != Part::Within {
                     continue;
                 }
+                let pull = self.pull(nodes, i);
                 let velocity = turned(&nodes.velocity[i], self.axis, self.outward);
                 let around =
                     if D == 1 { 0 } else { (kernel.support() * length / self.spacing).ceil() as isize };
@@ -38,7 +39,14 @@ impl<const D: usize> OpenEnd<D> {
                     let weight = nodes.volume[i] / depths[i] * kernel.shape::<D>(distance);
                     if weight > 0.0 {
                         let place = beyond + inside;
-                        moments[strip].add(weight, place, velocity, kernel, (set, i), depths[i]);
+                        moments[strip].add(
+                            weight,
+                            place,
+                            velocity,
+                            depths[i],
+                            pull,
+                            kernel.support() * length,
+                        );
                         if number == 1 {
                             moments[strip].add_fluid(weight);
                         }

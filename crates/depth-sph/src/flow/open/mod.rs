@@ -25,7 +25,7 @@ use super::grow::keep;
 use crate::choices::Phases;
 use crate::nodes::{Nodes, Plan};
 use side::Part;
-use two_layers::Stratum;
+pub(super) use two_layers::Stratum;
 
 pub use inlet::Feed;
 pub use side::{Beyond, Known, OpenEnd};
@@ -50,8 +50,8 @@ pub struct Opening {
     pub span: (f64, f64),
     /// Whether the other axis repeats itself there.
     pub periodic: bool,
-    /// What flows in through it, in place of what is out there. In a profile.
-    pub feed: Option<Feed>,
+    /// What flows in through it, in place of what is out there: one, or one for each of two layers. In a profile.
+    pub feeds: Vec<Feed>,
     /// How far before it waves begin to die away (m); 0 for none.
     pub layer: f64,
 }
@@ -82,7 +82,7 @@ impl<const D: usize> Flow<D> {
             spacing,
             span: (0.0, 0.0),
             periodic: false,
-            feed: None,
+            feeds: Vec::new(),
             layer: 0.0,
         }])
     }
@@ -110,7 +110,8 @@ impl<const D: usize> Flow<D> {
         let mut later = Vec::new();
         for (number, (opening, stratum)) in (known..).zip(all) {
             let mut end = OpenEnd::new(opening, reach, openings, stratum);
-            let feed = opening.feed.clone();
+            let set = stratum.map(|stratum| stratum.set);
+            let feed = opening.feeds.iter().find(|feed| feed.layer == set).cloned();
             end.begin(&self.sets, &|x| part_of(&sides, number, x), gravity, time, feed.as_ref());
             let most = feed.as_ref().map_or(0.0, |feed| feed.fastest(gravity));
             self.fastest_start = self.fastest_start.max(most);

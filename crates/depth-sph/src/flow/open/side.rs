@@ -141,6 +141,17 @@ impl<const D: usize> OpenEnd<D> {
         sets.iter().enumerate().filter(move |(number, _)| is_own(*number))
     }
 
+    /// Depths at nodes of its sets (m): of both phases, or of its layer.
+    pub(super) fn depths<'a>(&self, nodes: &'a Nodes<D>) -> &'a [f64] {
+        if self.stratum.is_some() { &nodes.height } else { &nodes.depth }
+    }
+
+    /// Effective gravity at node `i` of one of its sets (m/s²): for what flows into one of two layers that on waves of its own depth.
+    pub(super) fn pull(&self, nodes: &Nodes<D>, i: usize) -> f64 {
+        let stratum = self.stratum.filter(|_| self.is_fed());
+        stratum.map_or(nodes.pull[i], |stratum| stratum.pull(nodes, i))
+    }
+
     /// Share of set `number` of all in a depth that stands there.
     pub(super) fn share(&self, stand: &Stand, sets: usize, number: usize) -> f64 {
         if self.stratum.is_some() { 1.0 } else { stand.share(sets, number) }
@@ -180,15 +191,18 @@ impl<const D: usize> OpenEnd<D> {
                 strip.like[number] = Some(node);
             }
         }
+        let own: Vec<_> = self.own(sets).filter(|(_, set)| !set.is_empty()).collect();
+        let whole = self.stratum.is_some();
         for strip in &mut self.strips {
             if let Some(still) = &mut strip.still {
                 still.porosity /= still.depth;
             } else if let Some(feed) = feed {
                 let (depth, speed) = feed.section(feed.discharge(time), gravity);
                 let stand = Stand { depth, speed: -speed, along: 0.0, porosity: feed.porosity };
-                for (number, set) in sets.iter().enumerate().filter(|(_, set)| !set.is_empty()) {
-                    let volume = stand.share(sets.len(), number) * depth * self.spacing;
-                    strip.like[number] = Some(Node { volume, ..like(&set.nodes, 0) });
+                for (number, set) in &own {
+                    let share = if whole { 1.0 } else { stand.share(sets.len(), *number) };
+                    let volume = share * depth * self.spacing;
+                    strip.like[*number] = Some(Node { volume, ..like(&set.nodes, 0) });
                 }
             }
         }
@@ -400,6 +414,8 @@ impl<const D: usize> OpenEnd<D> {
             let here = here.or(known.fixed.map(|still| (still.depth, still.speed, gravity)));
             let pull = here.map_or(gravity, |(.., pull)| pull);
             let arriving = here.map(|(depth, speed, pull)| Arriving::of(depth, speed, pull));
+            // The Froude number of a layer is that of its own depth, whatever stands on it.
+            let pull = if self.stratum.is_some() { gravity } else { pull };
             known.fixed = Some(feed.state(time, arriving, pull));
         }
     }

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::set::Set;
-use crate::kernel::Kernel;
 use crate::nodes::Plan;
 
 /// Times at which what passes the place before a side is taken, in the time that waves need from there to the side.
@@ -162,17 +160,9 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Adds a node `beyond` (m, negative within) the side with its weight and a depth (m), of all or of a layer; `velocity` is outward and
-    /// along the side.
-    pub fn add<const D: usize>(
-        &mut self,
-        weight: f64,
-        beyond: f64,
-        velocity: [f64; 2],
-        kernel: Kernel,
-        (set, i): (&Set<D>, usize),
-        depth: f64,
-    ) {
+    /// Adds a node `beyond` (m, negative within) the side with its weight, a depth (m), of all or of a layer, its effective gravity (m/s²) and
+    /// how far its kernel reaches (m); `velocity` is outward and along the side.
+    pub fn add(&mut self, weight: f64, beyond: f64, velocity: [f64; 2], depth: f64, pull: f64, reach: f64) {
         let powers = [weight, weight * beyond, weight * beyond * beyond];
         (0..3).for_each(|k| self.powers[k] += powers[k]);
         for k in 0..2 {
@@ -180,8 +170,8 @@ impl Moments {
             self.speed[k] += powers[k] * velocity[0];
         }
         self.along += weight * velocity[1];
-        self.pull += weight * set.nodes.pull[i];
-        self.reach = self.reach.max(kernel.support() * set.nodes.length[i]);
+        self.pull += weight * pull;
+        self.reach = self.reach.max(reach);
     }
 
     /// Counts the weight of a node of the pore fluid.
@@ -224,7 +214,6 @@ pub fn turned<const D: usize>(velocity: &Plan<D>, axis: usize, outward: f64) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::nodes::Node;
 
     #[test]
     fn a_simple_wave_passes_as_it_is_and_a_rapid_flow_too() {
@@ -245,16 +234,9 @@ mod tests {
     /// A front that is thinner the nearer it is to the side, so that a line through it is below the bed there.
     #[test]
     fn a_front_before_the_side_has_no_depth_beyond_it() {
-        let mut set = Set::<1>::default();
-        for (id, (x, depth)) in [(-1.0, 0.9), (-0.6, 0.1)].into_iter().enumerate() {
-            let node =
-                Node { body: 0, position: [x], velocity: [1.0], volume: depth, length: 1.0, scale: 1.0 };
-            set.nodes.push(id as u64, &node);
-            set.nodes.depth[id] = depth;
-        }
         let mut moments = Moments::default();
-        for (i, beyond) in [-1.0, -0.6].into_iter().enumerate() {
-            moments.add(1.0, beyond, [1.0, 0.0], Kernel::CubicSpline, (&set, i), set.nodes.depth[i]);
+        for (beyond, depth) in [(-1.0, 0.9), (-0.6, 0.1)] {
+            moments.add(1.0, beyond, [1.0, 0.0], depth, 9.81, 2.0);
         }
         let within = moments.within().unwrap();
         assert_eq!(within.depth[0], 0.0);

@@ -7,17 +7,18 @@
 use serde::{Deserialize, Serialize};
 
 use super::stand::{INTERVALS, Stand, Within, met};
+use crate::nodes::Nodes;
 
 /// Depths of a layer out there below this share of the other's have no waves of their own.
 const THIN: f64 = 1e-3;
 
 /// Which layer a side is of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stratum {
+pub(in super::super) struct Stratum {
     /// Set of its nodes: 0 of the lower, 1 of the upper layer.
-    pub(super) set: usize,
+    pub(in super::super) set: usize,
     /// Density of the upper over that of the lower layer, `γ`.
-    pub(super) ratio: f64,
+    pub(in super::super) ratio: f64,
 }
 
 /// Both layers at a strip, the lower one first.
@@ -39,6 +40,13 @@ pub struct Both {
 type Layer = [f64; 2];
 
 impl Stratum {
+    /// Effective gravity (m/s²) on waves of its own depth at node `i`: the surface of what stands on the lower layer stays level (sheet:
+    /// depth-sph §2.11, `c_i²` of a thin layer).
+    pub(in super::super) fn pull<const D: usize>(&self, nodes: &Nodes<D>, i: usize) -> f64 {
+        let is_covered = self.set == 0 && nodes.depth[i] > nodes.height[i];
+        nodes.pull[i] * if is_covered { 1.0 - self.ratio } else { 1.0 }
+    }
+
     /// Depth (m) and outward speed (m/s) of its layer, where both arrive from within and meet what is out there; the lower one first. What
     /// arrives is asked for by the speed of the wave that brings it (m/s).
     fn met(&self, still: [Option<Stand>; 2], arriving: impl Fn(f64) -> [Layer; 2], pull: f64) -> (f64, f64) {
