@@ -3,9 +3,8 @@
 
 use colluvium_constitutive::BLOCK;
 use colluvium_grid::{Lanes, Node, Points, Walls};
-use colluvium_points::Surface;
 use colluvium_points::parallel::InPieces;
-use colluvium_points::surface::Nearest;
+use colluvium_points::surface::{Nearest, passes_through};
 use rayon::prelude::*;
 
 use crate::background::Background;
@@ -256,25 +255,6 @@ impl<const D: usize> OfSet<'_, D> {
     }
 }
 
-/// The place `now` of the surface that is nearest to `x` (m), as it is seen from where the point goes, if its way leads through that
-/// into the solid: one that is thin, out of which it may come again on the other side. `kept` is the least distance (m).
-fn passes_through<const D: usize>(
-    surface: &dyn Surface<D>,
-    x: &[f64; D],
-    goes: &[f64; D],
-    now: &Nearest<D>,
-    kept: f64,
-) -> Option<Nearest<D>> {
-    let closing: f64 = (0..D).map(|c| goes[c] * now.normal[c]).sum();
-    let distance = now.distance + closing;
-    if distance >= 0.0 || now.distance <= 0.0 {
-        return None;
-    }
-    let (share, depth) = (now.distance / -closing, UNDER * kept);
-    let under = std::array::from_fn(|c| x[c] + share * goes[c] - depth * now.normal[c]);
-    surface.contains(&under).then_some(Nearest { distance, ..*now })
-}
-
 /// A point that may come too near to a surface.
 struct Seen<'a, const D: usize> {
     x: &'a [f64; D],
@@ -310,7 +290,7 @@ impl<const D: usize> Seen<'_, D> {
             room.found.clear();
             surface.touch(&to, kept, &mut room.found);
             let inside = if room.found.is_empty() { surface.gap(&to, horizon.max(kept + way)) } else { None };
-            let through = passes_through(surface, self.x, &goes, &now, kept);
+            let through = passes_through(surface, self.x, &goes, &now, UNDER * kept);
             // Behind what it has gone through the nearest surface is on the other side.
             let faces = |place: &&Nearest<D>| {
                 through.is_none() || (0..D).map(|c| place.normal[c] * now.normal[c]).sum::<f64>() > 0.0

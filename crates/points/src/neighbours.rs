@@ -239,7 +239,7 @@ impl<const D: usize> NeighbourList<D> {
     }
 
     /// As [`NeighbourList::build`] for the first `count` points only, among all: for points behind them
-    /// that act without being acted on, such as walls and mirror images.
+    /// that act without being acted on, such as walls and mirror images; of the others those that `keep(point, other)` accepts.
     ///
     /// # Errors
     /// As [`CellList::build`].
@@ -248,8 +248,9 @@ impl<const D: usize> NeighbourList<D> {
         positions: &[[f64; D]],
         count: usize,
         radius: f64,
+        keep: impl Fn(u32, u32) -> bool + Sync,
     ) -> Result<(), SearchError> {
-        self.build_where(positions, count, radius, |i, j| i != j)
+        self.build_where(positions, count, radius, |i, j| i != j && keep(i, j))
     }
 
     /// Finds, for each of the first `count` points, the others within `radius` (m) that

@@ -16,9 +16,12 @@ fn agrees_with_brute_force<const D: usize>(points: &[[f64; D]], radius: f64) {
         assert_eq!(list.of(i), all);
     }
     let mut first = NeighbourList::new();
-    first.build_first(points, points.len() / 2, radius).unwrap();
+    first.build_first(points, points.len() / 2, radius, |_, _| true).unwrap();
     assert!((0..first.len()).all(|i| first.of(i) == list.of(i)));
     assert_eq!(first.len(), points.len() / 2);
+    first.build_first(points, points.len(), radius, |i, j| (i + j) % 2 == 1).unwrap();
+    let odd = |i: usize| list.of(i).iter().copied().filter(|j| (i as u32 + j) % 2 == 1).collect::<Vec<_>>();
+    assert!((0..points.len()).all(|i| first.of(i) == odd(i)));
     let mut half = HalfList::new();
     half.build(points, radius).unwrap();
     let full = (0..points.len()).flat_map(|i| list.of(i).iter().map(move |&j| (i as u32, j)));

@@ -200,7 +200,13 @@ impl<const D: usize> Lists<D> {
         let current = (p.position[..len] != positions[..]).then(|| p.position[..len].to_vec());
         p.position[..len].copy_from_slice(positions);
         walls.put(p);
-        let built = self.neighbours.build_first(&p.position, if pairwise { len } else { total }, *reach);
+        let (x, count, first) = (&p.position, if pairwise { len } else { total }, walls.first(len));
+        let parts = |i: usize, j: usize| {
+            let other = (Some(j).filter(|j| *j < len), &x[j]);
+            j < first && walls.obstacles.part((i, &x[i]), other, setting.options.spacing)
+        };
+        let keeps = |i: u32, j: u32| !parts(i as usize, j as usize);
+        let built = self.neighbours.build_first(x, count, *reach, keeps);
         if let Some(current) = current {
             p.position[..current.len()].copy_from_slice(&current);
         }

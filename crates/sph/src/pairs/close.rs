@@ -121,7 +121,12 @@ pub(crate) fn close_energy<const D: usize>(
         positions.push(std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]));
     }
     let mut near = NeighbourList::new();
-    if near.build_first(&positions, numbers.len(), reach).is_err() {
+    let keeps = |k: u32, other: u32| {
+        let [k, other] = [k, other].map(|number| number as usize);
+        let own = (numbers.get(other).copied(), &positions[other]);
+        !walls.obstacles.part((numbers[k], &positions[k]), own, setting.options.spacing)
+    };
+    if near.build_first(&positions, numbers.len(), reach, keeps).is_err() {
         return f64::NAN;
     }
     let source = |k: usize| k.checked_sub(numbers.len()).map_or(k, |image| images[image].source as usize);

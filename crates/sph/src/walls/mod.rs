@@ -5,6 +5,7 @@
 //! itself, or they take stress and velocity from the soil around (`soil`). Bodies that are held and smooth
 //! answer as smooth walls of any shape do (`smooth_bodies`). [`Obstacles`] are rigid geometry of any shape, without particles.
 
+mod between;
 mod image;
 mod obstacles;
 mod of_case;

@@ -115,9 +115,9 @@ pub fn sites<const D: usize>(
 
 /// An obstacle of the case.
 #[derive(Clone, Debug)]
-struct Solid<const D: usize> {
+pub(super) struct Solid<const D: usize> {
     name: String,
-    laws: ObstacleLaws,
+    pub(super) laws: ObstacleLaws,
     surface: Arc<dyn Surface<D>>,
     /// Its motion; `None` at rest.
     moving: Option<MovingObstacle<D>>,
@@ -127,7 +127,7 @@ struct Solid<const D: usize> {
 
 impl<const D: usize> Solid<D> {
     /// Its surface where it is.
-    fn now(&self) -> &dyn Surface<D> {
+    pub(super) fn now(&self) -> &dyn Surface<D> {
         match &self.moving {
             Some(moving) => &moving.placed,
             None => &*self.surface,
@@ -135,16 +135,27 @@ impl<const D: usize> Solid<D> {
     }
 
     /// Velocity of its part at `x` (m/s).
-    fn course(&self, x: &[f64; D]) -> [f64; D] {
+    pub(super) fn course(&self, x: &[f64; D]) -> [f64; D] {
         self.moving.as_ref().map_or([0.0; D], |moving| moving.velocity(x))
     }
+}
+
+/// A particle and an obstacle that may meet before the next lists.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Meeting<const D: usize> {
+    /// Number of the particle in its block.
+    particle: u32,
+    /// Number of the obstacle.
+    pub(super) solid: u32,
+    /// Normal of the obstacle at the place nearest to where the particle was listed; zero deep inside.
+    pub(super) normal: [f64; D],
 }
 
 /// What is near the particles of a block of [`ROWS`].
 #[derive(Clone, Debug, Default)]
 struct Block<const D: usize> {
-    /// Particles, by their number in the block, and obstacles that may meet before the next lists.
-    listed: Vec<(u32, u32)>,
+    /// Particles that may meet obstacles before the next lists.
+    listed: Vec<Meeting<D>>,
     /// Faces near the particles, one after another.
     faces: Vec<Face<D>>,
     /// Where those of each particle end.
@@ -157,7 +168,7 @@ struct Block<const D: usize> {
 /// The obstacles, and their faces near each particle.
 #[derive(Clone, Debug, Default)]
 pub struct Obstacles<const D: usize> {
-    solids: Vec<Solid<D>>,
+    pub(super) solids: Vec<Solid<D>>,
     blocks: Vec<Block<D>>,
     /// Room for what a particle touches that is stopped.
     pub(super) found: Contacts<D>,
@@ -274,11 +285,13 @@ impl<const D: usize> Obstacles<D> {
         blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).in_pieces(1, |(block, positions)| {
             block.listed.clear();
             for (k, x) in positions.iter().enumerate() {
-                let near = solids
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, solid)| solid.now().gap(x, reach).is_some() || solid.now().contains(x));
-                block.listed.extend(near.map(|(number, _)| (k as u32, number as u32)));
+                for (number, solid) in solids.iter().enumerate() {
+                    let gap = solid.now().gap(x, reach);
+                    if gap.is_some() || solid.now().contains(x) {
+                        let normal = gap.map_or([0.0; D], |gap| gap.normal);
+                        block.listed.push(Meeting { particle: k as u32, solid: number as u32, normal });
+                    }
+                }
             }
         });
     }
@@ -292,7 +305,9 @@ impl<const D: usize> Obstacles<D> {
             block.deepest = None;
             let mut listed = block.listed.iter().peekable();
             for (k, x) in positions.iter().enumerate() {
-                while let Some((_, number)) = listed.next_if(|(own, _)| *own as usize == k) {
+                while let Some(Meeting { solid: number, .. }) =
+                    listed.next_if(|own| own.particle as usize == k)
+                {
                     let solid = &solids[*number as usize];
                     let surface = solid.now();
                     block.contacts.clear();
@@ -314,26 +329,13 @@ impl<const D: usize> Obstacles<D> {
         });
     }
 
-    /// Places that a ball of this `radius` (m) around `x`, where particle `i` has come to since it was listed, touches, of each
-    /// obstacle that it may meet; where `x` lies in one, the nearest place of that within `reach` (m).
-    pub(super) fn touched(
-        &self,
-        i: usize,
-        x: &[f64; D],
-        (radius, reach): (f64, f64),
-        found: &mut Contacts<D>,
-        mut visit: impl FnMut(&Nearest<D>, &ObstacleLaws, u32),
-    ) {
-        let Some(block) = self.blocks.get(i / ROWS) else { return };
+    /// The obstacles that particle `i` may meet.
+    pub(super) fn meetings(&self, i: usize) -> &[Meeting<D>] {
+        let Some(block) = self.blocks.get(i / ROWS) else { return &[] };
         let k = (i % ROWS) as u32;
-        let first = block.listed.partition_point(|(own, _)| *own < k);
-        for (_, number) in block.listed[first..].iter().take_while(|(own, _)| *own == k) {
-            let (laws, surface) = (&self.solids[*number as usize].laws, self.solids[*number as usize].now());
-            found.clear();
-            surface.touch(x, radius, found);
-            let inside = if found.is_empty() { surface.gap(x, reach) } else { None };
-            found.all().iter().chain(inside.as_ref()).for_each(|place| visit(place, laws, *number));
-        }
+        let first = block.listed.partition_point(|own| own.particle < k);
+        let count = block.listed[first..].iter().take_while(|own| own.particle == k).count();
+        &block.listed[first..first + count]
     }
 
     /// The first particle that lies deeper than `margin` (m) in an obstacle, with the obstacle's name.

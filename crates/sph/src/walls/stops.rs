@@ -7,6 +7,7 @@ use colluvium_points::surface::{Contacts, Nearest};
 use serde::{Deserialize, Serialize};
 
 use super::Obstacles;
+use super::between::Way;
 use crate::algebra::{dot, square};
 use crate::particles::{Bodies, Group};
 
@@ -71,7 +72,10 @@ impl<const D: usize> Obstacles<D> {
                     hits(i, obstacle, x, slower.map(|v| mass * v));
                 }
             };
-            if !self.turn(i, &mut hit, &mut found, (kept, way, dt), &mut heard) {
+            let from = std::array::from_fn(|c| hit.x[c] - dt * hit.v[c]);
+            let looks = (kept, kept + way);
+            let way = Way { from, to: hit.x, dt, spacing };
+            if !self.turn(i, &mut hit, &mut found, (looks, way), &mut heard) {
                 continue;
             }
             any = true;
@@ -89,29 +93,30 @@ impl<const D: usize> Obstacles<D> {
         any
     }
 
-    /// Turns a particle off what it is nearer to than `kept` (m); whether it was. `heard` gets the velocity that is taken off.
+    /// Turns a particle off what it is nearer to on its `way` than the first of `looks` (m), the second being how deep it may be; whether it
+    /// was. `heard` gets the velocity that is taken off.
     fn turn(
         &self,
         i: usize,
         hit: &mut Hit<D>,
         found: &mut Contacts<D>,
-        (kept, way, dt): (f64, f64, f64),
+        (looks, way): ((f64, f64), Way<D>),
         heard: &mut impl FnMut(u32, &[f64; D], [f64; D]),
     ) -> bool {
-        let mut any = false;
+        let (mut any, kept) = (false, looks.0);
         for _ in 0..PASSES {
-            let mut deepest: Option<(Nearest<D>, f64, u32)> = None;
+            let mut deepest: Option<(Nearest<D>, u32)> = None;
             let x = hit.x;
-            self.touched(i, &x, (kept, kept + way), found, |place, laws, number| {
-                let nearer = deepest.as_ref().is_none_or(|(deepest, ..)| place.distance < deepest.distance);
+            self.touched(i, &Way { to: x, ..way }, looks, found, |place, number| {
+                let nearer = deepest.as_ref().is_none_or(|(deepest, _)| place.distance < deepest.distance);
                 if nearer && place.distance < (1.0 - SLACK) * kept {
-                    let friction = laws.at(&place.place).friction();
-                    deepest = Some((*place, friction, number));
+                    deepest = Some((*place, number));
                 }
             });
-            let Some((place, friction, number)) = deepest else { break };
-            let before = hit.v;
-            hit.stop(&place.normal, kept - place.distance, friction, &self.course(number as usize, &x), dt);
+            let Some((place, number)) = deepest else { break };
+            let (before, solid) = (hit.v, &self.solids[number as usize]);
+            let friction = solid.laws.at(&place.place).friction();
+            hit.stop(&place.normal, kept - place.distance, friction, &solid.course(&x), way.dt);
             heard(number, &hit.x, std::array::from_fn(|c| before[c] - hit.v[c]));
             any = true;
         }

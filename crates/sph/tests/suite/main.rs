@@ -10,6 +10,7 @@ mod loads;
 mod moving;
 mod obstacles;
 mod operators;
+mod plates;
 mod ranks;
 mod regularisation;
 mod rigid;
