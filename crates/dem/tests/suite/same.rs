@@ -102,11 +102,12 @@ fn energy_is_accounted_for_in_a_heap_that_falls() {
 /// Dashpots share the load with springs as contacts slip: what neither takes up is lost in friction.
 #[test]
 fn energy_is_accounted_for_where_contacts_slip_that_have_dashpots_across() {
-    for dimension in [2, 3] {
-        for (law, reset) in [("linear", "clip"), ("linear", "spring"), ("hertz", "clip")] {
+    let laws = [("linear", "clip"), ("linear", "spring"), ("hertz", "clip")];
+    for (dimension, laws) in [(2, &laws[..]), (3, &laws[2..])] {
+        for (law, reset) in laws {
             let mut case = heap(dimension);
             let pair = &mut case["methods"]["dem"]["pairs"][0];
-            if law == "hertz" {
+            if *law == "hertz" {
                 pair["normal"] = json!({ "law": "hertz", "youngs_modulus": 3e8, "poissons_ratio": 0.25, "restitution": 0.4 });
             }
             pair["tangential"] = json!({ "damping_ratio": 0.4, "reset": reset });

@@ -409,7 +409,7 @@ fn loads_on_nodes_are_the_same_on_any_thread() {
                 body["pore_fluid"] = fluid;
             }
             let case = case(json!({ "loads": [load], "boundaries": held, "bodies": [body],
-                                    "stages": [{ "name": "s", "duration": 0.02 }], "methods": { "mpm": options } }));
+                                    "stages": [{ "name": "s", "duration": 0.008 }], "methods": { "mpm": options } }));
             let hash = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let report = pool.install(|| solve(&case));

@@ -226,11 +226,12 @@ fn settled(angle: f64) -> [[f64; 2]; 2] {
             obstacle["shape"][key] = json!(turned(of));
         }
     }
+    value["bodies"][0]["pore_fluid"]["permeability"] = json!(4e-3);
     value["methods"]["mpm"] = json!({ "cell_size": 0.1, "obstacles": "points" });
     let case = changed(value, &json!({}));
     let mut solver = begin(&Mpm, &case);
     std::fs::remove_file(&file).unwrap();
-    [1.5, 8.0].map(|time| {
+    [0.375, 2.0].map(|time| {
         advance_to(&mut *solver, time);
         let snapshot = solver.snapshot();
         let sunk = |i: usize| {
