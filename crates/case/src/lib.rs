@@ -39,8 +39,8 @@ pub use features::{Feature, Honours, Needs};
 pub use formula::Formula;
 pub use load::spatial;
 pub use obstacle::{
-    Covering, MovingObstacle, ObstacleLaw, ObstacleLaws, SLACK, Standing, holding, normal_inside, read_pairs,
-    slowed_for_obstacles,
+    Covering, MovingObstacle, ObstacleLaw, ObstacleLaws, ObstaclesOnTheirWay, SLACK, Standing, holding,
+    normal_inside, read_pairs, slowed_for_obstacles,
 };
 pub use plan_region::PlanRegion;
 pub use point_list::{GrainColumns, PointList};

@@ -54,7 +54,7 @@ impl<const D: usize> MpmSolver<D> {
         if let Some(bearing) = &self.boundary.bearing {
             let Energies { friction, work } = bearing.state.energies;
             push("obstacles.friction", "J", friction);
-            if self.boundary.held.moving().next().is_some() {
+            if !self.boundary.held.moving.is_empty() {
                 push("obstacles.work", "J", work);
             }
         }

@@ -183,7 +183,7 @@ pub fn solver<const D: usize>(
     let standing = case.standing::<D>()?;
     let at_points = options.obstacles == ObstacleContact::Points && !standing.is_empty();
     let bearing = Bearing::new(case)?;
-    let held = if at_points { Held::default() } else { Held::new(&standing, &background, &bearing) };
+    let held = Held::new(if at_points { &[] } else { &standing }, &background, &bearing);
     let told = !held.is_empty() && obstacles::unaccounted(options).is_none();
     let domain = (background.grid.origin, background.upper);
     let rocks = at_points.then(|| Box::new(Rocks::new(&standing, domain, 2.0 * options.cell_size)));

@@ -137,7 +137,7 @@ impl<const D: usize> MpmSolver<D> {
     /// The step in which no obstacle goes farther than [`OBSTACLE_WAY`], where that is shorter than the critical one.
     fn slowed(&self, critical: TimeStep) -> TimeStep {
         let Boundary { rocks, held, .. } = &self.boundary;
-        let moving = rocks.iter().flat_map(|rocks| rocks.moving()).chain(held.moving());
+        let moving = rocks.iter().flat_map(|rocks| rocks.moving()).chain(held.moving.iter());
         let most = OBSTACLE_WAY * self.clock.options.cell_size;
         slowed_for_obstacles(critical, moving, (self.clock.time, most, STEPS_PER_TIME_STEP + 1))
     }

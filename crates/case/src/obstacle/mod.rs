@@ -3,18 +3,19 @@
 mod build;
 mod laws;
 mod moving;
+mod nodes;
 
 use std::sync::Arc;
 
 pub use build::read_pairs;
 pub use laws::{ObstacleLaw, ObstacleLaws};
 pub use moving::{MovingObstacle, slowed_for_obstacles};
+pub use nodes::{ObstaclesOnTheirWay, holding, normal_inside};
 
-use colluvium_points::surface::Nearest;
 use colluvium_points::{Raster, Surface};
 
 use crate::description::{Obstacle, ObstacleRegion, ObstacleShape};
-use crate::{Case, CaseError, spatial};
+use crate::{Case, CaseError};
 
 /// An obstacle of a case with its surface.
 #[derive(Clone, Debug)]
@@ -31,34 +32,6 @@ pub struct Standing<'a, const D: usize> {
 
 /// How deep points may lie in an obstacle at the start, and nodes above its surface that count as on it, over the cell of a grid.
 pub const SLACK: f64 = 1e-9;
-
-/// How deep under the surface nodes of a grid are held, over its cell: points do not get below that.
-const DEPTH: f64 = 6.0;
-
-/// The obstacles that a node of a grid with cells of a size (m) lies in or on, each with its law and its normal there.
-pub fn holding<'s, 'a, const D: usize>(
-    standing: &'s [Standing<'a, D>],
-    place: &'s [f64; D],
-    cell: f64,
-) -> impl Iterator<Item = (&'a Obstacle, ObstacleLaw, [f64; 3])> + use<'s, 'a, D> {
-    standing.iter().filter_map(move |Standing { obstacle, surface, laws, .. }| {
-        let gap = gap_inside(&**surface, place, cell)?;
-        Some((*obstacle, *laws.at(&gap.place), spatial(&gap.normal)))
-    })
-}
-
-/// The normal of a surface at a node of a grid with cells of a size (m) that lies behind or on it, not too deep.
-pub fn normal_inside<const D: usize>(
-    surface: &dyn Surface<D>,
-    place: &[f64; D],
-    cell: f64,
-) -> Option<[f64; 3]> {
-    gap_inside(surface, place, cell).map(|gap| spatial(&gap.normal))
-}
-
-fn gap_inside<const D: usize>(surface: &dyn Surface<D>, place: &[f64; D], cell: f64) -> Option<Nearest<D>> {
-    surface.gap(place, DEPTH * cell).filter(|gap| gap.distance <= SLACK * cell)
-}
 
 /// A place that an obstacle covers.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -136,7 +136,7 @@ fn solver<const D: usize>(
         case.refuse_covered(&standing, number, &body.points.position, slack)?;
         all.push(body);
     }
-    let obstacles = Obstacles::new(case, standing, &background)?;
+    let obstacles = Obstacles::new(case, &standing, &background)?;
     let nothing = TimeStep { dt: f64::INFINITY, limit: StepLimit::NOTHING, point: None, position: [0.0; 3] };
     let clock = Clock {
         stage: 0,
