@@ -66,7 +66,7 @@ pub struct DepthOptions {
     #[serde(default)]
     pub search: Search,
     /// Length of a layer before absorbing sides in which waves die away (m): depth and speed along the normal relax to what stood there when
-    /// the flow began, so that a flow that changes for good is held back. As long as two waves; none when absent.
+    /// the flow began, so that a flow that changes for good is held back. As long as two waves; none when absent. Of two layers in a profile alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbing_layer: Option<f64>,
     /// Courant number, up to 0.5.

@@ -5,7 +5,7 @@ use colluvium_case::{Case, CaseError, Honours, Needs};
 
 use super::ground::{is_smooth, lowest};
 use super::{NAME, pore};
-use crate::choices::Search;
+use crate::choices::{Phases, Search};
 use crate::config::DepthOptions;
 use crate::stages::is_passed_over;
 
@@ -129,6 +129,11 @@ fn refuse_layer(case: &Case, length: f64) -> Result<(), CaseError> {
 fn refuse_open_ends(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     if let Some(length) = options.absorbing_layer {
+        if options.phases == Phases::Layers && up > 1 {
+            let problem = "is of one phase, or of grains and fluid, in plan: what it sends back of waves of two layers is known in profiles alone; \
+                           leave it out, their sides let waves through without one";
+            return Err(super::own("absorbing_layer", problem));
+        }
         refuse_layer(case, length)?;
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
