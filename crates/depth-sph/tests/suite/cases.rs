@@ -435,8 +435,7 @@ fn cells_that_are_turned_with_the_flow_find_the_same_neighbours() {
     }
     let mut profile = column();
     profile["methods"]["depth-sph"]["search"] = json!("turned");
-    let case = Case::from_json(&profile.to_string()).unwrap();
-    let error = DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string();
+    let error = crate::common::refused(&profile);
     assert!(error.starts_with("methods.depth-sph.search: a profile has one axis"), "{error}");
     let hash = |threads, restart| crate::common::hash_after(&turned, threads, 40, restart);
     assert_eq!(hash(1, None), hash(3, None));

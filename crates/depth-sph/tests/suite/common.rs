@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::flow::Flow;
 use colluvium_points::Raster;
@@ -12,6 +12,12 @@ use serde_json::Value;
 /// The solver of a case at the beginning of its first stage.
 pub fn build(value: &Value) -> Box<dyn Solver> {
     begin(&DepthSph, &Case::from_json(&value.to_string()).unwrap())
+}
+
+/// Why a case is refused.
+pub fn refused(value: &Value) -> String {
+    let case = Case::from_json(&value.to_string()).unwrap();
+    DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
 }
 
 /// Hash of the state after so many steps on a pool of so many threads, with a restart before step `restart` where there is one.

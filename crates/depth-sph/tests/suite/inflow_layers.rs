@@ -1,11 +1,10 @@
 //! Inflow of depth-integrated SPH into two layers.
 
-use colluvium_case::{Case, Method, Solver};
-use colluvium_depth_sph::DepthSph;
+use colluvium_case::Solver;
 use serde_json::{Value, json};
 
-use crate::common::{build, hash_after};
-use crate::inflow::{channel, reading, until};
+use crate::common::{build, hash_after, refused};
+use crate::inflow::{self, channel, reading, until};
 
 const GRAVITY: f64 = 9.81;
 /// Discharges per width of the lower and the upper layer (m²/s), and their Froude number.
@@ -40,18 +39,9 @@ fn plan() -> Value {
 /// Both layers flow onto a dry profile through its end.
 fn profile() -> Value {
     let end = |layer: &str, flux: f64| json!({ "side": "x-min", "discharge": [[0, flux], [9, flux]], "froude": FROUDE, "layer": layer });
-    let mut value = layered(json!({
-        "title": "channel", "space": "plane-strain", "gravity": [0, -GRAVITY],
-        "domain": { "min": [4, 0], "max": [60, 3] },
-        "materials": { "water": {
-            "model": "mohr-coulomb", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
-        } },
-        "bodies": [{ "name": "pond", "material": "water", "shape": { "kind": "box", "min": [58, 0], "max": [59, 0.2] } }],
-        "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }],
-        "stages": [{ "name": "flow", "duration": 4 }],
-        "methods": { "depth-sph": { "spacing": 0.1 } }
-    }));
-    value["methods"]["depth-sph"]["inflows"] = json!([end("lower", FLUXES[0]), end("upper", FLUXES[1])]);
+    let inflows = json!([end("lower", FLUXES[0]), end("upper", FLUXES[1])]);
+    let mut value = layered(inflow::profile(&inflows));
+    value["domain"]["min"] = json!([4, 0]);
     value
 }
 
@@ -138,29 +128,18 @@ fn layers_that_flow_in_go_on_after_a_restart_to_the_last_bit_on_any_threads() {
 
 #[test]
 fn layers_that_cannot_flow_in_are_refused_by_path() {
-    let refused = |value: &Value| {
-        let case = Case::from_json(&value.to_string()).unwrap();
-        DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
-    };
     let mut unsaid = plan();
     unsaid["methods"]["depth-sph"]["inflows"][1].as_object_mut().unwrap().remove("layer");
-    assert!(
-        refused(&unsaid).starts_with("methods.depth-sph.inflows[1].layer: is missing"),
-        "{}",
-        refused(&unsaid)
-    );
     let mut one = channel();
     one["methods"]["depth-sph"]["inflows"][0]["layer"] = json!("lower");
-    assert!(
-        refused(&one).starts_with("methods.depth-sph.inflows[0].layer: is one of two layers"),
-        "{}",
-        refused(&one)
-    );
     let mut twice = profile();
     twice["methods"]["depth-sph"]["inflows"][1]["layer"] = json!("lower");
-    assert!(
-        refused(&twice).starts_with("methods.depth-sph.inflows[1].side: has an inflow already"),
-        "{}",
-        refused(&twice)
-    );
+    for (value, start) in [
+        (unsaid, "[1].layer: is missing"),
+        (one, "[0].layer: is one of two layers"),
+        (twice, "[1].side: has an inflow already"),
+    ] {
+        let error = refused(&value);
+        assert!(error.starts_with(&format!("methods.depth-sph.inflows{start}")), "{error}");
+    }
 }

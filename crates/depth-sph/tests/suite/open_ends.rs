@@ -11,7 +11,7 @@ use colluvium_depth_sph::nodes::Node;
 use colluvium_depth_sph::settings::{Consolidation, Mixture, PoreColumn, Settings};
 use serde_json::{Value, json};
 
-use crate::common::{hash_after, run};
+use crate::common::{hash_after, refused, run};
 
 const SPACING: f64 = 0.05;
 
@@ -129,10 +129,6 @@ fn a_case_has_an_absorbing_side_and_keeps_its_balance() {
     assert!((found[0] + found[1] - 10.1).abs() < 1e-9, "{found:?}");
     assert!((found[1] - 0.05).abs() < 0.02, "half of the hump has left, to a node: {found:?}");
     assert_eq!(volumes(&case, Some(533)).1, hash, "a restored run goes on to the last bit");
-    let refused = |value: &Value| {
-        let case = Case::from_json(&value.to_string()).unwrap();
-        DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
-    };
     let mut walled = pond(&side);
     walled["boundaries"]
         .as_array_mut()

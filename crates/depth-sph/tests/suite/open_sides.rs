@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use crate::common::{build, hash_after, run};
+use crate::common::{build, hash_after, refused, run};
 use colluvium_case::{Case, FieldData, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
@@ -216,12 +216,6 @@ fn a_lake_with_open_sides_goes_on_after_a_restart_to_the_last_bit_on_any_threads
         assert_eq!(run(3, None), whole);
         assert_eq!(run(1, Some(31)), whole);
     }
-}
-
-/// Why a case is refused.
-fn refused(value: &Value) -> String {
-    let case = Case::from_json(&value.to_string()).unwrap();
-    DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
 }
 
 #[test]

@@ -128,7 +128,7 @@ impl<const D: usize> OpenEnd<D> {
 
     /// Whether it is a side of set `number`.
     pub(super) fn is_of(&self, number: usize) -> bool {
-        self.stratum.is_none_or(|stratum| stratum.set == number)
+        is_of(self.stratum, number)
     }
 
     /// The sets that it is a side of, with their numbers.
@@ -137,8 +137,7 @@ impl<const D: usize> OpenEnd<D> {
         sets: &'a [Set<D>],
     ) -> impl Iterator<Item = (usize, &'a Set<D>)> + use<'a, D> {
         let stratum = self.stratum;
-        let is_own = move |number: usize| stratum.is_none_or(|stratum| stratum.set == number);
-        sets.iter().enumerate().filter(move |(number, _)| is_own(*number))
+        sets.iter().enumerate().filter(move |(number, _)| is_of(stratum, *number))
     }
 
     /// Depths at nodes of its sets (m): of both phases, or of its layer.
@@ -419,6 +418,11 @@ impl<const D: usize> OpenEnd<D> {
             known.fixed = Some(feed.state(time, arriving, pull));
         }
     }
+}
+
+/// Whether a side of a layer, or of all there is, is one of set `number`.
+fn is_of(stratum: Option<Stratum>, number: usize) -> bool {
+    stratum.is_none_or(|stratum| stratum.set == number)
 }
 
 /// A node like node `i`.
