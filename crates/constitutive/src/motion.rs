@@ -197,6 +197,34 @@ impl Motions {
         }
     }
 
+    /// Ratio of volume of each point, see [`Motions::volume_ratio`].
+    #[inline(always)]
+    pub fn volume_ratios(&self) -> [f64; BLOCK] {
+        let mut ratios = [1.0; BLOCK];
+        (0..BLOCK).for_each(|p| ratios[p] = self.volume_ratio(p));
+        ratios
+    }
+
+    /// Changes `volumes` (m³) of points of these `masses` (kg) by their `ratios`, and sets the densities that follow; the first point
+    /// whose ratio is not positive, and why that cannot be.
+    #[inline(always)]
+    pub fn change_volumes(
+        &mut self,
+        ratios: &[f64; BLOCK],
+        volumes: &mut [f64],
+        masses: &[f64],
+    ) -> Option<(usize, String)> {
+        // Written so that NaN counts as a failure.
+        let inverted = ratios[..volumes.len()].iter().position(|ratio| !(*ratio > 0.0));
+        for (((volume, mass), density), ratio) in
+            volumes.iter_mut().zip(masses).zip(&mut self.density).zip(ratios)
+        {
+            *volume *= ratio;
+            *density = mass / *volume;
+        }
+        inverted.map(|p| (p, format!("the step would turn it inside out (volume ratio {})", ratios[p])))
+    }
+
     /// The motion of one point.
     pub fn at(&self, index: usize) -> Motion {
         let matrix = |of: &[Lane; 9]| {
@@ -291,5 +319,22 @@ mod tests {
             }
         }
         assert!(Motion::are_usable(&[]));
+    }
+
+    #[test]
+    fn volumes_follow_the_deformation_and_the_first_point_turned_inside_out_is_named() {
+        let mut motions = Motions::still(1e-3, 1.0, true);
+        motions.deformation[0][1] = 1.5;
+        (motions.deformation[1][2], motions.deformation[3][2]) = (0.5, 0.4);
+        (motions.deformation[4][3], motions.deformation[4][5]) = (-0.25, f64::NAN);
+        let (mut volumes, masses) = ([2.0; 6], [3.0; 6]);
+        let (index, reason) = motions
+            .change_volumes(&motions.volume_ratios(), &mut volumes, &masses)
+            .expect("one is turned inside out");
+        assert_eq!((index, volumes[..4].to_vec()), (3, vec![2.0, 3.0, 1.6, -0.5]));
+        assert!(reason.ends_with("(volume ratio -0.25)"), "{reason}");
+        assert_eq!(motions.density[..3], [1.5, 1.0, 3.0 / 1.6]);
+        // Points of the block that are not asked for are not looked at.
+        assert!(motions.change_volumes(&motions.volume_ratios(), &mut volumes[..3], &masses[..3]).is_none());
     }
 }

@@ -216,19 +216,10 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         motions: &mut Motions,
         failed: Option<Failure>,
     ) -> Result<(), Failure> {
-        let (mut ratios, count) = ([1.0; BLOCK], block.position.len());
-        (0..BLOCK).for_each(|p| ratios[p] = motions.volume_ratio(p));
-        // Written so that NaN counts as a failure.
-        let inverted = ratios[..count].iter().position(|ratio| !(*ratio > 0.0)).map(|p| {
-            let reason = format!("the step would turn it inside out (volume ratio {})", ratios[p]);
-            Failure { index: block.first + p, reason }
-        });
+        let ratios = motions.volume_ratios();
+        let inverted = motions.change_volumes(&ratios, block.volume, block.mass);
+        let inverted = inverted.map(|(p, reason)| Failure { index: block.first + p, reason });
         let failure = inverted.into_iter().chain(failed).min_by_key(|failure| failure.index);
-        let points = block.volume.iter_mut().zip(block.mass).zip(&mut motions.density);
-        for (((volume, mass), density), ratio) in points.zip(&ratios) {
-            *volume *= ratio;
-            *density = mass / *volume;
-        }
         block.stretch(motions);
         block.refuse(failure, &set.extent, self.background.grid.cell)
     }

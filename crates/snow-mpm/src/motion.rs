@@ -21,7 +21,7 @@ pub fn find_motions<const D: usize>(
         DeformationUpdate::Linear => motions.deform_linearly::<D>(),
         DeformationUpdate::Exponential => deform_exponentially::<D>(motions),
     }
-    std::array::from_fn(|p| motions.volume_ratio(p))
+    motions.volume_ratios()
 }
 
 /// Deformations of the step, the exponentials of its gradients.

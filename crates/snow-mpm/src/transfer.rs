@@ -146,15 +146,8 @@ impl<const D: usize> Update<'_, D> {
         }
         self.blend(block.velocity, reads);
         let stretches = find_motions(reads, self.deformation, motions);
-        // Written so that NaN counts as a failure.
-        if let Some(p) = stretches[..count].iter().position(|stretch| !(*stretch > 0.0)) {
-            let reason = format!("the step would turn it inside out (volume ratio {})", stretches[p]);
+        if let Some((p, reason)) = motions.change_volumes(&stretches, block.volume, block.mass) {
             return Err(Failure { index: block.first + p, reason });
-        }
-        let volumes = block.volume.iter_mut().zip(block.mass).zip(&mut motions.density);
-        for (((volume, mass), density), stretch) in volumes.zip(&stretches) {
-            *volume *= stretch;
-            *density = mass / *volume;
         }
         let (moved, left) = self.travel(block, reads, drop_outside)?;
         let work = Work::of::<D>(block.stress);
