@@ -36,6 +36,14 @@ impl Node {
     }
 }
 
+/// A lane for each of the first `D` axes, and zeros.
+#[inline(always)]
+pub(crate) fn lanes_of<const D: usize>(of: impl Fn(usize) -> f64) -> Lanes {
+    let mut lanes = [0.0; 4];
+    (0..D).for_each(|axis| lanes[axis] = of(axis));
+    Lanes::new(lanes)
+}
+
 /// Two sets of lanes at once.
 #[inline(always)]
 pub(crate) fn join(first: Lanes, second: Lanes) -> f64x8 {

@@ -82,6 +82,11 @@ impl<const D: usize, const S: usize> Support<D> for Pulled<D, S> {
     }
 
     #[inline(always)]
+    fn gather_motion(&self, nodes: &[Node], strides: &[usize; D]) -> [Lanes; 2] {
+        self.reference.gather_motion(nodes, strides)
+    }
+
+    #[inline(always)]
     fn gather_velocity(&self, nodes: &[Lanes], strides: &[usize; D]) -> Gathered<D> {
         self.push(self.reference.gather_velocity(nodes, strides))
     }

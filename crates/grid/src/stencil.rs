@@ -2,7 +2,7 @@
 
 use wide::f64x8;
 
-use crate::node::{join, split};
+use crate::node::{join, lanes_of, split};
 use crate::{Basis, Gathered, Grid, Lanes, Node, Support};
 
 /// Weights and gradients of the `S^D` nodes at a point, as products over the axes.
@@ -76,6 +76,16 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
                 visit(start, w, g);
             }
         }
+    }
+
+    /// What a line of nodes along the last axis gives of the numbers `of` them, where the other axes weigh `w`.
+    #[inline(always)]
+    fn along_line(&self, w: f64, of: impl Fn(usize) -> f64x8) -> f64x8 {
+        let mut value = f64x8::ZERO;
+        for k in 0..S {
+            value += of(k) * self.weights[D - 1][k];
+        }
+        value * w
     }
 
     /// The gradients along the last axis of this stencil in four lanes, those of `other` in the other four.
@@ -232,6 +242,26 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
+    fn deposit_gradients(
+        &self,
+        nodes: &mut [Lanes],
+        offset: usize,
+        strides: &[usize; D],
+        value: Lanes,
+        moments: Lanes,
+    ) {
+        let last = D - 1;
+        self.lines(strides, |start, w, g| {
+            let line = &mut nodes[start - offset..start - offset + S];
+            let along = value * w + moments * lanes_of::<D>(|axis| if axis < last { g[axis] } else { 0.0 });
+            let across = moments * lanes_of::<D>(|axis| if axis == last { w } else { 0.0 });
+            for k in 0..S {
+                line[k] += along * self.weights[last][k] + across * self.gradients[last][k];
+            }
+        });
+    }
+
+    #[inline(always)]
     fn interpolate<T>(&self, nodes: &[T], strides: &[usize; D], of: impl Fn(&T) -> Lanes) -> Lanes {
         let mut sum = Lanes::ZERO;
         self.lines(strides, |start, w, _| {
@@ -262,6 +292,16 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
         });
         [out.velocity, out.acceleration] = split(both);
         out
+    }
+
+    #[inline(always)]
+    fn gather_motion(&self, nodes: &[Node], strides: &[usize; D]) -> [Lanes; 2] {
+        let mut both = f64x8::ZERO;
+        self.lines(strides, |start, w, _| {
+            let line = &nodes[start..start + S];
+            both += self.along_line(w, |k| line[k].whole());
+        });
+        split(both)
     }
 
     #[inline(always)]
@@ -389,6 +429,18 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
+    fn gather_motions<const N: usize>(&self, nodes: &[[Node; N]], strides: &[usize; D]) -> [[Lanes; 2]; N] {
+        let mut both = [f64x8::ZERO; N];
+        self.lines(strides, |start, w, _| {
+            let line = &nodes[start..start + S];
+            for (phase, both) in both.iter_mut().enumerate() {
+                *both += self.along_line(w, |k| line[k][phase].whole());
+            }
+        });
+        both.map(split)
+    }
+
+    #[inline(always)]
     fn gather_velocities<const N: usize>(
         &self,
         nodes: &[[Lanes; N]],
@@ -453,6 +505,7 @@ mod tests {
         stencil.deposit_motions(&mut momenta, 0, &strides, &motion);
         let read = stencil.gather_phases(&both, &strides);
         let mapped = stencil.gather_velocities(&momenta, &strides);
+        let motions = stencil.gather_motions(&both, &strides);
         for phase in 0..2 {
             let mut one = vec![Node::default(); layout.len()];
             stencil.deposit(&mut one, 0, &strides, motion[phase], &columns[phase], Some(body[phase]));
@@ -466,6 +519,9 @@ mod tests {
                 assert!((0..D).all(|j| close(alone.gradient[j], other.gradient[j])));
             }
             assert!(close(alone.acceleration, read[phase].acceleration));
+            // To the last bit: which of them reads must not matter.
+            assert_eq!(stencil.gather_motion(&one, &strides), [alone.velocity, alone.acceleration]);
+            assert_eq!(motions[phase], [read[phase].velocity, read[phase].acceleration]);
         }
     }
 

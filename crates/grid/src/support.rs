@@ -1,5 +1,6 @@
 //! The nodes a point stands on: what the two transfers need of any shape functions.
 
+use crate::node::lanes_of;
 use crate::{Basis, Gathered, Grid, Lanes, Node};
 
 /// Weights and gradients of the nodes at a point, and the transfers with them.
@@ -84,6 +85,21 @@ pub trait Support<const D: usize>: Copy + Send + Sync {
         });
     }
 
+    /// Point to grid: adds `N value`, and to lane `j` the share `∂N/∂x_j` of lane `j` of `moments`.
+    #[inline(always)]
+    fn deposit_gradients(
+        &self,
+        nodes: &mut [Lanes],
+        offset: usize,
+        strides: &[usize; D],
+        value: Lanes,
+        moments: Lanes,
+    ) {
+        self.for_each(strides, |number, w, g| {
+            nodes[number - offset] += value * w + moments * lanes_of::<D>(|axis| g[axis]);
+        });
+    }
+
     /// Grid to point: `Σ N value` of what `of` finds in a node.
     #[inline(always)]
     fn interpolate<T>(&self, nodes: &[T], strides: &[usize; D], of: impl Fn(&T) -> Lanes) -> Lanes {
@@ -99,6 +115,17 @@ pub trait Support<const D: usize>: Copy + Send + Sync {
         self.for_each(strides, |number, w, g| {
             out.acceleration += nodes[number].force * w;
             out.add(nodes[number].motion, w, g);
+        });
+        out
+    }
+
+    /// The velocity and the acceleration of [`Support::gather`], without the gradient.
+    #[inline(always)]
+    fn gather_motion(&self, nodes: &[Node], strides: &[usize; D]) -> [Lanes; 2] {
+        let mut out = [Lanes::ZERO; 2];
+        self.for_each(strides, |number, w, _| {
+            out[1] += nodes[number].force * w;
+            out[0] += nodes[number].motion * w;
         });
         out
     }
@@ -166,6 +193,19 @@ pub trait Support<const D: usize>: Copy + Send + Sync {
             for (out, node) in out.iter_mut().zip(&nodes[number]) {
                 out.acceleration += node.force * w;
                 out.add(node.motion, w, g);
+            }
+        });
+        out
+    }
+
+    /// As [`Support::gather_motion`], for `N` phases at once.
+    #[inline(always)]
+    fn gather_motions<const N: usize>(&self, nodes: &[[Node; N]], strides: &[usize; D]) -> [[Lanes; 2]; N] {
+        let mut out = [[Lanes::ZERO; 2]; N];
+        self.for_each(strides, |number, w, _| {
+            for (out, node) in out.iter_mut().zip(&nodes[number]) {
+                out[1] += node.force * w;
+                out[0] += node.motion * w;
             }
         });
         out

@@ -121,7 +121,9 @@ impl<'a, const D: usize> Block<'a, D> {
     /// Calls `update` for every block, in parallel; returns the largest move or the first failure. A call a block costs
     /// nothing beside the block, and the loop is compiled once for all updates that read the same.
     pub fn update<R>(self, update: &Update<'_, R, D>) -> BlockReport {
-        let grain = (self.states.len() / (PIECES * rayon::current_num_threads())).max(GRAIN);
+        let (blocks, threads) = (self.states.len(), rayon::current_num_threads());
+        // One thread shares with no other.
+        let grain = if threads > 1 { (blocks / (PIECES * threads)).max(GRAIN) } else { blocks };
         self.update_pieces(grain, update)
     }
 

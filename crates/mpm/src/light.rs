@@ -39,7 +39,7 @@ pub fn weaken_light_nodes<const D: usize>(
         layout.reset(slopes);
         mark_edges(background, least, nodes, slopes);
         layout.scatter(slopes, |slab, window, offset| {
-            let mut columns = [[Lanes::ZERO; D]; BLOCK];
+            let mut moments = [Lanes::ZERO; BLOCK];
             for set in bodies.sets.iter().filter(|set| set.field == field) {
                 let position = &set.points.position;
                 for block in set.blocks_of(slab) {
@@ -47,13 +47,13 @@ pub fn weaken_light_nodes<const D: usize>(
                     while let Some(run) =
                         next_run(&mut rest, |p| reaches_edge(background, &position[p], window, offset))
                     {
-                        for (column, p) in columns.iter_mut().zip(run.clone()) {
+                        for (moments, p) in moments.iter_mut().zip(run.clone()) {
                             let cell = set.domain.as_slice().spacing(p, &ground);
-                            *column = slope_columns(background, &position[p], set.points.mass[p] * cell);
+                            *moments = slope_moments(background, &position[p], set.points.mass[p] * cell);
                         }
                         let to = Window { nodes: &mut *window, first: offset };
-                        let (values, columns) = (&[Lanes::ZERO; BLOCK][..run.len()], &columns[..run.len()]);
-                        sweeps.deposit_slopes(&ground, &set.places().range(run), to, values, columns);
+                        let (values, moments) = (&[Lanes::ZERO; BLOCK][..run.len()], &moments[..run.len()]);
+                        sweeps.deposit_gradients(&ground, &set.places().range(run), to, values, moments);
                     }
                 }
             }
@@ -131,12 +131,12 @@ fn next_run(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<R
 
 /// What a point of mass times cell size `moment` (kg m) gives: the derivative along each axis in a lane of its own. On a grid
 /// the sign turns from cell to cell, as that of the derivative at a node does: there sizes are summed.
-fn slope_columns<const D: usize>(background: &Background<D>, position: &[f64; D], moment: f64) -> [Lanes; D] {
+fn slope_moments<const D: usize>(background: &Background<D>, position: &[f64; D], moment: f64) -> Lanes {
     let cell = (!background.is_meshed()).then(|| background.grid.cell_of(position));
-    std::array::from_fn(|axis| {
+    let mut lanes = [0.0; 4];
+    for axis in 0..D {
         let turned = cell.is_some_and(|cell| cell[axis] % 2 == 1);
-        let mut lanes = [0.0; 4];
         lanes[axis] = if turned { -moment } else { moment };
-        Lanes::new(lanes)
-    })
+    }
+    Lanes::new(lanes)
 }

@@ -47,22 +47,19 @@ pub fn scatter_surfaces<const D: usize>(
     for (field, nodes) in contacts.surfaces.chunks_exact_mut(layout.len()).enumerate() {
         layout.reset(nodes);
         layout.scatter(nodes, |slab, window, offset| {
-            let (mut volumes, mut columns) = ([Lanes::ZERO; BLOCK], [[Lanes::ZERO; D]; BLOCK]);
+            let (mut volumes, mut sections) = ([Lanes::ZERO; BLOCK], [Lanes::ZERO; BLOCK]);
             for set in bodies.sets.iter().filter(|set| set.field == field) {
                 let domain = set.domain.as_slice();
                 for block in set.blocks_of(slab) {
                     for (k, p) in block.clone().enumerate() {
                         let section = set.points.volume[p]
                             / if *axisymmetric { set.points.position[p][0] } else { 1.0 };
-                        columns[k] = std::array::from_fn(|j| {
-                            let at = |i: usize| if i == j { section } else { 0.0 };
-                            Lanes::new([at(0), at(1), at(2), 0.0])
-                        });
+                        sections[k] = Lanes::splat(section);
                         volumes[k] = Lanes::new([0.0, 0.0, 0.0, section / domain.spacing(p, &ground)]);
                     }
-                    let (volumes, columns) = (&volumes[..block.len()], &columns[..block.len()]);
+                    let (volumes, sections) = (&volumes[..block.len()], &sections[..block.len()]);
                     let to = Window { nodes: &mut *window, first: offset };
-                    sweeps.deposit_slopes(&ground, &set.places().range(block), to, volumes, columns);
+                    sweeps.deposit_gradients(&ground, &set.places().range(block), to, volumes, sections);
                 }
             }
         });

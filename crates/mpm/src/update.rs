@@ -102,10 +102,11 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         let (flip, dt) = (self.clock.flip, self.clock.dt);
         let first_node = set.field * layout.len();
         let reads = &mut reads[..n];
-        if FROM_SOLVED {
-            sweeps.gather(&ground, &block.points(extent), &nodes.solved[first_node..], reads);
-        } else {
-            sweeps.gather_velocity(&ground, &block.points(extent), &nodes.remapped[first_node..], reads);
+        let points = block.points(extent);
+        match (FROM_SOLVED, what.stress) {
+            (true, true) => sweeps.gather(&ground, &points, &nodes.solved[first_node..], reads),
+            (true, false) => sweeps.gather_motion(&ground, &points, &nodes.solved[first_node..], reads),
+            (false, _) => sweeps.gather_velocity(&ground, &points, &nodes.remapped[first_node..], reads),
         }
         if what.velocity {
             for (own, read) in block.velocity.iter_mut().zip(&*reads) {

@@ -125,17 +125,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Sweeps<D> f
         });
     }
 
-    fn deposit_slopes(
+    fn deposit_gradients(
         &self,
         ground: &Ground<'_, D>,
         points: &Points<'_, D>,
         to: Window<'_, Lanes>,
         values: &[Lanes],
-        columns: &[[Lanes; D]],
+        moments: &[Lanes],
     ) {
         let (Window { nodes, first }, strides) = (to, &ground.strides);
         each::<D, S, B, P>(ground, points, |p, support| {
-            support.deposit_slopes(nodes, first, strides, values[p], &columns[p], |node| node);
+            support.deposit_gradients(nodes, first, strides, values[p], moments[p]);
         });
     }
 
@@ -160,6 +160,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Sweeps<D> f
         out: &mut [Gathered<D>],
     ) {
         each::<D, S, B, P>(ground, points, |p, support| out[p] = support.gather(nodes, &ground.strides));
+    }
+
+    fn gather_motion(
+        &self,
+        ground: &Ground<'_, D>,
+        points: &Points<'_, D>,
+        nodes: &[Node],
+        out: &mut [Gathered<D>],
+    ) {
+        each::<D, S, B, P>(ground, points, |p, support| {
+            [out[p].velocity, out[p].acceleration] = support.gather_motion(nodes, &ground.strides);
+        });
     }
 
     fn gather_velocity(
@@ -289,6 +301,21 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Sweeps<D> f
     ) {
         each::<D, S, B, P>(ground, points, |p, support| {
             out[p] = support.gather_phases(nodes, &ground.strides);
+        });
+    }
+
+    fn gather_motions(
+        &self,
+        ground: &Ground<'_, D>,
+        points: &Points<'_, D>,
+        nodes: &[[Node; 2]],
+        out: &mut [[Gathered<D>; 2]],
+    ) {
+        each::<D, S, B, P>(ground, points, |p, support| {
+            let read = support.gather_motions(nodes, &ground.strides);
+            for (out, read) in out[p].iter_mut().zip(read) {
+                [out.velocity, out.acceleration] = read;
+            }
         });
     }
 

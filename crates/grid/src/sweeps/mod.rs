@@ -122,14 +122,14 @@ pub trait Sweeps<const D: usize>: Send + Sync + fmt::Debug {
         affine: Option<Affine<'_, D>>,
     );
 
-    /// Points to grid: adds `N value + Σ_j ∂N/∂x_j columns[j]`.
-    fn deposit_slopes(
+    /// Points to grid: adds `N value`, and to lane `j` the share `∂N/∂x_j` of lane `j` of the point's moments.
+    fn deposit_gradients(
         &self,
         ground: &Ground<'_, D>,
         points: &Points<'_, D>,
         to: Window<'_, Lanes>,
         values: &[Lanes],
-        columns: &[[Lanes; D]],
+        moments: &[Lanes],
     );
 
     /// Points to grid: adds `N² value`.
@@ -143,6 +143,15 @@ pub trait Sweeps<const D: usize>: Send + Sync + fmt::Debug {
 
     /// Grid to points: velocity, acceleration and velocity gradient.
     fn gather(&self, ground: &Ground<'_, D>, points: &Points<'_, D>, nodes: &[Node], out: &mut [Gathered<D>]);
+
+    /// The velocities and accelerations of [`Sweeps::gather`]; what `out` has of gradients stays.
+    fn gather_motion(
+        &self,
+        ground: &Ground<'_, D>,
+        points: &Points<'_, D>,
+        nodes: &[Node],
+        out: &mut [Gathered<D>],
+    );
 
     /// Grid to points: velocity and velocity gradient.
     fn gather_velocity(
@@ -217,6 +226,15 @@ pub trait Sweeps<const D: usize>: Send + Sync + fmt::Debug {
 
     /// As [`Sweeps::gather`], for two phases at once.
     fn gather_phases(
+        &self,
+        ground: &Ground<'_, D>,
+        points: &Points<'_, D>,
+        nodes: &[[Node; 2]],
+        out: &mut [[Gathered<D>; 2]],
+    );
+
+    /// As [`Sweeps::gather_motion`], for two phases at once.
+    fn gather_motions(
         &self,
         ground: &Ground<'_, D>,
         points: &Points<'_, D>,

@@ -187,10 +187,11 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         }
         let (ground, sweeps, n) = (self.background.ground(), self.background.sweeps, block.position.len());
         let reads = &mut reads[..n];
-        if FROM_SOLVED {
-            sweeps.gather_phases(&ground, &block.points(&set.extent), &phases.nodes, reads);
-        } else {
-            sweeps.gather_velocities(&ground, &block.points(&set.extent), &phases.remapped, reads);
+        let points = block.points(&set.extent);
+        match (FROM_SOLVED, what.stress) {
+            (true, true) => sweeps.gather_phases(&ground, &points, &phases.nodes, reads),
+            (true, false) => sweeps.gather_motions(&ground, &points, &phases.nodes, reads),
+            (false, _) => sweeps.gather_velocities(&ground, &points, &phases.remapped, reads),
         }
         let reads = &*reads;
         if what.velocity {
