@@ -7,6 +7,7 @@
 mod flows;
 mod grains;
 mod particles;
+mod rigid;
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -343,6 +344,7 @@ fn runs() -> Runs {
     particles::add(&mut runs);
     grains::add(&mut runs);
     flows::add(&mut runs);
+    rigid::add(&mut runs);
     runs
 }
 
