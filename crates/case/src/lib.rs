@@ -3,6 +3,7 @@
 //! A [`Case`] describes a problem once; a [`Method`] turns it into a [`Solver`].
 
 mod arc_layer;
+pub mod damping;
 mod decimal;
 pub mod description;
 mod equilibrium;
@@ -25,6 +26,7 @@ mod plan_region;
 mod point_list;
 mod pore_fluid;
 mod ramps;
+pub mod rigid;
 pub mod run;
 mod samples;
 pub mod solver;

@@ -20,7 +20,7 @@ use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 17;
+const FORMAT: u32 = 18;
 
 /// Depth of a point under an obstacle of which is told (cells).
 const SUNK: f64 = 0.1;

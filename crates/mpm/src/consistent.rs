@@ -9,6 +9,7 @@
 //! `M_L` and a small `θ`, the option `lumped_share` (the partly consistent matrix of Burgess, Sulsky & Brackbill 1992): it is
 //! never singular, and has the row sums of both, so that momentum is conserved.
 
+use colluvium_case::damping::{sign, slowed};
 use colluvium_case::description::{Boundary, Wall};
 use colluvium_case::{Case, CaseError, SolverError};
 use colluvium_constitutive::BLOCK;
@@ -18,7 +19,6 @@ use crate::background::Background;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
 use crate::config::{Mass, ShapeFunctions};
-use crate::momentum::{sign, slowed};
 use crate::vectors::three;
 use crate::{FixedNodes, MpmOptions, StressScheme, Transfer};
 

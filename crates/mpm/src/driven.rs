@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use colluvium_case::Case;
 use colluvium_case::description::Patch;
+use colluvium_case::rigid::{RigidState, RigidStep};
 use colluvium_grid::{Lanes, Node};
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +14,6 @@ use crate::background::Background;
 use crate::clock::Clock;
 use crate::config::Formulation;
 use crate::contact::Contacts;
-use crate::loose::{Course, Loose, UPRIGHT};
 use crate::pore::{LIQUID, SOLID};
 
 /// Distance (cells; least heights of the elements of a mesh) from the surface of a patch within which nodes still belong
@@ -32,43 +32,24 @@ pub struct Driven {
     /// Velocity at the start of the step (m/s); `None` where nothing was prescribed.
     pub before: [Option<f64>; 3],
     /// What it does in the step where it is a rigid body that moves freely.
-    pub loose: Option<Loose>,
+    pub loose: Option<RigidStep>,
     /// What a restart needs.
     pub state: DrivenState,
 }
 
 /// What changes of a [`Driven`] in the course of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DrivenState {
-    /// Velocity at the end of the step (m/s), of a rigid body that moves freely that of its centre of mass; `None` where nothing
-    /// is prescribed.
+    /// Velocity of a patch at the end of the step (m/s); `None` where nothing is prescribed.
     pub velocity: [Option<f64>; 3],
-    /// Spin of a rigid body (rad/s).
-    pub spin: [f64; 3],
-    /// Angular momentum of a rigid body about its centre of mass (kg m²/s), with mass scaling.
-    pub turning: [f64; 3],
-    /// Axes of a rigid body at the start of the case, where they are now, as columns.
-    pub axes: [[f64; 3]; 3],
+    /// How a rigid body moves at the end of the step.
+    pub rigid: RigidState,
     /// Way since the start (m).
     pub way: [f64; 3],
     /// Force of the material on it in the last step (N).
     pub force: [f64; 3],
     /// Impulse of the material on it since the start (N s).
     pub impulse: [f64; 3],
-}
-
-impl Default for DrivenState {
-    fn default() -> Self {
-        Self {
-            velocity: [None; 3],
-            spin: [0.0; 3],
-            turning: [0.0; 3],
-            axes: UPRIGHT,
-            way: [0.0; 3],
-            force: [0.0; 3],
-            impulse: [0.0; 3],
-        }
-    }
 }
 
 impl Driven {
@@ -115,19 +96,18 @@ impl Driven {
         *lanes = Lanes::new(velocity);
     }
 
-    /// How a rigid body moves.
-    pub fn course(&self) -> Course {
-        Course { velocity: self.rigid_velocity(), turning: self.state.turning, axes: self.state.axes }
-    }
-
     /// The velocity of a rigid body at a place (m/s).
     pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
-        self.loose.as_ref().map_or(self.rigid_velocity(), |loose| loose.velocity_at(x))
+        self.loose.as_ref().map_or(self.velocity(), |loose| loose.velocity_at(x))
     }
 
-    /// The velocity of a rigid body (m/s), where it turns that of its centre of mass.
-    pub fn rigid_velocity(&self) -> [f64; 3] {
-        self.state.velocity.map(|v| v.unwrap_or(0.0))
+    /// Its velocity (m/s), zero along what is not prescribed of a patch; of a rigid body that turns that of its centre of mass.
+    pub fn velocity(&self) -> [f64; 3] {
+        if self.patch.is_some() {
+            self.state.velocity.map(|v| v.unwrap_or(0.0))
+        } else {
+            self.state.rigid.velocity
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 //! is solved by Newton's method, exact after one step where all nodes stick. So nothing heavy rides on the small masses of
 //! nodes, however light the body.
 
+use colluvium_case::rigid::{RigidStep, Six, resultant, solve, velocity_at};
 use colluvium_grid::{Lanes, Node, Walls};
 
 use crate::at_node::{Touch, touching};
@@ -14,8 +15,6 @@ use crate::bodies::Bodies;
 use crate::clock::Clock;
 use crate::contact::{Contacts, Given, Interface, RowTouch};
 use crate::driven::Driven;
-use crate::loose::Loose;
-use crate::six::{Six, resultant, solve, velocity_at};
 use crate::stand::{Plank, planks};
 use crate::vectors::three;
 
@@ -142,8 +141,8 @@ fn speeds(one: &Six, other: &Six) -> [f64; 2] {
 }
 
 /// The motion of a body with which the laws hold at all places that it meets; says too whether they do.
-fn settled(loose: &Loose, meeting: &Meeting<'_>) -> (Six, bool) {
-    let (matrix, free, before) = (loose.matrix(), loose.free, loose.motion);
+fn settled(loose: &RigidStep, meeting: &Meeting<'_>) -> (Six, bool) {
+    let (matrix, free, before) = (loose.mass.matrix(), loose.free, loose.motion);
     let rest = |motion: &Six| -> Six {
         let impulse = meeting.impulse(motion);
         std::array::from_fn(|i| {
@@ -164,7 +163,7 @@ fn settled(loose: &Loose, meeting: &Meeting<'_>) -> (Six, bool) {
         (0..6).for_each(|i| (0..6).for_each(|j| tangent[i][j] += matrix[i][j]));
         let Some(step) = solve(&tangent, &open, &free) else { return (motion, false) };
         let [along, about] = speeds(&motion, &before);
-        let about = about.max(along / loose.radius());
+        let about = about.max(along / loose.mass.radius());
         let moves = (0..6).all(|k| step[k].abs() <= SETTLED * if k < 3 { along } else { about });
         let (mut share, mut next) = (1.0, motion);
         for _ in 0..HALVINGS {
@@ -227,7 +226,7 @@ pub fn meet<const D: usize>(
             touches: &touches,
             nodes: &grips.nodes,
             planks: &grips.planks,
-            wall: crate::stand::STIFF * loose.mass(),
+            wall: crate::stand::STIFF * loose.mass.mass,
         };
         let (motion, done) = settled(&loose, &meeting);
         grips.unsettled += u64::from(!done);
@@ -287,7 +286,7 @@ fn gather<const D: usize>(
     background: &Background<D>,
     contacts: &Contacts,
     field: usize,
-    loose: &Loose,
+    loose: &RigidStep,
     solved: &[Node],
     (touches, touched): (&[Touch<'_>], &[RowTouch]),
     nodes: &mut Vec<Grip>,
@@ -319,7 +318,7 @@ fn gather<const D: usize>(
                     pair,
                     side,
                     place,
-                    arm: loose.arm(&background.node_at(place, &index)),
+                    arm: loose.mass.arm(&background.node_at(place, &index)),
                     masses,
                     velocity: three(soft.motion),
                     surface,

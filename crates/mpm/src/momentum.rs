@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use colluvium_case::damping::{sign, slowed};
 use colluvium_grid::{Lanes, Layout, Node, Walls};
 use serde::{Deserialize, Serialize};
 
@@ -155,21 +156,10 @@ impl<const D: usize> MomentumSolve<'_, D> {
     }
 }
 
-/// Velocity at the end of a step that Rayleigh damping `share` (damping times step) slows, from those at the start and at
-/// the end without it: the damping force is that of the mean of both, so that it is of second order and no step is too long.
-pub fn slowed(start: f64, end: f64, share: f64) -> f64 {
-    (end - 0.5 * share * start) / (1.0 + 0.5 * share)
-}
-
 /// Velocity at the start of a step from that at its end and the change: zero where round-off cannot tell it from that.
 fn before(end: f64, change: f64) -> f64 {
     let start = end - change;
     if start.abs() <= 1e-12 * change.abs() { 0.0 } else { start }
-}
-
-/// Sign, and zero of zero.
-pub fn sign(x: f64) -> f64 {
-    if x == 0.0 { 0.0 } else { x.signum() }
 }
 
 /// Local damping of a solved node by all that accelerates it (sheet: mpm §2.13), of the components that no wall holds.

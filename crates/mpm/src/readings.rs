@@ -40,16 +40,8 @@ impl<const D: usize> MpmSolver<D> {
             if driven.patch.is_some() || !self.clock.case.moves_freely(&driven.name) {
                 continue;
             }
-            let (name, state) = (&driven.name, &driven.state);
-            for (axis, velocity) in AXES.into_iter().zip(driven.rigid_velocity()).take(D) {
-                push(&format!("{name}.velocity.{axis}"), "m/s", velocity);
-            }
-            for (c, axis) in AXES.into_iter().enumerate().filter(|(c, _)| D == 3 || (D == 2 && *c == 2)) {
-                push(&format!("{name}.spin.{axis}"), "rad/s", state.spin[c]);
-            }
-            if D == 2 {
-                push(&format!("{name}.angle"), "rad", state.axes[1][0].atan2(state.axes[0][0]));
-            }
+            let told = driven.state.rigid.readings(&driven.name, D);
+            told.iter().for_each(|(name, unit, value)| push(name, unit, *value));
         }
         if let Some(bearing) = &self.boundary.bearing {
             let Energies { friction, work } = bearing.state.energies;

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use crate::affine::affine_energies;
 use crate::config::StepBounds;
-use crate::loose::own_inertia;
 use crate::points::PointSet;
 use crate::solver::MpmSolver;
 use crate::vectors::square;
@@ -180,7 +179,10 @@ impl<const D: usize> MpmSolver<D> {
         let mut budget = Budget::default();
         for set in &self.bodies.sets {
             let energies = stored_energies(set);
-            self.add_turns(set, &mut budget);
+            if let Some(number) = set.rigid {
+                let (rigid, mass) = (&self.boundary.driven[number].state.rigid, set.points.mass.iter().sum());
+                rigid.add_turns(mass, set.extent[0], &mut budget);
+            }
             for i in 0..set.len() {
                 let (x, v, m) =
                     (spatial(&set.points.position[i]), spatial(&set.points.velocity[i]), set.points.mass[i]);
@@ -207,15 +209,6 @@ impl<const D: usize> MpmSolver<D> {
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// What points of a rigid body that turns have beside their motion: they turn themselves.
-    fn add_turns(&self, set: &PointSet<D>, budget: &mut Budget) {
-        let Some(number) = set.rigid else { return };
-        let spin = self.boundary.driven[number].state.spin;
-        let own = own_inertia(set) * set.points.mass.iter().sum::<f64>();
-        budget.kinetic += 0.5 * own * square(&spin);
-        (0..3).for_each(|c| budget.angular_momentum[c] += own * spin[c]);
-    }
-
     /// Whether nothing works on the points from outside, and all their energy is told: that of scaled masses and of springs of
     /// obstacles is not.
     pub(crate) fn is_left_alone(&self) -> bool {

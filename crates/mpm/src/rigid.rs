@@ -1,6 +1,8 @@
 //! Rigid bodies in a step: as the case prescribes, and as forces make them (docs/theory/mpm.md, rigid bodies).
 
-use colluvium_case::description::Velocity;
+use colluvium_case::damping::sign;
+use colluvium_case::description::{PrescribedMotion, Velocity};
+use colluvium_case::rigid::{Acts, RigidMass, RigidState, RigidStep, times};
 use colluvium_case::{SolverError, spatial};
 use colluvium_grid::{Lanes, Node};
 
@@ -10,8 +12,44 @@ use crate::clock::Clock;
 use crate::config::Formulation;
 use crate::contact::Contacts;
 use crate::driven::Driven;
-use crate::loose::{Course, Loose, course_at_start};
+use crate::momentum::RowSums;
 use crate::points::PointSet;
+
+/// Mass and moments of inertia of a rigid body, with mass scaling.
+fn mass_of<const D: usize>(clock: &Clock, set: &PointSet<D>) -> RigidMass {
+    RigidMass::of(&set.points.mass, &set.points.position, set.extent[0]).scaled(clock.options.mass_scaling)
+}
+
+/// A rigid body that moves freely, at the start of a step, with the motion at its end that forces from outside give it.
+fn loosened<const D: usize>(
+    clock: &Clock,
+    set: &PointSet<D>,
+    motion: &PrescribedMotion,
+    state: &RigidState,
+) -> RigidStep {
+    let own = set.points.mass.iter().sum::<f64>();
+    let weight = clock.gravity_at_end().map(|g| own * g);
+    let elapsed = clock.time + clock.dt - clock.stage_start;
+    let acts = Acts::of(motion, elapsed, D, (&weight, &[0.0; 3]));
+    let share = clock.dt * clock.stage().rayleigh_damping;
+    RigidStep::new(mass_of(clock, set), state, &acts, clock.dt, share)
+}
+
+/// What a rigid body that moves freely adds to the measures of equilibrium in a step of `dt` (s), with local damping of the axes
+/// and Rayleigh damping.
+pub fn audit(loose: &RigidStep, dt: f64, damping: &[f64; 3], rayleigh: f64) -> RowSums {
+    let mut sums = RowSums { work: loose.work(dt), ..RowSums::default() };
+    for c in (0..3).filter(|c| loose.free[*c]) {
+        let (start, end) = (loose.start[c], loose.motion[c]);
+        let net = loose.mass.mass * ((end - start) / dt + rayleigh * 0.5 * (start + end));
+        let unbalanced = net / (1.0 - damping[c] * sign(start) * sign(net));
+        sums.unbalanced += unbalanced * unbalanced;
+        sums.external += loose.applied[c] * loose.applied[c];
+    }
+    let momentum = times(&loose.mass.matrix(), &loose.motion);
+    sums.kinetic = 0.5 * (0..6).map(|k| momentum[k] * loose.motion[k]).sum::<f64>();
+    sums
+}
 
 /// Velocities at the end of a step of `dt`; forces are counted anew.
 pub fn drive<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, driven: &mut [Driven]) {
@@ -21,20 +59,21 @@ pub fn drive<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, driven: &mut
         let motion = stage.motion_of(&driven.name);
         driven.before = driven.state.velocity;
         driven.state.force = [0.0; 3];
-        let course = driven.course();
         let set = bodies.sets.iter().find(|set| set.rigid == Some(number));
         let free = motion.filter(|motion| motion.is_free()).zip(set);
-        driven.loose = free.map(|(motion, set)| Loose::new(clock, set, motion, &course));
+        driven.loose = free.map(|(motion, set)| loosened(clock, set, motion, &driven.state.rigid));
         if let Some(loose) = &driven.loose {
-            driven.state.velocity = loose.velocity().map(Some);
+            driven.state.rigid.velocity = loose.velocity();
         } else {
-            driven.state.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
-            (driven.state.spin, driven.state.turning) = ([0.0; 3], [0.0; 3]);
+            let state = &mut driven.state;
+            state.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
+            state.rigid.stop();
+            state.rigid.velocity = state.velocity.map(|v| v.unwrap_or(0.0));
         }
     }
     for set in &mut bodies.sets {
         let Some(number) = set.rigid.filter(|number| driven[*number].loose.is_none()) else { continue };
-        let velocity = driven[number].rigid_velocity();
+        let velocity = driven[number].velocity();
         set.points.velocity.fill(std::array::from_fn(|c| velocity[c]));
     }
 }
@@ -51,7 +90,7 @@ pub fn move_driven<const D: usize>(
 ) -> Result<f64, SolverError> {
     let (mut moved, dt) = (0f64, clock.dt);
     for driven in &mut *driven {
-        let velocity = driven.rigid_velocity();
+        let velocity = driven.velocity();
         (0..3).for_each(|c| driven.state.way[c] += dt * velocity[c]);
     }
     let (ground, mut lost) = (background.ground(), None);
@@ -87,13 +126,12 @@ pub fn move_driven<const D: usize>(
 
 /// Moves a rigid body in a step of `dt`; returns the largest move of a point along an axis (m).
 fn move_rigid<const D: usize>(dt: f64, set: &mut PointSet<D>, driven: &mut Driven) -> f64 {
-    let velocity = driven.rigid_velocity();
+    let velocity = driven.velocity();
     let Some(loose) = &driven.loose else {
         set.points.position.iter_mut().for_each(|x| (0..D).for_each(|c| x[c] += dt * velocity[c]));
         return velocity.iter().fold(0.0, |most, v| most.max((dt * v).abs()));
     };
-    driven.state.axes = loose.turned_axes(dt);
-    driven.state.spin = loose.move_points(dt, set);
+    loose.carry(dt, &mut driven.state.rigid, &mut set.points.position, &mut set.points.velocity);
     set.points.velocity.as_flattened().iter().fold(0.0, |most, v| most.max((dt * v).abs()))
 }
 
@@ -101,11 +139,9 @@ fn move_rigid<const D: usize>(dt: f64, set: &mut PointSet<D>, driven: &mut Drive
 pub fn start<const D: usize>(clock: &Clock, sets: &[PointSet<D>], driven: &mut [Driven]) {
     for set in sets {
         let Some(number) = set.rigid else { continue };
-        if clock.case.bodies[set.body as usize].velocity != Velocity::Rest {
-            let (Course { velocity, turning, axes }, spin) = course_at_start(clock, set);
-            let state = &mut driven[number].state;
-            state.spin = spin;
-            (state.velocity, state.turning, state.axes) = (velocity.map(Some), turning, axes);
+        let given = &clock.case.bodies[set.body as usize].velocity;
+        if *given != Velocity::Rest {
+            driven[number].state.rigid = RigidState::begun(&mass_of(clock, set), given);
         }
     }
 }
@@ -116,17 +152,14 @@ pub fn settle_loose(clock: &Clock, driven: &mut [Driven]) {
     for driven in driven {
         let Some(loose) = &mut driven.loose else { continue };
         loose.damp(&damping);
-        let state = &mut driven.state;
-        (state.velocity, state.spin, state.turning) =
-            (loose.velocity().map(Some), loose.spin(), loose.turning());
+        loose.settle(&mut driven.state.rigid);
     }
 }
 
 /// Brings rigid bodies that move freely to rest.
 pub fn stop_loose(driven: &mut [Driven]) {
     for driven in driven.iter_mut().filter(|driven| driven.patch.is_none()) {
-        driven.state.velocity = [None; 3];
-        (driven.state.spin, driven.state.turning) = ([0.0; 3], [0.0; 3]);
+        driven.state.rigid.stop();
     }
 }
 
@@ -183,7 +216,7 @@ pub fn hold_rigid<const D: usize>(
 ) {
     for (field, number) in contacts.rigid.iter().enumerate() {
         let Some(number) = number else { continue };
-        let [x, y, z] = driven[*number].rigid_velocity();
+        let [x, y, z] = driven[*number].velocity();
         let len = background.layout.len();
         let nodes = &mut solved[field * len..(field + 1) * len];
         background.layout.each(nodes, |_, active, line| {

@@ -277,7 +277,7 @@ fn balance<const D: usize>(
     sums.work += work_of_loads(bodies, driven, clock.dt);
     for loose in driven.iter().filter_map(|driven| driven.loose.as_ref()) {
         let stage = clock.stage();
-        sums.add(&loose.audit(clock.dt, &stage.damping_of_axes(), stage.rayleigh_damping));
+        sums.add(&rigid::audit(loose, clock.dt, &stage.damping_of_axes(), stage.rayleigh_damping));
     }
     sums.work += work_on_nodes(clock, background, bodies, &nodes.solved, nodal, load_starts);
     sums
@@ -342,8 +342,7 @@ pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[Driven
     }
     for driven in driven {
         let free = driven.loose.as_ref().map_or([false; 6], |loose| loose.free);
-        let velocity: [f64; 3] =
-            std::array::from_fn(|c| if free[c] { 0.0 } else { driven.rigid_velocity()[c] });
+        let velocity: [f64; 3] = std::array::from_fn(|c| if free[c] { 0.0 } else { driven.velocity()[c] });
         work -= (0..3).map(|c| driven.state.force[c] * velocity[c] * dt).sum::<f64>();
     }
     work

@@ -1,12 +1,12 @@
 //! Rigid bodies that move freely stand on walls: each corner of a point near a wall meets it where the wall is.
 
 use colluvium_case::description::Wall;
+use colluvium_case::rigid::RigidStep;
 use colluvium_case::spatial;
 
 use crate::background::Background;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
-use crate::loose::Loose;
 use crate::vectors::{dot, norm};
 
 /// Inertia with which a wall takes what comes, over the mass of the body: it sinks in under its weight this much more slowly
@@ -72,7 +72,7 @@ pub fn planks<const D: usize>(
     background: &Background<D>,
     bodies: &Bodies<D>,
     number: usize,
-    loose: &Loose,
+    loose: &RigidStep,
     planks: &mut Vec<Plank>,
 ) {
     planks.clear();
@@ -112,7 +112,7 @@ pub fn planks<const D: usize>(
                     continue;
                 }
                 let at = spatial(x);
-                let arm = loose.arm(&std::array::from_fn(|c| at[c] + own[c]));
+                let arm = loose.mass.arm(&std::array::from_fn(|c| at[c] + own[c]));
                 let room = gap.max(0.0) / clock.dt;
                 planks.push(Plank { arm, velocity, normal, room, friction });
             }

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
+use colluvium_case::damping::sign;
 use colluvium_grid::{Face, Lanes, Layout, Node, Walls};
 use serde::{Deserialize, Serialize};
 
-use crate::momentum::{RowSums, sign};
+use crate::momentum::RowSums;
 use crate::pore::{LIQUID, SOLID};
 
 /// What a row of nodes adds to the measures of equilibrium of both equations.

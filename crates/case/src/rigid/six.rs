@@ -6,6 +6,9 @@ use nalgebra::{SMatrix, SVector};
 /// Three numbers of translation, then three of rotation.
 pub type Six = [f64; 6];
 
+/// Axes of a body that has not turned.
+pub const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 /// A matrix times a vector.
 pub fn times<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|i| (0..N).map(|j| matrix[i][j] * vector[j]).sum())
@@ -28,7 +31,7 @@ pub fn resultant(vector: &[f64; 3], arm: &[f64; 3]) -> Six {
 pub fn rotation(turn: &[f64; 3]) -> [[f64; 3]; 3] {
     let angle = turn.iter().map(|c| c * c).sum::<f64>().sqrt();
     if angle == 0.0 {
-        return std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }));
+        return UPRIGHT;
     }
     let axis = turn.map(|c| c / angle);
     let (sin, rest) = (angle.sin(), 2.0 * (0.5 * angle).sin().powi(2));

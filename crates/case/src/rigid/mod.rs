@@ -1,0 +1,152 @@
+//! Rigid bodies that forces move, for every method: mass and moments of inertia of their points, motion and orientation, and a step
+//! of both by Newton's and Euler's laws (docs/theory/mpm.md, rigid bodies).
+
+mod six;
+mod step;
+
+use serde::{Deserialize, Serialize};
+
+use crate::description::Velocity;
+use crate::measure::Reading;
+use crate::{Budget, spatial};
+
+pub use six::{Six, UPRIGHT, resultant, rotation, solve, times, velocity_at};
+pub use step::{Acts, RigidStep};
+
+/// Motion and orientation of a rigid body: what a restart needs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RigidState {
+    /// Velocity of the centre of mass (m/s).
+    pub velocity: [f64; 3],
+    /// Spin (rad/s).
+    pub spin: [f64; 3],
+    /// Angular momentum about the centre of mass (kg m²/s), with mass scaling.
+    pub turning: [f64; 3],
+    /// Its axes at the start of the case, where they are now, as columns.
+    pub axes: [[f64; 3]; 3],
+}
+
+impl Default for RigidState {
+    fn default() -> Self {
+        Self { velocity: [0.0; 3], spin: [0.0; 3], turning: [0.0; 3], axes: UPRIGHT }
+    }
+}
+
+impl RigidState {
+    /// With the velocity that the case gives it: uniform, or linear with a turn.
+    pub fn begun(mass: &RigidMass, given: &Velocity) -> Self {
+        let velocity = given.at(mass.centre);
+        // The velocity is linear: differences over a metre are its gradient.
+        let slope = |i: usize, j: usize| {
+            let mut to = mass.centre;
+            to[j] += 1.0;
+            given.at(to)[i] - velocity[i]
+        };
+        let spin = [slope(2, 1), slope(0, 2), slope(1, 0)];
+        Self { velocity, spin, turning: times(&mass.inertia, &spin), ..Self::default() }
+    }
+
+    /// Brings it to rest where it is.
+    pub fn stop(&mut self) {
+        *self = Self { axes: self.axes, ..Self::default() };
+    }
+
+    /// Adds what its points have beside their motion to a budget: they turn themselves. They are squares or cubes of some width (m)
+    /// and of a mass together (kg).
+    pub fn add_turns(&self, mass: f64, width: f64, budget: &mut Budget) {
+        let own = own_inertia(width) * mass;
+        budget.kinetic += 0.5 * own * self.spin.iter().map(|w| w * w).sum::<f64>();
+        (0..3).for_each(|c| budget.angular_momentum[c] += own * self.spin[c]);
+    }
+
+    /// What tables tell of a body of some name in a space of `dimension` axes: velocity, spin, and in the plane the angle.
+    pub fn readings(&self, name: &str, dimension: usize) -> Vec<Reading> {
+        let axes = ["x", "y", "z"].into_iter().enumerate();
+        let along = axes.clone().take(dimension);
+        let about = axes.filter(|(c, _)| dimension == 3 || (dimension == 2 && *c == 2));
+        let velocities = along.map(|(c, axis)| (format!("{name}.velocity.{axis}"), "m/s", self.velocity[c]));
+        let spins = about.map(|(c, axis)| (format!("{name}.spin.{axis}"), "rad/s", self.spin[c]));
+        let angle = (dimension == 2).then(|| (format!("{name}.angle"), "rad", self.angle()));
+        let all = velocities.chain(spins).chain(angle);
+        all.map(|(column, unit, value)| (column, unit.to_owned(), value)).collect()
+    }
+
+    /// How far it has turned in the plane, from -π to π (rad).
+    fn angle(&self) -> f64 {
+        self.axes[1][0].atan2(self.axes[0][0])
+    }
+}
+
+/// Mass and moments of inertia of a rigid body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidMass {
+    /// Mass (kg).
+    pub mass: f64,
+    /// Centre of mass (m).
+    pub centre: [f64; 3],
+    /// Moments of inertia about it (kg m²).
+    pub inertia: [[f64; 3]; 3],
+}
+
+/// Moment of inertia of a point about its own middle, over its mass (m²): that of a square or a cube of some width (m).
+fn own_inertia(width: f64) -> f64 {
+    width * width / 6.0
+}
+
+impl RigidMass {
+    /// Of points of these masses (kg), which are squares or cubes of some width (m).
+    pub fn of<const D: usize>(masses: &[f64], positions: &[[f64; D]], width: f64) -> Self {
+        let mut sum = [0.0; D];
+        for (m, x) in masses.iter().zip(positions) {
+            (0..D).for_each(|c| sum[c] += m * x[c]);
+        }
+        let mass = masses.iter().sum::<f64>();
+        let centre = spatial(&sum.map(|c| c / mass));
+        let (own, mut inertia) = (own_inertia(width), [[0.0; 3]; 3]);
+        for (m, x) in masses.iter().zip(positions) {
+            let x = spatial(x);
+            let arm: [f64; 3] = std::array::from_fn(|c| x[c] - centre[c]);
+            let square = arm.iter().map(|c| c * c).sum::<f64>() + own;
+            for i in 0..3 {
+                (0..3).for_each(|j| inertia[i][j] -= m * arm[i] * arm[j]);
+                inertia[i][i] += m * square;
+            }
+        }
+        Self { mass, centre, inertia }
+    }
+
+    /// The same with all inertia times a factor.
+    pub fn scaled(mut self, scale: f64) -> Self {
+        self.mass = scale * self.mass;
+        self.inertia = self.inertia.map(|row| row.map(|i| scale * i));
+        self
+    }
+
+    /// A place from the centre of mass (m).
+    pub fn arm(&self, x: &[f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|c| x[c] - self.centre[c])
+    }
+
+    /// Mass and moments of inertia as one matrix.
+    pub fn matrix(&self) -> [Six; 6] {
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| match (i < 3, j < 3) {
+                (true, true) if i == j => self.mass,
+                (false, false) => self.inertia[i - 3][j - 3],
+                _ => 0.0,
+            })
+        })
+    }
+
+    /// Spin (rad/s) about the components that are `free`, with an angular momentum (kg m²/s).
+    pub fn spin(&self, turning: &[f64; 3], free: &[bool; 6]) -> [f64; 3] {
+        let right = [0.0, 0.0, 0.0, turning[0], turning[1], turning[2]];
+        let only = [false, false, false, free[3], free[4], free[5]];
+        solve(&self.matrix(), &right, &only).map_or([0.0; 3], |x| [x[3], x[4], x[5]])
+    }
+
+    /// Radius of gyration about the axis of the largest (m).
+    pub fn radius(&self) -> f64 {
+        (0..3).map(|k| self.inertia[k][k] / self.mass).fold(0.0, f64::max).sqrt()
+    }
+}

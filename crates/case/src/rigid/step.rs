@@ -1,0 +1,168 @@
+//! A rigid body in a step.
+
+use super::{RigidMass, RigidState, Six, rotation, solve, times, velocity_at};
+use crate::damping::{sign, slowed};
+use crate::description::PrescribedMotion;
+use crate::spatial;
+
+/// What acts on a rigid body from outside in a step, and what its motion follows.
+#[derive(Clone, Copy, Debug)]
+pub struct Acts {
+    /// Which components of its motion follow forces.
+    pub free: [bool; 6],
+    /// Velocities along those that do not (m/s).
+    pub held: [Option<f64>; 3],
+    /// Force (N).
+    pub force: [f64; 3],
+    /// Moment about the centre of mass (N m).
+    pub moment: [f64; 3],
+}
+
+impl Acts {
+    /// By the motion of a stage after `elapsed` seconds of it, in a space of `dimension` axes, beside a force (N) and a moment (N m).
+    pub fn of(
+        motion: &PrescribedMotion,
+        elapsed: f64,
+        dimension: usize,
+        beside: (&[f64; 3], &[f64; 3]),
+    ) -> Self {
+        let held = motion.velocity_at(elapsed);
+        let free = std::array::from_fn(|c| match c {
+            0..3 => c < dimension && held[c].is_none(),
+            5 => motion.turns && dimension >= 2,
+            _ => motion.turns && dimension == 3,
+        });
+        let (force, moment) = (motion.force_at(elapsed), motion.moment_at(elapsed));
+        Self {
+            free,
+            held,
+            force: std::array::from_fn(|c| force[c] + beside.0[c]),
+            moment: std::array::from_fn(|c| moment[c] + beside.1[c]),
+        }
+    }
+
+    /// Whether the body turns.
+    fn turns(&self) -> bool {
+        self.free[5]
+    }
+}
+
+/// A rigid body in a step.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidStep {
+    /// Its mass, where it is at the start of the step.
+    pub mass: RigidMass,
+    /// Its axes at the start of the case, where they are at the start of the step, as columns.
+    pub axes: [[f64; 3]; 3],
+    /// Which components of its motion follow forces.
+    pub free: [bool; 6],
+    /// Its motion at the start of the step.
+    pub start: Six,
+    /// Its motion at the end, as far as it is known.
+    pub motion: Six,
+    /// Force and moment from outside (N, N m).
+    pub applied: Six,
+}
+
+impl RigidStep {
+    /// The motion that forces from outside give a body in `dt` (s), with Rayleigh damping `share` (damping times step).
+    pub fn new(mass: RigidMass, state: &RigidState, acts: &Acts, dt: f64, share: f64) -> Self {
+        let Acts { free, held, force, moment } = *acts;
+        let turning = state.turning.map(|l| if acts.turns() { l } else { 0.0 });
+        let begun = mass.spin(&turning, &free);
+        let pushed: [f64; 3] =
+            std::array::from_fn(|c| slowed(turning[c], turning[c] + dt * moment[c], share));
+        let turned = mass.spin(&pushed, &free);
+        let (mut start, mut motion) = ([0.0; 6], [0.0; 6]);
+        for c in 0..3 {
+            start[c] = state.velocity[c];
+            let pushed = slowed(start[c], start[c] + dt * force[c] / mass.mass, share);
+            motion[c] = held[c].unwrap_or(if free[c] { pushed } else { 0.0 });
+            (start[c + 3], motion[c + 3]) = (begun[c], turned[c]);
+        }
+        let [fx, fy, fz] = force;
+        let [mx, my, mz] = moment;
+        Self { mass, axes: state.axes, free, start, motion, applied: [fx, fy, fz, mx, my, mz] }
+    }
+
+    /// Velocity of the body at a place (m/s).
+    pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
+        velocity_at(&self.motion, &self.mass.arm(x))
+    }
+
+    /// Takes an impulse and its moment about the centre of mass (N s, N m s).
+    pub fn push(&mut self, impulse: &Six) {
+        if let Some(change) = solve(&self.mass.matrix(), impulse, &self.free) {
+            (0..6).for_each(|k| self.motion[k] += change[k]);
+        }
+    }
+
+    /// Local damping of its free components by all that accelerates it; rotation by the largest factor of the axes.
+    pub fn damp(&mut self, damping: &[f64; 3]) {
+        let most = damping.iter().copied().fold(0.0, f64::max);
+        for k in (0..6).filter(|k| self.free[*k]) {
+            let change = self.motion[k] - self.start[k];
+            let factor = damping.get(k).copied().unwrap_or(most);
+            self.motion[k] -= factor * change.abs() * sign(self.start[k]);
+        }
+    }
+
+    /// Angular momentum about the centre of mass (kg m²/s), with mass scaling.
+    fn turning(&self) -> [f64; 3] {
+        if self.turns() { times(&self.mass.inertia, &self.spin()) } else { [0.0; 3] }
+    }
+
+    fn turns(&self) -> bool {
+        self.free[5]
+    }
+
+    /// Velocity of the centre of mass (m/s).
+    pub fn velocity(&self) -> [f64; 3] {
+        [self.motion[0], self.motion[1], self.motion[2]]
+    }
+
+    /// Spin (rad/s).
+    pub fn spin(&self) -> [f64; 3] {
+        [self.motion[3], self.motion[4], self.motion[5]]
+    }
+
+    /// Work of the forces from outside in a step of `dt` (J).
+    pub fn work(&self, dt: f64) -> f64 {
+        (0..6).filter(|k| self.free[*k]).map(|k| self.applied[k] * self.motion[k] * dt).sum()
+    }
+
+    /// Gives the body the motion at the end of the step, where it is at the start.
+    pub fn settle(&self, state: &mut RigidState) {
+        (state.velocity, state.spin, state.turning) = (self.velocity(), self.spin(), self.turning());
+    }
+
+    /// Moves the body and its points in a step of `dt` (s), and gives them their velocities there: the body keeps its angular momentum.
+    pub fn carry<const D: usize>(
+        &self,
+        dt: f64,
+        state: &mut RigidState,
+        positions: &mut [[f64; D]],
+        velocities: &mut [[f64; D]],
+    ) {
+        let turn = rotation(&self.spin().map(|w| dt * w));
+        let turns = self.turns();
+        state.axes = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..3).map(|k| turn[i][k] * self.axes[k][j]).sum())
+        });
+        let back: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| turn[j][i]));
+        state.spin = times(&turn, &self.mass.spin(&times(&back, &self.turning()), &self.free));
+        let [vx, vy, vz] = self.velocity();
+        let motion = [vx, vy, vz, state.spin[0], state.spin[1], state.spin[2]];
+        for (x, v) in positions.iter_mut().zip(velocities) {
+            let mut arm = self.mass.arm(&spatial(x));
+            if turns {
+                arm = times(&turn, &arm);
+            }
+            let velocity = velocity_at(&motion, &arm);
+            for c in 0..D {
+                x[c] = if turns { self.mass.centre[c] + arm[c] } else { x[c] } + dt * self.motion[c];
+                v[c] = velocity[c];
+            }
+        }
+    }
+}
