@@ -213,7 +213,7 @@ pub fn meet<const D: usize>(
     let mut changed = false;
     for (field, number) in contacts.rigid.iter().enumerate() {
         let Some(number) = *number else { continue };
-        let Some(mut loose) = driven[number].loose.clone() else { continue };
+        let Some(mut loose) = driven[number].loose else { continue };
         let touches: Vec<Touch<'_>> = contacts
             .pairs
             .iter()

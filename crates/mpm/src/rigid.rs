@@ -140,9 +140,13 @@ pub fn start<const D: usize>(clock: &Clock, sets: &[PointSet<D>], driven: &mut [
     for set in sets {
         let Some(number) = set.rigid else { continue };
         let given = &clock.case.bodies[set.body as usize].velocity;
-        if *given != Velocity::Rest {
-            driven[number].state.rigid = RigidState::begun(&mass_of(clock, set), given);
-        }
+        let (mass, points) = (mass_of(clock, set), &set.points);
+        driven[number].state.rigid = if *given == Velocity::Rest {
+            // A list of points may have velocities.
+            RigidState::of_points(&mass, &points.mass, &points.position, &points.velocity)
+        } else {
+            RigidState::begun(&mass, given)
+        };
     }
 }
 

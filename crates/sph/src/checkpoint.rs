@@ -14,11 +14,12 @@ use crate::confinement::is_confined;
 use crate::lists::Listed;
 use crate::particles::Group;
 use crate::rates::Felt;
+use crate::rigid::Rigid;
 use crate::solver::{Audit, SphSolver};
 use crate::walls::{Borne, planes};
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 10;
+const FORMAT: u32 = 11;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -29,6 +30,8 @@ struct Saved {
     borne: Borne,
     /// Body, number of particles and states of the law.
     groups: Vec<(u32, usize, Vec<u8>)>,
+    /// The rigid ones of them, in this order.
+    rigid: Vec<Option<Rigid>>,
     /// Columns of the particles, and of their rates.
     particles: Vec<u8>,
     rates: Vec<u8>,
@@ -67,6 +70,7 @@ impl<const D: usize> SphSolver<D> {
             audit: self.audit,
             borne: self.borne,
             groups: bodies.groups.iter().map(of_group).collect(),
+            rigid: bodies.groups.iter().map(|group| group.rigid).collect(),
             particles: particle_bytes,
             rates: rate_bytes,
             listed: lists.listed.positions.as_flattened().to_vec(),
@@ -96,9 +100,10 @@ impl<const D: usize> SphSolver<D> {
             return None;
         }
         bodies.groups.retain(|group| saved.groups.iter().any(|(body, ..)| *body == group.body));
-        if bodies.groups.len() != saved.groups.len() {
+        if bodies.groups.len() != saved.groups.len() || saved.rigid.len() != saved.groups.len() {
             return None;
         }
+        bodies.groups.iter_mut().zip(&saved.rigid).for_each(|(group, rigid)| group.rigid = *rigid);
         let mut start = 0;
         for (group, (body, count, states)) in bodies.groups.iter_mut().zip(&saved.groups) {
             let states = group.material.load(states)?;
@@ -188,6 +193,11 @@ impl<const D: usize> Solver for SphSolver<D> {
                 Reset::Velocity => {
                     p.velocity.fill([0.0; D]);
                     p.previous.clear();
+                    self.bodies
+                        .groups
+                        .iter_mut()
+                        .filter_map(|group| group.rigid.as_mut())
+                        .for_each(Rigid::stop);
                     self.rates.of.acceleration.fill([0.0; D]);
                     // Some schemes move what is held before they kick.
                     self.bodies.hold();

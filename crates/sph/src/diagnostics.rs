@@ -101,6 +101,12 @@ impl<const D: usize> SphSolver<D> {
                 readings.push(("obstacles.work".to_owned(), "J".to_owned(), work));
             }
         }
+        for group in &self.bodies.groups {
+            let name = &self.setting.case.bodies[group.body as usize].name;
+            let free = self.setting.case.moves_freely(name);
+            let rigid = self.rigid_now(group).filter(|_| free);
+            readings.extend(rigid.into_iter().flat_map(|rigid| rigid.readings(name, D)));
+        }
         let Some(findings) = self.findings() else { return readings };
         let mut push = |name: &str, count: usize| {
             readings.push((name.to_owned(), String::new(), count as f64));

@@ -5,6 +5,7 @@ use colluvium_constitutive::SymTensor;
 use serde::{Deserialize, Serialize};
 
 use crate::particles::Derivatives;
+use crate::rigid::Pulled;
 use crate::walls::Borne;
 
 /// What a rigid body or an obstacle bears of the others.
@@ -59,6 +60,8 @@ pub struct Rates<const D: usize> {
     /// What bodies bear that are rigid, by their number in the case, and behind the bodies obstacles whose reaction is measured; empty
     /// without any.
     pub felt: Vec<Felt>,
+    /// What acts on rigid bodies.
+    pub pulled: Vec<Pulled>,
     /// What `felt` of obstacles is summed up from, particle by particle: at the last sums, and behind them of those that were stopped.
     pub told: Vec<Told<D>>,
 }

@@ -1,6 +1,7 @@
 //! What the solver tells: snapshot, budget, scales.
 
 use colluvium_case::law::{LawPoints, law_fields};
+use colluvium_case::rigid::RigidState;
 use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, spatial};
 use colluvium_points::surface::cross;
 
@@ -60,6 +61,11 @@ impl<const D: usize> SphSolver<D> {
         let before: [f64; 3] = std::array::from_fn(|c| x[c] - 2.0 * half * v[c]);
         let (own, pull, factor) = (cross(&x, &v), cross(&before, &a), self.damped(i, half));
         std::array::from_fn(|c| (own[c] + half * pull[c]) * factor)
+    }
+
+    /// How a rigid body moves at the time of the positions.
+    pub(crate) fn rigid_now(&self, group: &Group) -> Option<RigidState> {
+        Some(group.rigid?.ahead(0.5 * self.clock.last_step))
     }
 
     /// Everything on the particles, in the order of ids.
@@ -134,6 +140,10 @@ impl<const D: usize> SphSolver<D> {
         let mut budget = Budget::default();
         let p = &self.bodies.particles;
         for group in &self.bodies.groups {
+            if let Some(rigid) = self.rigid_now(group) {
+                let mass = group.range().map(|i| p.mass[i]).sum();
+                rigid.add_turns(mass, self.setting.options.spacing, &mut budget);
+            }
             let energies = p.law_points(group).stored_energies();
             for (k, i) in group.range().enumerate() {
                 let (v, m) = (spatial(&self.velocity(i)), p.mass[i]);

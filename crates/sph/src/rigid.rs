@@ -1,38 +1,55 @@
-//! How a rigid body moves in a step, by the `motions` of the stage.
+//! A rigid body: how it stands and moves, and what acts on it in a step.
 
-use colluvium_case::Case;
+use colluvium_case::rigid::{Acts, RigidMass, RigidState, RigidStep, Six};
+use serde::{Deserialize, Serialize};
 
-use crate::clock::Clock;
-
-/// How a rigid body moves in a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// A rigid body.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Rigid {
-    /// Velocity (m/s); `None` along a component that follows forces.
-    pub velocity: [Option<f64>; 3],
-    /// Force along these (N).
-    pub force: [f64; 3],
-    /// Moment about the centre of mass (N m), in the plane.
-    pub moment: f64,
-    /// Whether it turns.
-    pub turns: bool,
-    /// Its spin (rad/s), in the plane.
-    pub spin: f64,
+    /// Where it is and, half a step behind, how it moves.
+    pub state: RigidState,
+    /// How the last forces change velocity and spin (m/s², rad/s²).
+    pub rate: Six,
+    /// What it does in the step.
+    #[serde(skip)]
+    pub step: Option<RigidStep>,
+    /// Velocity gradient of its turn in the step (1/s).
+    #[serde(skip)]
+    pub about: [[f64; 3]; 3],
+}
+
+/// What acts on a rigid body in a step.
+#[derive(Clone, Copy)]
+pub struct Pulled {
+    /// Number of the group of its particles.
+    pub group: usize,
+    /// Its mass where it is.
+    pub mass: RigidMass,
+    /// Forces, and what follows them.
+    pub acts: Acts,
+    /// Rates of its velocity and spin (m/s², rad/s²).
+    pub rate: Six,
 }
 
 impl Rigid {
-    /// Of a body in a step of `dt` (s), of which velocities are those in the middle; at rest where the stage says nothing.
-    pub fn of(case: &Case, body: u32, clock: &Clock, dt: f64) -> Self {
-        let name = &case.bodies[body as usize].name;
-        let Some(motion) = case.stages[clock.stage].motion_of(name) else {
-            return Self { velocity: [Some(0.0); 3], ..Self::default() };
-        };
-        let elapsed = clock.time + 0.5 * dt - clock.stage_start;
-        Self {
-            velocity: motion.velocity_at(elapsed),
-            force: motion.force_at(elapsed),
-            moment: motion.moment_at(elapsed)[2],
-            turns: motion.turns,
-            spin: 0.0,
+    /// At the start.
+    pub fn new(state: RigidState) -> Self {
+        Self { state, ..Self::default() }
+    }
+
+    /// Its motion some time (s) ahead, by the last forces.
+    pub fn ahead(&self, time: f64) -> RigidState {
+        let mut state = self.state;
+        for c in 0..3 {
+            state.velocity[c] += time * self.rate[c];
+            state.spin[c] += time * self.rate[c + 3];
         }
+        state
+    }
+
+    /// Brings it to rest where it is.
+    pub fn stop(&mut self) {
+        self.state.stop();
+        self.rate = [0.0; 6];
     }
 }

@@ -3,6 +3,8 @@
 
 mod six;
 mod step;
+#[cfg(test)]
+mod tests;
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +12,7 @@ use crate::description::Velocity;
 use crate::measure::Reading;
 use crate::{Budget, spatial};
 
-pub use six::{Six, UPRIGHT, resultant, rotation, solve, times, velocity_at};
+pub use six::{Six, UPRIGHT, resultant, rotation, solve, times, transposed, velocity_at};
 pub use step::{Acts, RigidStep};
 
 /// Motion and orientation of a rigid body: what a restart needs.
@@ -43,6 +45,26 @@ impl RigidState {
             given.at(to)[i] - velocity[i]
         };
         let spin = [slope(2, 1), slope(0, 2), slope(1, 0)];
+        Self { velocity, spin, turning: times(&mass.inertia, &spin), ..Self::default() }
+    }
+
+    /// With the momentum of points of these masses (kg) and velocities (m/s).
+    pub fn of_points<const D: usize>(
+        mass: &RigidMass,
+        masses: &[f64],
+        positions: &[[f64; D]],
+        velocities: &[[f64; D]],
+    ) -> Self {
+        let mut sum = [0.0; 6];
+        for ((m, x), v) in masses.iter().zip(positions).zip(velocities) {
+            let own = resultant(&spatial(&v.map(|c| m * c)), &mass.arm(&spatial(x)));
+            (0..6).for_each(|k| sum[k] += own[k]);
+        }
+        let [px, py, pz, lx, ly, lz] = sum;
+        let free = [false, false, false, D == 3, D == 3, D >= 2];
+        // The points do not turn themselves, before they belong to the body.
+        let spin = RigidMass::of(masses, positions, 0.0).spin(&[lx, ly, lz], &free);
+        let velocity = [px, py, pz].map(|p| p / mass.mass);
         Self { velocity, spin, turning: times(&mass.inertia, &spin), ..Self::default() }
     }
 
@@ -117,7 +139,7 @@ impl RigidMass {
 
     /// The same with all inertia times a factor.
     pub fn scaled(mut self, scale: f64) -> Self {
-        self.mass = scale * self.mass;
+        self.mass *= scale;
         self.inertia = self.inertia.map(|row| row.map(|i| scale * i));
         self
     }

@@ -14,6 +14,11 @@ pub fn times<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64;
     std::array::from_fn(|i| (0..N).map(|j| matrix[i][j] * vector[j]).sum())
 }
 
+/// A matrix with rows and columns exchanged.
+pub fn transposed(matrix: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| matrix[j][i]))
+}
+
 /// Velocity (m/s) at an arm (m) from the centre of what moves with a velocity and a spin (rad/s).
 pub fn velocity_at(motion: &Six, arm: &[f64; 3]) -> [f64; 3] {
     let [vx, vy, vz, wx, wy, wz] = *motion;

@@ -1,6 +1,6 @@
 //! A rigid body in a step.
 
-use super::{RigidMass, RigidState, Six, rotation, solve, times, velocity_at};
+use super::{RigidMass, RigidState, Six, UPRIGHT, rotation, solve, times, transposed, velocity_at};
 use crate::damping::{sign, slowed};
 use crate::description::PrescribedMotion;
 use crate::spatial;
@@ -19,6 +19,9 @@ pub struct Acts {
 }
 
 impl Acts {
+    /// Nothing, on a body at rest that nothing moves.
+    pub const REST: Self = Self { free: [false; 6], held: [Some(0.0); 3], force: [0.0; 3], moment: [0.0; 3] };
+
     /// By the motion of a stage after `elapsed` seconds of it, in a space of `dimension` axes, beside a force (N) and a moment (N m).
     pub fn of(
         motion: &PrescribedMotion,
@@ -39,6 +42,12 @@ impl Acts {
             force: std::array::from_fn(|c| force[c] + beside.0[c]),
             moment: std::array::from_fn(|c| moment[c] + beside.1[c]),
         }
+    }
+
+    /// Force and moment.
+    pub fn applied(&self) -> Six {
+        let ([fx, fy, fz], [mx, my, mz]) = (self.force, self.moment);
+        [fx, fy, fz, mx, my, mz]
     }
 
     /// Whether the body turns.
@@ -80,9 +89,7 @@ impl RigidStep {
             motion[c] = held[c].unwrap_or(if free[c] { pushed } else { 0.0 });
             (start[c + 3], motion[c + 3]) = (begun[c], turned[c]);
         }
-        let [fx, fy, fz] = force;
-        let [mx, my, mz] = moment;
-        Self { mass, axes: state.axes, free, start, motion, applied: [fx, fy, fz, mx, my, mz] }
+        Self { mass, axes: state.axes, free, start, motion, applied: acts.applied() }
     }
 
     /// Velocity of the body at a place (m/s).
@@ -136,6 +143,35 @@ impl RigidStep {
         (state.velocity, state.spin, state.turning) = (self.velocity(), self.spin(), self.turning());
     }
 
+    /// Turn of a step of `dt` (s): by the spin that the angular momentum makes in the middle of the step, so that it is of second order.
+    fn rotation(&self, dt: f64) -> [[f64; 3]; 3] {
+        let by = |spin: [f64; 3], time: f64| rotation(&spin.map(|w| time * w));
+        // About an axis that stays, the spin does too.
+        let middle = if self.free[3] { self.spin_after(&by(self.spin(), 0.5 * dt)) } else { self.spin() };
+        by(middle, dt)
+    }
+
+    /// Spin of the body after a turn, with the angular momentum that it has (rad/s).
+    fn spin_after(&self, turn: &[[f64; 3]; 3]) -> [f64; 3] {
+        times(turn, &self.mass.spin(&times(&transposed(turn), &self.turning()), &self.free))
+    }
+
+    /// Mean velocity gradient of a step of `dt` (s), over the places at its start: that of the turn (1/s).
+    pub fn mean_gradient(&self, dt: f64) -> [[f64; 3]; 3] {
+        let turn = if self.turns() { self.rotation(dt) } else { UPRIGHT };
+        std::array::from_fn(|i| std::array::from_fn(|j| (turn[i][j] - UPRIGHT[i][j]) / dt))
+    }
+
+    /// Turns the body in a step of `dt` (s), by a matrix: it keeps its angular momentum.
+    pub fn turn(&self, dt: f64, state: &mut RigidState) -> [[f64; 3]; 3] {
+        let turn = self.rotation(dt);
+        state.axes = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..3).map(|k| turn[i][k] * self.axes[k][j]).sum())
+        });
+        state.spin = self.spin_after(&turn);
+        turn
+    }
+
     /// Moves the body and its points in a step of `dt` (s), and gives them their velocities there: the body keeps its angular momentum.
     pub fn carry<const D: usize>(
         &self,
@@ -144,13 +180,7 @@ impl RigidStep {
         positions: &mut [[f64; D]],
         velocities: &mut [[f64; D]],
     ) {
-        let turn = rotation(&self.spin().map(|w| dt * w));
-        let turns = self.turns();
-        state.axes = std::array::from_fn(|i| {
-            std::array::from_fn(|j| (0..3).map(|k| turn[i][k] * self.axes[k][j]).sum())
-        });
-        let back: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| turn[j][i]));
-        state.spin = times(&turn, &self.mass.spin(&times(&back, &self.turning()), &self.free));
+        let (turn, turns) = (self.turn(dt, state), self.turns());
         let [vx, vy, vz] = self.velocity();
         let motion = [vx, vy, vz, state.spin[0], state.spin[1], state.spin[2]];
         for (x, v) in positions.iter_mut().zip(velocities) {

@@ -42,6 +42,13 @@ pub fn add(runs: &mut Runs) {
             }
         }
     }
+    for space in ["plane-strain", "3d"] {
+        for meets in ["nothing", "bed", "walls"] {
+            let mut case = tumbling(space, meets);
+            case["methods"] = json!({ "sph": { "spacing": 0.025 } });
+            runs.insert(format!("sph rigid {space} {meets}"), case);
+        }
+    }
     let law = json!([{ "bodies": ["r", "b"], "friction_coefficient": 0.3, "test": "gap" }]);
     let rubs = merged(
         tumbling("plane-strain", "bed"),

@@ -1,9 +1,10 @@
 //! Where the methods have a case in common, they agree.
 
-use colluvium::case::{Case, Method, Snapshot};
+use colluvium::case::{Case, Method, RunOptions, Snapshot, run};
 use colluvium::depth_sph::DepthSph;
 use colluvium::mpm::Mpm;
 use colluvium::snow_mpm::SnowMpm;
+use colluvium::sph::Sph;
 use serde_json::{Value, json};
 
 /// An object with the keys of another one.
@@ -89,5 +90,58 @@ fn a_case_with_pore_fluid_runs_in_depth_and_over_the_depth() {
         }
         let totals = solver.totals();
         assert!(totals.kinetic > 0.0 && totals.momentum[0] > 0.0, "{name}: it spreads");
+    }
+}
+
+/// A rigid box of 0.24 m × 0.16 m × 0.08 m in space that spins, or stands on a floor under gravity along a slope: the columns of its
+/// motion at the end.
+fn tumbled(method: &dyn Method, more: &Value) -> Vec<f64> {
+    let case = with(
+        json!({
+            "title": "tumble", "space": "3d", "domain": { "min": [-0.4, -0.4, -0.04], "max": [0.8, 0.4, 0.76] }, "gravity": [0, 0, 0],
+            "materials": { "rock": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
+            "bodies": [{ "name": "box", "material": "rock", "rigid": true,
+                         "shape": { "kind": "box", "min": [-0.12, -0.08, -0.04], "max": [0.12, 0.08, 0.04] } }],
+            "stages": [{ "name": "s", "duration": 0.2, "motions": [{ "of": "box", "velocity": [null, null, null], "turns": true }] }],
+            "output": { "measures": 0.01 },
+            "methods": { "sph": { "spacing": 0.02, "time_step": 2e-4 }, "mpm": { "cell_size": 0.04, "time_step": 2e-4 } }
+        }),
+        more,
+    );
+    let case = Case::from_json(&case.to_string()).unwrap();
+    let report = run(&case, method.build(&case).unwrap(), &RunOptions::default()).unwrap();
+    let columns = ["velocity.x", "velocity.y", "velocity.z", "spin.x", "spin.y", "spin.z"];
+    columns.map(|name| *report.table.column(&format!("box.{name}")).unwrap().last().unwrap()).to_vec()
+}
+
+#[test]
+fn rigid_boxes_of_sph_and_mpm_move_alike_in_space() {
+    let gradient = [[0, -6, 3], [6, 0, -5], [-3, 5, 0]];
+    let spinning = json!({ "name": "box", "material": "rock", "rigid": true,
+        "velocity": { "kind": "linear", "value": [0.3, 0.2, 0.8], "origin": [0, 0, 0.2], "gradient": gradient },
+        "shape": { "kind": "box", "min": [-0.12, -0.08, 0.16], "max": [0.12, 0.08, 0.24] } });
+    let flight = json!({ "gravity": [0.5, 0, -1], "bodies": [spinning] });
+    let both = [&Sph as &dyn Method, &Mpm].map(|method| tumbled(method, &flight));
+    for (sph, mpm) in both[0].iter().zip(&both[1]) {
+        // Each is of second order in the step of 2e-4 s.
+        assert!((sph - mpm).abs() < 1e-5, "{both:?}");
+    }
+    let turned = [5.0, 3.0, 6.0].iter().zip(&both[0][3..]).map(|(start, end)| (start - end).abs());
+    assert!(turned.fold(0.0, f64::max) > 0.5, "its spin wanders: {both:?}");
+    for friction in [0.0, 0.3] {
+        let wall = if friction > 0.0 {
+            json!({ "kind": "frictional", "friction_coefficient": friction })
+        } else {
+            json!({ "kind": "smooth" })
+        };
+        let motion = json!({ "of": "box", "velocity": [null, null, null], "turns": true });
+        let stage = json!({ "name": "s", "duration": 0.3, "gravity_ramp": 0.05, "motions": [motion] });
+        let slope = json!({ "gravity": [4, 0, -8], "boundaries": [{ "side": "z-min", "wall": wall }], "stages": [stage] });
+        let exact = (4.0 - 8.0 * friction) * (0.3 - 0.5 * 0.05);
+        for method in [&Sph as &dyn Method, &Mpm] {
+            let motion = tumbled(method, &slope);
+            assert!((motion[0] / exact - 1.0).abs() < 0.02, "{} {motion:?} {exact}", method.name());
+            assert!(motion[3..].iter().all(|spin| spin.abs() < 0.05), "{} {motion:?}", method.name());
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Acceleration of a particle by its neighbours.
 
+use std::ops::Range;
+
 use super::{SOFTENING, Sums};
 use crate::config::Momentum;
 use crate::lanes::{self, Lanes, Motions, Rest};
@@ -89,6 +91,20 @@ impl<const D: usize> Sums<'_, D> {
         (0..D).for_each(|c| sum[c] += push[c]);
         self.push_off_others(i, (row, &*weights), form, &mut sum, by_obstacles);
         sum
+    }
+
+    /// Acceleration of particle `i` by those of its own body, whose particles are in a range (m/s²).
+    pub fn acceleration_within(
+        &self,
+        i: usize,
+        row: &[u32],
+        weights: &mut [f64],
+        body: &Range<usize>,
+    ) -> [f64; D] {
+        let own = self.before(row, body.start)..self.before(row, body.end);
+        let mut by_obstacles = [0.0; D];
+        let whole = self.acceleration(i, &row[own.clone()], &mut weights[own], Some(&mut by_obstacles));
+        std::array::from_fn(|c| whole[c] - by_obstacles[c])
     }
 
     /// What acts on `i` beside its neighbours as they are: its image, corrections, walls that answer, obstacles, guards.

@@ -11,9 +11,10 @@ fn total<const D: usize>(sums: &[[Lanes; D]; D]) -> Matrix<D> {
 }
 
 impl<const D: usize> Sums<'_, D> {
-    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration.
+    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration. Of a rigid body that
+    /// turns with the gradient `turn` (1/s), what others do is counted as seen from the body.
     #[inline]
-    pub fn rates(&self, i: usize, row: &[u32], weights: &[f64]) -> Rate<D> {
+    pub fn rates(&self, i: usize, row: &[u32], weights: &[f64], turn: Option<&Matrix<D>>) -> Rate<D> {
         let records = &self.shown.records;
         let regular = self.regular(row);
         let own = lanes::motions::<D>([&records[i]; 4]);
@@ -33,7 +34,12 @@ impl<const D: usize> Sums<'_, D> {
         lanes::fours(&row[..regular], i, |start, four, count| {
             let other = lanes::motions::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
-            let relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
+            let mut relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
+            if let Some(turn) = turn {
+                for (relative, row) in relative.iter_mut().zip(turn) {
+                    (0..D).for_each(|b| *relative -= apart[b] * row[b]);
+                }
+            }
             let volume = other.volume * lanes::load(weights, start, count);
             let mass = volume * other.density;
             let scaled = apart.map(|c| c * if by_mass { mass } else { volume });
@@ -80,6 +86,13 @@ impl<const D: usize> Sums<'_, D> {
             None => gradient.map(|row| row.map(|c| c * spread)),
         };
         let divergence = if apart_forms { trace * spread } else { (0..D).map(|c| gradient[c][c]).sum() };
-        Rate { gradient, divergence }
+        let mut rate = Rate { gradient, divergence };
+        if let Some(turn) = turn {
+            for a in 0..D {
+                (0..D).for_each(|b| rate.gradient[a][b] += turn[a][b]);
+                rate.divergence += turn[a][a];
+            }
+        }
+        rate
     }
 }

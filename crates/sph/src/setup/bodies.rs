@@ -1,7 +1,10 @@
 //! Bodies as particles.
 
+use std::ops::Range;
+
 use colluvium_case::description::Body;
 use colluvium_case::law::Begun;
+use colluvium_case::rigid::{RigidMass, RigidState};
 use colluvium_case::{Case, CaseError, spatial};
 use colluvium_constitutive::{Kind, MaterialSpec};
 use colluvium_points::HalfList;
@@ -97,11 +100,19 @@ pub(super) fn add_body<const D: usize>(
         held,
         history,
         factor,
-        rigid: body.rigid.then(Rigid::default),
+        rigid: body.rigid.then(|| rigid(particles, start..end, options.spacing)),
         smooth,
         confined,
         fluid,
     })
+}
+
+/// A rigid body of particles, with their velocities.
+fn rigid<const D: usize>(particles: &Particles<D>, range: Range<usize>, spacing: f64) -> Rigid {
+    let Particles { mass, position, velocity, .. } = particles;
+    let (masses, positions) = (&mass[range.clone()], &position[range.clone()]);
+    let whole = RigidMass::of(masses, positions, spacing);
+    Rigid::new(RigidState::of_points(&whole, masses, positions, &velocity[range]))
 }
 
 /// Every particle must lie in the domain and in no wall.

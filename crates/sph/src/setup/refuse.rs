@@ -176,12 +176,6 @@ fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     if !case.domain.periodic.is_empty() {
         return problem("in a periodic domain sph has no rigid bodies");
     }
-    for (stage, motions) in case.stages.iter().map(|stage| &stage.motions).enumerate() {
-        if let Some(motion) = motions.iter().position(|motion| motion.turns && case.dimension() == 3) {
-            let path = format!("stages[{stage}].motions[{motion}].turns");
-            return Err(CaseError::new(path, "sph turns rigid bodies in the plane only"));
-        }
-    }
     Ok(())
 }
 

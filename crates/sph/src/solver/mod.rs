@@ -151,7 +151,6 @@ impl<const D: usize> SphSolver<D> {
         }
         walls.follow_histories(clock.time, clock.time + dt);
         bodies.follow_histories(clock.time, clock.time + dt);
-        bodies.follow_motions(&setting.case, clock, dt);
         if averages.regularise(setting, clock, bodies, walls, lists, dt)? {
             rates.current = false;
         }

@@ -60,7 +60,6 @@ pub fn kick<const D: usize>(
         set_velocity(record, v);
     });
     bodies.hold();
-    bodies.hold_rigid();
 }
 
 /// How far beyond a face or a side of the domain a particle may be (m).

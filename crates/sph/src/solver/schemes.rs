@@ -162,7 +162,9 @@ impl<const D: usize> SphSolver<D> {
     fn leapfrog(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
         derive(setting, clock, bodies, walls, lists, rates, dt); // 3, 4
-        kick(setting, clock, bodies, &rates.of.acceleration, 0.5 * (clock.last_step + dt), dt); // 5
+        let step = 0.5 * (clock.last_step + dt);
+        kick(setting, clock, bodies, &rates.of.acceleration, step, dt); // 5
+        bodies.push_rigid(setting, clock, &rates.pulled, step, dt);
         strain(setting, clock, bodies, walls, lists, rates, dt)?; // 6–8
         drift(setting, clock, bodies, walls, lists, rates, dt)?; // 9
         bodies.turn_rigid(dt);

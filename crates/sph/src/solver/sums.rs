@@ -30,10 +30,19 @@ pub fn accelerate<const D: usize>(
     let sums = Sums::new(setting, bodies, walls);
     rates.of.acceleration.resize(bodies.particles.len(), [0.0; D]);
     let whole = |pull: [f64; D]| std::array::from_fn(|c| pull[c] + gravity[c]);
-    let (neighbours, weights) = (&lists.neighbours, &mut lists.weights);
+    let (neighbours, weights, any_rigid) = (&lists.neighbours, &mut lists.weights, bodies.any_rigid());
+    // What particles of a rigid body do to each other moves nothing, but stresses may give it a moment.
+    let within = |i: usize, row: &[u32], weights: &mut [f64]| -> Option<[f64; D]> {
+        let body = if any_rigid { bodies.rigid_range(i)? } else { return None };
+        Some(sums.acceleration_within(i, row, weights, &body))
+    };
+    let outer = |i: usize, row: &[u32], weights: &mut [f64], by_obstacles: Option<&mut [f64; D]>| {
+        let all = sums.acceleration(i, row, weights, by_obstacles);
+        whole(within(i, row, weights).map_or(all, |own| std::array::from_fn(|c| all[c] - own[c])))
+    };
     if walls.obstacles.is_empty() {
         over_rows(neighbours, weights, &mut rates.of.acceleration, |i, row, weights, a| {
-            *a = whole(sums.acceleration(i, row, weights, None));
+            *a = outer(i, row, weights, None);
         });
     } else {
         rates.by_obstacles.resize(bodies.particles.len(), [0.0; D]);
@@ -42,7 +51,7 @@ pub fn accelerate<const D: usize>(
         blocks.in_pieces(1, |(number, (((all, by_obstacles), weights), rows))| {
             for (k, (a, own)) in all.iter_mut().zip(by_obstacles).enumerate() {
                 let i = number * ROWS + k;
-                *a = whole(sums.acceleration(i, rows.of(k), &mut weights[rows.range(k)], Some(own)));
+                *a = outer(i, rows.of(k), &mut weights[rows.range(k)], Some(own));
             }
         });
     }
@@ -53,7 +62,7 @@ pub fn accelerate<const D: usize>(
     resist_hourglass(setting, clock, bodies, walls, lists, rates);
     // Smooth bodies feel nothing.
     walls.smooth.ranges().for_each(|body| rates.of.acceleration[body].fill([0.0; D]));
-    bodies.stiffen(rates, &gravity);
+    bodies.stiffen(setting, clock, rates, &gravity, dt);
 }
 
 /// Viscosity against what the velocity gradients of the step before do not see.
@@ -102,6 +111,7 @@ fn find_gradients<const D: usize>(
     rates: &mut Rates<D>,
 ) {
     let (sums, weighed) = (Sums::new(setting, bodies, walls), lists.weighed);
+    let any_rigid = bodies.any_rigid();
     let diffusion = 2.0 * setting.options.density_diffusion;
     let fluid = |i: usize| bodies.of(i).filter(|group| group.fluid);
     // The gradient and the divergence of a particle stand in two arrays.
@@ -115,7 +125,8 @@ fn find_gradients<const D: usize>(
             if !weighed {
                 sums.fill_weights(i, row, weights);
             }
-            let rate = sums.rates(i, row, weights);
+            let turn = if any_rigid { bodies.turn_of(i) } else { None };
+            let rate = sums.rates(i, row, weights, turn.as_ref());
             gradient[k] = rate.gradient;
             divergence[k] = rate.divergence;
             if diffusion > 0.0

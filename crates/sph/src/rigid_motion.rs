@@ -1,0 +1,132 @@
+//! Rigid bodies, whose particles keep their places to each other (sheet: sph §2.14, (133), (134), (137)).
+//!
+//! Their particles act on those of other bodies as particles of their material do, density and stress included. Of the
+//! accelerations that come back only what moves the body as a whole is kept, the force and the moment about the centre of
+//! mass, so that pairs give and take the same and momentum is that before. A prescribed component has none.
+
+use std::ops::Range;
+
+use colluvium_case::rigid::{
+    Acts, RigidMass, RigidState, RigidStep, Six, resultant, solve, times, velocity_at,
+};
+use colluvium_case::spatial;
+use colluvium_points::parallel::InPieces;
+use rayon::prelude::*;
+
+use crate::clock::Clock;
+use crate::lanes::set_velocity;
+use crate::particles::{Bodies, Group, Matrix};
+use crate::rates::{Felt, Rates};
+use crate::rigid::Pulled;
+use crate::setting::Setting;
+
+impl<const D: usize> Bodies<D> {
+    /// Whether any is rigid.
+    pub fn any_rigid(&self) -> bool {
+        self.groups.iter().any(|group| group.rigid.is_some())
+    }
+
+    /// The particles of the rigid body that particle `i` belongs to.
+    pub fn rigid_range(&self, i: usize) -> Option<Range<usize>> {
+        self.of(i).filter(|group| group.rigid.is_some()).map(Group::range)
+    }
+
+    /// Velocity gradient of the turn of the rigid body that particle `i` belongs to (1/s); `None` without a turn.
+    pub fn turn_of(&self, i: usize) -> Option<Matrix<D>> {
+        let about = self.of(i)?.rigid?.about;
+        let turn = std::array::from_fn(|a| std::array::from_fn(|b| about[a][b]));
+        (turn != [[0.0; D]; D]).then_some(turn)
+    }
+
+    /// Finds what acts on rigid bodies in a step of `dt` (s), with the forces of the stage, makes the accelerations of their particles
+    /// those of a body, and keeps what is neither the weight under `gravity` (m/s²) nor a load: the force of the others.
+    pub fn stiffen(
+        &self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        rates: &mut Rates<D>,
+        gravity: &[f64; D],
+        dt: f64,
+    ) {
+        let p = &self.particles;
+        rates.pulled.clear();
+        for (number, group) in self.groups.iter().enumerate().filter(|(_, group)| group.rigid.is_some()) {
+            let range = group.range();
+            let positions = &p.position[range.clone()];
+            let mass = RigidMass::of(&p.mass[range.clone()], positions, setting.options.spacing);
+            let sum = |field: &[[f64; D]]| -> Six {
+                let mut sum = [0.0; 6];
+                for i in range.clone() {
+                    let own = spatial(&field[i].map(|a| p.mass[i] * a));
+                    let own = resultant(&own, &mass.arm(&spatial(&p.position[i])));
+                    (0..6).for_each(|k| sum[k] += own[k]);
+                }
+                sum
+            };
+            let [fx, fy, fz, mx, my, mz] = sum(&rates.of.acceleration);
+            let (force, weight) = ([fx, fy, fz], spatial(gravity).map(|g| mass.mass * g));
+            let pushed = if rates.pushes.is_empty() { [0.0; 6] } else { sum(&rates.pushes) };
+            let body = group.body as usize;
+            rates.felt.resize(rates.felt.len().max(body + 1), Felt::default());
+            rates.felt[body].force = std::array::from_fn(|c| force[c] - weight[c] - pushed[c]);
+            // Velocities are those in the middle of the step.
+            let elapsed = clock.time + 0.5 * dt - clock.stage_start;
+            let motion = setting.case.stages[clock.stage].motion_of(&setting.case.bodies[body].name);
+            let acts =
+                motion.map_or(Acts::REST, |motion| Acts::of(motion, elapsed, D, (&force, &[mx, my, mz])));
+            let rate = solve(&mass.matrix(), &acts.applied(), &acts.free).unwrap_or_default();
+            for (x, a) in positions.iter().zip(&mut rates.of.acceleration[range]) {
+                let of_body = velocity_at(&rate, &mass.arm(&spatial(x)));
+                *a = std::array::from_fn(|c| of_body[c]);
+            }
+            rates.pulled.push(Pulled { group: number, mass, acts, rate });
+        }
+    }
+
+    /// Gives rigid bodies the motion that forces over the time `step` (s) make, and their particles the velocity that takes them in `dt`
+    /// (s) to where they are then: so a turn makes no strain.
+    pub fn push_rigid(&mut self, setting: &Setting<D>, clock: &Clock, pulled: &[Pulled], step: f64, dt: f64) {
+        let local = setting.case.stages[clock.stage].damping;
+        let p = &mut self.particles;
+        for Pulled { group, mass, acts, rate } in pulled {
+            let group = &mut self.groups[*group];
+            let range = group.range();
+            let Some(rigid) = &mut group.rigid else { continue };
+            let mut body = RigidStep::new(*mass, &rigid.state, acts, step, 0.0);
+            body.damp(&[local; 3]);
+            let left = |i: usize| p.mass[i] * setting.damped(p.sound[i], p.length[i], dt);
+            let left = range.clone().map(left).sum::<f64>() / mass.mass;
+            (0..6).filter(|k| acts.free[*k]).for_each(|k| body.motion[k] *= left);
+            body.settle(&mut rigid.state);
+            let (along, about) = (body.velocity(), body.mean_gradient(dt));
+            (rigid.rate, rigid.step, rigid.about) = (*rate, Some(body), about);
+            let positions = &p.position[range.clone()];
+            let records = &mut self.shown.records[range.clone()];
+            let moving = p.velocity[range].par_iter_mut().zip(records).zip(positions);
+            moving.in_pieces(1, |((v, record), x)| {
+                let turned = times(&about, &mass.arm(&spatial(x)));
+                *v = std::array::from_fn(|c| along[c] + turned[c]);
+                set_velocity(record, v);
+            });
+        }
+    }
+
+    /// Gives the particles of rigid bodies, which have moved in a step of `dt` (s), the velocities that they have there.
+    pub fn turn_rigid(&mut self, dt: f64) {
+        let p = &mut self.particles;
+        for group in &mut self.groups {
+            let range = group.range();
+            let Some(rigid) = &mut group.rigid else { continue };
+            let Some(body) = rigid.step.take() else { continue };
+            body.turn(dt, &mut rigid.state);
+            let RigidState { velocity: [vx, vy, vz], spin: [wx, wy, wz], .. } = rigid.state;
+            let (motion, mut mass) = ([vx, vy, vz, wx, wy, wz], body.mass);
+            (0..3).for_each(|c| mass.centre[c] += dt * motion[c]);
+            let moving = p.velocity[range.clone()].par_iter_mut().zip(&p.position[range]);
+            moving.in_pieces(1, |(v, x)| {
+                let of_body = velocity_at(&motion, &mass.arm(&spatial(x)));
+                *v = std::array::from_fn(|c| of_body[c]);
+            });
+        }
+    }
+}
