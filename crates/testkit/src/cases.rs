@@ -14,19 +14,35 @@ pub fn changed(text: Value, more: &Value) -> Case {
     Case::from_json(&with(text, more).to_string()).unwrap()
 }
 
+/// Leaves what the caller's thread computes in parallel to that thread. Tests keep all threads of a machine busy side by side, and loops of a
+/// step that go to the pool of all would wake its threads each time. What runs in a pool already stays there.
+pub fn alone() {
+    if rayon::current_thread_index().is_none() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().unwrap();
+        // The thread is of the pool for as long as it lives.
+        std::mem::forget(pool);
+    }
+}
+
 /// Runs a case to its end.
 pub fn solve(method: &dyn Method, case: &Case) -> RunReport {
+    alone();
     run(case, method.build(case).unwrap(), &RunOptions::default()).unwrap()
 }
 
 /// A solver at the start of the first stage.
 pub fn begin(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
+    alone();
+    begun(method, case)
+}
+
+fn begun(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
     let mut solver = method.build(case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
     solver
 }
 
-// Steps are taken on a thread of the pool, as runs take them: each loop of a step would wake one from any other.
+// Steps are taken on a thread of a pool, as runs take them: each loop of a step would wake one from any other.
 
 /// Takes steps as large as is stable.
 pub fn advance(solver: &mut dyn Solver, steps: usize) {
@@ -62,7 +78,7 @@ pub fn advance_to(solver: &mut dyn Solver, end: f64) {
 /// # Panics
 /// When a step allocates; `name` says which case it was.
 pub fn assert_allocates_nothing(method: &dyn Method, case: &Case, first: usize, name: &str) {
-    let mut solver = begin(method, case);
+    let mut solver = begun(method, case);
     advance(&mut *solver, first);
     let count = crate::allocations_during(|| advance(&mut *solver, 30));
     assert_eq!(count, 0, "{name}: allocations in 30 steps");

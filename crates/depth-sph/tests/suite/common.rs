@@ -6,7 +6,7 @@ use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::flow::Flow;
 use colluvium_points::Raster;
-use colluvium_testkit::cases::begin;
+use colluvium_testkit::cases::{alone, begin};
 use serde_json::Value;
 
 /// The solver of a case at the beginning of its first stage.
@@ -39,7 +39,15 @@ pub fn hash_after(value: &Value, threads: usize, steps: usize, restart: Option<u
 }
 
 /// Takes steps as large as is stable until the time is `end` (s).
+pub fn until(solver: &mut dyn Solver, end: f64) {
+    while solver.time() < end - 1e-12 {
+        solver.step(end - solver.time()).unwrap();
+    }
+}
+
+/// Takes steps as large as is stable until the time is `end` (s).
 pub fn run<const D: usize>(flow: &mut Flow<D>, end: f64) {
+    alone();
     while flow.time < end {
         let dt = flow.limit().dt.min(end - flow.time);
         flow.advance(dt).unwrap();

@@ -1,6 +1,6 @@
 //! Inflow of depth-integrated SPH across a line, by a hydrograph.
 
-use crate::common::{build, hash_after, refused};
+use crate::common::{build, hash_after, refused, until};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use serde_json::{Value, json};
@@ -24,12 +24,6 @@ pub fn channel() -> Value {
         "methods": { "depth-sph": { "spacing": 0.25, "inflows": [
             { "from": [4, 0], "to": [4, 4], "discharge": [[0, 4], [4, 4]], "froude": 2 } ] } }
     })
-}
-
-pub fn until(solver: &mut dyn Solver, time: f64) {
-    while solver.time() < time - 1e-12 {
-        solver.step(time - solver.time()).unwrap();
-    }
 }
 
 pub fn reading(solver: &dyn Solver, name: &str) -> f64 {

@@ -3,8 +3,8 @@
 use colluvium_case::Solver;
 use serde_json::{Value, json};
 
-use crate::common::{build, hash_after, refused};
-use crate::inflow::{self, channel, reading, until};
+use crate::common::{build, hash_after, refused, until};
+use crate::inflow::{self, channel, reading};
 
 const GRAVITY: f64 = 9.81;
 /// Discharges per width of the lower and the upper layer (m²/s), and their Froude number.

@@ -6,8 +6,8 @@ use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use serde_json::{Value, json};
 
-use crate::common::{build, grid, hash_after};
-use crate::inflow::{bore, channel, mixture, reading, still_plan, until};
+use crate::common::{build, grid, hash_after, until};
+use crate::inflow::{bore, channel, mixture, reading, still_plan};
 
 const GRAVITY: f64 = 9.81;
 

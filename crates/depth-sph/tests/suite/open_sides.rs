@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use crate::common::{build, hash_after, refused, run};
+use crate::common::{build, hash_after, refused, run, until};
 use colluvium_case::{Case, FieldData, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
 use colluvium_depth_sph::flow::{Ends, Flow, Opening};
 use colluvium_depth_sph::nodes::Node;
 use colluvium_depth_sph::settings::Settings;
+use colluvium_testkit::cases::advance;
 use serde_json::{Value, json};
 
 const SPACING: f64 = 0.1;
@@ -154,16 +155,11 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
 #[test]
 fn a_lake_with_open_sides_comes_to_rest_and_keeps_its_balance() {
     let volume = 36.0 + 1.44 * 0.05;
-    let until = |solver: &mut dyn Solver| {
-        while solver.time() < 4.0 {
-            solver.step(1.0).unwrap();
-        }
-    };
     for (name, lake) in
         [("one", lake()), ("columns", pressed("one")), ("grains", pressed("two")), ("layers", layered())]
     {
         let mut solver = build(&lake);
-        until(solver.as_mut());
+        until(solver.as_mut(), 4.0);
         let [flow, left] = ["flow_volume", "volume_left"].map(|name| reading(solver.as_ref(), name));
         assert!((flow + left - volume).abs() < 1e-9, "{name}: {flow} + {left} for {volume}");
         let mut walled = lake.clone();
@@ -171,7 +167,7 @@ fn a_lake_with_open_sides_comes_to_rest_and_keeps_its_balance() {
             side["wall"] = json!({ "kind": "smooth" });
         }
         let mut closed = build(&walled);
-        until(closed.as_mut());
+        until(closed.as_mut(), 4.0);
         // In a closed lake nothing is lost but by artificial viscosity and drag.
         let [open, closed] = [solver, closed].map(|solver| solver.totals().kinetic);
         println!("{name}: kinetic energy {open} of {closed} J");
@@ -186,9 +182,7 @@ fn columns_beyond_open_sides_are_those_of_the_lake() {
     value["bodies"].as_array_mut().unwrap().truncate(1);
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [0.3, 0.1, 0] });
     let mut solver = build(&value);
-    for _ in 0..80 {
-        solver.step(1.0).unwrap();
-    }
+    advance(solver.as_mut(), 80);
     let snapshot = solver.snapshot();
     let [ratio, depth] = ["liquefaction", "depth"].map(|name| snapshot.scalars(name).unwrap());
     let middle = reading(solver.as_ref(), "mean_liquefaction");
@@ -291,9 +285,7 @@ fn an_even_stream_passes_a_layer_as_it_is() {
         stream["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.5, 0, 0] });
         stream["methods"]["depth-sph"]["absorbing_layer"] = json!(layer);
         let mut solver = build(&stream);
-        while solver.time() < 2.0 {
-            solver.step(1.0).unwrap();
-        }
+        until(solver.as_mut(), 2.0);
         let snapshot = solver.snapshot();
         let FieldData::Vector(velocity) = &snapshot.field("velocity").unwrap().data else {
             panic!("no vectors")
@@ -316,9 +308,7 @@ fn layers_go_on_after_a_restart_to_the_last_bit_on_any_threads_and_keep_the_bala
     assert_eq!(hash_after(&value, 3, 60, None), whole);
     assert_eq!(hash_after(&value, 1, 60, Some(31)), whole);
     let mut solver = build(&value);
-    while solver.time() < 2.0 {
-        solver.step(1.0).unwrap();
-    }
+    until(solver.as_mut(), 2.0);
     let reading = |name: &str| solver.readings().iter().find(|(own, ..)| own == name).unwrap().2;
     let [flow, left] = ["flow_volume", "volume_left"].map(reading);
     let volume = 36.0 + 1.44 * 0.05;

@@ -6,7 +6,7 @@ use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use serde_json::{Value, json};
 
-use super::common::grid;
+use super::common::{grid, until};
 
 /// The corner of the map.
 const ORIGIN: [f64; 2] = [600_000.0, 5e6];
@@ -36,10 +36,7 @@ fn places(folder: &Path, value: &Value) -> Vec<[f64; 3]> {
     let case = Case::from_value(value, folder).unwrap();
     let mut solver = DepthSph.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
-    while solver.time() < 4.0 * (1.0 - 1e-12) {
-        let left = 4.0 - solver.time();
-        solver.step(left).unwrap();
-    }
+    until(solver.as_mut(), 4.0);
     solver.snapshot().positions
 }
 

@@ -7,6 +7,8 @@ use colluvium_depth_sph::DepthSph;
 use colluvium_testkit::cases::{advance, begin};
 use serde_json::{Value, json};
 
+use crate::common;
+
 /// A slope of 0.6 that bends to a flat, on a grid of 2 m.
 fn terrain(folder: &Path) {
     let (columns, rows) = (61, 21);
@@ -168,9 +170,7 @@ fn a_dam_holds_what_would_run_past_it() {
     terrain(folder.path());
     let farthest = |dams: Value| {
         let mut solver = start(&heap(folder.path(), &json!({ "erosion": null, "dams": dams })));
-        while solver.time() < 5.0 {
-            solver.step(5.0).unwrap();
-        }
+        common::until(solver.as_mut(), 5.0);
         solver.snapshot().positions.iter().map(|x| x[0]).fold(0.0, f64::max)
     };
     let line = json!([[30, 0], [30, 40]]);
@@ -207,6 +207,6 @@ fn rock_gives_nothing_and_a_plane_cannot_be_lowered() {
     }
     let mut value = serde_json::to_value(heap(folder.path(), &json!({ "lower_bed": true }))).unwrap();
     value["obstacles"][0]["shape"] = json!({ "kind": "plane", "point": [0, 0, 40], "normal": [0.5, 0, 1] });
-    let problem = crate::common::refused(&value);
+    let problem = common::refused(&value);
     assert!(problem.starts_with("methods.depth-sph.lower_bed: the bed is a plane"), "{problem}");
 }

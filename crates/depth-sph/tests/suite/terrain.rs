@@ -7,11 +7,13 @@ use colluvium_depth_sph::DepthSph;
 use colluvium_points::Raster;
 use serde_json::{Value, json};
 
+use crate::common;
+
 const GRAVITY: f64 = 9.81;
 
 /// Writes the terrain, an ESRI ASCII grid of `z` over a window.
 fn grid(folder: &Path, low: [f64; 2], counts: [usize; 2], spacing: f64, z: impl Fn(f64, f64) -> f64) {
-    super::common::grid(&folder.join("terrain.asc"), low, counts, spacing, z);
+    common::grid(&folder.join("terrain.asc"), low, counts, spacing, z);
 }
 
 /// A body of sand over a raster, of friction 30° by itself.
@@ -36,10 +38,7 @@ fn case(folder: &Path, value: &Value) -> Case {
 fn run(case: &Case, time: f64) -> Box<dyn Solver> {
     let mut solver = DepthSph.build(case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
-    while solver.time() < time * (1.0 - 1e-12) {
-        let left = time - solver.time();
-        solver.step(left).unwrap();
-    }
+    common::until(solver.as_mut(), time);
     solver
 }
 
@@ -128,9 +127,7 @@ fn nodes_that_leave_the_raster_are_counted_or_end_the_run() {
     };
     let before = volume(solver.as_ref(), "flow_volume");
     solver.begin_stage(0, 0.0).unwrap();
-    while solver.time() < 3.0 {
-        solver.step(3.0).unwrap();
-    }
+    common::until(solver.as_mut(), 3.0);
     let (left, stayed) = (volume(solver.as_ref(), "volume_left"), volume(solver.as_ref(), "flow_volume"));
     assert!(left > 0.0 && (left + stayed - before).abs() < 1e-9 * before, "{left} {stayed} {before}");
     assert!(solver.remarks().iter().any(|remark| remark.contains("have left the terrain")));
