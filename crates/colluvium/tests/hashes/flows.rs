@@ -31,6 +31,18 @@ fn mixture() -> Value {
     json!({ "grain_density": 2650, "porosity": 0.4, "drag": { "law": "anderson", "settling_velocity": 0.05 } })
 }
 
+/// Options and bodies of a heap below water.
+fn layers(space: &str) -> (Value, Value) {
+    let heap = heap(space)["bodies"][0].clone();
+    let mut water = heap.clone();
+    water["name"] = json!("water");
+    let up = if space == "3d" { 2 } else { 1 };
+    water["shape"]["min"][up] = json!(1.5);
+    water["shape"]["max"][up] = json!(2);
+    let mixture = json!({ "grain_density": 1990, "upper": ["water"], "interface_friction": 0.1 });
+    (json!({ "phases": "layers", "mixture": mixture }), json!({ "bodies": [heap, water] }))
+}
+
 /// Adds them.
 pub fn add(runs: &mut Runs) {
     for space in ["plane-strain", "3d"] {
@@ -38,6 +50,7 @@ pub fn add(runs: &mut Runs) {
         phases(runs, space);
     }
     ends(runs);
+    ends_of_layers(runs);
 }
 
 fn put(runs: &mut Runs, space: &str, name: &str, options: &Value, more: &Value) {
@@ -76,15 +89,8 @@ fn phases(runs: &mut Runs, space: &str) {
         "fluid_resistance": { "law": "turbulent", "turbulence": 500 } });
     let basal = json!({ "model": "voellmy", "friction_angle": 15, "turbulence": 500 });
     run("two phases Ergun and Voellmy", json!({ "phases": "two", "mixture": ergun, "basal": basal }));
-    let heap = heap(space)["bodies"][0].clone();
-    let mut water = heap.clone();
-    water["name"] = json!("water");
-    let up = if space == "3d" { 2 } else { 1 };
-    water["shape"]["min"][up] = json!(1.5);
-    water["shape"]["max"][up] = json!(2);
-    let layers = json!({ "grain_density": 1990, "upper": ["water"], "interface_friction": 0.1 });
-    let bodies = json!({ "bodies": [heap, water] });
-    put(runs, space, "layers", &json!({ "phases": "layers", "mixture": layers }), &bodies);
+    let (options, bodies) = layers(space);
+    put(runs, space, "layers", &options, &bodies);
 }
 
 fn ends(runs: &mut Runs) {
@@ -110,4 +116,37 @@ fn ends(runs: &mut Runs) {
     let level = json!({ "gravity": [0, 0, -9.81] });
     run("3d", "inflow across a line", line.clone(), level.clone());
     run("3d", "inflow of two phases across a line", merged(line, &two), level);
+}
+
+fn ends_of_layers(runs: &mut Runs) {
+    let inflows = |place: Value| {
+        let of = |layer: &str, flux: f64| {
+            merged(
+                place.clone(),
+                &json!({ "discharge": [[0, flux], [9, flux]], "froude": 1.5, "layer": layer }),
+            )
+        };
+        json!({ "inflows": [of("lower", 4.0), of("upper", 2.0)] })
+    };
+    let mut run = |space: &str, name: &str, own: Value, more: Value| {
+        let (options, bodies) = layers(space);
+        put(runs, space, name, &merged(options, &own), &merged(bodies, &more));
+    };
+    let still =
+        json!({ "gravity": [0, -9.81], "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }] });
+    run("plane-strain", "inflow of layers at an end", inflows(json!({ "side": "x-max" })), still);
+    let level = json!({ "gravity": [0, 0, -9.81] });
+    run("3d", "inflow of layers across a line", inflows(json!({ "from": [8, 2], "to": [8, 6] })), level);
+    let end = json!({ "gravity": [0, -9.81], "boundaries": [
+        { "side": "x-min", "wall": { "kind": "absorbing" } }, { "side": "y-min", "wall": { "kind": "smooth" } }] });
+    let (_, mut bodies) = layers("plane-strain");
+    for body in bodies["bodies"].as_array_mut().expect("bodies") {
+        body["shape"]["min"][0] = json!(0);
+    }
+    run(
+        "plane-strain",
+        "open end of layers and a layer",
+        json!({ "absorbing_layer": 2 }),
+        merged(end, &bodies),
+    );
 }

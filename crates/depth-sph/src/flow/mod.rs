@@ -214,8 +214,8 @@ impl<const D: usize> Flow<D> {
         if self.step.is_multiple_of(STEPS_PER_SORT) {
             self.sort()?;
         }
-        for set in &mut self.sets {
-            set.before.clone_from(&set.nodes.velocity);
+        if self.settings.phases == Phases::Two {
+            self.sets.iter_mut().for_each(|set| set.before.clone_from(&set.nodes.velocity));
         }
         self.integrate(dt)?;
         self.grow(dt);

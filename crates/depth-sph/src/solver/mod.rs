@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bed::{Bed, Wear};
 use crate::config::DepthOptions;
-use crate::flow::{Beyond, Failure, Flow};
+use crate::flow::{Beyond, Failure, Flow, Limit};
 use crate::inflow::State;
 use crate::maps::{Cell, Maps};
 use crate::nodes::norm;
@@ -55,6 +55,8 @@ pub struct DepthSolver<const D: usize> {
     steps: u64,
     rest: Rest,
     maps: Option<Maps>,
+    /// What limits the next step, once that has been asked.
+    limit: Option<Limit>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -82,8 +84,17 @@ struct Saved {
 
 impl<const D: usize> DepthSolver<D> {
     pub(crate) fn new(case: Arc<Case>, options: DepthOptions, flow: Flow<D>, maps: Option<Maps>) -> Self {
-        let mut solver =
-            Self { case, options, flow, stage: 0, time: 0.0, steps: 0, rest: Rest::default(), maps };
+        let mut solver = Self {
+            case,
+            options,
+            flow,
+            stage: 0,
+            time: 0.0,
+            steps: 0,
+            rest: Rest::default(),
+            maps,
+            limit: None,
+        };
         solver.map();
         solver
     }
@@ -197,6 +208,7 @@ impl<const D: usize> DepthSolver<D> {
 
     /// Takes a saved state; `None` where it does not fit together.
     fn take_saved(&mut self, saved: Saved) -> Option<()> {
+        self.limit = None;
         let flow = &mut self.flow;
         if saved.nodes.len() != flow.sets.len() || saved.maps.is_some() != self.maps.is_some() {
             return None;
@@ -250,7 +262,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
     }
 
     fn limit(&mut self) -> TimeStep {
-        let limit = self.flow.limit();
+        let limit = *self.limit.get_or_insert_with(|| self.flow.limit());
         let node = limit.node.map(|(set, i)| (&self.flow.sets[set].nodes, i));
         let step = TimeStep {
             dt: limit.dt,
@@ -273,6 +285,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.limit();
         let dt = limit.towards(at_most);
+        self.limit = None;
         if !self.is_passed_over() {
             self.flow.advance(dt).map_err(|failure| self.failed(failure))?;
         }
@@ -287,6 +300,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
 
     fn begin_stage(&mut self, stage: usize, _start: f64) -> Result<(), SolverError> {
         self.stage = stage;
+        self.limit = None;
         self.flow.ends = stages::ends(&self.case, stage);
         let case = Arc::clone(&self.case);
         let gone = |body: u32| case.is_removed(&case.bodies[body as usize].name, stage);
@@ -296,6 +310,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
+        self.limit = None;
         for reset in &stage.reset {
             for set in &mut self.flow.sets {
                 match reset {
