@@ -11,10 +11,32 @@ fn total<const D: usize>(sums: &[[Lanes; D]; D]) -> Matrix<D> {
 }
 
 impl<const D: usize> Sums<'_, D> {
-    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration. Of a rigid body that
-    /// turns with the gradient `turn` (1/s), what others do is counted as seen from the body.
+    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration.
     #[inline]
-    pub fn rates(&self, i: usize, row: &[u32], weights: &[f64], turn: Option<&Matrix<D>>) -> Rate<D> {
+    pub fn rates(&self, i: usize, row: &[u32], weights: &[f64]) -> Rate<D> {
+        self.rates_seen::<false>(i, row, weights, &[[0.0; D]; D])
+    }
+
+    /// The same of a particle of a rigid body that turns with the gradient `turn` (1/s): what others do is counted as seen from
+    /// the body.
+    #[inline(never)]
+    pub fn rates_in_turn(&self, i: usize, row: &[u32], weights: &[f64], turn: &Matrix<D>) -> Rate<D> {
+        let mut rate = self.rates_seen::<true>(i, row, weights, turn);
+        for a in 0..D {
+            (0..D).for_each(|b| rate.gradient[a][b] += turn[a][b]);
+            rate.divergence += turn[a][a];
+        }
+        rate
+    }
+
+    #[inline(always)]
+    fn rates_seen<const TURNS: bool>(
+        &self,
+        i: usize,
+        row: &[u32],
+        weights: &[f64],
+        turn: &Matrix<D>,
+    ) -> Rate<D> {
         let records = &self.shown.records;
         let regular = self.regular(row);
         let own = lanes::motions::<D>([&records[i]; 4]);
@@ -35,7 +57,7 @@ impl<const D: usize> Sums<'_, D> {
             let other = lanes::motions::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
             let mut relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
-            if let Some(turn) = turn {
+            if TURNS {
                 for (relative, row) in relative.iter_mut().zip(turn) {
                     (0..D).for_each(|b| *relative -= apart[b] * row[b]);
                 }
@@ -86,13 +108,6 @@ impl<const D: usize> Sums<'_, D> {
             None => gradient.map(|row| row.map(|c| c * spread)),
         };
         let divergence = if apart_forms { trace * spread } else { (0..D).map(|c| gradient[c][c]).sum() };
-        let mut rate = Rate { gradient, divergence };
-        if let Some(turn) = turn {
-            for a in 0..D {
-                (0..D).for_each(|b| rate.gradient[a][b] += turn[a][b]);
-                rate.divergence += turn[a][a];
-            }
-        }
-        rate
+        Rate { gradient, divergence }
     }
 }

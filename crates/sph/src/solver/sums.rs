@@ -126,7 +126,10 @@ fn find_gradients<const D: usize>(
                 sums.fill_weights(i, row, weights);
             }
             let turn = if any_rigid { bodies.turn_of(i) } else { None };
-            let rate = sums.rates(i, row, weights, turn.as_ref());
+            let rate = match &turn {
+                Some(turn) => sums.rates_in_turn(i, row, weights, turn),
+                None => sums.rates(i, row, weights),
+            };
             gradient[k] = rate.gradient;
             divergence[k] = rate.divergence;
             if diffusion > 0.0
