@@ -34,8 +34,6 @@ pub struct Settings<const D: usize> {
     pub column: Option<PoreColumn>,
     /// The bed: the first zone that holds a place rules there, the last one everywhere else.
     pub zones: Vec<Zone>,
-    /// Resistance of the bed to the pore fluid.
-    pub fluid_resistance: FluidResistance,
     /// Earth-pressure coefficients; isotropic stress when absent.
     pub earth_pressure: Option<EarthPressure>,
     /// Friction between two layers, `C_f`.
@@ -161,6 +159,8 @@ pub struct Zone {
     pub law: Option<BasalRheology>,
     /// What the base lets through.
     pub drainage: Drainage,
+    /// Resistance to the pore fluid.
+    pub fluid: FluidResistance,
     /// What is taken up from it.
     pub erosion: Option<Erosion>,
     /// Depth of it that can be taken up (m), infinite without a limit.
@@ -181,6 +181,7 @@ impl Zone {
             parts: Vec::new(),
             law,
             drainage: Drainage::Sealed,
+            fluid: FluidResistance::None,
             erosion: None,
             erodible_depth: f64::INFINITY,
         }
@@ -263,7 +264,6 @@ impl<const D: usize> Settings<D> {
             drag: Drag::None,
             column: None,
             zones: vec![Zone::everywhere(None)],
-            fluid_resistance: FluidResistance::None,
             earth_pressure: None,
             interface_friction: 0.0,
             numerics: Numerics::defaults::<D>(),

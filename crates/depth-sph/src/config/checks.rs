@@ -67,6 +67,7 @@ impl DepthOptions {
             positive("max_time_step", step, " (s)")?;
         }
         self.check_drainage()?;
+        self.check_fluid_resistance()?;
         self.check_erosion()?;
         self.check_dams()?;
         if let Some(mixture) = &self.mixture {
@@ -99,6 +100,14 @@ impl DepthOptions {
         Ok(())
     }
 
+    fn check_fluid_resistance(&self) -> Result<(), Wrong> {
+        for (number, region) in self.regions.iter().enumerate() {
+            let key = format!("regions[{number}].fluid_resistance");
+            region.fluid_resistance.unwrap_or_default().validate(&key, self.phases)?;
+        }
+        Ok(())
+    }
+
     fn check_erosion(&self) -> Result<(), Wrong> {
         erosion("erosion", self.erosion)?;
         for (number, region) in self.regions.iter().enumerate() {
@@ -107,10 +116,14 @@ impl DepthOptions {
             erodible(&format!("regions[{number}].erodible_depth"), depth, region.erosion.is_some())?;
         }
         if let Some(last) = self.regions.last() {
-            let says = last.basal.is_some() || last.drainage.is_some() || last.erosion.is_some();
+            let says = last.basal.is_some()
+                || last.drainage.is_some()
+                || last.fluid_resistance.is_some()
+                || last.erosion.is_some();
             // Within a bed that is eroded a region without a word is one that is not.
             check(says || self.erosion.is_some(), &format!("regions[{}]", self.regions.len() - 1), || {
-                "says nothing of the bed there: give `basal`, `drainage` or `erosion`".to_owned()
+                "says nothing of the bed there: give `basal`, `drainage`, `fluid_resistance` or `erosion`"
+                    .to_owned()
             })?;
         }
         let erodes = self.erosion.is_some() || self.regions.iter().any(|region| region.erosion.is_some());
@@ -233,18 +246,21 @@ impl MixtureOptions {
                 .to_owned()
         })?;
         within(&key("interface_friction"), self.interface_friction, 0.0, 1.0)?;
-        let key = |name: &str| format!("mixture.fluid_resistance.{name}");
-        match self.fluid_resistance {
-            FluidResistanceOptions::None => Ok(()),
-            FluidResistanceOptions::Laminar { viscosity } => {
-                not_negative(&key("viscosity"), viscosity, " (Pa s)")
-            }
-            FluidResistanceOptions::Manning { coefficient } => {
-                not_negative(&key("coefficient"), coefficient, " (s/m^⅓)")
-            }
-            FluidResistanceOptions::Turbulent { turbulence } => {
-                positive(&key("turbulence"), turbulence, " (m/s²)")
-            }
+        self.fluid_resistance.validate(&key("fluid_resistance"), phases)
+    }
+}
+
+impl FluidResistanceOptions {
+    fn validate(self, path: &str, phases: Phases) -> Result<(), Wrong> {
+        check(self == Self::None || phases == Phases::Two, path, || {
+            "acts on a fluid that moves by itself: make phases two, or leave this out".to_owned()
+        })?;
+        let key = |name: &str| format!("{path}.{name}");
+        match self {
+            Self::None => Ok(()),
+            Self::Laminar { viscosity } => not_negative(&key("viscosity"), viscosity, " (Pa s)"),
+            Self::Manning { coefficient } => not_negative(&key("coefficient"), coefficient, " (s/m^⅓)"),
+            Self::Turbulent { turbulence } => positive(&key("turbulence"), turbulence, " (m/s²)"),
         }
     }
 }

@@ -163,6 +163,9 @@ pub struct Region {
     /// What it lets through of the pore fluid; as the rest of the bed when absent. A rack is `atmospheric`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drainage: Option<Drainage>,
+    /// Resistance to the pore fluid; that of the rest of the bed, `mixture.fluid_resistance`, when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fluid_resistance: Option<FluidResistanceOptions>,
     /// What is taken up from it; nothing when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
@@ -240,7 +243,7 @@ pub struct MixtureOptions {
     /// Drag between grains and fluid that move apart, or the permeability of columns.
     #[serde(default)]
     pub drag: Drag,
-    /// Resistance of the bed to the fluid.
+    /// Resistance of the bed to the fluid, of phases that are `two`. Parts of the bed may have another one, see `regions`.
     #[serde(default)]
     pub fluid_resistance: FluidResistanceOptions,
     /// Names of the bodies that are the upper of two layers.

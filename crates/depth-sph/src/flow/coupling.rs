@@ -287,10 +287,11 @@ impl<const D: usize> Flow<D> {
             if speed == 0.0 {
                 return;
             }
+            let zone = settings.zone(&position[i]);
             let after = if role == 0 {
-                above.slow_solid(settings.zone(&position[i]), i, porosity[i], speed, dt)
+                above.slow_solid(zone, i, porosity[i], speed, dt)
             } else {
-                above.slow_fluid(i, speed, dt)
+                above.slow_fluid(zone.fluid, i, speed, dt)
             };
             scale(v, speed, after);
         });
@@ -325,13 +326,12 @@ impl<const D: usize> Above<'_, D> {
     }
 
     /// Speed of the fluid after its resistance (m/s).
-    fn slow_fluid(&self, i: usize, speed: f64, dt: f64) -> f64 {
+    fn slow_fluid(&self, law: FluidResistance, i: usize, speed: f64, dt: f64) -> f64 {
         let settings = self.settings;
-        if settings.fluid_resistance == FluidResistance::None {
+        if law == FluidResistance::None {
             return speed;
         }
         let depth = self.depth[i] / self.bed[i].steepness().sqrt();
-        let law = settings.fluid_resistance;
         let density = settings.material.densities.fluid;
         // The area fraction n of the resistance and of the mass cancel.
         implicit_speed(speed, |v| dt / depth * law.over_density(depth, v, density, settings.whole_gravity()))

@@ -24,11 +24,9 @@ pub(crate) use refuse::honours;
 use crate::NAME;
 use crate::bed::Bed;
 use crate::choices::{Frame, Phases};
-use crate::config::{DepthOptions, FluidResistanceOptions};
+use crate::config::DepthOptions;
 use crate::flow::{Failure, Flow, Outside};
-use crate::settings::{
-    Consolidation, EarthPressure, FluidResistance, Mixture, Numerics, PoreColumn, Settings,
-};
+use crate::settings::{Consolidation, EarthPressure, Mixture, Numerics, PoreColumn, Settings};
 use crate::solver::DepthSolver;
 use crate::stages::ends;
 
@@ -211,7 +209,6 @@ fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Setti
         drag,
         column: column(options, &material),
         zones: zones::zones(case, options)?,
-        fluid_resistance: fluid_resistance(options),
         earth_pressure: options.earth_pressure.map(|earth| {
             let (internal, basal) = (earth.internal_friction_angle, earth.basal_friction_angle);
             EarthPressure::savage_hutter(internal.to_radians(), basal.to_radians())
@@ -259,13 +256,4 @@ fn column(options: &DepthOptions, material: &Mixture) -> Option<PoreColumn> {
         stiffness,
         dilatancy: column.dilatancy.map(|dilatancy| (dilatancy.slope, dilatancy.critical_porosity)),
     })
-}
-
-fn fluid_resistance(options: &DepthOptions) -> FluidResistance {
-    match options.mixture.as_ref().map(|mixture| mixture.fluid_resistance).unwrap_or_default() {
-        FluidResistanceOptions::None => FluidResistance::None,
-        FluidResistanceOptions::Laminar { viscosity } => FluidResistance::Laminar(viscosity),
-        FluidResistanceOptions::Manning { coefficient } => FluidResistance::Manning(coefficient),
-        FluidResistanceOptions::Turbulent { turbulence } => FluidResistance::Turbulent(turbulence),
-    }
 }

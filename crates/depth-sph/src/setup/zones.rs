@@ -5,8 +5,8 @@ use colluvium_constitutive::basal::BasalRheology;
 
 use super::ground::{hold, hold_of};
 use super::{material, own};
-use crate::config::DepthOptions;
-use crate::settings::Zone;
+use crate::config::{DepthOptions, FluidResistanceOptions};
+use crate::settings::{FluidResistance, Zone};
 
 /// A part of the bed that an obstacle says of how it holds, and its law.
 type Held = (PlanRegion, Option<BasalRheology>);
@@ -17,6 +17,7 @@ pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError
         parts: Vec::new(),
         law: material::basal_law(case, options, hold(case))?,
         drainage: options.drainage,
+        fluid: fluid_resistance(options.mixture.as_ref().map(|mixture| mixture.fluid_resistance)),
         erosion: options.erosion,
         erodible_depth: options.erodible_depth.unwrap_or(f64::INFINITY),
     };
@@ -31,6 +32,7 @@ pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError
             parts,
             law,
             drainage: region.drainage.unwrap_or(options.drainage),
+            fluid: region.fluid_resistance.map_or(rest.fluid, |own| fluid_resistance(Some(own))),
             erosion: region.erosion,
             erodible_depth: region.erodible_depth.or(options.erodible_depth).unwrap_or(f64::INFINITY),
         };
@@ -45,6 +47,16 @@ pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError
     zones.extend(held.into_iter().map(|(part, law)| Zone { parts: vec![part], law, ..rest.clone() }));
     zones.push(rest);
     Ok(zones)
+}
+
+/// The law of the options; none without.
+fn fluid_resistance(options: Option<FluidResistanceOptions>) -> FluidResistance {
+    match options.unwrap_or_default() {
+        FluidResistanceOptions::None => FluidResistance::None,
+        FluidResistanceOptions::Laminar { viscosity } => FluidResistance::Laminar(viscosity),
+        FluidResistanceOptions::Manning { coefficient } => FluidResistance::Manning(coefficient),
+        FluidResistanceOptions::Turbulent { turbulence } => FluidResistance::Turbulent(turbulence),
+    }
 }
 
 /// What the regions of the obstacle that is the bed say.

@@ -5,7 +5,7 @@ use colluvium_depth_sph::DepthSph;
 use colluvium_testkit::cases::advance;
 use serde_json::{Value, json};
 
-use crate::common::build;
+use crate::common::{build, until};
 
 const GRAVITY: f64 = 9.81;
 
@@ -106,6 +106,48 @@ fn bodies_of_two_porosities_and_a_fluid_that_moves_by_itself() {
     }
 }
 
+/// A fluid that moves by itself is braked by the part of the bed below it: `v = v0/(1 + g v0 t/(ξ h))`.
+#[test]
+fn parts_of_the_bed_resist_the_fluid_each_in_its_way() {
+    let law = |turbulence: f64| json!({ "law": "turbulent", "turbulence": turbulence });
+    let region =
+        json!({ "shape": { "kind": "box", "min": [2], "max": [12] }, "fluid_resistance": law(20.0) });
+    let mut value = with_options(&json!({ "phases": "two", "regions": [region] }));
+    value["boundaries"][1]["wall"] = json!({ "kind": "smooth" });
+    value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [2, 0] });
+    let mixture = &mut value["methods"]["depth-sph"]["mixture"];
+    mixture["drag"] = json!({ "law": "none" });
+    mixture["fluid_resistance"] = law(80.0);
+    let mut solver = build(&value);
+    let (start, time) = (2.0, 0.05);
+    until(solver.as_mut(), time);
+    let snapshot = solver.snapshot();
+    let (phase, velocity) = (snapshot.scalars("phase").unwrap(), snapshot.vectors("velocity").unwrap());
+    let mut seen = [0; 2];
+    for (x, (phase, v)) in snapshot.positions.iter().zip(phase.iter().zip(velocity)) {
+        // Waves from the ends of the column and from the border of the parts are not there yet.
+        let part = [1.0..1.4, 2.6..3.2].iter().position(|part| part.contains(&x[0]));
+        let Some(part) = part.filter(|_| *phase == 1.0) else { continue };
+        let lost = start - start / (1.0 + GRAVITY * start * time / ([80.0, 20.0][part] * 2.0));
+        assert!(((start - v[0]) / lost - 1.0).abs() < 0.02, "at {x:?}: {} of {lost} m/s lost", start - v[0]);
+        seen[part] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 2), "{seen:?}");
+}
+
+#[test]
+fn resistance_to_a_fluid_that_does_not_move_by_itself_is_refused() {
+    let law = json!({ "law": "laminar", "viscosity": 1 });
+    let region = |law: &Value| json!([{ "shape": { "kind": "box", "min": [2], "max": [12] }, "fluid_resistance": law }]);
+    let error = plan(&with_fluid(&json!({ "mixture": { "fluid_resistance": law } }))).unwrap_err();
+    assert!(error.starts_with("methods.depth-sph.mixture.fluid_resistance: acts on"), "{error}");
+    let error = plan(&with_fluid(&json!({ "regions": region(&law) }))).unwrap_err();
+    assert!(error.starts_with("methods.depth-sph.regions[0].fluid_resistance: acts on"), "{error}");
+    let wrong = json!({ "law": "laminar", "viscosity": -1 });
+    let error = plan(&with_fluid(&json!({ "phases": "two", "regions": region(&wrong) }))).unwrap_err();
+    assert!(error.starts_with("methods.depth-sph.regions[0].fluid_resistance.viscosity: "), "{error}");
+}
+
 /// Excess pressures at the base over 1 to 3 m, away from the front (Pa).
 fn excess(solver: &dyn Solver) -> Vec<f64> {
     let snapshot = solver.snapshot();
@@ -183,7 +225,7 @@ fn what_a_flow_has_no_place_for_is_refused_by_path() {
 #[test]
 fn what_options_and_pore_fluid_both_say_must_agree() {
     let check = |mixture: Value, start: &str| {
-        let value = with_fluid(&json!({ "mixture": mixture }));
+        let value = with_fluid(&json!({ "phases": "two", "mixture": mixture }));
         match plan(&value) {
             Ok(_) => assert!(start.is_empty(), "{mixture} is taken"),
             Err(error) => assert!(
