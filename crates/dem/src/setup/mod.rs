@@ -122,7 +122,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     let fastest = grains.velocity.iter().map(|v| dot(v, v)).fold(0.0, f64::max).sqrt();
     let mut solver = DemSolver {
         compiled: Compiled::HERE,
-        case: Arc::new(case.clone()),
+        case: Arc::new(case.copied()),
         skin: options.skin * mean_diameter(case, &options, &grains),
         kinds,
         laws,

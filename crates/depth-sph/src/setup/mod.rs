@@ -162,7 +162,7 @@ fn made<const D: usize>(
         }
     }
     flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
-    Ok((DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps), warnings))
+    Ok((DepthSolver::new(Arc::new(case.copied()), options.clone(), flow, maps), warnings))
 }
 
 /// The raster of the depths that can be taken up, where there is one.

@@ -148,7 +148,7 @@ fn solver<const D: usize>(
         external: 0.0,
     };
     let mut solver = SnowSolver {
-        case: Arc::new(case.clone()),
+        case: Arc::new(case.copied()),
         options: options.clone(),
         nodes: Nodes::new(&background.layout),
         boundaries: Boundaries::new(case, 0, &background, Arc::new(obstacles.rest().clone())),
