@@ -30,29 +30,17 @@ pub fn accelerate<const D: usize>(
     let sums = Sums::new(setting, bodies, walls);
     rates.of.acceleration.resize(bodies.particles.len(), [0.0; D]);
     let whole = |pull: [f64; D]| std::array::from_fn(|c| pull[c] + gravity[c]);
-    let (neighbours, weights, any_rigid) = (&lists.neighbours, &mut lists.weights, bodies.any_rigid());
-    // What particles of a rigid body do to each other moves nothing, but stresses may give it a moment.
-    let within = |i: usize, row: &[u32], weights: &mut [f64]| -> Option<[f64; D]> {
-        let body = if any_rigid { bodies.rigid_range(i)? } else { return None };
-        Some(sums.acceleration_within(i, row, weights, &body))
-    };
-    let outer = |i: usize, row: &[u32], weights: &mut [f64], by_obstacles: Option<&mut [f64; D]>| {
-        let all = sums.acceleration(i, row, weights, by_obstacles);
-        whole(within(i, row, weights).map_or(all, |own| std::array::from_fn(|c| all[c] - own[c])))
-    };
-    if walls.obstacles.is_empty() {
-        over_rows(neighbours, weights, &mut rates.of.acceleration, |i, row, weights, a| {
-            *a = outer(i, row, weights, None);
+    if bodies.any_rigid() {
+        // What particles of a rigid body do to each other moves nothing, but stresses may give it a moment.
+        sum_up(walls, lists, rates, |i, row, weights, by_obstacles| {
+            let all = sums.acceleration(i, row, weights, by_obstacles);
+            let Some(body) = bodies.rigid_range(i) else { return whole(all) };
+            let own = sums.acceleration_within(i, row, weights, &body);
+            whole(std::array::from_fn(|c| all[c] - own[c]))
         });
     } else {
-        rates.by_obstacles.resize(bodies.particles.len(), [0.0; D]);
-        let both = rates.of.acceleration.par_chunks_mut(ROWS).zip(rates.by_obstacles.par_chunks_mut(ROWS));
-        let blocks = both.zip(weights).zip(neighbours.blocks()).enumerate();
-        blocks.in_pieces(1, |(number, (((all, by_obstacles), weights), rows))| {
-            for (k, (a, own)) in all.iter_mut().zip(by_obstacles).enumerate() {
-                let i = number * ROWS + k;
-                *a = outer(i, rows.of(k), &mut weights[rows.range(k)], Some(own));
-            }
+        sum_up(walls, lists, rates, |i, row, weights, by_obstacles| {
+            whole(sums.acceleration(i, row, weights, by_obstacles))
         });
     }
     tell_obstacles(&sums, setting, walls, rates);
@@ -63,6 +51,31 @@ pub fn accelerate<const D: usize>(
     // Smooth bodies feel nothing.
     walls.smooth.ranges().for_each(|body| rates.of.acceleration[body].fill([0.0; D]));
     bodies.stiffen(setting, clock, rates, &gravity, dt);
+}
+
+/// Acceleration of each particle `of` its neighbours and their weights, with the share of obstacles where there are any.
+#[inline(always)]
+fn sum_up<const D: usize>(
+    walls: &Walls<D>,
+    lists: &mut Lists<D>,
+    rates: &mut Rates<D>,
+    of: impl Fn(usize, &[u32], &mut [f64], Option<&mut [f64; D]>) -> [f64; D] + Sync,
+) {
+    let (neighbours, weights) = (&lists.neighbours, &mut lists.weights);
+    let accelerations = &mut rates.of.acceleration;
+    if walls.obstacles.is_empty() {
+        return over_rows(neighbours, weights, accelerations, |i, row, weights, a| {
+            *a = of(i, row, weights, None);
+        });
+    }
+    rates.by_obstacles.resize(accelerations.len(), [0.0; D]);
+    let both = accelerations.par_chunks_mut(ROWS).zip(rates.by_obstacles.par_chunks_mut(ROWS));
+    let blocks = both.zip(weights).zip(neighbours.blocks()).enumerate();
+    blocks.in_pieces(1, |(number, (((all, by_obstacles), weights), rows))| {
+        for (k, (a, own)) in all.iter_mut().zip(by_obstacles).enumerate() {
+            *a = of(number * ROWS + k, rows.of(k), &mut weights[rows.range(k)], Some(own));
+        }
+    });
 }
 
 /// Viscosity against what the velocity gradients of the step before do not see.
