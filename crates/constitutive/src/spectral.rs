@@ -97,6 +97,14 @@ impl SymTensor {
         if largest { [mean + far, mean + high, mean + low] } else { [mean - low, mean - high, mean - far] }
     }
 
+    /// The last principal value where the third axis is a principal one, for loops over many tensors.
+    #[inline(always)]
+    pub(crate) fn least_principal_value_in_plane(&self) -> f64 {
+        let [xx, yy, zz, xy, ..] = self.0;
+        let (centre, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        (centre - (half * half + xy * xy).sqrt()).min(zz)
+    }
+
     /// The last of [`SymTensor::principal_values`], for loops over many tensors.
     #[inline(always)]
     pub(crate) fn least_principal_value(&self) -> f64 {

@@ -29,6 +29,12 @@ pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
         std::array::from_fn(|k| Self::coordinate(first + k, cells))
     }
 
+    /// Second moment of the functions from node `first` on about any place (cells²), where it is the same everywhere.
+    #[inline(always)]
+    fn second_moment(_first: usize, _cells: usize) -> Option<f64> {
+        None
+    }
+
     /// First node, weights and gradients at `x`, for a point of full width `width` (both in cells).
     fn evaluate(x: f64, width: f64, cells: usize) -> (usize, [f64; S], [f64; S]);
 }
@@ -230,6 +236,11 @@ impl Basis<3> for QuadraticSpline {
         }
     }
 
+    #[inline(always)]
+    fn second_moment(first: usize, cells: usize) -> Option<f64> {
+        (first >= 2 && first + 3 <= cells).then_some(0.25)
+    }
+
     #[inline]
     fn evaluate(x: f64, _width: f64, cells: usize) -> (usize, [f64; 3], [f64; 3]) {
         let cell = cell_index(x, cells);
@@ -273,6 +284,11 @@ impl Basis<4> for CubicSpline {
         }
     }
 
+    #[inline(always)]
+    fn second_moment(first: usize, cells: usize) -> Option<f64> {
+        (first >= 3 && first + 4 <= cells).then_some(1.0 / 3.0)
+    }
+
     #[inline]
     fn evaluate(x: f64, _width: f64, cells: usize) -> (usize, [f64; 4], [f64; 4]) {
         let cell = cell_index(x, cells);
@@ -282,9 +298,10 @@ impl Basis<4> for CubicSpline {
         }
         let s = x - cell as f64;
         let t = 1.0 - s;
-        let w0 = t * t * t / 6.0;
-        let w3 = s * s * s / 6.0;
-        let w1 = (4.0 - 3.0 * s * s * (1.0 + t)) / 6.0;
+        let sixth = 1.0 / 6.0;
+        let w0 = t * t * t * sixth;
+        let w3 = s * s * s * sixth;
+        let w1 = (4.0 - 3.0 * s * s * (1.0 + t)) * sixth;
         let g0 = -0.5 * t * t;
         let g3 = 0.5 * s * s;
         let g1 = 0.5 * s * (3.0 * s - 4.0);
@@ -384,6 +401,10 @@ mod tests {
             (0..S).map(term).sum()
         });
         assert_eq!(B::coordinates(first, cells), std::array::from_fn(at), "{}", B::NAME);
+        if let Some(moment) = B::second_moment(first, cells) {
+            let sum: f64 = (0..S).map(|k| w[k] * (at(k) - x) * (at(k) - x)).sum();
+            assert!((sum - moment).abs() < 1e-13, "{} at {x}: {sum}", B::NAME);
+        }
         for (sum, exact) in sums.into_iter().zip([1.0, 0.0, x, 1.0]) {
             assert!((sum - exact).abs() < 1e-12, "{} at {x}, width {width}: {sum} for {exact}", B::NAME);
         }

@@ -46,20 +46,22 @@ impl Bounds {
         let count = velocity.len();
         material.wave_moduli(stress, states, &mut moduli[..count]);
         material.viscosities(stress, states, &mut viscosities[..count]);
-        let (mut speeds, mut densities) = ([0.0; BLOCK], [1.0; BLOCK]);
+        let (mut speeds, mut specific) = ([0.0; BLOCK], [1.0; BLOCK]);
         let points = velocity.iter().zip(mass.iter().zip(volume));
-        for ((speed, density), (velocity, (mass, volume))) in
-            speeds.iter_mut().zip(&mut densities).zip(points)
+        for ((speed, specific), (velocity, (mass, volume))) in
+            speeds.iter_mut().zip(&mut specific).zip(points)
         {
-            (*speed, *density) = (square(velocity), mass / volume);
+            (*speed, *specific) = (square(velocity), volume / mass);
         }
+        let [by_wave, by_motion] = [self.elastic, self.velocity].map(|courant| 1.0 / (courant * self.cell));
+        let by_viscosity = 4.0 * self.dimension / (self.cell * self.cell);
         // One over the longest step, of each of the three limits.
         let mut rates = [[0.0; BLOCK]; 3];
         for p in 0..BLOCK {
-            let (speed, density) = (speeds[p].sqrt(), densities[p]);
-            rates[0][p] = ((moduli[p] / density).sqrt() + speed) / (self.elastic * self.cell);
-            rates[1][p] = speed / (self.velocity * self.cell);
-            rates[2][p] = 4.0 * self.dimension * viscosities[p] / (density * self.cell * self.cell);
+            let (speed, specific) = (speeds[p].sqrt(), specific[p]);
+            rates[0][p] = ((moduli[p] * specific).sqrt() + speed) * by_wave;
+            rates[1][p] = speed * by_motion;
+            rates[2][p] = viscosities[p] * specific * by_viscosity;
         }
         let mut pace = Pace::NONE;
         let highest = rates

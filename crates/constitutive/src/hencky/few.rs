@@ -180,10 +180,38 @@ pub(super) fn wave_moduli<S>(
         put(&mut lanes, i, stress);
         jacobians[i] = state.jacobian;
     }
+    let mut planar = true;
     for i in 0..WIDTH {
-        moduli[i] = wave_modulus(elastic, &tensor(&lanes, i), jacobians[i]);
+        planar &= lies_in_plane(&tensor(&lanes, i));
+    }
+    if planar {
+        for i in 0..WIDTH {
+            let least = tensor(&lanes, i).least_principal_value_in_plane();
+            moduli[i] = elastic / jacobians[i] - least.min(0.0);
+        }
+    } else {
+        for i in 0..WIDTH {
+            moduli[i] = wave_modulus(elastic, &tensor(&lanes, i), jacobians[i]);
+        }
     }
     out.copy_from_slice(&moduli[..out.len()]);
+}
+
+/// Whether the third axis is a principal one.
+#[inline(always)]
+pub(super) fn lies_in_plane(stress: &SymTensor) -> bool {
+    (stress.0[4] == 0.0) & (stress.0[5] == 0.0)
+}
+
+/// Reads of each state a number at its start and one at its end, so that what lies in memory comes for all of them at once and not
+/// for one group after another.
+#[inline(always)]
+pub(super) fn fetch<S>(states: &[HenckyState<S>]) {
+    let mut bits = 0;
+    for state in states {
+        bits |= state.elastic.0[0].to_bits() | state.jacobian.to_bits();
+    }
+    std::hint::black_box(bits);
 }
 
 impl<L: PrincipalReturn> Hencky<L> {

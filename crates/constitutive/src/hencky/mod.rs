@@ -116,8 +116,9 @@ pub(crate) fn carried(elastic: &SymTensor, step: &Mat3) -> SymTensor {
 /// follows.
 #[inline(always)]
 fn wave_modulus(elastic: f64, stress: &SymTensor, jacobian: f64) -> f64 {
-    let least = stress.least_principal_value() * jacobian;
-    (elastic - least.min(0.0)) / jacobian
+    let planar = few::lies_in_plane(stress);
+    let least = if planar { stress.least_principal_value_in_plane() } else { stress.least_principal_value() };
+    elastic / jacobian - least.min(0.0)
 }
 
 /// The elastic trial of a step.
@@ -294,6 +295,7 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         states: &mut [Self::State],
     ) -> Result<(), BatchError> {
         if self.0.takes_few() {
+            few::fetch(states);
             let largest = self.0.largest_step();
             let steps = |first, count, to: &mut _| {
                 motions.steps(first, count, to);

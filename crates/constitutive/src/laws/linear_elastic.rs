@@ -68,6 +68,24 @@ pub(crate) fn stiff_warnings(poissons_ratio: f64) -> Vec<String> {
     }
 }
 
+/// Warnings of Poisson's ratios that are unusual for snow (sheet: snow-mpm §7).
+pub(crate) fn snow_ratio_warnings(poissons_ratio: f64) -> Vec<String> {
+    if poissons_ratio > 0.45 {
+        vec![format!("poissons_ratio: {poissons_ratio} is above 0.45: low-order grids lock")]
+    } else if poissons_ratio < 0.0 {
+        vec![format!("poissons_ratio: {poissons_ratio} is negative: what is pressed grows thinner across")]
+    } else {
+        Vec::new()
+    }
+}
+
+/// Warns where `value` of the parameter `name` is above `most`.
+pub(crate) fn warn_above(warnings: &mut Vec<String>, (name, value, most): (&str, f64, f64), why: &str) {
+    if value > most {
+        warnings.push(format!("{name}: {value} is above {most}: {why}"));
+    }
+}
+
 /// Isotropic elastic constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elasticity {

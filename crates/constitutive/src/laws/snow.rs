@@ -18,7 +18,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::finite_elastic::{PrincipalStress, deformation_of, elongations, finite, stepped, volume_change};
-use super::linear_elastic::stiff_warnings;
+use super::linear_elastic::{snow_ratio_warnings, warn_above};
 use super::substep::divided;
 use super::{Elasticity, FixedCorotated};
 use crate::model::{Facts, Kind, Model, check, not_negative, positive};
@@ -132,8 +132,15 @@ impl Model for SnowSpec {
         Ok(Arc::new(self.law()?))
     }
 
+    // Sheet: snow-mpm §7.
     fn warnings(&self) -> Vec<String> {
-        stiff_warnings(self.poissons_ratio)
+        let mut warnings = snow_ratio_warnings(self.poissons_ratio);
+        let elastic = "this much elastic strain is more than snow bears";
+        warn_above(&mut warnings, ("critical_compression", self.critical_compression, 0.2), elastic);
+        warn_above(&mut warnings, ("critical_stretch", self.critical_stretch, 0.2), elastic);
+        let steps = "packed snow becomes so stiff that steps shrink by orders of magnitude";
+        warn_above(&mut warnings, ("hardening_factor", self.hardening_factor, 30.0), steps);
+        warnings
     }
 
     fn examples() -> Vec<Self> {

@@ -277,6 +277,16 @@ fn what_is_allowed_and_odd_raises_a_warning() {
         ("mohr-coulomb", "friction_angle", 65.0),
         ("simsand", "void_ratio", 1.2),
         ("cohesive-cam-clay", "hardening.softening_factor", 3.0),
+        // Sheet: snow-mpm §7.
+        ("cohesive-cam-clay", "poissons_ratio", 0.46),
+        ("cohesive-cam-clay", "poissons_ratio", -0.1),
+        ("cohesive-cam-clay", "critical_state_slope", 3.1),
+        ("cohesive-cam-clay", "cohesion_ratio", 1.1),
+        ("cohesive-cam-clay", "compressive_strength", 3e6),
+        ("cohesive-cam-clay", "hardening_factor", 20.0),
+        ("snow", "critical_compression", 0.21),
+        ("snow", "critical_stretch", 0.21),
+        ("snow", "hardening_factor", 31.0),
     ] {
         assert!(spec(good(model)).warnings().is_empty(), "{model}: {:?}", spec(good(model)).warnings());
         let warnings = with(model, field, value).warnings();
@@ -288,6 +298,12 @@ fn what_is_allowed_and_odd_raises_a_warning() {
     cone["friction_angle"] = json!(30.0);
     cone["matching"] = json!("plane-strain-associated");
     assert!(spec(cone.clone()).warnings().iter().any(|warning| warning.starts_with("matching")));
+    let mut brittle = cone.clone();
+    brittle["softening"] = json!({ "residual_friction_angle": 0.0, "residual_cohesion": 0.0, "friction_rate": 0.0, "cohesion_rate": 1e5 });
+    let snaps = |warning: &String| warning.starts_with("softening.cohesion_rate");
+    assert!(spec(brittle.clone()).warnings().iter().any(snaps));
+    brittle["softening"]["cohesion_rate"] = json!(10.0);
+    assert!(!spec(brittle).warnings().iter().any(snaps));
     assert!(spec(cone).assumes_plane_strain(), "a case in three dimensions refuses it");
     let mut dilating = good("undrained");
     dilating["skeleton"] = good("mohr-coulomb");

@@ -420,6 +420,10 @@ fn parameters_out_of_range_are_named() {
         (CohesiveCamClaySpec { hardening: weak(0.0), ..slab() }, "hardening.softening_factor: 0"),
         (CohesiveCamClaySpec { compressive_strength: 0.0, ..slab() }, "compressive_strength: 0"),
         (CohesiveCamClaySpec { compressive_strength: f64::NAN, ..slab() }, "compressive_strength: NaN"),
+        (
+            CohesiveCamClaySpec { compressive_strength: 1e12, ..slab() },
+            "compressive_strength: 1000000000000 must be below",
+        ),
         (CohesiveCamClaySpec { youngs_modulus: -1.0, ..slab() }, "youngs_modulus: -1"),
         (CohesiveCamClaySpec { poissons_ratio: 0.5, ..slab() }, "poissons_ratio: 0.5"),
     ] {

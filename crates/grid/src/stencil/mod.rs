@@ -122,14 +122,20 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     fn moments<const T: usize, B: Basis<T>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]) {
         let mut moments = *self;
         let mut squares = [0.0; D];
+        let inverse = 1.0 / grid.cell;
         for axis in 0..D {
-            let place = (position[axis] - grid.origin[axis]) / grid.cell;
+            let place = (position[axis] - grid.origin[axis]) * inverse;
             let nodes: [f64; T] = B::coordinates(self.first[axis], grid.cells[axis]);
             for k in 0..S {
-                let arm = (nodes[k] - place) * grid.cell;
-                moments.gradients[axis][k] = self.weights[axis][k] * arm;
-                squares[axis] += self.weights[axis][k] * arm * arm;
+                moments.gradients[axis][k] = self.weights[axis][k] * ((nodes[k] - place) * grid.cell);
             }
+            // A point then waits for no sum before it reaches its first node.
+            squares[axis] = if let Some(same) = B::second_moment(self.first[axis], grid.cells[axis]) {
+                same * (grid.cell * grid.cell)
+            } else {
+                let square = |k: usize| moments.gradients[axis][k] * ((nodes[k] - place) * grid.cell);
+                (0..S).fold(0.0, |sum, k| sum + square(k))
+            };
         }
         (moments, squares)
     }

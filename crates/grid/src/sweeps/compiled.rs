@@ -42,8 +42,14 @@ fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D
     let anchor = P::of(&points.domain)[p].anchor(&points.position[p]);
     let (moments, squares) = support.moments::<S, B>(ground.grid, &anchor);
     let mut columns = [Lanes::ZERO; D];
+    let mut scales = [affine.mass[p]; D];
+    if affine.moments {
+        for j in 0..D {
+            scales[j] /= squares[j];
+        }
+    }
     for j in 0..D {
-        let scale = affine.mass[p] * if affine.moments { 1.0 / squares[j] } else { 1.0 };
+        let scale = scales[j];
         let mut column = [0.0; 4];
         for i in 0..D {
             column[i] = scale * affine.fields[p][i][j];

@@ -343,6 +343,18 @@ impl Shape {
         }
     }
 
+    /// Extent where it is thinnest (m): along an axis, across a layer, or of one ball of many.
+    pub fn thinnest(&self, dimension: usize) -> f64 {
+        let (low, high) = self.bounds(dimension);
+        let along = low.iter().zip(&high).map(|(low, high)| high - low).fold(f64::INFINITY, f64::min);
+        match self {
+            Self::ArcLayer { from, to, .. } => along.min(to - from),
+            Self::Layer { thickness: Thickness::Uniform(thickness), .. } => along.min(*thickness),
+            Self::Microstructure { diameter, .. } => along.min(*diameter),
+            _ => along,
+        }
+    }
+
     /// Coordinates along an axis (m) at which the line through `point` parallel to it may enter or leave the shape,
     /// in no order: between two neighbours of them the line is inside or outside all along. Of a valid shape.
     pub fn crossings(&self, point: &[f64], axis: usize) -> Vec<f64> {

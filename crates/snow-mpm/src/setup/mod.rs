@@ -124,6 +124,7 @@ fn solver<const D: usize>(
     let sweeps = chosen.ok_or_else(|| own("shape", "is not available in so many dimensions"))?;
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let corners = [corner(&case.domain.min), corner(&case.domain.max)];
+    refuse::thin_layers(case, options)?;
     let background = Background::new(corners, options.cell_size, sweeps)
         .map_err(|error| own("cell_size", error.to_string()))?;
     let standing = case.standing::<D>()?;

@@ -1,7 +1,9 @@
 //! What the method takes of a case, what it refuses, and what it warns of.
 
-use colluvium_case::description::{Wall, thinnest};
-use colluvium_case::{Case, Honours};
+use colluvium_case::description::{Body, Cut, ObstacleWall, Wall, thinnest};
+use colluvium_case::{Case, CaseError, Honours};
+use colluvium_constitutive::MaterialSpec;
+use colluvium_constitutive::laws::CamClayHardening;
 
 use crate::config::{NAME, SnowOptions};
 
@@ -11,6 +13,7 @@ const ADHESION: &str = "snow-mpm knows no area of the nodes that an obstacle hol
 pub(crate) fn honours() -> Honours {
     Honours::of_points(NAME)
         .takes(&[
+            "domain.origin",
             "bodies.drop_outside",
             "boundaries",
             "boundaries.name",
@@ -50,7 +53,6 @@ pub(crate) fn honours() -> Honours {
         .refuses("boundaries.wall=absorbing", "snow-mpm has no absorbing boundaries: use mpm")
         .refuses("obstacles.wall.adhesion", ADHESION)
         .refuses("obstacles.regions.wall.adhesion", ADHESION)
-        .refuses("measures.about", "snow-mpm tells the force on an obstacle and not its moment")
         .refuses("loads", "snow-mpm has no loads on surfaces: use a boundary with a velocity, or mpm")
         .refuses("patches", "snow-mpm has no patches of nodes: use a boundary with a velocity")
         .refuses("stages.excavate", "snow-mpm removes whole bodies only: use remove_bodies")
@@ -61,15 +63,11 @@ pub(crate) fn honours() -> Honours {
 pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
-    for (number, boundary) in case.boundaries.iter().enumerate() {
-        if let Wall::Frictional { friction_coefficient, .. } = boundary.wall
-            && friction_coefficient > 2.0
-        {
-            warnings.push(format!(
-                "boundaries[{number}].wall.friction_coefficient: {friction_coefficient} is more than snow or soil has on \
-                 anything; a rough wall holds what touches it"
-            ));
-        }
+    for (path, coefficient) in frictions(case).filter(|(_, coefficient)| *coefficient > 2.0) {
+        warnings.push(format!(
+            "{path}.wall.friction_coefficient: {coefficient} is more than snow or soil has on anything; a rough wall holds what \
+             touches it"
+        ));
     }
     let dimension = case.dimension();
     for (number, cut) in case.cuts.iter().enumerate() {
@@ -83,14 +81,92 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         }
     }
     for (number, body) in case.bodies.iter().enumerate() {
-        let (low, high) = body.shape.bounds(dimension);
-        let thinnest = (0..dimension).map(|axis| high[axis] - low[axis]).fold(f64::INFINITY, f64::min);
-        let cells = thinnest / options.cell_size;
+        let cells = body.shape.thinnest(dimension) / options.cell_size;
         // Sheet: snow-mpm P10.
         if cells < 4.0 - 1e-9 {
             warnings.push(format!(
                 "bodies[{number}].shape: {cells:.2} cells across at its thinnest; a layer that softens needs 4 or more, and what it \
                  takes to break it depends on how many there are"
+            ));
+        }
+    }
+    for (number, cut) in case.cuts.iter().enumerate() {
+        warnings.extend(saw_warnings(case, number, cut));
+    }
+    warnings
+}
+
+/// Coefficients of the frictional walls of a case, and where they stand in it.
+fn frictions(case: &Case) -> impl Iterator<Item = (String, f64)> {
+    let boundaries = case.boundaries.iter().enumerate().filter_map(|(number, boundary)| {
+        let Wall::Frictional { friction_coefficient, .. } = boundary.wall else { return None };
+        Some((format!("boundaries[{number}]"), friction_coefficient))
+    });
+    let obstacles = case.obstacles.iter().enumerate().filter_map(|(number, obstacle)| {
+        let ObstacleWall::Frictional { friction_coefficient, .. } = obstacle.wall else { return None };
+        Some((format!("obstacles[{number}]"), friction_coefficient))
+    });
+    boundaries.chain(obstacles)
+}
+
+/// Refuses weak layers of less than two cells, across which functions of nodes reach (sheet: snow-mpm §7).
+pub(super) fn thin_layers(case: &Case, options: &SnowOptions) -> Result<(), CaseError> {
+    for (number, body) in case.bodies.iter().enumerate() {
+        let weak = matches!(&case.materials[&body.material], MaterialSpec::CohesiveCamClay(law)
+            if matches!(law.hardening, CamClayHardening::WeakLayer { .. }));
+        let thickness = body.shape.thinnest(case.dimension());
+        if weak && thickness < 2.0 * options.cell_size * (1.0 - 1e-9) {
+            let problem = format!(
+                "a weak layer of {thickness} m is less than two cells of {} m thick, so that what is above it touches what is below: \
+                 make the cells smaller",
+                options.cell_size
+            );
+            return Err(CaseError::new(format!("bodies[{number}].shape"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// Speed of shear waves in a slab (m/s), of the laws that slabs are made of.
+fn shear_speed(case: &Case, body: &Body) -> Option<f64> {
+    let spec = &case.materials[&body.material];
+    let (youngs, poissons) = match spec {
+        MaterialSpec::LinearElastic(law) => (law.youngs_modulus, law.poissons_ratio),
+        MaterialSpec::CohesiveCamClay(law) => (law.youngs_modulus, law.poissons_ratio),
+        _ => return None,
+    };
+    Some((youngs / (2.0 * (1.0 + poissons)) / spec.density()).sqrt())
+}
+
+/// What a saw in a layer under a slab should keep to (sheet: snow-mpm §7): its speed, and the length of the column.
+fn saw_warnings(case: &Case, number: usize, cut: &Cut) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let dimension = case.dimension();
+    let (sawn, slab): (Vec<&Body>, Vec<&Body>) = case.bodies.iter().partition(|body| cut.takes(&body.name));
+    let fastest = slab.iter().filter_map(|body| shear_speed(case, body)).reduce(f64::max);
+    if let Some(waves) = fastest.filter(|waves| cut.speed() > 0.05 * waves) {
+        warnings.push(format!(
+            "cuts[{number}].velocity: {} m/s is above a twentieth of the speed of shear waves in what it leaves ({waves:.1} m/s): the crack \
+             depends on how fast it is cut",
+            cut.speed()
+        ));
+    }
+    let extent = |bodies: &[&Body], axis: usize| {
+        let ends = bodies.iter().map(|body| body.shape.bounds(dimension));
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (from, to)| {
+            (low.min(from[axis]), high.max(to[axis]))
+        });
+        high - low
+    };
+    // Along one axis, with the slab lying across the last or the second.
+    let along = (0..dimension).find(|&axis| cut.velocity[axis].abs() == cut.speed());
+    if let (Some(along), false, false) = (along, sawn.is_empty(), slab.is_empty()) {
+        let across = if along == 1 { 0 } else { 1 };
+        let (length, thickness) = (extent(&sawn, along), extent(&slab, across));
+        if length < 5.0 * thickness * (1.0 - 1e-9) {
+            warnings.push(format!(
+                "cuts[{number}]: what it cuts is {length} m long, less than five times the {thickness:.3} m of what lies on it: its far end \
+                 takes part in the crack"
             ));
         }
     }

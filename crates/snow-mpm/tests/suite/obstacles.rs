@@ -99,7 +99,7 @@ fn rammed(wall: &Value) -> Value {
     case["obstacles"] = json!([{ "name": "ram", "wall": wall, "motion": { "velocity": [3, 0.5] },
         "shape": { "kind": "ball", "centre": [1.2, 1.5], "radius": 0.25 } }]);
     case["stages"] = json!([{ "name": "ram", "duration": 0.1 }]);
-    case["measures"] = json!({ "ram": { "kind": "reaction", "of": "ram" },
+    case["measures"] = json!({ "ram": { "kind": "reaction", "of": "ram", "about": [0, 0] },
         "pressure": { "kind": "impact-pressure", "of": "ram", "direction": [2, 0], "area": 0.5 } });
     case
 }

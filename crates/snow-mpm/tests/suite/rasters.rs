@@ -78,3 +78,28 @@ fn a_profile_has_no_rasters() {
     case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.4, 0.4], "max": [0.8, 0.8] });
     assert!(refused(&case).starts_with("output.rasters: a profile has no plan"));
 }
+
+#[test]
+fn rasters_on_a_map_are_those_near_zero_where_the_map_says() {
+    // Numbers that stay as they are when the origin is taken off.
+    let placed = |x: f64, y: f64| {
+        let mut case = sliding();
+        case["domain"] = json!({ "min": [x, y, 0], "max": [x + 3.0, y + 1.5, 1], "origin": [x, y, 0] });
+        case["bodies"][0]["shape"] =
+            json!({ "kind": "box", "min": [x + 0.5, y + 0.5, 0.25], "max": [x + 1.0, y + 1.0, 0.5] });
+        case
+    };
+    let [near, far] = [placed(0.0, 0.0), placed(500_000.0, 4_000_000.0)].map(|case| {
+        let mut solver = begin(&SnowMpm, &changed(case, &json!({})));
+        advance_to(&mut *solver, 0.05);
+        solver.rasters()
+    });
+    for (near, far) in near.iter().zip(&far) {
+        let close = |a: f64, b: f64| (a.is_nan() && b.is_nan()) || (a - b).abs() <= 1e-6 * a.abs();
+        assert!(
+            near.raster.values.iter().zip(&far.raster.values).all(|(a, b)| close(*a, *b)),
+            "{}",
+            near.name
+        );
+    }
+}

@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::super::Elasticity;
-use super::super::linear_elastic::stiff_warnings;
+use super::super::linear_elastic::{snow_ratio_warnings, warn_above};
 use super::CohesiveCamClay;
 use crate::hencky::StressInvariants;
-use crate::model::{Facts, Kind, Model, not_negative, positive};
+use crate::model::{Facts, Kind, Model, check, not_negative, positive};
 use crate::{Material, MaterialError};
 
 /// Parameters of `cohesive-cam-clay`.
@@ -27,7 +27,7 @@ pub struct CohesiveCamClaySpec {
     /// Isotropic tensile strength over `p0`, β, not negative.
     #[serde(default)]
     pub cohesion_ratio: f64,
-    /// Isotropic compressive strength `p0` at the start (Pa), > 0.
+    /// Isotropic compressive strength `p0` at the start (Pa), > 0 and below the bulk modulus.
     pub compressive_strength: f64,
     /// How fast `p0` follows the plastic volumetric strain, ξ, > 0.
     pub hardening_factor: f64,
@@ -89,7 +89,32 @@ impl CohesiveCamClaySpec {
             positive("hardening.softening_factor", softening_factor, "")?;
         }
         let elasticity = self.invariants.elasticity(elasticity);
+        // Sheet: snow-mpm §7.
+        let (strength, bulk) = (self.compressive_strength, elasticity.bulk_modulus);
+        let rule = format!("must be below the bulk modulus, which is {bulk:.4e} Pa");
+        check("compressive_strength", strength, strength < bulk, &rule)?;
         Ok(CohesiveCamClay { elasticity, spec: self.clone() })
+    }
+}
+
+impl CohesiveCamClaySpec {
+    /// Warns of strengths that the elasticity or the softening does not go with (sheet: snow-mpm §7, P9).
+    fn warn_of_strength(&self, warnings: &mut Vec<String>) {
+        let Ok(law) = self.law() else { return };
+        let (strength, bulk) = (self.compressive_strength, law.elasticity.bulk_modulus);
+        if strength > 0.1 * bulk {
+            warnings.push(format!(
+                "compressive_strength: {strength} Pa is more than a tenth of the bulk modulus ({bulk:.4e} Pa): elastic strains become \
+                 large before it yields"
+            ));
+        }
+        let slope = self.cohesion_ratio * law.strength(law.initial_strain()).1.abs() / bulk;
+        if slope >= 1.0 {
+            warnings.push(format!(
+                "hardening_factor: {} makes what is pulled apart snap (β ξ cosh(ξ x0) = {slope:.3}, stable below 1)",
+                self.hardening_factor
+            ));
+        }
     }
 }
 
@@ -106,7 +131,16 @@ impl Model for CohesiveCamClaySpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = stiff_warnings(self.poissons_ratio);
+        let mut warnings = snow_ratio_warnings(self.poissons_ratio);
+        let slope = ("critical_state_slope", self.critical_state_slope, 3.0);
+        warn_above(&mut warnings, slope, "no snow or soil has so much friction");
+        let cohesion = ("cohesion_ratio", self.cohesion_ratio, 1.0);
+        warn_above(
+            &mut warnings,
+            cohesion,
+            "it then bears more tension than compression, and returns take longer",
+        );
+        self.warn_of_strength(&mut warnings);
         if let (CamClayHardening::WeakLayer { softening_factor }, Ok(law)) = (self.hardening, self.law()) {
             let slope =
                 softening_factor * law.strength(law.initial_strain()).1.abs() / law.elasticity.bulk_modulus;

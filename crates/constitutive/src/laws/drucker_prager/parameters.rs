@@ -158,6 +158,16 @@ impl Model for DruckerPragerSpec {
         if self.matching == Matching::PlaneStrainAssociated && self.dilatancy_angle != self.friction_angle {
             warnings.push("matching: plane-strain-associated is exact only for associated flow".to_owned());
         }
+        if let Ok(law) = self.law() {
+            // Sheet: snow-mpm §7, κ c0 ≥ 3 μ of the cone in q.
+            let softens = -law.cone_rate(0.0).strength / (3f64.sqrt() * law.elasticity.shear_modulus);
+            if softens >= 1.0 {
+                warnings.push(format!(
+                    "softening.cohesion_rate: strength falls {softens:.2} times as fast as the stiffness unloads: a point loses it at \
+                     once, and results depend on the steps"
+                ));
+            }
+        }
         warnings
     }
 
