@@ -208,7 +208,17 @@ pub fn overlap(a: &Shape, b: &Shape, dimension: usize, resolution: usize) -> Opt
         };
         (0..dimension).map(coordinate).collect()
     };
-    (0..count).map(place).find(|place| a.contains(place) && b.contains(place))
+    let inside = |place: &[f64]| a.contains(place) && b.contains(place);
+    // On a side that both share round-off may put a place into both: those beside it are not.
+    let well_inside = |place: &[f64]| {
+        let beside = |axis: usize, side: f64| {
+            let mut beside = place.to_vec();
+            beside[axis] += side * 1e-9 * extent(axis);
+            inside(&beside)
+        };
+        (0..dimension).all(|axis| beside(axis, -1.0) && beside(axis, 1.0))
+    };
+    (0..count).map(place).find(|place| inside(place) && well_inside(place))
 }
 
 #[cfg(test)]
@@ -245,6 +255,19 @@ mod tests {
         assert_ne!(sample(7), sample(8));
         let area: f64 = sample(7).iter().map(|s| s.volume).sum();
         assert!((area - 4.0 * std::f64::consts::PI).abs() < 1e-9);
+    }
+
+    #[test]
+    fn layers_on_a_slope_that_share_a_side_do_not_overlap() {
+        // Round-off puts places of the search on the shared side into both.
+        let length = 1.5f64.hypot(3.0);
+        let along = [3.0 / length, -1.5 / length];
+        let at = |s: f64, n: f64| [-0.5 + s * along[0] - n * along[1], 0.5 + s * along[1] + n * along[0]];
+        let layer = |from: f64, to: f64| Shape::Polygon {
+            vertices: [at(0.5, from), at(2.5, from), at(2.5, to), at(0.5, to)].to_vec().into(),
+        };
+        assert_eq!(overlap(&layer(0.0, 0.075), &layer(0.075, 0.4), 2, 24), None);
+        assert!(overlap(&layer(0.0, 0.08), &layer(0.075, 0.4), 2, 24).is_some());
     }
 
     #[test]
