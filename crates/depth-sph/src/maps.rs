@@ -3,7 +3,7 @@
 //! The volume of a node is spread over the cells within its kernel, in proportion to it and so that they hold all of it: rasters
 //! of thickness sum to the volume of the flow. It is done after every step.
 
-use colluvium_points::parallel::{InPieces, filled};
+use colluvium_parallel::{InPieces, filled};
 use colluvium_points::{Georeference, Outline, Raster};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 //! Nodes carry a value along their paths. Between nodes it is linear. Where nodes that carry their own velocity meet, two become one
 //! with the value that keeps the area under the line: shocks then move as the conserved form has them.
 
-use colluvium_points::parallel::filled;
+use colluvium_parallel::filled;
 
 use crate::kernel::Kernel;
 

@@ -4,6 +4,7 @@ mod numbered;
 
 use std::ops::Range;
 
+use colluvium_parallel::{InPieces, filled};
 use rayon::prelude::*;
 
 use crate::{Axis, Basis, Grid};
@@ -276,10 +277,13 @@ impl<const D: usize> Layout<D> {
         results: &mut [R],
         visit: &RowVisitor<'_, T, R>,
     ) {
-        nodes.par_chunks_mut(self.strides[0]).zip(results).enumerate().for_each(|(row, (line, result))| {
-            let active = self.active[row].clone();
-            *result = if active.start == active.end { R::default() } else { visit(row, active, line) };
-        });
+        nodes.par_chunks_mut(self.strides[0]).zip(results).enumerate().in_pieces(
+            1,
+            |(row, (line, result))| {
+                let active = self.active[row].clone();
+                *result = if active.start == active.end { R::default() } else { visit(row, active, line) };
+            },
+        );
     }
 
     /// Runs `visit(row, active, lines of both sets, result of the row)` for the same rows of two sets of nodes, in
@@ -292,14 +296,14 @@ impl<const D: usize> Layout<D> {
     ) {
         let row = self.strides[0];
         let lines = first.par_chunks_mut(row).zip(second.par_chunks_mut(row)).zip(results).enumerate();
-        lines.for_each(|(row, ((first, second), result))| {
+        lines.in_pieces(1, |(row, ((first, second), result))| {
             visit(row, self.active[row].clone(), [first, second], result);
         });
     }
 
     /// Sets the active nodes to their default.
     pub fn reset<T: Send + Default + Clone>(&self, nodes: &mut [T]) {
-        nodes.par_chunks_mut(self.strides[0]).zip(&self.active).for_each(|(line, active)| {
+        nodes.par_chunks_mut(self.strides[0]).zip(&self.active).in_pieces(1, |(line, active)| {
             line[active.clone()].fill(T::default());
         });
     }
@@ -359,9 +363,12 @@ pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> V
         (0..D).fold(0usize, |key, axis| key * grid.cells[axis] + cell[axis])
     };
     let cells: usize = grid.cells.iter().product();
-    let mut keys: Vec<(usize, u32)> = Vec::with_capacity(positions.len());
-    positions.par_iter().enumerate().map(|(i, x)| (key(x), i as u32)).collect_into_vec(&mut keys);
-    if cells > 32 * positions.len() {
+    in_order(filled(positions.len(), 1024, |i| (key(&positions[i]), i as u32)), cells)
+}
+
+/// The numbers of points in order of their cells, of which there are `cells`.
+fn in_order(mut keys: Vec<(usize, u32)>, cells: usize) -> Vec<u32> {
+    if cells > 32 * keys.len() {
         keys.par_sort_unstable();
         return keys.into_iter().map(|(_, i)| i).collect();
     }
@@ -372,7 +379,7 @@ pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> V
     for cell in 0..cells {
         starts[cell + 1] += starts[cell];
     }
-    let mut order = vec![0; positions.len()];
+    let mut order = vec![0; keys.len()];
     for (key, i) in keys {
         order[starts[key] as usize] = i;
         starts[key] += 1;

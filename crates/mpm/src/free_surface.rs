@@ -8,7 +8,7 @@ use colluvium_case::description::{Body, Space};
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::BLOCK;
 use colluvium_grid::{DomainSlice, Domains, FixedDomain, Ground, Lanes, Layout, Points, Sweeps, Window};
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::MpmOptions;

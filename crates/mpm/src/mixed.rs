@@ -8,7 +8,7 @@
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Lanes, Layout, Node};
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::MpmOptions;

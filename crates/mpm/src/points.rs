@@ -8,8 +8,8 @@ use std::sync::Arc;
 use colluvium_case::law::LawPoints;
 use colluvium_constitutive::{BLOCK, Material, States, SymTensor};
 use colluvium_grid::{Domains, Grid, Points, Square};
+use colluvium_parallel::InPieces;
 use colluvium_points::columns::{foreign, read_column, reorder_column, write_column};
-use colluvium_points::parallel::InPieces;
 use colluvium_points::{Spare, columns};
 use rayon::prelude::*;
 

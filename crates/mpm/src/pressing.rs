@@ -5,7 +5,7 @@
 
 use colluvium_constitutive::{BLOCK, Material, StateBlock, SymTensor};
 use colluvium_grid::DomainSlice;
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::background::Background;

@@ -3,7 +3,7 @@
 use colluvium_case::law::{LawPoints, law_fields};
 use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::affine::affine_energies;

@@ -3,7 +3,7 @@
 
 use colluvium_constitutive::BLOCK;
 use colluvium_grid::{Lanes, Node, Points, Walls};
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use colluvium_points::surface::{Nearest, passes_through};
 use rayon::prelude::*;
 

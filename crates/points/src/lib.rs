@@ -22,7 +22,6 @@ mod meeting;
 mod microstructure;
 mod neighbours;
 mod outline;
-pub mod parallel;
 mod pieces;
 mod polygon;
 mod raster;

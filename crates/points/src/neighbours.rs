@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::parallel::{InPieces, fill};
+use colluvium_parallel::{InPieces, fill};
 use rayon::prelude::*;
 use thiserror::Error;
 

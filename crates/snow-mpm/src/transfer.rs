@@ -2,7 +2,7 @@
 
 use colluvium_constitutive::{BLOCK, Material, Motions, StateBlock, SymTensor};
 use colluvium_grid::{Affine, Deposit, Gathered, Lanes, Node, Square, Window};
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::background::Background;

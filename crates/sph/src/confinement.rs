@@ -1,7 +1,7 @@
 //! Flexible confining pressure (sheet: sph §2.13 g; Bui & Nguyen 2021, eqs. 123–129): `2 p_c/ρ_i Σ V_j ∇W` vanishes
 //! within a body and pushes inwards at its surface.
 
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::algebra::{apart, square};

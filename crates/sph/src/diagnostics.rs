@@ -3,7 +3,7 @@
 use colluvium_case::measure::Reading;
 use colluvium_case::{Field, FieldData, SolverError, spatial};
 use colluvium_constitutive::{Mat3, SymTensor};
-use colluvium_points::parallel::filled;
+use colluvium_parallel::filled;
 
 use crate::algebra::apart;
 use crate::pairs::Pairs;

@@ -2,7 +2,7 @@
 
 use colluvium_case::{StepLimit, TimeStep, slowed_for_obstacles, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock};
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::algebra::square;

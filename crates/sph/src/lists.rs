@@ -1,7 +1,7 @@
 //! Lists of neighbours, and what stands in them beside the particles: images and walls (sheet: sph §3.3, step 1).
 
 use colluvium_case::SolverError;
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use colluvium_points::{CellList, NeighbourList, Spare};
 use rayon::prelude::*;
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::SymTensor;
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::clock::Clock;

@@ -10,7 +10,7 @@ use colluvium_case::rigid::{
     Acts, RigidMass, RigidState, RigidStep, Six, resultant, solve, times, velocity_at,
 };
 use colluvium_case::spatial;
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::clock::Clock;

@@ -1,6 +1,6 @@
 //! Shifting of particles towards even spacing (sheet: sph §2.12).
 
-use colluvium_points::parallel::fill;
+use colluvium_parallel::fill;
 
 use crate::algebra::square;
 use crate::clock::Clock;

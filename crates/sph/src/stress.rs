@@ -2,7 +2,7 @@
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Mat3, Motion};
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::clock::Clock;

@@ -6,7 +6,7 @@
 
 use colluvium_case::CaseError;
 use colluvium_case::loads::cofactor;
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use colluvium_points::{NeighbourList, SearchError};
 use rayon::prelude::*;
 

@@ -124,13 +124,20 @@ fn package(entry: &Value) -> (String, Package) {
 fn allowed(folder: &str) -> Option<&'static [&'static str]> {
     match folder {
         "colluvium" | "suites" | "xtask" => None,
-        "constitutive" | "points" | "grid" => Some(&[]),
+        "constitutive" | "parallel" => Some(&[]),
+        "points" | "grid" => Some(&["colluvium-parallel"]),
         "umat" => Some(&["colluvium-constitutive"]),
         "terrain" => Some(&["colluvium-points"]),
         "case" => Some(&["colluvium-constitutive", "colluvium-points", "colluvium-terrain"]),
         "plots" => Some(&["colluvium-case", "colluvium-constitutive"]),
         // What remains is a method, or what the tests of methods share.
-        _ => Some(&["colluvium-case", "colluvium-constitutive", "colluvium-grid", "colluvium-points"]),
+        _ => Some(&[
+            "colluvium-case",
+            "colluvium-constitutive",
+            "colluvium-grid",
+            "colluvium-parallel",
+            "colluvium-points",
+        ]),
     }
 }
 

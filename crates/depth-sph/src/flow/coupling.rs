@@ -2,7 +2,7 @@
 //! and 6, as amended).
 
 use colluvium_constitutive::basal::BasalFlow;
-use colluvium_points::parallel::{InPieces, filled};
+use colluvium_parallel::{InPieces, filled};
 use rayon::prelude::*;
 
 use super::set::{Set, TASK};

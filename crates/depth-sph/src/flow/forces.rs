@@ -1,7 +1,7 @@
 //! Pressure, artificial viscosity, gradients of porosity and the reaction of the bed (sheet: depth-sph §2.5, §2.9, §2.10).
 
+use colluvium_parallel::InPieces;
 use colluvium_points::NeighbourList;
-use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 use wide::f64x4;
 

@@ -1,8 +1,8 @@
 //! What changes the nodes themselves: erosion of the bed, friction between layers, nodes that leave (sheet: depth-sph §2.8,
 //! §2.11, §3.4 step 8).
 
+use colluvium_parallel::filled;
 use colluvium_points::Spare;
-use colluvium_points::parallel::filled;
 use rayon::prelude::*;
 
 use super::heights::average;

@@ -1,6 +1,6 @@
 //! Heights by summation over the nodes around, and smoothing lengths that follow them (sheet: depth-sph §2.10).
 
-use colluvium_points::parallel::{InPieces, fill};
+use colluvium_parallel::{InPieces, fill};
 use rayon::prelude::*;
 
 use super::fours::MARGIN;

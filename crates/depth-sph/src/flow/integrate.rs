@@ -1,6 +1,6 @@
 //! Time integration: leapfrog, midpoint rule, classical fourth order (sheet: depth-sph §3.4).
 
-use colluvium_points::parallel::{InPieces, fill};
+use colluvium_parallel::{InPieces, fill};
 use rayon::prelude::*;
 
 use super::set::{Set, TASK};

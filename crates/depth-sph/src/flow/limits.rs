@@ -1,6 +1,6 @@
 //! The largest step, and totals (sheet: depth-sph §3.3).
 
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Flow;

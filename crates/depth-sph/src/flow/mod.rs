@@ -19,7 +19,7 @@ mod pore;
 mod pressures;
 mod set;
 
-use colluvium_points::parallel::{InPieces, filled};
+use colluvium_parallel::{InPieces, filled};
 use colluvium_points::{CellList, SearchError, Spare};
 use rayon::prelude::*;
 use thiserror::Error;

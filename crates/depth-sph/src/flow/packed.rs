@@ -1,7 +1,7 @@
 //! Nodes and their images in the order of cells, column by column: what lies around a place is a few runs of each column, read four
 //! nodes at a time.
 
-use colluvium_points::parallel::{InPieces, fill};
+use colluvium_parallel::{InPieces, fill};
 use colluvium_points::{CellList, SearchError};
 use rayon::prelude::*;
 use wide::f64x4;

@@ -1,6 +1,6 @@
 //! Excess pore pressure on the columns of the solid nodes (sheet: depth-sph §2.7, §3.6).
 
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Flow;

@@ -1,6 +1,6 @@
 //! Pressures over the depth as the sums of the momentum equation take them (sheet: depth-sph §2.5).
 
-use colluvium_points::parallel::{fill, filled};
+use colluvium_parallel::{fill, filled};
 
 use super::Flow;
 use super::set::{Set, TASK, copy};

@@ -1,6 +1,6 @@
 //! A set of nodes with what is found around them.
 
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use colluvium_points::{CellList, NeighbourList, SearchError, Spare};
 use rayon::prelude::*;
 

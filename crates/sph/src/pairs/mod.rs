@@ -16,7 +16,7 @@ mod smooth;
 use std::ops::Deref;
 
 use colluvium_constitutive::SymTensor;
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use colluvium_points::{NeighbourList, ROWS};
 use rayon::prelude::*;
 

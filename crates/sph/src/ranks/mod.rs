@@ -15,7 +15,7 @@ mod parcel;
 mod solver;
 
 use colluvium_case::{SolverError, TimeStep};
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use colluvium_points::{Bisection, Bounds, CellList};
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! The pieces of a step that move particles.
 
 use colluvium_case::SolverError;
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Audit;

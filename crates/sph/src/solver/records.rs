@@ -1,7 +1,7 @@
 //! What every particle shows its neighbours (sheet: sph §3.3, step 3).
 
 use colluvium_constitutive::SymTensor;
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::clock::Clock;

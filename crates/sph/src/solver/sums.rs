@@ -1,8 +1,8 @@
 //! The sums over neighbours that give the rates of the particles (sheet: sph §3.3, steps 4 and 6).
 
 use colluvium_constitutive::SymTensor;
+use colluvium_parallel::InPieces;
 use colluvium_points::ROWS;
-use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::bearing::{bear, tell_obstacles};

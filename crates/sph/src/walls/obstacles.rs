@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use colluvium_case::description::ObstacleWall;
 use colluvium_case::{Case, CaseError, MovingObstacle, ObstacleLaws, Standing};
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use colluvium_points::surface::{Contacts, Nearest};
 use colluvium_points::{ROWS, Surface};
 use rayon::prelude::*;

@@ -3,7 +3,7 @@
 //! Coulomb's law without one makes the base of a sliding elastic body swing along the face (Adams 1995; Ranjith & Rice 2001): waves
 //! along it grow, the faster the shorter they are, until the base stops at each swing; what stands bears less than its share.
 
-use colluvium_points::parallel::InPieces;
+use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Walls;

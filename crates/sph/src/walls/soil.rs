@@ -1,8 +1,8 @@
 //! Stress and velocity of walls that take them from the soil around (sheet: sph §2.13 b).
 
 use colluvium_constitutive::SymTensor;
+use colluvium_parallel::InPieces;
 use colluvium_points::NeighbourList;
-use colluvium_points::parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Walls;

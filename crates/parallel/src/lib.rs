@@ -5,7 +5,7 @@
 //! pieces out among the threads does not know what they are.
 //!
 //! ```
-//! use colluvium_points::parallel::{InPieces, fill};
+//! use colluvium_parallel::{InPieces, fill};
 //! use rayon::prelude::*;
 //!
 //! let (velocity, mut position) = (vec![1.0, 2.0, 3.0], vec![0.0; 3]);
