@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
+use colluvium_case::rigid::remark_on_unsettled;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{Advance, Budget, Equilibrium, Frame, Reaction, Solver, SolverError, TimeStep, Wanted};
 use serde::{Deserialize, Serialize};
@@ -179,7 +180,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             .into_iter()
             .chain(remark_on_obstacles(self.boundary.rocks.as_deref()))
             .chain(self.remark_on_nodes())
-            .chain(self.boundary.grips.remark())
+            .chain(remark_on_unsettled(self.boundary.grips.unsettled))
             .chain(self.remark_on_unseen_motion())
             .chain(self.remark_on_points_apart())
             .collect()

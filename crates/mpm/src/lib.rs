@@ -52,7 +52,6 @@ mod setup;
 mod size;
 mod soaked;
 mod solver;
-mod stand;
 mod stopping;
 mod strain;
 mod stretch;

@@ -6,7 +6,12 @@
 //! is solved by Newton's method, exact after one step where all nodes stick. So nothing heavy rides on the small masses of
 //! nodes, however light the body.
 
-use colluvium_case::rigid::{RigidStep, Six, resultant, solve, velocity_at};
+use colluvium_case::description::Wall;
+use colluvium_case::rigid::{
+    Planks, RigidStep, Rock as Ground, Side, Six, Touched, Touching, add_impulses, add_stiffness, resultant,
+    velocity_at,
+};
+use colluvium_case::spatial;
 use colluvium_grid::{Lanes, Node, Walls};
 
 use crate::at_node::{Touch, touching};
@@ -15,15 +20,8 @@ use crate::bodies::Bodies;
 use crate::clock::Clock;
 use crate::contact::{Contacts, Given, Interface, RowTouch};
 use crate::driven::Driven;
-use crate::stand::{Plank, planks};
+use crate::obstacles::rocks::Rock;
 use crate::vectors::three;
-
-/// Most steps of Newton's method.
-const STEPS: usize = 60;
-/// Most times that a step is halved.
-const HALVINGS: usize = 12;
-/// Change of the motion over the motion at which it has ended.
-const SETTLED: f64 = 1e-13;
 
 /// A node at which a rigid body touches a body that deforms.
 #[derive(Clone, Copy, Debug)]
@@ -45,31 +43,16 @@ pub struct Grip {
 #[derive(Clone, Debug, Default)]
 pub struct Grips {
     nodes: Vec<Grip>,
-    planks: Vec<Plank>,
+    planks: Planks,
     /// How often the laws were not met to the last digit.
     pub unsettled: u64,
-}
-
-impl Grips {
-    /// What is to be said of steps in which the laws of contact were not met.
-    pub fn remark(&self) -> Option<String> {
-        let times = self.unsettled;
-        (times > 0).then(|| {
-            format!(
-                "the contact of a rigid body that moves freely was not solved to the last digit in {times} steps, in which it rubs \
-                 or rests less firmly than its law says (momentum is kept all the same): take a smaller time step"
-            )
-        })
-    }
 }
 
 /// What a rigid body meets in a step.
 struct Meeting<'a> {
     touches: &'a [Touch<'a>],
     nodes: &'a [Grip],
-    planks: &'a [Plank],
-    /// Inertia with which walls take what comes (kg).
-    wall: f64,
+    planks: &'a Planks,
 }
 
 impl Grip {
@@ -77,112 +60,79 @@ impl Grip {
     fn ends<'a>(&'a self, w: &'a [f64; 3]) -> [&'a [f64; 3]; 2] {
         if self.side == 0 { [w, &self.velocity] } else { [&self.velocity, w] }
     }
+}
 
-    /// Impulse (N s) on the rigid body that has the velocity `w` (m/s) here.
-    fn impulse(&self, touch: &Touch<'_>, w: &[f64; 3]) -> [f64; 3] {
-        let soft = 1 - self.side;
-        let (inertias, mut given) = (touch.inertias(self.masses), self.given);
-        let touched = touch.answer(self.surface, inertias, self.ends(w), &mut given);
+/// A node that a rigid body touches, with the law there.
+struct At<'a>(&'a Grip, &'a Touch<'a>);
+
+impl Touching for At<'_> {
+    fn arm(&self) -> &[f64; 3] {
+        &self.0.arm
+    }
+
+    fn impulse(&self, w: &[f64; 3]) -> [f64; 3] {
+        let Self(grip, touch) = self;
+        let soft = 1 - grip.side;
+        let (inertias, mut given) = (touch.inertias(grip.masses), grip.given);
+        let touched = touch.answer(grip.surface, inertias, grip.ends(w), &mut given);
         touched.map_or([0.0; 3], |touched| {
-            std::array::from_fn(|c| inertias[soft] * (self.velocity[c] - touched[soft][c]))
+            std::array::from_fn(|c| inertias[soft] * (grip.velocity[c] - touched[soft][c]))
         })
     }
 
-    /// How it falls with that velocity (kg).
-    fn stiffness(&self, touch: &Touch<'_>, w: &[f64; 3]) -> [[f64; 3]; 3] {
-        let inertia = touch.inertias(self.masses)[1 - self.side];
-        touch.stiffness(self.surface, inertia, self.ends(w), &self.given)
+    fn stiffness(&self, w: &[f64; 3]) -> [[f64; 3]; 3] {
+        let Self(grip, touch) = self;
+        let inertia = touch.inertias(grip.masses)[1 - grip.side];
+        touch.stiffness(grip.surface, inertia, grip.ends(w), &grip.given)
     }
 }
 
 impl Meeting<'_> {
-    /// Impulse on a body of some motion.
-    fn impulse(&self, motion: &Six) -> Six {
+    fn nodes(&self) -> impl Iterator<Item = At<'_>> {
+        self.nodes.iter().map(|grip| At(grip, &self.touches[grip.pair]))
+    }
+}
+
+impl Touched for Meeting<'_> {
+    fn impulse(&self, motion: &Six, stuck: bool) -> Six {
         let mut sum = [0.0; 6];
-        let mut add = |impulse: [f64; 3], arm: &[f64; 3]| {
-            let own = resultant(&impulse, arm);
-            (0..6).for_each(|k| sum[k] += own[k]);
-        };
-        for grip in self.nodes {
-            add(grip.impulse(&self.touches[grip.pair], &velocity_at(motion, &grip.arm)), &grip.arm);
-        }
-        for plank in self.planks {
-            add(plank.impulse(self.wall, &velocity_at(motion, &plank.arm)), &plank.arm);
-        }
+        add_impulses(self.nodes(), motion, &mut sum);
+        self.planks.add_impulses(motion, stuck, &mut sum);
         sum
     }
 
-    /// How the impulse falls with the motion.
-    fn stiffness(&self, motion: &Six) -> [Six; 6] {
+    fn stiffness(&self, motion: &Six, stuck: bool) -> [Six; 6] {
         let mut sum = [[0.0; 6]; 6];
-        let mut add = |fall: [[f64; 3]; 3], arm: &[f64; 3]| {
-            for axis in 0..3 {
-                let column = resultant(&std::array::from_fn(|c| fall[c][axis]), arm);
-                // The velocity along an axis, by the six components of the motion.
-                let along = resultant(&std::array::from_fn(|c| if c == axis { 1.0 } else { 0.0 }), arm);
-                for i in 0..6 {
-                    (0..6).for_each(|j| sum[i][j] += column[i] * along[j]);
-                }
-            }
-        };
-        for grip in self.nodes {
-            add(grip.stiffness(&self.touches[grip.pair], &velocity_at(motion, &grip.arm)), &grip.arm);
-        }
-        for plank in self.planks {
-            add(plank.stiffness(self.wall, &velocity_at(motion, &plank.arm)), &plank.arm);
-        }
+        add_stiffness(self.nodes(), motion, &mut sum);
+        self.planks.add_stiffness(motion, stuck, &mut sum);
         sum
     }
 }
 
-/// Largest velocity and spin of two motions.
-fn speeds(one: &Six, other: &Six) -> [f64; 2] {
-    [0..3, 3..6].map(|part| part.map(|k| one[k].abs().max(other[k].abs())).fold(0.0, f64::max))
-}
-
-/// The motion of a body with which the laws hold at all places that it meets; says too whether they do.
-fn settled(loose: &RigidStep, meeting: &Meeting<'_>) -> (Six, bool) {
-    let (matrix, free, before) = (loose.mass.matrix(), loose.free, loose.motion);
-    let rest = |motion: &Six| -> Six {
-        let impulse = meeting.impulse(motion);
-        std::array::from_fn(|i| {
-            (0..6).map(|j| matrix[i][j] * (motion[j] - before[j])).sum::<f64>() - impulse[i]
-        })
-    };
-    let size = |rest: &Six| -> f64 {
-        solve(&matrix, rest, &free).map_or(f64::NAN, |x| (0..6).map(|k| x[k] * rest[k]).sum())
-    };
-    let mut motion = before;
-    let mut open = rest(&motion);
-    let mut large = size(&open);
-    for _ in 0..STEPS {
-        if large == 0.0 {
-            return (motion, true);
+/// The walls of the stage that rigid bodies stand on.
+fn sides<const D: usize>(clock: &Clock, background: &Background<D>) -> Vec<Side> {
+    let mut sides = Vec::new();
+    for (_, boundary) in clock.case.active_boundaries(clock.stage) {
+        let friction = match boundary.wall {
+            Wall::Rough => f64::INFINITY,
+            Wall::Smooth => 0.0,
+            Wall::Frictional { friction_coefficient, .. } => friction_coefficient,
+            Wall::Absorbing { .. } => continue,
+        };
+        let axis = boundary.side.axis();
+        // The axis of rotation holds nothing.
+        if boundary.group.is_some() || (background.axisymmetric && axis == 0) {
+            continue;
         }
-        let mut tangent = meeting.stiffness(&motion);
-        (0..6).for_each(|i| (0..6).for_each(|j| tangent[i][j] += matrix[i][j]));
-        let Some(step) = solve(&tangent, &open, &free) else { return (motion, false) };
-        let [along, about] = speeds(&motion, &before);
-        let about = about.max(along / loose.mass.radius());
-        let moves = (0..6).all(|k| step[k].abs() <= SETTLED * if k < 3 { along } else { about });
-        let (mut share, mut next) = (1.0, motion);
-        for _ in 0..HALVINGS {
-            next = std::array::from_fn(|k| motion[k] - share * step[k]);
-            let left = rest(&next);
-            let now = size(&left);
-            if now <= large || moves {
-                (open, large) = (left, now);
-                break;
-            }
-            share *= 0.5;
-            (open, large) = (left, now);
-        }
-        motion = next;
-        if moves {
-            return (motion, true);
-        }
+        sides.push(Side {
+            axis,
+            off: if boundary.side.is_max() { -1.0 } else { 1.0 },
+            face: boundary.position(&clock.case.domain),
+            velocity: boundary.velocity.as_ref().map_or([0.0; 3], |v| spatial(v)),
+            friction,
+        });
     }
-    (motion, false)
+    sides
 }
 
 /// What rigid bodies meet.
@@ -199,17 +149,41 @@ pub struct Around<'a, const D: usize> {
     pub walls: &'a Walls,
     /// The pairs of fields.
     pub contacts: &'a Contacts,
+    /// The walls of the stage.
+    pub sides: Vec<Side>,
 }
 
-/// Lets the rigid bodies that move freely act on what deforms and on walls; says whether that changes any node.
+impl<'a, const D: usize> Around<'a, D> {
+    /// What is around rigid bodies in a step.
+    pub fn new(
+        clock: &'a Clock,
+        background: &'a Background<D>,
+        bodies: &'a Bodies<D>,
+        walls: &'a Walls,
+        contacts: &'a Contacts,
+    ) -> Self {
+        let sides = sides(clock, background);
+        Self { clock, background, bodies, light: bodies.light(clock), walls, contacts, sides }
+    }
+
+    /// Lists the corners of the points of rigid body `number` that can reach walls and obstacles in the step.
+    fn find(&self, number: usize, loose: &RigidStep, rocks: &[Rock<D>], planks: &mut Planks) {
+        let Some(set) = self.bodies.sets.iter().find(|set| set.rigid == Some(number)) else { return };
+        let grounds: Vec<Ground<'_, D>> = rocks.iter().map(Rock::ground).collect();
+        let points = (set.points.position.as_slice(), 0.5 * set.extent[0]);
+        planks.list((loose, self.clock.dt), points, &self.sides, &grounds);
+    }
+}
+
+/// Lets the rigid bodies that move freely act on what deforms, on walls and on obstacles; says whether that changes any node.
 pub fn meet<const D: usize>(
     around: &Around<'_, D>,
     solved: &mut [Node],
     driven: &mut [Driven],
     touched: &mut [RowTouch],
-    grips: &mut Grips,
+    (grips, rocks): (&mut Grips, &mut [Rock<D>]),
 ) -> bool {
-    let Around { clock, background, bodies, light, walls, contacts } = *around;
+    let Around { clock, background, light, walls, contacts, .. } = *around;
     let mut changed = false;
     for (field, number) in contacts.rigid.iter().enumerate() {
         let Some(number) = *number else { continue };
@@ -221,14 +195,9 @@ pub fn meet<const D: usize>(
             .collect();
         grips.nodes.clear();
         gather(background, contacts, field, &loose, solved, (&touches, touched), &mut grips.nodes);
-        planks(clock, background, bodies, number, &loose, &mut grips.planks);
-        let meeting = Meeting {
-            touches: &touches,
-            nodes: &grips.nodes,
-            planks: &grips.planks,
-            wall: crate::stand::STIFF * loose.mass.mass,
-        };
-        let (motion, done) = settled(&loose, &meeting);
+        around.find(number, &loose, rocks, &mut grips.planks);
+        let meeting = Meeting { touches: &touches, nodes: &grips.nodes, planks: &grips.planks };
+        let (motion, done) = loose.settled(&meeting);
         grips.unsettled += u64::from(!done);
         let mut impulse = [0.0; 6];
         let mut taken = [0.0; 3];
@@ -248,6 +217,9 @@ pub fn meet<const D: usize>(
             loose.push(&impulse);
         } else {
             loose.motion = motion;
+            for stood in grips.planks.stood(&loose) {
+                rocks[stood.obstacle].state.take(&stood, clock.dt);
+            }
         }
         driven[number].loose = Some(loose);
         driven[number].take(taken, clock.dt);

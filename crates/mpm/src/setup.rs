@@ -199,7 +199,7 @@ pub fn solver<const D: usize>(
         let mut set = point_set(case, options, &background, number, next, two_phase.is_some())?;
         next += set.len();
         set.rigid = case.bodies[number].rigid.then(|| rigid_number(&driven, &case.bodies[number])).flatten();
-        if set.rigid.is_none() {
+        if set.rigid.is_none() || case.moves_freely(&case.bodies[number].name) {
             case.refuse_covered(&standing, number, &set.points.position, SLACK * options.cell_size)?;
         }
         sets.push(set);

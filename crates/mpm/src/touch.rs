@@ -91,9 +91,10 @@ pub fn touch<const D: usize>(
     solved: &mut [Node],
     boundary: &mut Boundary<D>,
 ) {
-    let Boundary { walls, driven, contacts, touched, grips, .. } = boundary;
-    let light = bodies.light(clock);
-    let around = Around { clock, background, bodies, light, walls, contacts };
+    let Boundary { walls, driven, contacts, touched, grips, rocks, .. } = boundary;
+    let around = Around::new(clock, background, bodies, walls, contacts);
+    let light = around.light;
+    let rocks = rocks.as_deref_mut().map_or(&mut [][..], |rocks| &mut rocks.rocks[..]);
     touched.iter_mut().for_each(|row| row.given.fill(Given::default()));
     let count = background.layout.nodes()[0];
     for _ in 0..SWEEPS {
@@ -110,7 +111,7 @@ pub fn touch<const D: usize>(
             changed |= rows.iter().any(|row| row.changed);
             react(driven, contacts, pair, rows, clock.dt);
         }
-        changed |= meet(&around, solved, driven, touched, grips);
+        changed |= meet(&around, solved, driven, touched, (&mut *grips, &mut *rocks));
         if !changed || contacts.fields() < 3 {
             break;
         }

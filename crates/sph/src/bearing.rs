@@ -103,7 +103,7 @@ pub fn bear_obstacles<const D: usize>(
     if walls.obstacles.is_empty() {
         return false;
     }
-    let Rates { by_obstacles, borne, felt, power, told, .. } = rates;
+    let Rates { by_obstacles, borne, felt, power, told, stood, .. } = rates;
     let p = &bodies.particles;
     borne.clear();
     borne.resize(p.len(), Borne::default());
@@ -117,8 +117,12 @@ pub fn bear_obstacles<const D: usize>(
         borne.friction = -dt * p.mass[i] * slip;
         borne.work = dt * p.mass[i] * power.get(i).copied().unwrap_or(0.0);
     }
+    for (particle, own) in &*stood {
+        borne[*particle].friction += own.friction;
+        borne[*particle].work += own.work;
+    }
     let first = setting.case.bodies.len();
-    let hits = |particle: usize, obstacle: u32, x: &[f64; D], impulse: [f64; D]| {
+    let mut hits = |particle: usize, obstacle: u32, x: &[f64; D], impulse: [f64; D]| {
         let bearer = first + obstacle as usize;
         if let Some(felt) = felt.get_mut(bearer) {
             let (force, impulse) = (impulse.map(|p| p / dt), Some(impulse));
@@ -127,6 +131,17 @@ pub fn bear_obstacles<const D: usize>(
             told.push(hit);
         }
     };
+    for (particle, own) in &*stood {
+        let (x, impulse) = (own.place, own.impulse);
+        if walls.obstacles.is_told(own.obstacle as u32) {
+            hits(
+                *particle,
+                own.obstacle as u32,
+                &std::array::from_fn(|c| x[c]),
+                std::array::from_fn(|c| impulse[c]),
+            );
+        }
+    }
     walls.obstacles.stop(bodies, borne, (end, dt, setting.options.spacing), hits)
 }
 

@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
+use colluvium_case::rigid::remark_on_unsettled;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{Advance, Budget, Equilibrium, Frame, Reaction, Solver, SolverError, TimeStep, Wanted};
 use serde::{Deserialize, Serialize};
@@ -242,6 +243,10 @@ impl<const D: usize> Solver for SphSolver<D> {
         let number = self.walls.obstacles.told().find(|(_, own)| *own == name)?.0;
         let Felt { force, impulse, moment } = felt(case.bodies.len() + number);
         Some(Reaction { force, impulse, moment: Some(moment) })
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        remark_on_unsettled(self.rates.unsettled).into_iter().collect()
     }
 
     fn is_closed(&self) -> bool {

@@ -1,5 +1,6 @@
 //! Rates of the particles.
 
+use colluvium_case::rigid::Stood;
 use colluvium_case::spatial;
 use colluvium_constitutive::SymTensor;
 use serde::{Deserialize, Serialize};
@@ -62,6 +63,10 @@ pub struct Rates<const D: usize> {
     pub felt: Vec<Felt>,
     /// What acts on rigid bodies.
     pub pulled: Vec<Pulled>,
+    /// What obstacles get of rigid bodies that stand on them, each with the first particle of the body.
+    pub stood: Vec<(usize, Stood)>,
+    /// How often what bears a rigid body was not found to the last digit.
+    pub unsettled: u64,
     /// What `felt` of obstacles is summed up from, particle by particle: at the last sums, and behind them of those that were stopped.
     pub told: Vec<Told<D>>,
 }

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use colluvium_case::description::PrescribedMotion;
 use colluvium_case::rigid::{
     Acts, RigidMass, RigidState, RigidStep, Six, resultant, solve, times, velocity_at,
 };
@@ -19,6 +20,20 @@ use crate::particles::{Bodies, Group, Matrix};
 use crate::rates::{Felt, Rates};
 use crate::rigid::Pulled;
 use crate::setting::Setting;
+use crate::walls::Walls;
+
+/// Gives particles the accelerations of a body (m/s²) with these rates of its velocity and spin (m/s², rad/s²).
+fn accelerate<const D: usize>(
+    positions: &[[f64; D]],
+    mass: &RigidMass,
+    rate: &Six,
+    accelerations: &mut [[f64; D]],
+) {
+    for (x, a) in positions.iter().zip(accelerations) {
+        let of_body = velocity_at(rate, &mass.arm(&spatial(x)));
+        *a = std::array::from_fn(|c| of_body[c]);
+    }
+}
 
 impl<const D: usize> Bodies<D> {
     /// Whether any is rigid.
@@ -29,6 +44,13 @@ impl<const D: usize> Bodies<D> {
     /// The particles of the rigid body that particle `i` belongs to.
     pub fn rigid_range(&self, i: usize) -> Option<Range<usize>> {
         self.of(i).filter(|group| group.rigid.is_some()).map(Group::range)
+    }
+
+    /// Whether particle `i` belongs to a rigid body that moves freely in the stage.
+    pub fn moves_freely(&self, setting: &Setting<D>, clock: &Clock, i: usize) -> bool {
+        let Some(group) = self.of(i).filter(|group| group.rigid.is_some()) else { return false };
+        let name = &setting.case.bodies[group.body as usize].name;
+        setting.case.stages[clock.stage].motion_of(name).is_some_and(PrescribedMotion::is_free)
     }
 
     /// Velocity gradient of the turn of the rigid body that particle `i` belongs to (1/s); `None` without a turn.
@@ -75,31 +97,48 @@ impl<const D: usize> Bodies<D> {
             let acts =
                 motion.map_or(Acts::REST, |motion| Acts::of(motion, elapsed, D, (&force, &[mx, my, mz])));
             let rate = solve(&mass.matrix(), &acts.applied(), &acts.free).unwrap_or_default();
-            for (x, a) in positions.iter().zip(&mut rates.of.acceleration[range]) {
-                let of_body = velocity_at(&rate, &mass.arm(&spatial(x)));
-                *a = std::array::from_fn(|c| of_body[c]);
-            }
+            accelerate(positions, &mass, &rate, &mut rates.of.acceleration[range]);
             rates.pulled.push(Pulled { group: number, mass, acts, rate });
         }
     }
 
-    /// Gives rigid bodies the motion that forces over the time `step` (s) make, and their particles the velocity that takes them in `dt`
-    /// (s) to where they are then: so a turn makes no strain.
-    pub fn push_rigid(&mut self, setting: &Setting<D>, clock: &Clock, pulled: &[Pulled], step: f64, dt: f64) {
+    /// Gives rigid bodies the motion that forces over the time `step` (s) and the ground make, and their particles the velocity that takes
+    /// them in `dt` (s) to where they are then: so a turn makes no strain.
+    pub fn push_rigid(
+        &mut self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        walls: &Walls<D>,
+        rates: &mut Rates<D>,
+        (step, dt): (f64, f64),
+    ) {
         let local = setting.case.stages[clock.stage].damping;
         let p = &mut self.particles;
-        for Pulled { group, mass, acts, rate } in pulled {
+        let Rates { pulled, stood, unsettled, of, .. } = rates;
+        stood.clear();
+        for Pulled { group, mass, acts, rate } in &*pulled {
+            let mut rate = *rate;
             let group = &mut self.groups[*group];
             let range = group.range();
             let Some(rigid) = &mut group.rigid else { continue };
             let mut body = RigidStep::new(*mass, &rigid.state, acts, step, 0.0);
+            if acts.free != [false; 6] {
+                let points = (&p.position[range.clone()], 0.5 * setting.options.spacing);
+                let (planks, done) = walls.bear(&mut body, dt, points);
+                *unsettled += u64::from(!done);
+                if !planks.is_empty() && step > 0.0 {
+                    rate = std::array::from_fn(|k| (body.motion[k] - body.start[k]) / step);
+                    accelerate(&p.position[range.clone()], mass, &rate, &mut of.acceleration[range.clone()]);
+                }
+                stood.extend(planks.stood(&body).map(|own| (range.start, own)));
+            }
             body.damp(&[local; 3]);
             let left = |i: usize| p.mass[i] * setting.damped(p.sound[i], p.length[i], dt);
             let left = range.clone().map(left).sum::<f64>() / mass.mass;
             (0..6).filter(|k| acts.free[*k]).for_each(|k| body.motion[k] *= left);
             body.settle(&mut rigid.state);
             let (along, about) = (body.velocity(), body.mean_gradient(dt));
-            (rigid.rate, rigid.step, rigid.about) = (*rate, Some(body), about);
+            (rigid.rate, rigid.step, rigid.about) = (rate, Some(body), about);
             let positions = &p.position[range.clone()];
             let records = &mut self.shown.records[range.clone()];
             let moving = p.velocity[range].par_iter_mut().zip(records).zip(positions);

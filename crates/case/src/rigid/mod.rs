@@ -1,6 +1,8 @@
 //! Rigid bodies that forces move, for every method: mass and moments of inertia of their points, motion and orientation, and a step
 //! of both by Newton's and Euler's laws (docs/theory/mpm.md, rigid bodies).
 
+mod ground;
+mod meet;
 mod six;
 mod step;
 #[cfg(test)]
@@ -12,6 +14,8 @@ use crate::description::Velocity;
 use crate::measure::Reading;
 use crate::{Budget, spatial};
 
+pub use ground::{Planks, Rock, Side, Stood};
+pub use meet::{Touched, Touching, add_impulses, add_stiffness, remark_on_unsettled};
 pub use six::{Six, UPRIGHT, resultant, rotation, solve, times, transposed, velocity_at};
 pub use step::{Acts, RigidStep};
 

@@ -11,6 +11,7 @@ mod library;
 mod methods_agree;
 mod points;
 mod reference;
+mod standing;
 mod strength;
 
 use std::path::Path;

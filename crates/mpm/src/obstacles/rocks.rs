@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use colluvium_case::description::ObstacleWall;
+use colluvium_case::rigid::{Rock as Ground, Stood};
 use colluvium_case::{MovingObstacle, ObstacleLaw, ObstacleLaws, Standing};
 use colluvium_points::Surface;
-use colluvium_points::surface::{Contacts, Frame, Nearest};
+use colluvium_points::surface::{Contacts, Frame, Nearest, cross};
 use serde::{Deserialize, Serialize};
 
 use super::law::{MOST, Overlap, length, rub, way_out};
@@ -60,6 +61,20 @@ pub struct RockState {
     pub stored: f64,
     /// Energy taken since the start from points that were stopped before its surface (J), not negative.
     pub stopped: f64,
+}
+
+impl RockState {
+    /// Takes what a rigid body gives in a step of `dt` (s).
+    pub fn take(&mut self, stood: &Stood, dt: f64) {
+        let moment = cross(&stood.place, &stood.impulse);
+        for c in 0..3 {
+            self.force[c] += stood.impulse[c] / dt;
+            self.moment[c] += moment[c] / dt;
+            self.impulse[c] += stood.impulse[c];
+        }
+        self.friction += stood.friction;
+        self.work += stood.work;
+    }
 }
 
 /// What changes of all obstacles in the course of a run.
@@ -152,6 +167,15 @@ impl<const D: usize> Seen<D> {
     /// Whether obstacles act on the point.
     pub fn acts(&self) -> bool {
         self.count > 0 || self.held.is_some()
+    }
+}
+
+impl<const D: usize> Rock<D> {
+    /// As what rigid bodies stand on, where it is.
+    pub fn ground(&self) -> Ground<'_, D> {
+        let moving = self.moving.as_ref().map(|moving| &moving.own);
+        let surface = moving.map_or(&*self.surface, |own| &own.placed);
+        Ground { surface, laws: &self.laws, moving }
     }
 }
 

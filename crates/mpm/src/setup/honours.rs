@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, CaseError, Honours};
 
-use crate::{Formulation, Mass, ObstacleContact, ShapeFunctions};
+use crate::{Formulation, Mass, MpmOptions, ObstacleContact, ShapeFunctions};
 
 /// What MPM takes of a case beyond what all methods with points do.
 const TAKEN: [&str; 44] = [
@@ -92,7 +92,7 @@ pub fn honours(case: &Case) -> Result<Honours, CaseError> {
         honours = honours.refuses("obstacles", problem);
     }
     if case.bodies.iter().any(|body| body.rigid && case.moves_freely(&body.name)) {
-        honours = loose(honours, options.shape);
+        honours = loose(honours, &options);
     }
     if options.mass == Mass::Consistent {
         honours = consistent(honours);
@@ -101,13 +101,18 @@ pub fn honours(case: &Case) -> Result<Honours, CaseError> {
 }
 
 /// What rigid bodies that move freely do not go with.
-fn loose(honours: Honours, shape: ShapeFunctions) -> Honours {
+fn loose(honours: Honours, options: &MpmOptions) -> Honours {
     let name = "a rigid body that moves freely (a null in the velocity of its motion, or `turns`)";
+    let on_nodes = options.obstacles == ObstacleContact::Nodes;
     let mut honours = honours
-        .refuses("obstacles", format!("{name} does not feel obstacles: take boundaries, or a body"))
+        .refuses_if(
+            on_nodes,
+            "obstacles",
+            format!("{name} stands on obstacles with methods.mpm.obstacles `points`"),
+        )
         .refuses("domain.periodic", format!("{name} has no image on the other side"))
         .refuses("bodies.pore_fluid", format!("{name} has no contact with pore fluid"));
-    if matches!(shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
+    if matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
         let problem = "the domains of cpdi do not turn with a rigid body: use another shape";
         honours = honours.refuses("stages.motions.turns", problem);
     }

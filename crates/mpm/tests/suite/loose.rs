@@ -344,7 +344,7 @@ fn what_a_loose_body_does_not_go_with_is_refused_by_name() {
     assert_eq!(refused(json!({ "methods": { "mpm": { "cell_size": 0.1, "time_step": 1e-3 } } })), "");
     assert!(refused(json!({})).contains("give the method a `time_step`"));
     let rock = json!([{ "name": "o", "shape": { "kind": "ball", "centre": [0.3, 0.3], "radius": 0.1 }, "wall": { "kind": "smooth" } }]);
-    assert!(refused(json!({ "obstacles": rock })).contains("does not feel obstacles"));
+    assert!(refused(json!({ "obstacles": rock })).contains("`points`"));
     assert!(
         refused(json!({ "domain": { "min": [0, 0], "max": [2, 2], "periodic": ["x"] } }))
             .contains("no image")

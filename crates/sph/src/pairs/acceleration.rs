@@ -107,6 +107,30 @@ impl<const D: usize> Sums<'_, D> {
         std::array::from_fn(|c| whole[c] - by_obstacles[c])
     }
 
+    /// Acceleration of particle `i` by those of other bodies and their images (m/s²); its own body has those in a range.
+    pub fn acceleration_by_others(
+        &self,
+        i: usize,
+        row: &[u32],
+        weights: &mut [f64],
+        body: &Range<usize>,
+    ) -> [f64; D] {
+        let [own, rest] = [body.start, body.end].map(|number| self.before(row, number));
+        let [images, walls] = [self.particles.len(), self.first_wall].map(|number| self.before(row, number));
+        let of_others = |k: &usize| !body.contains(&self.source(row[*k] as usize));
+        let parts = [0..own, rest..images].into_iter();
+        let mut sum = [0.0; D];
+        for part in parts.chain((images..walls).filter(of_others).map(|k| k..k + 1)) {
+            if part.is_empty() {
+                continue;
+            }
+            let mut by_obstacles = [0.0; D];
+            let whole = self.acceleration(i, &row[part.clone()], &mut weights[part], Some(&mut by_obstacles));
+            (0..D).for_each(|c| sum[c] += whole[c] - by_obstacles[c]);
+        }
+        sum
+    }
+
     /// What acts on `i` beside its neighbours as they are: its image, corrections, walls that answer, obstacles, guards.
     fn push_off_others(
         &self,

@@ -164,7 +164,7 @@ impl<const D: usize> SphSolver<D> {
         derive(setting, clock, bodies, walls, lists, rates, dt); // 3, 4
         let step = 0.5 * (clock.last_step + dt);
         kick(setting, clock, bodies, &rates.of.acceleration, step, dt); // 5
-        bodies.push_rigid(setting, clock, &rates.pulled, step, dt);
+        bodies.push_rigid(setting, clock, walls, rates, (step, dt));
         strain(setting, clock, bodies, walls, lists, rates, dt)?; // 6–8
         drift(setting, clock, bodies, walls, lists, rates, dt)?; // 9
         bodies.turn_rigid(dt);

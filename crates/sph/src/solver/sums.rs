@@ -32,9 +32,16 @@ pub fn accelerate<const D: usize>(
     let whole = |pull: [f64; D]| std::array::from_fn(|c| pull[c] + gravity[c]);
     if bodies.any_rigid() {
         // What particles of a rigid body do to each other moves nothing, but stresses may give it a moment.
-        sum_up(walls, lists, rates, |i, row, weights, by_obstacles| {
-            let all = sums.acceleration(i, row, weights, by_obstacles);
+        // The ground bears those that move freely as a whole.
+        sum_up(walls, lists, rates, |i, row, weights, mut by_obstacles| {
+            let all = sums.acceleration(i, row, weights, by_obstacles.as_deref_mut());
             let Some(body) = bodies.rigid_range(i) else { return whole(all) };
+            if bodies.moves_freely(setting, clock, i) {
+                if let Some(own) = by_obstacles {
+                    *own = [0.0; D];
+                }
+                return whole(sums.acceleration_by_others(i, row, weights, &body));
+            }
             let own = sums.acceleration_within(i, row, weights, &body);
             whole(std::array::from_fn(|c| all[c] - own[c]))
         });

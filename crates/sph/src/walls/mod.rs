@@ -14,6 +14,7 @@ mod planes;
 mod pressed;
 mod smooth_bodies;
 mod soil;
+mod standing;
 mod stops;
 #[cfg(test)]
 mod tests;

@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use colluvium_case::description::ObstacleWall;
+use colluvium_case::rigid::Rock;
 use colluvium_case::{Case, CaseError, MovingObstacle, ObstacleLaws, Standing};
 use colluvium_parallel::InPieces;
 use colluvium_points::surface::{Contacts, Nearest};
@@ -126,6 +127,11 @@ pub(super) struct Solid<const D: usize> {
 }
 
 impl<const D: usize> Solid<D> {
+    /// As what rigid bodies stand on.
+    pub(super) fn ground(&self) -> Rock<'_, D> {
+        Rock { surface: self.now(), laws: &self.laws, moving: self.moving.as_ref() }
+    }
+
     /// Its surface where it is.
     pub(super) fn now(&self) -> &dyn Surface<D> {
         match &self.moving {
@@ -264,7 +270,7 @@ impl<const D: usize> Obstacles<D> {
     }
 
     /// Whether the reaction of obstacle number `number` is measured.
-    pub(super) fn is_told(&self, number: u32) -> bool {
+    pub(crate) fn is_told(&self, number: u32) -> bool {
         self.solids[number as usize].told
     }
 

@@ -256,16 +256,15 @@ fn a_box_slides_down_a_slope_in_space_with_its_share_of_friction() {
         let (report, [along, down]) = on_slope(0.5, if friction > 0.0 { &wall } else { &smooth });
         let exact = (along - friction * down).max(0.0);
         let found = late(&report, "box.velocity.x");
-        // The wall presses by stresses that swing.
-        assert!((found - exact).abs() < 2e-3 * along, "{friction}: {found} {exact}");
-        assert!(report.table.column("box.spin.y").unwrap().last().unwrap().abs() < 0.02);
+        assert!((found - exact).abs() < 1e-3 * along, "{friction}: {found} {exact}");
+        assert!(report.table.column("box.spin.y").unwrap().last().unwrap().abs() < 1e-3);
     }
 }
 
 #[test]
 fn a_slender_box_topples_down_a_slope_in_space_where_its_weight_passes_its_edge() {
-    // 0.2 m high on 0.08 m: it topples beyond a tangent of 0.4, or 0.3 at the centres of its outermost particles, where walls press.
-    let tilts = [0.2, 0.5].map(|tan| {
+    // 0.2 m high on 0.08 m: it topples beyond a tangent of 0.4.
+    let tilts = [0.37, 0.5].map(|tan| {
         let g = 9.81;
         let tall = json!({ "name": "box", "material": "rock", "rigid": true,
                            "shape": { "kind": "box", "min": [-0.04, -0.06, 0.0], "max": [0.04, 0.06, 0.2] } });
@@ -285,7 +284,7 @@ fn a_slender_box_topples_down_a_slope_in_space_where_its_weight_passes_its_edge(
         };
         (of(0.19) - of(0.01)) / 0.18
     });
-    assert!(tilts[0].abs() < 0.02 && tilts[1] > 0.3, "{tilts:?}");
+    assert!(tilts[0].abs() < 1e-4 && tilts[1] > 0.1, "{tilts:?}");
 }
 
 #[test]
