@@ -73,8 +73,8 @@ impl Number for f64x4 {
 
 #[inline(always)]
 pub fn dot<const N: usize, T: Number>(a: &[T; N], b: &[T; N]) -> T {
-    let mut sum = T::of(0.0);
-    for c in 0..N {
+    let mut sum = a[0] * b[0];
+    for c in 1..N {
         sum += a[c] * b[c];
     }
     sum
@@ -154,40 +154,33 @@ pub fn spread<const D: usize, const R: usize, T: Number>(f: &[T; R], n: &[T; D])
 /// Component along `n` of a rotation; none in the plane.
 #[inline(always)]
 pub fn along<const D: usize, const R: usize, T: Number>(spin: &[T; R], n: &[T; D]) -> T {
-    let mut sum = T::of(0.0);
     if D == 2 {
-        return sum;
+        return T::of(0.0);
     }
-    for c in 0..D {
+    let mut sum = spin[0] * n[0];
+    for c in 1..D {
         sum += spin[c] * n[c];
     }
     sum
 }
 
 /// Turns what was across the normal of a step ago into the plane across `n`, its length kept, and about `n` by `angle`
-/// (rad): in the plane it keeps its coordinate (sheet: dem §2.4). The angle is right to its fifth power, the length exact.
+/// (rad): in the plane it keeps its coordinate (sheet: dem §2.4). The angle is right but for its fifth power, the length
+/// exact.
 #[inline(always)]
 pub fn follow<const D: usize, const R: usize, T: Number>(v: &[T; R], n: &[T; D], angle: T) -> [T; R] {
     if D == 2 {
         return *v;
     }
-    let square = dot(v, v);
-    let off = along(v, n);
-    let mut out = *v;
-    for c in 0..D {
-        out[c] -= off * n[c];
-    }
-    let left = dot(&out, &out);
-    let half = T::of(0.5) * angle;
-    let tangent = half + half * half * half * T::of(1.0 / 3.0);
-    let (one, tangents) = (T::of(1.0), tangent * tangent);
-    // Cosine and sine times this sum, by which all is divided with what is to keep the length.
-    let whole = one + tangents;
-    let (cos, sin) = (one - tangents, T::of(2.0) * tangent);
+    let (square, off) = (dot(v, v), along(v, n));
+    // What is left of the square of its length in the plane, and the tangent of the angle.
+    let left = square - off * off;
+    let tangent = angle + angle * angle * angle * T::of(1.0 / 3.0);
+    let grown = left * (T::of(1.0) + tangent * tangent);
     // Turned by a right angle within a step nothing is left of it.
-    let kept = left.above(T::of(1e-12) * square, square / (left * whole * whole), T::of(0.0)).root();
-    let side: [T; R] = moment(n, &out);
-    std::array::from_fn(|c| kept * (cos * out[c] + sin * side[c]))
+    let kept = left.above(T::of(1e-12) * square, square / grown, T::of(0.0)).root();
+    let side: [T; R] = moment(n, v);
+    std::array::from_fn(|c| kept * (v[c] - off * n[c] + tangent * side[c]))
 }
 
 #[cfg(test)]

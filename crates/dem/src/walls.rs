@@ -342,7 +342,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             }
         }
         waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, shares));
-        shares.tallies[slab - shares.slab].0.join(&sums.tally());
+        shares.tallies[slab - shares.slab].0.join(&sums.tally(self.dt));
     }
 
     /// Forces of planes on four grains that touch them.

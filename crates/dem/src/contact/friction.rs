@@ -53,7 +53,8 @@ impl Coulomb {
             force = times(limit / size, &force);
             slide = self.left(&force, &touch.sliding, (stiffness, dashpot), limit);
             tally.sliding += 1;
-            tally.friction += slipped(&force, &times(dt, &touch.sliding), stiffness, (&old, &slide));
+            let sliding = (&touch.sliding, dt);
+            tally.friction += slipped(&force, sliding, (stiffness, dashpot), (&old, &slide));
         } else if dashpot > 0.0 {
             tally.dashpots += dashpot * dot(&touch.sliding, &touch.sliding) * dt;
         }
@@ -75,26 +76,32 @@ impl Coulomb {
         if stiffness <= 0.0 {
             return [0.0; R];
         }
+        let compliance = 1.0 / stiffness;
         if self.reset == SpringReset::Spring || dashpot == 0.0 {
-            return times(-1.0 / stiffness, force);
+            return times(-compliance, force);
         }
-        let slide: [f64; R] = std::array::from_fn(|c| -(force[c] + dashpot * sliding[c]) / stiffness);
+        let slide: [f64; R] = std::array::from_fn(|c| -compliance * (force[c] + dashpot * sliding[c]));
         let size = dot(&slide, &slide).sqrt();
-        let most = limit / stiffness;
+        let most = compliance * limit;
         if size > most { times(most / size, &slide) } else { slide }
     }
 }
 
-/// Energy that a contact loses which moves by `way` and slips under `force`, while its spring goes from one elongation to another
-/// (J): the work of the force less what the spring takes up. The dashpot's share is in it, and what a spring loses that is set back.
+/// Energy that a contact loses which slips under `force`, while its spring goes from one elongation to another (J): the work over the
+/// step, less what the spring takes up. The work is that of the mean of the force and of the one a step ago, which moves the grains in
+/// leap-frog steps; the latter is that of the spring. With a dashpot it is not known, and the work is that of the force. The dashpot's
+/// share is in it, and what a spring loses that is set back.
 #[inline(always)]
 pub fn slipped<T: Number, const R: usize>(
     force: &[T; R],
-    way: &[T; R],
-    stiffness: T,
+    (sliding, dt): (&[T; R], T),
+    (stiffness, dashpot): (T, T),
     (old, left): (&[T; R], &[T; R]),
 ) -> T {
-    T::of(0.5) * stiffness * (dot(old, old) - dot(left, left)) - dot(force, way)
+    let none = T::of(0.0);
+    let both: [T; R] =
+        std::array::from_fn(|c| force[c] + dashpot.above(none, force[c], none - stiffness * old[c]));
+    T::of(0.5) * (stiffness * (dot(old, old) - dot(left, left)) - dt * dot(&both, sliding))
 }
 
 /// A spring whose stiffness follows the overlap: its force stays where the contact is pressed together, its elongation where
@@ -131,11 +138,12 @@ pub fn left_in_lanes<const R: usize>(
     limit: Lanes,
     spring: Lanes,
 ) -> [Lanes; R] {
-    let slide: [Lanes; R] = std::array::from_fn(|c| -(force[c] + dashpot * sliding[c]) / stiffness);
+    let compliance = Lanes::ONE / stiffness;
+    let slide: [Lanes; R] = std::array::from_fn(|c| -compliance * (force[c] + dashpot * sliding[c]));
     let size = dot(&slide, &slide).sqrt();
-    let most = limit / stiffness;
+    let most = compliance * limit;
     let clipped = times(most / size, &slide);
-    let plain = times(-Lanes::ONE / stiffness, force);
+    let plain = times(-compliance, force);
     let whole = spring | dashpot.simd_eq(Lanes::ZERO);
     let (longer, stiff) = (size.simd_gt(most), stiffness.simd_gt(Lanes::ZERO));
     std::array::from_fn(|c| stiff & whole.bitselect(plain[c], longer.bitselect(clipped[c], slide[c])))

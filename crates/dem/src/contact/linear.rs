@@ -31,11 +31,11 @@ impl<T: Number> Linear<T> {
     #[inline]
     pub fn at<const D: usize, const R: usize>(&self, touch: &Touch<D, R, T>) -> Elastic<T> {
         let stiffness = self.stiffness(touch.radius);
-        let (half, two) = (T::of(0.5), T::of(2.0));
+        let (half, two, force) = (T::of(0.5), T::of(2.0), stiffness * touch.overlap);
         let root = two * (stiffness * touch.mass).root();
         Elastic {
-            force: stiffness * touch.overlap,
-            energy: half * stiffness * touch.overlap * touch.overlap,
+            force,
+            energy: half * force * touch.overlap,
             damping: self.damping_ratio * root,
             across: self.across * stiffness,
             damping_across: self.damping_ratio_across * self.root_across * root,

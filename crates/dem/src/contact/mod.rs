@@ -168,15 +168,16 @@ impl<const D: usize, const R: usize, T: Number> Touch<D, R, T> {
         if let Some(drift) = drift {
             relative = minus(&relative, drift);
         }
-        let both: [T; R] = std::array::from_fn(|c| arm * (a * one.spin[c] + b * two.spin[c]));
-        let mean: [T; R] = std::array::from_fn(|c| T::of(0.5) * (one.spin[c] + two.spin[c]));
+        let (of_one, of_two) = (arm * a, arm * b);
+        let both: [T; R] = std::array::from_fn(|c| of_one * one.spin[c] + of_two * two.spin[c]);
+        let sum_of_spins: [T; R] = std::array::from_fn(|c| one.spin[c] + two.spin[c]);
         let touch = Self {
             overlap: sum - distance,
             normal,
             separation: dot(&relative, &normal),
             sliding: minus(&across(&relative, &normal), &turned(&both, &normal)),
             turning: minus(&one.spin, &two.spin),
-            spin: along(&mean, &normal),
+            spin: T::of(0.5) * along(&sum_of_spins, &normal),
             mass: part * (distance * sum),
             radius: a * b * per_sum,
             small: a.above(b, b, a),
@@ -432,9 +433,10 @@ pub fn end<const D: usize, const R: usize>(
     tally.dashpots -= 0.5 * memory.dash * touch.separation * dt;
     let held = dot(&memory.slide, &memory.slide);
     if held > 0.0 {
-        // As stiff as it was a step ago.
+        // As stiff as it was a step ago. Its force acts half a step longer, and the work is lost as well.
         let last = Touch { overlap: (touch.overlap + touch.separation * dt).max(0.0), ..*touch };
-        tally.rescaled += 0.5 * law.elastic(&last).across * held;
+        let across = law.elastic(&last).across;
+        tally.rescaled += 0.5 * across * (held + dot(&memory.slide, &touch.sliding) * dt);
     }
     *memory = Memory::default();
 }

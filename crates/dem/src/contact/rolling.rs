@@ -77,7 +77,7 @@ impl Resistance {
             if length * stiffness > limit {
                 left = times(limit / (stiffness * length), &left);
             }
-            tally.rolling += slipped(&moment, &times(dt, rate), stiffness, (spring, &left));
+            tally.rolling += slipped(&moment, (rate, dt), (stiffness, dashpot), (spring, &left));
         } else {
             tally.dashpots += dashpot * dot(rate, rate) * dt;
         }
@@ -130,7 +130,7 @@ impl Resistance<Lanes> {
             let longer = (length * stiffness).simd_gt(limit);
             let clipped = times(limit / (stiffness * length), &free);
             let kept: [Lanes; N] = std::array::from_fn(|c| longer.bitselect(clipped[c], free[c]));
-            lost = slipped(&capped, &times(dt, rate), stiffness, (spring, &kept));
+            lost = slipped(&capped, (rate, dt), (stiffness, dashpot), (spring, &kept));
             for c in 0..N {
                 moment[c] = slips.bitselect(capped[c], moment[c]);
                 left[c] = slips.bitselect(kept[c], left[c]);

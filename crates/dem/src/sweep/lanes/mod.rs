@@ -59,7 +59,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             run.look::<HERTZ, TURNS>(pairs, count, common.as_ref());
         }
         run.flush::<HERTZ, TURNS>(common.as_ref());
-        shares.tallies[slab - shares.slab] = run.work.account.sums();
+        shares.tallies[slab - shares.slab] = run.work.account.sums(self.dt);
     }
 
     /// What lies between the centres of four pairs (m), the square of their distances (m²), and the radii of the first and the second (m).
@@ -148,26 +148,28 @@ impl<const D: usize, const R: usize> Run<'_, '_, D, R> {
         let groups = count.div_ceil(WIDTH).min(MOST / WIDTH);
         let (records, springs) = ((self.places, self.motions), &*self.work.memory.spring);
         for group in 0..groups {
+            let slots = self.batch.pairs(group).map(|pair| pair.slot as usize);
+            let (slide, dash) = spring_lines(springs, &slots);
             touch::<D, R, TURNS>(&mut self.batch, group, records, (self.scene, self.periodic));
+            let own = &mut self.batch.fours[group];
+            (own.slide, own.dash) = (slide, dash);
         }
         for group in 0..groups {
-            turn(&mut self.batch, group, springs, self.scene.dt);
+            turn(&mut self.batch, group, self.scene.dt);
         }
         let mut work = self.work.again();
         let mut apart = 0u64;
+        // In one place, whichever they are.
+        let mut laws = common.copied().unwrap_or_else(|| Laws::of([&self.scene.laws[0]; WIDTH]));
         for group in 0..groups {
             let valid = (count - WIDTH * group).min(WIDTH);
-            let own;
-            let laws = if let Some(laws) = common {
-                laws
-            } else {
+            if common.is_none() {
                 let grains = |pair: &Pair| [pair.first, pair.second].map(|i| work.first + i as usize);
                 let law = |pair: &Pair| self.scene.law(grains(pair)[0], grains(pair)[1]);
-                own = Laws::of(self.batch.pairs(group).each_ref().map(law));
-                &own
-            };
+                laws = Laws::of(self.batch.pairs(group).each_ref().map(law));
+            }
             let bits =
-                work.push::<HERTZ, TURNS>(&self.batch, group, (self.scene, self.periodic), laws, valid);
+                work.push::<HERTZ, TURNS>(&self.batch, group, (self.scene, self.periodic), &laws, valid);
             apart |= u64::from(!bits & ((1 << valid) - 1)) << (WIDTH * group);
         }
         self.work.account = work.account;
@@ -201,28 +203,23 @@ fn touch<const D: usize, const R: usize, const TURNS: bool>(
     let two = seen(pairs.map(|pair| &motions[pair.second as usize]), radii[1]);
     let (touch, arm) = Touch::between([&one, &two], (&apart, square.sqrt()), drift.as_ref(), scene.radii);
     let own = &mut batch.fours[group];
-    let turning = if TURNS { touch.turning } else { own.touch.turning };
+    let Touch { overlap, normal, separation, sliding, turning, spin, mass, radius, small } = touch;
     if TURNS {
-        own.radii = radii;
+        (own.radii, own.touch.turning) = (radii, turning);
     }
     if periodic || scene.growth != 0.0 {
         own.apart = apart;
     }
-    (own.touch, own.arm) = (Touch { turning, ..touch }, arm);
+    (own.touch.overlap, own.touch.normal, own.touch.separation) = (overlap, normal, separation);
+    (own.touch.sliding, own.touch.spin, own.touch.mass) = (sliding, spin, mass);
+    (own.touch.radius, own.touch.small, own.arm) = (radius, small, arm);
 }
 
-/// Reads the springs of four contacts and turns them with their normals.
+/// Turns the springs of four contacts with their normals.
 #[inline(always)]
-fn turn<const D: usize, const R: usize>(
-    batch: &mut Batch<D, R>,
-    group: usize,
-    springs: &[[f64; SPRING]],
-    dt: f64,
-) {
-    let (slide, dash) = spring_lines(springs, &batch.pairs(group).map(|pair| pair.slot as usize));
+fn turn<const D: usize, const R: usize>(batch: &mut Batch<D, R>, group: usize, dt: f64) {
     let own = &mut batch.fours[group];
-    own.slide = follow(&slide, &own.touch.normal, own.touch.spin * Lanes::splat(dt));
-    own.dash = dash;
+    own.slide = follow(&own.slide, &own.touch.normal, own.touch.spin * Lanes::splat(dt));
 }
 
 /// Springs across of four contacts (m), and the dissipative part of their normal forces (N).

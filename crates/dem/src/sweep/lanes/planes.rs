@@ -38,9 +38,9 @@ impl<const D: usize> Default for Planes<D> {
 }
 
 impl<const D: usize> Planes<D> {
-    /// The sums.
-    pub fn tally(self) -> Tally {
-        self.0.sums().0
+    /// The sums of a step of `dt` (s).
+    pub fn tally(self, dt: f64) -> Tally {
+        self.0.sums(dt).0
     }
 }
 

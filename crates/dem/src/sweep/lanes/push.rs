@@ -13,7 +13,11 @@ use crate::vector::{WIDTH, add, dot, moment, spread, times};
 #[derive(Clone, Copy, Default)]
 pub(super) struct Sums {
     elastic: Lanes,
-    pub(super) elastic_across: Lanes,
+    /// Twice the energy of springs across (J).
+    pub(super) springs: Lanes,
+    /// Less twice the power of dashpots along the normals, and that of those across (W).
+    along: Lanes,
+    pub(super) across: Lanes,
     pub(super) friction: Lanes,
     pub(super) dashpots: Lanes,
     pub(super) rescaled: Lanes,
@@ -36,17 +40,17 @@ impl<const D: usize> Account<D> {
         Self { tally, sums: Sums::default(), virial }
     }
 
-    /// All of it, over the lanes too.
-    pub(super) fn sums(self) -> (Tally, Virial<D>) {
+    /// All of it, over the lanes too, in a step of `dt` (s).
+    pub(super) fn sums(self, dt: f64) -> (Tally, Virial<D>) {
         let Self { mut tally, sums, virial } = self;
         let sum = |lanes: Lanes| {
             let [a, b, c, d] = lanes.to_array();
             (a + b) + (c + d)
         };
         tally.elastic += sum(sums.elastic);
-        tally.elastic_across += sum(sums.elastic_across);
+        tally.elastic_across += 0.5 * sum(sums.springs);
         tally.friction += sum(sums.friction);
-        tally.dashpots += sum(sums.dashpots);
+        tally.dashpots += sum(sums.dashpots) + dt * (sum(sums.across) - 0.5 * sum(sums.along));
         tally.rescaled += sum(sums.rescaled);
         tally.rolling += sum(sums.rolling);
         tally.elastic_rolling += sum(sums.elastic_rolling);
@@ -109,7 +113,7 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
         let normal = (laws.clamp & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
         let dissipative = normal - base.force;
         let sums = &mut self.account.sums;
-        sums.dashpots -= meets & (Lanes::HALF * (dash + dissipative) * touch.separation * dt);
+        sums.along += meets & ((dash + dissipative) * touch.separation);
         sums.elastic += meets & base.energy;
         let cap = normal.fast_max(Lanes::ZERO);
         let (across, slide) = self.friction::<HERTZ>(laws, touch, &base, (cap, dt), (slide, meets));

@@ -80,7 +80,7 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
             let limit = laws.coefficient * cap;
             let capped = times(limit / square.sqrt(), &force);
             let left = left_in_lanes(&capped, &touch.sliding, (stiffness, dashpot), limit, laws.spring);
-            let lost = slipped(&capped, &times(dt, &touch.sliding), stiffness, (&old, &left));
+            let lost = slipped(&capped, (&touch.sliding, dt), (stiffness, dashpot), (&old, &left));
             for c in 0..R {
                 force[c] = slips.bitselect(capped[c], force[c]);
                 slide[c] = slips.bitselect(left[c], slide[c]);
@@ -88,9 +88,9 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
             self.account.sums.friction += meets & slips & lost;
             self.account.tally.sliding += u64::from((meets & slips).to_bitmask().count_ones());
         }
-        let viscous = dashpot * dot(&touch.sliding, &touch.sliding) * dt;
-        self.account.sums.dashpots += meets & slips.bitselect(Lanes::ZERO, viscous);
-        self.account.sums.elastic_across += meets & (Lanes::HALF * stiffness * dot(&slide, &slide));
+        let viscous = dashpot * dot(&touch.sliding, &touch.sliding);
+        self.account.sums.across += meets & slips.bitselect(Lanes::ZERO, viscous);
+        self.account.sums.springs += meets & (stiffness * dot(&slide, &slide));
         (force, slide)
     }
 }
