@@ -10,14 +10,14 @@ use colluvium_case::{
 use colluvium_points::columns::{foreign, read_column, write_column};
 use serde::{Deserialize, Serialize};
 
-use crate::ledger::Ledger;
+use crate::ledger::{Broken, Ledger};
 use crate::pairs::Pairs;
 use crate::rain::Entered;
 use crate::solver::DemSolver;
 use crate::surfaces::Facet;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 7;
+const FORMAT: u32 = 8;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -34,7 +34,7 @@ struct Head {
     cell: Vec<f64>,
     since: Option<(Vec<f64>, f64, f64)>,
     walls: Vec<(u32, Vec<f64>)>,
-    broken: Vec<(f64, u32, u32)>,
+    broken: Vec<Broken>,
     entered: Vec<Entered>,
     next_id: u32,
 }

@@ -3,7 +3,7 @@
 //! All of it is of contacts between grains; those with walls count for whether a grain bears something.
 
 use colluvium_case::measure::Reading;
-use colluvium_case::solver::Mesh;
+use colluvium_case::solver::{Mesh, Points};
 use colluvium_case::{Dataset, Field, FieldData, Support, spatial};
 use colluvium_constitutive::SymTensor;
 
@@ -157,6 +157,23 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             }
         }
         all.into_iter().map(|(name, unit, value)| (name, unit.to_owned(), value)).collect()
+    }
+
+    /// The bonds that have broken, in the order in which they did: where, when, and between which grains.
+    pub(crate) fn take_broken(&self) -> Dataset {
+        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
+        let ids = |k: usize| FieldData::Whole(self.broken.iter().map(|one| i64::from(one.ids[k])).collect());
+        let times = FieldData::Scalar(self.broken.iter().map(|one| one.time).collect());
+        let points = Points {
+            ids: (0..self.broken.len() as u64).collect(),
+            positions: self.broken.iter().map(|one| one.place).collect(),
+            ..Points::default()
+        };
+        Dataset {
+            name: "broken-bonds".to_owned(),
+            support: Support::Points(points),
+            fields: vec![field("time", "s", times), field("first", "", ids(0)), field("second", "", ids(1))],
+        }
     }
 
     /// Contacts as lines: from the other centre, or the place on a wall, to that of the first grain.

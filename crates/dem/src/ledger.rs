@@ -6,6 +6,17 @@ use serde::{Deserialize, Serialize};
 use crate::contact::Tally;
 use crate::motion::Sums;
 
+/// A bond that has broken.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Broken {
+    /// When (s).
+    pub time: f64,
+    /// Ids of its grains.
+    pub ids: [u32; 2],
+    /// Half way between these, or the centre of the first where they met across a side of a periodic cell (m).
+    pub place: [f64; 3],
+}
+
 /// Energies (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {

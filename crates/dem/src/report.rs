@@ -225,6 +225,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if wanted == Wanted::Written {
             frame.datasets.extend(self.case.lattice().map(|nodes| self.take_lattice(nodes)));
             frame.datasets.extend(self.case.output.contacts.then(|| self.take_contacts()));
+            let lists_broken = self.case.output.contacts && !self.broken.is_empty();
+            frame.datasets.extend(lists_broken.then(|| self.take_broken()));
         }
         frame
     }

@@ -21,7 +21,8 @@ pub struct Output {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grid: Option<f64>,
     /// Contacts of grains with every frame: one line each, from centre to centre or from the place on a wall, with force (N, on the
-    /// first grain), its parts along and across the normal (N), overlap (m) and whether it is one with a wall; for dem.
+    /// first grain), its parts along and across the normal (N), overlap (m) and whether it is one with a wall; and the bonds that have
+    /// broken so far, as points with time (s) and the ids of the two grains; for dem.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub contacts: bool,
     /// Rasters over the plan, written at the end as ESRI ASCII grids and GeoTIFFs with the georeference of the terrain: for

@@ -21,7 +21,7 @@ use crate::cell::{PeriodicCell, inverse, product};
 use crate::config::{ContactVelocity, DemOptions, GrainStage, LeverArm};
 use crate::contact::{Law, Tally};
 use crate::grains::Grains;
-use crate::ledger::Ledger;
+use crate::ledger::{Broken, Ledger};
 use crate::lists::Lists;
 use crate::motion::{Drive, Sums, advance, turn};
 use crate::pairs::Columns;
@@ -158,7 +158,7 @@ pub struct DemSolver<const D: usize, const R: usize> {
     /// What is from a file.
     pub(crate) given: Given,
     /// Bonds that broke: time (s) and ids of the grains.
-    pub(crate) broken: Vec<(f64, u32, u32)>,
+    pub(crate) broken: Vec<Broken>,
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
@@ -307,11 +307,14 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                     let bond = &mut pairs.memory.bond[k];
                     if bond.strength < 0.0 {
                         bond.strength = 0.0;
-                        self.broken.push((
-                            self.time,
-                            self.grains.id[i],
-                            self.grains.id[pairs.other[k] as usize],
-                        ));
+                        let (grains, other) = (&self.grains, pairs.other[k] as usize);
+                        let across = pairs.image.get(k).is_some_and(|image| *image != 0);
+                        let (x, y) = (&grains.position[i], &grains.position[if across { i } else { other }]);
+                        self.broken.push(Broken {
+                            time: self.time,
+                            ids: [grains.id[i], grains.id[other]],
+                            place: spatial(&std::array::from_fn::<f64, D, _>(|c| 0.5 * (x[c] + y[c]))),
+                        });
                     }
                 }
             }

@@ -1,6 +1,6 @@
 //! Grains that rest (sheet: dem §5, B5, B9) and bonds (B15).
 
-use colluvium_case::Solver;
+use colluvium_case::{FieldData, Solver, Support, Wanted};
 use colluvium_dem::disks;
 use colluvium_testkit::near;
 use serde_json::json;
@@ -129,7 +129,9 @@ fn a_bond_breaks_at_its_strength() {
     }
     near(most, 1.0, 2e-3);
     assert_eq!(solver.readings().iter().find(|(name, ..)| name == "broken_bonds").unwrap().2, 0.0);
+    assert!(solver.frame(Wanted::Written).datasets.iter().all(|dataset| dataset.name != "broken-bonds"));
     value["bodies"][1]["velocity"]["value"] = json!([0.15, 0.0]);
+    value["output"]["contacts"] = json!(true);
     let case = colluvium_case::Case::from_json(&value.to_string()).unwrap();
     let mut solver = begun(disks(&case).unwrap());
     let mut most = 0.0f64;
@@ -141,4 +143,17 @@ fn a_bond_breaks_at_its_strength() {
     let readings = solver.readings();
     assert_eq!(readings.iter().find(|(name, ..)| name == "broken_bonds").unwrap().2, 1.0);
     near(readings.iter().find(|(name, ..)| name == "energy_error").unwrap().2, 0.0, 1e-2);
+    // It is listed, and still is after a restart.
+    let mut again = begun(disks(&case).unwrap());
+    again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+    for solver in [&solver, &again] {
+        let frame = solver.frame(Wanted::Written);
+        let broken = frame.datasets.iter().find(|dataset| dataset.name == "broken-bonds").unwrap();
+        let Support::Points(points) = &broken.support else { panic!("{broken:?}") };
+        let [time, first, second] = &broken.fields[..] else { panic!("{broken:?}") };
+        let FieldData::Scalar(times) = &time.data else { panic!("{time:?}") };
+        assert!(times[0] > 0.0 && times[0] <= solver.time(), "{times:?}");
+        assert_eq!((&first.data, &second.data), (&FieldData::Whole(vec![0]), &FieldData::Whole(vec![1])));
+        assert!(points.positions[0][0] > 0.0 && points.positions[0][0] < 1e-3, "{points:?}");
+    }
 }
