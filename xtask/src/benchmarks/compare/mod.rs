@@ -9,6 +9,7 @@ mod slide;
 mod slope_acads;
 mod slope_clays;
 mod slope_cut;
+mod tipping_block;
 
 use colluvium::case::{Case, RunReport};
 use colluvium::compare::{self, Ran, Reference};
@@ -22,6 +23,7 @@ pub const ALL: &[Benchmark] = &[
     elastic_bar::BENCHMARK,
     grain_cell::BENCHMARK,
     inclined_block::BENCHMARK,
+    tipping_block::BENCHMARK,
     dam_break::BENCHMARK,
     aluminium_bars::BENCHMARK,
     slope_cut::BENCHMARK,

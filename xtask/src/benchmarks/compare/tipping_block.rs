@@ -1,0 +1,117 @@
+//! A tall rigid block that tips over its lower corner, falls flat and comes to rest, by MPM and SPH: both let the same corners of the
+//! block meet the ground.
+
+use std::f64::consts::FRAC_PI_2;
+
+use colluvium::case::RunReport;
+use colluvium::plots::{Series, Style};
+
+use super::{Together, chart};
+use crate::analysis::Largest;
+use crate::benchmarks::{Benchmark, Outcome, case, run_by};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "compare/tipping-block",
+    title: "A tall rigid block tips on a slope, falls flat and rests: MPM and SPH",
+    source: "closed form",
+    quick: Some(8),
+    full: 8,
+    run: benchmark,
+};
+
+/// Width and height of the block (m).
+const SIZE: [f64; 2] = [0.2, 0.6];
+/// Gravity (m/s²).
+const GRAVITY: [f64; 2] = [5.0, -8.66];
+/// Until when the corner does not slip (s).
+const HELD: f64 = 0.4;
+
+/// Angle (rad) over time (s) of a block that turns about its lower corner under its weight.
+fn pendulum() -> Vec<(f64, f64)> {
+    let [width, height] = SIZE;
+    let inertia = (width * width + height * height) / 3.0;
+    let (mut angle, mut spin, per_row, dt) = (0.0, 0.0, 1000, 1e-5);
+    let mut rows = vec![(0.0, 0.0)];
+    while rows.len() as f64 * 0.01 <= HELD + 1e-9 {
+        for _ in 0..per_row {
+            // From the corner to the centre of mass.
+            let (sin, cos) = f64::sin_cos(angle);
+            let (x, y) = (-0.5 * width * cos + 0.5 * height * sin, 0.5 * width * sin + 0.5 * height * cos);
+            spin += dt * (GRAVITY[0] * y - GRAVITY[1] * x) / inertia;
+            angle += dt * spin;
+        }
+        rows.push((rows.len() as f64 * 0.01, angle));
+    }
+    rows
+}
+
+fn benchmark(_: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let case = case("compare/tipping-block")?;
+    let exact = pendulum();
+    let mut picture = chart("Turn of a block on a slope of 30°", "time (s)", "angle (degrees)");
+    let degrees = |rows: &[(f64, f64)]| -> Vec<(f64, f64)> {
+        rows.iter().map(|row| (row.0, row.1.to_degrees())).collect()
+    };
+    let mut together = Together::default();
+    let mut both = Vec::new();
+    for method in ["mpm", "sph"] {
+        let report = run_by(method, &case)?;
+        let turned: Vec<(f64, f64)> =
+            pairs(&report, "block.angle")?.into_iter().map(|(time, angle)| (time, -angle)).collect();
+        let apart = turned.iter().zip(&exact).map(|(own, exact)| (own.1 - exact.1).abs()).largest();
+        outcome.below(
+            format!("{method}: largest error of the angle in {HELD} s over the angle then"),
+            "a block that turns about its lower corner",
+            apart / exact[exact.len() - 1].1,
+            0.02,
+            "2 %",
+        );
+        let end = turned[turned.len() - 1].1;
+        outcome.below(
+            format!("{method}: angle at the end less a quarter turn (rad)"),
+            "flat on its side",
+            (end - FRAC_PI_2).abs(),
+            1e-3,
+            "a thousandth",
+        );
+        let total = pairs(&report, "total_energy")?;
+        let rise = total.windows(2).map(|pair| pair[1].1 - pair[0].1).largest();
+        let fallen = total[0].1 - total[total.len() - 1].1;
+        outcome.below(
+            format!("{method}: largest rise of the total energy from row to row over what the blow takes"),
+            "no blow gives energy",
+            rise.max(0.0) / fallen,
+            1e-3,
+            "a thousandth",
+        );
+        let (weight, borne) = (240.0 * GRAVITY[1], pairs(&report, "bearing.y")?);
+        outcome.below(
+            format!("{method}: force on the ground at the end over the weight across it, less one"),
+            "its weight",
+            (borne[borne.len() - 1].1 / weight - 1.0).abs(),
+            1e-3,
+            "a thousandth",
+        );
+        picture.series.push(Series::new(method, degrees(&turned), Style::Line));
+        together.add(method, &report);
+        both.push(turned);
+    }
+    let apart = both[0].iter().zip(&both[1]).map(|(mpm, sph)| (mpm.1 - sph.1).abs()).largest();
+    outcome.below(
+        "largest difference of the angle between mpm and sph (rad)",
+        "the same mechanics",
+        apart,
+        0.02,
+        "of a quarter turn 1 %",
+    );
+    picture.series.push(Series::new("closed form, corner held", degrees(&exact), Style::Dashed));
+    outcome.svg("Angle by which the block has turned.", &picture)?;
+    together.show(&mut outcome, &case, "compare/tipping-block")?;
+    Ok(outcome)
+}
+
+fn pairs(report: &RunReport, column: &str) -> Result<Vec<(f64, f64)>, String> {
+    report.table.pairs("time", column).ok_or_else(|| format!("no column {column}"))
+}
