@@ -8,8 +8,7 @@
 
 use colluvium_case::description::Wall;
 use colluvium_case::rigid::{
-    Planks, RigidStep, Rock as Ground, Side, Six, Touched, Touching, add_impulses, add_stiffness, resultant,
-    velocity_at,
+    Planks, RigidStep, Side, Six, Touched, Touching, add_impulses, add_stiffness, resultant, velocity_at,
 };
 use colluvium_case::spatial;
 use colluvium_grid::{Lanes, Node, Walls};
@@ -110,29 +109,30 @@ impl Touched for Meeting<'_> {
 }
 
 /// The walls of the stage that rigid bodies stand on.
-fn sides<const D: usize>(clock: &Clock, background: &Background<D>) -> Vec<Side> {
-    let mut sides = Vec::new();
-    for (_, boundary) in clock.case.active_boundaries(clock.stage) {
+fn sides<'a, const D: usize>(
+    clock: &'a Clock,
+    background: &'a Background<D>,
+) -> impl Iterator<Item = Side> + 'a {
+    clock.case.active_boundaries(clock.stage).into_iter().filter_map(|(_, boundary)| {
         let friction = match boundary.wall {
             Wall::Rough => f64::INFINITY,
             Wall::Smooth => 0.0,
             Wall::Frictional { friction_coefficient, .. } => friction_coefficient,
-            Wall::Absorbing { .. } => continue,
+            Wall::Absorbing { .. } => return None,
         };
         let axis = boundary.side.axis();
         // The axis of rotation holds nothing.
         if boundary.group.is_some() || (background.axisymmetric && axis == 0) {
-            continue;
+            return None;
         }
-        sides.push(Side {
+        Some(Side {
             axis,
             off: if boundary.side.is_max() { -1.0 } else { 1.0 },
             face: boundary.position(&clock.case.domain),
             velocity: boundary.velocity.as_ref().map_or([0.0; 3], |v| spatial(v)),
             friction,
-        });
-    }
-    sides
+        })
+    })
 }
 
 /// What rigid bodies meet.
@@ -149,29 +149,15 @@ pub struct Around<'a, const D: usize> {
     pub walls: &'a Walls,
     /// The pairs of fields.
     pub contacts: &'a Contacts,
-    /// The walls of the stage.
-    pub sides: Vec<Side>,
 }
 
-impl<'a, const D: usize> Around<'a, D> {
-    /// What is around rigid bodies in a step.
-    pub fn new(
-        clock: &'a Clock,
-        background: &'a Background<D>,
-        bodies: &'a Bodies<D>,
-        walls: &'a Walls,
-        contacts: &'a Contacts,
-    ) -> Self {
-        let sides = sides(clock, background);
-        Self { clock, background, bodies, light: bodies.light(clock), walls, contacts, sides }
-    }
-
+impl<const D: usize> Around<'_, D> {
     /// Lists the corners of the points of rigid body `number` that can reach walls and obstacles in the step.
     fn find(&self, number: usize, loose: &RigidStep, rocks: &[Rock<D>], planks: &mut Planks) {
         let Some(set) = self.bodies.sets.iter().find(|set| set.rigid == Some(number)) else { return };
-        let grounds: Vec<Ground<'_, D>> = rocks.iter().map(Rock::ground).collect();
         let points = (set.points.position.as_slice(), 0.5 * set.extent[0]);
-        planks.list((loose, self.clock.dt), points, &self.sides, &grounds);
+        let sides = sides(self.clock, self.background);
+        planks.list((loose, self.clock.dt), points, sides, rocks.iter().map(Rock::ground));
     }
 }
 

@@ -92,8 +92,8 @@ pub fn touch<const D: usize>(
     boundary: &mut Boundary<D>,
 ) {
     let Boundary { walls, driven, contacts, touched, grips, rocks, .. } = boundary;
-    let around = Around::new(clock, background, bodies, walls, contacts);
-    let light = around.light;
+    let light = bodies.light(clock);
+    let around = Around { clock, background, bodies, light, walls, contacts };
     let rocks = rocks.as_deref_mut().map_or(&mut [][..], |rocks| &mut rocks.rocks[..]);
     touched.iter_mut().for_each(|row| row.given.fill(Given::default()));
     let count = background.layout.nodes()[0];

@@ -1,6 +1,6 @@
 //! Rates of the particles.
 
-use colluvium_case::rigid::Stood;
+use colluvium_case::rigid::{Planks, Stood};
 use colluvium_case::spatial;
 use colluvium_constitutive::SymTensor;
 use serde::{Deserialize, Serialize};
@@ -65,6 +65,8 @@ pub struct Rates<const D: usize> {
     pub pulled: Vec<Pulled>,
     /// What obstacles get of rigid bodies that stand on them, each with the first particle of the body.
     pub stood: Vec<(usize, Stood)>,
+    /// Room for where a rigid body stands.
+    pub planks: Planks,
     /// How often what bears a rigid body was not found to the last digit.
     pub unsettled: u64,
     /// What `felt` of obstacles is summed up from, particle by particle: at the last sums, and behind them of those that were stopped.

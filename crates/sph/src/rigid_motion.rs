@@ -114,7 +114,7 @@ impl<const D: usize> Bodies<D> {
     ) {
         let local = setting.case.stages[clock.stage].damping;
         let p = &mut self.particles;
-        let Rates { pulled, stood, unsettled, of, .. } = rates;
+        let Rates { pulled, stood, planks, unsettled, of, .. } = rates;
         stood.clear();
         for Pulled { group, mass, acts, rate } in &*pulled {
             let mut rate = *rate;
@@ -124,7 +124,7 @@ impl<const D: usize> Bodies<D> {
             let mut body = RigidStep::new(*mass, &rigid.state, acts, step, 0.0);
             if acts.free != [false; 6] {
                 let points = (&p.position[range.clone()], 0.5 * setting.options.spacing);
-                let (planks, done) = walls.bear(&mut body, dt, points);
+                let done = walls.bear(&mut body, dt, points, planks);
                 *unsettled += u64::from(!done);
                 if !planks.is_empty() && step > 0.0 {
                     rate = std::array::from_fn(|k| (body.motion[k] - body.start[k]) / step);

@@ -233,19 +233,19 @@ impl Planks {
 
     /// Lists the corners of a rigid body with points at `places` (m), squares or cubes of some `half` width (m), that can reach walls or
     /// obstacles in a step of `dt` (s).
-    pub fn list<const D: usize>(
+    pub fn list<'a, const D: usize>(
         &mut self,
         (step, dt): (&RigidStep, f64),
         (places, half): (&[[f64; D]], f64),
-        sides: &[Side],
-        rocks: &[Rock<'_, D>],
+        sides: impl Iterator<Item = Side>,
+        rocks: impl Iterator<Item = Rock<'a, D>>,
     ) {
         self.all.clear();
         self.inertia = STIFF * step.mass.mass;
         let corners = Corners::new(step, dt, places, half);
-        sides.iter().for_each(|side| corners.near_side(side, &mut self.all));
-        for (number, rock) in rocks.iter().enumerate() {
-            corners.near_rock(number, rock, &mut self.all);
+        sides.for_each(|side| corners.near_side(&side, &mut self.all));
+        for (number, rock) in rocks.enumerate() {
+            corners.near_rock(number, &rock, &mut self.all);
         }
     }
 

@@ -1,9 +1,10 @@
 //! Rigid bodies that move freely stand on walls and obstacles.
 
-use colluvium_case::rigid::{Planks, RigidStep, Rock, Side};
+use colluvium_case::rigid::{Planks, RigidStep, Side};
 use colluvium_case::spatial;
 
 use super::Walls;
+use super::obstacles::Solid;
 use super::plane::{Contact, Plane};
 
 impl<const D: usize> Plane<D> {
@@ -21,14 +22,16 @@ impl<const D: usize> Plane<D> {
 
 impl<const D: usize> Walls<D> {
     /// Lets walls and obstacles bear a rigid body in a step of `dt` (s), whose points are squares or cubes of some half width (m) at
-    /// places (m); where they do, and whether that has been found to the last digit.
-    pub fn bear(&self, body: &mut RigidStep, dt: f64, points: (&[[f64; D]], f64)) -> (Planks, bool) {
-        let sides: Vec<Side> =
-            self.planes.faces.iter().chain(&self.planes.mirrors).map(Plane::side).collect();
-        let rocks: Vec<Rock<'_, D>> = self.obstacles.solids.iter().map(|own| own.ground()).collect();
-        let mut planks = Planks::default();
-        planks.list((body, dt), points, &sides, &rocks);
-        let done = planks.bear(body);
-        (planks, done)
+    /// places (m); says whether that has been found to the last digit, and leaves where they do in `planks`.
+    pub fn bear(
+        &self,
+        body: &mut RigidStep,
+        dt: f64,
+        points: (&[[f64; D]], f64),
+        planks: &mut Planks,
+    ) -> bool {
+        let sides = self.planes.faces.iter().chain(&self.planes.mirrors).map(Plane::side);
+        planks.list((body, dt), points, sides, self.obstacles.solids.iter().map(Solid::ground));
+        planks.bear(body)
     }
 }
