@@ -29,6 +29,9 @@ const GRAVITY: [f64; 2] = [5.0, -8.66];
 /// Until when the corner does not slip (s).
 const HELD: f64 = 0.4;
 
+/// A number over time (s).
+type Rows = [(f64, f64)];
+
 /// Angle (rad) over time (s) of a block that turns about its lower corner under its weight.
 fn pendulum() -> Vec<(f64, f64)> {
     let [width, height] = SIZE;
@@ -86,7 +89,7 @@ fn judge(
     outcome: &mut Outcome,
     method: &str,
     report: &RunReport,
-    (turned, exact): (&[(f64, f64)], &[(f64, f64)]),
+    (turned, exact): (&Rows, &Rows),
 ) -> Result<(), String> {
     let apart = turned.iter().zip(exact).map(|(own, exact)| (own.1 - exact.1).abs()).largest();
     outcome.below(
