@@ -13,6 +13,9 @@ pub struct Rigid {
     /// What it does in the step.
     #[serde(skip)]
     pub step: Option<RigidStep>,
+    /// Whether it moves freely in the step.
+    #[serde(skip)]
+    pub loose: bool,
     /// Velocity gradient of its turn in the step (1/s).
     #[serde(skip)]
     pub about: [[f64; 3]; 3],

@@ -18,9 +18,13 @@ use crate::clock::Clock;
 use crate::lanes::set_velocity;
 use crate::particles::{Bodies, Group, Matrix};
 use crate::rates::{Felt, Rates};
-use crate::rigid::Pulled;
+use crate::rigid::{Pulled, Rigid};
 use crate::setting::Setting;
 use crate::walls::Walls;
+
+/// Energy (kinetic, of the change of motion) that the ground and the forces make together in a step over that of the forces alone, above
+/// which it is a blow.
+const BLOW: f64 = 9.0;
 
 /// Gives particles the accelerations of a body (m/s²) with these rates of its velocity and spin (m/s², rad/s²).
 fn accelerate<const D: usize>(
@@ -53,11 +57,12 @@ impl<const D: usize> Bodies<D> {
         setting.case.stages[clock.stage].motion_of(name).is_some_and(PrescribedMotion::is_free)
     }
 
-    /// Velocity gradient of the turn of the rigid body that particle `i` belongs to (1/s); `None` without a turn.
-    pub fn turn_of(&self, i: usize) -> Option<Matrix<D>> {
-        let about = self.of(i)?.rigid?.about;
+    /// Velocity gradient of the turn of the rigid body that particle `i` belongs to (1/s), and whether the ground strains it; `None`
+    /// without a turn of one that the ground strains.
+    pub fn turn_of(&self, i: usize) -> Option<(Matrix<D>, bool)> {
+        let Rigid { about, loose, .. } = self.of(i)?.rigid?;
         let turn = std::array::from_fn(|a| std::array::from_fn(|b| about[a][b]));
-        (turn != [[0.0; D]; D]).then_some(turn)
+        (loose || turn != [[0.0; D]; D]).then_some((turn, !loose))
     }
 
     /// Finds what acts on rigid bodies in a step of `dt` (s), with the forces of the stage, makes the accelerations of their particles
@@ -121,12 +126,15 @@ impl<const D: usize> Bodies<D> {
             let group = &mut self.groups[*group];
             let range = group.range();
             let Some(rigid) = &mut group.rigid else { continue };
+            rigid.loose = acts.free != [false; 6];
             let mut body = RigidStep::new(*mass, &rigid.state, acts, step, 0.0);
-            if acts.free != [false; 6] {
+            if rigid.loose {
                 let points = (&p.position[range.clone()], 0.5 * setting.options.spacing);
+                let alone = body.gained();
                 let done = walls.bear(&mut body, dt, points, planks);
                 *unsettled += u64::from(!done);
-                if !planks.is_empty() && step > 0.0 {
+                // Half a step ahead a blow is over: there the forces alone count.
+                if !planks.is_empty() && step > 0.0 && body.gained() <= BLOW * alone {
                     rate = std::array::from_fn(|k| (body.motion[k] - body.start[k]) / step);
                     accelerate(&p.position[range.clone()], mass, &rate, &mut of.acceleration[range.clone()]);
                 }

@@ -80,7 +80,8 @@ impl RigidStep {
         }
         let stuck = self.settled_from(&self.motion, touched, true).0;
         let again = self.settled_from(&stuck, touched, false);
-        if again.1 { again } else { first }
+        // What sticks takes energy and gives none; where Newton's method has not ended its last motion may be any.
+        if again.1 { again } else { (stuck, false) }
     }
 
     fn settled_from(&self, start: &Six, touched: &dyn Touched, stuck: bool) -> (Six, bool) {

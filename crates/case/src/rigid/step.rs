@@ -97,6 +97,13 @@ impl RigidStep {
         velocity_at(&self.motion, &self.mass.arm(x))
     }
 
+    /// Kinetic energy (J) that the change of its motion in the step would have by itself.
+    pub fn gained(&self) -> f64 {
+        let change: Six = std::array::from_fn(|k| self.motion[k] - self.start[k]);
+        let momentum = times(&self.mass.matrix(), &change);
+        0.5 * (0..6).map(|k| change[k] * momentum[k]).sum::<f64>()
+    }
+
     /// Takes an impulse and its moment about the centre of mass (N s, N m s).
     pub fn push(&mut self, impulse: &Six) {
         if let Some(change) = solve(&self.mass.matrix(), impulse, &self.free) {

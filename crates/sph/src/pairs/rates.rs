@@ -14,14 +14,22 @@ impl<const D: usize> Sums<'_, D> {
     /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration.
     #[inline]
     pub fn rates(&self, i: usize, row: &[u32], weights: &[f64]) -> Rate<D> {
-        self.rates_seen::<false>(i, row, weights, &[[0.0; D]; D])
+        self.rates_seen::<false>(i, row, weights, &[[0.0; D]; D], true)
     }
 
     /// The same of a particle of a rigid body that turns with the gradient `turn` (1/s): what others do is counted as seen from
-    /// the body.
+    /// the body. Walls and obstacles strain it where they are `ground`; they bear a body that moves freely as a whole.
     #[inline(never)]
-    pub fn rates_in_turn(&self, i: usize, row: &[u32], weights: &[f64], turn: &Matrix<D>) -> Rate<D> {
-        let mut rate = self.rates_seen::<true>(i, row, weights, turn);
+    pub fn rates_in_turn(
+        &self,
+        i: usize,
+        row: &[u32],
+        weights: &[f64],
+        turn: &Matrix<D>,
+        ground: bool,
+    ) -> Rate<D> {
+        let row = if ground { row } else { &row[..self.before(row, self.particles.len())] };
+        let mut rate = self.rates_seen::<true>(i, row, weights, turn, ground);
         for a in 0..D {
             (0..D).for_each(|b| rate.gradient[a][b] += turn[a][b]);
             rate.divergence += turn[a][a];
@@ -36,6 +44,7 @@ impl<const D: usize> Sums<'_, D> {
         row: &[u32],
         weights: &[f64],
         turn: &Matrix<D>,
+        ground: bool,
     ) -> Rate<D> {
         let records = &self.shown.records;
         let regular = self.regular(row);
@@ -97,7 +106,7 @@ impl<const D: usize> Sums<'_, D> {
         if regular < row.len() {
             self.strain_at_walls(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
         }
-        if !self.walls.obstacles.is_empty() {
+        if ground && !self.walls.obstacles.is_empty() {
             self.strain_at_obstacles(i, (&mut gradient, &mut trace, &mut moment));
         }
         let spread = if self.grad_h() { self.shown.spread[i] } else { 1.0 };

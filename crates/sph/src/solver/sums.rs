@@ -147,7 +147,7 @@ fn find_gradients<const D: usize>(
             }
             let turn = if any_rigid { bodies.turn_of(i) } else { None };
             let rate = match &turn {
-                Some(turn) => sums.rates_in_turn(i, row, weights, turn),
+                Some((turn, ground)) => sums.rates_in_turn(i, row, weights, turn, *ground),
                 None => sums.rates(i, row, weights),
             };
             gradient[k] = rate.gradient;
