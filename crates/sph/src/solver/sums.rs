@@ -33,15 +33,17 @@ pub fn accelerate<const D: usize>(
     if bodies.any_rigid() {
         // What particles of a rigid body do to each other moves nothing, but stresses may give it a moment.
         // The ground bears those that move freely as a whole.
-        sum_up(walls, lists, rates, |i, row, weights, mut by_obstacles| {
-            let all = sums.acceleration(i, row, weights, by_obstacles.as_deref_mut());
-            let Some(body) = bodies.rigid_range(i) else { return whole(all) };
-            if bodies.moves_freely(setting, clock, i) {
+        sum_up(walls, lists, rates, |i, row, weights, by_obstacles| {
+            let body = bodies.rigid_range(i);
+            if let Some(body) = body.as_ref().filter(|_| bodies.moves_freely(setting, clock, i)) {
                 if let Some(own) = by_obstacles {
                     *own = [0.0; D];
                 }
-                return whole(sums.acceleration_by_others(i, row, weights, &body));
+                sums.fill_weights(i, row, weights);
+                return whole(sums.acceleration_by_others(i, row, weights, body));
             }
+            let all = sums.acceleration(i, row, weights, by_obstacles);
+            let Some(body) = body else { return whole(all) };
             let own = sums.acceleration_within(i, row, weights, &body);
             whole(std::array::from_fn(|c| all[c] - own[c]))
         });
