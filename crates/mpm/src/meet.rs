@@ -203,7 +203,7 @@ pub fn meet<const D: usize>(
             loose.push(&impulse);
         } else {
             loose.motion = motion;
-            for stood in grips.planks.stood(&loose) {
+            for stood in grips.planks.stood(&loose, !done) {
                 rocks[stood.obstacle].state.take(&stood, clock.dt);
             }
         }

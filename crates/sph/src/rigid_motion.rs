@@ -138,7 +138,7 @@ impl<const D: usize> Bodies<D> {
                     rate = std::array::from_fn(|k| (body.motion[k] - body.start[k]) / step);
                     accelerate(&p.position[range.clone()], mass, &rate, &mut of.acceleration[range.clone()]);
                 }
-                stood.extend(planks.stood(&body).map(|own| (range.start, own)));
+                stood.extend(planks.stood(&body, !done).map(|own| (range.start, own)));
             }
             body.damp(&[local; 3]);
             let left = |i: usize| p.mass[i] * setting.damped(p.sound[i], p.length[i], dt);

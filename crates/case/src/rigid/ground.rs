@@ -215,12 +215,13 @@ impl Planks {
         add_stiffness(self.all.iter().map(|plank| On(plank, self.inertia, stuck)), motion, sum);
     }
 
-    /// What obstacles get from the body with the motion at the end of its step, place by place.
-    pub fn stood<'a>(&'a self, step: &'a RigidStep) -> impl Iterator<Item = Stood> + 'a {
+    /// What obstacles get from the body with the motion at the end of its step, place by place. Where all sticks (`stuck`), as in a step
+    /// whose contact was not solved, that is what holds it there, and friction does no work but that of the slip that is left.
+    pub fn stood<'a>(&'a self, step: &'a RigidStep, stuck: bool) -> impl Iterator<Item = Stood> + 'a {
         self.all.iter().filter_map(move |plank| {
             let (obstacle, w) = (plank.obstacle?, velocity_at(&step.motion, &plank.arm));
-            let (_, held, along) = plank.pressed(self.inertia, &w, false)?;
-            let impulse = On(plank, self.inertia, false).impulse(&w);
+            let (_, held, along) = plank.pressed(self.inertia, &w, stuck)?;
+            let impulse = On(plank, self.inertia, stuck).impulse(&w);
             Some(Stood {
                 obstacle,
                 impulse: impulse.map(|i| -i),

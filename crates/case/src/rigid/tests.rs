@@ -1,6 +1,9 @@
 //! Rigid bodies against closed forms.
 
-use super::{Acts, RigidMass, RigidState, RigidStep, times, transposed};
+use serde_json::json;
+
+use super::{Acts, Planks, RigidMass, RigidState, RigidStep, Rock, Six, Stood, Touched, times, transposed};
+use crate::Case;
 use crate::description::Velocity;
 
 /// Points of a box of cubes of 0.1 m, so many along each axis, of 1 kg each.
@@ -111,4 +114,60 @@ fn the_axis_of_a_free_top_goes_round_its_angular_momentum_to_second_order() {
     };
     let (coarse, fine) = (error(400), error(800));
     assert!(coarse < 1e-3 && fine < 0.27 * coarse, "{coarse} {fine}");
+}
+
+/// Ground to which all sticks, whatever is asked.
+struct Sticky<'a>(&'a Planks);
+
+impl Touched for Sticky<'_> {
+    fn impulse(&self, motion: &Six, _: bool) -> Six {
+        self.0.impulse(motion, true)
+    }
+
+    fn stiffness(&self, motion: &Six, _: bool) -> [Six; 6] {
+        self.0.stiffness(motion, true)
+    }
+}
+
+/// A box that falls aslant on a half-space with friction: corners that it meets, the box in the step before it meets them.
+fn falling() -> (Planks, RigidStep) {
+    let (_, places) = points([5, 3, 2]);
+    let mut planks = Planks::default();
+    let mut body = RigidStep::new(boxed([5, 3, 2]), &RigidState::default(), &FREE, 0.01, 0.0);
+    body.start = [2.0, 0.3, -1.0, 0.2, -0.4, 0.1];
+    body.motion = body.start;
+    let plane = json!([{ "name": "ground", "shape": { "kind": "plane", "point": [0, 0, -0.051], "normal": [0, 0, 1] },
+        "wall": { "kind": "frictional", "friction_coefficient": 0.2 } }]);
+    let case = Case::from_json(&json!({
+        "title": "box", "space": "3d", "domain": { "min": [-1, -1, -1], "max": [2, 2, 2] }, "gravity": [0, 0, -9.81],
+        "materials": { "rock": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 5e6, "poissons_ratio": 0.2 } },
+        "bodies": [{ "name": "box", "material": "rock", "rigid": true, "shape": { "kind": "box", "min": [0, 0, 0], "max": [1, 1, 1] } }],
+        "obstacles": plane, "stages": [{ "name": "s", "duration": 1 }]
+    }).to_string())
+    .unwrap();
+    let standing = case.standing::<3>().unwrap();
+    let rocks = standing.iter().map(|own| Rock { surface: &*own.surface, laws: &own.laws, moving: None });
+    planks.list((&body, 0.01), (&places, 0.05), std::iter::empty(), rocks);
+    (planks, body)
+}
+
+#[test]
+fn what_obstacles_get_is_what_the_body_loses_whether_it_slides_or_sticks() {
+    let (planks, body) = falling();
+    assert!(!planks.is_empty());
+    for stuck in [false, true] {
+        let (motion, done) = if stuck { body.settled(&Sticky(&planks)) } else { body.settled(&planks) };
+        assert!(done);
+        let stood: Vec<Stood> = planks.stood(&RigidStep { motion, ..body }, stuck).collect();
+        let size = body.mass.mass * body.start[0];
+        for c in 0..3 {
+            let lost = body.mass.mass * (body.motion[c] - motion[c]);
+            let got: f64 = stood.iter().map(|own| own.impulse[c]).sum();
+            assert!((got - lost).abs() < 1e-8 * size, "{stuck} {c}: {got} for {lost}");
+        }
+        let friction: f64 = stood.iter().map(|own| own.friction).sum();
+        // It slides away after the blow; what sticks rubs no more.
+        let slip = body.mass.mass * body.start[0].powi(2);
+        assert!(if stuck { friction < 1e-5 * slip } else { friction > 1e-2 * slip }, "{stuck}: {friction}");
+    }
 }
