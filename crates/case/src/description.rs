@@ -271,6 +271,15 @@ impl Wall {
     pub fn lets_go(&self) -> bool {
         matches!(self, Self::Frictional { bilateral: false, .. })
     }
+
+    /// Coefficient of friction; infinite where nothing slips, zero where there is no wall.
+    pub fn friction(&self) -> f64 {
+        match *self {
+            Self::Rough => f64::INFINITY,
+            Self::Smooth | Self::Absorbing { .. } => 0.0,
+            Self::Frictional { friction_coefficient, .. } => friction_coefficient,
+        }
+    }
 }
 
 /// A wall on a side of the domain, or on an inner plane parallel to one.

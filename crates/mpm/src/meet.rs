@@ -114,15 +114,10 @@ fn sides<'a, const D: usize>(
     background: &'a Background<D>,
 ) -> impl Iterator<Item = Side> + 'a {
     clock.case.active_boundaries(clock.stage).into_iter().filter_map(|(_, boundary)| {
-        let friction = match boundary.wall {
-            Wall::Rough => f64::INFINITY,
-            Wall::Smooth => 0.0,
-            Wall::Frictional { friction_coefficient, .. } => friction_coefficient,
-            Wall::Absorbing { .. } => return None,
-        };
-        let axis = boundary.side.axis();
+        let (axis, wall) = (boundary.side.axis(), &boundary.wall);
         // The axis of rotation holds nothing.
-        if boundary.group.is_some() || (background.axisymmetric && axis == 0) {
+        let of_axis = background.axisymmetric && axis == 0;
+        if matches!(wall, Wall::Absorbing { .. }) || boundary.group.is_some() || of_axis {
             return None;
         }
         Some(Side {
@@ -130,7 +125,7 @@ fn sides<'a, const D: usize>(
             off: if boundary.side.is_max() { -1.0 } else { 1.0 },
             face: boundary.position(&clock.case.domain),
             velocity: boundary.velocity.as_ref().map_or([0.0; 3], |v| spatial(v)),
-            friction,
+            friction: wall.friction(),
         })
     })
 }

@@ -131,7 +131,7 @@ impl<const D: usize> Bodies<D> {
             if rigid.loose {
                 let points = (&p.position[range.clone()], 0.5 * setting.options.spacing);
                 let alone = body.gained();
-                let done = walls.bear(&mut body, dt, points, planks);
+                let done = walls.bear(&setting.case, (&mut body, dt), points, planks);
                 *unsettled += u64::from(!done);
                 // Half a step ahead a blow is over: there the forces alone count.
                 if !planks.is_empty() && step > 0.0 && body.gained() <= BLOW * alone {

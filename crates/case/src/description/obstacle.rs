@@ -5,6 +5,8 @@ use colluvium_points::surface::Frame;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Wall;
+
 /// Rigid geometry of any shape that bodies meet, at rest or on a prescribed way. It may reach beyond the domain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -128,6 +130,19 @@ pub enum ObstacleWall {
         #[serde(default, skip_serializing_if = "is_zero")]
         adhesion: f64,
     },
+}
+
+impl From<ObstacleWall> for Wall {
+    /// The wall that acts alike but for adhesion.
+    fn from(wall: ObstacleWall) -> Self {
+        match wall {
+            ObstacleWall::Rough => Self::Rough,
+            ObstacleWall::Smooth => Self::Smooth,
+            ObstacleWall::Frictional { friction_coefficient, .. } => {
+                Self::Frictional { friction_coefficient, bilateral: false }
+            }
+        }
+    }
 }
 
 /// The surface of an obstacle.

@@ -1,7 +1,7 @@
 //! How an obstacle acts, from place to place.
 
 use crate::PlanRegion;
-use crate::description::{Obstacle, ObstacleWall};
+use crate::description::{Obstacle, ObstacleWall, Wall};
 
 /// How an obstacle acts at a place of its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,11 +15,7 @@ pub struct ObstacleLaw {
 impl ObstacleLaw {
     /// Coefficient of friction; infinite where nothing slips.
     pub fn friction(&self) -> f64 {
-        match self.wall {
-            ObstacleWall::Rough => f64::INFINITY,
-            ObstacleWall::Smooth => 0.0,
-            ObstacleWall::Frictional { friction_coefficient, .. } => friction_coefficient,
-        }
+        Wall::from(self.wall).friction()
     }
 
     /// Shear stress that it bears beside friction (Pa).

@@ -1,6 +1,7 @@
 //! Rigid bodies stand on walls and obstacles: each corner of a point near one meets it where it is.
 
 use colluvium_points::Surface;
+use colluvium_points::surface::dot;
 
 use super::meet::{Touched, Touching, add_impulses, add_stiffness};
 use super::{RigidStep, Six, velocity_at};
@@ -51,10 +52,6 @@ pub struct Rock<'a, const D: usize> {
     pub laws: &'a ObstacleLaws,
     /// Its motion; `None` at rest.
     pub moving: Option<&'a MovingObstacle<D>>,
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    (0..3).map(|c| a[c] * b[c]).sum()
 }
 
 impl Plank {

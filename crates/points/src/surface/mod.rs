@@ -31,7 +31,7 @@ pub use placed::{Frame, Placed};
 pub use profile::Profile;
 pub use revolved::Revolved;
 pub use simplex::distance_to_line;
-pub use vector::cross;
+pub use vector::{cross, dot};
 
 /// A place of a surface, seen from a point nearby.
 #[derive(Clone, Copy, Debug, PartialEq)]

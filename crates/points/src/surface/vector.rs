@@ -11,7 +11,7 @@ pub(crate) fn along<const D: usize>(a: &[f64; D], t: f64, b: &[f64; D]) -> [f64;
 }
 
 /// Scalar product.
-pub(crate) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+pub fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|c| a[c] * b[c]).sum()
 }
 

@@ -1,37 +1,34 @@
 //! Rigid bodies that move freely stand on walls and obstacles.
 
+use colluvium_case::Case;
 use colluvium_case::rigid::{Planks, RigidStep, Side};
 use colluvium_case::spatial;
 
 use super::Walls;
 use super::obstacles::Solid;
-use super::plane::{Contact, Plane};
+use super::plane::Plane;
 
 impl<const D: usize> Plane<D> {
-    /// As what rigid bodies stand on.
-    fn side(&self) -> Side {
-        let friction = match self.contact {
-            Contact::NoSlip => f64::INFINITY,
-            Contact::FreeSlip => 0.0,
-            Contact::Friction(coefficient) => coefficient,
-        };
+    /// As what rigid bodies stand on, in a case.
+    fn side(&self, case: &Case) -> Side {
+        let friction = case.boundaries[self.boundary].wall.friction();
         let off = if self.upper { -1.0 } else { 1.0 };
         Side { axis: self.axis, off, face: self.face(), velocity: spatial(&self.pace()), friction }
     }
 }
 
 impl<const D: usize> Walls<D> {
-    /// Lets walls and obstacles bear a rigid body in a step of `dt` (s), whose points are squares or cubes of some half width (m) at
+    /// Lets walls and obstacles of a case bear a rigid body in a step of `dt` (s), whose points are squares or cubes of some half width (m) at
     /// places (m); says whether that has been found to the last digit, and leaves where they do in `planks`.
     pub fn bear(
         &self,
-        body: &mut RigidStep,
-        dt: f64,
+        case: &Case,
+        (body, dt): (&mut RigidStep, f64),
         points: (&[[f64; D]], f64),
         planks: &mut Planks,
     ) -> bool {
-        let sides = self.planes.faces.iter().chain(&self.planes.mirrors).map(Plane::side);
-        planks.list((body, dt), points, sides, self.obstacles.solids.iter().map(Solid::ground));
+        let sides = self.planes.faces.iter().chain(&self.planes.mirrors).map(|plane| plane.side(case));
+        planks.list((&*body, dt), points, sides, self.obstacles.solids.iter().map(Solid::ground));
         planks.bear(body)
     }
 }
