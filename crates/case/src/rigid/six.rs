@@ -1,6 +1,6 @@
 //! Small linear algebra of rigid motion: three components of translation and three of rotation.
 
-use colluvium_points::surface::cross;
+use colluvium_points::surface::{Frame, cross, dot};
 use nalgebra::{SMatrix, SVector};
 
 /// Three numbers of translation, then three of rotation.
@@ -34,21 +34,7 @@ pub fn resultant(vector: &[f64; 3], arm: &[f64; 3]) -> Six {
 
 /// Matrix of the turn about the vector `turn`, by its length (rad).
 pub fn rotation(turn: &[f64; 3]) -> [[f64; 3]; 3] {
-    let angle = turn.iter().map(|c| c * c).sum::<f64>().sqrt();
-    if angle == 0.0 {
-        return UPRIGHT;
-    }
-    let axis = turn.map(|c| c / angle);
-    let (sin, rest) = (angle.sin(), 2.0 * (0.5 * angle).sin().powi(2));
-    // 1 + sin [a]× + (1 - cos) [a]×².
-    let skew = [[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]];
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            let one = if i == j { 1.0 } else { 0.0 };
-            let twice: f64 = (0..3).map(|k| skew[i][k] * skew[k][j]).sum();
-            one + sin * skew[i][j] + rest * twice
-        })
-    })
+    Frame::about([0.0; 3], *turn, dot(turn, turn).sqrt()).rotation
 }
 
 /// Solution of `matrix · x = right` in the components that are `free`, the others being zero; `None` where there is none.
