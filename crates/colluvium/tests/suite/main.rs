@@ -1,5 +1,6 @@
 //! The facade and the command line as their users meet them. What has to be alone in its process stands beside this suite.
 
+mod boulders;
 mod broken_files;
 mod cli;
 mod compare;

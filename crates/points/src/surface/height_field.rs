@@ -17,6 +17,8 @@ pub struct HeightField {
     raster: Raster,
     lowest: f64,
     highest: f64,
+    /// Height straight above or below a place over its distance from the ground, at most: infinite where the ground has holes.
+    steepest: f64,
 }
 
 /// The nearest place of a triangle.
@@ -26,6 +28,9 @@ struct Found {
     place: [f64; 3],
     feature: Feature,
 }
+
+/// Relative error of distances that counts for nothing.
+const ROUND_OFF: f64 = 1e-9;
 
 const FACE: u64 = 0;
 const EDGE: u64 = 1;
@@ -41,7 +46,27 @@ impl HeightField {
         let known = || raster.values.iter().copied().filter(|v| v.is_finite());
         let (lowest, highest) =
             (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
-        Ok(Self { raster, lowest, highest })
+        let mut field = Self { raster, lowest, highest, steepest: 1.0 };
+        field.steepest = field.stretch();
+        Ok(field)
+    }
+
+    /// Length of the steepest normal whose vertical part is one; infinite where there are holes, across which heights may jump.
+    fn stretch(&self) -> f64 {
+        let (mut square, [dx, dy]) = (0.0, self.raster.spacing);
+        for j in 0..self.raster.rows - 1 {
+            for i in 0..self.raster.columns - 1 {
+                if !self.whole(i, j) {
+                    return f64::INFINITY;
+                }
+                let [a, b] = [0, 1].map(|k| self.raster.at(i + k, j));
+                let [d, c] = [0, 1].map(|k| self.raster.at(i + k, j + 1));
+                for (along_x, along_y) in [((b - a) / dx, (c - b) / dy), ((c - d) / dx, (d - a) / dy)] {
+                    square = f64::max(square, along_x * along_x + along_y * along_y);
+                }
+            }
+        }
+        (1.0 + square).sqrt()
     }
 
     /// The heights.
@@ -131,6 +156,10 @@ impl Surface<3> for HeightField {
         // Nothing is farther away than the ground straight below or above.
         let vertical = self.height(x[0], x[1]).map(|z| (x[2] - z).abs());
         let window = reach.min(vertical.unwrap_or(reach));
+        // Nor is any of it nearer than the steepest slope allows.
+        if vertical.is_some_and(|vertical| vertical > (1.0 + ROUND_OFF) * self.steepest * reach) {
+            return None;
+        }
         let mut square = reach * reach;
         // Of places equally near that of the triangle with the least number counts, which comes first.
         let mut best: Option<Found> = None;
@@ -227,6 +256,8 @@ mod tests {
             prop_assert!((gap.distance.abs() - least).abs() < 1e-12);
             prop_assert_eq!(gap.distance < 0.0, field.contains(&at));
             prop_assert!(field.gap(&at, 0.99 * least).is_none());
+            let short = field.gap(&at, 1.01 * least).unwrap();
+            prop_assert!(short == gap, "{short:?} {gap:?}");
         }
     }
 
