@@ -8,6 +8,7 @@ mod flows;
 mod grains;
 mod particles;
 mod rigid;
+mod snow;
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -345,6 +346,7 @@ fn runs() -> Runs {
     grains::add(&mut runs);
     flows::add(&mut runs);
     rigid::add(&mut runs);
+    snow::add(&mut runs);
     runs
 }
 
