@@ -197,6 +197,13 @@ impl Case {
         crate::spatial(&self.domain.origin)
     }
 
+    /// A place (m) at its coordinates of the map, to be told.
+    #[must_use]
+    pub fn place_on_map<const D: usize>(&self, place: &[f64; D]) -> [f64; D] {
+        let origin = self.origin();
+        std::array::from_fn(|c| place[c] + origin[c])
+    }
+
     /// A shape that stands in the options of a method, with coordinates of the map, as one from `domain.origin`.
     #[must_use]
     pub fn off_origin(&self, mut of: Shape) -> Shape {

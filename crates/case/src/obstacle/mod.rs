@@ -98,7 +98,9 @@ impl Case {
         let Some(deepest) = deepest(standing, places, slack) else { return Ok(()) };
         let problem = format!(
             "the point at {:.6?} m lies {:.3e} m in the obstacle {:?}: a body must not overlap one at the start",
-            places[deepest.place], deepest.depth, self.obstacles[deepest.obstacle].name
+            self.place_on_map(&places[deepest.place]),
+            deepest.depth,
+            self.obstacles[deepest.obstacle].name
         );
         Err(CaseError::new(format!("bodies[{body}].shape"), problem))
     }
@@ -119,7 +121,7 @@ impl Case {
         let name = &self.obstacles[obstacle].name;
         Some(format!(
             "a point at {:.4?} m lies {depth:.3e} m under the surface of the obstacle {name:?}: {reason}",
-            places[place]
+            self.place_on_map(&places[place])
         ))
     }
 }

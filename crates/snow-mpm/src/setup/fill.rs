@@ -123,7 +123,8 @@ fn samples<const D: usize>(
         return Err(wrong("shape", format!("holds no point: it is smaller than the cells of {cell} m")));
     }
     if let Some(sample) = samples.iter().find(|sample| !(background.outside(&sample.position) <= 0.0)) {
-        return Err(wrong("shape", format!("the point at {:?} m lies outside the domain", sample.position)));
+        let place = case.place_on_map(&sample.position);
+        return Err(wrong("shape", format!("the point at {place:?} m lies outside the domain")));
     }
     Ok(samples)
 }
