@@ -117,6 +117,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
+        self.look_at_weak_layers(stage);
         if stage.reset.is_empty() {
             return Ok(());
         }
@@ -149,6 +150,10 @@ impl<const D: usize> Solver for SnowSolver<D> {
 
     fn readings(&self) -> Vec<Reading> {
         self.take_readings()
+    }
+
+    fn warning(&self) -> Option<String> {
+        self.warning_of_rest()
     }
 
     fn remarks(&self) -> Vec<String> {

@@ -2,6 +2,7 @@
 
 mod fill;
 mod refuse;
+mod saw;
 
 use std::sync::Arc;
 
@@ -9,6 +10,7 @@ use colluvium_case::{Case, CaseError, Plan, SLACK, Size, Solver, StepLimit, Time
 use colluvium_grid::{Node, Sweeps};
 
 pub(crate) use refuse::honours;
+pub(crate) use saw::{sawn_layer, strength_of_weak_layer};
 
 use crate::background::{Background, shape};
 use crate::bodies::{Bodies, Body};
@@ -17,7 +19,7 @@ use crate::ledger::Ledger;
 use crate::maps::Maps;
 use crate::nodes::{Nodes, Sums};
 use crate::obstacles::Obstacles;
-use crate::solver::{Clock, SnowSolver};
+use crate::solver::{Clock, Seen, SnowSolver};
 use crate::walls::Boundaries;
 
 /// Point-updates per second and thread in the plane and in space, cubic functions and APIC.
@@ -125,6 +127,7 @@ fn solver<const D: usize>(
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let corners = [corner(&case.domain.min), corner(&case.domain.max)];
     refuse::thin_layers(case, options)?;
+    saw::refuse(case)?;
     let background = Background::new(corners, options.cell_size, sweeps)
         .map_err(|error| own("cell_size", error.to_string()))?;
     let standing = case.standing::<D>()?;
@@ -147,6 +150,7 @@ fn solver<const D: usize>(
         limit: nothing,
         sums: Sums::default(),
         external: 0.0,
+        seen: Seen::default(),
     };
     let mut solver = SnowSolver {
         case: Arc::new(case.copied()),

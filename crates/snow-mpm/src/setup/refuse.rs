@@ -1,10 +1,9 @@
 //! What the method takes of a case, what it refuses, and what it warns of.
 
-use colluvium_case::description::{Body, Cut, ObstacleWall, Wall, thinnest};
+use colluvium_case::description::{ObstacleWall, Wall, thinnest};
 use colluvium_case::{Case, CaseError, Honours};
-use colluvium_constitutive::MaterialSpec;
-use colluvium_constitutive::laws::CamClayHardening;
 
+use super::saw;
 use crate::config::{NAME, SnowOptions};
 
 const ADHESION: &str = "snow-mpm knows no area of the nodes that an obstacle holds: leave it out";
@@ -90,9 +89,7 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
             ));
         }
     }
-    for (number, cut) in case.cuts.iter().enumerate() {
-        warnings.extend(saw_warnings(case, number, cut));
-    }
+    warnings.extend(saw::warnings(case));
     warnings
 }
 
@@ -112,8 +109,7 @@ fn frictions(case: &Case) -> impl Iterator<Item = (String, f64)> {
 /// Refuses weak layers of less than two cells, across which functions of nodes reach (sheet: snow-mpm §7).
 pub(super) fn thin_layers(case: &Case, options: &SnowOptions) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
-        let weak = matches!(&case.materials[&body.material], MaterialSpec::CohesiveCamClay(law)
-            if matches!(law.hardening, CamClayHardening::WeakLayer { .. }));
+        let weak = saw::strength_of_weak_layer(&case.materials[&body.material]).is_some();
         let thickness = body.shape.thinnest(case.dimension());
         if weak && thickness < 2.0 * options.cell_size * (1.0 - 1e-9) {
             let problem = format!(
@@ -125,50 +121,4 @@ pub(super) fn thin_layers(case: &Case, options: &SnowOptions) -> Result<(), Case
         }
     }
     Ok(())
-}
-
-/// Speed of shear waves in a slab (m/s), of the laws that slabs are made of.
-fn shear_speed(case: &Case, body: &Body) -> Option<f64> {
-    let spec = &case.materials[&body.material];
-    let (youngs, poissons) = match spec {
-        MaterialSpec::LinearElastic(law) => (law.youngs_modulus, law.poissons_ratio),
-        MaterialSpec::CohesiveCamClay(law) => (law.youngs_modulus, law.poissons_ratio),
-        _ => return None,
-    };
-    Some((youngs / (2.0 * (1.0 + poissons)) / spec.density()).sqrt())
-}
-
-/// What a saw in a layer under a slab should keep to (sheet: snow-mpm §7): its speed, and the length of the column.
-fn saw_warnings(case: &Case, number: usize, cut: &Cut) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let dimension = case.dimension();
-    let (sawn, slab): (Vec<&Body>, Vec<&Body>) = case.bodies.iter().partition(|body| cut.takes(&body.name));
-    let fastest = slab.iter().filter_map(|body| shear_speed(case, body)).reduce(f64::max);
-    if let Some(waves) = fastest.filter(|waves| cut.speed() > 0.05 * waves) {
-        warnings.push(format!(
-            "cuts[{number}].velocity: {} m/s is above a twentieth of the speed of shear waves in what it leaves ({waves:.1} m/s): the crack \
-             depends on how fast it is cut",
-            cut.speed()
-        ));
-    }
-    let extent = |bodies: &[&Body], axis: usize| {
-        let ends = bodies.iter().map(|body| body.shape.bounds(dimension));
-        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (from, to)| {
-            (low.min(from[axis]), high.max(to[axis]))
-        });
-        high - low
-    };
-    // Along one axis, with the slab lying across the last or the second.
-    let along = (0..dimension).find(|&axis| cut.velocity[axis].abs() == cut.speed());
-    if let (Some(along), false, false) = (along, sawn.is_empty(), slab.is_empty()) {
-        let across = if along == 1 { 0 } else { 1 };
-        let (length, thickness) = (extent(&sawn, along), extent(&slab, across));
-        if length < 5.0 * thickness * (1.0 - 1e-9) {
-            warnings.push(format!(
-                "cuts[{number}]: what it cuts is {length} m long, less than five times the {thickness:.3} m of what lies on it: its far end \
-                 takes part in the crack"
-            ));
-        }
-    }
-    warnings
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use colluvium_case::SolverError;
 use colluvium_case::description::{Cut, Sweep};
 
 use crate::bodies::Body;
@@ -9,13 +10,19 @@ use crate::solver::SnowSolver;
 
 impl<const D: usize> SnowSolver<D> {
     /// Takes away what the cuts have covered in the last step, which was `dt` long (s), and books it.
-    pub(super) fn make_cuts(&mut self, dt: f64) {
+    ///
+    /// # Errors
+    /// Where the first of them finds a weak layer that has yielded at rest.
+    pub(super) fn make_cuts(&mut self, dt: f64) -> Result<(), SolverError> {
         let case = Arc::clone(&self.case);
         for (number, cut) in case.cuts.iter().enumerate() {
             let Some(begun) = self.clock_of(cut) else { continue };
             let (from, to) = (self.clock.time - dt - begun, self.clock.time - begun);
             if !cut.cuts_between(from, to) {
                 continue;
+            }
+            if self.ledger.cuts().iter().all(|taken| taken.travel == 0.0) {
+                self.check_rest(cut)?;
             }
             self.ledger.cut(number).travel += cut.speed() * (cut.moving(to) - cut.moving(from));
             let sweep = cut.sweep(from, to, &self.blades[number]);
@@ -30,6 +37,7 @@ impl<const D: usize> SnowSolver<D> {
                 taken.energy += energy;
             }
         }
+        Ok(())
     }
 
     /// When the times of a cut began to count (s); `None` where its stage is not the one that runs.

@@ -1,6 +1,7 @@
 //! The solver: its owners and one step.
 
 mod cuts;
+mod rest;
 
 use std::sync::Arc;
 
@@ -16,6 +17,8 @@ use crate::nodes::{Momentum, Nodes, Sums};
 use crate::obstacles::Obstacles;
 use crate::transfer::{Update, scatter};
 use crate::walls::Boundaries;
+
+pub(crate) use rest::Seen;
 
 /// Where a run is.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +37,8 @@ pub struct Clock {
     pub sums: Sums,
     /// Work of gravity and walls since the stage began (J).
     pub external: f64,
+    /// What was seen of rest.
+    pub seen: Seen,
 }
 
 /// Finite-strain MPM in `D` dimensions.
@@ -108,7 +113,7 @@ impl<const D: usize> SnowSolver<D> {
         if left {
             self.drop_those_that_left();
         }
-        self.make_cuts(dt);
+        self.make_cuts(dt)?;
         if let Some(maps) = &mut self.maps {
             maps.follow(&self.bodies, self.clock.time);
         }

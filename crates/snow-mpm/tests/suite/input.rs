@@ -93,30 +93,129 @@ fn saw_test(length: f64, layer: f64, speed: f64) -> Value {
             { "name": "weak", "material": "weak", "shape": { "kind": "box", "min": [0, 0], "max": [length, layer] } },
             { "name": "slab", "material": "slab", "shape": { "kind": "box", "min": [0, layer], "max": [length, layer + 0.4] } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
-        "cuts": [{ "name": "saw", "bodies": ["weak"], "velocity": [-speed, 0],
+        "cuts": [{ "name": "saw", "stage": "saw", "bodies": ["weak"], "velocity": [-speed, 0],
             "shape": { "kind": "box", "min": [length, -0.1], "max": [length + 1.0, 0.2] } }],
-        "stages": [{ "name": "saw", "duration": 0.01 }],
+        "stages": [{ "name": "settle", "duration": 0.01 }, { "name": "saw", "duration": 0.01 }],
         "methods": { "snow-mpm": { "cell_size": 0.025 } }
     })
 }
 
 #[test]
-fn a_saw_test_that_measures_something_else_is_warned_of() {
-    let warnings = |length, layer, speed| {
-        let case = Case::from_json(&saw_test(length, layer, speed).to_string()).unwrap();
-        SnowMpm.plan(&case).unwrap().warnings
+fn a_saw_test_that_measures_something_else_is_refused() {
+    let warnings =
+        |case: &Value| SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings;
+    assert_eq!(warnings(&saw_test(2.0, 0.1, 1.0)), Vec::<String>::new());
+    let thin = warnings(&saw_test(2.0, 0.05, 1.0));
+    assert!(thin.len() == 1 && thin[0].starts_with("bodies[0].shape: 2.00 cells across"), "{thin:?}");
+    let with = |pointer: &str, value: Value| {
+        let mut case = saw_test(2.0, 0.1, 1.0);
+        *case.pointer_mut(pointer).unwrap() = value;
+        refused(&case)
     };
-    assert_eq!(warnings(2.0, 0.1, 1.0), Vec::<String>::new());
-    // Shear waves run with 67.9 m/s in the slab.
+    // Shear waves run with 67.9 m/s in the slab, which weighs 1054 Pa with the layer.
+    let slanted = |x: f64, y: f64, height: f64| {
+        let (low, high) = (x + 0.2 * y, x + 0.2 * (y + height));
+        json!({ "kind": "polygon", "vertices": [[low, y], [1.9 + low, y], [1.9 + high, y + height], [high, y + height]] })
+    };
+    let mut parallelogram = saw_test(2.0, 0.1, 1.0);
+    parallelogram["bodies"][0]["shape"] = slanted(0.0, 0.0, 0.1);
+    parallelogram["bodies"][1]["shape"] = slanted(0.0, 0.1, 0.4);
+    for (error, words) in [
+        (refused(&saw_test(2.0, 0.1, 3.5)), "cuts[0].velocity: 3.5 m/s is above a twentieth"),
+        (
+            refused(&saw_test(2.0, 0.1, 3.5)),
+            "in the slab (67.9 m/s), so that the crack depends on how fast it is cut: saw with 3.39 m/s",
+        ),
+        (
+            refused(&saw_test(1.9, 0.1, 1.0)),
+            "cuts[0]: the column that it cuts is 1.9000 m long, less than five times the 0.4000 m of its slab",
+        ),
+        (refused(&saw_test(1.9, 0.1, 1.0)), "make it 2.0000 m long or longer"),
+        (refused(&parallelogram), "cuts[0]: the column that it cuts is 1.9"),
+        (
+            refused(&saw_test(2.0, 0.025, 1.0)),
+            "bodies[0].shape: a weak layer of 0.025 m is less than two cells",
+        ),
+        (
+            with("/materials/weak/compressive_strength", json!(1000)),
+            "materials.weak.compressive_strength: a layer of 1000 Pa yields at rest, under the 1079 Pa of pressure and the 0 Pa of shear",
+        ),
+        (
+            with("/gravity", json!([9.4, -2.8])),
+            "yields at rest, under the 308 Pa of pressure and the 1034 Pa of shear",
+        ),
+    ] {
+        assert!(error.contains(words), "{words}: {error}");
+    }
+}
+
+#[test]
+fn what_is_no_saw_test_is_warned_of() {
+    let warnings = |length, speed| {
+        let mut case = saw_test(length, 0.1, speed);
+        case["materials"]["weak"]["hardening"] = json!({ "kind": "slab" });
+        SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings
+    };
+    assert_eq!(warnings(2.0, 1.0), Vec::<String>::new());
     for (found, words) in [
-        (warnings(2.0, 0.1, 3.5), "cuts[0].velocity: 3.5 m/s is above a twentieth"),
-        (warnings(1.9, 0.1, 1.0), "cuts[0]: what it cuts is 1.9 m long, less than five times the 0.400 m"),
-        (warnings(2.0, 0.05, 1.0), "bodies[0].shape: 2.00 cells across"),
+        (warnings(2.0, 3.5), "cuts[0].velocity: 3.5 m/s is above a twentieth"),
+        (warnings(1.9, 1.0), "cuts[0]: what it cuts is 1.9 m long, less than five times the 0.400 m"),
     ] {
         assert!(found.len() == 1 && found[0].starts_with(words), "{words}: {found:?}");
     }
-    let error = refused(&saw_test(2.0, 0.025, 1.0));
-    assert!(error.starts_with("bodies[0].shape: a weak layer of 0.025 m is less than two cells"), "{error}");
+    let mut at_once = saw_test(2.0, 0.1, 1.0);
+    at_once["cuts"][0]["stage"] = json!("settle");
+    let said = SnowMpm.plan(&Case::from_json(&at_once.to_string()).unwrap()).unwrap().warnings;
+    assert!(said.len() == 1 && said[0].starts_with("cuts[0]: begins with the run"), "{said:?}");
+    // What lies below the layer, or on a small part of it, is no slab.
+    let mut case = saw_test(2.0, 0.1, 1.0);
+    case["gravity"] = json!([0, 9.81]);
+    assert!(SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).is_ok());
+    case["gravity"] = json!([0, -9.81]);
+    let load = json!({ "name": "load", "material": "slab", "shape": { "kind": "box", "min": [0.5, 0.5], "max": [0.7, 0.6] } });
+    case["bodies"].as_array_mut().unwrap().push(load);
+    assert!(SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).is_ok());
+}
+
+/// What a saw test on cells of 50 mm says as the saw begins, with a layer of this strength (Pa) under 1079 Pa.
+fn begins(settle: &Value, strength: f64) -> Result<Option<String>, String> {
+    let mut value = saw_test(2.0, 0.1, 1.0);
+    value["domain"] = json!({ "min": [-0.1, 0], "max": [2.4, 0.6] });
+    value["methods"]["snow-mpm"]["cell_size"] = json!(0.05);
+    value["materials"]["weak"]["compressive_strength"] = json!(strength);
+    value["stages"] = json!([settle, { "name": "saw", "duration": 0.01 }]);
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let mut solver = begun(&value);
+    let duration = settle["duration"].as_f64().unwrap();
+    colluvium_testkit::cases::advance_to(&mut *solver, duration);
+    solver.end_stage(&case.stages[0]).unwrap();
+    solver.begin_stage(1, duration).unwrap();
+    let dt = solver.limit().dt;
+    solver.step(dt).map_err(|error| error.to_string())?;
+    Ok(solver.warning())
+}
+
+#[test]
+fn a_layer_that_yields_before_the_saw_ends_the_run() {
+    let settles = json!({ "name": "settle", "duration": 0.2, "damping": 0.5, "gravity_ramp": 0.14 });
+    assert_eq!(begins(&settles, 2500.0), Ok(None));
+    // Its weight still comes, and nothing damps it.
+    let hasty = json!({ "name": "settle", "duration": 0.03, "gravity_ramp": 0.03 });
+    let warning = begins(&hasty, 2500.0).unwrap().unwrap();
+    assert!(warning.starts_with("the first cut began with points as fast as"), "{warning}");
+    // Next to the bed, in two cells, some points bear more than the mean.
+    let warning = begins(&settles, 1500.0).unwrap().unwrap();
+    assert!(
+        warning.starts_with("at the end of stage \"settle\"") && warning.contains("of the 320 points"),
+        "{warning}"
+    );
+    // A weight that comes at once presses twice as much.
+    let error = begins(&json!({ "name": "drop", "duration": 0.02 }), 1300.0).unwrap_err();
+    assert!(
+        error.contains("points of the weak layer \"weak\" have collapsed at rest, before the first cut"),
+        "{error}"
+    );
+    assert!(error.contains("t = 0.02") && error.contains("gravity_ramp"), "{error}");
 }
 
 #[test]

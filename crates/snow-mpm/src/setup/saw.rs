@@ -1,0 +1,295 @@
+//! What a saw test must keep to (sheet: snow-mpm §7, row PST).
+//!
+//! A cut is the saw of a saw test where it takes a body of a law that softens as a weak layer and leaves a slab upon it: both boxes, or
+//! polygons with two sides along the saw's way, or layers along one track. Of other cuts the same things are warned of, by the bounds of
+//! what they take and leave.
+
+use colluvium_case::description::{Body, Cut};
+use colluvium_case::{Case, CaseError};
+use colluvium_constitutive::laws::{CamClayHardening, CohesiveCamClaySpec};
+use colluvium_constitutive::{InitialCondition, MaterialSpec, SymTensor};
+use colluvium_points::Shape;
+
+/// Least length of a column over the thickness of its slab.
+const LEAST_LENGTH: f64 = 5.0;
+/// Highest speed of a saw over that of shear waves in the slab.
+const HIGHEST_SPEED: f64 = 0.05;
+/// Share of the length of the weak layer that a body must cover to be part of the slab.
+const COVERS: f64 = 0.5;
+/// What round-off may add.
+const SLACK: f64 = 1e-9;
+
+/// Strength at the start (Pa) of a law that softens as a weak layer; none of other laws.
+pub(crate) fn strength_of_weak_layer(spec: &MaterialSpec) -> Option<f64> {
+    match (spec, spec.inner()) {
+        (_, Some(inner)) => strength_of_weak_layer(inner),
+        (MaterialSpec::CohesiveCamClay(law), None) => {
+            matches!(law.hardening, CamClayHardening::WeakLayer { .. }).then_some(law.compressive_strength)
+        }
+        _ => None,
+    }
+}
+
+/// A layer as a saw test sees it: ends along it, and from its lower to its upper side (m).
+struct Layer {
+    along: [f64; 2],
+    across: [f64; 2],
+}
+
+/// The way of a saw, the axis across which its slab weighs on the weak layer, and the sign of what is up along it.
+#[derive(Clone, Copy)]
+struct Axes {
+    along: usize,
+    across: usize,
+    up: f64,
+}
+
+/// The column of a saw test.
+struct Column<'a> {
+    /// The weak layer.
+    weak: (&'a Body, Layer),
+    /// What lies on it.
+    slab: Vec<(&'a Body, Layer)>,
+}
+
+impl<'a> Column<'a> {
+    /// The column that a cut saws: a weak layer, and what is left upon it; none where it saws none, or the shapes do not tell.
+    fn of(case: &'a Case, cut: &Cut) -> Option<Self> {
+        let axes = Axes::of(case, cut);
+        let weak = |body: &&Body| {
+            cut.takes(&body.name) && strength_of_weak_layer(&case.materials[&body.material]).is_some()
+        };
+        let body = case.bodies.iter().find(weak)?;
+        let own = layer(&body.shape, &body.shape, axes)?;
+        let (length, top) = (own.along[1] - own.along[0], own.across[1]);
+        let lies_on = |of: &Layer| {
+            let shared = of.along[1].min(own.along[1]) - of.along[0].max(own.along[0]);
+            of.across[0] >= top - SLACK * length && shared >= COVERS * length
+        };
+        let left = case.bodies.iter().filter(|body| !cut.takes(&body.name));
+        let left = left.filter_map(|of| Some((of, layer(&of.shape, &body.shape, axes)?)));
+        let slab: Vec<_> = left.filter(|(_, of)| lies_on(of)).collect();
+        (!slab.is_empty()).then_some(Self { weak: (body, own), slab })
+    }
+
+    /// Length of the weak layer (m).
+    fn length(&self) -> f64 {
+        self.weak.1.along[1] - self.weak.1.along[0]
+    }
+
+    /// Thickness of the slab (m).
+    fn thickness(&self) -> f64 {
+        let top = self.slab.iter().map(|(_, layer)| layer.across[1]).fold(f64::NEG_INFINITY, f64::max);
+        top - self.weak.1.across[1]
+    }
+}
+
+impl Axes {
+    fn of(case: &Case, cut: &Cut) -> Option<Self> {
+        let dimension = case.dimension();
+        let along = (0..dimension).find(|&axis| cut.velocity[axis].abs() == cut.speed())?;
+        let gravity = case.gravity3();
+        let others = (0..dimension).filter(|axis| *axis != along);
+        let across = others.reduce(|a, b| if gravity[b].abs() > gravity[a].abs() { b } else { a })?;
+        Some(Self { along, across, up: if gravity[across] > 0.0 { -1.0 } else { 1.0 } })
+    }
+}
+
+/// A shape as a layer along the axes of a saw, or along the track of the layer below it.
+fn layer(shape: &Shape, below: &Shape, axes: Option<Axes>) -> Option<Layer> {
+    match (shape, below) {
+        (Shape::ArcLayer { on, start, end, from, to, .. }, Shape::ArcLayer { on: same, .. }) => {
+            (on == same).then_some(Layer { along: [*start, *end], across: [*from, *to] })
+        }
+        (Shape::Box { min, max }, Shape::Box { .. } | Shape::Polygon { .. }) => {
+            let Axes { along, across, up } = axes?;
+            Some(Layer {
+                along: [min[along], max[along]],
+                across: ordered(up * min[across], up * max[across]),
+            })
+        }
+        (Shape::Polygon { vertices }, Shape::Box { .. } | Shape::Polygon { .. }) => slanted(vertices, axes?),
+        _ => None,
+    }
+}
+
+fn ordered(a: f64, b: f64) -> [f64; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// A polygon between two lines along the way of a saw, as a layer that ends in the middle of its slanted ends; none of another polygon.
+fn slanted(vertices: &[[f64; 2]], Axes { along, across, up }: Axes) -> Option<Layer> {
+    let range = |places: &mut dyn Iterator<Item = f64>| {
+        places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    };
+    let [low, high] = range(&mut vertices.iter().map(|vertex| vertex[across]));
+    let slack = SLACK * (high - low);
+    let on = |side: f64| {
+        range(&mut vertices.iter().filter(|v| (v[across] - side).abs() <= slack).map(|v| v[along]))
+    };
+    let of_two = vertices.iter().all(|v| v[across] - low <= slack || high - v[across] <= slack);
+    let (lower, upper) = (on(low), on(high));
+    let ends = std::array::from_fn(|end| 0.5 * (lower[end] + upper[end]));
+    of_two.then_some(Layer { along: ends, across: ordered(up * low, up * high) })
+}
+
+/// Refuses saw tests that measure something else (sheet: snow-mpm §7): a column shorter than five times its slab, a saw faster than a
+/// twentieth of the shear waves, a layer that does not bear its slab.
+///
+/// # Errors
+/// With the path of the cut or of the strength, and a cure.
+pub(super) fn refuse(case: &Case) -> Result<(), CaseError> {
+    for (number, cut) in case.cuts.iter().enumerate() {
+        let Some(column) = Column::of(case, cut) else { continue };
+        let slab = column.slab.iter().map(|(body, _)| *body);
+        if let Some(waves) = fastest_waves(case, slab).filter(|waves| too_fast(cut, *waves)) {
+            let problem = format!(
+                "{} m/s is above a twentieth of the speed of shear waves in the slab ({waves:.1} m/s), so that the crack depends on how \
+                 fast it is cut: saw with {} m/s or less",
+                cut.speed(),
+                floored(HIGHEST_SPEED * waves)
+            );
+            return Err(CaseError::new(format!("cuts[{number}].velocity"), problem));
+        }
+        let (length, least) = (column.length(), LEAST_LENGTH * column.thickness());
+        if length < least * (1.0 - SLACK) {
+            let problem = format!(
+                "the column that it cuts is {length:.4} m long, less than five times the {:.4} m of its slab, so that the far end takes part \
+                 in the crack: make it {least:.4} m long or longer",
+                column.thickness()
+            );
+            return Err(CaseError::new(format!("cuts[{number}]"), problem));
+        }
+        if let Some(axes) = Axes::of(case, cut) {
+            bears_its_slab(case, &column, axes)?;
+        }
+    }
+    Ok(())
+}
+
+/// A positive number, rounded down to three digits.
+fn floored(x: f64) -> f64 {
+    let scale = 10f64.powi(2 - x.log10().floor() as i32);
+    (scale * x).floor() / scale
+}
+
+fn too_fast(cut: &Cut, waves: f64) -> bool {
+    cut.speed() > HIGHEST_SPEED * waves * (1.0 + SLACK)
+}
+
+/// Refuses a weak layer that yields under its slab at rest: at its lower side, far from the ends, where all strain is across the layer.
+/// Along a track the weight changes with its slope: there the run tells (see [`sawn_layer`]).
+fn bears_its_slab(case: &Case, column: &Column<'_>, axes: Axes) -> Result<(), CaseError> {
+    let (body, own) = &column.weak;
+    let spec = &case.materials[&body.material];
+    let (false, MaterialSpec::CohesiveCamClay(law)) = (matches!(body.shape, Shape::ArcLayer { .. }), spec)
+    else {
+        return Ok(());
+    };
+    let mass = |(body, of): &(&Body, Layer)| {
+        case.materials[&body.material].density() * (of.across[1] - of.across[0])
+    };
+    let mass = column.slab.iter().map(mass).sum::<f64>() + spec.density() * (own.across[1] - own.across[0]);
+    let gravity = case.gravity3();
+    let (pressure, shear) = (mass * gravity[axes.across].abs(), mass * gravity[axes.along]);
+    let side = -law.poissons_ratio / (1.0 - law.poissons_ratio) * pressure;
+    // Across the layer, along it and sideways: in no axes of the case.
+    let stress = SymTensor([-pressure, side, side, shear, 0.0, 0.0]);
+    let strict = MaterialSpec::CohesiveCamClay(CohesiveCamClaySpec { project: false, ..law.clone() });
+    let Ok(material) = strict.build() else { return Ok(()) };
+    if material.initial(&[InitialCondition { stress, density: spec.density() }]).is_ok() {
+        return Ok(());
+    }
+    let problem = format!(
+        "a layer of {} Pa yields at rest, under the {pressure:.0} Pa of pressure and the {:.0} Pa of shear of its slab, before the saw \
+         begins: make it stronger, or the slab lighter",
+        law.compressive_strength,
+        shear.abs()
+    );
+    Err(CaseError::new(format!("materials.{}.compressive_strength", body.material), problem))
+}
+
+/// Name of the weak layer that a cut saws, where it is the saw of a saw test.
+pub(crate) fn sawn_layer<'a>(case: &'a Case, cut: &Cut) -> Option<&'a str> {
+    Some(&Column::of(case, cut)?.weak.0.name)
+}
+
+/// Speed of the fastest shear waves (m/s) in bodies, of those whose law has a Young's modulus and a Poisson's ratio.
+fn fastest_waves<'a>(case: &Case, bodies: impl Iterator<Item = &'a Body>) -> Option<f64> {
+    bodies.filter_map(|body| shear_speed(&case.materials[&body.material])).reduce(f64::max)
+}
+
+/// Speed of shear waves (m/s).
+fn shear_speed(spec: &MaterialSpec) -> Option<f64> {
+    let (youngs, poissons) = elastic_constants(spec)?;
+    Some((youngs / (2.0 * (1.0 + poissons)) / spec.density()).sqrt())
+}
+
+/// Young's modulus (Pa) and Poisson's ratio of the laws that snow, ice and the ground are made of here.
+pub(super) fn elastic_constants(spec: &MaterialSpec) -> Option<(f64, f64)> {
+    Some(match spec {
+        MaterialSpec::LinearElastic(law) => (law.youngs_modulus, law.poissons_ratio),
+        MaterialSpec::StVenantKirchhoff(law) => (law.youngs_modulus, law.poissons_ratio),
+        MaterialSpec::FixedCorotated(law) => (law.youngs_modulus, law.poissons_ratio),
+        MaterialSpec::NeoHookean(law) => (law.youngs_modulus, law.poissons_ratio),
+        MaterialSpec::CohesiveCamClay(law) => (law.youngs_modulus, law.poissons_ratio),
+        MaterialSpec::DruckerPrager(law) => (law.youngs_modulus, law.poissons_ratio),
+        MaterialSpec::Snow(law) => (law.youngs_modulus, law.poissons_ratio),
+        MaterialSpec::Sand(law) => (law.youngs_modulus, law.poissons_ratio),
+        _ => return elastic_constants(spec.inner()?),
+    })
+}
+
+/// What is doubtful of cuts: of saw tests one that begins with the run; of others, or of a column whose shapes do not tell, what is refused
+/// of saw tests.
+pub(super) fn warnings(case: &Case) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (number, cut) in case.cuts.iter().enumerate() {
+        if Column::of(case, cut).is_some() {
+            let first = cut.stage.as_ref().is_none_or(|stage| *stage == case.stages[0].name);
+            // Sheet: snow-mpm P25.
+            if first && cut.start == 0.0 {
+                warnings.push(format!(
+                    "cuts[{number}]: begins with the run, when the slab does not yet weigh on the layer: let it settle before, in a stage with \
+                     gravity_ramp and damping"
+                ));
+            }
+            continue;
+        }
+        let left = case.bodies.iter().filter(|body| !cut.takes(&body.name));
+        if let Some(waves) = fastest_waves(case, left).filter(|waves| too_fast(cut, *waves)) {
+            warnings.push(format!(
+                "cuts[{number}].velocity: {} m/s is above a twentieth of the speed of shear waves in what it leaves ({waves:.1} m/s): the crack \
+                 depends on how fast it is cut",
+                cut.speed()
+            ));
+        }
+        if let Some([length, thickness]) = extents(case, cut)
+            && length < LEAST_LENGTH * thickness * (1.0 - SLACK)
+        {
+            warnings.push(format!(
+                "cuts[{number}]: what it cuts is {length} m long, less than five times the {thickness:.3} m of what it leaves: its far end \
+                 takes part in the crack"
+            ));
+        }
+    }
+    warnings
+}
+
+/// Extent of what a cut takes, along its way, and of what it leaves, across (m), by the bounds of their shapes.
+fn extents(case: &Case, cut: &Cut) -> Option<[f64; 2]> {
+    let dimension = case.dimension();
+    let Axes { along, across, .. } = Axes::of(case, cut)?;
+    let (sawn, left): (Vec<&Body>, Vec<&Body>) = case.bodies.iter().partition(|body| cut.takes(&body.name));
+    if sawn.is_empty() || left.is_empty() {
+        return None;
+    }
+    let extent = |bodies: &[&Body], axis: usize| {
+        let ends = bodies.iter().map(|body| body.shape.bounds(dimension));
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (from, to)| {
+            (low.min(from[axis]), high.max(to[axis]))
+        });
+        high - low
+    };
+    Some([extent(&sawn, along), extent(&left, across)])
+}
