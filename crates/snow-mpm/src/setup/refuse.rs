@@ -99,9 +99,15 @@ fn frictions(case: &Case) -> impl Iterator<Item = (String, f64)> {
         let Wall::Frictional { friction_coefficient, .. } = boundary.wall else { return None };
         Some((format!("boundaries[{number}]"), friction_coefficient))
     });
-    let obstacles = case.obstacles.iter().enumerate().filter_map(|(number, obstacle)| {
-        let ObstacleWall::Frictional { friction_coefficient, .. } = obstacle.wall else { return None };
-        Some((format!("obstacles[{number}]"), friction_coefficient))
+    let walls = case.obstacles.iter().enumerate().flat_map(|(number, obstacle)| {
+        let parts = obstacle.regions.iter().enumerate();
+        let parts =
+            parts.map(move |(part, region)| (format!("obstacles[{number}].regions[{part}]"), region.wall));
+        std::iter::once((format!("obstacles[{number}]"), obstacle.wall)).chain(parts)
+    });
+    let obstacles = walls.filter_map(|(path, wall)| {
+        let ObstacleWall::Frictional { friction_coefficient, .. } = wall else { return None };
+        Some((path, friction_coefficient))
     });
     boundaries.chain(obstacles)
 }

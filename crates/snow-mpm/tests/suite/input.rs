@@ -224,12 +224,17 @@ fn layers_along_a_track_are_as_thin_as_they_lie_and_its_friction_is_looked_at() 
     (case["cuts"], case["boundaries"]) = (json!([]), json!([]));
     case["domain"] = json!({ "min": [-1, -2], "max": [3, 1] });
     case["obstacles"] = json!([{ "name": "track", "wall": { "kind": "frictional", "friction_coefficient": 2.5 },
-        "shape": { "kind": "profile", "start": [-0.5, 0.5], "pieces": [{ "to": [2.5, -1] }] } }]);
+        "shape": { "kind": "profile", "start": [-0.5, 0.5], "pieces": [{ "to": [2.5, -1] }] },
+        "regions": [{ "shape": { "kind": "box", "min": [0], "max": [1] }, "wall": { "kind": "smooth" } },
+            { "shape": { "kind": "box", "min": [1], "max": [2] }, "wall": { "kind": "frictional", "friction_coefficient": 3 } }] }]);
     let layer = |from: f64, to: f64| json!({ "kind": "arc-layer", "on": "track", "start": 0.5, "end": 2.5, "from": from, "to": to });
     (case["bodies"][0]["shape"], case["bodies"][1]["shape"]) = (layer(0.0, 0.075), layer(0.08, 0.4));
     let warnings = SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings;
-    for words in ["bodies[0].shape: 3.00 cells across", "obstacles[0].wall.friction_coefficient: 2.5 is more"]
-    {
+    for words in [
+        "bodies[0].shape: 3.00 cells across",
+        "obstacles[0].wall.friction_coefficient: 2.5 is more",
+        "obstacles[0].regions[1].wall.friction_coefficient: 3 is more",
+    ] {
         assert!(warnings.iter().any(|warning| warning.starts_with(words)), "{words}: {warnings:?}");
     }
     (case["bodies"][0]["shape"], case["bodies"][1]["shape"]) = (layer(0.0, 0.025), layer(0.03, 0.4));
