@@ -77,7 +77,7 @@ impl<const D: usize> SnowSolver<D> {
         budget
     }
 
-    /// The energy balance and the speed of the fastest point.
+    /// The energy balance, the speed of the fastest point, the volume of all, and what obstacles and cuts tell.
     pub(crate) fn take_readings(&self) -> Vec<Reading> {
         let stored = self.stored();
         let mut readings = self.ledger.readings(&stored);
@@ -85,6 +85,9 @@ impl<const D: usize> SnowSolver<D> {
             self.bodies.all.iter().flat_map(|body| &body.points.velocity).map(crate::vectors::square);
         let fastest = squares.fold(0.0, f64::max).sqrt();
         readings.push(("largest_speed".to_owned(), "m/s".to_owned(), fastest));
+        // Sheet: snow-mpm §3.11.
+        let volume = self.bodies.all.iter().flat_map(|body| &body.points.volume).sum();
+        readings.push(("volume".to_owned(), "m3".to_owned(), volume));
         if !self.case.obstacles.is_empty() {
             readings.push(("obstacles.friction".to_owned(), "J".to_owned(), self.ledger.friction()));
         }

@@ -158,6 +158,10 @@ impl<L: InvariantReturn> Law for Planar<L> {
         false
     }
 
+    fn stays_in_plane(&self) -> bool {
+        true
+    }
+
     fn output_names(&self) -> &[&'static str] {
         self.0.output_names()
     }

@@ -1,7 +1,8 @@
 //! What the method takes of a case, what it refuses, and what it warns of.
 
-use colluvium_case::description::{ObstacleWall, Wall, thinnest};
+use colluvium_case::description::{CrackTip, Measure, ObstacleWall, Wall, thinnest};
 use colluvium_case::{Case, CaseError, Honours};
+use colluvium_constitutive::MaterialSpec;
 
 use super::saw;
 use crate::config::{NAME, SnowOptions};
@@ -52,7 +53,7 @@ pub(crate) fn honours() -> Honours {
         .refuses("boundaries.wall=absorbing", "snow-mpm has no absorbing boundaries: use mpm")
         .refuses("obstacles.wall.adhesion", ADHESION)
         .refuses("obstacles.regions.wall.adhesion", ADHESION)
-        .refuses("loads", "snow-mpm has no loads on surfaces: use a boundary with a velocity, or mpm")
+        .refuses("loads", "snow-mpm has no loads on surfaces: use a body that lies on it, a boundary with a velocity, or mpm")
         .refuses("patches", "snow-mpm has no patches of nodes: use a boundary with a velocity")
         .refuses("stages.excavate", "snow-mpm removes whole bodies only: use remove_bodies")
         .refuses("stages.rayleigh_damping", "snow-mpm has local damping only: use damping")
@@ -68,6 +69,7 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
              touches it"
         ));
     }
+    warnings.extend(ratios(case));
     let dimension = case.dimension();
     for (number, cut) in case.cuts.iter().enumerate() {
         let thinnest = thinnest(&cut.bounds(dimension));
@@ -82,15 +84,42 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
     for (number, body) in case.bodies.iter().enumerate() {
         let cells = body.shape.thinnest(dimension) / options.cell_size;
         // Sheet: snow-mpm P10.
-        if cells < 4.0 - 1e-9 {
-            warnings.push(format!(
-                "bodies[{number}].shape: {cells:.2} cells across at its thinnest; a layer that softens needs 4 or more, and what it \
-                 takes to break it depends on how many there are"
-            ));
+        let (least, why) = if may_soften(&case.materials[&body.material]) {
+            (
+                4.0,
+                "a layer that softens needs 4 or more, and what it takes to break it depends on how many there are",
+            )
+        } else {
+            (2.0, "functions of nodes reach across it: 2 or more let it bend and shear by itself")
+        };
+        if cells < least - 1e-9 {
+            warnings.push(format!("bodies[{number}].shape: {cells:.2} cells across at its thinnest; {why}"));
         }
     }
     warnings.extend(saw::warnings(case));
+    warnings.extend(case.measures.iter().filter_map(|(name, measure)| doubtful(name, measure, options)));
     warnings
+}
+
+/// Warns of a measure whose lengths do not go with the cells (sheet: snow-mpm §3.11).
+fn doubtful(name: &str, measure: &Measure, options: &SnowOptions) -> Option<String> {
+    let cell = options.cell_size;
+    match measure {
+        Measure::Fragments { link, .. } if !(1.0 - 1e-9..=1.5 + 1e-9).contains(&(link / cell)) => {
+            let cells = link / cell;
+            Some(format!(
+                "measures.{name}.link: {link} m is {cells:.2} cells; points of one piece lie up to 1 to 1.5 cells apart"
+            ))
+        }
+        Measure::CrackTip(CrackTip { bin, .. })
+            if *bin < cell / options.points_per_cell as f64 * (1.0 - 1e-9) =>
+        {
+            Some(format!(
+                "measures.{name}.bin: {bin} m is less than points are apart, so that bins lack points: take a cell, {cell} m"
+            ))
+        }
+        _ => None,
+    }
 }
 
 /// Coefficients of the frictional walls of a case, and where they stand in it.
@@ -110,6 +139,39 @@ fn frictions(case: &Case) -> impl Iterator<Item = (String, f64)> {
         Some((path, friction_coefficient))
     });
     boundaries.chain(obstacles)
+}
+
+/// Warns of Poisson's ratios of laws that do not do so themselves (sheet: snow-mpm §7).
+fn ratios(case: &Case) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (name, spec) in &case.materials {
+        let Some((_, ratio)) = saw::elastic_constants(spec) else { continue };
+        if spec.warnings().iter().any(|warning| warning.starts_with("poissons_ratio")) {
+            continue;
+        }
+        if ratio > 0.45 {
+            warnings.push(format!(
+                "materials.{name}.poissons_ratio: {ratio} is above 0.45: low-order grids lock"
+            ));
+        } else if ratio < 0.0 {
+            warnings.push(format!(
+                "materials.{name}.poissons_ratio: {ratio} is negative: what is pressed grows thinner across"
+            ));
+        }
+    }
+    warnings
+}
+
+/// Whether a law may lose strength: neither elastic nor a fluid.
+fn may_soften(spec: &MaterialSpec) -> bool {
+    use MaterialSpec::{FixedCorotated, LinearElastic, NeoHookean, PressureElastic, StVenantKirchhoff};
+    let elastic = |spec: &MaterialSpec| {
+        matches!(
+            spec,
+            LinearElastic(_) | NeoHookean(_) | StVenantKirchhoff(_) | FixedCorotated(_) | PressureElastic(_)
+        )
+    };
+    !spec.is_fluid() && !elastic(spec.inner().unwrap_or(spec))
 }
 
 /// Refuses weak layers of less than two cells, across which functions of nodes reach (sheet: snow-mpm §7).

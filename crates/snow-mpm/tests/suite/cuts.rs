@@ -30,6 +30,7 @@ fn a_saw_takes_the_points_in_its_way_and_books_them() {
     let taken = 2.0 * 4.0 * 0.05 * 0.05 * 400.0;
     near(reading(&*solver, "saw.mass"), taken, 1e-9);
     near(start.mass - end.mass, taken, 1e-9);
+    near(reading(&*solver, "volume"), 0.6 * 0.4 - taken / 400.0, 1e-9);
     near(reading(&*solver, "saw.energy"), 0.5 * taken, 1e-9);
     near(start.kinetic - end.kinetic, 0.5 * taken, 1e-9);
     assert!(reading(&*solver, "energy_numerical").abs() < 1e-9);

@@ -63,6 +63,23 @@ fn what_the_method_does_not_have_is_refused_with_a_cure() {
 }
 
 #[test]
+fn invariants_of_the_plane_are_refused_in_space() {
+    let mut case = ball(&json!({}));
+    case["materials"]["snow"]["invariants"] = json!("plane");
+    assert!(SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).is_ok());
+    case["space"] = json!("3d");
+    (case["domain"], case["gravity"]) =
+        (json!({ "min": [-1, 0, -1], "max": [1, 0.6, 1] }), json!([0, -9.81, 0]));
+    case["bodies"][0]["shape"]["centre"] = json!([0, 0.24, 0]);
+    case["bodies"][0]["velocity"]["value"] = json!([0, -5, 0]);
+    assert!(
+        refused(&case).starts_with("materials.snow: its law knows no strain across the plane"),
+        "{}",
+        refused(&case)
+    );
+}
+
+#[test]
 fn warnings_name_what_is_doubtful() {
     for (options, words) in [
         (json!({ "transfer": "flip", "flip_ratio": 0.9 }), "flip_ratio: 0.9 damps"),
@@ -70,11 +87,21 @@ fn warnings_name_what_is_doubtful() {
         (json!({ "points_per_cell": 1 }), "under-sample"),
         (json!({ "courant_elastic": 0.9 }), "courant_elastic: 0.9 is above 0.5"),
         (json!({ "shape": "linear", "transfer": "flip" }), "refining the grid makes it worse"),
-        (json!({ "cell_size": 0.2 }), "2.00 cells across"),
+        (
+            json!({ "cell_size": 0.25 }),
+            "1.60 cells across at its thinnest; functions of nodes reach across it",
+        ),
     ] {
         let case = Case::from_json(&block(&json!({ "kind": "rest" }), &options).to_string()).unwrap();
         let warnings = SnowMpm.plan(&case).unwrap().warnings;
         assert!(warnings.iter().any(|warning| warning.contains(words)), "{words}: {warnings:?}");
+    }
+    for (ratio, words) in [(0.46, "0.46 is above 0.45"), (-0.1, "-0.1 is negative")] {
+        let mut case = block(&json!({ "kind": "rest" }), &json!({}));
+        case["materials"]["m"]["poissons_ratio"] = json!(ratio);
+        let warnings = SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings;
+        let said = format!("materials.m.poissons_ratio: {words}");
+        assert!(warnings.len() == 1 && warnings[0].starts_with(&said), "{warnings:?}");
     }
     let case = Case::from_json(&ball(&json!({})).to_string()).unwrap();
     assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
@@ -239,6 +266,21 @@ fn layers_along_a_track_are_as_thin_as_they_lie_and_its_friction_is_looked_at() 
     }
     (case["bodies"][0]["shape"], case["bodies"][1]["shape"]) = (layer(0.0, 0.025), layer(0.03, 0.4));
     assert!(refused(&case).starts_with("bodies[0].shape: a weak layer"), "{}", refused(&case));
+}
+
+#[test]
+fn lengths_of_measures_that_do_not_go_with_the_cells_are_warned_of() {
+    let said = |link: f64, bin: f64| {
+        let mut case = saw_test(2.0, 0.1, 1.0);
+        case["measures"] = json!({
+            "pieces": { "kind": "fragments", "link": link },
+            "crack": { "kind": "crack-tip", "body": "weak", "field": "collapsed", "direction": [-1, 0], "from": [2, 0], "bin": bin } });
+        SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings
+    };
+    assert_eq!(said(0.03, 0.025), Vec::<String>::new());
+    let found = said(0.02, 0.01);
+    assert!(found.len() == 2 && found[0].starts_with("measures.crack.bin: 0.01 m"), "{found:?}");
+    assert!(found[1].starts_with("measures.pieces.link: 0.02 m is 0.80 cells"), "{found:?}");
 }
 
 #[test]
