@@ -127,7 +127,7 @@ fn checked(test: ElementTest) -> Result<ElementTest, CaseErrors> {
 }
 
 /// Starting cases that need no other file: name and JSON text.
-pub const TEMPLATES: [(&str, &str); 8] = [
+pub const TEMPLATES: [(&str, &str); 9] = [
     ("column-collapse", include_str!("templates/column-collapse.json")),
     ("oedometer", include_str!("templates/oedometer.json")),
     ("disks", include_str!("templates/disks.json")),
@@ -136,6 +136,7 @@ pub const TEMPLATES: [(&str, &str); 8] = [
     ("dam-break", include_str!("templates/dam-break.json")),
     ("snowball", include_str!("templates/snowball.json")),
     ("saw-test", include_str!("templates/saw-test.json")),
+    ("remote-triggering", include_str!("templates/remote-triggering.json")),
 ];
 
 /// Names of all starting cases.
