@@ -3,6 +3,7 @@
 mod avalanche;
 mod bar;
 mod cantilever;
+mod column;
 mod incline;
 mod microstructure;
 mod motion;
@@ -29,6 +30,7 @@ pub const ALL: &[Benchmark] = &[
     incline::BENCHMARK,
     cantilever::BENCHMARK,
     snowball::BENCHMARK,
+    column::BENCHMARK,
     saw::CRITICAL,
     saw::SPEED,
     avalanche::BENCHMARK,

@@ -1,0 +1,117 @@
+//! Columns of snow that collapse or stand (sheet: snow-mpm A7, V18): cohesion against the run-out, and the strength that bears the weight.
+
+use colluvium::case::{Case, Snapshot};
+use colluvium::plots::{LineChart, Series, Style};
+use serde_json::json;
+
+use super::{changed, solved};
+use crate::benchmarks::{Benchmark, Outcome, set_material};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "snow-mpm/column",
+    title: "Column of snow: run-out with and without cohesion, and the strength with which it stands",
+    source: "sheet: snow-mpm A7 and V18, whose prototype is the reference; no source",
+    quick: None,
+    full: 150,
+    run: benchmark,
+};
+
+/// Height of the column (m).
+const HEIGHT: f64 = 2.0;
+
+/// Where points lie at a time (m).
+struct Shape {
+    /// Farthest to the left and to the right of the middle.
+    fronts: [f64; 2],
+    /// Highest within 0.1 m of the middle.
+    height: f64,
+}
+
+impl Shape {
+    fn of(frame: &Snapshot) -> Self {
+        let farthest = |sign: f64| frame.positions.iter().map(|x| sign * x[0]).fold(0.0, f64::max);
+        let middle = frame.positions.iter().filter(|x| x[0].abs() < 0.1).map(|x| x[1]);
+        Self { fronts: [farthest(-1.0), farthest(1.0)], height: middle.fold(0.0, f64::max) }
+    }
+
+    fn front(&self) -> f64 {
+        self.fronts[0].max(self.fronts[1])
+    }
+}
+
+/// The case with a strength (Pa) and a ratio of cohesion.
+fn column(strength: f64, cohesion: f64) -> Result<Case, String> {
+    let mut case = changed("column", &json!({}))?;
+    let keys = [("compressive_strength", json!(strength)), ("cohesion_ratio", json!(cohesion))];
+    set_material(&mut case, "snow", &keys)?;
+    Ok(case)
+}
+
+fn benchmark(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut chart = LineChart {
+        title: "Columns of snow".into(),
+        x_label: "time (s)".into(),
+        y_label: "farthest point from the middle (m)".into(),
+        ..LineChart::default()
+    };
+    for (strength, loose, bound) in [(1000.0, 2.44, 1.65), (5000.0, 2.49, 1.65)] {
+        let kilo = strength / 1000.0;
+        let mut fronts = [0.0; 2];
+        for (front, (cohesion, claim)) in fronts.iter_mut().zip([(0.0, loose), (0.3, bound)]) {
+            let report = solved(&column(strength, cohesion)?)?;
+            let line = report.frames.iter().map(|frame| (frame.time, Shape::of(frame).front())).collect();
+            let name = format!("{kilo} kPa, cohesion {cohesion}");
+            chart.series.push(Series::new(&*name, line, Style::Line));
+            let end = Shape::of(&report.snapshot);
+            *front = end.front();
+            let claim = format!("{claim} (sheet's prototype)");
+            outcome.show(format!("A7 {name}: front (m)"), &claim, *front, "the sheet judges the ratio");
+            let apart = (end.fronts[0] - end.fronts[1]).abs() / *front;
+            let name = format!("A7 {name}: difference of both fronts over the front");
+            outcome.below(name, "0", apart, 0.05, "the sheet's criterion");
+        }
+        let name = format!("A7 {kilo} kPa: share of the front that cohesion takes");
+        let claim = format!("{:.2} (sheet's prototype)", 1.0 - bound / loose);
+        outcome.within(name, &claim, 1.0 - fronts[1] / fronts[0], (0.25, 0.45), "the sheet's criterion");
+    }
+    for cohesion in [0.0, 0.3] {
+        let end = Shape::of(&solved(&column(20_000.0, cohesion)?)?.snapshot);
+        let name = format!("A7 20 kPa, cohesion {cohesion}: height (m)");
+        outcome.near(
+            name,
+            1.985,
+            0.01,
+            end.height,
+            "it stands, by the sheet's criterion; its elastic settlement is 0.2 %",
+        );
+    }
+    outcome.svg("Cohesion holds a column together.", &chart)?;
+    stands(&mut outcome)?;
+    Ok(outcome)
+}
+
+/// Which strengths bear the weight, gravity coming slowly (V18).
+fn stands(outcome: &mut Outcome) -> Result<(), String> {
+    for (strength, claim, range) in [
+        (5500.0, "collapses", (0.0, 0.9)),
+        (8500.0, "stands", (0.9, 1.0)),
+        (7000.0, "the sheet's prototype: between 6 and 7.5 kPa", (0.0, 1.0)),
+    ] {
+        let mut case = column(strength, 0.0)?;
+        let mut free = case.stages[0].clone();
+        free.name = "free".to_owned();
+        (case.stages[0].duration, case.stages[0].damping, case.stages[0].gravity_ramp) = (0.5, 0.3, 0.35);
+        case.stages.push(free);
+        let height = Shape::of(&solved(&case)?.snapshot).height / HEIGHT;
+        let name = format!("V18 {} kPa without cohesion: height over that at the start", strength / 1000.0);
+        if strength == 7000.0 {
+            outcome.show(name, claim, height, "where the threshold lies between both bounds of the sheet");
+        } else {
+            let reason = "the sheet's criterion: the threshold lies between 5.5 and 8.5 kPa, by its closed form at 8.3";
+            outcome.within(name, claim, height, range, reason);
+        }
+    }
+    Ok(())
+}
