@@ -21,6 +21,7 @@ mod nodes;
 mod obstacles;
 mod pace;
 mod report;
+mod saw;
 mod setup;
 mod solver;
 mod transfer;

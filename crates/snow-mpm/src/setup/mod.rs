@@ -2,7 +2,6 @@
 
 mod fill;
 mod refuse;
-mod saw;
 
 use std::sync::Arc;
 
@@ -10,7 +9,6 @@ use colluvium_case::{Case, CaseError, Plan, SLACK, Size, Solver, StepLimit, Time
 use colluvium_grid::{Node, Sweeps};
 
 pub(crate) use refuse::honours;
-pub(crate) use saw::{sawn_layer, strength_of_weak_layer};
 
 use crate::background::{Background, shape};
 use crate::bodies::{Bodies, Body};
@@ -19,6 +17,7 @@ use crate::ledger::Ledger;
 use crate::maps::Maps;
 use crate::nodes::{Nodes, Sums};
 use crate::obstacles::Obstacles;
+use crate::saw;
 use crate::solver::{Clock, Seen, SnowSolver};
 use crate::walls::Boundaries;
 

@@ -4,8 +4,8 @@ use colluvium_case::description::{CrackTip, Measure, ObstacleWall, Wall, thinnes
 use colluvium_case::{Case, CaseError, Honours};
 use colluvium_constitutive::MaterialSpec;
 
-use super::saw;
 use crate::config::{NAME, SnowOptions};
+use crate::saw;
 
 const ADHESION: &str = "snow-mpm knows no area of the nodes that an obstacle holds: leave it out";
 

@@ -4,7 +4,7 @@ use colluvium_case::description::{Cut, Stage};
 use colluvium_case::{SolverError, spatial};
 
 use crate::bodies::{Body, Failure};
-use crate::setup::{sawn_layer, strength_of_weak_layer};
+use crate::saw::{sawn_layer, strength_of_weak_layer};
 use crate::solver::SnowSolver;
 use crate::vectors::square;
 

@@ -138,7 +138,7 @@ fn slanted(vertices: &[[f64; 2]], Axes { along, across, up }: Axes) -> Option<La
 ///
 /// # Errors
 /// With the path of the cut or of the strength, and a cure.
-pub(super) fn refuse(case: &Case) -> Result<(), CaseError> {
+pub(crate) fn refuse(case: &Case) -> Result<(), CaseError> {
     for (number, cut) in case.cuts.iter().enumerate() {
         let Some(column) = Column::of(case, cut) else { continue };
         let slab = column.slab.iter().map(|(body, _)| *body);
@@ -226,7 +226,7 @@ fn shear_speed(spec: &MaterialSpec) -> Option<f64> {
 }
 
 /// Young's modulus (Pa) and Poisson's ratio of the laws that snow, ice and the ground are made of here.
-pub(super) fn elastic_constants(spec: &MaterialSpec) -> Option<(f64, f64)> {
+pub(crate) fn elastic_constants(spec: &MaterialSpec) -> Option<(f64, f64)> {
     Some(match spec {
         MaterialSpec::LinearElastic(law) => (law.youngs_modulus, law.poissons_ratio),
         MaterialSpec::StVenantKirchhoff(law) => (law.youngs_modulus, law.poissons_ratio),
@@ -242,7 +242,7 @@ pub(super) fn elastic_constants(spec: &MaterialSpec) -> Option<(f64, f64)> {
 
 /// What is doubtful of cuts: of saw tests one that begins with the run; of others, or of a column whose shapes do not tell, what is refused
 /// of saw tests.
-pub(super) fn warnings(case: &Case) -> Vec<String> {
+pub(crate) fn warnings(case: &Case) -> Vec<String> {
     let mut warnings = Vec::new();
     for (number, cut) in case.cuts.iter().enumerate() {
         if Column::of(case, cut).is_some() {
