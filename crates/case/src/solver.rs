@@ -329,6 +329,11 @@ pub trait Solver: Send {
         Vec::new()
     }
 
+    /// What is worth telling of the run with which nothing is wrong: how densely grains were filled in, …
+    fn facts(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// The state as it is now, as the datasets that are `wanted`.
     fn frame(&self, wanted: Wanted) -> Frame;
 

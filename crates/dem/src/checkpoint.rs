@@ -288,8 +288,11 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let filled = self.specimens.iter().map(|specimen| format!("at the start, {specimen}"));
-        filled.chain(self.given.notes.iter().cloned()).collect()
+        self.given.notes.clone()
+    }
+
+    fn facts(&self) -> Vec<String> {
+        self.specimens.iter().map(|specimen| format!("at the start, {specimen}")).collect()
     }
 
     fn frame(&self, wanted: Wanted) -> Frame {

@@ -15,7 +15,6 @@ mod verify;
 mod words;
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -25,7 +24,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::description::Stage;
 use crate::output::Table;
-use crate::{Advance, Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver};
+use crate::{Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver};
 use progress::Progress;
 use record::Recorder;
 use steps::{asked_to_stop, is_there, stable_step};
@@ -99,6 +98,8 @@ pub struct RunReport {
     pub steps: u64,
     /// What of the run and of its state at the end is worth a word.
     pub remarks: Vec<String>,
+    /// What the method tells of the run with which nothing is wrong ([`Solver::facts`]).
+    pub facts: Vec<String>,
     /// Which of these [`RunOptions::warn`] has taken already.
     pub said: Vec<String>,
     /// Wall-clock time of this run (s).
@@ -425,24 +426,6 @@ impl Run<'_> {
         self.recorder.summary(status, reason, &*self.solver, &self.progress, run)
     }
 
-    fn show(&mut self, &Advance { dt, limit }: &Advance) {
-        let steps = self.solver.step_count();
-        if !self.options.progress || !steps.is_multiple_of(16) {
-            return;
-        }
-        let time = self.solver.time();
-        let message = || format!("t = {time:.4} s, step {steps}, dt = {dt:.2e} s ({limit})");
-        if !self.bar.is_hidden() {
-            self.bar.set_position((time * 1e9) as u64);
-            self.bar.set_message(message());
-        } else if self.shown.elapsed() >= BETWEEN_LINES {
-            // A file or a pipe gets lines. One that takes none more is no reason to end the run.
-            self.shown = Instant::now();
-            let share = 100.0 * time / self.case.end_time();
-            let _ = writeln!(std::io::stderr(), "{share:.0} % of the time, {}", message());
-        }
-    }
-
     fn finish(&mut self, ending: &str, reason: Option<&str>) -> Result<(), RunError> {
         self.bar.finish_and_clear();
         let completed = ending == "completed";
@@ -484,6 +467,7 @@ impl Run<'_> {
             end: self.solver.totals(),
             steps,
             remarks: std::mem::take(&mut self.remarks),
+            facts: self.solver.facts(),
             said: std::mem::take(&mut self.said),
             wall: self.wall(),
             updates_per_second: updates / (session - self.searched.as_secs_f64()),

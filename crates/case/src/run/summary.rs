@@ -56,6 +56,7 @@ impl Recorder<'_> {
             "points": solver.points(),
             "warnings": self.options.warnings,
             "remarks": remarks,
+            "facts": solver.facts(),
             "stages": self.stages(progress),
             "time_step_limits": progress.bounds.iter().map(bound_to_json).collect::<Vec<_>>(),
             "start": progress.start.map(budget),

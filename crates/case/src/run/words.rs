@@ -1,8 +1,11 @@
 //! What a run says while it goes on.
 
+use std::io::Write;
+use std::time::Instant;
+
 use super::progress::Progress;
-use super::{Run, RunError};
-use crate::TimeStep;
+use super::{BETWEEN_LINES, Run, RunError};
+use crate::{Advance, TimeStep};
 
 impl Run<'_> {
     pub(super) fn remarks_so_far(&self) -> Vec<String> {
@@ -52,6 +55,25 @@ impl Run<'_> {
     fn take_energy(&mut self) {
         if let Some(budget) = self.solver.budget() {
             self.progress.energy.take(&budget, self.solver.time());
+        }
+    }
+
+    /// Shows how far the run has come, as a bar or as a line every few seconds.
+    pub(super) fn show(&mut self, &Advance { dt, limit }: &Advance) {
+        let steps = self.solver.step_count();
+        if !self.options.progress || !steps.is_multiple_of(16) {
+            return;
+        }
+        let time = self.solver.time();
+        let message = || format!("t = {time:.4} s, step {steps}, dt = {dt:.2e} s ({limit})");
+        if !self.bar.is_hidden() {
+            self.bar.set_position((time * 1e9) as u64);
+            self.bar.set_message(message());
+        } else if self.shown.elapsed() >= BETWEEN_LINES {
+            // A file or a pipe gets lines. One that takes none more is no reason to end the run.
+            self.shown = Instant::now();
+            let share = 100.0 * time / self.case.end_time();
+            let _ = writeln!(std::io::stderr(), "{share:.0} % of the time, {}", message());
         }
     }
 

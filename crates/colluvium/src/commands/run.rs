@@ -69,6 +69,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         for remark in report.remarks.iter().filter(|remark| !report.said.contains(remark)) {
             complain!("warning: {remark}");
         }
+        for fact in &report.facts {
+            complain!("note: {fact}");
+        }
         print(&report, &out)?;
     }
     Ok(())

@@ -124,6 +124,7 @@ fn facts(results: &Results) -> Markup {
         div class="wide" { table {
             @for (what, value) in &rows { tr { td class="soft" { (what) } td { (value) } } }
         } }
+        @for fact in summary["facts"].as_array().into_iter().flatten() { p class="notes" { (text(fact)) } }
         @if summary["warnings"].as_array().is_none_or(Vec::is_empty) && summary["remarks"].as_array().is_none_or(Vec::is_empty) {
             p class="soft" { "No warnings." }
         }

@@ -44,7 +44,7 @@ pub struct OtherSpec {
     pub density: f64,
     /// Name of the law: `granular-cell`, a periodic cell of grains.
     pub law: String,
-    /// Parameters of that law.
+    /// Parameters of that law; those of `granular-cell` stand in docs/theory/dem.md, "A cell of grains as a material".
     #[serde(default)]
     pub parameters: Map<String, Value>,
 }

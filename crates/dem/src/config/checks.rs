@@ -266,6 +266,9 @@ impl Rules {
             );
             self.rule(pushes, format!("{path}.stress"), problem);
             self.positive(format!("{path}.speed"), press.speed, " (m/s)");
+            self.positive(format!("{path}.area"), press.area.unwrap_or(1.0), " (m²)");
+            let problem = "is given beside area: leave one of them out";
+            self.rule(press.area.is_none() || press.sleeve.is_none(), format!("{path}.sleeve"), problem);
             let stable = press.gain > 0.0 && press.gain <= 0.1;
             let problem = format!("{} is not in 0..=0.1 (0 excluded): the wall would swing", press.gain);
             self.rule(stable, format!("{path}.gain"), problem);

@@ -81,8 +81,8 @@ pub enum Fill {
         jitter: f64,
     },
     /// At random, at a solid fraction: places drawn at random, radii that grow while overlaps are pushed apart. In the box
-    /// around the body, periodic where the domain is and the body spans it; of other shapes than boxes those grains that
-    /// lie in the shape.
+    /// around the body, periodic where the domain is and the body spans it, or within a ball or a cylinder; of other shapes
+    /// those grains that lie in the shape, so that they are looser along it.
     Random {
         /// Area or volume of the grains over that of the box.
         solid_fraction: f64,

@@ -80,8 +80,9 @@ impl Shaking {
     }
 }
 
-/// A wall that follows a stress (sheet: dem §3.7).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// A wall that follows a stress (sheet: dem §3.7). Its area is what lies between the walls beside it, or within the period; where there are none, `area` or
+/// `sleeve` says it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Press {
     /// Normal stress that the grains are to bear on it (Pa, tension-positive, so that -1e5 is a pressure; N/m in the plane).
@@ -91,6 +92,13 @@ pub struct Press {
     /// Share of the missing force that it makes good in a step, 0 to 0.1.
     #[serde(default = "gain")]
     pub gain: f64,
+    /// Area that bears the stress (m²; m in the plane).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area: Option<f64>,
+    /// Body that is a closed membrane around the specimen, in space: the area is the mean of what its rows enclose now, to the centres of their
+    /// grains.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sleeve: Option<String>,
 }
 
 /// Sheet: dem §3.7, half of the largest.

@@ -12,7 +12,7 @@ use crate::config::{BodyGrains, DemOptions, Diameters, Fill, GrainKind, Packing}
 use crate::grains::{Grains, volume};
 use crate::rain::holds;
 use crate::specimen::layers::{Layers, pile};
-use crate::specimen::{Container, deposit, pack, roll};
+use crate::specimen::{Container, Round, deposit, pack, roll};
 use crate::store::Stored;
 
 /// More grains than this do not fit in numbers.
@@ -242,13 +242,16 @@ fn place<const D: usize>(
             lattice(&body.shape, sizes, (packing, pitch, jitter), random)
         }
         Fill::Random { solid_fraction } => {
-            in_box(case, body, sizes, solid_fraction, random, |container, radii, random| {
+            let round = round(&body.shape);
+            in_box(case, (body, round), sizes, solid_fraction, random, |container, radii, random| {
                 pack(container, radii, random)
             })
         }
         Fill::Layers { solid_fraction, layers, first_solid_fraction } => {
             let layers = Layers { count: layers, first: first_solid_fraction, last: solid_fraction };
-            in_box(case, body, sizes, solid_fraction, random, |container, radii, random| {
+            // A lid comes down along the last axis: sections that it passes must be alike.
+            let round = round(&body.shape).filter(|round| round.axis == Some(D - 1));
+            in_box(case, (body, round), sizes, solid_fraction, random, |container, radii, random| {
                 pile(container, radii, layers, random)
             })
         }
@@ -340,20 +343,33 @@ fn container<const D: usize>(case: &Case, body: &Body) -> Container<D> {
             && low[axis] <= from + 1e-9 * (to - from)
             && high[axis] >= to - 1e-9 * (to - from)
     });
-    Container { low: std::array::from_fn(|c| low[c]), high: std::array::from_fn(|c| high[c]), periodic }
+    let [low, high] = [low, high].map(|corner| std::array::from_fn(|c| corner[c]));
+    Container { low, high, periodic, round: None }
 }
 
-/// Grains of a solid fraction in the box around the body, at the places that `pack` finds, cut to its shape.
+/// The round wall of a shape that is round all about.
+fn round<const D: usize>(shape: &Shape) -> Option<Round<D>> {
+    let (axis, centre, radius) = match shape {
+        Shape::Ball { centre, radius } => (None, &centre[..], *radius),
+        Shape::Cylinder { base, axis, radius, .. } => (Some(*axis), &base[..], *radius),
+        _ => return None,
+    };
+    Some(Round { axis, centre: std::array::from_fn(|c| centre[c]), radius })
+}
+
+/// Grains of a solid fraction within the round wall of a body, or else in the box around it and cut to its shape, at the places that
+/// `pack` finds.
 fn in_box<const D: usize>(
     case: &Case,
-    body: &Body,
+    (body, round): (&Body, Option<Round<D>>),
     sizes: &Diameters,
     solid_fraction: f64,
     random: &mut ChaCha8Rng,
     pack: impl Fn(&Container<D>, &[f64], &mut ChaCha8Rng) -> Result<Vec<[f64; D]>, String>,
 ) -> Result<Vec<Placed<D>>, String> {
-    let container: Container<D> = container(case, body);
-    let space: f64 = (0..D).map(|c| container.high[c] - container.low[c]).product();
+    let mut container: Container<D> = container(case, body);
+    container.round = round;
+    let space = container.space();
     let mean = sizes.mean_power(D, D as i32) * volume(D, 0.5);
     let count = (solid_fraction * space / mean).round().max(1.0);
     if count > MOST as f64 {
@@ -364,8 +380,8 @@ fn in_box<const D: usize>(
     let filled: f64 = radii.iter().map(|r| volume(D, *r)).sum();
     let factor = (solid_fraction * space / filled).powf(1.0 / D as f64);
     radii.iter_mut().for_each(|r| *r *= factor);
-    let positions = pack(&container, &radii, random)?;
-    Ok(cut(body, positions.into_iter().zip(radii)))
+    let placed = pack(&container, &radii, random)?.into_iter().zip(radii);
+    Ok(if round.is_some() { placed.collect() } else { cut(body, placed) })
 }
 
 /// Grains that lie in the shape of a body.

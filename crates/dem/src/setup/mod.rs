@@ -157,6 +157,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     stored.map_or(Ok(()), |stored| stored.take_up(case, &mut solver))?;
     check_step(&solver)?;
     check_sheets(&solver)?;
+    check_areas(&solver)?;
     solver.relist().map_err(|error| CaseError::new("methods.dem", error.to_string()))?;
     check_overlaps(&solver)?;
     bond(&mut solver)?;
@@ -224,6 +225,42 @@ fn check_sheets<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Res
                     format!("methods.dem.stages.{stage}.membranes.{name}.columns"),
                     problem,
                 ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The area that a wall presses on is known: walls or periods bound it, or the case says it.
+fn check_areas<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
+    let case = &solver.case;
+    for (stage, own) in &solver.options.stages {
+        for (name, press) in &own.walls {
+            let path = format!("methods.dem.stages.{stage}.walls.{name}");
+            let Some(wall) = case.boundaries.iter().find(|boundary| boundary.name() == name) else {
+                continue;
+            };
+            let axis = wall.side.axis();
+            if let Some(sleeve) = &press.sleeve {
+                if solver.enclosed_by(sleeve, axis).is_none() {
+                    let problem = format!("{sleeve:?} is no body that is a closed membrane in some stage");
+                    return Err(CaseError::new(format!("{path}.sleeve"), problem));
+                }
+                continue;
+            }
+            let bounded = |other: usize| {
+                let on = |upper| {
+                    case.boundaries.iter().any(|own| own.side.axis() == other && own.side.is_max() == upper)
+                };
+                other == axis || case.domain.is_periodic(other) || (on(false) && on(true))
+            };
+            if let (None, Some(other)) = (press.area, (0..D).find(|&other| !bounded(other))) {
+                let problem = format!(
+                    "is missing: along {} no walls bound what {name:?} presses on; give its area, or in space the membrane \
+                     around it as sleeve",
+                    ["x", "y", "z"][other]
+                );
+                return Err(CaseError::new(format!("{path}.area"), problem));
             }
         }
     }

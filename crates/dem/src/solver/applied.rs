@@ -7,8 +7,8 @@ use crate::vector::{add, cross, dot, minus};
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Forces on the grains that are neither gravity nor of contacts (N); empty where the stage has none.
     pub(crate) fn applied(&self) -> Vec<[f64; D]> {
-        let stage = self.options.stages.get(&self.case.stages[self.stage].name);
-        let Some(stage) = stage.filter(|own| !(own.forces.is_empty() && own.membranes.is_empty())) else {
+        let Some(stage) = self.stage().filter(|own| !(own.forces.is_empty() && own.membranes.is_empty()))
+        else {
             return Vec::new();
         };
         let mut applied = vec![[0.0; D]; self.grains.len()];
@@ -38,8 +38,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             return;
         };
         let Some(centre) = self.centre(|i| g.body[i] == other) else { return };
-        let mut grains: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] == own).collect();
-        grains.sort_unstable_by_key(|&i| g.id[i]);
+        let grains = self.in_order(own);
         match membrane.columns {
             Some(columns) => {
                 self.press_sheet((&grains, columns, membrane.closed), &centre, membrane.pressure, applied);
@@ -94,6 +93,33 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         for (corners, area) in &quads {
             corners.iter().for_each(|&i| add(&mut applied[i], eighth, area));
         }
+    }
+
+    /// Area within the rows of a closed sheet, seen along an axis and to the centres of their grains: the mean of all rows (m²). `None` where the
+    /// body is no closed sheet in any stage.
+    pub(crate) fn enclosed_by(&self, name: &str, axis: usize) -> Option<f64> {
+        let sheets = self.options.stages.values().filter_map(|stage| stage.membranes.get(name));
+        let columns = sheets.filter(|sheet| sheet.closed).find_map(|sheet| sheet.columns)?;
+        let grains = self.in_order(self.number_of(name)?);
+        let (a, b) = ((axis + 1) % D, (axis + 2) % D);
+        let area = |row: &[usize]| {
+            let next = row.iter().cycle().skip(1);
+            let twice = row.iter().zip(next).map(|(&i, &j)| {
+                let (x, y) = (&self.grains.position[i], &self.grains.position[j]);
+                x[a] * y[b] - x[b] * y[a]
+            });
+            0.5 * twice.sum::<f64>().abs()
+        };
+        let rows = (grains.len() / columns) as f64;
+        Some(grains.chunks_exact(columns).map(area).sum::<f64>() / rows)
+    }
+
+    /// The grains of a body in the order of their numbers.
+    fn in_order(&self, body: u32) -> Vec<usize> {
+        let g = &self.grains;
+        let mut grains: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] == body).collect();
+        grains.sort_unstable_by_key(|&i| g.id[i]);
+        grains
     }
 
     /// Mean place of some grains by mass (m); none where there are none.

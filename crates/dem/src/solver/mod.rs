@@ -162,9 +162,14 @@ pub struct DemSolver<const D: usize, const R: usize> {
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// What the stage says of grains.
+    /// What the stage says of grains, if anything.
+    pub(crate) fn stage(&self) -> Option<&GrainStage> {
+        self.options.stages.get(&self.case.stages[self.stage].name)
+    }
+
+    /// The same, with what holds where it says nothing.
     pub(crate) fn stage_options(&self) -> GrainStage {
-        self.options.stages.get(&self.case.stages[self.stage].name).cloned().unwrap_or_default()
+        self.stage().cloned().unwrap_or_default()
     }
 
     /// Takes contacts one by one from here on, as the solver does by itself where grains attract each other or are bonded. The

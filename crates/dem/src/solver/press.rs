@@ -13,9 +13,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// inwards, at most their speed, and that speed where nothing touches them.
     pub(crate) fn press_walls(&mut self, dt: f64) {
         for number in 0..self.walls.len() {
-            let Some(press) = self.press_of(&self.walls[number].name) else { continue };
-            let (axis, inward) = inward(&self.walls[number]);
-            let missing = -press.stress * self.wall_area(axis) - self.pressing(number);
+            let wall = &self.walls[number];
+            let Some(press) = self.stage().and_then(|stage| stage.walls.get(&wall.name)) else { continue };
+            let (axis, inward) = inward(wall);
+            let missing = -press.stress * self.pressed_area(press, axis) - self.pressing(number);
             let stiffness = self.wall_stiffness(number);
             let free = if stiffness > 0.0 {
                 press.gain * missing / (dt * stiffness)
@@ -26,15 +27,16 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// What presses the wall `name` in this stage.
-    fn press_of(&self, name: &str) -> Option<Press> {
-        self.options.stages.get(&self.case.stages[self.stage].name)?.walls.get(name).copied()
-    }
-
     /// Force with which grains press a wall outwards (N).
     fn pressing(&self, number: usize) -> f64 {
         let (axis, inward) = inward(&self.walls[number]);
         -inward * self.walls[number].reaction[0][axis]
+    }
+
+    /// Area that the stress on a wall across an axis is of (m², a length in the plane).
+    fn pressed_area(&self, press: &Press, axis: usize) -> f64 {
+        let sleeve = || press.sleeve.as_ref().and_then(|name| self.enclosed_by(name, axis));
+        press.area.or_else(sleeve).unwrap_or_else(|| self.wall_area(axis))
     }
 
     /// Area of walls across an axis (m², a length in the plane): what lies between the walls along the other axes where they
@@ -79,12 +81,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let mut readings = Vec::new();
         for boundary in &self.case.boundaries {
             let name = boundary.name();
-            if !self.options.stages.values().any(|stage| stage.walls.contains_key(name)) {
-                continue;
-            }
+            // As in this stage, or else as in the first one that presses it.
+            let stages = self.stage().into_iter().chain(self.options.stages.values());
+            let Some(press) = stages.filter_map(|stage| stage.walls.get(name)).next() else { continue };
             let standing = self.walls.iter().position(|wall| wall.name == name);
             let (place, stress) = standing.map_or((f64::NAN, f64::NAN), |number| {
-                let area = self.wall_area(self.walls[number].axis);
+                let area = self.pressed_area(press, self.walls[number].axis);
                 (self.walls[number].position, -self.pressing(number) / area)
             });
             readings.push((format!("wall.{name}.position"), "m".to_owned(), place));

@@ -175,7 +175,8 @@ mod tests {
     use super::*;
 
     fn dropped(periodic: bool, seed: u64, [low, span]: [f64; 2]) -> (Container<2>, Vec<([f64; 2], f64)>) {
-        let container = Container { low: [-3.0, 2.0], high: [27.0, 22.0], periodic: [periodic, false] };
+        let container =
+            Container { low: [-3.0, 2.0], high: [27.0, 22.0], periodic: [periodic, false], round: None };
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let draw = |random: &mut ChaCha8Rng| low + span * random.random::<f64>();
         let placed = drop_and_roll(&container, low + span, 100_000, &mut random, draw).unwrap();
@@ -239,7 +240,7 @@ mod tests {
 
     #[test]
     fn narrow_boxes_and_too_many_grains_are_refused() {
-        let container = Container { low: [0.0; 2], high: [1.0, 9.0], periodic: [false; 2] };
+        let container = Container { low: [0.0; 2], high: [1.0, 9.0], periodic: [false; 2], round: None };
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let narrow = drop_and_roll(&container, 0.3, 10, &mut random, |_| 0.3).unwrap_err();
         assert!(narrow.contains("less than two"), "{narrow}");

@@ -46,7 +46,7 @@ pub fn pile<const D: usize>(
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<[f64; D]>, String> {
     let up = D - 1;
-    let base: f64 = (0..up).map(|axis| container.width(axis)).product();
+    let base = container.section();
     let total: f64 = radii.iter().map(|radius| volume(D, *radius)).sum();
     let mut positions: Vec<[f64; D]> = Vec::with_capacity(radii.len());
     let (mut solid, mut top) = (0.0, container.low[up]);
@@ -113,8 +113,12 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let radii: Vec<f64> = (0..400).map(|_| 0.4 + 0.2 * random.random::<f64>()).collect();
         let solid: f64 = radii.iter().map(|r| volume(2, *r)).sum();
-        let container =
-            Container { low: [0.0, 1.0], high: [20.0, 1.0 + solid / (20.0 * 0.78)], periodic: [true, false] };
+        let container = Container {
+            low: [0.0, 1.0],
+            high: [20.0, 1.0 + solid / (20.0 * 0.78)],
+            periodic: [true, false],
+            round: None,
+        };
         let layers = Layers { count: 4, first: 0.7, last: 0.78 };
         let placed = pile(&container, &radii, layers, &mut random);
         (container, radii, placed)

@@ -14,6 +14,7 @@ use rand_chacha::ChaCha8Rng;
 pub use report::Specimen;
 
 use crate::cell::PeriodicCell;
+use crate::grains::volume;
 use crate::lists::classes::Classes;
 use crate::vector::{dot, minus};
 
@@ -35,7 +36,7 @@ const DRAWINGS: usize = 3;
 /// Solid fractions that no packing exceeds (sheet: dem §0; disks of several sizes may be denser).
 const DENSEST: [f64; 2] = [0.9069, 0.7405];
 
-/// A box that grains are packed in.
+/// A box that grains are packed in, or what is round in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Container<const D: usize> {
     /// Lower corner (m).
@@ -44,6 +45,42 @@ pub struct Container<const D: usize> {
     pub high: [f64; D],
     /// Axes along which it repeats itself.
     pub periodic: [bool; D],
+    /// Its round wall, where it has one.
+    pub round: Option<Round<D>>,
+}
+
+/// The wall of a disk or a ball, or of a cylinder along one of the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Round<const D: usize> {
+    /// Axis of the cylinder; none of a disk or a ball.
+    pub axis: Option<usize>,
+    /// Centre, or a place on the axis (m).
+    pub centre: [f64; D],
+    /// Radius (m).
+    pub radius: f64,
+}
+
+impl<const D: usize> Round<D> {
+    /// What lies between a place and the centre, or the axis (m).
+    fn apart(&self, x: &[f64; D]) -> [f64; D] {
+        std::array::from_fn(|c| if self.axis == Some(c) { 0.0 } else { x[c] - self.centre[c] })
+    }
+
+    fn contains(&self, x: &[f64; D]) -> bool {
+        let apart = self.apart(x);
+        dot(&apart, &apart) <= self.radius * self.radius
+    }
+
+    /// Brings a ball within the wall.
+    fn keep(&self, x: &mut [f64; D], radius: f64) {
+        let apart = self.apart(x);
+        let (distance, most) = (dot(&apart, &apart).sqrt(), (self.radius - radius).max(0.0));
+        if distance > most {
+            for c in 0..D {
+                x[c] -= apart[c] * (1.0 - most / distance);
+            }
+        }
+    }
 }
 
 /// Grains that are dropped one by one and lie where they came to rest.
@@ -94,6 +131,23 @@ impl<const D: usize> Container<D> {
         Ok(())
     }
 
+    /// Its volume (m³), in the plane its area (m²).
+    pub fn space(&self) -> f64 {
+        match self.round {
+            None => (0..D).map(|axis| self.width(axis)).product(),
+            Some(Round { axis: None, radius, .. }) => volume(D, radius),
+            Some(Round { axis: Some(axis), radius, .. }) => volume(D - 1, radius) * self.width(axis),
+        }
+    }
+
+    /// The area of its sections across the last axis, which are all alike (m²; m in the plane).
+    fn section(&self) -> f64 {
+        match self.round {
+            None => (0..D - 1).map(|axis| self.width(axis)).product(),
+            Some(Round { radius, .. }) => volume(D - 1, radius),
+        }
+    }
+
     fn width(&self, axis: usize) -> f64 {
         self.high[axis] - self.low[axis]
     }
@@ -135,6 +189,19 @@ impl<const D: usize> Container<D> {
                 x[c] = x[c].max(self.low[c] + radius).min(self.high[c] - radius);
             }
         }
+        if let Some(round) = &self.round {
+            round.keep(x, radius);
+        }
+    }
+
+    /// A place in it, drawn at random (m).
+    fn anywhere(&self, random: &mut ChaCha8Rng) -> [f64; D] {
+        loop {
+            let x = std::array::from_fn(|c| self.low[c] + self.width(c) * random.random::<f64>());
+            if self.round.is_none_or(|round| round.contains(&x)) {
+                return x;
+            }
+        }
     }
 }
 
@@ -149,8 +216,7 @@ pub fn pack<const D: usize>(
 ) -> Result<Vec<[f64; D]>, String> {
     let largest = radii.iter().copied().fold(0.0, f64::max);
     container.fits(0..D, largest)?;
-    let space: f64 = (0..D).map(|axis| container.width(axis)).product();
-    let fraction = radii.iter().map(|r| crate::grains::volume(D, *r)).sum::<f64>() / space;
+    let fraction = radii.iter().map(|r| volume(D, *r)).sum::<f64>() / container.space();
     let spread = largest / radii.iter().copied().fold(f64::INFINITY, f64::min);
     if fraction >= 1.0 || (spread < 1.01 && fraction > DENSEST[D - 2]) {
         return Err(format!("a solid fraction of {fraction:.4} is more than any packing has"));
@@ -174,8 +240,7 @@ fn drawn<const D: usize>(
     let mut positions: Vec<[f64; D]> = radii
         .iter()
         .map(|radius| {
-            let mut x =
-                std::array::from_fn(|c| container.low[c] + container.width(c) * random.random::<f64>());
+            let mut x = container.anywhere(random);
             container.keep(&mut x, *radius);
             x
         })
@@ -319,7 +384,7 @@ mod tests {
 
     #[test]
     fn a_packing_has_its_fraction_without_overlaps() {
-        let container = Container { low: [0.0; 2], high: [20.0, 20.0], periodic: [true, false] };
+        let container = Container { low: [0.0; 2], high: [20.0, 20.0], periodic: [true, false], round: None };
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let radii: Vec<f64> = (0..360).map(|_| 0.4 + 0.2 * random.random::<f64>()).collect();
         let fraction: f64 = radii.iter().map(|r| std::f64::consts::PI * r * r).sum::<f64>() / 400.0;
@@ -341,7 +406,7 @@ mod tests {
 
     #[test]
     fn too_dense_a_packing_is_refused() {
-        let container = Container { low: [0.0; 3], high: [10.0; 3], periodic: [true; 3] };
+        let container = Container { low: [0.0; 3], high: [10.0; 3], periodic: [true; 3], round: None };
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let error = pack(&container, &[0.5; 1430], &mut random).unwrap_err();
         assert!(error.contains("0.7487"), "{error}");

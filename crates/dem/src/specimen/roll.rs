@@ -348,8 +348,12 @@ mod tests {
     use super::*;
 
     fn dropped(periodic: bool, seed: u64, [low, span]: [f64; 2]) -> (Container<3>, Vec<(Place, f64)>) {
-        let container =
-            Container { low: [-2.0, 1.0, 3.0], high: [6.0, 8.0, 11.0], periodic: [periodic, false, false] };
+        let container = Container {
+            low: [-2.0, 1.0, 3.0],
+            high: [6.0, 8.0, 11.0],
+            periodic: [periodic, false, false],
+            round: None,
+        };
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let draw = |random: &mut ChaCha8Rng| low + span * random.random::<f64>();
         let placed = drop_and_roll(&container, low + span, 100_000, &mut random, draw).unwrap();
@@ -403,7 +407,8 @@ mod tests {
 
     #[test]
     fn a_bed_of_nearly_equal_spheres_has_three_supports_each_and_is_seeded() {
-        let container = Container { low: [0.0; 3], high: [12.0, 12.0, 16.0], periodic: [true, true, false] };
+        let container =
+            Container { low: [0.0; 3], high: [12.0, 12.0, 16.0], periodic: [true, true, false], round: None };
         let bed = |seed: u64| {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             // Of equal ones four may meet in a lattice.
@@ -432,7 +437,7 @@ mod tests {
 
     #[test]
     fn narrow_boxes_and_too_many_grains_are_refused() {
-        let container = Container { low: [0.0; 3], high: [1.0, 1.0, 9.0], periodic: [false; 3] };
+        let container = Container { low: [0.0; 3], high: [1.0, 1.0, 9.0], periodic: [false; 3], round: None };
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let narrow = drop_and_roll(&container, 0.1, 10, &mut random, |_| 0.1).unwrap_err();
         assert!(narrow.contains("less than six"), "{narrow}");

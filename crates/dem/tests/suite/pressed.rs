@@ -20,7 +20,7 @@ fn stack(start: f64) -> Value {
         { "side": "y-min", "name": "floor", "position": 0, "wall": { "kind": "smooth" } },
         { "side": "y-max", "name": "platen", "position": start, "wall": { "kind": "smooth" } }
     ]);
-    scene.options = json!({ "stages": { "all": { "walls": { "platen": { "stress": -5, "speed": 0.5 } } } } });
+    scene.options = json!({ "stages": { "all": { "walls": { "platen": { "stress": -5, "speed": 0.5, "area": 200 } } } } });
     scene.json()
 }
 
@@ -84,4 +84,18 @@ fn a_platen_that_pulls_or_is_not_there_is_refused() {
     assert!(unknown.contains("did you mean \"platen\""), "{unknown}");
     let swings = refused(|walls| walls["platen"]["gain"] = json!(0.5));
     assert!(swings.contains("walls.platen.gain"), "{swings}");
+}
+
+#[test]
+fn a_platen_whose_area_nothing_bounds_needs_it() {
+    let mut value = stack(3.2);
+    let platen = &mut value["methods"]["dem"]["stages"]["all"]["walls"]["platen"];
+    platen.as_object_mut().unwrap().remove("area");
+    let refused =
+        |value: &Value| disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string();
+    let error = refused(&value);
+    assert!(error.starts_with("methods.dem.stages.all.walls.platen.area: is missing: along x"), "{error}");
+    value["methods"]["dem"]["stages"]["all"]["walls"]["platen"]["sleeve"] = json!("grain 0");
+    let error = refused(&value);
+    assert!(error.contains("platen.sleeve: \"grain 0\" is no body that is a closed membrane"), "{error}");
 }

@@ -22,6 +22,17 @@ fn to(solver: &mut DemSolver<3, 3>, time: f64) {
 
 /// A single sphere at a place, and a sheet of grains at the given ones, which a fluid presses towards it.
 fn sheet(places: &[[f64; 3]], sphere: [f64; 3], membrane: &Value) -> Result<DemSolver<3, 3>, String> {
+    sheet_between(places, sphere, membrane, &json!({}), &json!([]))
+}
+
+/// The same between walls, which the stage presses.
+fn sheet_between(
+    places: &[[f64; 3]],
+    sphere: [f64; 3],
+    membrane: &Value,
+    pressed: &Value,
+    walls: &Value,
+) -> Result<DemSolver<3, 3>, String> {
     let folder = tempfile::tempdir().unwrap();
     let lines: Vec<String> = places.iter().map(|[x, y, z]| format!("{x},{y},{z},0.1")).collect();
     std::fs::write(folder.path().join("sheet.csv"), format!("x,y,z,volume\n{}\n", lines.join("\n"))).unwrap();
@@ -30,9 +41,12 @@ fn sheet(places: &[[f64; 3]], sphere: [f64; 3], membrane: &Value) -> Result<DemS
     let mut value = scene.json();
     value["bodies"].as_array_mut().unwrap().push(json!({
         "name": "sheet", "material": "grain", "points": { "file": "sheet.csv" },
-        "shape": { "kind": "box", "min": [-1.5, -1.5, -1], "max": [3.5, 3.5, 2] }
+        "shape": { "kind": "difference", "from": { "kind": "box", "min": [-1.5, -1.5, -1], "max": [3.5, 3.5, 2] },
+                   "cut": { "kind": "ball", "centre": sphere, "radius": 0.31 } }
     }));
-    value["methods"]["dem"]["stages"] = json!({ "all": { "membranes": { "sheet": membrane } } });
+    value["boundaries"] = walls.clone();
+    value["methods"]["dem"]["stages"] =
+        json!({ "all": { "membranes": { "sheet": membrane }, "walls": pressed } });
     let case = Case::from_value(&value, folder.path()).unwrap();
     spheres(&case).map(begun).map_err(|error| error.to_string())
 }
@@ -95,6 +109,29 @@ fn a_sleeve_is_pressed_inwards_with_no_force_as_a_whole() {
         near((own[1] * cos - own[0] * sin) / exact, 0.0, 1e-3);
         near(own[2] / exact, 0.0, 1e-9);
     }
+}
+
+#[test]
+fn a_platen_on_a_sleeve_bears_its_stress_on_what_the_rings_enclose() {
+    // A sphere alone bears it, in the middle of two rings of six, of radius 1 and 0.8 m, on which nothing presses.
+    let ring = |(radius, z): (f64, f64)| {
+        (0..6usize).map(move |k| {
+            let (sin, cos) = (2.0 * FRAC_PI_6 * k as f64).sin_cos();
+            [radius * cos, radius * sin, z]
+        })
+    };
+    let places: Vec<[f64; 3]> = [(1.0, 0.35), (0.8, 1.0)].into_iter().flat_map(ring).collect();
+    let membrane = json!({ "pressure": 0.0, "against": "grain 0", "columns": 6, "closed": true });
+    let walls = json!([
+        { "side": "z-min", "name": "base", "position": 0.0, "wall": { "kind": "smooth" } },
+        { "side": "z-max", "name": "top", "position": 1.5, "wall": { "kind": "smooth" } }
+    ]);
+    let pressed = json!({ "top": { "stress": -100.0, "speed": 1.0, "sleeve": "sheet" } });
+    let mut solver = sheet_between(&places, [0.0, 0.0, 0.75], &membrane, &pressed, &walls).unwrap();
+    to(&mut solver, 3.0);
+    let area = 0.5 * 1.5 * 3f64.sqrt() * (1.0 + 0.64);
+    near(reading(&solver, "wall.top.stress"), -100.0, 0.2);
+    near(solver.reaction("top").unwrap().force[2], 100.0 * area, 0.2 * area);
 }
 
 #[test]

@@ -90,6 +90,42 @@ fn dropped_grains_rest_on_two_others_each_and_fill_the_shape() {
 }
 
 #[test]
+fn round_bodies_are_filled_to_their_wall() {
+    let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
+    value["bodies"][0]["shape"] = json!({ "kind": "ball", "centre": [0.5, 0.4], "radius": 0.2 });
+    let specimen = only(&value);
+    assert!((specimen.porosity - 0.3).abs() < 1e-9, "{specimen}");
+    value["space"] = json!("3d");
+    value["domain"] = json!({ "min": [0, 0, 0], "max": [1, 1, 1] });
+    value["gravity"] = json!([0, 0, -9.81]);
+    value["boundaries"] = json!([]);
+    value["methods"]["dem"]["grains"]["grain"]["diameter"] =
+        json!({ "distribution": "uniform", "min": 0.05, "max": 0.07 });
+    let [base, radius, height] = [0.2, 0.3, 0.5];
+    for (kind, first) in [("random", 0.0), ("layers", 0.45)] {
+        value["bodies"][0]["shape"] = json!({ "kind": "cylinder", "base": [0.5, 0.4, base], "axis": 2, "radius": radius, "height": height });
+        let mut fill = json!({ "kind": kind, "solid_fraction": 0.5 });
+        if kind == "layers" {
+            (fill["layers"], fill["first_solid_fraction"]) = (json!(2), json!(first));
+        }
+        value["methods"]["dem"]["grains"]["grain"]["fill"] = fill;
+        let solver = colluvium_dem::spheres(&case(&value)).unwrap();
+        let specimen = &solver.specimens()[0];
+        assert!((specimen.porosity - 0.5).abs() < 1e-9, "{kind}: {specimen}");
+        let snapshot = solver.snapshot();
+        let radii = snapshot.scalars("radius").unwrap();
+        let mut rim = 0;
+        for (x, r) in snapshot.positions.iter().zip(radii) {
+            let out = (x[0] - 0.5).hypot(x[1] - 0.4) + r - radius;
+            assert!(out < 1e-9 && x[2] - r > base - 1e-9 && x[2] + r < base + height + 1e-9, "{kind}: {x:?}");
+            rim += usize::from(out > -0.02 * r);
+        }
+        // About as many as a wall has beside it.
+        assert!(rim > radii.len() / 10, "{kind}: {rim} of {} grains at the wall", radii.len());
+    }
+}
+
+#[test]
 fn dropped_spheres_rest_on_three_others_each() {
     let mut value = filled(&json!({ "kind": "drop-and-roll" }));
     value["space"] = json!("3d");
@@ -116,14 +152,15 @@ fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
     assert!(!plan.warnings.iter().any(|said| said.contains("asked for")), "{:?}", plan.warnings);
     let options = RunOptions { method: "dem".into(), ..RunOptions::default() };
     let report = run_method(&Dem, &case(&value), &options).unwrap();
-    let said = report.remarks.iter().find(|said| said.contains("porosity")).unwrap();
+    let said = report.facts.iter().find(|said| said.contains("porosity")).unwrap();
     assert!(
         said.starts_with("at the start, body \"sand\": ")
             && said.contains("porosity 0.3000 (0.3000 asked for), "),
         "{said}"
     );
-    // Grains that would reach out of a disk are left out: it is looser than was asked for.
-    value["bodies"][0]["shape"] = json!({ "kind": "ball", "centre": [0.5, 0.4], "radius": 0.2 });
+    // Grains that would reach out of a triangle are left out: it is looser than was asked for.
+    value["bodies"][0]["shape"] =
+        json!({ "kind": "polygon", "vertices": [[0.4, 0.1], [0.6, 0.1], [0.5, 0.3]] });
     let plan = Dem.plan(&case(&value)).unwrap();
     let off = plan.warnings.iter().find(|said| said.contains("(0.3000 asked for)")).unwrap();
     assert!(off.contains("are left out"), "{off}");
