@@ -5,12 +5,12 @@ mod taken;
 use std::io::{Read, Write};
 
 use super::*;
-use crate::TimeStep;
 use crate::description::Reset;
 use crate::output::Collection;
 use crate::solver::{restore_value, save_value};
 use crate::{
-    Dataset, Equilibrium, Field, FieldData, Frame, Lattice, SolverError, StepLimit, Support, Wanted,
+    Advance, Dataset, Equilibrium, Field, FieldData, Frame, Lattice, SolverError, StepLimit, Support,
+    TimeStep, Wanted,
 };
 use colluvium_constitutive::SymTensor;
 

@@ -9,17 +9,20 @@ use crate::sweep::Scene;
 use crate::walls::Wall;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
-    /// Walls that the stage presses take the velocities with which they go on for `dt` (s): `α (F - F_w) / (Δt Σ k_n)`
-    /// inwards, at most their speed, and that speed where nothing touches them.
+    /// Walls that the stage presses take the velocities with which they go on for `dt` (s): inwards
+    /// `(α (F - F_w) + Σ γ_n v) / (Δt Σ k_n + Σ γ_n)`, at most their speed, and that speed where nothing touches them. `v` is the velocity that
+    /// they had: the force at the wall has what dashpots make of it. Without them in the rule a wall whose `α Σ γ_n` is beyond `Δt Σ k_n` turns
+    /// round every step.
     pub(crate) fn press_walls(&mut self, dt: f64) {
         for number in 0..self.walls.len() {
             let wall = &self.walls[number];
             let Some(press) = self.stage().and_then(|stage| stage.walls.get(&wall.name)) else { continue };
             let (axis, inward) = inward(wall);
             let missing = -press.stress * self.pressed_area(press, axis) - self.pressing(number);
-            let stiffness = self.wall_stiffness(number);
+            let [stiffness, dashpots] = self.wall_resistance(number);
             let free = if stiffness > 0.0 {
-                press.gain * missing / (dt * stiffness)
+                let before = inward * wall.velocity[axis];
+                (press.gain * missing + dashpots * before) / (dt * stiffness + dashpots)
             } else {
                 press.speed * missing.signum()
             };
@@ -57,8 +60,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         (0..D).filter(|other| *other != axis).map(along).product()
     }
 
-    /// Sum of the normal stiffness of the contacts with a wall (N/m).
-    fn wall_stiffness(&self, number: usize) -> f64 {
+    /// Sums of the normal stiffness (N/m) and of the dashpots along the normal (N s/m) of the contacts with a wall.
+    fn wall_resistance(&self, number: usize) -> [f64; 2] {
         let wall = &self.walls[number];
         let scene = Scene::new(self.grains.shown(), &self.laws.pairs, self.kinds.len());
         let touching = (0..self.near.grain.len())
@@ -67,13 +70,16 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let i = self.near.grain[k] as usize;
             let (touch, _) = scene.touch_wall(i, wall, wall.distance(&self.grains.position[i]));
             match &wall.laws[self.grains.kind[i] as usize].normal {
-                Normal::Linear(law) => law.stiffness(touch.radius),
+                Normal::Linear(law) => [law.stiffness(touch.radius), law.at(&touch).damping],
                 // The force goes with the overlap to the power 3/2.
-                Normal::Hertz(law) if touch.overlap > 0.0 => 1.5 * law.at(&touch).force / touch.overlap,
-                Normal::Hertz(_) => 0.0,
+                Normal::Hertz(law) if touch.overlap > 0.0 => {
+                    let base = law.at(&touch);
+                    [1.5 * base.force / touch.overlap, base.damping]
+                }
+                Normal::Hertz(_) => [0.0; 2],
             }
         };
-        touching.map(of_contact).sum()
+        touching.map(of_contact).fold([0.0; 2], |[k, c], [more, damps]| [k + more, c + damps])
     }
 
     /// Place and stress of the walls that some stage presses (m; Pa, tension-positive; N/m in the plane).

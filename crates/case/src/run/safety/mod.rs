@@ -104,8 +104,7 @@ impl Safety {
                     "failed at none".to_owned()
                 };
                 format!(
-                    "undecided: {from}, {to}; at {} the bodies neither clearly failed nor came to rest within {:.3} s before they had \
-                     slid (look at the displacements of the trials: where they grow fast the slope fails; a longer `duration`, finer \
+                    "undecided: {from}, {to}; at {} the bodies neither clearly failed nor came to rest within {:.3} s (look at the displacements of the trials: where they grow fast the slope fails; a longer `duration`, finer \
                      points or a cure of locking may decide it)",
                     open.join(", "),
                     BLOCKS as f64 * block

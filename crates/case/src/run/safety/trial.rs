@@ -24,8 +24,8 @@ const MOST_MOVED: f64 = 0.02;
 const DOES_NOT_FALL: f64 = 0.9;
 /// Blocks in a row that must not fall against the one before them.
 const HOLD: usize = 2;
-/// Elastic settlements by which bodies may have moved before they come to rest: those that have moved farther have slid, and what
-/// stopped them is another slope, or a mesh that locks.
+/// Elastic settlements by which bodies may have moved before they come to rest: those that have moved farther have slid and failed. What
+/// stopped them is another, flatter slope, or a mesh that locks.
 const SLID: f64 = 5.0;
 /// How far beyond the noise of the method the unbalanced force is no noise.
 const BEYOND_NOISE: f64 = 1.5;
@@ -37,7 +37,7 @@ pub enum Verdict {
     Stable,
     /// They moved too far, or did not slow down.
     Failed,
-    /// Neither, or they came to rest after they had slid.
+    /// Neither.
     Undecided,
 }
 
@@ -151,7 +151,7 @@ impl Rule {
         let comes_to_rest = course.is_some_and(|course| displacement + course.yet_to_come() <= self.elastic);
         if unbalanced < self.rest && (added[last] <= little || comes_to_rest) {
             let slid = self.elastic > 0.0 && displacement > SLID * self.elastic;
-            return Some(if slid { Verdict::Undecided } else { Verdict::Stable });
+            return Some(if slid { Verdict::Failed } else { Verdict::Stable });
         }
         let goes_on = |k: usize| {
             let force = blocks[k].unbalanced;
@@ -296,8 +296,8 @@ mod tests {
     }
 
     #[test]
-    fn bodies_that_come_to_rest_after_a_slide_are_not_stable() {
-        assert_eq!(RULE.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(Verdict::Undecided));
+    fn bodies_that_come_to_rest_after_a_slide_have_failed() {
+        assert_eq!(RULE.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(Verdict::Failed));
     }
 
     /// Displacements of blocks that add `added`.
