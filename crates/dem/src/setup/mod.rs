@@ -156,8 +156,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     solver.walls = walls(&solver, 0);
     stored.map_or(Ok(()), |stored| stored.take_up(case, &mut solver))?;
     check_step(&solver)?;
-    check_sheets(&solver)?;
-    check_areas(&solver)?;
+    check_stages(&solver)?;
     solver.relist().map_err(|error| CaseError::new("methods.dem", error.to_string()))?;
     check_overlaps(&solver)?;
     bond(&mut solver)?;
@@ -209,6 +208,12 @@ fn check_step<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resul
         solver.laws.step[1], solver.laws.step[0]
     );
     Err(CaseError::new("methods.dem.time_step", problem))
+}
+
+/// What stages press fits what there is.
+fn check_stages<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
+    check_sheets(solver)?;
+    check_areas(solver)
 }
 
 /// Membranes in space are whole rows of grains, two at least.
