@@ -59,9 +59,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             return std::array::from_fn(|i| std::array::from_fn(|j| rate[i][j] - now[i][j]));
         }
         let mut change = [[0.0; D]; D];
-        let stage = &self.case.stages[self.stage];
-        let control = self.options.stages.get(&stage.name).and_then(|options| options.cell);
-        let Some(control) = control else {
+        let Some(control) = self.stage().and_then(|stage| stage.cell) else {
             return self.cell.rate.map(|row| row.map(|rate| -rate));
         };
         let (stress, volume) = (self.stress(), self.cell.volume());

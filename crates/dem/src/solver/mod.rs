@@ -362,7 +362,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Gravity `ahead` of now (m/s²).
     pub(crate) fn gravity_at(&self, ahead: f64) -> [f64; D] {
         let stage = &self.case.stages[self.stage];
-        let own = self.options.stages.get(&stage.name);
+        let own = self.stage();
         let gravity = spatial(own.and_then(|options| options.gravity.as_ref()).unwrap_or(&self.case.gravity));
         let elapsed = self.time + ahead - self.stage_start;
         let factor = stage.gravity_factor(elapsed);
@@ -376,7 +376,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     fn move_grains(&mut self, dt: f64, change: [[f64; D]; D]) -> Result<(), SolverError> {
         let stage = &self.case.stages[self.stage];
-        let options = self.options.stages.get(&stage.name);
+        let options = self.stage();
         let moves = self.cell.is_periodic() && (self.cell.moves() || change != [[0.0; D]; D]);
         let mut next = self.cell;
         for (row, more) in next.rate.iter_mut().zip(&change) {
@@ -436,7 +436,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     fn stage_growth(&self) -> f64 {
-        let Some(options) = self.options.stages.get(&self.case.stages[self.stage].name) else { return 0.0 };
+        let Some(options) = self.stage() else { return 0.0 };
         let stops = options.growth != 0.0 && options.grow_until.is_some_and(|most| self.pressure() >= most);
         if stops { 0.0 } else { options.growth }
     }
