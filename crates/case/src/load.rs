@@ -306,6 +306,7 @@ pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
 }
 
 /// A vector of one to three components in space; what is not there is zero.
+#[inline]
 pub fn spatial(vector: &[f64]) -> [f64; 3] {
     std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0))
 }
@@ -319,6 +320,7 @@ fn cantilever(x: f64) -> f64 {
 
 impl Velocity {
     /// Velocity at `x` (m/s).
+    #[inline]
     pub fn at(&self, x: [f64; 3]) -> [f64; 3] {
         match self {
             Self::Rest => [0.0; 3],

@@ -149,10 +149,11 @@ impl<const D: usize> Cells<D> for MeshCells<'_, D> {
 #[cfg(test)]
 mod tests {
     use crate::dispatch::tests::begun;
+    use crate::nodes::Velocities;
     use crate::points::PointSet;
     use crate::solver::MpmSolver;
     use crate::strain::share_strains_of_one_phase;
-    use crate::update::{PointUpdate, REMAPPED, update_points};
+    use crate::update::{PointUpdate, update_points};
     use crate::vectors::lanes;
     use colluvium_case::Case;
     use colluvium_points::Spare;
@@ -194,9 +195,10 @@ mod tests {
         let MpmSolver { clock, background, bodies, nodes, boundary, averages, .. } = solver;
         clock.dt = 1.0;
         let strains = &mut averages.strains;
-        share_strains_of_one_phase::<REMAPPED, D>(clock, background, bodies, nodes, strains);
+        share_strains_of_one_phase(clock, background, bodies, (nodes, Velocities::Remapped), strains);
         let what = PointUpdate::STRESS;
-        update_points::<REMAPPED, D>(clock, background, bodies, nodes, boundary, averages, what).unwrap();
+        update_points(clock, background, bodies, (nodes, Velocities::Remapped), boundary, averages, what)
+            .unwrap();
     }
 
     /// Shared volumetric strains of skeleton and liquid at a point.

@@ -18,7 +18,7 @@ use colluvium_grid::{Grid, Lanes, Layout, Node};
 use crate::background::Background;
 use crate::bodies::Bodies;
 use crate::config::{ShapeFunctions, VolumetricStrain};
-use crate::nodes::Nodes;
+use crate::nodes::{Nodes, Velocities};
 use crate::points::PointSet;
 use crate::{MpmOptions, Transfer};
 
@@ -312,22 +312,18 @@ pub fn pull_with_nodes<const D: usize>(background: &Background<D>, dual: &DualNo
 }
 
 /// Averages the velocity gradients around the nodes.
-pub fn average_slopes<const FROM_SOLVED: bool, const D: usize>(
+pub fn average_slopes<const D: usize>(
     background: &Background<D>,
-    nodes: &Nodes,
+    (nodes, read): (&Nodes, Velocities),
     dual: &mut DualNodes,
 ) {
     if !dual.is_used() {
         return;
     }
     let (grid, layout) = (&background.grid, &background.layout);
-    let Nodes { solved, remapped, .. } = nodes;
     for field in 0..nodes.fields(layout) {
         let first = field * layout.len();
-        let of = |number: usize| {
-            if FROM_SOLVED { solved[first + number].motion } else { remapped[first + number] }
-        };
-        dual.average(field, grid, layout, of);
+        dual.average(field, grid, layout, |number| nodes.motion(read, first + number));
     }
 }
 

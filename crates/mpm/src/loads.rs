@@ -14,7 +14,8 @@ use crate::background::Background;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
 use crate::mesh;
-use crate::nodes::Nodes;
+use crate::nodes::Velocities::{Remapped, Solved};
+use crate::nodes::{Nodes, Velocities};
 use crate::points::PointSet;
 use crate::surface_load::SurfaceLoad;
 
@@ -143,19 +144,18 @@ pub fn follow_surfaces<const D: usize>(
 }
 
 /// Lets the loads follow the motion of the nodes of one phase.
-pub fn follow_loads<const FROM_SOLVED: bool, const D: usize>(
+pub fn follow_loads<const D: usize>(
     clock: &Clock,
     background: &Background<D>,
     bodies: &mut Bodies<D>,
-    nodes: &Nodes,
+    (nodes, read): (&Nodes, Velocities),
 ) {
     let Background { layout, sweeps, .. } = background;
     follow_surfaces(clock, background, bodies, &|field, points, reads| {
         let (ground, first) = (background.ground(), field * layout.len());
-        if FROM_SOLVED {
-            sweeps.gather(&ground, points, &nodes.solved[first..], reads);
-        } else {
-            sweeps.gather_velocity(&ground, points, &nodes.remapped[first..], reads);
+        match read {
+            Solved => sweeps.gather(&ground, points, &nodes.solved[first..], reads),
+            Remapped => sweeps.gather_velocity(&ground, points, &nodes.remapped[first..], reads),
         }
     });
 }

@@ -21,7 +21,25 @@ pub struct Nodes {
     pub(crate) external_work: f64,
 }
 
+/// What points read of the nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Velocities {
+    /// Velocities at the end of the step, and accelerations.
+    Solved,
+    /// Re-mapped velocities, or those at the start of the step.
+    Remapped,
+}
+
 impl Nodes {
+    /// Velocity (m/s) of a node of a field, by its place among the nodes of all fields.
+    #[inline]
+    pub fn motion(&self, of: Velocities, number: usize) -> Lanes {
+        match of {
+            Velocities::Solved => self.solved[number].motion,
+            Velocities::Remapped => self.remapped[number],
+        }
+    }
+
     /// Empties the active nodes of all velocity fields.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         self.solved.chunks_exact_mut(layout.len()).for_each(|nodes| layout.reset(nodes));

@@ -22,13 +22,14 @@ use crate::loads::follow_loads;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
 use crate::nodal::work_on_nodes;
 use crate::nodes::Nodes;
+use crate::nodes::Velocities::{Remapped, Solved};
 use crate::rigid::{self, drive, move_driven};
 use crate::stopping::{stop_remapped, stop_solved};
 use crate::strain::share_strains_of_one_phase;
 use crate::touch::touch;
 use crate::transfer::{Scatter, remap, scatter, start_velocities};
 use crate::two_phase::{TwoPhase, step_phases};
-use crate::update::{PointUpdate, REMAPPED, SOLVED, update_points};
+use crate::update::{PointUpdate, update_points};
 use crate::vectors::{power, three};
 use crate::xpic::filter_velocities;
 
@@ -160,44 +161,32 @@ fn step<const D: usize>(
             scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Everything); // 1
             weaken_light_nodes(clock, background, bodies, nodes);
             solve_momentum(clock, background, bodies, nodes, boundary, consistent)?; // 2–4
-            share_strains_of_one_phase::<SOLVED, D>(clock, background, bodies, nodes, &mut averages.strains); // 7
-            follow_loads::<SOLVED, D>(clock, background, bodies, nodes);
-            update_points::<SOLVED, D>(clock, background, bodies, nodes, boundary, averages, all) // 5, 7–9
+            share_strains_of_one_phase(clock, background, bodies, (nodes, Solved), &mut averages.strains); // 7
+            follow_loads(clock, background, bodies, (nodes, Solved));
+            update_points(clock, background, bodies, (nodes, Solved), boundary, averages, all) // 5, 7–9
         }
         StressScheme::Musl => {
             scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Everything); // 1
             solve_momentum(clock, background, bodies, nodes, boundary, consistent)?; // 2–4
-            update_points::<SOLVED, D>(clock, background, bodies, nodes, boundary, averages, velocity)?; // 5
+            update_points(clock, background, bodies, (nodes, Solved), boundary, averages, velocity)?; // 5
             remap(clock, background, bodies, nodes, boundary); // 6
             stop_remapped(clock, background, bodies, nodes, (&boundary.walls, &mut boundary.rocks));
-            share_strains_of_one_phase::<REMAPPED, D>(
-                clock,
-                background,
-                bodies,
-                nodes,
-                &mut averages.strains,
-            ); // 7
-            follow_loads::<REMAPPED, D>(clock, background, bodies, nodes);
+            share_strains_of_one_phase(clock, background, bodies, (nodes, Remapped), &mut averages.strains); // 7
+            follow_loads(clock, background, bodies, (nodes, Remapped));
             let rest = PointUpdate { position: true, ..stress };
-            update_points::<REMAPPED, D>(clock, background, bodies, nodes, boundary, averages, rest) // 7–9
+            update_points(clock, background, bodies, (nodes, Remapped), boundary, averages, rest) // 7–9
         }
         StressScheme::Usf => {
             scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Motion); // 1, momentum and mass
             start_velocities(clock, background, bodies, nodes, boundary);
-            share_strains_of_one_phase::<REMAPPED, D>(
-                clock,
-                background,
-                bodies,
-                nodes,
-                &mut averages.strains,
-            ); // 7
-            update_points::<REMAPPED, D>(clock, background, bodies, nodes, boundary, averages, stress)?; // 7–8
+            share_strains_of_one_phase(clock, background, bodies, (nodes, Remapped), &mut averages.strains); // 7
+            update_points(clock, background, bodies, (nodes, Remapped), boundary, averages, stress)?; // 7–8
             relieve_surface(background, bodies, &mut averages.free_surface);
             scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Forces); // 1, forces
             solve_momentum(clock, background, bodies, nodes, boundary, consistent)?; // 2–4
-            follow_loads::<SOLVED, D>(clock, background, bodies, nodes);
+            follow_loads(clock, background, bodies, (nodes, Solved));
             let rest = PointUpdate { position: true, ..velocity };
-            update_points::<SOLVED, D>(clock, background, bodies, nodes, boundary, averages, rest) // 5, 9
+            update_points(clock, background, bodies, (nodes, Solved), boundary, averages, rest) // 5, 9
         }
     }
 }

@@ -14,7 +14,8 @@ use crate::bodies::Bodies;
 use crate::cells::Cells;
 use crate::clock::Clock;
 use crate::config::VolumetricStrain;
-use crate::nodes::Nodes;
+use crate::nodes::Velocities::{Remapped, Solved};
+use crate::nodes::{Nodes, Velocities};
 use crate::points::PointSet;
 
 /// The volumetric strains of a step, by cell ([`crate::cells`]) and by node.
@@ -197,11 +198,11 @@ pub fn share_strains<const D: usize>(
 }
 
 /// Shares the volumetric strains of one phase, where the case asks for it.
-pub fn share_strains_of_one_phase<const FROM_SOLVED: bool, const D: usize>(
+pub fn share_strains_of_one_phase<const D: usize>(
     clock: &Clock,
     background: &Background<D>,
     bodies: &Bodies<D>,
-    nodes: &Nodes,
+    (nodes, read): (&Nodes, Velocities),
     strains: &mut CellStrains,
 ) {
     let Background { layout, sweeps, .. } = background;
@@ -209,10 +210,9 @@ pub fn share_strains_of_one_phase<const FROM_SOLVED: bool, const D: usize>(
         let (ground, points) = (background.ground(), set.places().range(block));
         let mut all = [Gathered::ZERO; BLOCK];
         let (reads, first) = (&mut all[..points.len()], set.field * layout.len());
-        if FROM_SOLVED {
-            sweeps.gather(&ground, &points, &nodes.solved[first..], reads);
-        } else {
-            sweeps.gather_velocity(&ground, &points, &nodes.remapped[first..], reads);
+        match read {
+            Solved => sweeps.gather(&ground, &points, &nodes.solved[first..], reads),
+            Remapped => sweeps.gather_velocity(&ground, &points, &nodes.remapped[first..], reads),
         }
         for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
             *out = [clock.dt * background.dilation(read, position[0]), 0.0];

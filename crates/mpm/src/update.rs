@@ -14,15 +14,11 @@ use crate::boundary::Boundary;
 use crate::clock::Clock;
 use crate::config::Formulation;
 use crate::dual::{DualNodes, average_slopes};
-use crate::nodes::Nodes;
+use crate::nodes::Velocities::{Remapped, Solved};
+use crate::nodes::{Nodes, Velocities};
 use crate::points::LEAST_VOLUME;
 use crate::strain::{CellStrains, kept_by_fluids, set_volumetric};
 use crate::work::Before;
-
-/// Points read the solved nodes: velocity at the end of the step and acceleration.
-pub const SOLVED: bool = true;
-/// Points read re-mapped (or start-of-step) velocities.
-pub const REMAPPED: bool = false;
 
 /// What changes at the points in a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,23 +52,23 @@ impl PointUpdate {
 }
 
 /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
-pub fn update_points<const FROM_SOLVED: bool, const D: usize>(
+pub fn update_points<const D: usize>(
     clock: &Clock,
     background: &Background<D>,
     bodies: &mut Bodies<D>,
-    nodes: &Nodes,
+    (nodes, read): (&Nodes, Velocities),
     boundary: &Boundary<D>,
     averages: &mut Averages<D>,
     what: PointUpdate,
 ) -> Result<f64, SolverError> {
     if what.stress {
-        average_slopes::<FROM_SOLVED, D>(background, nodes, &mut averages.dual);
+        average_slopes(background, (nodes, read), &mut averages.dual);
     }
     let Averages { strains, dual, .. } = &*averages;
     let update = UpdateOfPoints { clock, background, strains, closed: &boundary.closed };
     let bench = || Bench::at_rest::<D>(Gathered::ZERO, clock.dt, background.grid.cell);
     bodies.update_blocks(clock, &bench, |set, block, bench| {
-        update.block::<FROM_SOLVED>((nodes, dual), set, block, bench, what)
+        update.block((nodes, read, dual), set, block, bench, what)
     })
 }
 
@@ -89,9 +85,9 @@ pub struct UpdateOfPoints<'a, const D: usize> {
 }
 
 impl<const D: usize> UpdateOfPoints<'_, D> {
-    fn block<const FROM_SOLVED: bool>(
+    fn block(
         &self,
-        (nodes, dual): (&Nodes, &DualNodes),
+        (nodes, read, dual): (&Nodes, Velocities, &DualNodes),
         set: &OfSet<'_, D>,
         block: &mut Block<'_, D>,
         Bench { reads, motions }: &mut Bench<Gathered<D>>,
@@ -103,10 +99,10 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         let first_node = set.field * layout.len();
         let reads = &mut reads[..n];
         let points = block.points(extent);
-        match (FROM_SOLVED, what.stress) {
-            (true, true) => sweeps.gather(&ground, &points, &nodes.solved[first_node..], reads),
-            (true, false) => sweeps.gather_motion(&ground, &points, &nodes.solved[first_node..], reads),
-            (false, _) => sweeps.gather_velocity(&ground, &points, &nodes.remapped[first_node..], reads),
+        match (read, what.stress) {
+            (Solved, true) => sweeps.gather(&ground, &points, &nodes.solved[first_node..], reads),
+            (Solved, false) => sweeps.gather_motion(&ground, &points, &nodes.solved[first_node..], reads),
+            (Remapped, _) => sweeps.gather_velocity(&ground, &points, &nodes.remapped[first_node..], reads),
         }
         if what.velocity {
             for (own, read) in block.velocity.iter_mut().zip(&*reads) {
@@ -127,13 +123,8 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         let moved = if what.position {
             block.stretch_at_last();
             let velocity = |p: usize| std::array::from_fn(|c| reads[p].velocity.as_array()[c]);
-            block.domain.convect(&ground, block.position, extent, velocity, dt, |number| {
-                if FROM_SOLVED {
-                    nodes.solved[first_node + number].motion
-                } else {
-                    nodes.remapped[first_node + number]
-                }
-            });
+            let of_node = |number: usize| nodes.motion(read, first_node + number);
+            block.domain.convect(&ground, block.position, extent, velocity, dt, of_node);
             let mut moves = [Moved::default(); BLOCK];
             for (p, read) in reads.iter().enumerate() {
                 moves[p] = self.move_point(block, p, read.velocity.as_array());

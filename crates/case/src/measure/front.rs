@@ -1,7 +1,5 @@
 //! How far the mass reaches.
 
-use std::collections::HashSet;
-
 use crate::description::Side;
 use crate::{Case, Role, Snapshot};
 
@@ -80,10 +78,19 @@ impl Columns {
             return front(snapshot, self.side, 1.0);
         }
         let columns: Vec<Column> = snapshot.positions.iter().map(|x| self.column(x)).collect();
-        let region = connected(&columns.iter().copied().collect());
+        let mut occupied = columns.clone();
+        // Most points stand in the column of the one before.
+        occupied.dedup();
+        occupied.sort_unstable();
+        occupied.dedup();
+        let region = connected(&occupied);
         let (axis, sign) = (self.side.axis(), sign(self.side));
         let end = |i: usize| sign * snapshot.positions[i][axis] + 0.5 * snapshot.extents[i][axis];
-        let ends = (0..columns.len()).filter(|&i| region.contains(&columns[i])).map(end);
+        let hangs = columns.chunk_by(|one, next| one == next).flat_map(|run| {
+            let number = occupied.partition_point(|column| *column < run[0]);
+            std::iter::repeat_n(region[number], run.len())
+        });
+        let ends = hangs.enumerate().filter(|(_, hangs)| *hangs).map(|(i, _)| end(i));
         sign * ends.fold(f64::NAN, f64::max)
     }
 
@@ -95,16 +102,17 @@ impl Columns {
     }
 }
 
-/// The occupied columns that hang together, by shared faces, with the rearmost.
-fn connected(occupied: &HashSet<Column>) -> HashSet<Column> {
-    let Some(rear) = occupied.iter().map(|(along, _)| *along).min() else { return HashSet::new() };
-    let mut open: Vec<Column> = occupied.iter().filter(|(along, _)| *along == rear).copied().collect();
-    let mut region: HashSet<Column> = open.iter().copied().collect();
-    while let Some((along, across)) = open.pop() {
+/// Which of the `occupied` columns, in ascending order, hang together, by shared faces, with the rearmost.
+fn connected(occupied: &[Column]) -> Vec<bool> {
+    let mut region = vec![false; occupied.len()];
+    let Some((rear, _)) = occupied.first() else { return region };
+    let mut open: Vec<usize> = (0..occupied.len()).take_while(|&i| occupied[i].0 == *rear).collect();
+    open.iter().for_each(|&i| region[i] = true);
+    while let Some((along, across)) = open.pop().map(|i| occupied[i]) {
         let beside = [(along + 1, across), (along - 1, across), (along, across + 1), (along, across - 1)];
-        for column in beside {
-            if occupied.contains(&column) && region.insert(column) {
-                open.push(column);
+        for i in beside.iter().filter_map(|column| occupied.binary_search(column).ok()) {
+            if !std::mem::replace(&mut region[i], true) {
+                open.push(i);
             }
         }
     }

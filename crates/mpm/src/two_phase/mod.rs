@@ -36,12 +36,13 @@ use crate::driven::{hold_phases, mark_held};
 use crate::loads::follow_surfaces;
 use crate::momentum::RowSums;
 use crate::nodal::{nodal_squares, work_on_phase_nodes};
-use crate::nodes::Nodes;
+use crate::nodes::Velocities::{Remapped, Solved};
+use crate::nodes::{Nodes, Velocities};
 use crate::points::PointSet;
 use crate::pore::SOLID;
 use crate::solver::{MpmSolver, work_of_loads};
 use crate::stopping::{Stopping, with_mass};
-use crate::update::{PointUpdate, REMAPPED, SOLVED};
+use crate::update::PointUpdate;
 use crate::vectors::{power, square_sum};
 use bear::bear_phases;
 use momentum::PhaseSolve;
@@ -105,30 +106,30 @@ pub fn step_phases<const D: usize>(
         StressScheme::Usl => {
             scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
             solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
-            share_phase_strains::<SOLVED, D>(clock, background, bodies, &mut averages.strains, phases); // 7
-            follow_phases::<SOLVED, D>(clock, background, bodies, phases);
-            update_phases::<SOLVED, D>(clock, background, bodies, boundary, averages, phases, all) // 5, 7–9
+            share_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Solved)); // 7
+            follow_phases(clock, background, bodies, (phases, Solved));
+            update_phases(clock, background, bodies, boundary, averages, (phases, Solved), all) // 5, 7–9
         }
         StressScheme::Musl => {
             scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
             solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
-            update_phases::<SOLVED, D>(clock, background, bodies, boundary, averages, phases, velocity)?; // 5
+            update_phases(clock, background, bodies, boundary, averages, (phases, Solved), velocity)?; // 5
             remap_phases(clock, background, bodies, boundary, phases, false); // 6
             stop_remapped(clock, background, bodies, boundary, phases);
-            share_phase_strains::<REMAPPED, D>(clock, background, bodies, &mut averages.strains, phases); // 7
-            follow_phases::<REMAPPED, D>(clock, background, bodies, phases);
+            share_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Remapped)); // 7
+            follow_phases(clock, background, bodies, (phases, Remapped));
             let rest = PointUpdate { position: true, ..stress };
-            update_phases::<REMAPPED, D>(clock, background, bodies, boundary, averages, phases, rest) // 7–9
+            update_phases(clock, background, bodies, boundary, averages, (phases, Remapped), rest) // 7–9
         }
         StressScheme::Usf => {
             remap_phases(clock, background, bodies, boundary, phases, true); // 1, momenta and masses
-            share_phase_strains::<REMAPPED, D>(clock, background, bodies, &mut averages.strains, phases); // 7
-            update_phases::<REMAPPED, D>(clock, background, bodies, boundary, averages, phases, stress)?; // 7, 8
+            share_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Remapped)); // 7
+            update_phases(clock, background, bodies, boundary, averages, (phases, Remapped), stress)?; // 7, 8
             scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
             solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
-            follow_phases::<SOLVED, D>(clock, background, bodies, phases);
+            follow_phases(clock, background, bodies, (phases, Solved));
             let rest = PointUpdate { position: true, ..velocity };
-            update_phases::<SOLVED, D>(clock, background, bodies, boundary, averages, phases, rest) // 5, 9
+            update_phases(clock, background, bodies, boundary, averages, (phases, Solved), rest) // 5, 9
         }
     };
     phases.walls.set_off(false);
@@ -136,20 +137,19 @@ pub fn step_phases<const D: usize>(
 }
 
 /// Loads that follow the surface, from the velocity of the skeleton.
-fn follow_phases<const FROM_SOLVED: bool, const D: usize>(
+fn follow_phases<const D: usize>(
     clock: &Clock,
     background: &Background<D>,
     bodies: &mut Bodies<D>,
-    phases: &TwoPhase,
+    (phases, read): (&TwoPhase, Velocities),
 ) {
     follow_surfaces(clock, background, bodies, &|_, points, out| {
         let (ground, sweeps) = (background.ground(), background.sweeps);
         let mut all = [[Gathered::ZERO; 2]; BLOCK];
         let reads = &mut all[..points.len()];
-        if FROM_SOLVED {
-            sweeps.gather_phases(&ground, points, &phases.nodes, reads);
-        } else {
-            sweeps.gather_velocities(&ground, points, &phases.remapped, reads);
+        match read {
+            Solved => sweeps.gather_phases(&ground, points, &phases.nodes, reads),
+            Remapped => sweeps.gather_velocities(&ground, points, &phases.remapped, reads),
         }
         out.iter_mut().zip(&*reads).for_each(|(out, read)| *out = read[SOLID]);
     });

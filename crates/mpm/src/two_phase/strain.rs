@@ -7,25 +7,26 @@ use super::TwoPhase;
 use crate::background::Background;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
+use crate::nodes::Velocities::{self, Remapped, Solved};
 use crate::pore::{LIQUID, SOLID};
 use crate::strain::{CellStrains, share_strains};
 
 /// Shares the volumetric strains of the step, phase by phase, where the case asks for it.
-pub(super) fn share_phase_strains<const FROM_SOLVED: bool, const D: usize>(
+pub(super) fn share_phase_strains<const D: usize>(
     clock: &Clock,
     background: &Background<D>,
     bodies: &Bodies<D>,
     strains: &mut CellStrains,
-    phases: &TwoPhase,
+    (phases, read): (&TwoPhase, Velocities),
 ) {
     share_strains(background, bodies, strains, &|set, block, out| {
         let (ground, points) = (background.ground(), set.places().range(block));
         let mut all = [[Gathered::ZERO; 2]; BLOCK];
         let reads = &mut all[..points.len()];
-        if FROM_SOLVED {
-            background.sweeps.gather_phases(&ground, &points, &phases.nodes, reads);
-        } else {
-            background.sweeps.gather_velocities(&ground, &points, &phases.remapped, reads);
+        let sweeps = background.sweeps;
+        match read {
+            Solved => sweeps.gather_phases(&ground, &points, &phases.nodes, reads),
+            Remapped => sweeps.gather_velocities(&ground, &points, &phases.remapped, reads),
         }
         for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
             *out = [SOLID, LIQUID].map(|phase| clock.dt * background.dilation(&read[phase], position[0]));

@@ -15,6 +15,7 @@ use crate::driven::hold_phases_again;
 use crate::loads::apply_loads;
 use crate::mixed::{average_stresses, pull_with_cells};
 use crate::nodal::load_phase_nodes;
+use crate::nodes::Velocities::{self, Remapped, Solved};
 use crate::pore::{Fluid, LIQUID, SOLID};
 use crate::pressing::press;
 use crate::transfer::force_columns;
@@ -156,27 +157,27 @@ pub(super) fn remap_phases<const D: usize>(
 }
 
 /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
-pub(super) fn update_phases<const FROM_SOLVED: bool, const D: usize>(
+pub(super) fn update_phases<const D: usize>(
     clock: &Clock,
     background: &Background<D>,
     bodies: &mut Bodies<D>,
     boundary: &Boundary<D>,
     averages: &Averages<D>,
-    phases: &TwoPhase,
+    (phases, read): (&TwoPhase, Velocities),
     what: PointUpdate,
 ) -> Result<f64, SolverError> {
     let update = UpdateOfPoints { clock, background, strains: &averages.strains, closed: &boundary.closed };
     let bench = || Bench::at_rest::<D>([Gathered::ZERO; 2], clock.dt, background.grid.cell);
     bodies.update_blocks(clock, &bench, |set, block, bench| {
-        update.phase_block::<FROM_SOLVED>(phases, set, block, bench, what)
+        update.phase_block((phases, read), set, block, bench, what)
     })
 }
 
 impl<const D: usize> UpdateOfPoints<'_, D> {
     #[inline]
-    fn phase_block<const FROM_SOLVED: bool>(
+    fn phase_block(
         &self,
-        phases: &TwoPhase,
+        (phases, read): (&TwoPhase, Velocities),
         set: &OfSet<'_, D>,
         block: &mut Block<'_, D>,
         Bench { reads, motions }: &mut Bench<[Gathered<D>; 2]>,
@@ -188,10 +189,10 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         let (ground, sweeps, n) = (self.background.ground(), self.background.sweeps, block.position.len());
         let reads = &mut reads[..n];
         let points = block.points(&set.extent);
-        match (FROM_SOLVED, what.stress) {
-            (true, true) => sweeps.gather_phases(&ground, &points, &phases.nodes, reads),
-            (true, false) => sweeps.gather_motions(&ground, &points, &phases.nodes, reads),
-            (false, _) => sweeps.gather_velocities(&ground, &points, &phases.remapped, reads),
+        match (read, what.stress) {
+            (Solved, true) => sweeps.gather_phases(&ground, &points, &phases.nodes, reads),
+            (Solved, false) => sweeps.gather_motions(&ground, &points, &phases.nodes, reads),
+            (Remapped, _) => sweeps.gather_velocities(&ground, &points, &phases.remapped, reads),
         }
         let reads = &*reads;
         if what.velocity {
