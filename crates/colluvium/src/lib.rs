@@ -127,12 +127,13 @@ fn checked(test: ElementTest) -> Result<ElementTest, CaseErrors> {
 }
 
 /// Starting cases that need no other file: name and JSON text.
-pub const TEMPLATES: [(&str, &str); 9] = [
+pub const TEMPLATES: [(&str, &str); 10] = [
     ("column-collapse", include_str!("templates/column-collapse.json")),
     ("oedometer", include_str!("templates/oedometer.json")),
     ("disks", include_str!("templates/disks.json")),
     ("slope", include_str!("templates/slope.json")),
     ("grains", include_str!("templates/grains.json")),
+    ("triaxial-sleeve", include_str!("templates/triaxial-sleeve.json")),
     ("dam-break", include_str!("templates/dam-break.json")),
     ("snowball", include_str!("templates/snowball.json")),
     ("saw-test", include_str!("templates/saw-test.json")),

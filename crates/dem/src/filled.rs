@@ -30,7 +30,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let asked = match of_body(&self.options, body)? {
                 _ if body.points.is_some() || self.given.has(number) => return None,
                 _ if self.sources.iter().any(|source| source.body as usize == number) => return None,
-                Fill::Single => return None,
+                Fill::Single | Fill::Sleeve { .. } => return None,
                 Fill::Lattice { .. } | Fill::DropAndRoll => None,
                 Fill::Random { solid_fraction } | Fill::Layers { solid_fraction, .. } => {
                     Some(1.0 - solid_fraction)

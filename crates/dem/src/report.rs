@@ -317,6 +317,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             }
         }
         readings.extend(self.wall_readings());
+        readings.extend(self.sleeve_readings());
         readings.extend(self.fabric_readings());
         readings.extend(self.chain_readings());
         readings.extend(self.region_readings());

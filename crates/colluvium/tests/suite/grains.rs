@@ -134,6 +134,55 @@ fn a_point_of_mpm_and_of_sph_has_the_stress_of_its_cell_in_the_element_driver() 
     }
 }
 
+/// The cell of the grid in space, of 50 spheres a point.
+fn mpm_of_spheres() -> Value {
+    let mut case = mpm();
+    case["space"] = json!("3d");
+    case["gravity"] = json!([0, 0, 0]);
+    case["domain"] = json!({ "min": [0, 0, 0], "max": [1, 1, 1] });
+    case["materials"]["grains"] = spheres();
+    case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0, 0, 0], "max": [1, 1, 1] });
+    let smooth = json!({ "kind": "smooth" });
+    let mut sides: Vec<Value> = ["x-min", "x-max", "y-min", "y-max", "z-min"]
+        .iter()
+        .map(|side| json!({ "side": side, "wall": smooth }))
+        .collect();
+    sides.push(json!({ "side": "z-max", "wall": smooth, "velocity": [0, 0, -STRAIN / 1e-3] }));
+    case["boundaries"] = json!(sides);
+    case
+}
+
+/// The cell of disks as one of spheres.
+fn spheres() -> Value {
+    let mut cell = cell();
+    let own = &mut cell["parameters"];
+    own["dimension"] = json!(3);
+    own["grains"] = json!(50);
+    own["contact"]["normal"]["stiffness"] = json!(500.0 * PRESSURE * 1e-3);
+    cell
+}
+
+#[test]
+fn points_of_spheres_have_the_stress_of_their_cell_in_the_element_driver() {
+    let test = json!({
+        "title": "the same cell", "material": spheres(),
+        "initial_stress": [-PRESSURE, -PRESSURE, -PRESSURE, 0, 0, 0],
+        "stages": [{ "path": { "kind": "oedometer", "axial_compression": STRAIN * STEPS as f64 }, "steps": STEPS }]
+    });
+    let path = colluvium::element_test(&test.to_string()).unwrap().trace().unwrap().path;
+    let own = ["xx", "yy", "zz", "xy", "yz", "zx"].map(|c| path.last(&format!("stress_{c}")));
+    let rise = own[2] + PRESSURE;
+    assert!(rise < -0.1 * PRESSURE, "{own:?}");
+    let found = stresses(&stepped(&mut *begun("mpm", &mpm_of_spheres()), STEPS));
+    assert_eq!(found.len(), 8);
+    for stress in &found {
+        for (c, own) in own.iter().enumerate() {
+            // The driver's steps are equal in logarithmic strain, the method's in time.
+            assert!((stress[c] - own).abs() / rise.abs() < 1e-3, "{stress:?}, {own:?}");
+        }
+    }
+}
+
 #[test]
 fn cells_of_grains_give_the_same_bits_on_any_number_of_threads_and_after_a_restart() {
     for (method, case) in [("mpm", mpm()), ("sph", sph())] {

@@ -181,6 +181,10 @@ impl Rules {
     fn fill(&mut self, path: &str, fill: &super::Fill) {
         match fill {
             super::Fill::Single | super::Fill::DropAndRoll => {}
+            super::Fill::Sleeve { columns } => {
+                let problem = format!("{columns} is less than three grains around a sleeve");
+                self.rule(*columns >= 3, format!("{path}.columns"), problem);
+            }
             super::Fill::Layers { solid_fraction, layers, first_solid_fraction } => {
                 self.fraction(format!("{path}.solid_fraction"), *solid_fraction);
                 self.fraction(format!("{path}.first_solid_fraction"), *first_solid_fraction);

@@ -103,6 +103,13 @@ pub enum Fill {
     /// in space, sides counting as others, or on the floor of the box around the body, until the box is full (ballistic deposition).
     /// In the period where the domain is periodic along another axis and the body spans it. The density follows from the sizes.
     DropAndRoll,
+    /// Rings of grains of one size above each other, the sleeve of a triaxial test, from the base on: the shape is the `difference` of two
+    /// cylinders about one axis, on whose inner side the grains rest. Rings are about as far apart as the grains of a ring, which need not touch:
+    /// a `bond.gap` that is wide enough bonds them.
+    Sleeve {
+        /// Grains in each ring, at least three.
+        columns: usize,
+    },
 }
 
 /// Lattices.

@@ -8,6 +8,7 @@ use colluvium_points::Shape;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::rings::rings;
 use crate::config::{BodyGrains, DemOptions, Diameters, Fill, GrainKind, Packing};
 use crate::grains::{Grains, volume};
 use crate::rain::holds;
@@ -256,6 +257,7 @@ fn place<const D: usize>(
             })
         }
         Fill::DropAndRoll => dropped(case, body, sizes, random),
+        Fill::Sleeve { columns } => rings(&body.shape, sizes, columns),
         Fill::Single => Ok(Vec::new()),
     };
     placed.map_err(|problem| CaseError::new(format!("{path}.shape"), problem))

@@ -4,6 +4,7 @@ mod fill;
 mod laws;
 mod reach;
 mod refuse;
+mod rings;
 mod size;
 mod stage;
 mod warnings;
@@ -20,7 +21,7 @@ pub(crate) use refuse::honours;
 pub(crate) use size::size;
 
 use crate::cell::PeriodicCell;
-use crate::config::DemOptions;
+use crate::config::{DemOptions, Fill};
 use crate::contact::bond::Bond;
 use crate::contact::{Attraction, Law, STUCK};
 use crate::grains::{Grains, volume};
@@ -216,21 +217,25 @@ fn check_stages<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Res
     check_areas(solver)
 }
 
-/// Membranes in space are whole rows of grains, two at least.
+/// Membranes in space are whole rows of grains, two at least, and those that are filled with rings are closed by these.
 fn check_sheets<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
     for (stage, own) in &solver.options.stages {
         for (name, membrane) in &own.membranes {
             let Some(columns) = membrane.columns else { continue };
-            let body = solver.case.bodies.iter().position(|body| body.name == *name);
-            let count = solver.grains.body.iter().filter(|own| Some(**own as usize) == body).count();
-            if count % columns != 0 || count < 2 * columns {
-                let problem =
-                    format!("the body has {count} grains, which are not two or more rows of {columns}");
-                return Err(CaseError::new(
-                    format!("methods.dem.stages.{stage}.membranes.{name}.columns"),
-                    problem,
-                ));
-            }
+            let number = solver.case.bodies.iter().position(|body| body.name == *name);
+            let count = solver.grains.body.iter().filter(|own| Some(**own as usize) == number).count();
+            let body = number.map(|number| &solver.case.bodies[number]).filter(|body| body.points.is_none());
+            let problem = match body.and_then(|body| of_body(&solver.options, body)) {
+                _ if count % columns != 0 || count < 2 * columns => {
+                    format!("the body has {count} grains, which are not two or more rows of {columns}")
+                }
+                Some(Fill::Sleeve { columns: rings }) if rings != columns || !membrane.closed => {
+                    format!("the body is filled with rings of {rings} grains: give columns {rings}, and closed true")
+                }
+                _ => continue,
+            };
+            let path = format!("methods.dem.stages.{stage}.membranes.{name}.columns");
+            return Err(CaseError::new(path, problem));
         }
     }
     Ok(())

@@ -62,7 +62,11 @@ pub fn honours() -> Honours {
         .needs(Needs { materials: false, ..Needs::default() })
         .refuses("space=1d", SPACES)
         .refuses("space=axisymmetric", SPACES)
-        .refuses("bodies.rigid", "dem has no rigid bodies: see `held` of its options")
+        .refuses(
+            "bodies.rigid",
+            "dem has no rigid bodies: what moves at a velocity is `held` in methods.dem.bodies, what follows a force is bonded, with \
+             `forces` in methods.dem.stages",
+        )
         .refuses("bodies.drop_outside", "dem has no sides that grains leave by")
         .refuses("bodies.pore_fluid", "dem has dry grains only")
         .refuses(
@@ -218,10 +222,26 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         let sides = &walls[..case.boundaries.len()];
         if let Some(wall) = stage.walls.keys().find(|wall| !sides.contains(&wall.as_str())) {
             let path = format!("methods.dem.stages.{name}.walls.{wall}");
-            return missing(path, wall, sides, "the name of one of the boundaries");
+            return match not_pressed(case, &kinds, name, wall) {
+                Some(problem) => Err(CaseError::new(path, problem)),
+                None => missing(path, wall, sides, "the name of one of the boundaries"),
+            };
         }
     }
     bodies(case, options)
+}
+
+/// Why what is no wall of `boundaries` follows no stress, and what does; none of a name that is not there.
+fn not_pressed(case: &Case, kinds: &[&str], stage: &str, name: &str) -> Option<String> {
+    let force = format!("bonded grains that are not held take a force by methods.dem.stages.{stage}.forces");
+    if case.obstacles.iter().any(|obstacle| obstacle.name == name) {
+        let problem = format!(
+            "an obstacle moves as its `motion` says, and follows no stress: take a wall of boundaries; {force}"
+        );
+        return Some(problem);
+    }
+    let grains = kinds.contains(&name) || case.bodies.iter().any(|body| body.name == name);
+    grains.then(|| format!("grains are no wall, and follow no stress: take a wall of boundaries; {force}"))
 }
 
 /// Names of bodies that must be there, and forces only where grains are free to follow them.
@@ -251,7 +271,7 @@ fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
             known(path.clone(), name)?;
             there(&path, name)?;
             if held(name) {
-                return Err(CaseError::new(path, "its grains are held, and follow no force"));
+                return Err(CaseError::new(path, "its grains are held, and follow no force: leave held out, and bond them to each other"));
             }
         }
         for (name, membrane) in &own.membranes {

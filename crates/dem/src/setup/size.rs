@@ -71,6 +71,7 @@ fn filled(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> Expec
     let space: f64 = low.iter().zip(&high).take(dimension).map(|(low, high)| high - low).product();
     let of_shape = body.shape.volume(dimension, false) / space;
     let solid = volume(dimension, 0.5) * sizes.mean_power(dimension, dimension as i32);
+    let of_sleeve = |grains: f64| Expected { grains, placed: grains, seconds: 1e-5 * grains };
     let placed = match fill {
         Fill::Single => 1.0,
         Fill::Lattice { packing, pitch, .. } => {
@@ -80,6 +81,7 @@ fn filled(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> Expec
         Fill::Random { solid_fraction } | Fill::Layers { solid_fraction, .. } => {
             solid_fraction * space / solid
         }
+        Fill::Sleeve { columns } => return of_sleeve(super::rings::count(&body.shape, sizes, columns)),
         Fill::DropAndRoll => DROPPED[dimension - 2] * space / solid,
     };
     Expected { grains: of_shape * placed, placed, seconds: placed * seconds_each(fill, dimension, placed) }
@@ -99,7 +101,7 @@ fn site(packing: Packing, dimension: usize) -> f64 {
 fn seconds_each(fill: Fill, dimension: usize, count: f64) -> f64 {
     let flat = dimension == 2;
     match fill {
-        Fill::Single | Fill::Lattice { .. } => 1e-5,
+        Fill::Single | Fill::Lattice { .. } | Fill::Sleeve { .. } => 1e-5,
         Fill::DropAndRoll => {
             if flat {
                 3e-5

@@ -1,5 +1,9 @@
 //! Forces on grains that the case gives: on bodies, and on membranes (sheet: dem §2.1).
 
+use std::collections::BTreeSet;
+
+use colluvium_case::measure::Reading;
+
 use super::DemSolver;
 use crate::config::{GrainStage, Membrane};
 use crate::vector::{add, cross, dot, minus};
@@ -112,6 +116,27 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         };
         let rows = (grains.len() / columns) as f64;
         Some(grains.chunks_exact(columns).map(area).sum::<f64>() / rows)
+    }
+
+    /// Sections and volumes within the bodies that are closed membranes in some stage (m², m³), to the centres of their grains and along the axis
+    /// across their rings.
+    pub(crate) fn sleeve_readings(&self) -> Vec<Reading> {
+        let closed = |(_, sheet): &(&String, &Membrane)| sheet.closed;
+        let sheets = self.options.stages.values().flat_map(|stage| &stage.membranes).filter(closed);
+        let names: BTreeSet<&String> = sheets.map(|(name, _)| name).collect();
+        let mut readings = Vec::new();
+        for name in names {
+            let areas: Vec<f64> = (0..D).map(|axis| self.enclosed_by(name, axis).unwrap_or(f64::NAN)).collect();
+            let axis = (0..D).fold(0, |most, c| if areas[c] > areas[most] { c } else { most });
+            let place = |upper: bool| {
+                let mut across = self.walls.iter().filter(|wall| wall.surface.is_none() && wall.axis == axis);
+                across.find(|wall| wall.upper == upper).map_or(f64::NAN, |wall| wall.position)
+            };
+            let volume = areas[axis] * (place(true) - place(false));
+            readings.push((format!("membrane.{name}.area"), "m2".to_owned(), areas[axis]));
+            readings.push((format!("membrane.{name}.volume"), "m3".to_owned(), volume));
+        }
+        readings
     }
 
     /// The grains of a body in the order of their numbers.

@@ -116,3 +116,64 @@ fn a_platen_whose_area_nothing_bounds_needs_it() {
     let error = refused(&value);
     assert!(error.contains("platen.sleeve: \"grain 0\" is no body that is a closed membrane"), "{error}");
 }
+
+#[test]
+fn what_is_no_wall_and_follows_no_stress_is_refused_with_what_does() {
+    let refused = |change: &dyn Fn(&mut Value)| {
+        let mut value = stack(3.2);
+        change(&mut value);
+        disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string()
+    };
+    let press = |name: &str| {
+        json!({ "all": { "walls": { name: { "stress": -5, "speed": 0.5, "area": 1 } } } })
+    };
+    // A polygon; one of a file of an STL is an obstacle as well.
+    let polygon = refused(&|value| {
+        value["obstacles"] = json!([{ "name": "plate", "wall": { "kind": "smooth" },
+            "shape": { "kind": "polygon", "vertices": [[-1, 4], [1, 4], [1, 5], [-1, 5]] } }]);
+        value["methods"]["dem"]["stages"] = press("plate");
+    });
+    assert!(polygon.starts_with("methods.dem.stages.all.walls.plate: an obstacle moves as its `motion`"), "{polygon}");
+    for name in ["grain 0", "grain"] {
+        let grains = refused(&|value| value["methods"]["dem"]["stages"] = press(name));
+        let start = format!("methods.dem.stages.all.walls.{name}: grains are no wall");
+        assert!(grains.starts_with(&start) && grains.contains("methods.dem.stages.all.forces"), "{grains}");
+    }
+    let held = refused(&|value| {
+        value["methods"]["dem"]["bodies"]["grain 2"] = json!({ "fill": { "kind": "single" }, "held": true });
+        value["methods"]["dem"]["stages"] = json!({ "all": { "forces": { "grain 2": [0, -5] } } });
+    });
+    assert!(held.ends_with("follow no force: leave held out, and bond them to each other"), "{held}");
+}
+
+#[test]
+fn a_plate_of_bonded_disks_that_a_force_presses_bears_it_down_to_the_floor() {
+    let mut scene = Scene::new(linear(STIFFNESS, 0.3, 0.5, 0.5));
+    for k in 0..3 {
+        scene = scene.disk([f64::from(k), 0.5], 0.5, [0.0; 2], 0.0);
+    }
+    scene.boundaries =
+        json!([{ "side": "y-min", "name": "floor", "position": 0, "wall": { "kind": "smooth" } }]);
+    let mut value = scene.json();
+    value["materials"]["steel"] = value["materials"]["grain"].clone();
+    value["bodies"].as_array_mut().unwrap().push(json!({ "name": "plate", "material": "steel",
+        "shape": { "kind": "box", "min": [-0.5, 1], "max": [2.5, 2] } }));
+    let own = &mut value["methods"]["dem"];
+    own["grains"]["steel"] = json!({ "density": 1000, "diameter": { "distribution": "equal", "value": 1 },
+        "fill": { "kind": "lattice", "packing": "square" } });
+    own["mix"] = json!(true);
+    let mut bonded = own["pairs"][0].clone();
+    bonded["between"] = json!(["steel", "steel"]);
+    bonded["bond"] = json!({ "normal_stiffness": 1e7, "shear_stiffness": 1e7 });
+    own["pairs"].as_array_mut().unwrap().push(bonded);
+    own["stages"] = json!({ "all": { "forces": { "plate": [0, -3000] } } });
+    value["stages"][0]["rayleigh_damping"] = json!(20);
+    let mut solver = solver(&value);
+    to(&mut solver, 3.0);
+    near(solver.reaction("floor").unwrap().force[1], -3000.0, 1.0);
+    // A third of it in each column: two contacts, of plate and floor, above one another.
+    let plate: Vec<f64> = solver.snapshot().positions[3..].iter().map(|x| x[1]).collect();
+    assert_eq!(plate.len(), 3);
+    let mean = plate.iter().sum::<f64>() / 3.0;
+    near(mean, 1.5 - 2.0 * 1000.0 / STIFFNESS, 1e-5);
+}

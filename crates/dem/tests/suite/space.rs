@@ -134,6 +134,72 @@ fn a_platen_on_a_sleeve_bears_its_stress_on_what_the_rings_enclose() {
     near(solver.reaction("top").unwrap().force[2], 100.0 * area, 0.2 * area);
 }
 
+/// A ball in a sleeve of rings of eight, and what the sleeve is made of.
+fn rings(fill: &Value, diameter: f64, membrane: &Value) -> Result<DemSolver<3, 3>, String> {
+    let mut scene = Scene::new(linear(1e6, 0.0, 0.5, 0.3)).sphere([0.0, 0.0, 1.0], 0.3, [0.0; 3], [0.0; 3]);
+    scene.gravity = vec![0.0; 3];
+    scene.boundaries = json!([
+        { "side": "z-min", "name": "base", "position": 0.0, "wall": { "kind": "smooth" } },
+        { "side": "z-max", "name": "top", "position": 2.0, "wall": { "kind": "smooth" } }
+    ]);
+    let mut value = scene.json();
+    value["materials"]["rubber"] = value["materials"]["grain"].clone();
+    let cylinder = |radius: f64| json!({ "kind": "cylinder", "base": [0, 0, 0], "axis": 2, "height": 2, "radius": radius });
+    value["bodies"].as_array_mut().unwrap().push(json!({ "name": "sleeve", "material": "rubber",
+        "shape": { "kind": "difference", "from": cylinder(1.3), "cut": cylinder(0.9) } }));
+    let own = &mut value["methods"]["dem"];
+    own["mix"] = json!(true);
+    let mut pair = own["pairs"][0].clone();
+    pair["between"] = json!(["rubber", "rubber"]);
+    own["pairs"].as_array_mut().unwrap().push(pair);
+    own["grains"]["rubber"] = json!({ "density": 1000, "fill": fill,
+        "diameter": { "distribution": "equal", "value": diameter } });
+    own["stages"] = json!({ "all": { "membranes": { "sleeve": membrane } } });
+    let case = Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())?;
+    spheres(&case).map(begun).map_err(|error| error.to_string())
+}
+
+#[test]
+fn rings_of_a_sleeve_lie_on_the_inner_side_of_its_tube_as_far_apart_as_their_grains() {
+    let fill = json!({ "kind": "sleeve", "columns": 8 });
+    let membrane = json!({ "pressure": 0.0, "against": "grain 0", "columns": 8, "closed": true });
+    let solver = rings(&fill, 0.2, &membrane).unwrap();
+    let frame = solver.snapshot();
+    let own: Vec<[f64; 3]> =
+        (0..frame.ids.len()).filter(|&i| frame.bodies[i] == 1).map(|i| frame.positions[i]).collect();
+    // Sides of an octagon of radius 1 m are 0.765 m long: three rings within 2 m.
+    assert_eq!(own.len(), 24);
+    for (k, x) in own.iter().enumerate() {
+        near(x[0].hypot(x[1]), 1.0, 1e-12);
+        near(x[2], 2.0 / 3.0 * ((k / 8) as f64 + 0.5), 1e-12);
+        let next = own[k / 8 * 8 + (k + 1) % 8];
+        near((x[0] - next[0]).hypot(x[1] - next[1]), 2.0 * (std::f64::consts::PI / 8.0).sin(), 1e-12);
+    }
+    // The octagon, and the prism of it between the platens.
+    near(reading(&solver, "membrane.sleeve.area"), 8f64.sqrt(), 1e-12);
+    near(reading(&solver, "membrane.sleeve.volume"), 2.0 * 8f64.sqrt(), 1e-12);
+}
+
+#[test]
+fn sleeves_that_do_not_fit_their_tube_or_their_membrane_are_refused() {
+    let membrane = |columns: usize, closed: bool| {
+        json!({ "pressure": 1.0, "against": "grain 0", "columns": columns, "closed": closed })
+    };
+    let sleeve = |columns: usize| json!({ "kind": "sleeve", "columns": columns });
+    let lattice = json!({ "kind": "lattice", "packing": "square" });
+    for (fill, diameter, membrane, expected) in [
+        (sleeve(2), 0.2, membrane(8, true), "2 is less than three grains around a sleeve"),
+        (sleeve(8), 0.5, membrane(8, true), "the grains, 0.5 m, are wider than the tube"),
+        (sleeve(40), 0.2, membrane(40, true), "40 grains of 0.2 m do not fit beside each other"),
+        (sleeve(8), 0.2, membrane(8, false), "filled with rings of 8 grains: give columns 8, and closed true"),
+        (sleeve(8), 0.2, membrane(12, true), "filled with rings of 8 grains: give columns 8, and closed true"),
+        (lattice, 0.2, membrane(8, true), "which are not two or more rows of 8"),
+    ] {
+        let refusal = rings(&fill, diameter, &membrane).err().unwrap();
+        assert!(refusal.contains(expected), "{refusal}");
+    }
+}
+
 #[test]
 fn sheets_that_are_no_rows_of_grains_are_refused() {
     let places: Vec<[f64; 3]> = (0..6).map(|k| [f64::from(k % 3), f64::from(k / 3), 0.0]).collect();

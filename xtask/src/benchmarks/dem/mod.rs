@@ -21,6 +21,7 @@ mod representative_spheres;
 mod rest;
 mod scene;
 mod slope;
+mod triaxial_sleeve;
 
 use crate::benchmarks::Benchmark;
 
@@ -52,6 +53,7 @@ pub const ALL: &[Benchmark] = &[
     representative::BENCHMARK,
     representative::WALLS,
     membranes::BENCHMARK,
+    triaxial_sleeve::BENCHMARK,
     representative::WINDOWS,
     representative_spheres::BENCHMARK,
     representative_spheres::WINDOWS,

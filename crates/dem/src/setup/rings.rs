@@ -1,0 +1,90 @@
+//! Rings of grains around a cylinder: the sleeve of a triaxial test.
+
+use std::f64::consts::PI;
+
+use colluvium_points::Shape;
+
+use crate::config::Diameters;
+
+/// Share by which lengths may differ that are to be the same.
+const SAME: f64 = 1e-9;
+
+/// A tube: what a cylinder leaves of a wider one about the same axis.
+struct Tube {
+    axis: usize,
+    base: [f64; 3],
+    height: f64,
+    /// Inner and outer radius (m).
+    radii: [f64; 2],
+}
+
+/// The tube that a shape is.
+fn tube(shape: &Shape) -> Option<Tube> {
+    let Shape::Difference { from, cut } = shape else { return None };
+    let (
+        Shape::Cylinder { base, axis, radius: outer, height },
+        Shape::Cylinder { base: below, axis: along, radius: inner, height: cut },
+    ) = (&**from, &**cut)
+    else {
+        return None;
+    };
+    let near = |a: f64, b: f64| (a - b).abs() <= SAME * outer;
+    let one_axis = axis == along && (0..3).all(|c| c == *axis || near(base[c], below[c]));
+    let through = below[*axis] <= base[*axis] + SAME * outer
+        && below[*axis] + cut >= base[*axis] + height - SAME * outer;
+    let is_tube = one_axis && through && inner < outer;
+    is_tube.then_some(Tube { axis: *axis, base: *base, height: *height, radii: [*inner, *outer] })
+}
+
+/// Number of rings of a tube, as far apart as the grains of a ring are, and two at least.
+fn rows(height: f64, chord: f64) -> usize {
+    ((height / chord).round() as usize).max(2)
+}
+
+/// Centres of rings of `columns` grains each, one ring above another, from the base of the tube on: all rest on its inner side.
+pub(super) fn rings<const D: usize>(
+    shape: &Shape,
+    sizes: &Diameters,
+    columns: usize,
+) -> Result<Vec<([f64; D], f64)>, String> {
+    let tube = tube(shape).filter(|_| D == 3).ok_or(
+        "a sleeve is the difference of two cylinders in space about the same axis, the cut as high as the other one or higher",
+    )?;
+    let (least, diameter) = sizes.range();
+    if least < diameter {
+        return Err("the grains of a sleeve are of one size: give their diameter as equal".to_owned());
+    }
+    let [inner, outer] = tube.radii;
+    if diameter > (outer - inner) * (1.0 + SAME) {
+        return Err(format!("the grains, {diameter} m, are wider than the tube, {} m", outer - inner));
+    }
+    let radius = inner + 0.5 * diameter;
+    let chord = 2.0 * radius * (PI / columns as f64).sin();
+    let rows = rows(tube.height, chord);
+    let pitch = tube.height / rows as f64;
+    if chord.min(pitch) < diameter * (1.0 - SAME) {
+        let most = (PI / (0.5 * diameter / radius).asin()).floor();
+        return Err(format!(
+            "{columns} grains of {diameter} m do not fit beside each other into a ring of the sleeve, or {rows} rings not above \
+             each other: {most} columns are the most around it"
+        ));
+    }
+    let (a, b) = ((tube.axis + 1) % 3, (tube.axis + 2) % 3);
+    let place = |number: usize| {
+        let (row, column) = (number / columns, number % columns);
+        let (sin, cos) = (2.0 * PI * column as f64 / columns as f64).sin_cos();
+        let mut x = tube.base;
+        x[a] += radius * cos;
+        x[b] += radius * sin;
+        x[tube.axis] += pitch * (row as f64 + 0.5);
+        (std::array::from_fn(|c| x[c]), 0.5 * diameter)
+    };
+    Ok((0..rows * columns).map(place).collect())
+}
+
+/// How many grains rings have, about.
+pub(super) fn count(shape: &Shape, sizes: &Diameters, columns: usize) -> f64 {
+    let Some(tube) = tube(shape) else { return 0.0 };
+    let radius = tube.radii[0] + 0.5 * sizes.range().1;
+    (rows(tube.height, 2.0 * radius * (PI / columns as f64).sin()) * columns) as f64
+}

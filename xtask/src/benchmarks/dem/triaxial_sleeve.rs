@@ -1,0 +1,236 @@
+//! Triaxial compression in a flexible sleeve between platens, dense and loose (sheet: dem §2.10, §3.7, §3.8.5).
+
+use std::f64::consts::PI;
+
+use colluvium::case::{RunReport, Snapshot};
+use colluvium::plots::{LineChart, Series, Style};
+use serde_json::{Value, json};
+
+use super::scene::{case, chart, options};
+use crate::analysis::larger;
+use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "dem/triaxial-sleeve",
+    title: "Triaxial compression in a sleeve, dense and loose spheres, DEM",
+    source: "equilibrium of specimen, sleeve and platens; critical state as in sheet: dem §5, B14",
+    quick: Some(60),
+    full: 900,
+    run,
+};
+
+/// Pressure of the sleeve and on the platen (Pa).
+const PRESSURE: f64 = 2e4;
+/// Durations of the stages before the shear (s).
+const BEFORE: [f64; 2] = [0.1, 0.05];
+/// Strain of the shear in the short and in the full form, and strain over which stresses are averaged.
+const SHEARED: [f64; 2] = [0.12, 0.2];
+const WINDOW: f64 = 0.01;
+/// Time between rows (s), of which whole numbers make the stages before the shear.
+const ROW: f64 = 0.0025;
+/// Friction of grains when the loose specimen is pressed together, and without which the dense one is.
+const LOOSE: f64 = 1.0;
+/// Solid fraction that the loose one is drawn at.
+const LOOSELY: f64 = 0.52;
+
+/// The starting case, pressed together with that friction and sheared at a rate.
+fn test(friction: f64, quick: bool) -> Result<Value, String> {
+    let text = colluvium::template("triaxial-sleeve").ok_or("no template")?;
+    let mut value: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let height = value["domain"]["max"][2].as_f64().ok_or("no height")?;
+    let (rate, strain) = if quick { (0.75, SHEARED[0]) } else { (0.5, SHEARED[1]) };
+    value["boundaries"][1]["velocity"] = json!([0, 0, -rate * height]);
+    let shear = strain / rate;
+    value["stages"][0]["duration"] = json!(BEFORE[0]);
+    value["stages"][1]["duration"] = json!(BEFORE[1]);
+    value["stages"][2]["duration"] = json!(shear);
+    value["output"] = json!({ "measures": ROW, "frames": BEFORE[1] });
+    let own = options(&mut value);
+    if friction > 0.0 {
+        own["grains"]["grain"]["fill"]["solid_fraction"] = json!(LOOSELY);
+    }
+    own["stages"]["prepare"]["pairs"] =
+        json!([{ "between": ["grain", "grain"], "friction": { "coefficient": friction } }]);
+    if !quick {
+        // Grains of three quarters of the size, and a sleeve that is as much finer.
+        own["grains"]["grain"]["diameter"] = json!({ "distribution": "uniform", "min": 0.006, "max": 0.0075 });
+        let sizes = 0.75;
+        let normal = |own: &mut Value, pair: usize| -> Result<(), String> {
+            let stiffness = &mut own["pairs"][pair]["normal"]["stiffness"];
+            *stiffness = json!(sizes * stiffness.as_f64().ok_or("no stiffness")?);
+            Ok(())
+        };
+        (0..3).try_for_each(|pair| normal(own, pair))?;
+        let columns = 98;
+        own["grains"]["rubber"]["diameter"]["value"] = json!(0.00225);
+        own["grains"]["rubber"]["fill"]["columns"] = json!(columns);
+        for stage in ["prepare", "settle", "shear"] {
+            own["stages"][stage]["membranes"]["sleeve"]["columns"] = json!(columns);
+        }
+    }
+    Ok(value)
+}
+
+/// Rows of a test.
+struct Rows {
+    /// Axial strain from the start of the shear, logarithmic, shortening positive.
+    strain: Vec<f64>,
+    /// Pressure of the platen over that of the sleeve.
+    ratio: Vec<f64>,
+    /// Volume over that at the start of the shear, less one.
+    dilation: Vec<f64>,
+    /// Porosity of the grains within the sleeve.
+    porosity: Vec<f64>,
+    /// Largest error of the energy balance over the energy that came in.
+    energy: f64,
+}
+
+/// Volume of the grains of a body (m³).
+fn solid(frame: &Snapshot, body: u32) -> f64 {
+    let radii = scalars(frame, "radius");
+    (0..frame.ids.len()).filter(|&i| frame.bodies[i] == body).map(|i| 4.0 / 3.0 * PI * radii[i].powi(3)).sum()
+}
+
+fn rows(report: &RunReport) -> Result<Rows, String> {
+    let start = BEFORE[0] + BEFORE[1];
+    let sheared = |name: &str| -> Vec<f64> {
+        let all = series(report, name).into_iter();
+        all.filter(|(time, _)| *time > start - 1e-9).map(|(_, value)| value).collect()
+    };
+    let [height, stress, volume] =
+        ["wall.top.position", "wall.top.stress", "membrane.sleeve.volume"].map(&sheared);
+    let (Some(first), Some(begun)) = (height.first(), volume.first()) else { return Err("no rows".to_owned()) };
+    let solid = solid(&report.snapshot, 0);
+    Ok(Rows {
+        strain: height.iter().map(|height| (first / height).ln()).collect(),
+        ratio: stress.iter().map(|stress| -stress / PRESSURE).collect(),
+        dilation: volume.iter().map(|volume| volume / begun - 1.0).collect(),
+        porosity: volume.iter().map(|volume| 1.0 - solid / volume).collect(),
+        energy: series(report, "energy_error").into_iter().map(|(_, error)| error.abs()).fold(0.0, larger),
+    })
+}
+
+/// Mean of a column over the last [`WINDOW`] of strain.
+fn last(strain: &[f64], column: &[f64]) -> f64 {
+    let end = strain.last().copied().unwrap_or(0.0);
+    let own: Vec<f64> =
+        strain.iter().zip(column).filter(|(at, _)| **at > end - WINDOW).map(|(_, value)| *value).collect();
+    own.iter().sum::<f64>() / own.len() as f64
+}
+
+/// What bears the pressures at a time, over what bears them in closed form.
+struct Borne {
+    /// Radial and axial sums over the contacts of specimen and sleeve, over what the pressures on them make.
+    whole: [f64; 2],
+    /// Share of the axial sum that is of the sleeve.
+    sleeve: f64,
+    /// Pressure of the platen over that of the sleeve.
+    platen: f64,
+}
+
+/// In equilibrium the sum of force times branch over all contacts and bonds is that of force times place over what acts from without: the
+/// pressure times the section times the height between the first and the last ring, and the force on the platen times the height.
+fn borne(report: &RunReport, time: f64) -> Result<Borne, String> {
+    let frame = report.frames.iter().find(|frame| (frame.time - time).abs() < 1e-6).ok_or("no frame")?;
+    let value = |name: &str| at(&series(report, name), time);
+    let (area, height, stress) =
+        (value("membrane.sleeve.area"), value("wall.top.position"), value("wall.top.stress"));
+    let tensors = frame.tensors("stress").ok_or("no stress")?;
+    let volumes = scalars(frame, "volume");
+    let mut sums = [[0.0; 2]; 2];
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for i in 0..frame.ids.len() {
+        let body = frame.bodies[i] as usize;
+        let [xx, yy, zz] = [0, 1, 2].map(|c| -tensors[i].0[c] * volumes[i]);
+        sums[body][0] += 0.5 * (xx + yy);
+        sums[body][1] += zz;
+        if body == 1 {
+            (low, high) = (low.min(frame.positions[i][2]), high.max(frame.positions[i][2]));
+        }
+    }
+    let total = [0, 1].map(|c| sums[0][c] + sums[1][c]);
+    let acts = [PRESSURE * area * (high - low), -stress * area * height];
+    Ok(Borne {
+        whole: [total[0] / acts[0], total[1] / acts[1]],
+        sleeve: sums[1][1] / total[1],
+        platen: -stress / PRESSURE,
+    })
+}
+
+/// Value of a series at a time.
+fn at(series: &[(f64, f64)], time: f64) -> f64 {
+    let near = series.iter().min_by(|a, b| (a.0 - time).abs().total_cmp(&(b.0 - time).abs()));
+    near.map_or(f64::NAN, |(_, value)| *value)
+}
+
+fn equilibrium(outcome: &mut Outcome, name: &str, report: &RunReport) -> Result<(), String> {
+    let own = borne(report, BEFORE[0] + BEFORE[1])?;
+    let reason = "the rule of the platen; 1 % as in B17.8";
+    outcome.near(format!("{name}, before the shear: platen over sleeve"), 1.0, 0.01, own.platen, reason);
+    let reason = "equilibrium: sheet: dem §3.9, B17.8 within 1 %; the friction of the platens and the bend of the rings are the rest";
+    let name_of = |what: &str| format!("{name}, before the shear: sum over contacts over that of the pressure, {what}");
+    outcome.near(name_of("radial"), 1.0, 0.02, own.whole[0], reason);
+    outcome.near(name_of("axial"), 1.0, 0.02, own.whole[1], reason);
+    let reason = "not judged: a sleeve of grains shrinks with the specimen, and its bonds bear a part";
+    outcome.show(format!("{name}, before the shear: axial share of the sleeve"), "", own.sleeve, reason);
+    Ok(())
+}
+
+fn run(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut pictures = [
+        chart("Triaxial compression in a sleeve", "axial strain", "pressure of the platen over that of the sleeve"),
+        chart("Volume in triaxial compression", "axial strain", "change of volume"),
+    ];
+    let mut all = Vec::new();
+    for (name, friction) in [("dense", 0.0), ("loose", LOOSE)] {
+        let report = run_by("dem", &case(&test(friction, quick)?)?)?;
+        equilibrium(&mut outcome, name, &report)?;
+        let own = rows(&report)?;
+        draw(&mut pictures, name, &own);
+        let reason = "sheet: dem §2.14";
+        outcome.below(format!("{name}: error of the energy balance"), "conserved", own.energy, 0.01, reason);
+        all.push(own);
+    }
+    let [dense, loose] = &all[..] else { return Err("not two tests".to_owned()) };
+    compare(&mut outcome, dense, loose);
+    outcome.svg("Dense spheres have a peak and dilate; loose ones have none.", &pictures[0])?;
+    outcome.svg("The volume within the sleeve, between the platens.", &pictures[1])?;
+    Ok(outcome)
+}
+
+fn draw(pictures: &mut [LineChart; 2], name: &str, own: &Rows) {
+    for (picture, column) in pictures.iter_mut().zip([&own.ratio, &own.dilation]) {
+        let curve = own.strain.iter().copied().zip(column.iter().copied()).collect();
+        picture.series.push(Series::new(name, curve, Style::Line));
+    }
+}
+
+/// Angle of friction (degrees) of a ratio of principal stresses.
+fn angle(ratio: f64) -> f64 {
+    ((ratio - 1.0) / (ratio + 1.0)).asin().to_degrees()
+}
+
+fn compare(outcome: &mut Outcome, dense: &Rows, loose: &Rows) {
+    let peak = |own: &Rows| angle(own.ratio.iter().copied().fold(0.0, larger));
+    let end = |own: &Rows| angle(last(&own.strain, &own.ratio));
+    let porosity = |own: &Rows| last(&own.strain, &own.porosity);
+    for (name, own) in [("dense", dense), ("loose", loose)] {
+        let reason = "not judged: no values in the source";
+        outcome.show(format!("{name}: friction angle at the peak (degrees)"), "", peak(own), reason);
+        outcome.show(format!("{name}: friction angle at the end (degrees)"), "", end(own), reason);
+        outcome.show(format!("{name}: porosity before the shear"), "", own.porosity[0], reason);
+        outcome.show(format!("{name}: porosity at the end"), "", porosity(own), reason);
+    }
+    let reason = "B14: the dense specimen has a peak 11 degrees above large strain, the loose one none beyond its scatter of 3 degrees";
+    let above = peak(dense) - peak(loose);
+    outcome.within("peak of the dense specimen above that of the loose one (degrees)", "stronger", above, (3.0, 20.0), reason);
+    let reason = "B14: contraction, then dilation of a dense specimen; a loose one contracts";
+    outcome.within("dense: change of volume at the end", "dilates", last(&dense.strain, &dense.dilation), (0.01, 0.2), reason);
+    outcome.below("loose: change of volume at the end", "contracts", last(&loose.strain, &loose.dilation), 0.0, reason);
+    let reason = "B14: both within 2.5 degrees of the same critical state";
+    outcome.below("friction angles at the end, difference (degrees)", "the same", (end(dense) - end(loose)).abs(), 5.0, reason);
+    let reason = "B14: both within 0.008 of the same critical state";
+    outcome.below("porosities at the end, difference", "the same", (porosity(dense) - porosity(loose)).abs(), 0.016, reason);
+}
