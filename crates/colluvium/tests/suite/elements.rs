@@ -56,6 +56,7 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
         "mohr-coulomb-true-triaxial" | "mohr-coulomb-direct-path" => vec![("stress_zz", -strength, 1e-6)],
         // What is prescribed; each of 20 steps may miss 0.2 % of the stress. Grains have no closed form.
         "granular-cell-biaxial" => vec![("stress_xx", -100e3, 0.04), ("strain_yy", -0.02, 1e-6)],
+        "granular-cell-triaxial" => vec![("stress_xx", -100e3, 0.02), ("strain_zz", -0.02, 1e-6)],
         "mohr-coulomb-biaxial" => vec![("stress_yy", -strength, 1e-6)],
         // Elastic to (-300, -300, -900) kPa at 0.036, then 9/5 K = 20 MPa.
         "mohr-coulomb-oedometer" => vec![("stress_zz", -1100e3, 1e-6), ("stress_xx", -1100e3 / 3.0, 1e-6)],

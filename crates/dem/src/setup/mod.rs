@@ -230,7 +230,9 @@ fn check_sheets<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Res
                     format!("the body has {count} grains, which are not two or more rows of {columns}")
                 }
                 Some(Fill::Sleeve { columns: rings }) if rings != columns || !membrane.closed => {
-                    format!("the body is filled with rings of {rings} grains: give columns {rings}, and closed true")
+                    format!(
+                        "the body is filled with rings of {rings} grains: give columns {rings}, and closed true"
+                    )
                 }
                 _ => continue,
             };

@@ -271,7 +271,10 @@ fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
             known(path.clone(), name)?;
             there(&path, name)?;
             if held(name) {
-                return Err(CaseError::new(path, "its grains are held, and follow no force: leave held out, and bond them to each other"));
+                return Err(CaseError::new(
+                    path,
+                    "its grains are held, and follow no force: leave held out, and bond them to each other",
+                ));
             }
         }
         for (name, membrane) in &own.membranes {

@@ -126,7 +126,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let names: BTreeSet<&String> = sheets.map(|(name, _)| name).collect();
         let mut readings = Vec::new();
         for name in names {
-            let areas: Vec<f64> = (0..D).map(|axis| self.enclosed_by(name, axis).unwrap_or(f64::NAN)).collect();
+            let areas: Vec<f64> =
+                (0..D).map(|axis| self.enclosed_by(name, axis).unwrap_or(f64::NAN)).collect();
             let axis = (0..D).fold(0, |most, c| if areas[c] > areas[most] { c } else { most });
             let place = |upper: bool| {
                 let mut across = self.walls.iter().filter(|wall| wall.surface.is_none() && wall.axis == axis);

@@ -6,6 +6,7 @@ use colluvium_constitutive::laws::OtherSpec;
 use colluvium_constitutive::{
     InitialCondition, Mat3, Material, MaterialSpec, Motion, SymTensor, offer_material,
 };
+use colluvium_dem::Diameters;
 use colluvium_dem::material::GranularCells;
 use serde_json::{Value, json};
 
@@ -190,9 +191,10 @@ fn spheres(seed: u64) -> Value {
 /// The periodic cell of the method that has the same grains: compressed, at rest, and deformed at a rate (1/s) along each axis.
 fn cell_of_the_method(spec: &Value, rates: [f64; 3], duration: f64) -> Value {
     let own = &spec["parameters"];
-    let (count, mean_cube) = (100.0, 1e-9 * (1.0 + 0.2f64.powi(2)));
-    // Uniform between 0.8 and 1.2 mm: the mean of the cube is d³ (1 + (w/d)²) with half the width w.
-    let side = (count * std::f64::consts::PI / 6.0 * mean_cube / 0.5).cbrt();
+    // The side to the last bit, without which grains that meet at random come to lie otherwise.
+    let sizes: Diameters = serde_json::from_value(own["diameter"].clone()).unwrap();
+    let unit = 4.0 / 3.0 * (std::f64::consts::PI * 0.5 * 0.5) * 0.5 * sizes.mean_power(3, 3);
+    let side = (100.0 * unit / 0.5).powf(1.0 / 3.0);
     let mut pair = own["contact"].clone();
     pair["between"] = json!(["grain", "grain"]);
     let stress = json!({ "stress": -PRESSURE });

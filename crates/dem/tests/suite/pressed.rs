@@ -124,16 +124,18 @@ fn what_is_no_wall_and_follows_no_stress_is_refused_with_what_does() {
         change(&mut value);
         disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string()
     };
-    let press = |name: &str| {
-        json!({ "all": { "walls": { name: { "stress": -5, "speed": 0.5, "area": 1 } } } })
-    };
+    let press =
+        |name: &str| json!({ "all": { "walls": { name: { "stress": -5, "speed": 0.5, "area": 1 } } } });
     // A polygon; one of a file of an STL is an obstacle as well.
     let polygon = refused(&|value| {
         value["obstacles"] = json!([{ "name": "plate", "wall": { "kind": "smooth" },
             "shape": { "kind": "polygon", "vertices": [[-1, 4], [1, 4], [1, 5], [-1, 5]] } }]);
         value["methods"]["dem"]["stages"] = press("plate");
     });
-    assert!(polygon.starts_with("methods.dem.stages.all.walls.plate: an obstacle moves as its `motion`"), "{polygon}");
+    assert!(
+        polygon.starts_with("methods.dem.stages.all.walls.plate: an obstacle moves as its `motion`"),
+        "{polygon}"
+    );
     for name in ["grain 0", "grain"] {
         let grains = refused(&|value| value["methods"]["dem"]["stages"] = press(name));
         let start = format!("methods.dem.stages.all.walls.{name}: grains are no wall");
