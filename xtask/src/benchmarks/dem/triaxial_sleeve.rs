@@ -1,4 +1,4 @@
-//! Triaxial compression in a flexible sleeve between platens, dense and loose (sheet: dem §2.10, §3.7, §3.8.5).
+//! Triaxial compression in a flexible sleeve between platens, dense and loose (sheet: dem §2.10, §3.7, §3.8).
 
 use std::f64::consts::PI;
 
