@@ -17,6 +17,7 @@ mod layers;
 pub mod lines;
 mod load;
 pub mod loads;
+mod manufactured;
 pub mod measure;
 mod obstacle;
 mod origin;
@@ -40,6 +41,7 @@ pub use error::{CaseError, CaseErrors, printable};
 pub use features::{Feature, Honours, Needs};
 pub use formula::Formula;
 pub use load::spatial;
+pub use manufactured::{Manufactured, Prescribed};
 pub use obstacle::{
     Covering, MovingObstacle, ObstacleLaw, ObstacleLaws, ObstaclesOnTheirWay, SLACK, Standing, holding,
     normal_inside, read_pairs, slowed_for_obstacles,

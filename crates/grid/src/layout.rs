@@ -30,7 +30,8 @@ pub struct Layout<const D: usize> {
     active: Vec<Range<usize>>,
     /// First entry of the window of each slab of a mesh; empty on a structured grid.
     starts: Vec<usize>,
-    periodic: [bool; D],
+    /// Nodes from one to its image, along axes along which the grid repeats itself; zero along others.
+    period: [usize; D],
 }
 
 /// What is called for a row: with its number, its active nodes and the row.
@@ -65,7 +66,7 @@ impl<const D: usize> Layout<D> {
             slab_cells,
             active: vec![0..0; nodes[0]],
             starts: Vec::new(),
-            periodic: [false; D],
+            period: [0; D],
         }
     }
 
@@ -79,33 +80,46 @@ impl<const D: usize> Layout<D> {
     /// The same grid, repeating itself along the given axes; `None` where it has too few cells for that, or nodes that
     /// are not the same at both ends (splines with open knots).
     #[must_use]
-    pub fn repeating(mut self, periodic: [bool; D]) -> Option<Self> {
-        for axis in (0..D).filter(|axis| periodic[*axis]) {
-            let cells = self.grid.cells[axis];
-            if cells <= 2 * self.ghosts || self.nodes[axis] != cells + 1 + 2 * self.ghosts {
-                return None;
-            }
+    pub fn repeating(self, periodic: [bool; D]) -> Option<Self> {
+        let cells = self.grid.cells;
+        let ends_alike = |axis: usize| self.nodes[axis] == cells[axis] + 1 + 2 * self.ghosts;
+        if (0..D).any(|axis| periodic[axis] && !ends_alike(axis)) {
+            return None;
         }
-        self.periodic = periodic;
-        Some(self)
+        self.repeating_every(std::array::from_fn(|axis| if periodic[axis] { cells[axis] } else { 0 }))
+    }
+
+    /// The same grid, in which nodes so many apart are the same node, zero along axes along which it does not repeat itself: a grid
+    /// that is wider than its period on both sides. Points stand within the period, so far from the ends of the grid that functions
+    /// are the same all over it. `None` where a node would have more than one image.
+    #[must_use]
+    pub fn repeating_every(mut self, period: [usize; D]) -> Option<Self> {
+        self.period = period;
+        let fits = |axis: usize| self.repeated(axis) <= period[axis];
+        (0..D).all(fits).then_some(self)
+    }
+
+    /// How many nodes along an axis are the image of one of lower index.
+    fn repeated(&self, axis: usize) -> usize {
+        if self.period[axis] == 0 { 0 } else { self.nodes[axis].saturating_sub(self.period[axis]) }
     }
 
     /// Whether the grid repeats itself along an axis.
     pub fn is_periodic(&self, axis: usize) -> bool {
-        self.periodic[axis]
+        self.period[axis] > 0
     }
 
     /// Gives nodes that are the same in a periodic grid the sum of what each of them has; `add` adds to a node.
     pub fn fold<T: Copy>(&self, nodes: &mut [T], add: impl Fn(&mut T, &T)) {
-        for axis in (0..D).filter(|axis| self.periodic[*axis]) {
-            let (stride, cells) = (self.strides[axis], self.grid.cells[axis]);
+        for axis in (0..D).filter(|axis| self.is_periodic(*axis)) {
+            let (stride, period) = (self.strides[axis], self.period[axis]);
             let line = stride * self.nodes[axis];
             for block in nodes.chunks_exact_mut(line) {
-                for place in 0..(2 * self.ghosts + 1) * stride {
+                for place in 0..self.repeated(axis) * stride {
                     let mut sum = block[place];
-                    add(&mut sum, &block[place + cells * stride]);
+                    add(&mut sum, &block[place + period * stride]);
                     block[place] = sum;
-                    block[place + cells * stride] = sum;
+                    block[place + period * stride] = sum;
                 }
             }
         }
@@ -115,11 +129,11 @@ impl<const D: usize> Layout<D> {
     #[must_use]
     pub fn images(&self, index: [usize; 3]) -> Vec<[usize; 3]> {
         let mut images = vec![index];
-        for axis in (0..D).filter(|axis| self.periodic[*axis]) {
-            let cells = self.grid.cells[axis];
+        for axis in (0..D).filter(|axis| self.is_periodic(*axis)) {
+            let period = self.period[axis];
             let other = match index[axis] {
-                near if near <= 2 * self.ghosts => near + cells,
-                far if far >= cells => far - cells,
+                near if near < self.repeated(axis) => near + period,
+                far if far >= period => far - period,
                 _ => continue,
             };
             for number in 0..images.len() {
@@ -135,21 +149,21 @@ impl<const D: usize> Layout<D> {
     /// such ones out.
     #[inline]
     pub fn is_repeated(&self, index: &[usize; 3]) -> bool {
-        (0..D).any(|axis| self.periodic[axis] && index[axis] >= self.grid.cells[axis])
+        (0..D).any(|axis| self.is_periodic(axis) && index[axis] >= self.period[axis])
     }
 
     /// Makes the images of active nodes active.
     fn wake_images(&mut self) {
-        if (1..D).any(|axis| self.periodic[axis]) {
+        if (1..D).any(|axis| self.is_periodic(axis)) {
             let whole = 0..self.strides[0];
             self.active
                 .iter_mut()
                 .filter(|range| range.start < range.end)
                 .for_each(|range| *range = whole.clone());
         }
-        if self.periodic[0] {
-            for row in 0..=2 * self.ghosts {
-                let image = row + self.grid.cells[0];
+        if self.is_periodic(0) {
+            for row in 0..self.repeated(0) {
+                let image = row + self.period[0];
                 let (a, b) = (self.active[row].clone(), self.active[image].clone());
                 let both = match (Range::is_empty(&a), Range::is_empty(&b)) {
                     (true, _) => b,

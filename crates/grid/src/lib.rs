@@ -24,6 +24,7 @@ mod stencil;
 mod support;
 mod sweeps;
 mod walls;
+mod wrap;
 
 pub use axis::{Axis, OnAxis};
 pub use basis::{Basis, CubicSpline, Gimp, Linear, QuadraticSpline, WideGimp};
@@ -43,3 +44,4 @@ pub use stencil::Stencil;
 pub use support::{NodeList, Support};
 pub use sweeps::{Affine, Deposit, PhaseDeposit, Points, Sweeps, Window};
 pub use walls::{Face, Faces, Wall, WallKind, Walls};
+pub use wrap::wrap;

@@ -3,8 +3,8 @@
 use std::sync::atomic::AtomicBool;
 
 use colluvium_case::{SolverError, spatial};
+use colluvium_grid::wrap;
 use colluvium_points::Spare;
-use rayon::prelude::*;
 
 use crate::background::Background;
 use crate::blocks::{Bench, Block, BlockReport, OfSet, Update};
@@ -127,29 +127,4 @@ pub fn failed<const D: usize>(clock: &Clock, set: &PointSet<D>, index: usize, re
         position: spatial(&set.points.position[index]),
         reason,
     }
-}
-
-/// Moves points beyond the corners `low` and `high` (m) of a box to its other side along the axes that are periodic,
-/// and what displacement is counted from with them; says whether there were any.
-fn wrap<const D: usize>(
-    [low, high]: [&[f64; D]; 2],
-    periodic: &[bool; D],
-    positions: &mut [[f64; D]],
-    origins: &mut [[f64; D]],
-) -> bool {
-    let points = positions.par_iter_mut().zip(origins).map(|(position, origin)| {
-        let mut any = false;
-        for axis in (0..D).filter(|axis| periodic[*axis]) {
-            let shift = match position[axis] {
-                x if x < low[axis] => high[axis] - low[axis],
-                x if x >= high[axis] => low[axis] - high[axis],
-                _ => continue,
-            };
-            position[axis] = (position[axis] + shift).clamp(low[axis], high[axis]);
-            origin[axis] += shift;
-            any = true;
-        }
-        any
-    });
-    points.reduce(|| false, |a, b| a | b)
 }

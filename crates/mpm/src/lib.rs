@@ -75,7 +75,6 @@ pub use config::{
     ObstacleContact, Penalty, ShapeFunctions, StepCriterion, StressScheme, Transfer, VolumetricStrain,
     WallFriction,
 };
-pub use manufactured::{Manufactured, Prescribed};
 pub use solver::MpmSolver;
 
 /// The explicit material point method.

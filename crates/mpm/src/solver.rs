@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use colluvium_case::{SolverError, TimeStep, slowed_for_obstacles};
+use colluvium_case::{Manufactured, SolverError, TimeStep, slowed_for_obstacles};
 use colluvium_grid::Walls;
 
-use crate::Manufactured;
 use crate::affine::gather_affine;
 use crate::averages::Averages;
 use crate::background::Background;
@@ -19,6 +18,7 @@ use crate::driven::{self, Driven};
 use crate::free_surface::relieve_surface;
 use crate::light::weaken_light_nodes;
 use crate::loads::follow_loads;
+use crate::manufactured::push;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
 use crate::nodal::work_on_nodes;
 use crate::nodes::Nodes;
@@ -74,7 +74,7 @@ impl<const D: usize> MpmSolver<D> {
         boundary.held.place((clock.time, clock.dt), background, &mut boundary.walls);
         drive(clock, bodies, &mut boundary.driven);
         if let (Some(solution), None) = (manufactured, &two_phase) {
-            solution.push(bodies, clock.time);
+            push(solution, bodies, clock.time);
         }
         let moved = match two_phase {
             Some(phases) => step_phases(clock, background, bodies, nodes, boundary, averages, phases)?,

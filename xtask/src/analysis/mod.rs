@@ -4,6 +4,7 @@ pub mod bishop;
 mod fronts;
 pub mod layered;
 pub mod log_spiral;
+pub mod manufactured;
 mod numbers;
 pub mod undrained;
 

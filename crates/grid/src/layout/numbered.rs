@@ -52,7 +52,7 @@ impl<const D: usize> Layout<D> {
             slab_cells,
             active: rows.map(|k| 0..row.min(count - k * row)).collect(),
             starts: (0..slabs).map(start).collect(),
-            periodic: [false; D],
+            period: [0; D],
         }
     }
 }

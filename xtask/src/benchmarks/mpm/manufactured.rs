@@ -3,11 +3,12 @@
 
 use std::f64::consts::PI;
 
-use colluvium::case::{Case, Snapshot};
-use colluvium::mpm::{Manufactured, Mpm, Prescribed};
+use colluvium::case::{Case, Manufactured, Prescribed};
+use colluvium::mpm::Mpm;
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::benchmarks::{Benchmark, Outcome, case, set, vectors};
+use crate::analysis::manufactured::{distance, largest_over_steps};
+use crate::benchmarks::{Benchmark, Outcome, case, set};
 
 /// Axis-aligned displacement.
 pub const AXIS_ALIGNED: Benchmark = Benchmark {
@@ -45,25 +46,8 @@ fn largest_error(
     exact: impl Fn([f64; 3], f64) -> [f64; 3],
 ) -> Result<f64, String> {
     let mut solver = Mpm.manufactured(case, solution).map_err(|error| error.to_string())?;
-    solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
     let end = case.stages[0].duration;
-    let error = |snapshot: &Snapshot| {
-        let displacement = vectors(snapshot, "displacement");
-        let squares = snapshot.positions.iter().zip(&displacement).map(|(x, u)| {
-            let place = exact(std::array::from_fn(|c| x[c] - u[c]), snapshot.time);
-            (0..3).map(|c| (x[c] - place[c]).powi(2)).sum::<f64>()
-        });
-        (squares.sum::<f64>() / displacement.len() as f64).sqrt()
-    };
-    let mut largest = 0f64;
-    while solver.time() < end * (1.0 - 1e-9) {
-        let dt = solver.limit().dt.min(end - solver.time());
-        // A body that the grid has torn may leave the domain: as wrong as can be.
-        if solver.step(dt).is_err() {
-            return Ok(f64::INFINITY);
-        }
-        largest = largest.max(error(&solver.snapshot()));
-    }
+    let [largest] = largest_over_steps(&mut *solver, end, |snapshot| [distance(snapshot, &exact)])?;
     Ok(largest)
 }
 

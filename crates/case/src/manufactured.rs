@@ -1,0 +1,80 @@
+//! Manufactured solutions: a motion chosen beforehand, with the body force that makes it one.
+//!
+//! A method that can run one has a function beside its [`Method`](crate::Method), which takes a case and a [`Manufactured`]: the force
+//! is no key of a case.
+
+use colluvium_constitutive::{Mat3, Motion, Pore};
+
+/// Where a point is, how fast, and how its surroundings are deformed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prescribed {
+    /// Position (m).
+    pub position: [f64; 3],
+    /// Velocity (m/s).
+    pub velocity: [f64; 3],
+    /// Deformation gradient since the body was free of stress, row by row.
+    pub deformation: [[f64; 3]; 3],
+}
+
+/// State at time zero of the point that a body free of stress has at a place (m).
+type Start = dyn Fn([f64; 3]) -> Prescribed + Send + Sync;
+/// Body force (m/s²) on that point at a time (s).
+type Force = dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync;
+
+/// A solution of the equation of motion by choice: points begin as `start` says, and `force` acts on them all along.
+pub struct Manufactured {
+    /// State at time zero of the point that a body free of stress has at a place (m).
+    pub start: Box<Start>,
+    /// Body force (m/s²) on that point at a time (s).
+    pub force: Box<Force>,
+}
+
+impl Prescribed {
+    /// The deformation as one step from the state free of stress, of a point that has this density (kg/m³) now, and this size (m).
+    pub fn motion(&self, density: f64, size: f64) -> Motion {
+        let deformation = Mat3(self.deformation);
+        let gradient = deformation - Mat3::IDENTITY;
+        Motion { deformation, gradient, dt: 1.0, density, size, pore: Pore::default() }
+    }
+}
+
+impl Manufactured {
+    /// Velocity gradient `∂v/∂x` (1/s; row `i`, column `j`) at time zero around the point that a body free of stress has at `place`
+    /// (m), by differences over `width` (m). `None` where the deformation there cannot be inverted.
+    pub fn velocity_gradient(&self, place: [f64; 3], width: f64) -> Option<[[f64; 3]; 3]> {
+        let velocity = |axis: usize, shift: f64| {
+            let mut at = place;
+            at[axis] += shift;
+            (self.start)(at).velocity
+        };
+        let sides: [_; 3] = std::array::from_fn(|j| [0.5, -0.5].map(|half| velocity(j, half * width)));
+        let rate = |i: usize, j: usize| (sides[j][0][i] - sides[j][1][i]) / width;
+        let rates = Mat3(std::array::from_fn(|i| std::array::from_fn(|j| rate(i, j))));
+        Some((rates * Mat3((self.start)(place).deformation).inverse()?).0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_velocity_gradient_is_that_in_the_deformed_body() {
+        // Stretched to the double along x, and drawn out further at a rate of 3/s there: v = 3 x = 6 X; sheared by 0.5 y a second.
+        let solution = Manufactured {
+            start: Box::new(|[x, y, z]| Prescribed {
+                position: [2.0 * x, y, z],
+                velocity: [6.0 * x + 0.5 * y, 0.0, 0.0],
+                deformation: [[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            }),
+            force: Box::new(|_, _| [0.0; 3]),
+        };
+        let gradient = solution.velocity_gradient([0.3, -0.2, 1.0], 0.5).unwrap();
+        let exact = [[3.0, 0.5, 0.0], [0.0; 3], [0.0; 3]];
+        for (found, exact) in gradient.as_flattened().iter().zip(exact.as_flattened()) {
+            assert!((found - exact).abs() < 1e-12, "{gradient:?}");
+        }
+        let motion = (solution.start)([0.0; 3]).motion(200.0, 0.1);
+        assert_eq!((motion.deformation.0[0][0], motion.gradient.0[0][0], motion.density), (2.0, 1.0, 200.0));
+    }
+}
