@@ -50,6 +50,8 @@ struct Column<'a> {
     weak: (&'a Body, Layer),
     /// What lies on it.
     slab: Vec<(&'a Body, Layer)>,
+    /// Those of the cut; none where its way is along no axis.
+    axes: Option<Axes>,
 }
 
 impl<'a> Column<'a> {
@@ -69,7 +71,7 @@ impl<'a> Column<'a> {
         let left = case.bodies.iter().filter(|body| !cut.takes(&body.name));
         let left = left.filter_map(|of| Some((of, layer(&of.shape, &body.shape, axes)?)));
         let slab: Vec<_> = left.filter(|(_, of)| lies_on(of)).collect();
-        (!slab.is_empty()).then_some(Self { weak: (body, own), slab })
+        (!slab.is_empty()).then_some(Self { weak: (body, own), slab, axes })
     }
 
     /// Length of the weak layer (m).
@@ -160,9 +162,7 @@ pub(crate) fn refuse(case: &Case) -> Result<(), CaseError> {
             );
             return Err(CaseError::new(format!("cuts[{number}]"), problem));
         }
-        if let Some(axes) = Axes::of(case, cut) {
-            bears_its_slab(case, &column, axes)?;
-        }
+        bears_its_slab(case, &column)?;
     }
     Ok(())
 }
@@ -179,8 +179,8 @@ fn too_fast(cut: &Cut, waves: f64) -> bool {
 
 /// Refuses a weak layer that yields under its slab at rest: at its lower side, far from the ends, where all strain is across the layer.
 /// Along a track the weight changes with its slope: there the run tells (see [`sawn_layer`]).
-fn bears_its_slab(case: &Case, column: &Column<'_>, axes: Axes) -> Result<(), CaseError> {
-    let (body, own) = &column.weak;
+fn bears_its_slab(case: &Case, column: &Column<'_>) -> Result<(), CaseError> {
+    let ((body, own), Some(axes)) = (&column.weak, column.axes) else { return Ok(()) };
     let spec = &case.materials[&body.material];
     let (false, MaterialSpec::CohesiveCamClay(law)) = (matches!(body.shape, Shape::ArcLayer { .. }), spec)
     else {
