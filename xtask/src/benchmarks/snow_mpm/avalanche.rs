@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 use super::{changed, solved};
 use crate::analysis::reach_of;
 use crate::benchmarks::{Benchmark, Outcome, scalars, series, set_material};
-use colluvium::case::{RunReport, Snapshot};
+use colluvium::case::measure::fragments;
+use colluvium::case::{Field, FieldData, RunReport, Snapshot};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -157,12 +158,68 @@ fn forms(outcome: &mut Outcome, reports: &[(&Regime, RunReport)]) -> Result<(), 
         let height = |x: &[f64; 3]| {
             track.gap(&[x[0], x[1]], f64::INFINITY).map_or(f64::NAN, |nearest| nearest.distance)
         };
-        let rough = roughness(&surface(frame.positions.iter().map(|x| [along(x), height(x)]), ends));
+        let surface = surface(frame.positions.iter().map(|x| [along(x), height(x)]), ends);
         let name = format!("A6 {}: roughness of the surface after 3 s", regime.name);
         let reason = "the source has pictures only; where a flow is thin, single points count";
-        outcome.show(name, "not given", rough, reason);
+        outcome.show(name, "not given", roughness(&surface), reason);
+        let name = format!("A6 {}: waves of the surface after 3 s", regime.name);
+        outcome.show(name, "not given", crests(&surface, CELL).len() as f64, reason);
+        granules(outcome, regime, frame);
     }
     Ok(())
+}
+
+/// Edge of a cell (m).
+const CELL: f64 = 0.1;
+/// Density of the snow (kg/m³).
+const DENSITY: f64 = 250.0;
+
+/// Sizes of what hangs together and has strength, as granules beside the largest piece (sheet: snow-mpm F56).
+fn granules(outcome: &mut Outcome, regime: &Regime, frame: &Snapshot) {
+    let strong: Vec<usize> = scalars(frame, "compressive_strength")
+        .iter()
+        .enumerate()
+        .filter_map(|(i, strength)| (*strength > 0.0).then_some(i))
+        .collect();
+    let mass = scalars(frame, "mass");
+    let data = FieldData::Scalar(strong.iter().map(|&i| mass[i]).collect());
+    let whole = Snapshot {
+        positions: strong.iter().map(|&i| frame.positions[i]).collect(),
+        bodies: vec![0; strong.len()],
+        fields: vec![Field { name: "mass".to_owned(), unit: "kg", data }],
+        ..Snapshot::default()
+    };
+    // Sheet: snow-mpm §3.11: points within a cell, 20 or more.
+    let (pieces, _) = fragments(&whole, CELL, 20).unwrap_or_default();
+    let beside = pieces.get(1..).unwrap_or_default();
+    let reason = "the source has pictures only; a piece of 20 points is 0.25 m across, five points";
+    let name = format!("A6 {}: granules beside the largest piece after 3 s", regime.name);
+    outcome.show(name, "not given", beside.len() as f64, reason);
+    if let Some(median) = beside.get(beside.len() / 2) {
+        let name = format!("A6 {}: diameter of the median granule after 3 s (m)", regime.name);
+        outcome.show(name, "not given", (4.0 * median / (DENSITY * std::f64::consts::PI)).sqrt(), reason);
+    }
+}
+
+/// The bins of a surface in which a wave has its crest: where the height has risen by `rise` (m) since the trough before, and falls by
+/// it before it rises farther. Beyond both ends the height is zero, so that a body without waves has one crest.
+fn crests(heights: &[f64], rise: f64) -> Vec<usize> {
+    let mut crests = Vec::new();
+    // The lowest since the last crest; the highest since it rose from there.
+    let (mut low, mut top) = (0.0, None);
+    for (bin, height) in heights.iter().copied().chain([0.0]).enumerate() {
+        match top {
+            Some((_, highest)) if height > highest => top = Some((bin, height)),
+            Some((crest, highest)) if height <= highest - rise => {
+                crests.push(crest);
+                (low, top) = (height, None);
+            }
+            Some(_) => {}
+            None if height >= low + rise => top = Some((bin, height)),
+            None => low = low.min(height),
+        }
+    }
+    crests
 }
 
 /// Edge of the bins of a surface, two cells (m).
@@ -223,5 +280,18 @@ fn at_rest(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
             Some((claim, range)) => outcome.within(name, claim, pieces, range, "the sheet's criterion"),
             None => outcome.show(name, "many", pieces, "the sheet judges slab and plug"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waves_are_what_rises_and_falls_by_a_cell() {
+        assert_eq!(crests(&[0.5, 0.55, 0.52, 0.5], 0.1), [1], "a block");
+        assert_eq!(crests(&[0.3, 0.5, 0.35, 0.45, 0.36, 0.2], 0.1), [1, 3]);
+        assert_eq!(crests(&[0.3, 0.5, 0.42, 0.5, 0.6], 0.1), [4], "what falls by less is no trough");
+        assert_eq!(crests(&[0.05, 0.0, 0.08], 0.1), [], "thinner than a cell");
     }
 }
