@@ -286,6 +286,11 @@ pub trait Solver: Send {
         Vec::new()
     }
 
+    /// How far each cut of the case has moved (m), in their order; `None` of one that has not begun. Nothing from methods without cuts.
+    fn travels_of_cuts(&self) -> Vec<Option<f64>> {
+        Vec::new()
+    }
+
     /// Force of the material on the rigid body or patch `name`; `None` for methods without them.
     fn reaction(&self, name: &str) -> Option<Reaction> {
         let _ = name;

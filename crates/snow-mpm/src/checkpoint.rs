@@ -12,7 +12,7 @@ use colluvium_case::{
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::{Body, Failure};
-use crate::ledger::Ledger;
+use crate::ledger::{Ledger, Taken};
 use crate::maps::Cell;
 use crate::nodes::Sums;
 use crate::solver::SnowSolver;
@@ -168,6 +168,10 @@ impl<const D: usize> Solver for SnowSolver<D> {
     fn products(&self) -> Vec<Dataset> {
         let rasters = self.maps.as_ref().map_or_else(Vec::new, |maps| maps.rasters(&self.bodies));
         rasters.into_iter().map(Dataset::of_raster).collect()
+    }
+
+    fn travels_of_cuts(&self) -> Vec<Option<f64>> {
+        self.ledger.cuts().iter().map(Taken::begun).collect()
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {

@@ -46,6 +46,13 @@ pub struct Taken {
     pub energy: f64,
 }
 
+impl Taken {
+    /// How far the cut has moved (m), if it has begun: one that stands still begins with what it takes.
+    pub fn begun(&self) -> Option<f64> {
+        (self.travel > 0.0 || self.mass > 0.0).then_some(self.travel)
+    }
+}
+
 /// What there is at a time (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stored {

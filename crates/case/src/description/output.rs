@@ -76,8 +76,8 @@ const fn twenty() -> usize {
     20
 }
 
-/// A crack through a body, in bins along a line. A bin is cracked where one of its points has failed, and cut where none is left;
-/// points count in the bin in which they were at the start.
+/// A crack through a body, in bins along a line. A bin is cracked where one of its points has failed, and cut where a cut of the body has
+/// been and no point is left; points count in the bin in which they were at the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrackTip {

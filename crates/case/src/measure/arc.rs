@@ -42,7 +42,7 @@ mod tests {
             extents: vec![[0.1; 3]; 3],
             fields: vec![Field { name: "mass".into(), unit: "kg", data: FieldData::Scalar(vec![1.0; 3]) }],
         };
-        let readings = super::super::read(&case, &snapshot, None);
+        let readings = super::super::read(&case, &snapshot, None, &[]);
         let found: Vec<f64> = readings.iter().map(|reading| reading.2).collect();
         assert!((found[0] - 2.5).abs() < 1e-12 && (found[1] - 3.0).abs() < 1e-12, "{found:?}");
     }

@@ -17,14 +17,15 @@ enum Bin {
 
 impl CrackTip {
     /// Distances along the direction from where the crack begins (m): of the end of what is cracked or cut without a gap, and
-    /// of the end of the farthest bin that is. NaN where the snapshot lacks the field.
-    pub fn read(&self, case: &Case, snapshot: &Snapshot) -> [f64; 2] {
+    /// of the end of the farthest bin that is. NaN where the snapshot lacks the field. `travels` are those of the
+    /// cuts by then ([`Solver::travels_of_cuts`](crate::Solver::travels_of_cuts)).
+    pub fn read(&self, case: &Case, snapshot: &Snapshot, travels: &[Option<f64>]) -> [f64; 2] {
         let (Some(bins), Some(end)) = (self.bins(case, snapshot), self.end(case)) else {
             return [f64::NAN; 2];
         };
         let reached = |count: usize| (count as f64 * self.bin).min(end);
-        // Slanted ends of a layer leave bins without a point.
-        let ways: Vec<[f64; 2]> = self.ways_of_cuts(case);
+        // Slanted ends of a layer leave bins without a point, at the sawn end too.
+        let ways: Vec<[f64; 2]> = self.ways_of_cuts(case, travels);
         let is_cut = |number: usize| {
             let [low, high] = [number, number + 1].map(|side| side as f64 * self.bin);
             ways.iter().any(|way| low < way[1] && high > way[0])
@@ -39,13 +40,11 @@ impl CrackTip {
         [reached(farthest(whole)), reached(farthest(bins.len()))]
     }
 
-    /// What the cuts of the body sweep until they end (m from where the crack begins, along the direction).
-    fn ways_of_cuts(&self, case: &Case) -> Vec<[f64; 2]> {
+    /// What the cuts of the body have swept (m from where the crack begins, along the direction).
+    fn ways_of_cuts(&self, case: &Case, travels: &[Option<f64>]) -> Vec<[f64; 2]> {
         let along = self.along();
-        let way = |cut: &Cut| {
-            let stage =
-                cut.stage.as_ref().and_then(|name| case.stages.iter().find(|stage| stage.name == *name));
-            let moving = cut.moving(stage.map_or(case.end_time(), |stage| stage.duration));
+        let way = |(cut, travel): (&Cut, &Option<f64>)| {
+            let moving = if cut.speed() > 0.0 { (*travel)? / cut.speed() } else { (*travel)? };
             let mut ends = [0.0; 2];
             for (axis, [low, high]) in
                 cut.bounds(case.dimension()).into_iter().enumerate().take(case.dimension())
@@ -55,9 +54,9 @@ impl CrackTip {
                 ends[0] += sides.into_iter().fold(f64::INFINITY, f64::min);
                 ends[1] += sides.into_iter().fold(f64::NEG_INFINITY, f64::max);
             }
-            ends
+            cut.takes(&self.body).then_some(ends)
         };
-        case.cuts.iter().filter(|cut| cut.takes(&self.body)).map(way).collect()
+        case.cuts.iter().zip(travels).filter_map(way).collect()
     }
 
     /// Where the body ends along the direction (m from where the crack begins).
@@ -101,8 +100,14 @@ impl CrackTip {
     }
 
     /// The columns of the measure called `name`.
-    pub(super) fn readings(&self, name: &str, case: &Case, snapshot: &Snapshot) -> Vec<Reading> {
-        let [main, farthest] = self.read(case, snapshot);
+    pub(super) fn readings(
+        &self,
+        name: &str,
+        case: &Case,
+        snapshot: &Snapshot,
+        travels: &[Option<f64>],
+    ) -> Vec<Reading> {
+        let [main, farthest] = self.read(case, snapshot, travels);
         vec![(name.to_owned(), "m".to_owned(), main), (format!("{name}.farthest"), "m".to_owned(), farthest)]
     }
 }
@@ -170,10 +175,10 @@ mod tests {
             })
             .collect();
         let (case, snapshot) = cracked(&places);
-        let [main, farthest] = tip([-2.0, 0.0], [1.0, 0.0]).read(&case, &snapshot);
+        let [main, farthest] = tip([-2.0, 0.0], [1.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
         near(main, 0.4, 1e-12);
         near(farthest, 0.7, 1e-12);
-        let [main, farthest] = tip([1.0, 0.0], [0.0, 0.0]).read(&case, &snapshot);
+        let [main, farthest] = tip([1.0, 0.0], [0.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
         near(main, 0.0, 0.0);
         near(farthest, 1.0, 1e-12);
     }
@@ -182,11 +187,15 @@ mod tests {
     fn a_layer_whose_ends_are_slanted_is_not_cracked_where_it_has_no_point() {
         let places: Vec<(f64, f64, f64)> = (2..9).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 0.0)).collect();
         let (mut case, snapshot) = cracked(&places);
-        // The saw comes to 0.75 m in the end: what lacks points at 0.95 m it has taken, what lacks them below 0.2 m it has not.
-        let tips = |case: &Case| tip([-1.0, 0.0], [1.0, 0.0]).read(case, &snapshot);
-        assert_eq!(tips(&case), [0.1, 0.1]);
+        // What lacks points at 0.95 m the saw, which begins at 1 m, takes on its way to 0.75 m; what lacks them below 0.2 m it never does.
+        let tips =
+            |case: &Case, travel: Option<f64>| tip([-1.0, 0.0], [1.0, 0.0]).read(case, &snapshot, &[travel]);
+        assert_eq!(tips(&case, None), [0.0, 0.0], "before the saw begins");
+        assert_eq!(tips(&case, Some(0.0)), [0.0, 0.0], "as it begins");
+        assert_eq!(tips(&case, Some(0.07)), [0.1, 0.1]);
+        assert_eq!(tips(&case, Some(0.25)), [0.1, 0.1], "whole points in its way, as of another layer");
         case.cuts.clear();
-        assert_eq!(tips(&case), [0.0, 0.0]);
+        assert_eq!(tips(&case, None), [0.0, 0.0]);
     }
 
     #[test]
@@ -194,8 +203,8 @@ mod tests {
         let places: Vec<(f64, f64, f64)> = (0..10).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 1.0)).collect();
         let (case, snapshot) = cracked(&places);
         let wide = CrackTip { bin: 0.3, ..tip([-1.0, 0.0], [1.0, 0.0]) };
-        assert_eq!(wide.read(&case, &snapshot), [1.0, 1.0]);
+        assert_eq!(wide.read(&case, &snapshot, &[None]), [1.0, 1.0]);
         let none = CrackTip { field: "heat".to_owned(), ..wide };
-        assert!(none.read(&case, &snapshot)[0].is_nan());
+        assert!(none.read(&case, &snapshot, &[None])[0].is_nan());
     }
 }

@@ -283,7 +283,7 @@ mod tests {
             "mass": { "kind": "front", "side": "x-max", "quantile": 0.999 },
             "run": { "kind": "run-out", "side": "x-max", "origin": 0, "initial_length": 0.1, "cell": 0.1 }
         }"#;
-        let readings = super::super::read(&case(more), &layer(&[0.05, 0.35, 0.55, 0.9, 1.6]), Some(0.4));
+        let readings = super::super::read(&case(more), &layer(&[0.05, 0.35, 0.55, 0.9, 1.6]), Some(0.4), &[]);
         let found = |name: &str| readings.iter().find(|(n, ..)| n == name).map_or(f64::NAN, |r| r.2);
         close(found("own"), 0.1);
         close(found("method"), 0.95);

@@ -19,8 +19,8 @@ pub use front::{Columns, front};
 pub type Reading = (String, String, f64);
 
 /// Reads all scalar measures of the case off a snapshot, in the order of their names; `cell` is the width
-/// of the cells of the method's grid (m), if it has one.
-pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading> {
+/// of the cells of the method's grid (m), if it has one; `travels` are those of the cuts by then ([`Solver::travels_of_cuts`]).
+pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>, travels: &[Option<f64>]) -> Vec<Reading> {
     let mut readings = Vec::new();
     for (name, measure) in &case.measures {
         let front = |side: Side, quantile: f64, own: Option<f64>, bodies: &Option<Vec<String>>| {
@@ -43,7 +43,7 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
             Measure::Probe { position, radius, fields } => {
                 readings.extend(probe(name, snapshot, position, *radius, fields));
             }
-            Measure::CrackTip(tip) => readings.extend(tip.readings(name, case, snapshot)),
+            Measure::CrackTip(tip) => readings.extend(tip.readings(name, case, snapshot, travels)),
             Measure::ArcFront { of, quantile, zero, bodies } => {
                 let counted = counted(case, snapshot, bodies.as_deref());
                 readings.push((
@@ -302,7 +302,7 @@ mod tests {
         });
         let case = Case::from_json(&case.to_string()).unwrap();
         let snapshot = Snapshot { bodies: vec![0, 1, 2], ..line(&[0.55, 2.95, 4.95]) };
-        let readings = read(&case, &snapshot, None);
+        let readings = read(&case, &snapshot, None, &[]);
         for (name, exact) in [("loose", 0.6), ("plough", 5.0), ("soil", 0.6), ("run", 0.5)] {
             let found = readings.iter().find(|(n, ..)| n == name).unwrap().2;
             assert!((found - exact).abs() < 1e-12, "{name}: {found} is not {exact}");

@@ -52,7 +52,7 @@ fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &
 
 /// What stands in a row because the case measures it.
 pub(super) fn of_case(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> Vec<Reading> {
-    let mut readings = measure::read(case, snapshot, solver.cell_size());
+    let mut readings = measure::read(case, snapshot, solver.cell_size(), &solver.travels_of_cuts());
     readings.extend(measure::of_solver(case, solver));
     readings
 }

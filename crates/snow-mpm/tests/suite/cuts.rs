@@ -1,6 +1,6 @@
 //! Cuts of a case.
 
-use colluvium_case::{Case, Method};
+use colluvium_case::{Case, Method, Solver};
 use colluvium_snow_mpm::SnowMpm;
 use colluvium_testkit::cases::{advance, advance_to, steps};
 use colluvium_testkit::near;
@@ -53,11 +53,13 @@ fn a_cut_of_a_stage_begins_with_it_and_takes_its_bodies_only() {
     let mut solver = begun(&value);
     advance_to(&mut *solver, 0.02);
     near(reading(&*solver, "saw.mass"), 0.0, 0.0);
+    assert_eq!(solver.travels_of_cuts(), [None], "it has not begun");
     solver.end_stage(&case.stages[0]).unwrap();
     solver.begin_stage(1, 0.02).unwrap();
     advance_to(&mut *solver, 0.11);
     near(reading(&*solver, "saw.travel"), 0.3, 1e-9);
     near(reading(&*solver, "saw.mass"), 2.0 * 2.0 * 0.05 * 0.05 * 400.0, 1e-9);
+    near(solver.travels_of_cuts()[0].unwrap(), 0.3, 1e-9);
 }
 
 #[test]
@@ -113,4 +115,23 @@ fn doubtful_cuts_are_warned_of() {
     assert!(thin.len() == 1 && thin[0].starts_with("cuts[0].shape: 0.1"), "{thin:?}");
     let away = change("velocity", json!([4, 0]));
     assert!(away.len() == 1 && away[0].starts_with("cuts[0]: nothing that it cuts"), "{away:?}");
+}
+
+#[test]
+fn a_layer_with_a_slanted_end_is_not_cut_there_before_the_saw_has_come() {
+    // A spike at the block's right end is thinner than points are apart: three bins have none.
+    let mut value = sawn();
+    value["bodies"][0]["velocity"] = json!({ "kind": "rest" });
+    let vertices = json!([[0.7, 0.8], [1.25, 0.8], [1.6, 0.805], [1.25, 0.81], [1.25, 1.2], [0.7, 1.2]]);
+    value["bodies"][0]["shape"] = json!({ "kind": "polygon", "vertices": vertices });
+    value["measures"] = json!({ "crack": { "kind": "crack-tip", "body": "block", "field": "density", "threshold": 1e9,
+        "direction": [-1, 0], "from": [1.6, 0], "bin": 0.1 } });
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let mut solver = begun(&value);
+    let tip = |solver: &dyn Solver| {
+        colluvium_case::measure::read(&case, &solver.snapshot(), None, &solver.travels_of_cuts())[0].2
+    };
+    near(tip(&*solver), 0.0, 0.0);
+    advance_to(&mut *solver, 0.09);
+    near(tip(&*solver), 0.3, 1e-12);
 }
