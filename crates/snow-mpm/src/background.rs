@@ -5,7 +5,7 @@
 //! unbounded grid: their second moment, on which APIC stands, is the same everywhere, and they are a partition of unity at walls
 //! too (sheet: snow-mpm §3.3, P16). Nodes lie on multiples of the cell size from the corner of the domain.
 
-use colluvium_grid::{Axis, Grid, GridError, Ground, Layout, Mesh, Shape, Sweeps};
+use colluvium_grid::{Axis, Grid, GridError, Ground, Layout, Mesh, Node, Shape, Sweeps};
 
 use crate::config::SplineShape;
 
@@ -26,6 +26,8 @@ pub struct Background<const D: usize> {
     pub low: [f64; D],
     /// Upper corner of the domain (m).
     pub high: [f64; D],
+    /// Axes along which the domain repeats itself.
+    pub periodic: [bool; D],
     /// None: the grid is structured.
     mesh: Mesh<D>,
 }
@@ -56,7 +58,42 @@ impl<const D: usize> Background<D> {
         let wide = margin * cell;
         let grid = Grid::new(low.map(|x| x - wide), high.map(|x| x + wide), cell)?;
         let layout = Layout::of(&grid, &axis);
-        Ok(Self { grid, layout, sweeps, axis, low, high, mesh: Mesh::default() })
+        Ok(Self { grid, layout, sweeps, axis, low, high, periodic: [false; D], mesh: Mesh::default() })
+    }
+
+    /// The same, repeating itself along the given axes, along which nodes that are a width of the domain apart are one.
+    ///
+    /// # Errors
+    /// How many cells the domain has to be wide for that, where it is narrower.
+    pub fn repeating(mut self, periodic: [bool; D]) -> Result<Self, usize> {
+        let period = |axis: usize| ((self.high[axis] - self.low[axis]) / self.grid.cell).round() as usize;
+        // The grid is as much wider than the domain along all axes.
+        let least = self.layout.nodes()[0] - period(0);
+        let periods = std::array::from_fn(|axis| if periodic[axis] { period(axis) } else { 0 });
+        self.layout = self.layout.repeating_every(periods).ok_or(least)?;
+        self.periodic = periodic;
+        Ok(self)
+    }
+
+    /// Gives nodes that are one in a periodic domain the sum of what each of them has.
+    pub fn fold(&self, nodes: &mut [Node]) {
+        if self.periodic != [false; D] {
+            self.layout.fold(nodes, |sum, node| {
+                sum.motion += node.motion;
+                sum.force += node.force;
+            });
+        }
+    }
+
+    /// Whether the node at `index` stands for another one of lower index, in a periodic domain: sums leave it out.
+    #[inline(always)]
+    pub fn is_repeated(&self, index: &[usize; 3]) -> bool {
+        self.periodic != [false; D] && self.layout.is_repeated(index)
+    }
+
+    /// Whether a place (m) lies in the domain; not where it is no number.
+    pub fn holds(&self, place: &[f64; D]) -> bool {
+        (0..D).all(|axis| place[axis] >= self.low[axis] && place[axis] <= self.high[axis])
     }
 
     /// Where points find their nodes.
@@ -75,11 +112,13 @@ impl<const D: usize> Background<D> {
         place
     }
 
-    /// How far a place lies outside the domain along the axis where that is most (cells); not positive inside.
+    /// How far a place lies outside the domain along the axis where that is most (cells); not positive inside. Along an axis along
+    /// which the domain repeats itself nothing is outside.
     #[inline]
     pub fn outside(&self, place: &[f64; D]) -> f64 {
         let beyond = |axis: usize| (self.low[axis] - place[axis]).max(place[axis] - self.high[axis]);
-        (0..D).map(beyond).fold(f64::NEG_INFINITY, f64::max) / self.grid.cell
+        (0..D).filter(|axis| !self.periodic[*axis]).map(beyond).fold(f64::NEG_INFINITY, f64::max)
+            / self.grid.cell
     }
 
     /// Number of the last node along `axis` that lies at or below `place` (m).

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use colluvium_case::law::LawPoints;
 use colluvium_constitutive::{BLOCK, Material, States, SymTensor};
-use colluvium_grid::{DomainSlice, FixedDomain, Lanes, Points as Places, Square, sort_by_cell};
+use colluvium_grid::{DomainSlice, FixedDomain, Lanes, Points as Places, Square, sort_by_cell, wrap};
 use colluvium_points::{Spare, columns};
 
 use crate::background::Background;
@@ -165,6 +165,21 @@ impl<const D: usize> Bodies<D> {
             count += body.points.len();
         }
         self.mean_mass = if count > 0 { mass / count as f64 } else { 0.0 };
+    }
+
+    /// Brings points back that left through a periodic side, on the other one.
+    pub fn wrap(&mut self, background: &Background<D>) {
+        let Background { low, high, periodic, .. } = background;
+        if *periodic == [false; D] {
+            return;
+        }
+        for body in &mut self.all {
+            let Columns { position, origin, .. } = &mut body.points;
+            if wrap([low, high], periodic, position, origin) {
+                // They are in other slabs now.
+                self.travel = f64::INFINITY;
+            }
+        }
     }
 
     /// Keeps the points of which `keep` approves, by body and index, and the bodies that have any; whether any is gone.

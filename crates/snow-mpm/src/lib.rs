@@ -15,6 +15,7 @@ mod checkpoint;
 mod config;
 mod ledger;
 mod limit;
+mod manufactured;
 mod maps;
 mod motion;
 mod nodes;
@@ -57,7 +58,7 @@ impl Method for SnowMpm {
 
     fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
         setup::options(case)?;
-        Ok(setup::honours())
+        Ok(setup::honours(case))
     }
 
     fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
@@ -65,6 +66,6 @@ impl Method for SnowMpm {
     }
 
     fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
-        setup::build(case)
+        setup::build(case, None)
     }
 }

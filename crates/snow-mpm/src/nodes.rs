@@ -121,6 +121,10 @@ impl<const D: usize> Momentum<'_, D> {
             }
             let index = self.background.layout.index(row, number);
             let free = row_free && (1..D).all(|axis| self.walls.is_free(axis, index[axis]));
+            if self.background.is_repeated(&index) {
+                self.node(&index, free, node, mass, &mut Sums::default());
+                continue;
+            }
             self.node(&index, free, node, mass, &mut sums);
         }
         sums

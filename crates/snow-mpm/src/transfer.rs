@@ -1,5 +1,6 @@
 //! The transfers between points and grid, and what happens at the points in between (sheet: snow-mpm §3.5).
 
+use colluvium_case::{Manufactured, spatial};
 use colluvium_constitutive::{BLOCK, Material, Motions, StateBlock, SymTensor};
 use colluvium_grid::{Affine, Deposit, Gathered, Lanes, Node, Square, Window};
 use colluvium_parallel::InPieces;
@@ -18,23 +19,33 @@ use crate::walls::Boundaries;
 /// Blocks that one thread takes at once, at least.
 const GRAIN: usize = 4;
 
-/// Points to grid: mass, momentum with its affine part, forces (steps 1 and 2).
+/// Points to grid: mass, momentum with its affine part, forces (steps 1 and 2), with those of a manufactured solution at a time (s).
 pub fn scatter<const D: usize>(
     background: &Background<D>,
     bodies: &Bodies<D>,
     nodes: &mut Nodes,
     transfer: SnowTransfer,
+    push: Option<(&Manufactured, f64)>,
 ) {
     let ground = background.ground();
     background.layout.scatter(&mut nodes.nodes, |slab, window, first| {
         let mut motion = [Lanes::ZERO; BLOCK];
         let mut columns = [[Lanes::ZERO; D]; BLOCK];
+        let mut forces = [Lanes::ZERO; BLOCK];
         for body in &bodies.all {
             let (points, extent) = (&body.points, [body.width; D]);
             for block in body.blocks_of(slab) {
                 for (k, p) in block.clone().enumerate() {
                     motion[k] = lanes(&points.velocity[p], points.mass[p], points.mass[p]);
                     columns[k] = pull(&points.stress[p], points.volume[p]);
+                }
+                let mut pushed = 0;
+                if let Some((solution, time)) = push {
+                    pushed = block.len();
+                    for (force, p) in forces.iter_mut().zip(block.clone()) {
+                        let rate = (solution.force)(spatial(&points.origin[p]), time);
+                        *force = lanes(&rate, points.mass[p], 0.0);
+                    }
                 }
                 let affine = Affine {
                     moments: true,
@@ -44,7 +55,7 @@ pub fn scatter<const D: usize>(
                 let given = Deposit {
                     motion: &motion[..block.len()],
                     columns: &columns[..block.len()],
-                    body: &[],
+                    body: &forces[..pushed],
                     affine: (transfer == SnowTransfer::Apic).then_some(affine),
                 };
                 let to = Window { nodes: &mut *window, first };
@@ -237,7 +248,7 @@ impl<const D: usize> Update<'_, D> {
     fn is_held(&self, position: &[f64; D], outside: f64) -> bool {
         let Background { low, high, .. } = self.background;
         outside < 1.0
-            && (0..D).all(|axis| {
+            && (0..D).filter(|axis| !self.background.periodic[*axis]).all(|axis| {
                 (position[axis] >= low[axis] || self.boundaries.closes(axis, false))
                     && (position[axis] <= high[axis] || self.boundaries.closes(axis, true))
             })

@@ -122,7 +122,7 @@ fn samples<const D: usize>(
     if samples.is_empty() {
         return Err(wrong("shape", format!("holds no point: it is smaller than the cells of {cell} m")));
     }
-    if let Some(sample) = samples.iter().find(|sample| !(background.outside(&sample.position) <= 0.0)) {
+    if let Some(sample) = samples.iter().find(|sample| !background.holds(&sample.position)) {
         let place = case.place_on_map(&sample.position);
         return Err(wrong("shape", format!("the point at {place:?} m lies outside the domain")));
     }

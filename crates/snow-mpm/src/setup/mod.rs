@@ -5,7 +5,7 @@ mod refuse;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, Plan, SLACK, Size, Solver, StepLimit, TimeStep};
+use colluvium_case::{Case, CaseError, Manufactured, Plan, SLACK, Size, Solver, StepLimit, TimeStep};
 use colluvium_grid::{Node, Sweeps};
 
 pub(crate) use refuse::honours;
@@ -40,15 +40,28 @@ pub(crate) fn options(case: &Case) -> Result<SnowOptions, CaseError> {
     Ok(options)
 }
 
-/// The solver of `case`.
-pub(crate) fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+/// The solver of `case`, under a manufactured solution if there is one.
+pub(crate) fn build(case: &Case, solution: Option<Manufactured>) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
     let shape = shape(options.shape);
-    Ok(match case.dimension() {
-        1 => Box::new(solver(case, &options, shape.on_line())?),
-        2 => Box::new(solver(case, &options, shape.in_plane())?),
-        _ => Box::new(solver(case, &options, shape.in_space())?),
-    })
+    match case.dimension() {
+        1 => built(case, &options, shape.on_line(), solution),
+        2 => built(case, &options, shape.in_plane(), solution),
+        _ => built(case, &options, shape.in_space(), solution),
+    }
+}
+
+fn built<const D: usize>(
+    case: &Case,
+    options: &SnowOptions,
+    chosen: Chosen<D>,
+    solution: Option<Manufactured>,
+) -> Result<Box<dyn Solver>, CaseError> {
+    let mut solver = solver(case, options, chosen)?;
+    if let Some(solution) = solution {
+        solver.begin_manufactured(solution)?;
+    }
+    Ok(Box::new(solver))
 }
 
 /// The plan of `case`.
@@ -116,6 +129,17 @@ fn measured<const D: usize>(
     })
 }
 
+/// The background of a domain that repeats itself, where it does.
+fn repeating<const D: usize>(case: &Case, background: Background<D>) -> Result<Background<D>, CaseError> {
+    let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
+    background.repeating(periodic).map_err(|least| {
+        let problem = format!(
+            "needs {least} cells or more along each periodic axis, so many do nodes reach beyond its sides"
+        );
+        CaseError::new("domain.periodic", problem)
+    })
+}
+
 /// A solver with its concrete type, at time zero.
 fn solver<const D: usize>(
     case: &Case,
@@ -129,6 +153,7 @@ fn solver<const D: usize>(
     saw::refuse(case)?;
     let background = Background::new(corners, options.cell_size, sweeps)
         .map_err(|error| own("cell_size", error.to_string()))?;
+    let background = repeating(case, background)?;
     let standing = case.standing::<D>()?;
     let mut all = Vec::new();
     let mut next = 0;
@@ -161,6 +186,7 @@ fn solver<const D: usize>(
         bodies: Bodies::new(all),
         ledger: Ledger::default(),
         maps: Maps::of(case, options.cell_size)?,
+        manufactured: None,
         blades: case.cuts.iter().map(|cut| cut.bounds(D)).collect(),
         clock,
     };

@@ -10,10 +10,11 @@ use crate::saw;
 const ADHESION: &str = "snow-mpm knows no area of the nodes that an obstacle holds: leave it out";
 
 /// What the method says to the features of a case.
-pub(crate) fn honours() -> Honours {
-    Honours::of_points(NAME)
+pub(crate) fn honours(case: &Case) -> Honours {
+    let honours = Honours::of_points(NAME)
         .takes(&[
             "domain.origin",
+            "domain.periodic*",
             "bodies.drop_outside",
             "boundaries",
             "boundaries.name",
@@ -46,7 +47,6 @@ pub(crate) fn honours() -> Honours {
         ])
         .refuses("output.rasters.mapped", "only depth-sph compares rasters with a mapped outline")
         .refuses("space=axisymmetric", "snow-mpm has no axisymmetric form: use plane-strain or 3d")
-        .refuses("domain.periodic", "the B-splines of snow-mpm do not repeat themselves: use smooth walls")
         .refuses("bodies.rigid", "snow-mpm has no rigid bodies: use a boundary with a velocity")
         .refuses("bodies.pore_fluid", "snow-mpm has one phase only: use mpm")
         .refuses("boundaries.group", "snow-mpm has no mesh with groups of nodes")
@@ -56,7 +56,13 @@ pub(crate) fn honours() -> Honours {
         .refuses("loads", "snow-mpm has no loads on surfaces: use a body that lies on it, a boundary with a velocity, or mpm")
         .refuses("patches", "snow-mpm has no patches of nodes: use a boundary with a velocity")
         .refuses("stages.excavate", "snow-mpm removes whole bodies only: use remove_bodies")
-        .refuses("stages.rayleigh_damping", "snow-mpm has local damping only: use damping")
+        .refuses("stages.rayleigh_damping", "snow-mpm has local damping only: use damping");
+    if case.domain.periodic.is_empty() {
+        return honours;
+    }
+    honours
+        .refuses("obstacles", "an obstacle has no image beyond the sides of a periodic domain: use boundaries, and tilt gravity")
+        .refuses("cuts", "a cut has no image beyond the sides of a periodic domain: use walls")
 }
 
 /// What of a case is allowed but deserves a warning (sheet: snow-mpm §7).

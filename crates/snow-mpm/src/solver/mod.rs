@@ -5,7 +5,7 @@ mod rest;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, SolverError, TimeStep, spatial};
+use colluvium_case::{Case, Manufactured, SolverError, TimeStep, spatial};
 
 use crate::background::Background;
 use crate::bodies::{Bodies, Failure};
@@ -54,6 +54,8 @@ pub struct SnowSolver<const D: usize> {
     pub(crate) maps: Option<Maps>,
     /// Bounds of the shapes of the cuts (m).
     pub(crate) blades: Vec<colluvium_case::description::Bounds>,
+    /// A solution to verify against, whose force acts on the points.
+    pub(crate) manufactured: Option<Manufactured>,
     pub(crate) clock: Clock,
 }
 
@@ -62,7 +64,18 @@ impl<const D: usize> SnowSolver<D> {
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.check_fixed_step()?;
         let (gravity, damping) = self.pulls(dt);
-        let Self { options, background, bodies, nodes, boundaries, obstacles, ledger, clock, .. } = self;
+        let Self {
+            options,
+            background,
+            bodies,
+            nodes,
+            boundaries,
+            obstacles,
+            ledger,
+            clock,
+            manufactured,
+            ..
+        } = self;
         if bodies.travel >= background.grid.cell {
             nodes.reset(&background.layout);
             bodies.sort(background);
@@ -73,7 +86,9 @@ impl<const D: usize> SnowSolver<D> {
             obstacles.place((clock.time, dt), background, boundaries.obstacles_mut());
         }
         // 1, 2
-        scatter(background, bodies, nodes, options.transfer);
+        let push = manufactured.as_ref().map(|solution| (solution, clock.time));
+        scatter(background, bodies, nodes, options.transfer, push);
+        background.fold(&mut nodes.nodes);
         // 3
         let light = options.node_mass_cutoff * bodies.mean_mass;
         let sums =
@@ -106,6 +121,7 @@ impl<const D: usize> SnowSolver<D> {
             }
         }
         self.bodies.travel += moved;
+        self.bodies.wrap(&self.background);
         self.clock.time += dt;
         self.clock.step += 1;
         self.clock.sums = sums;
@@ -123,7 +139,7 @@ impl<const D: usize> SnowSolver<D> {
 
     /// Takes away the points outside the domain of bodies that let them.
     fn drop_those_that_left(&mut self) {
-        let (low, high) = (self.background.low, self.background.high);
+        let Background { low, high, .. } = self.background;
         let inside = |x: &[f64; D]| (0..D).all(|axis| x[axis] >= low[axis] && x[axis] <= high[axis]);
         self.keep(|body, i| !body.drop_outside || inside(&body.points.position[i]));
     }

@@ -47,7 +47,6 @@ fn what_the_method_does_not_have_is_refused_with_a_cure() {
     };
     for (error, words) in [
         (change("/boundaries/0/wall", json!({ "kind": "absorbing" })), "use mpm"),
-        (change("/domain/periodic", json!(["x"])), "smooth walls"),
         (
             change(
                 "/patches",

@@ -5,6 +5,7 @@ mod cuts;
 mod input;
 mod motion;
 mod obstacles;
+mod periodic;
 mod rasters;
 mod same;
 mod sweeps;

@@ -5,6 +5,7 @@ mod bar;
 mod cantilever;
 mod column;
 mod incline;
+mod manufactured;
 mod microstructure;
 mod motion;
 mod oedometer;
@@ -26,6 +27,7 @@ pub const ALL: &[Benchmark] = &[
     motion::BENCHMARK,
     bar::VIBRATION,
     bar::SELF_WEIGHT,
+    manufactured::BENCHMARK,
     oedometer::BENCHMARK,
     incline::BENCHMARK,
     cantilever::BENCHMARK,

@@ -1,0 +1,144 @@
+//! Domains that repeat themselves.
+
+use colluvium_case::{Case, Method, Solver};
+use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::cases::{advance, advance_to, scalars, vectors, with};
+use serde_json::{Value, json};
+
+use crate::common::{begun, refused};
+
+/// A block of 0.3 m that flies through the sides of a periodic domain of a metre, crushed by `shrink` (1/s) meanwhile; `seam` moves
+/// all of it along x (m).
+fn drifting(shrink: f64, seam: f64, options: &Value) -> Value {
+    let block = |name: &str, low: f64, high: f64| {
+        json!({
+            "name": name, "material": "m", "shape": { "kind": "box", "min": [low, 0.35], "max": [high, 0.65] },
+            "velocity": { "kind": "linear", "value": [3, -2], "gradient": [[-shrink, 0], [0, shrink]],
+                "origin": [0.5 + seam - if low < 0.3 { 1.0 } else { 0.0 }, 0.5] }
+        })
+    };
+    let bodies = match seam {
+        0.0 => vec![block("whole", 0.35, 0.65)],
+        _ => vec![block("left", 0.35 + seam, 1.0), block("right", 0.0, seam - 0.35)],
+    };
+    json!({
+        "title": "block", "space": "plane-strain", "gravity": [0, 0],
+        "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] },
+        "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+        "bodies": bodies,
+        "stages": [{ "name": "go", "duration": 1 }],
+        "methods": { "snow-mpm": with(json!({ "cell_size": 0.05 }), options) }
+    })
+}
+
+#[test]
+fn a_body_flies_through_periodic_sides_without_noticing() {
+    for options in [
+        json!({}),
+        json!({ "shape": "quadratic" }),
+        json!({ "transfer": "flip" }),
+        json!({ "transfer": "flip", "shape": "linear" }),
+    ] {
+        let mut solver = begun(&drifting(0.0, 0.0, &options));
+        advance_to(&mut *solver, 0.7);
+        let snapshot = solver.snapshot();
+        let moves = vectors(&snapshot, "velocity").into_iter().zip(vectors(&snapshot, "displacement"));
+        for ((v, u), x) in moves.zip(&snapshot.positions) {
+            assert!((v[0] - 3.0).abs() < 1e-11 && (v[1] + 2.0).abs() < 1e-11, "{options}: {v:?}");
+            let far = [u[0] - 3.0 * snapshot.time, u[1] + 2.0 * snapshot.time];
+            assert!(far[0].abs() < 1e-11 && far[1].abs() < 1e-11 && u[0] > 2.0, "{options}: {u:?}");
+            assert!(x[..2].iter().all(|x| (0.0..=1.0).contains(x)), "{options}: {x:?}");
+        }
+        assert!(scalars(&snapshot, "deviatoric_stress").iter().all(|q| *q < 1e-5), "{options}");
+    }
+}
+
+#[test]
+fn where_the_seam_lies_makes_no_difference() {
+    for options in [json!({}), json!({ "transfer": "flip", "shape": "quadratic" })] {
+        let ends = [0.0, 0.5].map(|seam| {
+            let mut solver = begun(&drifting(0.5, seam, &options));
+            advance_to(&mut *solver, 0.05);
+            let readings = solver.readings().into_iter().map(|(_, _, value)| value).collect::<Vec<_>>();
+            (solver.totals(), readings)
+        });
+        let [(whole, own), (cut, other)] = ends;
+        let scale = whole.kinetic;
+        assert!((whole.kinetic - cut.kinetic).abs() < 1e-11 * scale, "{options}: {whole:?}, {cut:?}");
+        assert!((whole.elastic - cut.elastic).abs() < 1e-11 * scale && whole.elastic > 0.0, "{options}");
+        // Energies of the numerics too: a node that is two is counted once.
+        for (own, other) in own.iter().zip(&other) {
+            assert!((own - other).abs() < 1e-11 * scale, "{options}: {own}, {other}");
+        }
+    }
+}
+
+#[test]
+fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
+    let case = drifting(2.0, 0.5, &json!({}));
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut solver = begun(&case);
+            advance(&mut *solver, 200);
+            (solver.snapshot().hash(), solver.saved().unwrap())
+        })
+    };
+    let (hash, saved) = run(1);
+    assert_eq!((hash, saved.clone()), run(3));
+    let read = Case::from_json(&case.to_string()).unwrap();
+    let mut second = SnowMpm.build(&read).unwrap();
+    second.restore(&mut saved.as_slice()).unwrap();
+    second.begin_stage(0, 0.0).unwrap();
+    let mut first = begun(&case);
+    advance(&mut *first, 400);
+    advance(&mut *second, 200);
+    assert_eq!(first.saved().unwrap(), second.saved().unwrap());
+}
+
+#[test]
+fn a_layer_slides_through_periodic_sides_by_coulombs_law() {
+    // Gravity tilted by 30°, a bed with a coefficient of 0.3, and no ends: what the whole layer does is what each of its points does.
+    let (slope, friction, end) = (30f64.to_radians(), 0.3, 0.3);
+    let gravity = [9.81 * slope.sin(), -9.81 * slope.cos()];
+    let mut solver = begun(&json!({
+        "title": "layer", "space": "plane-strain", "gravity": gravity,
+        "domain": { "min": [0, 0], "max": [0.6, 0.6], "periodic": ["x"] },
+        "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+        "bodies": [{ "name": "layer", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.2] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": friction } }],
+        "stages": [{ "name": "go", "duration": end }],
+        "methods": { "snow-mpm": { "cell_size": 0.05 } }
+    }));
+    advance_to(&mut *solver, end);
+    let snapshot = solver.snapshot();
+    let way = 0.5 * 9.81 * (slope.sin() - friction * slope.cos()) * end * end;
+    let moved = vectors(&snapshot, "displacement");
+    let mean = moved.iter().map(|u| u[0]).sum::<f64>() / moved.len() as f64;
+    // It bounces on its bed, which at the end has borne its weight but for a part of a swing.
+    assert!((mean / way - 1.0).abs() < 0.03, "{mean} is not {way}");
+    for row in [0.0125, 0.1875] {
+        let of_row = moved.iter().zip(&snapshot.positions).filter(|(u, x)| (x[1] - u[1] - row).abs() < 1e-6);
+        let along: Vec<f64> = of_row.map(|(u, _)| u[0]).collect();
+        let spread = along.iter().fold(0f64, |most, u| most.max((u - along[0]).abs()));
+        assert!(along.len() == 24 && spread < 1e-9, "row {row}: {spread}");
+    }
+}
+
+#[test]
+fn what_cannot_be_periodic_is_refused_by_name() {
+    let narrow = refused(&drifting(0.0, 0.0, &json!({ "cell_size": 0.1 })));
+    assert!(narrow.starts_with("domain.periodic: needs 11 cells"), "{narrow}");
+    let mut case = drifting(0.0, 0.0, &json!({}));
+    case["obstacles"] = json!([{ "name": "rock", "wall": { "kind": "rough" },
+        "shape": { "kind": "box", "min": [0, 0], "max": [0.2, 0.2] } }]);
+    let error = refused(&case);
+    assert!(error.starts_with("obstacles") && error.contains("use boundaries"), "{error}");
+    let mut case = drifting(0.0, 0.0, &json!({}));
+    case["cuts"] = json!([{ "name": "saw", "velocity": [1, 0], "shape": { "kind": "box", "min": [0, 0.4], "max": [0.1, 0.6] } }]);
+    let error = refused(&case);
+    assert!(error.starts_with("cuts"), "{error}");
+    let mut case = drifting(0.0, 0.0, &json!({}));
+    case["bodies"][0]["shape"]["max"][0] = json!(1.1);
+    assert!(refused(&case).contains("domain"), "a body beyond a periodic side");
+}
