@@ -3,6 +3,7 @@
 use colluvium_case::description::{CrackTip, Measure, ObstacleWall, Wall, thinnest};
 use colluvium_case::{Case, CaseError, Honours};
 use colluvium_constitutive::MaterialSpec;
+use colluvium_points::Shape;
 
 use crate::config::{NAME, SnowOptions};
 use crate::saw;
@@ -101,10 +102,24 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         if cells < least - 1e-9 {
             warnings.push(format!("bodies[{number}].shape: {cells:.2} cells across at its thinnest; {why}"));
         }
+        warnings.extend(on_bare_ground(case, number, options));
     }
     warnings.extend(saw::warnings(case));
     warnings.extend(case.measures.iter().filter_map(|(name, measure)| doubtful(name, measure, options)));
     warnings
+}
+
+/// Warns of a weak layer along a track with less than two cells of other snow below it.
+fn on_bare_ground(case: &Case, number: usize, options: &SnowOptions) -> Option<String> {
+    let body = &case.bodies[number];
+    let Shape::ArcLayer { from, .. } = &body.shape else { return None };
+    let cells = from / options.cell_size;
+    (saw::strength_of_weak_layer(&case.materials[&body.material]).is_some() && cells < 2.0 - 1e-9).then(|| {
+        format!(
+            "bodies[{number}].shape.from: a weak layer {cells:.2} cells above the ground, whose nodes lie in steps of a cell where it lies \
+             along no axis: points at a step collapse under the slab alone; lay two cells or more of old, elastic snow below it"
+        )
+    })
 }
 
 /// Warns of a measure whose lengths do not go with the cells (sheet: snow-mpm §3.11).

@@ -64,7 +64,8 @@ impl<const D: usize> SnowSolver<D> {
         {
             let reason = format!(
                 "{collapsed} of the {of} points of the weak layer {name:?} have collapsed at rest, before the first cut, this one among them: \
-                 make it stronger or the slab lighter, or let its weight come more slowly (gravity_ramp and damping of the stage before)"
+                 make it stronger or the slab lighter, let its weight come more slowly (gravity_ramp and damping \
+                 of the stage before), or on ground along no axis lay old, elastic snow below it"
             );
             return Err(self.failed(number, &Failure { index, reason }));
         }

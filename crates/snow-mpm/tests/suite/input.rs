@@ -258,6 +258,7 @@ fn layers_along_a_track_are_as_thin_as_they_lie_and_its_friction_is_looked_at() 
     let warnings = SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings;
     for words in [
         "bodies[0].shape: 3.00 cells across",
+        "bodies[0].shape.from: a weak layer 0.00 cells above the ground",
         "obstacles[0].wall.friction_coefficient: 2.5 is more",
         "obstacles[0].regions[1].wall.friction_coefficient: 3 is more",
     ] {

@@ -1,6 +1,6 @@
 //! Domains that repeat themselves.
 
-use colluvium_case::{Case, Method, Solver};
+use colluvium_case::{Case, Method};
 use colluvium_snow_mpm::SnowMpm;
 use colluvium_testkit::cases::{advance, advance_to, scalars, vectors, with};
 use serde_json::{Value, json};
@@ -33,23 +33,24 @@ fn drifting(shrink: f64, seam: f64, options: &Value) -> Value {
 
 #[test]
 fn a_body_flies_through_periodic_sides_without_noticing() {
-    for options in [
-        json!({}),
-        json!({ "shape": "quadratic" }),
-        json!({ "transfer": "flip" }),
-        json!({ "transfer": "flip", "shape": "linear" }),
+    for (options, within) in [
+        (json!({}), 1e-11),
+        (json!({ "shape": "quadratic" }), 1e-11),
+        (json!({ "transfer": "flip" }), 1e-11),
+        // Gradients of linear functions jump: stresses of round-off push nodes that have hardly any mass, without a seam as well.
+        (json!({ "transfer": "flip", "shape": "linear" }), 1e-8),
     ] {
         let mut solver = begun(&drifting(0.0, 0.0, &options));
         advance_to(&mut *solver, 0.7);
         let snapshot = solver.snapshot();
         let moves = vectors(&snapshot, "velocity").into_iter().zip(vectors(&snapshot, "displacement"));
         for ((v, u), x) in moves.zip(&snapshot.positions) {
-            assert!((v[0] - 3.0).abs() < 1e-11 && (v[1] + 2.0).abs() < 1e-11, "{options}: {v:?}");
+            assert!((v[0] - 3.0).abs() < within && (v[1] + 2.0).abs() < within, "{options}: {v:?}");
             let far = [u[0] - 3.0 * snapshot.time, u[1] + 2.0 * snapshot.time];
-            assert!(far[0].abs() < 1e-11 && far[1].abs() < 1e-11 && u[0] > 2.0, "{options}: {u:?}");
+            assert!(far[0].abs() < within && far[1].abs() < within && u[0] > 2.0, "{options}: {u:?}");
             assert!(x[..2].iter().all(|x| (0.0..=1.0).contains(x)), "{options}: {x:?}");
         }
-        assert!(scalars(&snapshot, "deviatoric_stress").iter().all(|q| *q < 1e-5), "{options}");
+        assert!(scalars(&snapshot, "deviatoric_stress").iter().all(|q| *q < 1e6 * within), "{options}");
     }
 }
 
