@@ -256,6 +256,16 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             }
             continue;
         }
+        let weak = |body: &Body| strength_of_weak_layer(&case.materials[&body.material]).is_some();
+        if case.bodies.len() > 1
+            && case.bodies.iter().all(|body| cut.takes(&body.name))
+            && case.bodies.iter().any(weak)
+        {
+            warnings.push(format!(
+                "cuts[{number}]: takes all bodies, what lies on the weak layer with it: give it `bodies` with the weak layer alone for a saw test"
+            ));
+            continue;
+        }
         let left = case.bodies.iter().filter(|body| !cut.takes(&body.name));
         if let Some(waves) = fastest_waves(case, left).filter(|waves| too_fast(cut, *waves)) {
             warnings.push(format!(

@@ -195,11 +195,13 @@ fn is_default(property: &Value, value: &Value) -> bool {
 
 fn walk_schema<'a>(schema: &'a Value, place: &Place, above: &mut Vec<&'a str>, names: &mut BTreeSet<String>) {
     let name = schema["$ref"].as_str();
+    let within = if name.is_some() { resolved(schema) } else { schema };
     if name.is_some_and(|name| above.contains(&name)) {
-        return;
+        // A shape within a shape: its kinds, once.
+        let kinds = alternatives(within).iter().filter_map(variant_of);
+        return names.extend(kinds.map(|kind| place.variant(kind).name));
     }
     above.extend(name);
-    let within = if name.is_some() { resolved(schema) } else { schema };
     for alternative in alternatives(within) {
         match variant_of(alternative) {
             Some(variant) => {

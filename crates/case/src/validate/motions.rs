@@ -14,7 +14,17 @@ impl Findings<'_> {
         let mut seen = HashSet::new();
         for (number, motion) in stage.motions.iter().enumerate() {
             let path = format!("{path}.motions[{number}]");
-            self.name(&format!("{path}.of"), &motion.of, &driven, "the name of a rigid body or of a patch");
+            let of = format!("{path}.of");
+            match case.obstacles.iter().position(|obstacle| obstacle.name == motion.of) {
+                Some(number) if !driven.contains(&motion.of.as_str()) => {
+                    let cure = format!("give its motion in obstacles[{number}].motion");
+                    self.report(
+                        of,
+                        format!("{:?} is an obstacle, which moves in a way of its own: {cure}", motion.of),
+                    );
+                }
+                _ => self.name(&of, &motion.of, &driven, "the name of a rigid body or of a patch"),
+            }
             let problem = format!("{:?} has two motions in the stage", motion.of);
             self.require(seen.insert(&motion.of), format!("{path}.of"), problem);
             let dimension = case.dimension();

@@ -337,6 +337,18 @@ fn walls_that_a_stage_removed_stay_away_beyond_the_last_stage() {
 }
 
 #[test]
+fn the_motion_of_an_obstacle_is_sent_to_the_obstacle() {
+    let mut value = sound();
+    value["obstacles"] = json!([
+        { "name": "ground", "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 1] }, "wall": { "kind": "rough" } }
+    ]);
+    value["stages"][0]["motions"] = json!([{ "of": "ground", "velocity": [0, 0] }]);
+    let errors = Case::from_json(&value.to_string()).unwrap_err();
+    assert_eq!(errors.0[0].path, "stages[0].motions[0].of", "{errors}");
+    assert!(errors.0[0].problem.contains("give its motion in obstacles[0].motion"), "{errors}");
+}
+
+#[test]
 fn broken_json_is_placed_by_line_and_column() {
     for (text, place, words) in [
         ("", "line 1, column 0", "EOF"),

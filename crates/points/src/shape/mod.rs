@@ -211,7 +211,9 @@ impl Shape {
             Self::ArcLayer { .. } => self.validate_arc_layer(dimension),
             Self::Layer { thickness, .. } => match thickness {
                 _ if dimension != 3 => {
-                    let problem = format!("a layer needs three dimensions, the space has {dimension}");
+                    let problem = format!(
+                        "a layer needs three dimensions, the space has {dimension}: in the plane `arc-layer` follows an obstacle"
+                    );
                     Err(ShapeError::new("kind", problem))
                 }
                 Thickness::Uniform(thickness) => check_length("thickness", *thickness),

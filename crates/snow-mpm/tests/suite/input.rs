@@ -193,6 +193,10 @@ fn what_is_no_saw_test_is_warned_of() {
     at_once["cuts"][0]["stage"] = json!("settle");
     let said = SnowMpm.plan(&Case::from_json(&at_once.to_string()).unwrap()).unwrap().warnings;
     assert!(said.len() == 1 && said[0].starts_with("cuts[0]: begins with the run"), "{said:?}");
+    let mut all = saw_test(2.0, 0.1, 1.0);
+    all["cuts"][0].as_object_mut().unwrap().remove("bodies");
+    let said = SnowMpm.plan(&Case::from_json(&all.to_string()).unwrap()).unwrap().warnings;
+    assert!(said.len() == 1 && said[0].starts_with("cuts[0]: takes all bodies"), "{said:?}");
     // What lies below the layer, or on a small part of it, is no slab.
     let mut case = saw_test(2.0, 0.1, 1.0);
     case["gravity"] = json!([0, 9.81]);

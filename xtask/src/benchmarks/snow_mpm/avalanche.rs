@@ -15,7 +15,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     title: "Four flow regimes of snow on a slope with a run-out",
     source: "Gaume et al. 2020, section 5.3, Figs. 9 and 10; Coulomb's law; sheet: snow-mpm A6",
     quick: Some(25),
-    full: 600,
+    full: 300,
     run: benchmark,
 };
 

@@ -16,7 +16,7 @@ pub const CRITICAL: Benchmark = Benchmark {
     title: "Propagation saw test: critical length of the cut",
     source: "Gaume et al. 2020, section 5.2 and Fig. 8; closed estimates of the sheet; weac 2.6; sheet: snow-mpm A5",
     quick: Some(25),
-    full: 900,
+    full: 360,
     run: critical_lengths,
 };
 
