@@ -170,7 +170,7 @@ fn power<const D: usize>(space: &str) {
         node.motion = Lanes::new([velocity[0], velocity[1], velocity[2], mass]);
     }
     assert!(total.iter().all(|force| force.abs() < 1e-14), "{space}: {total:?}");
-    average_slopes::<true, D>(&solver.background, &solver.nodes, &mut solver.averages.dual);
+    average_slopes(&solver.background, (&solver.nodes, Velocities::Solved), &mut solver.averages.dual);
     let (set, mut exact) = (&solver.bodies.sets[0], 0.0);
     for (p, x) in set.points.position.iter().enumerate() {
         let support: Stencil<D, 2> = Stencil::new::<Linear>(&solver.background.grid, x, &set.extent);
