@@ -14,7 +14,6 @@ use crate::background::Background;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
 use crate::mesh;
-use crate::nodes::Velocities::{Remapped, Solved};
 use crate::nodes::{Nodes, Velocities};
 use crate::points::PointSet;
 use crate::surface_load::SurfaceLoad;
@@ -150,13 +149,8 @@ pub fn follow_loads<const D: usize>(
     bodies: &mut Bodies<D>,
     (nodes, read): (&Nodes, Velocities),
 ) {
-    let Background { layout, sweeps, .. } = background;
     follow_surfaces(clock, background, bodies, &|field, points, reads| {
-        let (ground, first) = (background.ground(), field * layout.len());
-        match read {
-            Solved => sweeps.gather(&ground, points, &nodes.solved[first..], reads),
-            Remapped => sweeps.gather_velocity(&ground, points, &nodes.remapped[first..], reads),
-        }
+        nodes.gather(read, background, field, points, reads);
     });
 }
 

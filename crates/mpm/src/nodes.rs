@@ -1,7 +1,8 @@
 //! Velocity fields of the nodes.
 
-use colluvium_grid::{Lanes, Layout, Node};
+use colluvium_grid::{Gathered, Lanes, Layout, Node, Points};
 
+use crate::background::Background;
 use crate::momentum::RowSums;
 
 /// The nodes of all velocity fields, field after field; those of two phases are in [`crate::two_phase::TwoPhase`].
@@ -31,6 +32,23 @@ pub enum Velocities {
 }
 
 impl Nodes {
+    /// What points of a velocity field read of its nodes, gradients among it.
+    pub fn gather<const D: usize>(
+        &self,
+        of: Velocities,
+        background: &Background<D>,
+        field: usize,
+        points: &Points<'_, D>,
+        reads: &mut [Gathered<D>],
+    ) {
+        let (ground, sweeps, first) =
+            (background.ground(), background.sweeps, field * background.layout.len());
+        match of {
+            Velocities::Solved => sweeps.gather(&ground, points, &self.solved[first..], reads),
+            Velocities::Remapped => sweeps.gather_velocity(&ground, points, &self.remapped[first..], reads),
+        }
+    }
+
     /// Velocity (m/s) of a node of a field, by its place among the nodes of all fields.
     #[inline]
     pub fn motion(&self, of: Velocities, number: usize) -> Lanes {

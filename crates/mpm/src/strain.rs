@@ -14,7 +14,6 @@ use crate::bodies::Bodies;
 use crate::cells::Cells;
 use crate::clock::Clock;
 use crate::config::VolumetricStrain;
-use crate::nodes::Velocities::{Remapped, Solved};
 use crate::nodes::{Nodes, Velocities};
 use crate::points::PointSet;
 
@@ -205,15 +204,11 @@ pub fn share_strains_of_one_phase<const D: usize>(
     (nodes, read): (&Nodes, Velocities),
     strains: &mut CellStrains,
 ) {
-    let Background { layout, sweeps, .. } = background;
     share_strains(background, bodies, strains, &|set, block, out| {
-        let (ground, points) = (background.ground(), set.places().range(block));
+        let points = set.places().range(block);
         let mut all = [Gathered::ZERO; BLOCK];
-        let (reads, first) = (&mut all[..points.len()], set.field * layout.len());
-        match read {
-            Solved => sweeps.gather(&ground, &points, &nodes.solved[first..], reads),
-            Remapped => sweeps.gather_velocity(&ground, &points, &nodes.remapped[first..], reads),
-        }
+        let reads = &mut all[..points.len()];
+        nodes.gather(read, background, set.field, &points, reads);
         for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
             *out = [clock.dt * background.dilation(read, position[0]), 0.0];
         }

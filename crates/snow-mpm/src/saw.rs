@@ -58,9 +58,7 @@ impl<'a> Column<'a> {
     /// The column that a cut saws: a weak layer, and what is left upon it; none where it saws none, or the shapes do not tell.
     fn of(case: &'a Case, cut: &Cut) -> Option<Self> {
         let axes = Axes::of(case, cut);
-        let weak = |body: &&Body| {
-            cut.takes(&body.name) && strength_of_weak_layer(&case.materials[&body.material]).is_some()
-        };
+        let weak = |body: &&Body| cut.takes(&body.name) && is_weak(case, body);
         let body = case.bodies.iter().find(weak)?;
         let own = layer(&body.shape, &body.shape, axes)?;
         let (length, top) = (own.along[1] - own.along[0], own.across[1]);
@@ -209,6 +207,11 @@ fn bears_its_slab(case: &Case, column: &Column<'_>) -> Result<(), CaseError> {
     Err(CaseError::new(format!("materials.{}.compressive_strength", body.material), problem))
 }
 
+/// Whether a body is of the law of weak layers.
+pub(crate) fn is_weak(case: &Case, body: &Body) -> bool {
+    strength_of_weak_layer(&case.materials[&body.material]).is_some()
+}
+
 /// Name of the weak layer that a cut saws, where it is the saw of a saw test.
 pub(crate) fn sawn_layer<'a>(case: &'a Case, cut: &Cut) -> Option<&'a str> {
     Some(&Column::of(case, cut)?.weak.0.name)
@@ -256,10 +259,9 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             }
             continue;
         }
-        let weak = |body: &Body| strength_of_weak_layer(&case.materials[&body.material]).is_some();
         if case.bodies.len() > 1
             && case.bodies.iter().all(|body| cut.takes(&body.name))
-            && case.bodies.iter().any(weak)
+            && case.bodies.iter().any(|body| is_weak(case, body))
         {
             warnings.push(format!(
                 "cuts[{number}]: takes all bodies, what lies on the weak layer with it: give it `bodies` with the weak layer alone for a saw test"

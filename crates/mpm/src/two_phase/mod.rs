@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 use colluvium_case::{Equilibrium, Scales, SolverError};
 use colluvium_constitutive::BLOCK;
-use colluvium_grid::{Faces, Gathered, Lanes, Layout, Node, Walls};
+use colluvium_grid::{Faces, Gathered, Lanes, Layout, Node, Points, Walls};
 
 pub use momentum::PhaseSums;
 pub use setup::{cleared, of_liquid, pore_set, two_phase};
@@ -72,6 +72,21 @@ impl TwoPhase {
             + size_of_val(&self.remapped[..])
             + size_of_val(&self.row_sums[..])
             + size_of_val(&self.held[..])
+    }
+
+    /// What points read of the nodes of both phases, gradients among it.
+    fn gather<const D: usize>(
+        &self,
+        of: Velocities,
+        background: &Background<D>,
+        points: &Points<'_, D>,
+        reads: &mut [[Gathered<D>; 2]],
+    ) {
+        let (ground, sweeps) = (background.ground(), background.sweeps);
+        match of {
+            Solved => sweeps.gather_phases(&ground, points, &self.nodes, reads),
+            Remapped => sweeps.gather_velocities(&ground, points, &self.remapped, reads),
+        }
     }
 
     /// Clears the active nodes.
@@ -144,13 +159,9 @@ fn follow_phases<const D: usize>(
     (phases, read): (&TwoPhase, Velocities),
 ) {
     follow_surfaces(clock, background, bodies, &|_, points, out| {
-        let (ground, sweeps) = (background.ground(), background.sweeps);
         let mut all = [[Gathered::ZERO; 2]; BLOCK];
         let reads = &mut all[..points.len()];
-        match read {
-            Solved => sweeps.gather_phases(&ground, points, &phases.nodes, reads),
-            Remapped => sweeps.gather_velocities(&ground, points, &phases.remapped, reads),
-        }
+        phases.gather(read, background, points, reads);
         out.iter_mut().zip(&*reads).for_each(|(out, read)| *out = read[SOLID]);
     });
 }

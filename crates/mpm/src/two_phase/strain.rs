@@ -7,7 +7,7 @@ use super::TwoPhase;
 use crate::background::Background;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
-use crate::nodes::Velocities::{self, Remapped, Solved};
+use crate::nodes::Velocities;
 use crate::pore::{LIQUID, SOLID};
 use crate::strain::{CellStrains, share_strains};
 
@@ -20,14 +20,10 @@ pub(super) fn share_phase_strains<const D: usize>(
     (phases, read): (&TwoPhase, Velocities),
 ) {
     share_strains(background, bodies, strains, &|set, block, out| {
-        let (ground, points) = (background.ground(), set.places().range(block));
+        let points = set.places().range(block);
         let mut all = [[Gathered::ZERO; 2]; BLOCK];
         let reads = &mut all[..points.len()];
-        let sweeps = background.sweeps;
-        match read {
-            Solved => sweeps.gather_phases(&ground, &points, &phases.nodes, reads),
-            Remapped => sweeps.gather_velocities(&ground, &points, &phases.remapped, reads),
-        }
+        phases.gather(read, background, &points, reads);
         for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
             *out = [SOLID, LIQUID].map(|phase| clock.dt * background.dilation(&read[phase], position[0]));
         }

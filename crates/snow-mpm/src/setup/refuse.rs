@@ -114,7 +114,7 @@ fn on_bare_ground(case: &Case, number: usize, options: &SnowOptions) -> Option<S
     let body = &case.bodies[number];
     let Shape::ArcLayer { from, .. } = &body.shape else { return None };
     let cells = from / options.cell_size;
-    (saw::strength_of_weak_layer(&case.materials[&body.material]).is_some() && cells < 2.0 - 1e-9).then(|| {
+    (saw::is_weak(case, body) && cells < 2.0 - 1e-9).then(|| {
         format!(
             "bodies[{number}].shape.from: a weak layer {cells:.2} cells above the ground, whose nodes lie in steps of a cell where it lies \
              along no axis: points at a step collapse under the slab alone; lay two cells or more of old, elastic snow below it"
@@ -198,7 +198,7 @@ fn may_soften(spec: &MaterialSpec) -> bool {
 /// Refuses weak layers of less than two cells, across which functions of nodes reach (sheet: snow-mpm §7).
 pub(super) fn thin_layers(case: &Case, options: &SnowOptions) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
-        let weak = saw::strength_of_weak_layer(&case.materials[&body.material]).is_some();
+        let weak = saw::is_weak(case, body);
         let thickness = body.shape.thinnest(case.dimension());
         if weak && thickness < 2.0 * options.cell_size * (1.0 - 1e-9) {
             let problem = format!(
