@@ -214,7 +214,7 @@ impl<const D: usize> OfSet<'_, D> {
             let h = self.domain.spacing(p, &self.background.ground());
             let grip = Grip {
                 place: *x,
-                moved: if touched { moved } else { [0.0; D] },
+                moved,
                 touched,
                 stiffness: self.stiffness * modulus * self.volume[p] / (h * h),
                 area: self.volume[p] / (2.0 * point.half),

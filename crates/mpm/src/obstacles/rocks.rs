@@ -331,9 +331,9 @@ pub fn look<const D: usize>(
 pub struct Grip<const D: usize> {
     /// Where it is (m).
     pub place: [f64; D],
-    /// How far it has moved since the last step (m); nothing where it touched nothing then.
+    /// How far it has moved since it was last looked at (m).
     pub moved: [f64; D],
-    /// Whether obstacles were looked at in the last step.
+    /// Whether it was within its width of an obstacle then.
     pub touched: bool,
     /// Stiffness (N/m) of its springs.
     pub stiffness: f64,
@@ -389,8 +389,7 @@ impl<const D: usize> Grip<D> {
             return;
         };
         let normal = if depth > 0.0 { way.map(|c| c / depth) } else { own };
-        let way = rocks[number].step_at(&self.place);
-        let moved = std::array::from_fn(|c| self.moved[c] - if self.touched { way[c] } else { 0.0 });
+        let moved = self.rubbed(&rocks[number], &normal, depth);
         let (spring, slip) = rub(&point.spring, &moved, &normal, cap);
         point.spring = spring;
         let drag = spring.map(|s| -k * s);
@@ -401,6 +400,15 @@ impl<const D: usize> Grip<D> {
         if slip > 0.0 {
             sums[number].friction += k * cap * slip;
         }
+    }
+
+    /// How far the point has moved (m) along an obstacle that it overlaps by `depth` (m), since it reached its surface.
+    fn rubbed(&self, rock: &Rock<D>, normal: &[f64; D], depth: f64) -> [f64; D] {
+        let way = rock.step_at(&self.place);
+        let moved: [f64; D] = std::array::from_fn(|c| self.moved[c] - way[c]);
+        let comes: f64 = -(0..D).map(|c| moved[c] * normal[c]).sum::<f64>();
+        let share = if self.touched || comes <= depth { 1.0 } else { depth / comes };
+        moved.map(|c| share * c)
     }
 
     /// Finds the force on the pore fluid of the point, whose springs have the stiffness of the grip, and adds it to that on the point.

@@ -80,6 +80,28 @@ fn friction_slows_a_block_by_coulombs_law_and_its_work_is_the_energy_lost() {
     assert!((total(&*solver) - before).abs() < 0.005 * lost, "{} {before}", total(&*solver));
 }
 
+/// Every contact has friction from its first step on: while all slides the impulse along the floor is the coefficient times that across it.
+#[test]
+fn a_block_that_bounces_as_it_slides_has_all_its_friction() {
+    let mut value = block(&frictional(0.3));
+    value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [2.0, -0.3] });
+    value["stages"] = json!([{ "name": "slide", "duration": 0.2 }]);
+    for options in [json!({}), json!({ "courant": 0.9 }), json!({ "stress_update": "usf" })] {
+        let mut value = value.clone();
+        let mpm = value["methods"]["mpm"].as_object_mut().unwrap();
+        mpm.extend(options.as_object().unwrap().clone());
+        let mut solver = begin(&Mpm, &changed(value, &json!({})));
+        let mut left = 0;
+        while solver.time() < 0.2 {
+            solver.step(0.2 - solver.time()).unwrap();
+            left += u32::from(solver.reaction("floor").unwrap().force[1] == 0.0);
+        }
+        let [along, across, _] = solver.reaction("floor").unwrap().impulse;
+        assert!(left > 0 && across < 0.0, "it bounces: {left} {across}");
+        assert!((along / (-0.3 * across) - 1.0).abs() < 1e-9, "{options}: {along} {across}");
+    }
+}
+
 #[test]
 fn rough_obstacles_hold_what_touches_them_and_let_go_with_separation() {
     let rise = |separation: bool, kind: &str| {
