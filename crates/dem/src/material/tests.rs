@@ -1,0 +1,266 @@
+//! Cells against closed forms of regular packings, and against the method on the same specimen.
+
+use colluvium_case::{Case, Solver};
+use colluvium_constitutive::{Mat3, SymTensor};
+use serde_json::{Value, json};
+
+use super::GranularCellSpec;
+use super::cell::{self, Frame};
+use crate::DemSolver;
+
+/// Diameter of the grains of lattices (m), their density (kg/m³), and stiffness of contacts (N/m; of disks Pa), across over along.
+const SIZE: f64 = 1e-3;
+const DENSITY: f64 = 2600.0;
+const STIFFNESS: f64 = 5e4;
+const ACROSS: f64 = 0.8;
+
+fn spec(dimension: usize, grains: usize, diameter: &Value, damping_ratio: f64) -> GranularCellSpec {
+    let spec = json!({
+        "dimension": dimension, "grains": grains, "grain_density": DENSITY, "seed": 3, "diameter": diameter,
+        "contact": {
+            "normal": { "law": "linear", "stiffness": STIFFNESS, "damping_ratio": damping_ratio },
+            "tangential": { "stiffness_ratio": ACROSS },
+            "friction": { "coefficient": 5.0 }
+        },
+        "preparation": { "pressure": 0.1 * STIFFNESS / SIZE.powi(dimension as i32 - 2) * 0.02 }
+    });
+    serde_json::from_value(spec).unwrap()
+}
+
+fn equal(dimension: usize, grains: usize, damping_ratio: f64) -> GranularCellSpec {
+    spec(dimension, grains, &json!({ "distribution": "equal", "value": SIZE }), damping_ratio)
+}
+
+/// A cell whose grains stand at these places, in these vectors.
+fn placed<const D: usize, const R: usize>(
+    spec: &GranularCellSpec,
+    places: &[[f64; D]],
+    vectors: [f64; D],
+) -> DemSolver<D, R> {
+    let mut solver: DemSolver<D, R> = Frame::new(spec).unwrap().solver().unwrap();
+    solver.begin_stage(2, 0.0).unwrap();
+    assert_eq!(solver.grains.len(), places.len());
+    solver.grains.position.copy_from_slice(places);
+    for c in 0..D {
+        solver.cell.h[c][c] = vectors[c];
+    }
+    solver.since.cell = None;
+    solver.reset_contacts();
+    looked_at(&mut solver);
+    solver
+}
+
+/// Goes on by a step in which the cell stands, after which its stress is that of where its grains are.
+fn looked_at<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> SymTensor {
+    solver.imposed = Some([[0.0; D]; D]);
+    let dt = solver.critical_step().dt;
+    solver.advance(dt).unwrap();
+    cell::stress(solver)
+}
+
+/// Deformation gradient of a strain rate of one over a time.
+fn stretch(rates: [f64; 3], shear: f64, time: f64) -> Mat3 {
+    let [x, y, z] = rates.map(|rate| (rate * time).exp());
+    Mat3([[x, shear * time, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]])
+}
+
+/// Deforms a cell as a point is, in ten updates.
+fn deformed<const D: usize, const R: usize>(
+    solver: &mut DemSolver<D, R>,
+    spec: &GranularCellSpec,
+    f: &Mat3,
+) -> SymTensor {
+    for _ in 0..10 {
+        let before = cell::stress(solver);
+        cell::deform(solver, spec, f, &before).unwrap();
+    }
+    looked_at(solver)
+}
+
+fn near(found: f64, exact: f64, share: f64, what: &str) {
+    assert!(
+        (found / exact - 1.0).abs() < share,
+        "{what}: {found} for {exact}, off by {:e}",
+        found / exact - 1.0
+    );
+}
+
+/// Distance of neighbours at the start (m), with an overlap of 0.2 %.
+const APART: f64 = 0.998 * SIZE;
+
+/// Elongation of a spring across a contact whose grains don't turn, when its branch goes from (`x`, `from`) to (`x`, `to`): the integral of
+/// x dz over the length.
+fn across(x: f64, from: f64, to: f64) -> f64 {
+    x * ((to / x).asinh() - (from / x).asinh())
+}
+
+/// Spheres on two by two by two cubes of a face-centred lattice.
+fn face_centred(spec: &GranularCellSpec) -> DemSolver<3, 3> {
+    let half = APART / 2f64.sqrt();
+    let mut places = Vec::new();
+    for i in 0..4 {
+        for j in 0..4 {
+            for k in 0..4 {
+                if (i + j + k) % 2 == 0 {
+                    places.push([i, j, k].map(|n| (f64::from(n) + 0.5) * half));
+                }
+            }
+        }
+    }
+    placed(spec, &places, [4.0 * half; 3])
+}
+
+/// Disks in rows along x, four by four.
+fn rows_of_disks(spec: &GranularCellSpec, lean: f64, height: f64) -> DemSolver<2, 1> {
+    let mut places = Vec::new();
+    for j in 0..4 {
+        for i in 0..4 {
+            places.push([
+                (f64::from(i) + 0.25 + lean * f64::from(j % 2)) * APART,
+                (f64::from(j) + 0.5) * height * APART,
+            ]);
+        }
+    }
+    placed(spec, &places, [4.0 * APART, 4.0 * height * APART])
+}
+
+#[test]
+fn a_lattice_of_spheres_has_its_stress_under_isotropic_and_uniaxial_strain() {
+    let spec = equal(3, 32, 0.0);
+    let strain = 3e-3;
+    // p = (1/3V) Σ k δ l with six contacts a grain in l³/√2.
+    let pressure = |apart: f64| 2.0 * 2f64.sqrt() * STIFFNESS * (SIZE - apart) / (apart * apart);
+    let mut cube = face_centred(&spec);
+    near(-cell::stress(&cube)[0], pressure(APART), 1e-9, "start");
+    let stress = deformed(&mut cube, &spec, &stretch([-strain; 3], 0.0, 0.1));
+    for c in 0..3 {
+        near(-stress[c], pressure(APART * (-strain).exp()), 1e-4, "isotropic");
+    }
+
+    let mut cube = face_centred(&spec);
+    let stress = deformed(&mut cube, &spec, &stretch([0.0, 0.0, -strain], 0.0, 0.1));
+    let (x, before) = (APART / 2f64.sqrt(), APART / 2f64.sqrt());
+    let z = before * (-strain).exp();
+    let (long, volume) = (x.hypot(z), 2.0 * x * x * z);
+    let (pushed, slid) = (STIFFNESS * (SIZE - long), ACROSS * STIFFNESS * across(x, before, z));
+    let along = 2.0 * x * (pushed * x + slid * z) / long;
+    let side = (STIFFNESS * (SIZE - APART) * APART + along) / volume;
+    let axial = 4.0 * z * (pushed * z - slid * x) / long / volume;
+    near(-stress[0], side, 1e-4, "side");
+    near(-stress[1], side, 1e-4, "side");
+    near(-stress[2], axial, 1e-4, "axial");
+}
+
+#[test]
+fn a_lattice_of_disks_has_its_stress_under_isotropic_uniaxial_and_simple_shear_strain() {
+    let spec = equal(2, 16, 0.0);
+    let strain = 3e-3;
+    let high = 0.75f64.sqrt();
+    let pressure = |apart: f64| 3f64.sqrt() * STIFFNESS * (SIZE - apart) / apart;
+    let mut cell = rows_of_disks(&spec, 0.5, high);
+    let stress = deformed(&mut cell, &spec, &stretch([-strain, -strain, 0.0], 0.0, 0.1));
+    near(-stress[0], pressure(APART * (-strain).exp()), 1e-4, "isotropic");
+    near(-stress[1], pressure(APART * (-strain).exp()), 1e-4, "isotropic");
+
+    let mut cell = rows_of_disks(&spec, 0.5, high);
+    let stress = deformed(&mut cell, &spec, &stretch([0.0, -strain, 0.0], 0.0, 0.1));
+    let (x, before) = (0.5 * APART, high * APART);
+    let y = before * (-strain).exp();
+    let (long, volume) = (x.hypot(y), APART * y);
+    let (pushed, slid) = (STIFFNESS * (SIZE - long), ACROSS * STIFFNESS * across(x, before, y));
+    let side = (STIFFNESS * (SIZE - APART) * APART + 2.0 * x * (pushed * x + slid * y) / long) / volume;
+    near(-stress[0], side, 1e-4, "side");
+    near(-stress[1], 2.0 * y * (pushed * y - slid * x) / long / volume, 1e-4, "axial");
+
+    // Columns of a square lattice lean by the strain, and its disks turn by half of it, so that the moments of their contacts cancel: the
+    // springs are elongated by half of it, and the normal forces of the columns push it on.
+    let mut cell = rows_of_disks(&spec, 0.0, 1.0);
+    let stress = deformed(&mut cell, &spec, &stretch([0.0; 3], strain, 0.1));
+    let exact = strain * STIFFNESS * (0.5 * ACROSS - (SIZE - APART) / APART);
+    near(stress[3], exact, 3e-3, "shear");
+}
+
+#[test]
+fn dashpots_add_the_share_of_stress_that_the_inertial_number_sets() {
+    let ratio = 0.4;
+    let spec = equal(3, 32, ratio);
+    let mut cube = face_centred(&spec);
+    let before = cell::stress(&cube);
+    cell::deform(&mut cube, &spec, &stretch([-1e-4; 3], 0.0, 1.0), &before).unwrap();
+    let rate = -cube.imposed.unwrap()[0][0];
+    // The bound is on the size of the tensor of rates.
+    let bound = spec.inertial_number * (-before[0] / DENSITY).sqrt() / SIZE / 3f64.sqrt();
+    assert!(rate <= bound && rate > 0.9 * bound, "{rate} {bound}");
+    let apart = APART * (-1e-4f64).exp();
+    let mass = DENSITY * std::f64::consts::PI / 6.0 * SIZE.powi(3);
+    let viscous = 2.0 * ratio * (0.5 * STIFFNESS * mass).sqrt() * rate * apart;
+    // Forces of a step are of the velocities before it.
+    let moving = looked_at(&mut cube)[0];
+    let still = looked_at(&mut cube)[0];
+    let share = viscous / (STIFFNESS * (SIZE - apart));
+    near(moving / still - 1.0, share, 0.05, "share of the dashpots");
+}
+
+/// The case of the method that has the grains of a law, drawn in a cell of this side (m), which deforms at these rates (1/s).
+fn case_of(spec: &GranularCellSpec, side: f64, rates: [[f64; 3]; 3]) -> Case {
+    let d = spec.dimension;
+    let (low, high, axes) = (vec![0.0; d], vec![side; d], &["x", "y", "z"][..d]);
+    let mut pair = serde_json::to_value(&spec.contact).unwrap();
+    pair["between"] = json!(["grain", "grain"]);
+    let mut cell = json!({});
+    for (name, i, j) in [("xx", 0, 0), ("yy", 1, 1), ("zz", 2, 2), ("xy", 0, 1)] {
+        if i < d && j < d {
+            cell[name] = json!({ "rate": rates[i][j] });
+        }
+    }
+    let case = json!({
+        "title": "the same cell", "space": if d == 3 { "3d" } else { "plane-strain" }, "gravity": low,
+        "domain": { "min": low, "max": high, "periodic": axes },
+        "materials": { "grain": { "model": "linear-elastic", "density": DENSITY, "youngs_modulus": 1e9, "poissons_ratio": 0 } },
+        "bodies": [{ "name": "cell", "material": "grain", "shape": { "kind": "box", "min": low, "max": high } }],
+        "stages": [{ "name": "deform", "duration": 1, "damping": spec.damping }],
+        "methods": { "dem": {
+            "grains": { "grain": { "density": DENSITY, "diameter": spec.diameter,
+                "fill": { "kind": "random", "solid_fraction": spec.solid_fraction() } } },
+            "pairs": [pair], "seed": spec.seed, "stages": { "deform": { "cell": cell } }
+        } }
+    });
+    Case::from_json(&case.to_string()).unwrap()
+}
+
+/// Deforms a specimen as a point is and as a cell of the method is, and compares all that both keep.
+fn same<const D: usize, const R: usize>(spec: &GranularCellSpec, f: &Mat3) {
+    let mut law: DemSolver<D, R> = Frame::new(spec).unwrap().solver().unwrap();
+    let side = law.cell.h[0][0];
+    cell::prepare(&mut law, spec, 0.0).unwrap();
+    let specimen = cell::bytes(&law).unwrap();
+    let (before, first) = (cell::stress(&law), law.step);
+    cell::deform(&mut law, spec, f, &before).unwrap();
+    let rates = law.imposed.unwrap();
+    let rates =
+        std::array::from_fn(|i| std::array::from_fn(|j| if i < D && j < D { rates[i][j] } else { 0.0 }));
+    let mut method: DemSolver<D, R> = crate::setup::solver(&case_of(spec, side, rates)).unwrap();
+    method.begin_stage(0, 0.0).unwrap();
+    method.restore(&mut &specimen[..]).unwrap();
+    assert!(law.step - first > 100, "{}", law.step - first);
+    for _ in first..law.step {
+        method.step(f64::INFINITY).unwrap();
+    }
+    // More than what rounding may hide: the stress has changed.
+    let (after, own) = (cell::stress(&law), cell::stress(&method));
+    assert!((after - before).norm() > 0.05 * before.norm(), "{before:?} {after:?}");
+    assert_eq!(after, own);
+    assert!(cell::bytes(&law).unwrap() == cell::bytes(&method).unwrap());
+}
+
+#[test]
+fn a_cell_deforms_to_the_bits_of_the_same_specimen_in_the_method() {
+    let sizes = json!({ "distribution": "uniform", "min": 0.8e-3, "max": 1.2e-3 });
+    let (disks, spheres) = (spec(2, 60, &sizes, 0.4), spec(3, 60, &sizes, 0.4));
+    for (rates, shear) in [([-1.0, -1.0, -1.0], 0.0), ([0.5, 0.5, -1.0], 0.0), ([0.0; 3], 1.0)] {
+        same::<3, 3>(&spheres, &stretch(rates, shear, 1e-3));
+    }
+    for (rates, shear) in [([-1.0, -1.0, 0.0], 0.0), ([1.0, -1.0, 0.0], 0.0), ([0.0; 3], 1.0)] {
+        same::<2, 1>(&disks, &stretch(rates, shear, 1e-3));
+    }
+}
