@@ -17,11 +17,18 @@ impl Findings<'_> {
             let of = format!("{path}.of");
             match case.obstacles.iter().position(|obstacle| obstacle.name == motion.of) {
                 Some(number) if !driven.contains(&motion.of.as_str()) => {
-                    let cure = format!("give its motion in obstacles[{number}].motion");
-                    self.report(
-                        of,
-                        format!("{:?} is an obstacle, which moves in a way of its own: {cure}", motion.of),
-                    );
+                    let free = motion.velocity.contains(&None);
+                    let problem = if free || !(motion.force.is_empty() && motion.moment.is_empty()) {
+                        format!(
+                            "{:?} is an obstacle, which moves as obstacles[{number}].motion says and follows no force: take a rigid body, or, \
+                             for a platen that follows a stress, a wall of boundaries with a method whose walls do",
+                            motion.of
+                        )
+                    } else {
+                        let cure = format!("give its motion in obstacles[{number}].motion");
+                        format!("{:?} is an obstacle, which moves in a way of its own: {cure}", motion.of)
+                    };
+                    self.report(of, problem);
                 }
                 _ => self.name(&of, &motion.of, &driven, "the name of a rigid body or of a patch"),
             }

@@ -233,15 +233,25 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
 
 /// Why what is no wall of `boundaries` follows no stress, and what does; none of a name that is not there.
 fn not_pressed(case: &Case, kinds: &[&str], stage: &str, name: &str) -> Option<String> {
-    let force = format!("bonded grains that are not held take a force by methods.dem.stages.{stage}.forces");
     if case.obstacles.iter().any(|obstacle| obstacle.name == name) {
-        let problem = format!(
-            "an obstacle moves as its `motion` says, and follows no stress: take a wall of boundaries; {force}"
-        );
-        return Some(problem);
+        return Some(follows_nothing(stage));
     }
     let grains = kinds.contains(&name) || case.bodies.iter().any(|body| body.name == name);
+    let force = bonded(stage);
     grains.then(|| format!("grains are no wall, and follow no stress: take a wall of boundaries; {force}"))
+}
+
+fn bonded(stage: &str) -> String {
+    format!("bonded grains that are not held take a force by methods.dem.stages.{stage}.forces")
+}
+
+/// What does in place of an obstacle that is to follow a stress or a force.
+fn follows_nothing(stage: &str) -> String {
+    format!(
+        "an obstacle moves as its `motion` says, and follows no stress and no force: take a wall of boundaries, which follows a stress by \
+         methods.dem.stages.{stage}.walls; {}",
+        bonded(stage)
+    )
 }
 
 /// Names of bodies that must be there, and forces only where grains are free to follow them.
@@ -268,6 +278,9 @@ fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         let pushed = own.forces.keys().map(|name| (format!("{path}.forces.{name}"), name));
         let pressed = own.membranes.keys().map(|name| (format!("{path}.membranes.{name}"), name));
         for (path, name) in pushed.chain(pressed) {
+            if case.obstacles.iter().any(|obstacle| obstacle.name == *name) {
+                return Err(CaseError::new(path, follows_nothing(stage)));
+            }
             known(path.clone(), name)?;
             there(&path, name)?;
             if held(name) {

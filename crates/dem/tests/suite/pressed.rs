@@ -1,7 +1,7 @@
 //! Walls that follow a stress (sheet: dem §3.7).
 
 use colluvium_case::{Case, Solver};
-use colluvium_dem::{DemSolver, disks};
+use colluvium_dem::{DemSolver, disks, spheres};
 use colluvium_testkit::near;
 use serde_json::{Value, json};
 
@@ -146,6 +146,72 @@ fn what_is_no_wall_and_follows_no_stress_is_refused_with_what_does() {
         value["methods"]["dem"]["stages"] = json!({ "all": { "forces": { "grain 2": [0, -5] } } });
     });
     assert!(held.ends_with("follow no force: leave held out, and bond them to each other"), "{held}");
+}
+
+/// A box as triangles that face outwards, as a file of an OBJ.
+fn box_as_obj(low: [f64; 3], high: [f64; 3]) -> String {
+    let ends = [low, high];
+    let corners = (0..8usize).map(|k| [0, 1, 2].map(|c| ends[k >> c & 1][c]));
+    let mut text: String = corners.map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+    for [a, b, c, d] in [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]] {
+        text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+    }
+    text
+}
+
+#[test]
+fn a_plate_from_a_mesh_follows_no_stress_and_a_wall_bears_it_on_the_area_that_is_given() {
+    // Four spheres on a floor, and a plate over them, 3 m by 3 m.
+    let mut scene = Scene::new(linear(STIFFNESS, 0.3, 0.5, 0.5));
+    for [x, y] in [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]] {
+        scene = scene.sphere([x, y, 0.5], 0.5, [0.0; 3], [0.0; 3]);
+    }
+    scene.gravity = vec![0.0; 3];
+    let smooth = json!({ "kind": "smooth" });
+    let floor = json!({ "side": "z-min", "name": "floor", "position": 0, "wall": smooth });
+    scene.boundaries = json!([floor]);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("plate.obj"), box_as_obj([-1.5, -1.5, 1.05], [1.5, 1.5, 1.5])).unwrap();
+    let mut meshed = scene.json();
+    meshed["obstacles"] =
+        json!([{ "name": "plate", "wall": smooth, "shape": { "kind": "mesh", "file": "plate.obj" } }]);
+    let read = |value: &Value| Case::from_value(value, folder.path());
+    let refused = |change: &dyn Fn(&mut Value)| {
+        let mut value = meshed.clone();
+        change(&mut value);
+        match read(&value) {
+            Ok(case) => spheres(&case).err().unwrap().to_string(),
+            Err(errors) => errors.to_string(),
+        }
+    };
+    assert!(spheres(&read(&meshed).unwrap()).is_ok());
+    let cures = ["methods.dem.stages.all.walls", "methods.dem.stages.all.forces"];
+    let stress = json!({ "stress": -500, "speed": 0.5, "area": 9 });
+    for (key, own) in [("walls", stress.clone()), ("forces", json!([0, 0, -4500]))] {
+        let error = refused(&|value| {
+            value["methods"]["dem"]["stages"] = json!({ "all": { key: { "plate": own } } });
+        });
+        let start = format!("methods.dem.stages.all.{key}.plate: an obstacle moves as its `motion` says");
+        assert!(error.starts_with(&start) && cures.iter().all(|cure| error.contains(cure)), "{error}");
+    }
+    let error = refused(&|value| {
+        value["stages"][0]["motions"] =
+            json!([{ "of": "plate", "velocity": [0, 0, null], "force": [0, 0, -4500] }]);
+    });
+    let start = "stages[0].motions[0].of: \"plate\" is an obstacle, which moves as obstacles[0].motion says and follows no force";
+    assert!(error.starts_with(start) && error.contains("a wall of boundaries"), "{error}");
+
+    // What the refusals name: a wall across the domain, 200 m wide, that bears the stress on the plate's area.
+    scene.boundaries =
+        json!([floor, { "side": "z-max", "name": "platen", "position": 1.05, "wall": smooth }]);
+    scene.options = json!({ "stages": { "all": { "walls": { "platen": stress } } } });
+    let mut solver = begun(spheres(&scene.case()).unwrap());
+    to(&mut solver, 3.0);
+    near(reading(&solver, "wall.platen.stress"), -500.0, 1e-2);
+    near(solver.reaction("platen").unwrap().force[2], 4500.0, 0.1);
+    near(solver.reaction("floor").unwrap().force[2], -4500.0, 0.1);
+    // Each sphere bears a quarter between two contacts.
+    near(reading(&solver, "wall.platen.position"), 1.0 - 2.0 * 0.25 * 4500.0 / STIFFNESS, 1e-7);
 }
 
 #[test]
