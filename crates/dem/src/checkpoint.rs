@@ -130,6 +130,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if head.format != FORMAT || head.dimension != D {
             return Err(foreign("written by another version or for another case"));
         }
+        self.membranes.clear();
         self.grains.read(input)?;
         let count = self.grains.len();
         self.radii = self.grains.radii();
@@ -155,6 +156,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if !fits {
             return Err(foreign("the lists of walls do not fit the grains"));
         }
+        self.find_membranes();
         self.take(head).ok_or_else(|| foreign("the cell or the walls do not fit the case"))
     }
 

@@ -106,11 +106,7 @@ fn measure<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>
 /// A solver with its concrete type, at time zero.
 pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D, R>, CaseError> {
     let options = options(case)?;
-    let kinds: Vec<Kind> = options
-        .grains
-        .iter()
-        .map(|(name, kind)| Kind { name: name.clone(), density: kind.density })
-        .collect();
+    let kinds = kinds(&options);
     let mut grains = Grains::default();
     let standing = case.standing::<D>()?;
     let stored = Stored::of(case, &options)?;
@@ -149,6 +145,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         broken: Vec::new(),
         imposed: None,
         one_by_one: false,
+        membranes: Vec::new(),
         sources: rain::sources(case, &options),
         specimens: Vec::new(),
         given: Given::default(),
@@ -163,6 +160,10 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     bond(&mut solver)?;
     solver.specimens = solver.take_specimens();
     Ok(solver)
+}
+
+fn kinds(options: &DemOptions) -> Vec<Kind> {
+    options.grains.iter().map(|(name, kind)| Kind { name: name.clone(), density: kind.density }).collect()
 }
 
 /// The domain as a cell.

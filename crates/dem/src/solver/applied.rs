@@ -1,5 +1,6 @@
 //! Forces on grains that the case gives: on bodies, and on membranes (sheet: dem §2.1).
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use colluvium_case::measure::Reading;
@@ -140,8 +141,23 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         readings
     }
 
+    /// Notes where the grains of membranes are.
+    pub(crate) fn find_membranes(&mut self) {
+        let names: BTreeSet<&String> =
+            self.options.stages.values().flat_map(|stage| stage.membranes.keys()).collect();
+        let numbers = names.into_iter().filter_map(|name| self.number_of(name));
+        self.membranes = numbers.map(|body| (body, self.sorted(body))).collect();
+    }
+
     /// The grains of a body in the order of their numbers.
-    fn in_order(&self, body: u32) -> Vec<usize> {
+    fn in_order(&self, body: u32) -> Cow<'_, [usize]> {
+        match self.membranes.iter().find(|(own, _)| *own == body) {
+            Some((_, grains)) => Cow::Borrowed(grains),
+            None => Cow::Owned(self.sorted(body)),
+        }
+    }
+
+    fn sorted(&self, body: u32) -> Vec<usize> {
         let g = &self.grains;
         let mut grains: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] == body).collect();
         grains.sort_unstable_by_key(|&i| g.id[i]);

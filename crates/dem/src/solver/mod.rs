@@ -125,6 +125,9 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) cell: PeriodicCell<D>,
     pub(crate) lists: Lists<D, R>,
     pub(crate) near: WallList<R>,
+    /// Bodies that are membranes in some stage, and where their grains are, in the order of their numbers; empty where grains have been moved
+    /// about since the lists were made.
+    pub(crate) membranes: Vec<(u32, Vec<usize>)>,
     pub(crate) walls: Vec<Wall<D>>,
     /// Surfaces of the obstacles of the case, and how they act.
     pub(crate) obstacles: Vec<(Arc<dyn Surface<D>>, ObstacleLaws)>,

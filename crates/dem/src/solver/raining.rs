@@ -57,6 +57,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         self.fastest = self.fastest.max(speed.sqrt());
         self.radii = (self.radii.0.min(radius), self.radii.1.max(radius));
+        self.membranes.clear();
         self.since.cell = None;
         true
     }

@@ -49,12 +49,14 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.radii = self.grains.radii();
         let reach = Reach { gap: self.gap(), radius: self.radii.1 };
         self.near.carry(&self.grains.id, self.columns);
+        self.membranes.clear();
         let built = self.lists.build(&mut self.grains, &self.cell, reach, self.columns);
         built.map_err(|error| self.unlisted(&error))?;
         let scene = Scene::new(self.grains.shown(), &self.laws.pairs, self.kinds.len());
         let (gap, slabs) = (self.gap(), &self.lists.slabs);
         self.near.build(&scene, &self.grains.id, &self.walls, gap, slabs, self.columns);
         self.place_facets();
+        self.find_membranes();
         self.since = super::Since { cell: Some(self.cell.h), moved: 0.0, others: 0.0 };
         Ok(())
     }
@@ -148,6 +150,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let walls: Vec<u32> = (0..self.walls.len() as u32).collect();
         self.near.forget(&place, &walls, self.columns);
         self.grains.retain(|i| kept[i]);
+        self.membranes.clear();
         self.since.cell = None;
     }
 }
