@@ -228,6 +228,11 @@ impl Case {
         self.stages.iter().filter_map(|stage| stage.motion_of(body)).any(PrescribedMotion::is_free)
     }
 
+    /// Young's modulus of the material of that name (Pa), where it has one; what it is wrapped around is not asked.
+    pub fn youngs_modulus(&self, material: &str) -> Option<f64> {
+        serde_json::to_value(self.materials.get(material)?).ok()?.get("youngs_modulus")?.as_f64()
+    }
+
     /// The options of method `name`, its defaults where the case gives none.
     ///
     /// # Errors

@@ -279,28 +279,12 @@ impl<const D: usize> Layout<D> {
         results: &mut [R],
         visit: impl Fn(usize, Range<usize>, &mut [T]) -> R + Sync,
     ) {
-        self.each_row(nodes, results, &visit);
+        each_row(nodes, self.strides[0], &self.active, results, &visit);
     }
 
     /// As [`Layout::rows`], for a `visit` with nothing to report.
     pub fn each<T: Send>(&self, nodes: &mut [T], visit: impl Fn(usize, Range<usize>, &mut [T]) + Sync) {
-        self.each_row(nodes, &mut vec![(); self.nodes[0]], &visit);
-    }
-
-    /// One compiled loop for every `visit`: a call a row costs nothing beside the row.
-    fn each_row<T: Send, R: Send + Default>(
-        &self,
-        nodes: &mut [T],
-        results: &mut [R],
-        visit: &RowVisitor<'_, T, R>,
-    ) {
-        nodes.par_chunks_mut(self.strides[0]).zip(results).enumerate().in_pieces(
-            1,
-            |(row, (line, result))| {
-                let active = self.active[row].clone();
-                *result = if active.start == active.end { R::default() } else { visit(row, active, line) };
-            },
-        );
+        each_row(nodes, self.strides[0], &self.active, &mut vec![(); self.nodes[0]], &visit);
     }
 
     /// Runs `visit(row, active, lines of both sets, result of the row)` for the same rows of two sets of nodes, in
@@ -320,9 +304,7 @@ impl<const D: usize> Layout<D> {
 
     /// Sets the active nodes to their default.
     pub fn reset<T: Send + Default + Clone>(&self, nodes: &mut [T]) {
-        nodes.par_chunks_mut(self.strides[0]).zip(&self.active).in_pieces(1, |(line, active)| {
-            line[active.clone()].fill(T::default());
-        });
+        reset(nodes, self.strides[0], &self.active);
     }
 
     /// Runs `scatter(slab, window, number of the window's first node)` for every slab: first the even
@@ -331,8 +313,11 @@ impl<const D: usize> Layout<D> {
         let slabs = self.slabs();
         for colour in 0..2.min(slabs) {
             let start = if colour == 0 { 0 } else { self.window_start(1) };
-            let windows = Windows { colour, numbers: 0..(slabs - colour).div_ceil(2), start };
-            self.scatter_windows(&mut nodes[start..], windows, &scatter);
+            let windows = Windows { numbers: 0..(slabs - colour).div_ceil(2), start };
+            let slab = |window: usize| colour + 2 * window;
+            let first = |window: usize| self.window_start(slab(window));
+            let each = |window: usize, nodes: &mut [T], start: usize| scatter(slab(window), nodes, start);
+            scatter_windows(&mut nodes[start..], windows, &first, &each);
         }
     }
 
@@ -344,33 +329,53 @@ impl<const D: usize> Layout<D> {
         let row = (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + MARGIN);
         row.min(self.nodes[0]) * self.strides[0]
     }
-
-    /// Halves the windows until one is left. Unlike a list of windows this allocates nothing.
-    fn scatter_windows<T: Send>(
-        &self,
-        nodes: &mut [T],
-        windows: Windows,
-        scatter: &(dyn Fn(usize, &mut [T], usize) + Sync),
-    ) {
-        let Windows { colour, numbers, start } = windows;
-        if numbers.len() == 1 {
-            return scatter(colour + 2 * numbers.start, nodes, start);
-        }
-        let middle = numbers.start + numbers.len() / 2;
-        let cut = self.window_start(colour + 2 * middle);
-        let (lower, upper) = nodes.split_at_mut(cut - start);
-        let half = |nodes: &mut [T], numbers: Range<usize>, start: usize| {
-            self.scatter_windows(nodes, Windows { colour, numbers, start }, scatter);
-        };
-        rayon::join(|| half(lower, numbers.start..middle, start), || half(upper, middle..numbers.end, cut));
-    }
 }
 
-/// Windows `numbers` of every other slab, the first of which starts at node `start`.
+// Loops that do not know the dimension, nor what is done with a row: a call a row costs nothing beside the row.
+
+fn each_row<T: Send, R: Send + Default>(
+    nodes: &mut [T],
+    row: usize,
+    active: &[Range<usize>],
+    results: &mut [R],
+    visit: &RowVisitor<'_, T, R>,
+) {
+    nodes.par_chunks_mut(row).zip(results).enumerate().in_pieces(1, |(row, (line, result))| {
+        let active = active[row].clone();
+        *result = if active.start == active.end { R::default() } else { visit(row, active, line) };
+    });
+}
+
+fn reset<T: Send + Default + Clone>(nodes: &mut [T], row: usize, active: &[Range<usize>]) {
+    nodes.par_chunks_mut(row).zip(active).in_pieces(1, |(line, active)| {
+        line[active.clone()].fill(T::default());
+    });
+}
+
+/// Windows of every other slab, the first of which starts at node `start`.
 struct Windows {
-    colour: usize,
     numbers: Range<usize>,
     start: usize,
+}
+
+/// Halves the windows until one is left, which goes to `scatter` with its first node; `first` is the first node of a window. Unlike a list
+/// of windows this allocates nothing.
+fn scatter_windows<T: Send>(
+    nodes: &mut [T],
+    Windows { numbers, start }: Windows,
+    first: &(dyn Fn(usize) -> usize + Sync),
+    scatter: &(dyn Fn(usize, &mut [T], usize) + Sync),
+) {
+    if numbers.len() == 1 {
+        return scatter(numbers.start, nodes, start);
+    }
+    let middle = numbers.start + numbers.len() / 2;
+    let cut = first(middle);
+    let (lower, upper) = nodes.split_at_mut(cut - start);
+    let half = |nodes: &mut [T], numbers: Range<usize>, start: usize| {
+        scatter_windows(nodes, Windows { numbers, start }, first, scatter);
+    };
+    rayon::join(|| half(lower, numbers.start..middle, start), || half(upper, middle..numbers.end, cut));
 }
 
 #[cfg(test)]

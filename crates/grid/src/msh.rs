@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Display;
 use std::str::{FromStr, SplitWhitespace};
 
+use colluvium_parallel::once_per_dimension;
 use thiserror::Error;
 
 use crate::{Mesh, MeshError};
@@ -55,35 +56,42 @@ impl<const D: usize> Mesh<D> {
     /// With the line where the text is not what the format asks for, or what is wrong with the mesh. In the plane,
     /// nodes off it are refused.
     pub fn from_msh(text: &str) -> Result<Self, MshError> {
-        let mut lines = Lines { lines: text.lines(), number: 0 };
-        let mut content = Content::default();
-        let mut version = None;
-        while let Some(header) = lines.find()? {
-            match (header, version) {
-                ("$MeshFormat", _) => version = Some(format(&mut lines)?),
-                ("$PhysicalNames", Some(_)) => names(&mut lines, &mut content)?,
-                ("$Entities", Some(Version::Four)) => entities(&mut lines, &mut content)?,
-                ("$Nodes", Some(Version::Two)) => nodes_of_two(&mut lines, &mut content)?,
-                ("$Nodes", Some(Version::Four)) => nodes_of_four(&mut lines, &mut content)?,
-                ("$Elements", Some(Version::Two)) => elements_of_two(&mut lines, &mut content, D)?,
-                ("$Elements", Some(Version::Four)) => elements_of_four(&mut lines, &mut content, D)?,
-                (_, None) => return lines.fail("begins without $MeshFormat: not a Gmsh mesh"),
-                (other, _) => {
-                    let end = format!("$End{}", other.trim_start_matches('$'));
-                    lines.skip_past(&end)?;
-                    continue;
-                }
-            }
-            let end = format!("$End{}", header.trim_start_matches('$'));
-            lines.expect(&end)?;
-        }
-        if let Some(k) = content.places.iter().position(|x| x[D..].iter().any(|c| *c != 0.0)) {
-            let place = content.places[k];
-            return lines.fail(format!("a node lies at {place:?} m, off the plane z = 0"));
-        }
-        let places: Vec<[f64; D]> = content.places.iter().map(|x| std::array::from_fn(|c| x[c])).collect();
-        Ok(Self::new(&places, &content.elements, &content.groups)?)
+        once_per_dimension!(D, read(text: &str) -> Read)
     }
+}
+
+/// What comes of a text.
+type Read<const D: usize> = Result<Mesh<D>, MshError>;
+
+fn read<const D: usize>(text: &str) -> Read<D> {
+    let mut lines = Lines { lines: text.lines(), number: 0 };
+    let mut content = Content::default();
+    let mut version = None;
+    while let Some(header) = lines.find()? {
+        match (header, version) {
+            ("$MeshFormat", _) => version = Some(format(&mut lines)?),
+            ("$PhysicalNames", Some(_)) => names(&mut lines, &mut content)?,
+            ("$Entities", Some(Version::Four)) => entities(&mut lines, &mut content)?,
+            ("$Nodes", Some(Version::Two)) => nodes_of_two(&mut lines, &mut content)?,
+            ("$Nodes", Some(Version::Four)) => nodes_of_four(&mut lines, &mut content)?,
+            ("$Elements", Some(Version::Two)) => elements_of_two(&mut lines, &mut content, D)?,
+            ("$Elements", Some(Version::Four)) => elements_of_four(&mut lines, &mut content, D)?,
+            (_, None) => return lines.fail("begins without $MeshFormat: not a Gmsh mesh"),
+            (other, _) => {
+                let end = format!("$End{}", other.trim_start_matches('$'));
+                lines.skip_past(&end)?;
+                continue;
+            }
+        }
+        let end = format!("$End{}", header.trim_start_matches('$'));
+        lines.expect(&end)?;
+    }
+    if let Some(k) = content.places.iter().position(|x| x[D..].iter().any(|c| *c != 0.0)) {
+        let place = content.places[k];
+        return lines.fail(format!("a node lies at {place:?} m, off the plane z = 0"));
+    }
+    let places: Vec<[f64; D]> = content.places.iter().map(|x| std::array::from_fn(|c| x[c])).collect();
+    Ok(Mesh::new(&places, &content.elements, &content.groups)?)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

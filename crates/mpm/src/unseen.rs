@@ -57,27 +57,13 @@ impl<const D: usize> MpmSolver<D> {
             return None;
         }
         let grid = &self.background.grid;
-        let mut cells: BTreeMap<[usize; D], usize> = BTreeMap::new();
-        for x in self.soft_sets().flat_map(|set| &set.points.position) {
-            *cells.entry(grid.cell_of(x)).or_default() += 1;
-        }
-        let total: usize = cells.values().sum();
-        let mut lone = BTreeSet::new();
-        let (mut left, mut count) = (cells.clone(), 0);
-        while let Some((first, _)) = left.pop_first() {
-            let (mut part, mut next) = (vec![first], 0);
-            while next < part.len() {
-                let near: Vec<_> = around(part[next]).filter(|cell| left.remove(cell).is_some()).collect();
-                part.extend(near);
-                next += 1;
-            }
-            let points: usize = part.iter().map(|cell| cells[cell]).sum();
-            if points as f64 <= FEW * total as f64 {
-                count += points;
-                lone.extend(part);
-            }
-        }
-        let apart = |x: &&[f64; D]| lone.contains(&grid.cell_of(x));
+        let cell = |x: &[f64; D]| -> Cell {
+            let own = grid.cell_of(x);
+            std::array::from_fn(|axis| if axis < D { own[axis] } else { 0 })
+        };
+        let cells: Vec<Cell> = self.soft_sets().flat_map(|set| &set.points.position).map(cell).collect();
+        let (total, (count, lone)) = (cells.len(), apart(&cells));
+        let apart = |x: &&[f64; D]| lone.contains(&cell(x));
         let middle = self.middle();
         let far = |x: &[f64; D]| square(&std::array::from_fn::<f64, D, _>(|c| x[c] - middle[c]));
         let positions = self.soft_sets().flat_map(|set| &set.points.position);
@@ -103,22 +89,60 @@ impl<const D: usize> MpmSolver<D> {
     }
 }
 
+/// A cell by its numbers along the axes, zero along those that a space does not have.
+type Cell = [usize; 3];
+
+/// How many points, of those in `cells`, are in parts of at most [`FEW`] of all whose cells touch no other part, and the cells of these.
+fn apart(cells: &[Cell]) -> (usize, BTreeSet<Cell>) {
+    let mut held: BTreeMap<Cell, usize> = BTreeMap::new();
+    for cell in cells {
+        *held.entry(*cell).or_default() += 1;
+    }
+    let mut lone = BTreeSet::new();
+    let (mut left, mut count) = (held.clone(), 0);
+    while let Some((first, _)) = left.pop_first() {
+        let (mut part, mut next) = (vec![first], 0);
+        while next < part.len() {
+            let near: Vec<_> = around(part[next]).filter(|cell| left.remove(cell).is_some()).collect();
+            part.extend(near);
+            next += 1;
+        }
+        let points: usize = part.iter().map(|cell| held[cell]).sum();
+        if points as f64 <= FEW * cells.len() as f64 {
+            count += points;
+            lone.extend(part);
+        }
+    }
+    (count, lone)
+}
+
 /// The cells around one, those beyond the grid among them.
-fn around<const D: usize>(cell: [usize; D]) -> impl Iterator<Item = [usize; D]> {
-    (0..3usize.pow(D as u32)).map(move |number| {
+fn around(cell: Cell) -> impl Iterator<Item = Cell> {
+    (0..27).map(move |number: usize| {
         std::array::from_fn(|axis| (cell[axis] + number / 3usize.pow(axis as u32) % 3).wrapping_sub(1))
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::around;
+    use super::{Cell, apart, around};
 
     #[test]
     fn a_cell_has_all_its_neighbours_around_it() {
-        let mut cells: Vec<[usize; 2]> = around([4, 7]).collect();
+        let mut cells: Vec<Cell> = around([4, 7, 1]).collect();
         cells.sort_unstable();
-        let exact: Vec<[usize; 2]> = (3..6).flat_map(|i| (6..9).map(move |j| [i, j])).collect();
+        let plane = |i: usize| (6..9).flat_map(move |j| (0..3).map(move |k| [i, j, k]));
+        let exact: Vec<Cell> = (3..6).flat_map(plane).collect();
         assert_eq!(cells, exact);
+    }
+
+    #[test]
+    fn few_points_whose_cells_touch_no_others_are_apart() {
+        let mut cells: Vec<Cell> = (0..400).map(|number| [number % 20, number / 20, 0]).collect();
+        cells.extend([[21, 3, 0], [21, 3, 0], [20, 20, 0], [30, 5, 0]]);
+        let (count, lone) = apart(&cells);
+        // Two beside an empty column and one farther off; across a corner cells touch.
+        assert_eq!(count, 3);
+        assert_eq!(lone.into_iter().collect::<Vec<_>>(), [[21, 3, 0], [30, 5, 0]]);
     }
 }

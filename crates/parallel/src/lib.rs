@@ -1,4 +1,4 @@
-//! Loops over items in parallel, whose workings are compiled once.
+//! What is compiled once: loops over items in parallel ([`InPieces`]), and functions of the number of dimensions ([`once_per_dimension`]).
 //!
 //! Of each loop that rayon is given the compiler makes a dozen functions: jobs of each half, the join of them, and each again for a
 //! caller from outside the pool, with the body of the loop in several. Here the items are cut into pieces first, and what shares the
@@ -17,10 +17,14 @@
 //! assert_eq!(squares, [0.25, 1.0, 2.25]);
 //! ```
 
+mod once;
+
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::iter::plumbing::{Producer, ProducerCallback};
 use rayon::prelude::*;
+
+pub use once::same;
 
 /// At most so many pieces: enough for the threads to share when they are not equally fast.
 const PIECES: usize = 64;

@@ -132,6 +132,12 @@ pub fn reorder_column<T: Copy + Send + Sync + 'static>(
     column.drain(range.end - gone..range.end);
 }
 
+/// Keeps the entries of a column that are `kept`, in their order. An empty column stays empty.
+pub fn retain_column<T>(column: &mut Vec<T>, kept: &[bool]) {
+    let mut kept = kept.iter();
+    column.retain(|_| kept.next() == Some(&true));
+}
+
 /// A column becomes copies of the entries `indices` of another one; empty where that is.
 pub fn pick_column<T: Copy>(column: &mut Vec<T>, from: &[T], indices: &[u32]) {
     column.clear();
@@ -303,10 +309,8 @@ macro_rules! columns {
             /// Keeps the points whose number `keep` approves, in their order; how many are left.
             pub fn retain(&mut self, keep: impl Fn(usize) -> bool) -> usize {
                 let kept: Vec<bool> = (0..self.len()).map(keep).collect();
-                let mut point = 0;
-                self.$first.retain(|_| { point += 1; kept[point - 1] });
-                $(let mut point = 0;
-                self.$column.retain(|_| { point += 1; kept[point - 1] });)*
+                $crate::columns::retain_column(&mut self.$first, &kept);
+                $($crate::columns::retain_column(&mut self.$column, &kept);)*
                 self.len()
             }
 
@@ -329,8 +333,8 @@ macro_rules! columns {
             /// When `out` refuses.
             pub fn write(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
                 let names = Self::COLUMNS.join(",");
-                $crate::columns::write_column(names.as_bytes(), |byte| byte, out)?;
-                $crate::columns::write_column(&self.$first, |value| value, out)?;
+                $crate::columns::write_column(names.as_bytes(), std::convert::identity, out)?;
+                $crate::columns::write_column(&self.$first, std::convert::identity, out)?;
                 $($crate::write_one!(self.$column, out $(, $raw)?);)*
                 Ok(())
             }
@@ -341,11 +345,11 @@ macro_rules! columns {
             /// When the bytes are those of other columns, or end early; what it holds then is of no use.
             pub fn read(&mut self, input: &mut dyn std::io::Read) -> std::io::Result<()> {
                 let mut names: Vec<u8> = Vec::new();
-                $crate::columns::read_column(&mut names, |byte: u8| byte, input)?;
+                $crate::columns::read_column(&mut names, std::convert::identity, input)?;
                 if names != Self::COLUMNS.join(",").as_bytes() {
                     return Err($crate::columns::foreign(concat!("not the columns of ", stringify!($name))));
                 }
-                $crate::columns::read_column(&mut self.$first, |value| value, input)?;
+                $crate::columns::read_column(&mut self.$first, std::convert::identity, input)?;
                 $($crate::read_one!(self.$column, input $(, $raw)?);)*
                 match self.uneven() {
                     Some(column) => Err($crate::columns::foreign(&format!("column {column} has not an entry per point"))),
@@ -356,15 +360,15 @@ macro_rules! columns {
     };
 }
 
-/// Writes one column of [`columns!`](crate::columns!).
+/// Writes one column of [`columns!`](crate::columns!). No closures: each would be compiled by itself, and these are once for each type.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! write_one {
     ($column:expr, $out:expr) => {
-        $crate::columns::write_column(&$column, |value| value, $out)?
+        $crate::columns::write_column(&$column, std::convert::identity, $out)?
     };
     ($column:expr, $out:expr, $raw:ty) => {
-        $crate::columns::write_column(&$column, |value| <$raw>::from(value), $out)?
+        $crate::columns::write_column(&$column, <$raw>::from, $out)?
     };
 }
 
@@ -373,9 +377,9 @@ macro_rules! write_one {
 #[macro_export]
 macro_rules! read_one {
     ($column:expr, $input:expr) => {
-        $crate::columns::read_column(&mut $column, |value| value, $input)?
+        $crate::columns::read_column(&mut $column, std::convert::identity, $input)?
     };
     ($column:expr, $input:expr, $raw:ty) => {
-        $crate::columns::read_column(&mut $column, |value: $raw| value.into(), $input)?
+        $crate::columns::read_column(&mut $column, <$raw>::into, $input)?
     };
 }

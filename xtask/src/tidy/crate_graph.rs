@@ -128,7 +128,9 @@ fn allowed(folder: &str) -> Option<&'static [&'static str]> {
         "points" | "grid" => Some(&["colluvium-parallel"]),
         "umat" => Some(&["colluvium-constitutive"]),
         "terrain" => Some(&["colluvium-points"]),
-        "case" => Some(&["colluvium-constitutive", "colluvium-points", "colluvium-terrain"]),
+        "case" => {
+            Some(&["colluvium-constitutive", "colluvium-parallel", "colluvium-points", "colluvium-terrain"])
+        }
         "plots" => Some(&["colluvium-case", "colluvium-constitutive"]),
         // What remains is a method, or what the tests of methods share.
         _ => Some(&[

@@ -1,13 +1,12 @@
 //! Surfaces from the shapes of obstacles.
 
-use std::any::Any;
 use std::path::Path;
-use std::sync::Arc;
 
+use colluvium_parallel::{once_per_dimension, same};
+use colluvium_points::Raster;
 use colluvium_points::surface::{
-    BallSurface, Facetted, Frame, HalfSpace, HeightField, Placed, Profile, Revolved, SurfaceError,
+    BallSurface, Facetted, Frame, HalfSpace, HeightField, Placed, Profile, Revolved, Shared, SurfaceError,
 };
-use colluvium_points::{Raster, Surface};
 
 use crate::CaseError;
 use crate::decimal::taken_off;
@@ -21,28 +20,40 @@ pub(super) fn surface<const D: usize>(
     shape: &ObstacleShape,
     path: &str,
     origin: &[f64; 3],
-) -> Result<Arc<dyn Surface<D>>, CaseError> {
+) -> Result<Shared<D>, CaseError> {
+    once_per_dimension!(D, made(shape: &ObstacleShape, path: &str, origin: &[f64; 3]) -> Made)
+}
+
+/// What comes of a shape.
+type Made<const D: usize> = Result<Shared<D>, CaseError>;
+
+fn made<const D: usize>(shape: &ObstacleShape, path: &str, origin: &[f64; 3]) -> Made<D> {
     let made = match shape {
         ObstacleShape::Plane { point, normal } => plane(point, normal),
         ObstacleShape::Box { min, max } => around_box(min, max),
         ObstacleShape::Ball { centre, radius, hollow } => ball(centre, *radius, *hollow),
         ObstacleShape::GroundLine { points, file } => {
-            ground_line(points, file.as_deref(), origin).and_then(in_space::<2, D>)
+            ground_line(points, file.as_deref(), origin).map(Facetted::shared).and_then(in_space)
         }
-        ObstacleShape::Profile { start, pieces } => profile(*start, pieces).and_then(in_space::<2, D>),
+        ObstacleShape::Profile { start, pieces } => {
+            profile(*start, pieces).map(Profile::shared).and_then(in_space)
+        }
         ObstacleShape::Polygon { vertices } => {
-            Facetted::polygon(vertices).map_err(below).and_then(in_space::<2, D>)
+            Facetted::polygon(vertices).map_err(below).map(Facetted::shared).and_then(in_space)
         }
         ObstacleShape::Extruded { vertices, axis, from, to } => axis_of_space(*axis)
             .and_then(|()| Facetted::extruded(vertices, *axis, *from, *to).map_err(below))
-            .and_then(in_space::<3, D>),
+            .map(Facetted::shared)
+            .and_then(in_space),
         ObstacleShape::Turned { vertices, axis, centre } => {
-            turned(vertices, *axis, *centre).and_then(in_space::<3, D>)
+            turned(vertices, *axis, *centre).map(Placed::shared).and_then(in_space)
         }
-        ObstacleShape::Raster { file, spacing } => raster(file, *spacing, origin).and_then(in_space::<3, D>),
+        ObstacleShape::Raster { file, spacing } => {
+            raster(file, *spacing, origin).map(HeightField::shared).and_then(in_space)
+        }
         ObstacleShape::Mesh { file } => {
             let mesh = colluvium_terrain::read_mesh(Path::new(file), &|axis, x| taken_off(x, origin[axis]));
-            mesh.map_err(|error| of_file(&error)).and_then(in_space::<3, D>)
+            mesh.map_err(|error| of_file(&error)).map(Facetted::shared).and_then(in_space)
         }
     };
     made.map_err(|problem| at(path, problem))
@@ -74,13 +85,11 @@ fn of_file(problem: &dyn std::fmt::Display) -> Problem {
 }
 
 /// A surface of `N` coordinates in a space of `D`, which must be as many.
-fn in_space<const N: usize, const D: usize>(
-    surface: impl Surface<N> + 'static,
-) -> Result<Arc<dyn Surface<D>>, Problem> {
-    let surface: Arc<dyn Surface<N>> = Arc::new(surface);
-    let same = (&surface as &dyn Any).downcast_ref::<Arc<dyn Surface<D>>>();
-    let problem = || (String::new(), format!("is a shape of {N} dimensions, the space has {D}"));
-    same.map(Arc::clone).ok_or_else(problem)
+fn in_space<const N: usize, const D: usize>(surface: Shared<N>) -> Result<Shared<D>, Problem> {
+    if N != D {
+        return Err((String::new(), format!("is a shape of {N} dimensions, the space has {D}")));
+    }
+    Ok(same(surface))
 }
 
 /// A vector as one of the space; its length is checked before.
@@ -88,16 +97,16 @@ fn vector<const D: usize>(values: &[f64]) -> [f64; D] {
     std::array::from_fn(|c| values.get(c).copied().unwrap_or(f64::NAN))
 }
 
-fn plane<const D: usize>(point: &[f64], normal: &[f64]) -> Result<Arc<dyn Surface<D>>, Problem> {
-    Ok(Arc::new(HalfSpace::new(vector::<D>(point), vector(normal)).map_err(below)?))
+fn plane<const D: usize>(point: &[f64], normal: &[f64]) -> Result<Shared<D>, Problem> {
+    HalfSpace::new(vector::<D>(point), vector(normal)).map(HalfSpace::shared).map_err(below)
 }
 
-fn around_box<const D: usize>(min: &[f64], max: &[f64]) -> Result<Arc<dyn Surface<D>>, Problem> {
-    Ok(Arc::new(Facetted::around_box(vector::<D>(min), vector(max)).map_err(below)?))
+fn around_box<const D: usize>(min: &[f64], max: &[f64]) -> Result<Shared<D>, Problem> {
+    Facetted::around_box(vector::<D>(min), vector(max)).map(Facetted::shared).map_err(below)
 }
 
-fn ball<const D: usize>(centre: &[f64], radius: f64, hollow: bool) -> Result<Arc<dyn Surface<D>>, Problem> {
-    Ok(Arc::new(BallSurface::new(vector::<D>(centre), radius, hollow).map_err(below)?))
+fn ball<const D: usize>(centre: &[f64], radius: f64, hollow: bool) -> Result<Shared<D>, Problem> {
+    BallSurface::new(vector::<D>(centre), radius, hollow).map(BallSurface::shared).map_err(below)
 }
 
 fn axis_of_space(axis: usize) -> Result<(), Problem> {
@@ -156,7 +165,7 @@ fn turned(vertices: &[[f64; 2]], axis: usize, centre: [f64; 3]) -> Result<Placed
     // Coordinates along the line are those of space.
     let offset: [f64; 3] = std::array::from_fn(|c| if c == axis { 0.0 } else { centre[c] });
     let shape = Revolved::new(vertices, axis).map_err(below)?;
-    Ok(Placed { surface: Arc::new(shape), frame: Frame::default().shifted(&offset) })
+    Ok(Placed { surface: shape.shared(), frame: Frame::default().shifted(&offset) })
 }
 
 /// The heights of a raster's file; `origin` (m) is taken off.

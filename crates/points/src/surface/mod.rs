@@ -20,6 +20,9 @@ mod tree;
 pub(crate) mod vector;
 
 use std::fmt::Debug;
+use std::sync::Arc;
+
+use colluvium_parallel::same;
 
 pub use ball::BallSurface;
 pub use contacts::Contacts;
@@ -84,5 +87,59 @@ pub trait Surface<const D: usize>: Debug + Send + Sync {
             self.touch(x, *radius, found);
             found.next();
         }
+    }
+}
+
+/// A surface that several may hold.
+pub type Shared<const D: usize> = Arc<dyn Surface<D>>;
+
+/// Surfaces of any space as shared ones, whose searches are compiled here and not where they are asked for.
+macro_rules! shared {
+    ($($surface:ident),*) => {$(
+        impl<const D: usize> $surface<D> {
+            /// The surface as one that several may hold.
+            pub fn shared(self) -> Shared<D> {
+                #[inline(never)]
+                fn on_line(surface: $surface<1>) -> Shared<1> {
+                    Arc::new(surface)
+                }
+                #[inline(never)]
+                fn in_plane(surface: $surface<2>) -> Shared<2> {
+                    Arc::new(surface)
+                }
+                #[inline(never)]
+                fn in_space(surface: $surface<3>) -> Shared<3> {
+                    Arc::new(surface)
+                }
+                match D {
+                    1 => same(on_line(same(self))),
+                    2 => same(in_plane(same(self))),
+                    _ => same(in_space(same(self))),
+                }
+            }
+        }
+    )*};
+}
+
+shared!(BallSurface, Facetted, HalfSpace, Placed);
+
+impl Profile {
+    /// The surface as one that several may hold.
+    pub fn shared(self) -> Shared<2> {
+        Arc::new(self)
+    }
+}
+
+impl HeightField {
+    /// The surface as one that several may hold.
+    pub fn shared(self) -> Shared<3> {
+        Arc::new(self)
+    }
+}
+
+impl Revolved {
+    /// The surface as one that several may hold.
+    pub fn shared(self) -> Shared<3> {
+        Arc::new(self)
     }
 }

@@ -6,7 +6,7 @@ use colluvium_case::description::Body;
 use colluvium_case::law::Begun;
 use colluvium_case::rigid::{RigidMass, RigidState};
 use colluvium_case::{Case, CaseError, spatial};
-use colluvium_constitutive::{Kind, MaterialSpec};
+use colluvium_constitutive::Kind;
 use colluvium_points::HalfList;
 
 use crate::config::{SoundSpeed, SphOptions};
@@ -16,11 +16,6 @@ use crate::setting::corner;
 
 /// Beyond this many particles the ids no longer fit.
 const MOST_PARTICLES: usize = u32::MAX as usize;
-
-/// Young's modulus of a material (Pa), where it has one.
-fn youngs_modulus(spec: &MaterialSpec) -> Option<f64> {
-    serde_json::to_value(spec).ok()?.get("youngs_modulus")?.as_f64()
-}
 
 /// Adds the particles of a body, in their initial state.
 pub(super) fn add_body<const D: usize>(
@@ -53,7 +48,7 @@ pub(super) fn add_body<const D: usize>(
     let spec = &case.materials[&body.material];
     let youngs_modulus = match options.sound_speed {
         SoundSpeed::PWave => None,
-        SoundSpeed::YoungsModulus => Some(youngs_modulus(spec).ok_or_else(|| {
+        SoundSpeed::YoungsModulus => Some(case.youngs_modulus(&body.material).ok_or_else(|| {
             let problem = format!("material {:?} has no Young's modulus: use p-wave", body.material);
             CaseError::new("methods.sph.sound_speed", problem)
         })?),

@@ -5,7 +5,9 @@ mod rows;
 
 use patches::Patches;
 
-use super::{Cells, Sample, SamplingError};
+use colluvium_parallel::same;
+
+use super::{Cells, Sample, Sampled, SamplingError};
 use crate::Shape;
 use crate::neighbours::CellList;
 use crate::shape::{Place, Side};
@@ -58,15 +60,18 @@ pub fn fitted<const D: usize>(
     origin: [f64; D],
     spacing: f64,
 ) -> Result<Vec<Sample<D>>, SamplingError> {
-    if D != 2 {
-        return Err(SamplingError::NoSides);
+    match D {
+        2 => same(in_plane(shape, same(origin), spacing)),
+        _ => Err(SamplingError::NoSides),
     }
-    let cells = Cells::<D>::around(shape, origin, spacing, 1.0)?;
+}
+
+fn in_plane(shape: &Shape, origin: Place, spacing: f64) -> Sampled<2> {
+    let cells = Cells::around(shape, origin, spacing, 1.0)?;
     let sides = shape.sides().ok_or(SamplingError::NoSides)?;
     let region = Region { shape, sides, spacing };
-    let origin = [origin[0], origin[1]];
     let mut apart = rows::along_sides(&region);
-    fill(&region, [cells.first[0], cells.first[1]], [cells.count[0], cells.count[1]], origin, &mut apart);
+    fill(&region, cells.first, cells.count, origin, &mut apart);
     let mut points = apart.into_points();
     even_out(&region, &mut points);
     let patches = Patches::new(&region, &points);
@@ -85,11 +90,7 @@ pub fn fitted<const D: usize>(
     }
     let column = |x: &Place| ((x[0] - origin[0]) / spacing).floor();
     samples.sort_by(|(a, _), (b, _)| column(a).total_cmp(&column(b)).then(a[1].total_cmp(&b[1])));
-    let sample = |(place, volume): (Place, f64)| Sample {
-        position: std::array::from_fn(|axis| place.get(axis).copied().unwrap_or(0.0)),
-        volume,
-    };
-    Ok(samples.into_iter().map(sample).collect())
+    Ok(samples.into_iter().map(|(position, volume)| Sample { position, volume }).collect())
 }
 
 /// Fills what the rows leave: first from the lattice, then by single points where there is room for one.
