@@ -233,8 +233,12 @@ fn solve_momentum<const D: usize>(
     touch(clock, background, bodies, &mut nodes.solved, boundary);
     let Boundary { walls, driven, contacts, rocks, .. } = &mut *boundary;
     driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, true);
+    let damped = clock.stage().damping_of_axes() != [0.0; 3];
+    if damped {
+        stop_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
+    }
     damp_nodes(clock, background, nodes, walls);
-    if clock.stage().damping_of_axes() != [0.0; 3] {
+    if damped {
         driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, false);
     }
     rigid::settle_loose(clock, driven);
@@ -272,7 +276,7 @@ fn balance<const D: usize>(
     sums
 }
 
-/// Local damping. It goes by the forces out of balance: those of walls, of other bodies and of what is driven are in
+/// Local damping. It goes by the forces out of balance: those of walls, of other bodies, of what is driven and of what stops points are in
 /// balance with others, and so it comes last. What is held stays held.
 fn damp_nodes<const D: usize>(clock: &Clock, background: &Background<D>, nodes: &mut Nodes, walls: &Walls) {
     let damping = clock.stage().damping_of_axes();

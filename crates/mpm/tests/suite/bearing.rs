@@ -52,6 +52,33 @@ fn what_a_ring_loses_of_its_fall_on_a_cone_is_the_reaction_per_radian() {
     }
 }
 
+/// What stops points is in balance with their weight: a damping that took it for a force out of balance bore a tenth of this block.
+#[test]
+fn an_obstacle_bears_a_damped_block_whose_base_is_stepped() {
+    let at = |x: f64, above: f64| [x, 1.0 - x / 3.0 + above];
+    let corners = [at(0.5, 0.0), at(1.1, 0.0), at(1.1, 0.3), at(0.5, 0.3)];
+    let slope =
+        json!({ "kind": "polygon", "vertices": [at(0.0, 0.0), at(2.0, 0.0), [2.0, -0.5], [0.0, -0.5]] });
+    for space in ["plane-strain", "axisymmetric"] {
+        for obstacles in BOTH {
+            let value = json!({
+                "title": "block", "space": space, "gravity": [0, -GRAVITY],
+                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
+                "domain": { "min": [0, 0], "max": [2, 1.5] },
+                "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "polygon", "vertices": corners } }],
+                "obstacles": [{ "name": "ground", "shape": slope, "wall": { "kind": "rough" } }],
+                "stages": [{ "name": "rest", "duration": 1, "damping": 0.5 }],
+                "measures": { "reaction": { "kind": "reaction", "of": "ground" } },
+                "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
+            });
+            let mut solver = begin(&Mpm, &changed(value, &json!({})));
+            let weight = GRAVITY * solver.totals().mass;
+            let [_, up, _] = borne(&mut *solver, 0.5, 1.0);
+            assert!((-up / weight - 1.0).abs() < 0.01, "{space}, {obstacles}: {up} {weight}");
+        }
+    }
+}
+
 /// A saturated column, 0.8 m high, between smooth sides on an obstacle.
 fn column(space: &str, obstacles: &str) -> Value {
     let (low, high, top) = match space {
