@@ -231,16 +231,10 @@ fn solve_momentum<const D: usize>(
     absorbing.absorb(clock, &mut nodes.solved, walls);
     rigid::hold_rigid(background, driven, contacts, &mut nodes.solved);
     touch(clock, background, bodies, &mut nodes.solved, boundary);
-    let Boundary { walls, driven, contacts, rocks, .. } = &mut *boundary;
+    let Boundary { driven, contacts, .. } = &mut *boundary;
     driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, true);
-    let damped = clock.stage().damping_of_axes() != [0.0; 3];
-    if damped {
-        stop_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
-    }
-    damp_nodes(clock, background, nodes, walls);
-    if damped {
-        driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, false);
-    }
+    damp_nodes(clock, background, bodies, nodes, boundary);
+    let Boundary { walls, driven, contacts, rocks, .. } = &mut *boundary;
     rigid::settle_loose(clock, driven);
     rigid::hold_loose(background, driven, contacts, &mut nodes.solved);
     stop_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
@@ -278,11 +272,19 @@ fn balance<const D: usize>(
 
 /// Local damping. It goes by the forces out of balance: those of walls, of other bodies, of what is driven and of what stops points are in
 /// balance with others, and so it comes last. What is held stays held.
-fn damp_nodes<const D: usize>(clock: &Clock, background: &Background<D>, nodes: &mut Nodes, walls: &Walls) {
+fn damp_nodes<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut Nodes,
+    boundary: &mut Boundary<D>,
+) {
     let damping = clock.stage().damping_of_axes();
     if damping == [0.0; 3] {
         return;
     }
+    let Boundary { walls, driven, contacts, rocks, .. } = boundary;
+    stop_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
     let layout = &background.layout;
     for nodes in nodes.solved.chunks_exact_mut(layout.len()) {
         layout.each(nodes, |row, active, line| {
@@ -293,6 +295,7 @@ fn damp_nodes<const D: usize>(clock: &Clock, background: &Background<D>, nodes: 
             }
         });
     }
+    driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, false);
 }
 
 /// Measures of equilibrium from the solved nodes, contacts included (sheet: mpm §2.14).
