@@ -18,28 +18,31 @@ fn borne(solver: &mut dyn Solver, from: f64, to: f64) -> [f64; 3] {
     std::array::from_fn(|c| (end[c] - start[c]) / (to - from))
 }
 
+/// A parallelogram from 0.5 m to 1.1 m, 0.3 m high, on a slope that falls outwards by a third: a block, or a ring on a cone.
+fn on_a_slope(space: &str, obstacles: &str, wall: &Value, stage: &Value) -> Value {
+    let at = |x: f64, above: f64| [x, 1.0 - x / 3.0 + above];
+    let corners = [at(0.5, 0.0), at(1.1, 0.0), at(1.1, 0.3), at(0.5, 0.3)];
+    let ground =
+        json!({ "kind": "polygon", "vertices": [at(0.0, 0.0), at(2.0, 0.0), [2.0, -0.5], [0.0, -0.5]] });
+    json!({
+        "title": "on a slope", "space": space, "gravity": [0, -GRAVITY],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
+        "domain": { "min": [0, 0], "max": [2, 1.5] },
+        "bodies": [{ "name": "body", "material": "m", "shape": { "kind": "polygon", "vertices": corners } }],
+        "obstacles": [{ "name": "ground", "shape": ground, "wall": wall }],
+        "stages": [stage],
+        "measures": { "reaction": { "kind": "reaction", "of": "ground" } },
+        "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
+    })
+}
+
 #[test]
 fn what_a_ring_loses_of_its_fall_on_a_cone_is_the_reaction_per_radian() {
-    // A parallelogram from r = 0.5 m to 1.1 m, 0.3 m high, on a cone that falls outwards by a third.
-    let at = |r: f64, above: f64| [r, 1.0 - r / 3.0 + above];
-    let corners = [at(0.5, 0.0), at(1.1, 0.0), at(1.1, 0.3), at(0.5, 0.3)];
-    let cone =
-        json!({ "kind": "polygon", "vertices": [at(0.0, 0.0), at(2.0, 0.0), [2.0, -0.5], [0.0, -0.5]] });
     // Pappus: the area times the radius of its centroid.
     let exact = 1000.0 * GRAVITY * 0.6 * 0.3 * 0.8;
     for obstacles in BOTH {
-        let value = json!({
-            "title": "ring", "space": "axisymmetric", "gravity": [0, -GRAVITY],
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
-            "domain": { "min": [0, 0], "max": [2, 1.5] },
-            "bodies": [{ "name": "ring", "material": "m", "shape": { "kind": "polygon", "vertices": corners } }],
-            "obstacles": [{
-                "name": "ground", "shape": cone, "wall": { "kind": "frictional", "friction_coefficient": 0.3 }
-            }],
-            "stages": [{ "name": "fall", "duration": 0.5 }],
-            "measures": { "reaction": { "kind": "reaction", "of": "ground" } },
-            "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
-        });
+        let wall = json!({ "kind": "frictional", "friction_coefficient": 0.3 });
+        let value = on_a_slope("axisymmetric", obstacles, &wall, &json!({ "name": "fall", "duration": 0.5 }));
         let mut solver = begin(&Mpm, &changed(value, &json!({})));
         let weight = GRAVITY * solver.totals().mass;
         assert!((weight / exact - 1.0).abs() < 0.02, "{obstacles}: points in cells, {weight} {exact}");
@@ -55,22 +58,10 @@ fn what_a_ring_loses_of_its_fall_on_a_cone_is_the_reaction_per_radian() {
 /// What stops points is in balance with their weight: a damping that took it for a force out of balance bore a tenth of this block.
 #[test]
 fn an_obstacle_bears_a_damped_block_whose_base_is_stepped() {
-    let at = |x: f64, above: f64| [x, 1.0 - x / 3.0 + above];
-    let corners = [at(0.5, 0.0), at(1.1, 0.0), at(1.1, 0.3), at(0.5, 0.3)];
-    let slope =
-        json!({ "kind": "polygon", "vertices": [at(0.0, 0.0), at(2.0, 0.0), [2.0, -0.5], [0.0, -0.5]] });
     for space in ["plane-strain", "axisymmetric"] {
         for obstacles in BOTH {
-            let value = json!({
-                "title": "block", "space": space, "gravity": [0, -GRAVITY],
-                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
-                "domain": { "min": [0, 0], "max": [2, 1.5] },
-                "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "polygon", "vertices": corners } }],
-                "obstacles": [{ "name": "ground", "shape": slope, "wall": { "kind": "rough" } }],
-                "stages": [{ "name": "rest", "duration": 1, "damping": 0.5 }],
-                "measures": { "reaction": { "kind": "reaction", "of": "ground" } },
-                "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
-            });
+            let stage = json!({ "name": "rest", "duration": 1, "damping": 0.5 });
+            let value = on_a_slope(space, obstacles, &json!({ "kind": "rough" }), &stage);
             let mut solver = begin(&Mpm, &changed(value, &json!({})));
             let weight = GRAVITY * solver.totals().mass;
             let [_, up, _] = borne(&mut *solver, 0.5, 1.0);
