@@ -19,10 +19,11 @@ mod simplex;
 mod tree;
 pub(crate) mod vector;
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use colluvium_parallel::same;
+use colluvium_parallel::once_per_dimension;
 
 pub use ball::BallSurface;
 pub use contacts::Contacts;
@@ -99,23 +100,12 @@ macro_rules! shared {
         impl<const D: usize> $surface<D> {
             /// The surface as one that several may hold.
             pub fn shared(self) -> Shared<D> {
-                #[inline(never)]
-                fn on_line(surface: $surface<1>) -> Shared<1> {
-                    Arc::new(surface)
+                fn share<const D: usize>(surface: Box<dyn Any>) -> Shared<D> {
+                    let surface: Box<$surface<D>> = surface.downcast().expect("a surface of this space");
+                    Arc::new(*surface)
                 }
-                #[inline(never)]
-                fn in_plane(surface: $surface<2>) -> Shared<2> {
-                    Arc::new(surface)
-                }
-                #[inline(never)]
-                fn in_space(surface: $surface<3>) -> Shared<3> {
-                    Arc::new(surface)
-                }
-                match D {
-                    1 => same(on_line(same(self))),
-                    2 => same(in_plane(same(self))),
-                    _ => same(in_space(same(self))),
-                }
+                let surface: Box<dyn Any> = Box::new(self);
+                once_per_dimension!(D, share(surface: Box<dyn Any>) -> Shared)
             }
         }
     )*};
