@@ -19,7 +19,7 @@ pub use motion::PrescribedMotion;
 pub use obstacle::{
     CellsOfRaster, Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall, ProfilePiece,
 };
-pub use output::{Broken, CrackTip, Measure, Output, Rasters};
+pub use output::{Broken, Compression, CrackTip, Measure, Output, Rasters};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use strength::{FactorOfSafety, Weakening};

@@ -41,6 +41,33 @@ pub fn printable(message: &str) -> String {
     line
 }
 
+/// Longest word of a message that is shown whole (characters).
+const WORD: usize = 240;
+
+/// Longest message that is shown whole (characters).
+const MESSAGE: usize = 2000;
+
+/// A message of which long words, as names in a file may be, and what is long as a whole lack their middle.
+pub fn shortened(message: &str) -> String {
+    if message.len() <= WORD {
+        return message.to_owned();
+    }
+    let words: String = message.split_inclusive(' ').map(|word| without_middle(word, WORD)).collect();
+    without_middle(&words, MESSAGE)
+}
+
+/// A text of at most so many characters, as it is, or two thirds of them from its beginning and a third from its end.
+fn without_middle(text: &str, most: usize) -> String {
+    let count = text.chars().count();
+    if count <= most {
+        return text.to_owned();
+    }
+    let (from, to) = (2 * most / 3, count - most / 3);
+    let begin: String = text.chars().take(from).collect();
+    let end: String = text.chars().skip(to).collect();
+    format!("{begin}… ({} characters) …{end}", to - from)
+}
+
 /// Whether a character breaks a line or turns the direction of writing.
 fn turns(c: char) -> bool {
     matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
@@ -90,6 +117,18 @@ mod tests {
     fn a_message_is_one_line_whatever_names_hold() {
         assert_eq!(printable("bodies.a\nb\u{1b}[31m: \u{202e}is"), "bodies.a\\nb\\u{1b}[31m: \\u{202e}is");
         assert_eq!(printable("Böschung: 0.25 m, −3 °"), "Böschung: 0.25 m, −3 °");
+    }
+
+    #[test]
+    fn long_names_lose_their_middle_and_places_stay() {
+        let name = "n".repeat(5000);
+        let short = shortened(&format!("materials.{name}.friction_angle: 95 is not in 0..=60 degrees"));
+        assert!(short.starts_with("materials.nnn") && short.len() < 400, "{short}");
+        assert!(short.ends_with("nnn.friction_angle: 95 is not in 0..=60 degrees"), "{short}");
+        let short = shortened(&format!("bodies.{}: is too large", "ein Name ".repeat(600)));
+        assert!(short.ends_with(": is too large") && short.chars().count() < 2100, "{short}");
+        let as_it_is = "bodies[0].shape: reaches beyond the domain ".repeat(40);
+        assert_eq!(shortened(&as_it_is), as_it_is);
     }
 
     #[test]

@@ -37,7 +37,7 @@ mod warnings;
 
 pub use description::Case;
 pub use equilibrium::{Equilibrium, Scales};
-pub use error::{CaseError, CaseErrors, printable};
+pub use error::{CaseError, CaseErrors, printable, shortened};
 pub use features::{Feature, Honours, Needs};
 pub use formula::Formula;
 pub use load::spatial;

@@ -8,6 +8,7 @@ use super::frame::{Shown, write_mesh, write_points};
 use super::xml::{Array, write_xml};
 use super::{OutputError, Seal};
 use crate::Lattice;
+use crate::description::Compression;
 use crate::solver::{Dataset, PlanNodes, Points, Support};
 
 /// What ParaView takes for a node that is not to be shown (`vtkDataSetAttributes::HIDDENPOINT`).
@@ -30,24 +31,29 @@ pub fn file_ending(support: &Support) -> &'static str {
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn write_dataset(path: &Path, dataset: &Dataset, origin: [f64; 3]) -> Result<Seal, OutputError> {
+pub fn write_dataset(
+    path: &Path,
+    dataset: &Dataset,
+    origin: [f64; 3],
+    compression: Compression,
+) -> Result<Seal, OutputError> {
     let fields = &dataset.fields;
     match &dataset.support {
         Support::Points(Points { ids, bodies, positions, extents }) => {
             let fields = fields.iter().collect();
-            write_points(path, Shown { ids, bodies, positions, extents, fields }, origin)
+            write_points(path, Shown { ids, bodies, positions, extents, fields }, origin, compression)
         }
-        Support::Mesh(mesh) => write_mesh(path, mesh, origin, fields),
+        Support::Mesh(mesh) => write_mesh(path, mesh, origin, fields, compression),
         Support::Lattice { nodes: Lattice { low, spacing, count }, mask } => {
             let axis = |c: usize| along(origin[c], low[c], *spacing, count[c]);
             let mut arrays: Vec<Array<'_>> = fields.iter().map(Array::of).collect();
             arrays.extend((!mask.is_empty()).then(|| Array::new(GHOSTS, 1, || hidden(mask))));
-            write_nodes(path, &[0, 1, 2].map(axis), arrays)
+            write_nodes(path, &[0, 1, 2].map(axis), arrays, compression)
         }
         Support::Raster(PlanNodes { columns, rows, origin: low, spacing, .. }) => {
             let axis = |c: usize, count: usize| along(origin[c], low[c], spacing[c], count);
             let axes = [axis(0, *columns), axis(1, *rows), vec![0.0]];
-            write_nodes(path, &axes, fields.iter().map(Array::of).collect())
+            write_nodes(path, &axes, fields.iter().map(Array::of).collect(), compression)
         }
     }
 }
@@ -62,7 +68,12 @@ fn hidden(mask: &[bool]) -> Vec<u8> {
     mask.iter().map(|bears| if *bears { 0 } else { HIDDEN }).collect()
 }
 
-fn write_nodes(path: &Path, axes: &[Vec<f64>; 3], point: Vec<Array<'_>>) -> Result<Seal, OutputError> {
+fn write_nodes(
+    path: &Path,
+    axes: &[Vec<f64>; 3],
+    point: Vec<Array<'_>>,
+    compression: Compression,
+) -> Result<Seal, OutputError> {
     let [nx, ny, nz] = [0, 1, 2].map(|c| axes[c].len() as i32 - 1);
     let [x, y, z] = axes.each_ref().map(|axis| IOBuffer::F64(axis.clone()));
     let piece = RectilinearGridPiece {
@@ -71,7 +82,7 @@ fn write_nodes(path: &Path, axes: &[Vec<f64>; 3], point: Vec<Array<'_>>) -> Resu
         data: Attributes { point: point.iter().map(Array::hollow).collect(), cell: Vec::new() },
     };
     let coordinates = axes.iter().map(|axis| Array::new("", 1, || axis.clone()));
-    write_xml(path, DataSet::inline(piece), point.into_iter().chain(coordinates))
+    write_xml(path, DataSet::inline(piece), point.into_iter().chain(coordinates), compression)
 }
 
 #[cfg(test)]
@@ -87,7 +98,7 @@ mod tests {
         let path = folder.path().join("all").with_extension(file_ending(&support));
         let fields = vec![Field { name: "depth".into(), unit: "m", data }];
         let dataset = Dataset { name: "all".into(), support, fields };
-        write_dataset(&path, &dataset, [100.0, 0.0, 0.0]).unwrap();
+        write_dataset(&path, &dataset, [100.0, 0.0, 0.0], Compression::Fast).unwrap();
         let file = std::fs::File::open(&path).unwrap();
         Vtk::parse_xml(std::io::BufReader::new(file)).unwrap().data
     }
@@ -125,7 +136,7 @@ mod tests {
             let dataset = Dataset { name: "all".into(), support, fields };
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("all").with_extension(file_ending(&dataset.support));
-            write_dataset(&path, &dataset, [0.0; 3]).unwrap();
+            write_dataset(&path, &dataset, [0.0; 3], Compression::Fast).unwrap();
             assert_eq!(crate::output::read_frame(&path, 0.5).unwrap(), dataset.into_points(0.5, 0));
         }
     }

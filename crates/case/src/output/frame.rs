@@ -12,6 +12,7 @@ use vtkio::model::{
 
 use super::xml::{Array, Geometry, write_unstructured};
 use super::{OutputError, Seal, write_atomically};
+use crate::description::Compression;
 use crate::solver::{Dataset, Mesh, Role, Support, on_nodes};
 use crate::{Field, FieldData, Snapshot};
 
@@ -27,8 +28,17 @@ pub(super) struct Shown<'a> {
     pub(super) fields: Vec<&'a Field>,
 }
 
+/// Fields of a frame that are written, and how.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Written<'a> {
+    /// Names of the fields; all when absent.
+    pub only: Option<&'a [String]>,
+    /// Compression of the files.
+    pub compression: Compression,
+}
+
 /// Writes a snapshot, its positions moved by `origin` (m), as a VTU file that ParaView opens: one vertex per point, with the fields
-/// named in `only`, or all. Ids, bodies and extents are always there. Returns the seal of the file.
+/// that are `written`. Ids, bodies and extents are always there. Returns the seal of the file.
 ///
 /// # Errors
 /// When the disk refuses.
@@ -36,16 +46,21 @@ pub fn write_frame(
     path: &Path,
     snapshot: &Snapshot,
     origin: [f64; 3],
-    only: Option<&[String]>,
+    written: Written<'_>,
 ) -> Result<Seal, OutputError> {
     let Snapshot { ids, bodies, positions, extents, fields, .. } = snapshot;
-    let wanted = |field: &&Field| only.is_none_or(|names| names.contains(&field.name));
+    let wanted = |field: &&Field| written.only.is_none_or(|names| names.contains(&field.name));
     let fields = fields.iter().filter(wanted).collect();
-    write_points(path, Shown { ids, bodies, positions, extents, fields }, origin)
+    write_points(path, Shown { ids, bodies, positions, extents, fields }, origin, written.compression)
 }
 
 /// Writes points, moved by `origin` (m), with their fields as a VTU file that ParaView opens; the seal of the file.
-pub(super) fn write_points(path: &Path, shown: Shown<'_>, origin: [f64; 3]) -> Result<Seal, OutputError> {
+pub(super) fn write_points(
+    path: &Path,
+    shown: Shown<'_>,
+    origin: [f64; 3],
+    compression: Compression,
+) -> Result<Seal, OutputError> {
     let Shown { ids, bodies, positions, extents, fields } = shown;
     let count = ids.len();
     let mut point: Vec<Array<'_>> = fields.into_iter().map(Array::of).collect();
@@ -64,7 +79,12 @@ pub(super) fn write_points(path: &Path, shown: Shown<'_>, origin: [f64; 3]) -> R
         Array::new("offsets", 1, || (1..=count as u64).collect::<Vec<_>>()),
         Array::new("types", 1, || vec![CellType::Vertex as u8; count]),
     ];
-    write_unstructured(path, Geometry { places: count, cells: count, arrays }, point, Vec::new())
+    write_unstructured(
+        path,
+        Geometry { places: count, cells: count, arrays },
+        (point, Vec::new()),
+        compression,
+    )
 }
 
 /// Places moved by `origin` (m), one after the other.
@@ -82,6 +102,7 @@ pub(super) fn write_mesh(
     mesh: &Mesh,
     origin: [f64; 3],
     fields: &[Field],
+    compression: Compression,
 ) -> Result<Seal, OutputError> {
     let kinds = || {
         let starts = std::iter::once(0).chain(mesh.ends.iter().copied());
@@ -99,7 +120,7 @@ pub(super) fn write_mesh(
         Array::new("types", 1, kinds),
     ];
     let geometry = Geometry { places: mesh.places.len(), cells: mesh.ends.len(), arrays };
-    write_unstructured(path, geometry, Vec::new(), fields.iter().map(Array::of).collect())
+    write_unstructured(path, geometry, (Vec::new(), fields.iter().map(Array::of).collect()), compression)
 }
 
 /// Reads the file of a frame back, at the given time, as points: nodes of a lattice or a raster that bear something, and cells of a
@@ -302,9 +323,14 @@ mod tests {
         };
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("frame.vtu");
-        write_frame(&path, &snapshot, [0.0; 3], None).unwrap();
+        write_frame(&path, &snapshot, [0.0; 3], Written::default()).unwrap();
         assert_eq!(read_frame(&path, 0.25).unwrap(), snapshot);
-        write_frame(&path, &snapshot, [0.0; 3], Some(&["stress".to_owned()])).unwrap();
+        for compression in [Compression::None, Compression::Best] {
+            write_frame(&path, &snapshot, [0.0; 3], Written { compression, ..Written::default() }).unwrap();
+            assert_eq!(read_frame(&path, 0.25).unwrap(), snapshot);
+        }
+        let stress = Written { only: Some(&["stress".to_owned()]), ..Written::default() };
+        write_frame(&path, &snapshot, [0.0; 3], stress).unwrap();
         assert_eq!(read_frame(&path, 0.25).unwrap().fields.len(), 1);
     }
 

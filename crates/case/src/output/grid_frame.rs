@@ -265,7 +265,7 @@ mod tests {
         assert_eq!(names, ["density", "stress"]);
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("grid.vtr");
-        crate::output::write_dataset(&path, &frame, [0.0; 3]).unwrap();
+        crate::output::write_dataset(&path, &frame, [0.0; 3], crate::description::Compression::Fast).unwrap();
         assert!(std::fs::read_to_string(&path).unwrap().contains("WholeExtent=\"0 6 0 3 0 0\""));
     }
 }

@@ -1,5 +1,6 @@
 //! What a run writes: frames for ParaView, tables, summaries.
 
+mod blocks;
 mod dataset;
 mod files;
 mod frame;
@@ -11,8 +12,8 @@ mod table;
 mod xml;
 
 pub use dataset::{file_ending, write_dataset};
-pub use files::{OutputError, read_json, write_atomically, write_through};
-pub use frame::{Collection, read_frame, write_frame};
+pub use files::{OutputError, create_folder, read_json, write_atomically, write_in_place, write_through};
+pub use frame::{Collection, Written, read_frame, write_frame};
 pub use grid_frame::{averages, grid_nodes};
 pub use names::{PLAIN, is_plain, named_file};
 pub use npz::{Array, Values, frame_arrays, read_npz, table_arrays, write_npz};

@@ -1,6 +1,5 @@
 //! Compressed XML files of VTK, of which one array at a time is in memory.
 
-use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -8,21 +7,13 @@ use vtkio::model::{
     Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, ElementType, IOBuffer,
     UnstructuredGridPiece, Version, VertexNumbers, Vtk,
 };
-use vtkio::xml::{self, Compressor, EncodingInfo, ScalarType, se};
+use vtkio::xml::{self, Compressor, DataArrayFormat, se};
 
+use super::blocks;
 use super::files::write_through;
 use super::{OutputError, Seal, Sealed};
+use crate::description::Compression;
 use crate::{Field, FieldData};
-
-/// Of zlib: a third of the time of the best for files that are hardly larger.
-const LEVEL: u32 = 5;
-
-const ENCODING: EncodingInfo = EncodingInfo {
-    byte_order: ByteOrder::LittleEndian,
-    header_type: ScalarType::UInt64,
-    compressor: Compressor::ZLib,
-    compression_level: LEVEL,
-};
 
 /// An array of a file, made when its turn comes.
 pub(super) struct Array<'a> {
@@ -67,30 +58,33 @@ impl<'a> Array<'a> {
         Attribute::DataArray(self.with(IOBuffer::U8(Vec::new())))
     }
 
-    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        let element = xml::DataArray::from_model_data_array(self.with((self.values)()), ENCODING);
-        let element = element.map_err(io::Error::other)?;
-        let mut text = Text { out, failed: None };
-        let written = se::to_fmt_writer(&mut text, &element);
-        text.failed.map_or(Ok(()), Err)?;
-        written.map_err(io::Error::other)
+    fn write(&self, compression: Compression, out: &mut dyn Write) -> io::Result<()> {
+        const HEAD_END: &str = "/>";
+        let values = (self.values)();
+        let range = values.compute_range();
+        let head = xml::DataArray {
+            scalar_type: values.scalar_type().into(),
+            name: self.name.to_owned(),
+            num_comp: self.components,
+            format: DataArrayFormat::Binary,
+            offset: None,
+            range_min: range.map(|(low, _)| low),
+            range_max: range.map(|(_, high)| high),
+            data: Vec::new(),
+        };
+        let head = se::to_string(&head).map_err(io::Error::other)?;
+        let head =
+            head.strip_suffix(HEAD_END).ok_or_else(|| io::Error::other("has an array with content"))?;
+        let text = blocks::encode(&values, compression)?;
+        for part in [head, ">", &text, DATA_END] {
+            out.write_all(part.as_bytes())?;
+        }
+        Ok(())
     }
 }
 
-/// Text on its way to a file.
-struct Text<'a> {
-    out: &'a mut dyn Write,
-    failed: Option<io::Error>,
-}
-
-impl fmt::Write for Text<'_> {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        self.out.write_all(text.as_bytes()).map_err(|error| {
-            self.failed = Some(error);
-            fmt::Error
-        })
-    }
-}
+/// End of the element of an array.
+const DATA_END: &str = "</DataArray>";
 
 /// What bears the arrays of a file of points or cells.
 pub(super) struct Geometry<'a> {
@@ -106,8 +100,8 @@ pub(super) struct Geometry<'a> {
 pub(super) fn write_unstructured(
     path: &Path,
     geometry: Geometry<'_>,
-    point: Vec<Array<'_>>,
-    cell: Vec<Array<'_>>,
+    (point, cell): (Vec<Array<'_>>, Vec<Array<'_>>),
+    compression: Compression,
 ) -> Result<Seal, OutputError> {
     let hollow = |arrays: &[Array<'_>]| arrays.iter().map(Array::hollow).collect();
     let verts = VertexNumbers::XML { connectivity: Vec::new(), offsets: Vec::new() };
@@ -117,7 +111,7 @@ pub(super) fn write_unstructured(
         data: Attributes { point: hollow(&point), cell: hollow(&cell) },
     };
     let arrays = point.into_iter().chain(cell).chain(geometry.arrays);
-    write_xml(path, DataSet::inline(piece), arrays)
+    write_xml(path, DataSet::inline(piece), arrays, compression)
 }
 
 /// Writes a file of `hollow` data whose arrays, in the order of the file, have other values; the seal of the file.
@@ -125,8 +119,9 @@ pub(super) fn write_xml<'a>(
     path: &Path,
     hollow: DataSet,
     arrays: impl Iterator<Item = Array<'a>>,
+    compression: Compression,
 ) -> Result<Seal, OutputError> {
-    let shell = whole(hollow).map_err(|error| OutputError::new(path, error))?;
+    let shell = whole(hollow, compression).map_err(|error| OutputError::new(path, error))?;
     let mut seal = Seal::default();
     write_through(path, |file| {
         let mut out = Sealed { into: file, seal };
@@ -134,7 +129,7 @@ pub(super) fn write_xml<'a>(
         for array in arrays {
             let (before, after) = around(rest).ok_or_else(|| io::Error::other("has an array too many"))?;
             out.write_all(before.as_bytes())?;
-            array.write(&mut out)?;
+            array.write(compression, &mut out)?;
             rest = after;
         }
         out.write_all(rest.as_bytes())?;
@@ -145,19 +140,18 @@ pub(super) fn write_xml<'a>(
 }
 
 /// The text of a file.
-fn whole(data: DataSet) -> Result<String, xml::Error> {
+fn whole(data: DataSet, compression: Compression) -> Result<String, xml::Error> {
     let title = String::new();
     let version = Version::new_xml(1, 0);
-    let vtk = Vtk { version, title, byte_order: ENCODING.byte_order, data, file_path: None };
-    let file = vtk.try_into_xml_format(ENCODING.compressor, ENCODING.compression_level)?;
+    let vtk = Vtk { version, title, byte_order: ByteOrder::LittleEndian, data, file_path: None };
+    let file = vtk.try_into_xml_format(Compressor::ZLib, compression.level())?;
     Ok(se::to_string(&file)?)
 }
 
 /// What stands before the first array of a text, and after it.
 fn around(text: &str) -> Option<(&str, &str)> {
-    const END: &str = "</DataArray>";
-    let (start, end) = (text.find("<DataArray")?, text.find(END)?);
-    Some((&text[..start], &text[end + END.len()..]))
+    let (start, end) = (text.find("<DataArray")?, text.find(DATA_END)?);
+    Some((&text[..start], &text[end + DATA_END.len()..]))
 }
 
 #[cfg(test)]
@@ -165,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_written_array_by_array_is_that_of_all_arrays_at_once() {
+    fn a_file_written_array_by_array_holds_what_all_arrays_at_once_do() {
         const COUNT: usize = 5000;
         let places: Vec<f64> = (0..3 * COUNT).map(|k| (k as f64 * 0.37).sin()).collect();
         let numbers: Vec<i64> = (0..COUNT as i64).map(|k| k * k - 7).collect();
@@ -176,25 +170,33 @@ mod tests {
         let full = |arrays: Vec<Array<'_>>| {
             arrays.iter().map(|own| Attribute::DataArray(own.with((own.values)()))).collect()
         };
-        let cell_verts = VertexNumbers::XML { connectivity: corners.clone(), offsets: ends.clone() };
-        let at_once = whole(DataSet::inline(UnstructuredGridPiece {
-            points: IOBuffer::F64(places.clone()),
-            cells: Cells { cell_verts, types: vec![CellType::Vertex; COUNT] },
-            data: Attributes { point: full(point()), cell: full(cell()) },
-        }));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("all.vtu");
-        let arrays = [
-            Array::new("Points", 3, || places.clone()),
-            Array::new("connectivity", 1, || corners.clone()),
-            Array::new("offsets", 1, || ends.clone()),
-            Array::new("types", 1, || vec![CellType::Vertex as u8; COUNT]),
-        ];
-        let geometry = Geometry { places: COUNT, cells: COUNT, arrays };
-        let seal = write_unstructured(&path, geometry, point(), cell()).unwrap();
-        let text = std::fs::read_to_string(&path).unwrap();
-        assert!(text == at_once.unwrap());
-        assert_eq!(seal, Seal::of(text.as_bytes()));
+        for compression in [Compression::None, Compression::Fast, Compression::Best] {
+            let cell_verts = VertexNumbers::XML { connectivity: corners.clone(), offsets: ends.clone() };
+            let piece = UnstructuredGridPiece {
+                points: IOBuffer::F64(places.clone()),
+                cells: Cells { cell_verts, types: vec![CellType::Vertex; COUNT] },
+                data: Attributes { point: full(point()), cell: full(cell()) },
+            };
+            let at_once = whole(DataSet::inline(piece), compression).unwrap();
+            let arrays = [
+                Array::new("Points", 3, || places.clone()),
+                Array::new("connectivity", 1, || corners.clone()),
+                Array::new("offsets", 1, || ends.clone()),
+                Array::new("types", 1, || vec![CellType::Vertex as u8; COUNT]),
+            ];
+            let geometry = Geometry { places: COUNT, cells: COUNT, arrays };
+            let seal = write_unstructured(&path, geometry, (point(), cell()), compression).unwrap();
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert_eq!(seal, Seal::of(text.as_bytes()));
+            let numbers_left_out = |text: &str| -> String {
+                text.split('>').map(|part| part.split_once('<').map_or("", |(_, element)| element)).collect()
+            };
+            assert_eq!(numbers_left_out(&text), numbers_left_out(&at_once), "elements and attributes");
+            let read = |text: &str| Vtk::parse_xml(text.as_bytes()).unwrap().data;
+            assert_eq!(read(&text), read(&at_once));
+        }
     }
 
     #[test]
@@ -202,7 +204,8 @@ mod tests {
         let path = Path::new("/dev/full");
         if path.exists() {
             let mut full = std::fs::File::options().write(true).open(path).unwrap();
-            let error = Array::new("a", 1, || vec![0.5; 100_000]).write(&mut full).unwrap_err();
+            let error =
+                Array::new("a", 1, || vec![0.5; 100_000]).write(Compression::None, &mut full).unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::StorageFull);
         }
     }

@@ -6,7 +6,7 @@ use std::io::{BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use crate::SolverError;
-use crate::output::{Collection, OutputError, Seal, Sealed, TableFile, write_through};
+use crate::output::{Collection, OutputError, Seal, Sealed, TableFile, create_folder, write_through};
 use crate::run::RunError;
 
 pub(super) const CASE: &str = "case.json";
@@ -119,8 +119,7 @@ fn remove(file: &Path) -> Result<(), OutputError> {
 
 /// Makes the folder, with its folder of frames.
 pub(super) fn make(out: &Path) -> Result<(), OutputError> {
-    let frames = out.join(FRAMES);
-    fs::create_dir_all(&frames).map_err(|error| OutputError::new(&frames, error))
+    create_folder(&out.join(FRAMES))
 }
 
 /// Writes a state so that [`read_state`] sees whether it is whole.
@@ -171,7 +170,7 @@ pub(super) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> 
 /// # Errors
 /// When it cannot be made, or another run has it.
 pub(super) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
-    fs::create_dir_all(out).map_err(|error| OutputError::new(out, error))?;
+    create_folder(out)?;
     let Ok(folder) = File::open(out) else { return Ok(None) };
     match folder.try_lock() {
         Ok(()) => Ok(Some(folder)),
@@ -186,7 +185,7 @@ pub(super) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
 const ROOM: usize = 1 << 16;
 
 /// Keeps room in the folder, beside that for `text`, until the file is closed; it has no name there. `None` where that is not
-/// possible.
+/// possible: such a run writes its [last words](super::summary) over the summary that there is.
 pub(super) fn keep_room(out: &Path, text: &str) -> Option<File> {
     let mut file = tempfile::tempfile_in(out).ok()?;
     file.write_all(&vec![1; ROOM + 2 * text.len()]).and_then(|()| file.sync_all()).ok()?;

@@ -14,8 +14,8 @@ use super::progress::Progress;
 use super::{RunError, RunOptions, row};
 use crate::description::Measure;
 use crate::output::{
-    Collection, OutputError, Seal, Table, averages, file_ending, read_frame, read_json, write_atomically,
-    write_dataset, write_frame,
+    Collection, OutputError, Seal, Table, Written, averages, create_folder, file_ending, read_frame,
+    read_json, write_atomically, write_dataset, write_frame,
 };
 use crate::solver::save_value;
 use crate::{Case, Dataset, Frame, PlanRaster, Snapshot, Solver, SolverError, Support, Wanted, measure};
@@ -109,7 +109,16 @@ impl<'a> Recorder<'a> {
             folder::clear(out)?;
         }
         folder::make(out)?;
-        Ok(write_atomically(&out.join(CASE), self.case.to_json().as_bytes())?)
+        Ok(self.write_case(out)?)
+    }
+
+    fn write_case(&self, out: &Path) -> Result<(), OutputError> {
+        write_atomically(&out.join(CASE), self.case.to_json().as_bytes())
+    }
+
+    /// Writes the case where a run was killed before it had done so, or somebody has taken it away.
+    pub(super) fn keep_case(&self, out: &Path) -> Result<(), OutputError> {
+        if out.join(CASE).exists() { Ok(()) } else { self.write_case(out) }
     }
 
     /// Refuses, before anything is written, to resume a complete run or one of another case.
@@ -237,6 +246,7 @@ impl<'a> Recorder<'a> {
         progress: &mut Progress,
     ) -> Result<(), RunError> {
         let only = self.case.output.fields.as_deref();
+        let compression = self.case.output.compression;
         for dataset in &mut others.datasets {
             if !matches!(dataset.support, Support::Mesh(_)) {
                 dataset.fields.retain(|field| only.is_none_or(|names| names.contains(&field.name)));
@@ -258,12 +268,13 @@ impl<'a> Recorder<'a> {
         progress.frame_steps.push(others.step);
         if let Some(out) = &self.options.out {
             if let (Some(name), Some(points)) = (of_points, &points) {
-                let seal = write_frame(&out.join(&name), points, self.case.origin(), only)?;
+                let seal =
+                    write_frame(&out.join(&name), points, self.case.origin(), Written { only, compression })?;
                 progress.seals.insert(name, seal);
             }
             for dataset in &others.datasets {
                 let name = file(dataset);
-                let seal = write_dataset(&out.join(&name), dataset, self.case.origin())?;
+                let seal = write_dataset(&out.join(&name), dataset, self.case.origin(), compression)?;
                 progress.seals.insert(name, seal);
             }
             self.write_collections(out, progress)?;
@@ -366,6 +377,7 @@ impl<'a> Recorder<'a> {
         let Some((checkpoint, mut state)) = read_checkpoint(out, of_run)? else {
             folder::clear(out)?;
             folder::make(out)?;
+            self.keep_case(out)?;
             return Ok(None);
         };
         solver.restore(&mut state).map_err(|error: SolverError| refuse(out, error.to_string()))?;
@@ -379,6 +391,7 @@ impl<'a> Recorder<'a> {
         folder::keep_profiles(out, &kept)?;
         folder::remove_torn(out)?;
         folder::make(out)?;
+        self.keep_case(out)?;
         self.table = Table::read(&out.join(MEASURES))?;
         self.write_collections(out, &progress)?;
         Ok(Some(progress))
@@ -405,7 +418,7 @@ impl<'a> Recorder<'a> {
             return Ok(());
         };
         let folder = out.join(RASTERS);
-        fs::create_dir_all(&folder).map_err(|error| OutputError::new(&folder, error))?;
+        create_folder(&folder)?;
         let origin = self.case.origin();
         for PlanRaster { name, raster, .. } in solver.rasters() {
             let mut raster = raster.shifted([origin[0], origin[1]]);

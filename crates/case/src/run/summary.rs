@@ -11,7 +11,7 @@ use super::progress::{Progress, StepBound};
 use super::record::Recorder;
 use super::{RunError, Safety, verify};
 use crate::description::Stage;
-use crate::output::{OutputError, write_atomically};
+use crate::output::{OutputError, write_atomically, write_in_place};
 use crate::{Budget, Solver};
 
 impl Recorder<'_> {
@@ -71,6 +71,7 @@ impl Recorder<'_> {
         if completed {
             let tables = self.tables.sync()?;
             if let Some(out) = &self.options.out {
+                self.keep_case(out)?;
                 let sealed = progress.seals.clone().into_iter().chain(tables).collect();
                 summary["files"] = verify::to_json(&verify::seals(out, sealed)?);
             }
@@ -102,8 +103,24 @@ impl Recorder<'_> {
     pub(super) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
         let Some(out) = &self.options.out else { return Ok(()) };
         let text = serde_json::to_string_pretty(summary).map_err(|error| refuse(out, error.to_string()))?;
-        Ok(write_atomically(&out.join(SUMMARY), text.as_bytes())?)
+        let path = out.join(SUMMARY);
+        let written = write_atomically(&path, text.as_bytes());
+        if written.is_err() && summary["status"] == "failed" {
+            // A disk without room for another file has that of the summary that says `running`.
+            let _ = write_in_place(&path, &last_words(summary));
+        }
+        Ok(written?)
     }
+}
+
+/// Longest reason in [`last_words`] (characters).
+const REASON: usize = 200;
+
+/// A summary as short as can be: that of a run which fails on a full disk.
+fn last_words(summary: &serde_json::Value) -> String {
+    let reason: String = summary["reason"].as_str().unwrap_or_default().chars().take(REASON).collect();
+    let [method, fingerprint] = ["method", "fingerprint"].map(|key| &summary[key]);
+    json!({ "status": "failed", "reason": reason, "method": method, "fingerprint": fingerprint }).to_string()
 }
 
 fn bound_to_json(bound: &StepBound) -> serde_json::Value {

@@ -64,6 +64,9 @@ pub fn verify(out: &Path) -> Result<Verified, OutputError> {
         return Err(fail("names no files: a program without seals wrote it".to_owned()));
     };
     let mut problems = Vec::new();
+    if !files.contains_key(CASE) {
+        problems.push(format!("{CASE}: the run ended without it: `run --overwrite` writes it"));
+    }
     for (name, seal) in files {
         let (bytes, hash) = (seal["bytes"].as_u64(), seal["fnv1a"].as_str());
         let path = out.join(name);

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use colluvium::case::Case;
 use colluvium::case::run::{SearchCost, check_names};
+use colluvium::case::{Case, printable};
 
 use super::{Failure, choose, duration, free_memory, threads};
 
@@ -29,7 +29,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     check_names(&case, &*solver)?;
     let step = &plan.time_step;
     let threads = threads();
-    say!("{}", case.title);
+    say!("{}", printable(&case.title));
     say!("method         {}: {}", method.name(), method.summary());
     say!("points         {}", plan.points);
     for (body, mass) in case.bodies.iter().zip(plan.masses(&case)) {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use colluvium::case::output::write_atomically;
+use colluvium::case::output::{create_folder, write_atomically};
 use colluvium::case::{CaseError, CaseErrors, json};
 use colluvium::constitutive::MaterialSpec;
 use colluvium::constitutive::driver::incremental::{self, IncrementalTest};
@@ -54,12 +54,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         incremental.thin(&mut trace.path);
     }
     write(&test.title, &trace, &out, &arguments.format)?;
-    let (p, q) = (trace.path.last("p"), trace.path.last("q"));
-    say!(
-        "{} rows; at the end p = {p:.6e} Pa, q = {q:.6e} Pa; results in {}",
-        trace.path.rows.len(),
-        out.display()
-    );
+    let [p, q] = ["p", "q"].map(|name| match trace.path.last(name) {
+        value if value.is_finite() => format!("{value:.6e} Pa"),
+        _ => "no number".to_owned(),
+    });
+    say!("{} rows; at the end p = {p}, q = {q}; results in {}", trace.path.rows.len(), out.display());
     trace.stopped.map_or(Ok(()), |error| Err(Failure::Other(error.to_string())))
 }
 
@@ -101,7 +100,7 @@ fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<Inc
 /// The table and the pictures, in place of those of an earlier test.
 fn write(title: &str, trace: &Trace, out: &Path, format: &str) -> Result<(), Failure> {
     let fail = |error: std::io::Error| Failure::Other(format!("{}: {error}", out.display()));
-    std::fs::create_dir_all(out).map_err(fail)?;
+    create_folder(out)?;
     for name in StandardPlot::NAMES {
         for earlier in ["png", "svg"].map(|format| out.join(format!("{name}.{format}"))) {
             if earlier.exists() {

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use colluvium::case::description::Space;
 use colluvium::case::output::{
-    Collection, OutputError, Table, frame_arrays, read_json, table_arrays, write_atomically, write_npz,
+    Collection, OutputError, Table, create_folder, frame_arrays, read_json, table_arrays, write_atomically,
+    write_npz,
 };
 use colluvium::case::{Case, GrainColumns, PointList, Role, Snapshot};
 use colluvium::depth_sph::hand_over::stacks;
@@ -41,7 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return points(from, arguments.body.as_deref());
     }
     let to = from.join(FOLDER);
-    fs::create_dir_all(&to).map_err(|error| OutputError::new(&to, error))?;
+    create_folder(&to)?;
     clear(&to)?;
     let mut written = 0;
     for name in tables(from)? {

@@ -30,23 +30,29 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use colluvium::case::output::OutputError;
-use colluvium::case::printable;
 use colluvium::case::{Case, CaseError, CaseErrors, Method, RunError};
+use colluvium::case::{printable, shortened};
 use colluvium::compare::CompareError;
 use colluvium::sweep::SweepError;
 use thiserror::Error;
 
-/// Prints a line. Where nobody reads on, as behind `head`, the program ends without a word.
+/// Prints a line; what of it would move the cursor or colour is escaped. Where nobody reads on, as behind `head`, the program ends without a word.
 fn print(line: std::fmt::Arguments<'_>) -> Result<(), Failure> {
-    match writeln!(std::io::stdout().lock(), "{line}") {
+    match writeln!(std::io::stdout().lock(), "{}", lines(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
         written => written.map_err(|error| Failure::Other(format!("standard output: {error}"))),
     }
 }
 
-/// Prints a line on standard error, if that is possible; what of it would move the cursor or colour is escaped.
+/// Lines that a terminal can show.
+fn lines(text: &str) -> String {
+    text.split('\n').map(printable).collect::<Vec<_>>().join("\n")
+}
+
+/// Prints a line on standard error, if that is possible; what of it would move the cursor or colour is escaped, and what is too long to
+/// read is left out in its middle.
 pub fn complain(line: std::fmt::Arguments<'_>) {
-    let _ = writeln!(std::io::stderr().lock(), "{}", printable(&line.to_string()));
+    let _ = writeln!(std::io::stderr().lock(), "{}", shortened(&printable(&line.to_string())));
 }
 
 /// Why a command ends without success.

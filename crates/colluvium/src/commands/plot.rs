@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use colluvium::case::Dataset;
-use colluvium::case::output::{Collection, Table, named_file, write_atomically};
+use colluvium::case::output::{Collection, Table, create_folder, named_file, write_atomically};
 use colluvium::ground::of_run;
 use colluvium::maps::maps;
 use colluvium::pictures::{charts, cloud, frame, plane};
@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = frames(folder, &arguments.dataset)?;
     let chosen = chosen(arguments, frames.len())?;
     let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
-    std::fs::create_dir_all(&out).map_err(|error| Failure::Usage(format!("{}: {error}", out.display())))?;
+    create_folder(&out)?;
     let mut written = 0;
     let mut save = |picture: &dyn Fn(&Path) -> Result<(), Failure>, name: String| {
         written += 1;

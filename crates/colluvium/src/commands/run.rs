@@ -1,9 +1,9 @@
 //! `colluvium run`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use colluvium::case::output::OutputError;
+use colluvium::case::output::{OutputError, read_json};
 use colluvium::case::run::Ending;
 use colluvium::case::{Case, RunOptions, RunReport};
 use colluvium::maps::maps;
@@ -35,6 +35,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         complain!("note: {ahead}");
     }
     let out = files.folder(&arguments.case, method.name());
+    if files.resume && lacks_map(&case, &out) {
+        draw_map(&out)?;
+        say!("the run was complete but for its map: {}", out.join(MAP).display());
+        return Ok(());
+    }
     let pool = pool(arguments.threads)?;
     let (plan, solver) = pool.install(|| method.made(&case))?;
     let warnings = plan.all_warnings(&case);
@@ -77,15 +82,26 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Place of the map in the folder of a run.
+const MAP: &str = "rasters/map.png";
+
+/// Whether a run of the case is complete in the folder, but was killed before its map was drawn.
+fn lacks_map(case: &Case, out: &Path) -> bool {
+    let summary = read_json(&out.join("summary.json")).unwrap_or_default();
+    let same = summary["fingerprint"] == format!("{:016x}", case.fingerprint()).as_str();
+    let complete = same && summary["status"] == "completed";
+    complete && case.output.rasters.is_some() && !out.join(MAP).exists()
+}
+
 /// Draws the most telling raster of the run beside the rasters.
-fn draw_map(out: &std::path::Path) -> Result<(), OutputError> {
+fn draw_map(out: &Path) -> Result<(), OutputError> {
     match maps(out)?.first() {
-        Some((_, map)) => map.write(&out.join("rasters/map.png")),
+        Some((_, map)) => map.write(&out.join(MAP)),
         None => Ok(()),
     }
 }
 
-fn print(report: &RunReport, out: &std::path::Path) -> Result<(), Failure> {
+fn print(report: &RunReport, out: &Path) -> Result<(), Failure> {
     say!(
         "{} steps to t = {:.6} s in {:.1} s ({:.2} million point-updates per second)",
         report.steps,

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use clap::Args;
-use colluvium::case::Plan;
 use colluvium::case::run::{SearchCost, column_names};
+use colluvium::case::{Plan, printable};
 use colluvium::sweep::{Member, Results, RunState, Sweep, SweepOptions, run as run_all};
 
 use super::{Failure, ResultFiles, choose, duration, free_memory, print, stop_on_interrupt, threads};
@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// What would be run.
 fn say_what(sweep: &Sweep, members: &[Member], plans: &[Plan], threads: usize) -> Result<(), Failure> {
     let seconds: f64 = plans.iter().map(Plan::seconds).sum();
-    say!("{}", sweep.title);
+    say!("{}", printable(&sweep.title));
     say!("runs           {}", members.len());
     say!("points         {} at most", plans.iter().map(|plan| plan.points).max().unwrap_or(0));
     let memory = plans.iter().map(|plan| plan.memory).max().unwrap_or(0);

@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use thiserror::Error;
 
-use crate::case::output::{OutputError, write_atomically};
+use crate::case::output::{OutputError, create_folder, write_atomically};
 use crate::case::run::Ending;
 use crate::case::{Case, CaseError, Method, RunError, RunOptions, Size, run_method};
 use crate::jobs::side_by_side;
@@ -247,7 +247,7 @@ pub fn write(
     }
     let page = page::page(case, results, plane, reference)?.into_string();
     let file = folder.join(PAGE);
-    std::fs::create_dir_all(folder).map_err(|error| OutputError::new(folder, error.to_string()))?;
+    create_folder(folder)?;
     write_atomically(&file, page.as_bytes())?;
     Ok(file)
 }

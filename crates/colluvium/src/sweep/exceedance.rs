@@ -1,14 +1,13 @@
 //! How many of the runs of a sweep exceed a threshold, cell by cell.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use colluvium_points::Raster;
 use colluvium_terrain::{read_raster, write_raster};
 
 use super::{Member, Row, Sweep};
-use crate::case::output::{OutputError, write_atomically};
+use crate::case::output::{OutputError, create_folder, write_atomically};
 use crate::case::{Case, CaseError, CaseErrors};
 use crate::maps;
 use crate::plots::Picture;
@@ -91,7 +90,7 @@ pub(super) fn write(
         return Ok(());
     }
     let own = out.join(RASTERS);
-    fs::create_dir_all(&own).map_err(|error| OutputError::new(&own, error))?;
+    create_folder(&own)?;
     let mut table = "raster,threshold,unit,runs,of,cells\n".to_owned();
     for (name, thresholds) in &sweep.exceedance {
         let rasters = rasters(name, &complete, folder)?;

@@ -1,7 +1,6 @@
 //! Classes of intensity of the runs of a sweep, cell by cell.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use colluvium_points::Raster;
@@ -10,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::exceedance::{RASTERS, complete, known, put, reachable, read, same_cells};
 use super::{Member, Row, Sweep};
-use crate::case::output::{OutputError, PLAIN, is_plain};
+use crate::case::output::{OutputError, PLAIN, create_folder, is_plain};
 use crate::case::{Case, CaseError, CaseErrors};
 
 /// A class of intensity.
@@ -80,7 +79,7 @@ pub(super) fn write(
     }
     let Some((first, counts)) = found else { return Ok(()) };
     let own = out.join(RASTERS);
-    fs::create_dir_all(&own).map_err(|error| OutputError::new(&own, error))?;
+    create_folder(&own)?;
     let of = &members[complete[0]];
     let raster = |value: &dyn Fn(usize) -> f64| {
         let some = |value: f64| if value > 0.0 { value } else { f64::NAN };

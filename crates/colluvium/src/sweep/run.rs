@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use super::{Member, Results, Row, Sweep, exceedance, intensity, table};
 use crate::case::description::Measure;
-use crate::case::output::{OutputError, read_json, write_atomically};
+use crate::case::output::{OutputError, create_folder, read_json, write_atomically};
 use crate::case::run::Ending;
 use crate::case::{Case, Method, RunOptions, run_method};
 use crate::jobs::side_by_side;
@@ -153,7 +153,7 @@ fn prepare(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepError> {
         Some(_) if options.overwrite => clear(out)?,
         _ => {}
     }
-    fs::create_dir_all(out).map_err(fail)?;
+    create_folder(out)?;
     Ok(write_atomically(&kept, text.as_bytes())?)
 }
 

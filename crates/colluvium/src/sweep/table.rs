@@ -5,7 +5,9 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::{Sweep, order, word};
-use crate::case::output::{OutputError, Table, heading, named_file, read_json, write_atomically};
+use crate::case::output::{
+    OutputError, Table, create_folder, heading, named_file, read_json, write_atomically,
+};
 use crate::plots::{LineChart, Picture, Series, Style};
 
 /// Name of the table, and of those of convergence.
@@ -161,7 +163,7 @@ impl Results<'_> {
     /// When the disk refuses.
     pub fn draw(&self, out: &Path, measures: &[String]) -> Result<(), OutputError> {
         let folder = out.join(PICTURES);
-        std::fs::create_dir_all(&folder).map_err(|error| OutputError::new(&folder, error))?;
+        create_folder(&folder)?;
         for (axis, name) in self.sweep.parameters.keys().enumerate() {
             for measure in measures {
                 let points: Vec<(f64, f64)> =

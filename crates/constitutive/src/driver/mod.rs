@@ -221,6 +221,13 @@ impl ElementTest {
         self.validate()?;
         let invalid = |error| DriverError::Invalid(vec![validate::material_problem(&error)]);
         let mut specimen = Specimen::new(self).map_err(invalid)?;
+        if !specimen.stress.0.iter().all(|component| component.is_finite()) {
+            let problem = "the stress at the start is no number: look at the size of moduli and strengths";
+            return Err(DriverError::Invalid(vec![Problem {
+                path: "material".to_owned(),
+                problem: problem.to_owned(),
+            }]));
+        }
         let start = specimen.clone();
         let mut record = Record::new(&specimen);
         let stopped = self.stages(&mut specimen, &mut record).err();

@@ -52,7 +52,9 @@ fn passage(case: &Case) -> f64 {
         let Some((modulus, density)) = young(case, &body.material).zip(density) else { return f64::NAN };
         slowest = slowest.min((modulus / density).sqrt());
     }
-    (high - low) / slowest
+    // Gravity whose size is lost in rounding has no direction.
+    let passage = (high - low) / slowest;
+    if passage.is_finite() { passage } else { f64::NAN }
 }
 
 impl SearchCost {

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::folder::{failing, trials};
 use super::{RunError, RunOptions};
 use crate::description::FactorOfSafety;
-use crate::output::{Table, read_frame, write_frame};
+use crate::output::{Table, Written, read_frame, write_frame};
 use crate::{Case, CaseErrors, Method, Snapshot};
 use bodies::Scale;
 use settling::Settling;
@@ -340,7 +340,8 @@ fn told(name: &str, trial: &Trial) -> String {
 /// Writes the points at the end of a failing trial, in place of those of one with a larger factor.
 fn keep(context: &Context<'_>, points: &Snapshot) -> Result<(), RunError> {
     if let Some(file) = context.file(failing) {
-        write_frame(&file, points, context.case.origin(), None)?;
+        let written = Written { compression: context.case.output.compression, ..Written::default() };
+        write_frame(&file, points, context.case.origin(), written)?;
     }
     Ok(())
 }

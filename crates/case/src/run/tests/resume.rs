@@ -208,3 +208,36 @@ fn a_complete_run_verifies_until_one_of_its_files_changes() {
     assert_eq!(problems.len(), 3, "{problems:?}");
     assert!(problems.iter().zip(starts).all(|(problem, start)| problem.starts_with(start)), "{problems:?}");
 }
+
+#[test]
+fn a_resumed_run_writes_the_case_that_a_kill_took() {
+    for (fail_at, checkpoint) in [(1.2, 1e-6), (1.2, 1e6)] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+        case.output.checkpoint = checkpoint;
+        run(&case, Oscillators::boxed(0.0, Some(fail_at)), &options(folder.path())).unwrap_err();
+        let written = folder.path().join("case.json");
+        let text = std::fs::read(&written).unwrap();
+        std::fs::rename(&written, folder.path().join("case.json.tmp")).unwrap();
+        let resume = RunOptions { resume: true, ..options(folder.path()) };
+        run(&case, Oscillators::boxed(0.0, None), &resume).unwrap();
+        assert!(std::fs::read(&written).unwrap() == text);
+        assert!(verify(folder.path()).unwrap().problems.is_empty());
+        std::fs::remove_file(&written).unwrap();
+        assert_eq!(verify(folder.path()).unwrap().problems.len(), 1);
+    }
+}
+
+#[test]
+fn a_run_without_its_case_is_not_verified() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap();
+    let path = folder.path().join("summary.json");
+    let mut summary: serde_json::Value = crate::output::read_json(&path).unwrap();
+    summary["files"].as_object_mut().unwrap().remove("case.json").unwrap();
+    std::fs::write(&path, summary.to_string()).unwrap();
+    std::fs::remove_file(folder.path().join("case.json")).unwrap();
+    let problems = verify(folder.path()).unwrap().problems;
+    assert!(problems.len() == 1 && problems[0].starts_with("case.json"), "{problems:?}");
+}
