@@ -116,8 +116,8 @@ pub fn terrain<const D: usize>(
 fn read<const D: usize>(file: &Path) -> Result<Mesh<D>, CaseError> {
     let fail =
         |problem: String| CaseError::new("methods.mpm.mesh.file", format!("{}: {problem}", file.display()));
-    let text = std::fs::read_to_string(file).map_err(|error| fail(format!("cannot be read: {error}")))?;
-    Mesh::from_msh(&text).map_err(|error| fail(error.to_string()))
+    let bytes = std::fs::read(file).map_err(|error| fail(format!("cannot be read: {error}")))?;
+    Mesh::from_msh(&bytes).map_err(|error| fail(error.to_string()))
 }
 
 /// Barycentric coordinates of the points of an element, `count (count + 1) …` of them on a lattice: 1, 3 or 6 in a
