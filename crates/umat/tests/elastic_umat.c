@@ -47,6 +47,23 @@ void nan_(double *stress, double *statev, double *ddsdde, double *sse, double *s
         ddsdde[0] = 0.0 / (ddsdde[0] - ddsdde[0]);
 }
 
+/* The same; STATEV(1) to STATEV(4) are JSTEP(1) to JSTEP(4), as current user materials declare it. */
+void jstep_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
+            double *ddsddt, double *drplde, double *drpldt, const double *stran, const double *dstran,
+            const double *time, const double *dtime, const double *temp, const double *dtemp,
+            const double *predef, const double *dpred, const char *cmname, const int *ndi, const int *nshr,
+            const int *ntens, const int *nstatv, const double *props, const int *nprops, const double *coords,
+            const double *drot, double *pnewdt, const double *celent, const double *dfgrd0,
+            const double *dfgrd1, const int *noel, const int *npt, const int *layer, const int *kspt,
+            const int *jstep, const int *kinc, unsigned long length)
+{
+    umat_(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, dtemp, predef, dpred,
+          cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, dfgrd0, dfgrd1, noel, npt, layer, kspt,
+          jstep, kinc, length);
+    for (int i = 0; i < 4; i++)
+        statev[i] = jstep[i];
+}
+
 /* Ends the program with success, as soon as there is strain. */
 void exit_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
            double *ddsddt, double *drplde, double *drpldt, const double *stran, const double *dstran,

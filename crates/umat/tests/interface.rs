@@ -27,7 +27,7 @@ fn spec(library: PathBuf) -> UmatSpec {
         material_name: String::new(),
         props: vec![20e3, 0.3],
         state_variables: vec![0.0, 0.0],
-        pascals: 1e3,
+        pascals: Some(1e3),
         wave_modulus: None,
         thread_safe: false,
     }
@@ -73,6 +73,23 @@ fn an_elastic_umat_in_kilopascals_is_the_elastic_law() {
     let mut modulus = [0.0];
     umat.wave_moduli(&[here.0], &here.1.blocks()[0], &mut modulus);
     assert!((modulus[0] / 26_923_076.923 - 1.1).abs() < 1e-9);
+}
+
+#[test]
+fn the_step_is_handed_over_as_four_numbers_of_which_the_first_is_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let routine =
+        UmatSpec { symbol: "jstep_".to_owned(), state_variables: vec![0.0; 4], ..spec(built(folder.path())) };
+    let law = MaterialSpec::Umat(routine).build().unwrap();
+    let (stress, mut states) = start(&*law);
+    let motion =
+        Motion::from_velocity_gradient(&Mat3([[1e-3, 0.0, 0.0], [0.0; 3], [0.0; 3]]), 1.0, 2000.0, 0.1);
+    law.update(&[motion.unwrap()], &mut [stress], &mut states.blocks_mut()[0]).unwrap();
+    // Number of the step, static, of large deformations, no perturbation.
+    let saved: serde_json::Value = serde_json::to_value(law.save(&states)).unwrap();
+    let bytes: Vec<u8> = serde_json::from_value(saved).unwrap();
+    let numbers: Vec<u8> = [1.0f64, 1.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+    assert!(bytes.windows(numbers.len()).any(|part| part == numbers), "{bytes:?}");
 }
 
 #[test]

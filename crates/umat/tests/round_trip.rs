@@ -60,7 +60,7 @@ fn every_law_as_a_umat_gives_its_own_stresses() {
             material_name: name.to_uppercase(),
             props: Vec::new(),
             state_variables: vec![0.0; 80],
-            pascals: 1.0,
+            pascals: Some(1.0),
             wave_modulus: Some(1e9),
             thread_safe: true,
         });

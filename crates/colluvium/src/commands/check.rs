@@ -6,7 +6,11 @@ use clap::Args;
 use colluvium::case::run::{SearchCost, check_names};
 use colluvium::case::{Case, printable};
 
-use super::{Failure, choose, duration, free_memory, threads};
+use super::{
+    Failure, choose, duration, free_memory,
+    kind::{self, Kind},
+    threads,
+};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -18,6 +22,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    kind::expect(&arguments.case, Kind::Case)?;
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
     let size = method.size(&case)?;

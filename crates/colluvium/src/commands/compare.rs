@@ -7,7 +7,11 @@ use colluvium::case::Case;
 use colluvium::compare::{self, CompareOptions, Contender, Outcome, Reference};
 use colluvium::pictures::plane_under;
 
-use super::{Failure, ResultFiles, free_memory, pool, print, stop_on_interrupt};
+use super::{
+    Failure, ResultFiles, free_memory,
+    kind::{self, Kind},
+    pool, print, stop_on_interrupt,
+};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -35,6 +39,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files = &arguments.files;
+    kind::expect(&arguments.case, Kind::Case)?;
     let case = Case::load(&arguments.case)?;
     let methods = compare::methods(&arguments.methods)?;
     let quiet = files.quiet;

@@ -11,6 +11,7 @@ use colluvium::constitutive::driver::{DriverError, ElementPath, Problem, Standar
 use colluvium::plots::{LineChart, Picture, Series, Style};
 
 use super::Failure;
+use super::kind::{self, Kind};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -33,6 +34,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = &arguments.file;
+    kind::expect(file, Kind::ElementTest)?;
     let (test, incremental) = match (file.is_dir(), &arguments.material) {
         (true, Some(material)) => {
             let test = incremental(file, material, arguments.stress_unit.as_deref())?;
@@ -87,11 +89,13 @@ fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<Inc
         });
         CaseErrors(located.collect())
     })?;
-    let unused = [
+    let of_files = [
         (test.parameters.values.len(), incremental::PARAMETERS, "properties"),
         (test.state.iter().filter(|value| **value != 0.0).count(), incremental::INITIAL, "state variables"),
     ];
-    for (count, file, what) in unused.into_iter().filter(|(count, ..)| *count > 0) {
+    for ((count, file, what), _) in
+        of_files.iter().zip(test.takes).filter(|((count, ..), takes)| *count > 0 && !takes)
+    {
         complain!("warning: {file}: the law of --material does not use the {count} {what}");
     }
     Ok(test)

@@ -9,7 +9,11 @@ use colluvium::case::{Case, RunOptions, RunReport};
 use colluvium::maps::maps;
 use colluvium::plots::Picture;
 
-use super::{Failure, ResultFiles, choose, free_memory, pool, stop_on_interrupt};
+use super::{
+    Failure, ResultFiles, choose, free_memory,
+    kind::{self, Kind},
+    pool, stop_on_interrupt,
+};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -27,6 +31,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files = &arguments.files;
+    kind::expect(&arguments.case, Kind::Case)?;
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
     let size = method.size(&case)?;

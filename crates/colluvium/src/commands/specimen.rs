@@ -7,7 +7,11 @@ use colluvium::case::output::{OutputError, read_json, write_atomically};
 use colluvium::case::run::{Ending, last_state};
 use colluvium::case::{Case, CaseError, Method, RunOptions, run_made};
 
-use super::{Failure, a_run, choose, free_memory, pool, stop_on_interrupt};
+use super::{
+    Failure, a_run, choose, free_memory,
+    kind::{self, Kind},
+    pool, stop_on_interrupt,
+};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -62,6 +66,7 @@ fn of_grains(method: &dyn Method) -> Failure {
 
 /// Runs the case.
 fn prepared(arguments: &Arguments) -> Result<Made, Failure> {
+    kind::expect(&arguments.case, Kind::Case)?;
     let mut case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
     let quiet = arguments.quiet;

@@ -8,7 +8,11 @@ use colluvium::case::run::{SearchCost, column_names};
 use colluvium::case::{Plan, printable};
 use colluvium::sweep::{Member, Results, RunState, Sweep, SweepOptions, run as run_all};
 
-use super::{Failure, ResultFiles, choose, duration, free_memory, print, stop_on_interrupt, threads};
+use super::{
+    Failure, ResultFiles, choose, duration, free_memory,
+    kind::{self, Kind},
+    print, stop_on_interrupt, threads,
+};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -29,6 +33,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files = &arguments.files;
+    kind::expect(&arguments.file, Kind::Sweep)?;
     let (sweep, members) = Sweep::load(&arguments.file)?;
     let Some(first) = members.first() else { return Ok(()) };
     let method = choose(&first.case, sweep.method.as_deref())?;

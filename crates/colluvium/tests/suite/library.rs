@@ -6,7 +6,7 @@ use std::process::Command;
 use super::{output, program};
 
 /// The C routines of the tests of `crates/umat`, with a file `loaded` as the sign that any of their code ran.
-fn build(folder: &Path) {
+pub fn build(folder: &Path) {
     let routines = Path::new(env!("CARGO_MANIFEST_DIR")).join("../umat/tests/elastic_umat.c");
     let trace = "#include <stdio.h>\n\
                  __attribute__((constructor)) static void trace(void) { FILE *f = fopen(\"loaded\", \"w\"); if (f) fclose(f); }\n";

@@ -8,6 +8,7 @@ mod debris_flow;
 mod elements;
 mod grains;
 mod hand_over;
+mod kinds;
 mod library;
 mod methods_agree;
 mod points;

@@ -32,6 +32,10 @@ const NAME: &str = "umat";
 /// Where each component xx yy zz xy yz zx stands among 11 22 33 12 13 23, and the other way round.
 const ORDER: [usize; 6] = [0, 1, 2, 3, 5, 4];
 
+/// `JSTEP`: number of the step, its procedure (static), that geometry is not linear, and that the step is no perturbation. Older routines
+/// call it `KSTEP`, the number alone.
+const JSTEP: [c_int; 4] = [1, 1, 1, 0];
+
 /// The signature of `umat_` as Fortran compilers make it, the hidden length of `CMNAME` last.
 type UmatFunction = unsafe extern "C" fn(
     stress: *mut f64,
@@ -69,7 +73,7 @@ type UmatFunction = unsafe extern "C" fn(
     npt: *const c_int,
     layer: *const c_int,
     kspt: *const c_int,
-    kstep: *const c_int,
+    jstep: *const c_int,
     kinc: *const c_int,
     cmname_length: usize,
 );
@@ -94,9 +98,9 @@ pub struct UmatSpec {
     /// State variables `STATEV` at the start, as many as the library needs.
     #[serde(default)]
     pub state_variables: Vec<f64>,
-    /// Pascals in the library's unit of stress: 1 for Pa, 1000 for kPa.
-    #[serde(default = "one")]
-    pub pascals: f64,
+    /// Pascals in the library's unit of stress: 1 for Pa, 1000 for kPa. Pa when absent; in a test of incrementalDriver files, their unit.
+    #[serde(default)]
+    pub pascals: Option<f64>,
     /// P-wave modulus that bounds the time step (Pa), > 0; from the library's stiffness when absent.
     #[serde(default)]
     pub wave_modulus: Option<f64>,
@@ -109,8 +113,11 @@ fn default_symbol() -> String {
     "umat_".to_owned()
 }
 
-fn one() -> f64 {
-    1.0
+impl UmatSpec {
+    /// The library's unit of stress (Pa).
+    fn unit(&self) -> f64 {
+        self.pascals.unwrap_or(1.0)
+    }
 }
 
 impl Model for UmatSpec {
@@ -122,7 +129,7 @@ impl Model for UmatSpec {
     };
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        positive("pascals", self.pascals, "")?;
+        positive("pascals", self.unit(), "")?;
         if let Some(modulus) = self.wave_modulus {
             positive("wave_modulus", modulus, "Pa")?;
         }
@@ -222,7 +229,7 @@ impl Umat {
         rotation: &Mat3,
     ) -> Result<Called, MaterialError> {
         let spec = &self.spec;
-        let mut sigma = to_umat(&(*stress * (1.0 / spec.pascals)), 1.0);
+        let mut sigma = to_umat(&(*stress * (1.0 / spec.unit())), 1.0);
         let mut variables = state.variables.clone();
         // A library may write to STATEV(1) though it asked for none.
         let count = variables.len();
@@ -286,7 +293,7 @@ impl Umat {
                     &raw const counter,
                     &raw const counter,
                     &raw const counter,
-                    &raw const counter,
+                    JSTEP.as_ptr(),
                     &raw const counter,
                     name.len(),
                 );
@@ -299,14 +306,14 @@ impl Umat {
                 reason: "the library asks for a shorter step",
             });
         }
-        let stress = from_umat(sigma) * spec.pascals;
+        let stress = from_umat(sigma) * spec.unit();
         if !(stress.is_finite() && variables.iter().all(|value| value.is_finite())) {
             let reason = "the library returned a stress or a state variable that is not finite";
             return Err(MaterialError::Motion { model: NAME, reason });
         }
         // DDSDDE(i, j) is column-major.
         let tangent = Tangent(std::array::from_fn(|i| {
-            std::array::from_fn(|j| ddsdde[ORDER[j] * 6 + ORDER[i]] * spec.pascals)
+            std::array::from_fn(|j| ddsdde[ORDER[j] * 6 + ORDER[i]] * spec.unit())
         }));
         if !tangent.0.iter().flatten().all(|value| value.is_finite()) {
             let reason = "the library returned a stiffness (DDSDDE) that is not finite";

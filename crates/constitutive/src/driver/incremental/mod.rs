@@ -45,6 +45,8 @@ pub struct IncrementalTest {
     pub state: Vec<f64>,
     /// Properties of `parameters.inp`, for laws that take them.
     pub parameters: Parameters,
+    /// Whether the law takes the properties and the state variables of the files: a user material does that has none of its own.
+    pub takes: [bool; 2],
 }
 
 /// State variables: no user material has more.
@@ -71,9 +73,10 @@ impl IncrementalTest {
             (a, b, c) => return Err([a.err(), b.err(), c.err()].into_iter().flatten().collect()),
         };
         let mut material = input.material.clone();
-        if let MaterialSpec::Umat(umat) = &mut material {
-            fill(umat, &parameters, &state, input.stress_unit);
-        }
+        let takes = match &mut material {
+            MaterialSpec::Umat(umat) => fill(umat, &parameters, &state, input.stress_unit),
+            _ => [false; 2],
+        };
         let test = ElementTest {
             title: steps.title,
             material,
@@ -85,7 +88,7 @@ impl IncrementalTest {
             return Err(problems.into_iter().map(|problem| in_file(problem, &lines)).collect());
         }
         let every = steps.steps.iter().map(|step| step.every).collect();
-        Ok(Self { test, every, state, parameters })
+        Ok(Self { test, every, state, parameters, takes })
     }
 
     /// Leaves out the rows that are not wanted. The last one of every stage stays.
@@ -103,20 +106,21 @@ impl IncrementalTest {
     }
 }
 
-/// Gives a user material what the files hold for it and its own description leaves open.
-fn fill(umat: &mut UmatSpec, parameters: &Parameters, state: &[f64], stress_unit: f64) {
-    if umat.props.is_empty() {
+/// Gives a user material what the files hold for it and its own description leaves open; whether it takes their properties and state
+/// variables.
+fn fill(umat: &mut UmatSpec, parameters: &Parameters, state: &[f64], stress_unit: f64) -> [bool; 2] {
+    let takes = [umat.props.is_empty(), umat.state_variables.is_empty()];
+    if takes[0] {
         umat.props.clone_from(&parameters.values);
+    }
+    if takes[1] {
+        umat.state_variables = state.to_vec();
     }
     if umat.material_name.is_empty() {
         umat.material_name.clone_from(&parameters.name);
     }
-    if umat.state_variables.is_empty() {
-        umat.state_variables = state.to_vec();
-    }
-    if umat.pascals == 1.0 {
-        umat.pascals = stress_unit;
-    }
+    umat.pascals.get_or_insert(stress_unit);
+    takes
 }
 
 /// A problem of the test at the line of the file that it comes from.

@@ -49,14 +49,22 @@ pub(super) fn read(text: &str, unit: f64) -> Result<Steps, Problem> {
     let (output, heading) = first.split_once('#').unwrap_or((first, ""));
     let title = if heading.trim().is_empty() { output } else { heading }.trim().to_owned();
     let mut steps = Vec::new();
-    while let Some(keyword) = lines.next() {
-        match keyword {
+    while let Some(line) = lines.next() {
+        match keyword(line) {
             "*End" => break,
             "*Repetition" => repetition(&mut lines, unit, &mut steps)?,
             keyword => steps.push(step(keyword, &mut lines, unit)?),
         }
     }
     Ok(Steps { title, steps })
+}
+
+/// The keyword of a line as it stands among those that are read, whatever its capitals and without what follows it as a remark; the line
+/// itself where there is none, or a condition.
+fn keyword(line: &str) -> &str {
+    let word = line.split(|c: char| c.is_whitespace() || c == '#').next().unwrap_or_default();
+    let known = KEYWORDS.iter().find(|known| known.eq_ignore_ascii_case(word));
+    known.filter(|_| !line.contains('?')).copied().unwrap_or(line)
 }
 
 fn repetition(lines: &mut Lines<'_>, unit: f64, steps: &mut Vec<Step>) -> Result<(), Problem> {
@@ -68,7 +76,7 @@ fn repetition(lines: &mut Lines<'_>, unit: f64, steps: &mut Vec<Step>) -> Result
     }
     let mut repeated = Vec::new();
     for _ in 0..count {
-        let keyword = lines.expect("a step of the repetition")?;
+        let keyword = keyword(lines.expect("a step of the repetition")?);
         if matches!(keyword, "*Repetition" | "*End") {
             return Err(lines.wrong(format!("{keyword} cannot stand inside of *Repetition")));
         }
@@ -197,11 +205,11 @@ enum Variables {
 
 fn variables(lines: &mut Lines<'_>) -> Result<Variables, Problem> {
     let word = lines.expect("*Cartesian, *Roscoe, *RoscoeIsomorph or *Rendulic")?;
-    match word.split_whitespace().next().unwrap_or_default() {
-        "*Cartesian" => Ok(Variables::Cartesian),
-        "*Roscoe" => Ok(Variables::Roscoe),
-        "*RoscoeIsomorph" => Ok(Variables::RoscoeIsomorph),
-        "*Rendulic" => Ok(Variables::Rendulic),
+    match word.split_whitespace().next().unwrap_or_default().to_lowercase().as_str() {
+        "*cartesian" => Ok(Variables::Cartesian),
+        "*roscoe" => Ok(Variables::Roscoe),
+        "*roscoeisomorph" => Ok(Variables::RoscoeIsomorph),
+        "*rendulic" => Ok(Variables::Rendulic),
         _ => {
             Err(lines
                 .wrong(format!("{word:?} is not one of *Cartesian, *Roscoe, *RoscoeIsomorph, *Rendulic")))

@@ -1,0 +1,75 @@
+//! Kinds of files that commands take.
+
+use std::path::Path;
+
+use colluvium::case::{CaseError, json};
+use colluvium::constitutive::driver::incremental;
+use serde_json::Value;
+
+use super::Failure;
+
+/// Kind of a file that a user names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A case.
+    Case,
+    /// A test of a single material point.
+    ElementTest,
+    /// A sweep over parameters of a case.
+    Sweep,
+}
+
+impl Kind {
+    /// The kind of a JSON value by the keys that no other kind has; `None` where there are none, or those of several.
+    fn of(value: &Value) -> Option<Self> {
+        let has = |key: &str| value.get(key).is_some();
+        let case = ["space", "domain", "bodies", "materials", "methods"].into_iter().any(has);
+        let test = has("material") || has("initial_stress");
+        let sweep = has("parameters") && has("case");
+        match [case, test, sweep] {
+            [true, false, false] => Some(Self::Case),
+            [false, true, false] => Some(Self::ElementTest),
+            [false, false, true] => Some(Self::Sweep),
+            _ => None,
+        }
+    }
+
+    /// Name, and the command that takes it.
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Case => ("a case", "colluvium check"),
+            Self::ElementTest => ("an element test", "colluvium element-test"),
+            Self::Sweep => ("a sweep", "colluvium sweep"),
+        }
+    }
+}
+
+/// Refuses a file that is plainly of another kind than a command takes, with the command for it. What cannot be read is refused where it
+/// is.
+pub fn expect(file: &Path, wanted: Kind) -> Result<(), Failure> {
+    let wrong = |is: &str, cure: String| {
+        let problem = format!("is {is}, and not {}: {cure}", wanted.words().0);
+        Err(CaseError::new(file.display().to_string(), problem).into())
+    };
+    if file.is_dir() {
+        let run = file.join("summary.json").exists();
+        let test = file.join(incremental::TEST).exists() && wanted != Kind::ElementTest;
+        let name = file.display();
+        return match (run, test) {
+            (true, _) => wrong("the folder of a run", format!("`colluvium report {name}` shows it")),
+            (false, true) => wrong(
+                "the folder of an incrementalDriver",
+                format!("`colluvium element-test {name} --material FILE` runs it"),
+            ),
+            (false, false) => Ok(()),
+        };
+    }
+    let Ok(value) = json::value(file) else { return Ok(()) };
+    match Kind::of(&value).filter(|found| *found != wanted) {
+        Some(found) => {
+            let (is, command) = found.words();
+            wrong(is, format!("`{command} {}` takes it", file.display()))
+        }
+        None => Ok(()),
+    }
+}

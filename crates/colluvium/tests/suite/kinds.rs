@@ -1,0 +1,115 @@
+//! Files of another kind than a command takes.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::json;
+
+use super::{output, program};
+
+/// Exit code, standard output and standard error of the program in a folder.
+fn run(folder: &Path, arguments: &[&str]) -> (i32, String) {
+    let (code, _, errors) = output(program().current_dir(folder).args(arguments));
+    (code, errors)
+}
+
+#[test]
+fn a_file_of_another_kind_is_named_in_a_line_with_the_command_for_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let write =
+        |name: &str, value: &serde_json::Value| fs::write(folder.join(name), value.to_string()).unwrap();
+    let elastic =
+        json!({ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 });
+    let stage = json!({ "path": { "kind": "strain", "increment": [-0.01, 0, 0, 0, 0, 0] }, "steps": 5 });
+    write("test.json", &json!({ "title": "t", "material": elastic, "stages": [stage] }));
+    write("sweep.json", &json!({ "title": "t", "case": "case.json", "parameters": {} }));
+    write("case.json", &json!({ "title": "t", "space": "1d", "domain": {}, "bodies": [] }));
+    fs::create_dir(folder.join("run")).unwrap();
+    write("run/summary.json", &json!({}));
+    fs::create_dir(folder.join("driver")).unwrap();
+    fs::write(folder.join("driver/test.inp"), "o\n*End\n").unwrap();
+    for command in ["check", "run", "compare"] {
+        for (file, line) in [
+            (
+                "test.json",
+                "test.json: is an element test, and not a case: `colluvium element-test test.json` takes it",
+            ),
+            ("sweep.json", "sweep.json: is a sweep, and not a case: `colluvium sweep sweep.json` takes it"),
+            ("run", "run: is the folder of a run, and not a case: `colluvium report run` shows it"),
+            (
+                "driver",
+                "driver: is the folder of an incrementalDriver, and not a case: `colluvium element-test driver --material FILE` runs it",
+            ),
+        ] {
+            assert_eq!(run(folder, &[command, file]), (3, format!("error: {line}\n")), "{command} {file}");
+        }
+    }
+    for (command, file, is) in [
+        ("sweep", "test.json", "is an element test, and not a sweep: `colluvium element-test"),
+        ("sweep", "case.json", "is a case, and not a sweep: `colluvium check"),
+        ("element-test", "case.json", "is a case, and not an element test: `colluvium check"),
+        ("element-test", "sweep.json", "is a sweep, and not an element test: `colluvium sweep"),
+    ] {
+        let (code, errors) = run(folder, &[command, file]);
+        assert!(
+            code == 3 && errors.contains(is) && errors.lines().count() == 1,
+            "{command} {file}: {errors}"
+        );
+    }
+    // What is of no kind is told as the command sees it.
+    write("odd.json", &json!({ "title": "t" }));
+    let (code, errors) = run(folder, &["check", "odd.json"]);
+    assert!(code == 3 && errors.contains("\"space\" is missing"), "{errors}");
+}
+
+#[test]
+fn a_law_that_takes_no_properties_is_told_of_and_one_that_does_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("initialconditions.inp"), "6\n-100\n-100\n-100\n0\n0\n0\n0\n").unwrap();
+    fs::write(folder.join("test.inp"), "o\n*OEDOMETRICE1\n5 1 1\n-0.01\n*END\n").unwrap();
+    fs::write(folder.join("parameters.inp"), "Elastic\n2\n20000.0\n0.3\n").unwrap();
+    let law = |name: &str, law: &serde_json::Value| fs::write(folder.join(name), law.to_string()).unwrap();
+    law(
+        "own.json",
+        &json!({ "model": "linear-elastic", "density": 2000, "youngs_modulus": 2e7, "poissons_ratio": 0.3 }),
+    );
+    let test = |material: &str| {
+        run(
+            folder,
+            &[
+                "element-test",
+                ".",
+                "--material",
+                material,
+                "--stress-unit",
+                "kPa",
+                "--out",
+                "out",
+                "--allow-library",
+            ],
+        )
+    };
+    let (code, errors) = test("own.json");
+    assert_eq!(
+        (code, errors.as_str()),
+        (0, "warning: parameters.inp: the law of --material does not use the 2 properties\n")
+    );
+    let rows = || -> Vec<String> {
+        let text = fs::read_to_string(folder.join("out/path.csv")).unwrap();
+        text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect()
+    };
+    let of_own = rows();
+    super::library::build(folder);
+    law("umat.json", &json!({ "model": "umat", "density": 2000, "library": folder.join("soil.so") }));
+    let (code, errors) = test("umat.json");
+    assert_eq!((code, errors.as_str()), (0, ""));
+    // The properties of the file make the same elastic law.
+    let of_umat = rows();
+    let column = |head: &str| head.split(',').position(|name| name.starts_with("stress_xx")).unwrap();
+    let stress = |lines: &[String]| -> f64 {
+        lines[lines.len() - 1].split(',').nth(column(&lines[0])).unwrap().parse().unwrap()
+    };
+    assert!((stress(&of_umat) / stress(&of_own) - 1.0).abs() < 1e-9);
+}
