@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use colluvium_points::{Attribute, Depths, Layer, Outline, Raster, Shape, Thickness};
+use colluvium_points::{Attribute, Depths, Feature, Layer, Outline, Raster, Ring, Shape, Thickness};
 
 use crate::decimal::taken_off;
 use crate::{Case, CaseError, arc_layer};
@@ -54,16 +54,39 @@ impl Case {
     /// An outline of a map, from `domain.origin`.
     fn shifted(&self, read: &Outline) -> Result<Outline, String> {
         let origin = self.origin();
-        let rings = read.rings().iter().map(|ring| ring.iter().map(|x| shift(*x, &origin)).collect());
-        Outline::new(rings.collect())
+        let ring = |ring: &Ring| ring.iter().map(|x| shift(*x, &origin)).collect();
+        Outline::new(read.polygons().iter().map(|rings| rings.iter().map(ring).collect()).collect())
     }
 
-    /// The parts of the outline in a file, with the number that each has under a name.
-    fn parts(&self, file: &str, attribute: &str) -> Result<Vec<(Outline, f64)>, String> {
+    /// The features of the outline in a file, with the thickness (m) that each has under a name.
+    fn features_of(&self, file: &str, attribute: &str) -> Result<Vec<Feature>, String> {
         let read = colluvium_terrain::read_features(Path::new(file), attribute);
         let read = read.map_err(|error| error.to_string())?;
-        let features = read.iter().map(|(part, value)| Ok((self.shifted(part)?, *value)));
-        features.collect::<Result<_, String>>().map_err(|error| format!("{file}: {error}"))
+        let shifted =
+            |feature: &Feature| Ok(Feature { outline: self.shifted(&feature.outline)?, ..feature.clone() });
+        read.iter().map(shifted).collect::<Result<_, String>>().map_err(|error| format!("{file}: {error}"))
+    }
+
+    /// Warns of features with thicknesses of their own that lie over one place.
+    pub(crate) fn warn_of_overlaps(&self, warnings: &mut Vec<String>) {
+        for (number, body) in self.bodies.iter().enumerate() {
+            for (path, layer) in body.shape.clone().layers_mut(format!("bodies[{number}].shape")) {
+                let Shape::Layer { outline: Some(file), laid, .. } = layer else { continue };
+                let overlaps = laid.layer().map(Layer::overlaps).unwrap_or_default();
+                let Some(first) = overlaps.first() else { continue };
+                let [below, above] = first.features;
+                let others = match overlaps.len() - 1 {
+                    0 => String::new(),
+                    1 => "; so does another pair of features".to_owned(),
+                    more => format!("; so do {more} other pairs of features"),
+                };
+                warnings.push(format!(
+                    "{path}.outline: {file}: features {below} and {above} overlap in {} m², where the thickness of feature {above}, \
+                     which comes later, counts{others}: cut one out of the other where they are to add up or the earlier one is to count",
+                    (1e6 * first.area).round() / 1e6
+                ));
+            }
+        }
     }
 
     /// The raster over the plan in a file (ESRI ASCII grid or GeoTIFF), from `domain.origin`; its values are as they stand there.
@@ -122,10 +145,10 @@ impl Case {
             (Thickness::Raster(file), _) => {
                 Depths::Raster(self.plan_raster(file).map_err(|problem| wrong("thickness", problem))?)
             }
-            (Thickness::Attribute(Attribute { attribute }), Some(outline)) => {
-                Depths::Parts(self.parts(outline, attribute).map_err(|problem| wrong("thickness", problem))?)
-            }
-            (Thickness::Attribute(_), None) => Depths::Parts(Vec::new()),
+            (Thickness::Attribute(Attribute { attribute }), Some(outline)) => Depths::Features(
+                self.features_of(outline, attribute).map_err(|problem| wrong("thickness", problem))?,
+            ),
+            (Thickness::Attribute(_), None) => Depths::Features(Vec::new()),
         };
         let area = match (&*outline, &depths) {
             (Some(file), _) => self.outline(file).map_err(|problem| wrong("outline", problem))?,
@@ -268,6 +291,21 @@ mod tests {
         assert!(case.bodies[0].shape.contains(&[25.0, 20.0, 50.0 + 18.75 + 2.9]));
         assert!(!case.bodies[0].shape.contains(&[10.0, 20.0, 50.0 + 7.5 + 1.1]));
         assert_eq!(Case::from_json(&case.to_json()).unwrap().fingerprint(), case.fingerprint());
+        // The second one over the first, as far as 5 m.
+        let over = [feature(5.0, json!(1.0)), feature(10.0, json!(3.0))];
+        let text = json!({ "type": "FeatureCollection", "features": over }).to_string();
+        std::fs::write(folder.path().join("release.geojson"), text).unwrap();
+        let over = read().unwrap();
+        assert!((over.bodies[0].shape.measure(3).unwrap() / (100.0 * (1.0 + 2.0 * 3.0)) - 1.0).abs() < 0.02);
+        let told: Vec<String> = over.warnings().into_iter().filter(|w| w.contains("overlap")).collect();
+        assert!(
+            told.len() == 1
+                && told[0].starts_with("bodies[0].shape.outline: ")
+                && told[0].contains(
+                    "release.geojson: features 1 and 2 overlap in 100 m², where the thickness of feature 2"
+                ),
+            "{told:?}"
+        );
         write(json!("deep"));
         let refused = read().unwrap_err().to_string();
         assert!(refused.starts_with("bodies[0].shape.thickness: /"), "{refused}");
@@ -275,6 +313,37 @@ mod tests {
         write(json!(-1));
         let refused = read().unwrap_err().to_string();
         assert!(refused.contains("release.geojson: -1 m is negative at"), "{refused}");
+    }
+
+    #[test]
+    fn adjoining_features_are_one_layer_and_files_in_other_systems_are_refused() {
+        let folder = folder();
+        let feature = |x: [f64; 2]| {
+            let at = |x: f64, y: f64| [600_000.0 + x, 5e6 + y];
+            let ring = [at(x[0], 10.0), at(x[1], 10.0), at(x[1], 30.0), at(x[0], 30.0), at(x[0], 10.0)];
+            json!({ "type": "Feature", "properties": {}, "geometry": { "type": "Polygon", "coordinates": [ring] } })
+        };
+        let write = |crs: &str| {
+            let text = json!({ "type": "FeatureCollection", "features": [feature([10.0, 14.0]), feature([14.0, 20.0])],
+                               "crs": { "type": "name", "properties": { "name": crs } } });
+            std::fs::write(folder.path().join("release.geojson"), text.to_string()).unwrap();
+        };
+        let mut raster = colluvium_terrain::read_raster(&folder.path().join("slope.asc")).unwrap();
+        raster.reference.epsg = Some(26910);
+        colluvium_terrain::write_raster(&folder.path().join("slope.tif"), &raster).unwrap();
+        let mut value = layered();
+        value["obstacles"][0]["shape"]["file"] = json!("slope.tif");
+        let read = || Case::from_value(&value, folder.path());
+        write("urn:ogc:def:crs:EPSG::26910");
+        assert!((read().unwrap().bodies[0].shape.measure(3).unwrap() - 400.0).abs() < 1e-9);
+        write("EPSG:31254");
+        let refused = read().unwrap_err().to_string();
+        assert!(refused.starts_with("obstacles[0].shape.file: /"), "{refused}");
+        for name in ["EPSG:26910", "release.geojson (EPSG:31254)"] {
+            assert!(refused.contains(name), "{refused}");
+        }
+        write("urn:ogc:def:crs:OGC:1.3:CRS84");
+        assert!(read().unwrap_err().to_string().contains("degrees"));
     }
 
     #[test]

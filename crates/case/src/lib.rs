@@ -3,6 +3,7 @@
 //! A [`Case`] describes a problem once; a [`Method`] turns it into a [`Solver`].
 
 mod arc_layer;
+mod columns;
 pub mod damping;
 mod decimal;
 pub mod description;
@@ -35,6 +36,7 @@ mod surface;
 mod validate;
 mod warnings;
 
+pub use columns::{ColumnFile, ColumnRow, Quantity, read_pairs};
 pub use description::Case;
 pub use equilibrium::{Equilibrium, Scales};
 pub use error::{CaseError, CaseErrors, printable, shortened};
@@ -44,7 +46,7 @@ pub use load::spatial;
 pub use manufactured::{Manufactured, Prescribed};
 pub use obstacle::{
     Covering, MovingObstacle, ObstacleLaw, ObstacleLaws, ObstaclesOnTheirWay, SLACK, Standing, holding,
-    normal_inside, read_pairs, slowed_for_obstacles,
+    normal_inside, slowed_for_obstacles,
 };
 pub use plan_region::PlanRegion;
 pub use point_list::{GrainColumns, PointList};

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use colluvium_terrain::MapSystem;
 use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
@@ -61,13 +62,24 @@ impl Case {
 
     /// Files that the case names are meant from the folder of the case; a whole path is the same from
     /// wherever the case, or the copy of it that a run keeps, is read. What is no file, as a device or a pipe, is refused: reading it
-    /// may never end. `value` is the case as it was written.
+    /// may never end, and so are files of maps in systems of coordinates that differ. `value` is the case as it was written.
     fn resolve_files(&mut self, folder: &Path, value: &Value) -> Result<(), CaseErrors> {
+        let mut systems: Vec<(String, MapSystem)> = Vec::new();
         for file in self.files() {
             let path = folder.join(&*file);
             if std::fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
                 let problem = format!("{}: is no regular file", path.display());
                 return Err(CaseError::new(place_of(value, file).unwrap_or_default(), problem).into());
+            }
+            if let Some(system) = colluvium_terrain::read_system(&path) {
+                if let Some((other, known)) = systems.iter().find(|(_, known)| known.differs(&system)) {
+                    let problem = format!(
+                        "{}: lies in another coordinate reference system ({system}) than {other} ({known}): project one to that of the other",
+                        path.display()
+                    );
+                    return Err(CaseError::new(place_of(value, file).unwrap_or_default(), problem).into());
+                }
+                systems.push((file.clone(), system));
             }
             *file = std::path::absolute(&path).unwrap_or(path).display().to_string();
         }

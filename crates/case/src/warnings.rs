@@ -46,6 +46,8 @@ impl Case {
         self.warn_of_searches(&mut warnings);
         self.warn_of_excavations(&mut warnings);
         self.warn_of_cuts(&mut warnings);
+        self.warn_of_overlaps(&mut warnings);
+        self.warn_of_heights(&mut warnings);
         for (number, load) in self.loads.iter().enumerate() {
             self.warn_of_load(number, load, &mut warnings);
         }

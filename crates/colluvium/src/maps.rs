@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use colluvium_points::{Raster, Shape};
+use colluvium_points::{Outline, Raster, Shape};
 
 use crate::case::output::OutputError;
 use crate::case::{Case, CaseError};
@@ -99,8 +99,7 @@ fn outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {
         let mut shape = body.shape.clone();
         for (_, layer) in shape.layers_mut(String::new()) {
             let Shape::Layer { laid, .. } = layer else { continue };
-            let own = laid.layer().map_or(&[][..], |layer| layer.outline().rings());
-            rings.extend(on_map(own, &origin));
+            rings.extend(laid.layer().into_iter().flat_map(|layer| on_map(layer.outline(), &origin)));
         }
     }
     rings
@@ -110,10 +109,10 @@ fn outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {
 fn mapped(case: &Case) -> Vec<Vec<[f64; 2]>> {
     let file = case.output.rasters.as_ref().and_then(|rasters| rasters.mapped.as_ref());
     let outline = file.and_then(|file| case.outline(file).ok());
-    outline.map_or_else(Vec::new, |outline| on_map(outline.rings(), &case.origin()))
+    outline.map_or_else(Vec::new, |outline| on_map(&outline, &case.origin()))
 }
 
-fn on_map(rings: &[Vec<[f64; 2]>], origin: &[f64; 3]) -> Vec<Vec<[f64; 2]>> {
+fn on_map(outline: &Outline, origin: &[f64; 3]) -> Vec<Vec<[f64; 2]>> {
     let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|[x, y]| [x + origin[0], y + origin[1]]).collect();
-    rings.iter().map(ring).collect()
+    outline.rings().map(ring).collect()
 }

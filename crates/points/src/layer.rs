@@ -12,8 +12,12 @@ use crate::{Outline, Raster, Terrain};
 /// Fewest and most places along an axis at which a layer is looked at.
 const PLACES: (usize, usize) = (64, 1000);
 
+/// Overlap of two features over the area of the smaller one up to which it is a sliver.
+const SLIVER: f64 = 1e-3;
+
 /// How thick a layer is: a number (m), the file of a raster in metres (ESRI ASCII grid or GeoTIFF, from the folder of the
-/// case), or the name of an attribute (m) that each feature of the outline's file has. Where a raster is zero or has no data, as that of a
+/// case), or the name of an attribute (m) that each feature of the outline's file has; where features overlap that of the last one in the
+/// file counts. Where a raster is zero or has no data, as that of a
 /// deposit has none where it is dry, there is nothing; it must reach as far as the outline, where there is one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "is neither a number (m), nor the name of a raster's file, nor an attribute")]
@@ -72,8 +76,28 @@ pub enum Depths {
     Uniform(f64),
     /// At the nodes of a raster.
     Raster(Raster),
-    /// Of each part of the outline.
-    Parts(Vec<(Outline, f64)>),
+    /// Of features of the outline. Where several lie over a place that of the last one counts.
+    Features(Vec<Feature>),
+}
+
+/// A feature of an outline's file, with a thickness of its own.
+#[derive(Clone, Debug)]
+pub struct Feature {
+    /// Its number in the file, from 1.
+    pub number: usize,
+    /// Where it lies.
+    pub outline: Outline,
+    /// How thick the layer is there (m).
+    pub thickness: f64,
+}
+
+/// Two features of unlike thickness that lie over one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overlap {
+    /// Their numbers in the file; the thickness of the second counts.
+    pub features: [usize; 2],
+    /// Area that they have in common (m²).
+    pub area: f64,
 }
 
 /// What is wrong with a layer, under a key of its shape.
@@ -125,7 +149,7 @@ impl Layer {
             low[c] = (low[c] - thickness.spacing[c]).max(thickness.origin[c]).max(ground.origin[c]);
             high[c] = (high[c] + thickness.spacing[c]).min(ends[0][c]).min(ends[1][c]);
         }
-        Outline::new(vec![vec![low, [high[0], low[1]], high, [low[0], high[1]]]])
+        Outline::new(vec![vec![vec![low, [high[0], low[1]], high, [low[0], high[1]]]]])
     }
 
     /// A layer on the heights of `ground` (m). Places in error messages are counted from `origin` (m).
@@ -213,6 +237,10 @@ impl Layer {
         }
         (self.low[2], self.high[2]) = (lowest, highest);
         self.volume = sum / count as f64 * self.outline.area();
+        if !(self.volume > 0.0) {
+            let problem = format!("encloses an area of {} m²: there is no volume", self.outline.area());
+            return Err(LayerError { key: "outline", problem });
+        }
         Ok(())
     }
 
@@ -221,7 +249,9 @@ impl Layer {
         let depth = match &self.depths {
             Depths::Uniform(depth) => *depth,
             Depths::Raster(raster) => raster.interpolate(x, y)?,
-            Depths::Parts(parts) => parts.iter().find(|(part, _)| part.contains([x, y]))?.1,
+            Depths::Features(features) => {
+                features.iter().rfind(|feature| feature.outline.contains([x, y]))?.thickness
+            }
         };
         let Some(slopes) = self.slopes.as_ref().filter(|_| depth != 0.0) else { return Some(depth) };
         let [a, b] = slopes.bed(x, y)?.gradient;
@@ -234,6 +264,21 @@ impl Layer {
             return 0.0;
         }
         self.vertical(x, y).unwrap_or(0.0)
+    }
+
+    /// Features of unlike thickness that lie over one place. Slivers along a border that two were drawn to share do not count.
+    pub fn overlaps(&self) -> Vec<Overlap> {
+        let Depths::Features(features) = &self.depths else { return Vec::new() };
+        let mut found = Vec::new();
+        for (later, second) in features.iter().enumerate() {
+            for first in features[..later].iter().filter(|first| first.thickness != second.thickness) {
+                let area = first.outline.overlap(&second.outline);
+                if area > SLIVER * first.outline.area().min(second.outline.area()) {
+                    found.push(Overlap { features: [first.number, second.number], area });
+                }
+            }
+        }
+        found
     }
 
     /// The outline.
@@ -307,7 +352,7 @@ mod tests {
     }
 
     fn square(low: f64, high: f64) -> Outline {
-        Outline::new(vec![vec![[low, low], [high, low], [high, high], [low, high]]]).unwrap()
+        Outline::new(vec![vec![vec![[low, low], [high, low], [high, high], [low, high]]]]).unwrap()
     }
 
     fn shape(layer: Layer) -> Shape {
@@ -335,6 +380,28 @@ mod tests {
         // By chords of its own, as of any shape.
         let chords = Shape::Union { shapes: vec![shape(layer(Depths::Uniform(1.5), Measured::Normal))] };
         assert!((chords.volume(3, false) / 750.0 - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn of_features_over_one_place_the_thickness_of_the_last_counts_and_the_overlap_is_told() {
+        let feature =
+            |number, low, high, thickness| Feature { number, outline: square(low, high), thickness };
+        let laid = |features: Vec<Feature>| {
+            let polygons = features.iter().flat_map(|f| f.outline.polygons().to_vec()).collect();
+            let outline = Outline::new(polygons).unwrap();
+            Layer::new(slope(), outline, Depths::Features(features), Measured::Vertical, [0.0; 2]).unwrap()
+        };
+        // 3 m on 100 m² within 1 m on 400 m²; the places at which it is looked at divide both evenly.
+        let within = laid(vec![feature(1, 5.0, 25.0, 1.0), feature(4, 10.0, 20.0, 3.0)]);
+        assert!((within.volume - 600.0).abs() < 1e-9, "{}", within.volume);
+        assert_eq!((within.thickness(15.0, 15.0), within.thickness(6.0, 15.0)), (3.0, 1.0));
+        let [overlap] = &within.overlaps()[..] else { panic!("{:?}", within.overlaps()) };
+        assert!(overlap.features == [1, 4] && (overlap.area - 100.0).abs() < 1e-9, "{overlap:?}");
+        let hidden = laid(vec![feature(1, 10.0, 20.0, 3.0), feature(2, 5.0, 25.0, 1.0)]);
+        assert!((hidden.volume - 400.0).abs() < 1e-9 && hidden.overlaps().len() == 1);
+        // One thickness for both is no question, nor is a border drawn twice.
+        assert_eq!(laid(vec![feature(1, 5.0, 25.0, 2.0), feature(2, 10.0, 20.0, 2.0)]).overlaps(), []);
+        assert_eq!(laid(vec![feature(1, 5.0, 15.001, 1.0), feature(2, 15.0, 25.0, 2.0)]).overlaps(), []);
     }
 
     #[test]

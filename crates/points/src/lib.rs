@@ -34,11 +34,13 @@ mod terrain;
 pub use bisection::{Bisection, Bounds, halo};
 pub use boxes::Place;
 pub use columns::Spare;
-pub use layer::{Attribute, Depths, Laid, Layer, LayerError, LayerRows, Measured, Thickness};
+pub use layer::{
+    Attribute, Depths, Feature, Laid, Layer, LayerError, LayerRows, Measured, Overlap, Thickness,
+};
 pub use meeting::meeting_boxes;
 pub use microstructure::Grains;
 pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError};
-pub use outline::Outline;
+pub use outline::{Outline, Polygon, Ring};
 pub use pieces::Pieces;
 pub use polygon::Corners;
 pub use raster::{Georeference, Raster, RasterError};

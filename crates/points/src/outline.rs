@@ -1,64 +1,111 @@
 //! Outlines in plan.
 
+use std::collections::HashMap;
+
+use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay_rule::OverlayRule;
+use i_overlay::float::single::SingleFloatOverlay;
+
 use crate::polygon::signed_area;
 use crate::surface::{Facetted, Surface};
 
-/// Closed rings in plan. A place lies in the outline when an odd number of rings is around it, so that a ring within another
-/// is a hole.
+/// Closed line in plan by its corners (m).
+pub type Ring = Vec<[f64; 2]>;
+
+/// Polygon in plan: its outer ring, then those of its holes.
+pub type Polygon = Vec<Ring>;
+
+/// Union of polygons in plan. A hole is one of its own polygon only, and polygons may touch and overlap: a place lies in the outline
+/// when it lies in any of them.
 #[derive(Clone, Debug)]
 pub struct Outline {
-    rings: Vec<Facetted<2>>,
-    corners: Vec<Vec<[f64; 2]>>,
+    parts: Vec<Part>,
+    polygons: Vec<Polygon>,
+    united: Vec<Polygon>,
+}
+
+/// A polygon: a ring without its holes.
+#[derive(Clone, Debug)]
+struct Part {
+    outer: Loops,
+    holes: Vec<Loops>,
+}
+
+/// Loops of a ring, of which there are several where it touches itself in a corner: inside is what lies in an odd number of them.
+#[derive(Clone, Debug)]
+struct Loops(Vec<Facetted<2>>);
+
+impl Loops {
+    fn contain(&self, place: [f64; 2]) -> bool {
+        self.0.iter().filter(|one| one.contains(&place)).count() % 2 == 1
+    }
+}
+
+impl Part {
+    fn contains(&self, place: [f64; 2]) -> bool {
+        self.outer.contain(place) && !self.holes.iter().any(|hole| hole.contain(place))
+    }
 }
 
 impl Outline {
-    /// The outline of these rings (m). The last corner of a ring may repeat the first.
+    /// The outline of these polygons (m). The last corner of a ring may repeat the first, and a ring may touch itself in a corner.
     ///
     /// # Errors
-    /// When there is no ring, or one has fewer than three corners or crosses itself, in a line.
-    pub fn new(rings: Vec<Vec<[f64; 2]>>) -> Result<Self, String> {
-        if rings.is_empty() {
+    /// When there is no polygon, or a ring has fewer than three corners or crosses itself, in a line.
+    pub fn new(polygons: Vec<Polygon>) -> Result<Self, String> {
+        let polygons: Vec<Polygon> = polygons.into_iter().filter(|polygon| !polygon.is_empty()).collect();
+        if polygons.is_empty() {
             return Err("holds no polygon".to_owned());
         }
-        let mut corners = rings;
-        for ring in &mut corners {
-            if ring.len() > 1 && ring.first() == ring.last() {
-                ring.pop();
-            }
+        let split =
+            |polygon: &Polygon| -> Vec<Vec<Ring>> { polygon.iter().map(|ring| loops(ring)).collect() };
+        let split: Vec<Vec<Vec<Ring>>> = polygons.iter().map(split).collect();
+        let (mut number, mut parts) = (0, Vec::with_capacity(split.len()));
+        for polygon in &split {
+            let mut rings = polygon.iter().map(|ring| {
+                number += 1;
+                let facetted = ring.iter().map(|one| Facetted::polygon(one)).collect::<Result<_, _>>();
+                facetted.map(Loops).map_err(|error| format!("ring {number}: {error}"))
+            });
+            let outer = rings.next().unwrap_or_else(|| Ok(Loops(Vec::new())))?;
+            parts.push(Part { outer, holes: rings.collect::<Result<_, _>>()? });
         }
-        let ring = |(number, corners): (usize, &Vec<[f64; 2]>)| {
-            Facetted::polygon(corners).map_err(|error| format!("ring {}: {error}", number + 1))
-        };
-        let rings = corners.iter().enumerate().map(ring).collect::<Result<_, _>>()?;
-        Ok(Self { rings, corners })
+        Ok(Self { parts, united: united(split), polygons })
     }
 
-    /// The corners of the rings (m), none twice.
-    pub fn rings(&self) -> &[Vec<[f64; 2]>] {
-        &self.corners
+    /// The polygons as they were given (m).
+    pub fn polygons(&self) -> &[Polygon] {
+        &self.polygons
     }
 
-    /// Area in plan (m²), holes taken off.
+    /// Rings around all that lies in the outline, holes included (m): no two of them cross.
+    pub fn rings(&self) -> impl Iterator<Item = &Ring> {
+        self.united.iter().flatten()
+    }
+
+    /// Area in plan (m²): each place counts once.
     pub fn area(&self) -> f64 {
-        let around = |number: usize| {
-            let others = self.rings.iter().enumerate().filter(|(other, _)| *other != number);
-            others.filter(|(_, ring)| ring.contains(&self.corners[number][0])).count()
-        };
-        let signed = |(number, ring): (usize, &Vec<[f64; 2]>)| {
-            signed_area(ring).abs() * if around(number).is_multiple_of(2) { 1.0 } else { -1.0 }
-        };
-        self.corners.iter().enumerate().map(signed).sum()
+        area(&self.united)
+    }
+
+    /// Area in plan that it has in common with another outline (m²).
+    pub fn overlap(&self, other: &Self) -> f64 {
+        let ((low, high), (from, to)) = (self.bounds(), other.bounds());
+        if (0..2).any(|c| low[c] >= to[c] || from[c] >= high[c]) {
+            return 0.0;
+        }
+        area(&self.united.overlay_as::<i64>(&other.united, OverlayRule::Intersect, FillRule::EvenOdd))
     }
 
     /// Whether a place in plan lies in it.
     pub fn contains(&self, place: [f64; 2]) -> bool {
-        self.rings.iter().filter(|ring| ring.contains(&place)).count() % 2 == 1
+        self.parts.iter().any(|part| part.contains(place))
     }
 
     /// Lower and upper corner of a box around it (m).
     pub fn bounds(&self) -> ([f64; 2], [f64; 2]) {
         let mut around = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for ring in &self.rings {
+        for ring in self.parts.iter().flat_map(|part| &part.outer.0) {
             let (low, high) = ring.bounds();
             for c in 0..2 {
                 around.0[c] = around.0[c].min(low[c]);
@@ -69,21 +116,159 @@ impl Outline {
     }
 }
 
+/// Area of polygons that do not overlap, holes taken off (m²).
+fn area(polygons: &[Polygon]) -> f64 {
+    let around = |(number, ring): (usize, &Ring)| {
+        // From the first corner, so that no digits are lost far from the origin.
+        let from_first: Ring = ring.iter().map(|x| [x[0] - ring[0][0], x[1] - ring[0][1]]).collect();
+        signed_area(&from_first).abs() * if number == 0 { 1.0 } else { -1.0 }
+    };
+    polygons.iter().flat_map(|polygon| polygon.iter().enumerate()).map(around).sum()
+}
+
+/// The loops of a ring: none has a corner twice. What has no area, as a corner given twice or a line there and back, is left out.
+fn loops(ring: &Ring) -> Vec<Ring> {
+    let (mut open, mut places, mut closed) = (Ring::new(), HashMap::new(), Vec::new());
+    for corner in ring {
+        // Zero and minus zero are one coordinate.
+        let place = |corner: &[f64; 2]| corner.map(|c| (c + 0.0).to_bits());
+        if let Some(&start) = places.get(&place(corner)) {
+            closed.push(open[start..].to_vec());
+            for corner in open.drain(start + 1..) {
+                places.remove(&place(&corner));
+            }
+        } else {
+            places.insert(place(corner), open.len());
+            open.push(*corner);
+        }
+    }
+    closed.push(open);
+    closed.retain(|one| one.len() > 2);
+    if closed.is_empty() { vec![ring.clone()] } else { closed }
+}
+
+/// The union of polygons, each with the loops of its rings, as polygons that neither overlap nor share an edge.
+fn united(polygons: Vec<Vec<Vec<Ring>>>) -> Vec<Polygon> {
+    if let [polygon] = &polygons[..]
+        && let [outer] = &polygon[..]
+        && outer.len() == 1
+    {
+        return polygons.into_iter().flatten().collect();
+    }
+    let without_holes = |mut polygon: Vec<Vec<Ring>>| -> Vec<Polygon> {
+        let holes: Vec<Polygon> = polygon.drain(1..).flat_map(|hole| simple(&hole)).collect();
+        let outer: Vec<Polygon> = polygon.iter().flat_map(simple).collect();
+        if holes.is_empty() {
+            return outer;
+        }
+        outer.overlay_as::<i64>(&holes, OverlayRule::Difference, FillRule::NonZero)
+    };
+    let all: Vec<Polygon> = polygons.into_iter().flat_map(without_holes).collect();
+    all.overlay_as::<i64>(&Vec::<Polygon>::new(), OverlayRule::Subject, FillRule::NonZero)
+}
+
+/// What lies in an odd number of the loops of a ring, as polygons whose outer rings run against the clock and holes with it.
+fn simple(loops: &Vec<Ring>) -> Vec<Polygon> {
+    loops.overlay_as::<i64>(&Vec::<Ring>::new(), OverlayRule::Subject, FillRule::EvenOdd)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn square(low: f64, high: f64) -> Ring {
+        vec![[low, low], [high, low], [high, high], [low, high], [low, low]]
+    }
+
+    fn rectangle(low: [f64; 2], high: [f64; 2]) -> Ring {
+        vec![low, [high[0], low[1]], high, [low[0], high[1]]]
+    }
+
     #[test]
-    fn a_ring_within_another_is_a_hole() {
-        let square =
-            |low: f64, high: f64| vec![[low, low], [high, low], [high, high], [low, high], [low, low]];
-        let outline = Outline::new(vec![square(0.0, 9.0), square(3.0, 6.0)]).unwrap();
+    fn a_hole_is_one_of_its_own_polygon() {
+        let outline = Outline::new(vec![vec![square(0.0, 9.0), square(3.0, 6.0)]]).unwrap();
         assert!(
             outline.contains([1.0, 4.0]) && !outline.contains([4.0, 4.0]) && !outline.contains([-1.0, 4.0])
         );
         assert_eq!(outline.bounds(), ([0.0; 2], [9.0; 2]));
-        assert_eq!((outline.area(), outline.rings()[1].len()), (72.0, 4));
+        assert!((outline.area() - 72.0).abs() < 1e-12 && outline.rings().count() == 2);
+        // An island in the hole, and a polygon over the rim of the hole.
+        let islands = vec![vec![square(0.0, 9.0), square(3.0, 6.0)], vec![square(4.0, 5.0)]];
+        let island = Outline::new(islands).unwrap();
+        assert!(island.contains([4.5, 4.5]) && !island.contains([3.5, 3.5]));
+        assert!((island.area() - 73.0).abs() < 1e-12 && island.rings().count() == 3);
+        let over = vec![vec![square(0.0, 9.0), square(3.0, 6.0)], vec![rectangle([2.0, 4.0], [4.0, 5.0])]];
+        let over = Outline::new(over).unwrap();
+        assert!(over.contains([2.5, 4.5]) && over.contains([3.5, 4.5]) && !over.contains([5.0, 4.5]));
+        assert!((over.area() - 73.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn polygons_that_touch_overlap_or_lie_in_one_another_are_one_area() {
+        // Of two that share an edge, of four around a corner and of a strip across: the square of 4 m by 4 m.
+        let halves = vec![vec![rectangle([0.0; 2], [2.0, 4.0])], vec![rectangle([2.0, 0.0], [4.0; 2])]];
+        let quarter = |x: f64, y: f64| vec![rectangle([x, y], [x + 2.0, y + 2.0])];
+        let quarters = vec![quarter(0.0, 0.0), quarter(2.0, 0.0), quarter(2.0, 2.0), quarter(0.0, 2.0)];
+        let over = vec![vec![rectangle([0.0; 2], [3.0, 4.0])], vec![rectangle([1.0, 0.0], [4.0; 2])]];
+        let within = vec![vec![square(0.0, 4.0)], vec![square(1.0, 2.0)]];
+        for polygons in [halves, quarters, over, within] {
+            let outline = Outline::new(polygons).unwrap();
+            assert!((outline.area() - 16.0).abs() < 1e-12, "{}", outline.area());
+            assert_eq!(outline.rings().map(Vec::len).collect::<Vec<_>>(), [4]);
+            for place in [[1.5, 1.5], [2.0, 2.0], [2.0, 1.0], [3.5, 0.5], [0.5, 3.5]] {
+                assert!(outline.contains(place), "{place:?}");
+            }
+            assert!(!outline.contains([4.1, 2.0]));
+        }
+    }
+
+    #[test]
+    fn a_corner_twice_is_no_fault() {
+        let mut twice = square(0.0, 4.0);
+        twice.insert(1, twice[1]);
+        // A line there and back, and the ring closed twice.
+        twice.extend([[0.0, 0.0], [-1.0, 0.0], [0.0, 0.0]]);
+        let outline = Outline::new(vec![vec![twice]]).unwrap();
+        assert!((outline.area() - 16.0).abs() < 1e-12 && !outline.contains([-0.5, 0.0]));
+        // A hole that hangs on a corner of the ring, as shapefiles have them, and two loops with a corner in common.
+        let hanging =
+            vec![[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0], [1.0, 2.0], [2.0, 1.0]];
+        let outline = Outline::new(vec![vec![hanging]]).unwrap();
+        assert!((outline.area() - 14.5).abs() < 1e-12);
+        assert!(outline.contains([3.0, 3.0]) && !outline.contains([1.0, 1.0]));
+        let eight = vec![[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [4.0, 2.0], [4.0, 4.0], [2.0, 4.0], [2.0, 2.0]];
+        let outline = Outline::new(vec![vec![eight]]).unwrap();
+        assert!((outline.area() - 6.0).abs() < 1e-12);
+        assert!(
+            outline.contains([1.5, 0.5]) && outline.contains([3.0, 3.0]) && !outline.contains([1.0, 3.0])
+        );
+    }
+
+    #[test]
+    fn the_overlap_of_two_outlines_is_the_area_in_both() {
+        let [a, b, c] = [square(0.0, 4.0), square(3.0, 9.0), square(4.0, 5.0)]
+            .map(|ring| Outline::new(vec![vec![ring]]).unwrap());
+        assert!((a.overlap(&b) - 1.0).abs() < 1e-12 && (b.overlap(&c) - 1.0).abs() < 1e-12);
+        assert_eq!(a.overlap(&c), 0.0);
+    }
+
+    #[test]
+    fn what_is_no_outline_is_refused_and_extreme_coordinates_do_no_harm() {
         assert!(Outline::new(Vec::new()).is_err());
-        assert!(Outline::new(vec![vec![[0.0, 0.0], [1.0, 1.0], [0.0, 0.0]]]).is_err());
+        assert!(Outline::new(vec![vec![vec![[0.0, 0.0], [1.0, 1.0], [0.0, 0.0]]]]).is_err());
+        let crossed = vec![[0.0, 0.0], [4.0, 4.0], [4.0, 0.0], [0.0, 4.0]];
+        let error = Outline::new(vec![vec![square(0.0, 1.0)], vec![crossed]]).unwrap_err();
+        assert!(error.starts_with("ring 2: ") && error.contains("crosses"), "{error}");
+        for size in [1e-300, 1e-12, 1e12, 1e150, 1e300] {
+            let _ = Outline::new(vec![vec![square(0.0, size)], vec![square(size, 1.5 * size)]]);
+        }
+        assert!(Outline::new(vec![vec![square(0.0, f64::NAN)], vec![square(1.0, 2.0)]]).is_err());
+    }
+
+    #[test]
+    fn far_from_the_origin_areas_keep_their_digits() {
+        let at = |x: f64| vec![rectangle([6e5 + x, 5e6], [6e5 + x + 10.0, 5e6 + 20.0])];
+        let outline = Outline::new(vec![at(0.0), at(10.0), at(15.0)]).unwrap();
+        assert!((outline.area() - 500.0).abs() < 1e-6, "{}", outline.area());
     }
 }

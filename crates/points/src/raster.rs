@@ -13,6 +13,9 @@ pub struct Georeference {
     pub corner: bool,
     /// The number that stands for no data in the file; in memory it is not-a-number.
     pub no_data: Option<f64>,
+    /// How many values of the file are no finite number, although they are not what stands for no data; in memory they are
+    /// not-a-number too.
+    pub unmarked: usize,
 }
 
 /// Numbers on a grid of nodes in plan: of a terrain their heights (m). A cell-registered file has its nodes at the centres of

@@ -5,6 +5,8 @@ use std::str::SplitAsciiWhitespace;
 
 use colluvium_points::{Georeference, Raster};
 
+use crate::band::{Band, mark};
+
 /// What the first lines say.
 #[derive(Default)]
 struct Head {
@@ -18,7 +20,7 @@ struct Head {
 
 impl Head {
     fn take(&mut self, key: &str, value: &str) -> Result<(), String> {
-        let number = || value.parse::<f64>().map_err(|_| format!("{key} is {value:?}, not a number"));
+        let number = || mark(value).ok_or_else(|| format!("{key} is {value:?}, not a number"));
         let count = || value.parse::<usize>().map_err(|_| format!("{key} is {value:?}, not a count"));
         match key.to_ascii_lowercase().as_str() {
             "ncols" => self.columns = Some(count()?),
@@ -41,17 +43,32 @@ fn given<T>(value: Option<T>, key: &str) -> Result<T, String> {
     value.ok_or_else(|| format!("the key {key} is missing"))
 }
 
-/// Reads the text of a grid, whose rows go from north to south.
-pub(crate) fn parse(text: &str) -> Result<Raster, String> {
+/// Mark of no data where a grid names none, as the format has it.
+const NO_DATA: f64 = -9999.0;
+
+/// Reads the text of a grid, whose rows go from north to south, with what is said of it in a file `beside`. Lines that begin with `#` are
+/// remarks.
+pub(crate) fn parse(text: &str, beside: Band) -> Result<Raster, String> {
     if text.trim().is_empty() {
         return Err("is empty".to_owned());
+    }
+    let without;
+    let text = if text.contains('#') {
+        let lines = text.lines().filter(|line| !line.trim_start().starts_with('#'));
+        without = lines.collect::<Vec<_>>().join("\n");
+        &without
+    } else {
+        text
+    };
+    if ["DSAA", "DSBB", "DSRB"].iter().any(|start| text.starts_with(start)) {
+        return Err("is a grid of Surfer: write it as an ESRI ASCII grid".to_owned());
     }
     let mut words = text.split_ascii_whitespace();
     let (mut head, mut first) = (Head::default(), None);
     while let Some(word) = words.next() {
-        if word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.parse::<f64>().is_err() {
+        if word.starts_with(|c: char| c.is_ascii_alphabetic()) && mark(word).is_none() {
             let value = words.next().ok_or_else(|| format!("{word} has no value"))?;
-            head.take(word, value)?;
+            head.take(word.trim_end_matches([':', '=']), value)?;
         } else {
             first = Some(word);
             break;
@@ -64,16 +81,20 @@ pub(crate) fn parse(text: &str) -> Result<Raster, String> {
         return Err("names a corner along one axis and a centre along the other".to_owned());
     }
     let spacing = [given(head.spacing[0], "cellsize or dx")?, given(head.spacing[1], "cellsize or dy")?];
-    let values = values(first, words, columns, rows, head.no_data)?;
+    let values = values(first, words, columns, rows)?;
     let shift = if corner { 0.5 } else { 0.0 };
-    Ok(Raster {
+    let mut raster = Raster {
         columns,
         rows,
         origin: [x + shift * spacing[0], y + shift * spacing[1]],
         spacing,
         values,
-        reference: Georeference { corner, no_data: head.no_data, ..Georeference::default() },
-    })
+        reference: Georeference { corner, ..Georeference::default() },
+    };
+    let own = Band::marked(head.no_data);
+    let band = own.or(beside).or(Band::marked(Some(NO_DATA)));
+    band.apply(&mut raster, None)?;
+    Ok(raster)
 }
 
 fn values(
@@ -81,21 +102,18 @@ fn values(
     rest: SplitAsciiWhitespace<'_>,
     columns: usize,
     rows: usize,
-    no_data: Option<f64>,
 ) -> Result<Vec<f64>, String> {
     let count = columns.checked_mul(rows).filter(|count| *count < 1 << 32);
     let count = count.ok_or_else(|| format!("{columns} columns and {rows} rows are too many"))?;
     let mut values = Vec::with_capacity(count.min(1 << 24));
     for word in first.into_iter().chain(rest) {
         let at = values.len();
-        let value: f64 = word.parse().map_err(|_| {
-            format!(
-                "{word:?} in row {}, column {} is not a number",
-                at / columns.max(1) + 1,
-                at % columns.max(1) + 1
-            )
+        let value = mark(word).ok_or_else(|| {
+            let (row, column) = (at / columns.max(1) + 1, at % columns.max(1) + 1);
+            let cure = if word.contains(',') { ": write it with a decimal point" } else { "" };
+            format!("{word:?} in row {row}, column {column} is not a number{cure}")
         })?;
-        values.push(if Some(value) == no_data || !value.is_finite() { f64::NAN } else { value });
+        values.push(value);
         if values.len() > count {
             break;
         }
@@ -111,7 +129,7 @@ fn values(
 /// The text of a grid.
 pub(crate) fn format(raster: &Raster) -> String {
     let Raster { columns, rows, origin, spacing: [dx, dy], reference, .. } = raster;
-    let no_data = reference.no_data.unwrap_or(-9999.0);
+    let no_data = reference.no_data.unwrap_or(NO_DATA);
     let (name, shift) = if reference.corner { ("corner", 0.5) } else { ("center", 0.0) };
     let mut text = format!("ncols {columns}\nnrows {rows}\n");
     let corner = [origin[0] - shift * dx, origin[1] - shift * dy];
@@ -131,6 +149,10 @@ pub(crate) fn format(raster: &Raster) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn parse(text: &str) -> Result<Raster, String> {
+        super::parse(text, Band::default())
+    }
 
     const CORNER: &str =
         "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n1 2 3\n4 -9999 6\n";

@@ -4,10 +4,12 @@
 //! Of the workspace it knows [`colluvium_points`] only, and only what reads case files knows it.
 
 mod ascii_grid;
+mod band;
 mod geotiff;
 mod mesh;
 mod outline;
 mod prj;
+mod system;
 
 use std::path::{Path, PathBuf};
 
@@ -16,6 +18,7 @@ use colluvium_points::surface::Facetted;
 use thiserror::Error;
 
 pub use outline::{read_features, read_outlines};
+pub use system::{MapSystem, read_system};
 
 /// What is wrong with a file, in a line.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -35,8 +38,32 @@ fn of(file: &Path) -> impl Fn(String) -> FileError {
 /// Mark of byte order, with which some editors begin a file.
 const BYTE_ORDER: char = '\u{feff}';
 
-fn text(file: &Path) -> Result<String, FileError> {
-    std::fs::read_to_string(file).map_err(|e| of(file)(format!("cannot be read: {e}")))
+/// Reads a text: UTF-8, or UTF-16 with its mark of byte order, as some spreadsheets write it. What is neither is taken for Latin-1, in
+/// which units such as m³ are written; letters of that kind stand in names and remarks, not in numbers.
+///
+/// # Errors
+/// When the file cannot be read, or holds bytes that no text has.
+pub fn read_text(file: &Path) -> Result<String, FileError> {
+    let bytes = std::fs::read(file).map_err(|e| of(file)(format!("cannot be read: {e}")))?;
+    decoded(bytes).map_err(of(file))
+}
+
+fn decoded(bytes: Vec<u8>) -> Result<String, String> {
+    let pairs = |order: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| order([pair[0], pair[1]])).collect();
+        String::from_utf16(&units).map_err(|_| "is not the UTF-16 that its first two bytes say".to_owned())
+    };
+    match bytes.as_slice() {
+        [0xff, 0xfe, ..] => return pairs(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => return pairs(u16::from_be_bytes),
+        _ => {}
+    }
+    if bytes.contains(&0) {
+        return Err("is no text: it holds bytes that are zero".to_owned());
+    }
+    let text = String::from_utf8(bytes);
+    let text = text.unwrap_or_else(|error| error.as_bytes().iter().map(|byte| char::from(*byte)).collect());
+    Ok(text.trim_start_matches(BYTE_ORDER).to_owned())
 }
 
 /// The ending of a file's name, in small letters.
@@ -51,17 +78,27 @@ fn unknown(file: &Path, known: &str) -> FileError {
     ))
 }
 
-/// Reads heights or other numbers on a grid in plan: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`).
+/// Reads heights or other numbers on a grid in plan: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`). The
+/// numbers are as the file means them: scale, offset and unit of the band count, those that are no data are not-a-number, by the mark of
+/// the file, by its mask, or as they are not finite, and heights in feet become metres.
 ///
 /// # Errors
 /// When the file cannot be read, is not such a raster, is rotated, is empty, or lies in degrees or in units that are not known: by
 /// the keys of a GeoTIFF, or by a `.prj` beside an ASCII grid.
 pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
     let raster = match ending(file).as_str() {
-        "asc" | "grd" | "txt" => ascii_grid::parse(text(file)?.trim_start_matches(BYTE_ORDER)),
+        "asc" | "grd" | "txt" => {
+            let beside = band::beside(file).map_err(of(file))?;
+            ascii_grid::parse(&read_text(file)?, beside)
+        }
         "tif" | "tiff" => {
-            let bytes = std::fs::read(file).map_err(|e| of(file)(format!("cannot be read: {e}")))?;
-            geotiff::parse(&bytes)
+            let beside = band::beside(file).map_err(of(file))?;
+            let bytes =
+                |path: &Path| std::fs::read(path).map_err(|e| of(path)(format!("cannot be read: {e}")));
+            let name = format!("{}.msk", file.file_name().unwrap_or_default().to_string_lossy());
+            let mask = file.with_file_name(name);
+            let mask = mask.is_file().then(|| bytes(&mask)).transpose()?;
+            geotiff::parse(&bytes(file)?, beside, mask.as_deref())
         }
         _ => return Err(unknown(file, ".asc, .grd or .txt (ESRI ASCII grid), .tif or .tiff (GeoTIFF)")),
     };

@@ -1,7 +1,7 @@
 //! Closed triangle meshes.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use colluvium_points::surface::Facetted;
@@ -9,10 +9,37 @@ use colluvium_points::surface::Facetted;
 /// Round-off of the corners over the extent of a mesh that is no longer taken.
 const COARSE: f64 = 1e-5;
 
-/// An STL file, text or binary. Its numbers have single precision; corners with the same numbers are one vertex.
+/// Bytes of the head of a binary STL file with the number of its triangles, and of a triangle.
+const STL_HEAD: usize = 84;
+const STL_TRIANGLE: usize = 50;
+
+/// The bytes of an STL file as one solid: a text may hold several, and have its words in capitals.
+fn one_solid(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
+    let count =
+        bytes.get(STL_HEAD - 4..STL_HEAD).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
+    let whole = |count: u32| STL_HEAD + STL_TRIANGLE * count as usize;
+    let begins = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    // A binary file may begin with any words.
+    if !begins || count.is_some_and(|count| whole(count) == bytes.len()) {
+        return Ok(bytes);
+    }
+    let text = String::from_utf8_lossy(&bytes).to_lowercase();
+    let solids = text.lines().filter(|line| line.trim_start().starts_with("solid")).count();
+    let ends = text.lines().filter(|line| line.trim_start().starts_with("endsolid")).count();
+    if solids != ends {
+        return Err(format!("begins {solids} solids and ends {ends}: it may be cut short"));
+    }
+    let is_inner =
+        |line: &&str| !["solid", "endsolid"].iter().any(|word| line.trim_start().starts_with(word));
+    let lines: Vec<&str> = text.lines().filter(is_inner).collect();
+    Ok(format!("solid all\n{}\nendsolid all\n", lines.join("\n")).into_bytes())
+}
+
+/// An STL file, text or binary: the triangles of all its solids. Its numbers have single precision; corners with the same numbers are one
+/// vertex.
 pub(crate) fn stl(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Facetted<3>, String> {
-    let source = File::open(file).map_err(|error| format!("cannot be read: {error}"))?;
-    let mesh = stl_io::read_stl(&mut BufReader::new(source))
+    let bytes = std::fs::read(file).map_err(|error| format!("cannot be read: {error}"))?;
+    let mesh = stl_io::read_stl(&mut Cursor::new(one_solid(bytes)?))
         .map_err(|error| format!("is not an STL file that can be read: {error}"))?;
     if mesh.faces.is_empty() {
         return Err("holds no triangles".to_owned());

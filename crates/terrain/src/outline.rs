@@ -2,62 +2,58 @@
 
 use std::path::Path;
 
-use colluvium_points::Outline;
+use colluvium_points::{Feature, Outline, Polygon, Ring};
 use geojson::{GeoJson, GeometryValue, Position};
 use shapefile::dbase::{self, FieldValue};
 use shapefile::{PolygonRing, Shape};
 
-use crate::{BYTE_ORDER, FileError, ending, of, prj, text, unknown};
+use crate::{FileError, ending, of, prj, read_text, system, unknown};
 
-/// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: what lies in any of them.
-/// Coordinates are metres in the frame of the case; degrees, which GeoJSON has by its standard, are refused, and so are units other
-/// than metres that a `.prj` beside a shapefile names.
+/// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: what lies in any of them, and
+/// in none of its own holes. Coordinates are metres in the frame of the case; degrees, which GeoJSON has by its standard, are refused,
+/// and so are units other than metres that a `.prj` beside a shapefile names.
 ///
 /// # Errors
 /// When the file cannot be read, holds no polygon, or one that crosses itself; when it lies in degrees.
 pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
-    let rings = features(file, None)?.into_iter().flat_map(|feature| feature.rings).collect();
-    outline(file, rings)
+    let polygons = features(file, None)?.into_iter().flat_map(|feature| feature.polygons).collect();
+    outline(file, polygons)
 }
 
-/// Reads the polygons of a file as [`read_outlines`] does, each feature by itself, with the number that it has under `attribute`: a
-/// property of GeoJSON, a field of the `.dbf` beside a shapefile. Features without polygons are passed over.
+/// Reads the polygons of a file as [`read_outlines`] does, each feature by itself, with the number that it has under `attribute` as its
+/// thickness: a property of GeoJSON, a field of the `.dbf` beside a shapefile. Features without polygons are passed over.
 ///
 /// # Errors
 /// As [`read_outlines`]; when a feature has no such number.
-pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<(Outline, f64)>, FileError> {
+pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<Feature>, FileError> {
     let features = features(file, Some(attribute))?.into_iter().enumerate();
     let mut found = Vec::new();
-    for (number, feature) in features.filter(|(_, feature)| !feature.rings.is_empty()) {
-        let value = feature.number.ok_or_else(|| {
-            let problem = format!("feature {} has no number under {attribute:?}", number + 1);
-            of(file)(problem)
-        })?;
-        found.push((outline(file, feature.rings)?, value));
+    for (number, feature) in features.filter(|(_, feature)| !feature.polygons.is_empty()) {
+        let number = number + 1;
+        let thickness = feature
+            .number
+            .ok_or_else(|| of(file)(format!("feature {number} has no number under {attribute:?}")))?;
+        found.push(Feature { number, outline: outline(file, feature.polygons)?, thickness });
     }
     Ok(found)
 }
 
-type Ring = Vec<[f64; 2]>;
-
 /// A feature of a file, and the number that it has under the name that is asked for.
-struct Feature {
-    rings: Vec<Ring>,
+struct Polygons {
+    polygons: Vec<Polygon>,
     number: Option<f64>,
 }
 
-fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<Feature>, FileError> {
+fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, FileError> {
     match ending(file).as_str() {
-        "geojson" | "json" => {
-            of_geojson(text(file)?.trim_start_matches(BYTE_ORDER), attribute).map_err(of(file))
-        }
+        "geojson" | "json" => of_geojson(&read_text(file)?, attribute).map_err(of(file)),
         "shp" => prj::check(file).and_then(|()| of_shapefile(file, attribute)).map_err(of(file)),
         _ => Err(unknown(file, ".geojson, .json or .shp")),
     }
 }
 
-fn outline(file: &Path, rings: Vec<Ring>) -> Result<Outline, FileError> {
-    let outline = Outline::new(rings).map_err(of(file))?;
+fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
+    let outline = Outline::new(polygons).map_err(of(file))?;
     let (low, high) = outline.bounds();
     // No terrain of a case is this small in metres and lies there; degrees do.
     let like_degrees =
@@ -71,13 +67,14 @@ fn outline(file: &Path, rings: Vec<Ring>) -> Result<Outline, FileError> {
     Ok(outline)
 }
 
-fn of_geojson(text: &str, attribute: Option<&str>) -> Result<Vec<Feature>, String> {
+fn of_geojson(text: &str, attribute: Option<&str>) -> Result<Vec<Polygons>, String> {
     let parsed: GeoJson = text.parse().map_err(|error| format!("is not GeoJSON: {error}"))?;
+    system::of_geojson(&parsed).map_or(Ok(()), |system| system.check())?;
     let feature = |geometry: Option<geojson::Geometry>, properties: Option<geojson::JsonObject>| {
-        let mut rings = Vec::new();
-        geometry.iter().try_for_each(|geometry| add(&geometry.value, &mut rings))?;
+        let mut polygons = Vec::new();
+        geometry.iter().try_for_each(|geometry| add(&geometry.value, &mut polygons))?;
         let number = attribute.and_then(|name| properties?.get(name)?.as_f64());
-        Ok(Feature { rings, number })
+        Ok(Polygons { polygons, number })
     };
     match parsed {
         GeoJson::Geometry(geometry) => Ok(vec![feature(Some(geometry), None)?]),
@@ -88,28 +85,27 @@ fn of_geojson(text: &str, attribute: Option<&str>) -> Result<Vec<Feature>, Strin
     }
 }
 
-fn add(geometry: &GeometryValue, rings: &mut Vec<Ring>) -> Result<(), String> {
+fn add(geometry: &GeometryValue, polygons: &mut Vec<Polygon>) -> Result<(), String> {
     let place = |position: &Position| match position.as_slice() {
         [x, y, ..] => Ok([*x, *y]),
         short => Err(format!("a position has {} coordinates", short.len())),
     };
+    let ring = |ring: &Vec<Position>| -> Result<Ring, String> { ring.iter().map(place).collect() };
     let mut take = |polygon: &Vec<Vec<Position>>| {
-        for ring in polygon {
-            rings.push(ring.iter().map(place).collect::<Result<_, _>>()?);
-        }
+        polygons.push(polygon.iter().map(ring).collect::<Result<_, _>>()?);
         Ok(())
     };
     match geometry {
         GeometryValue::Polygon { coordinates } => take(coordinates),
         GeometryValue::MultiPolygon { coordinates } => coordinates.iter().try_for_each(take),
         GeometryValue::GeometryCollection { geometries } => {
-            geometries.iter().try_for_each(|inner| add(&inner.value, rings))
+            geometries.iter().try_for_each(|inner| add(&inner.value, polygons))
         }
         _ => Ok(()),
     }
 }
 
-fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Feature>, String> {
+fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, String> {
     let wrong = |error: shapefile::Error| format!("is not a shapefile that can be read: {error}");
     let shapes = shapefile::read_shapes(file).map_err(wrong)?;
     // Fields that are missing or cannot be read hold no number.
@@ -118,7 +114,7 @@ fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Feature>, St
     let feature = |shape| {
         let record = records.next();
         let number = attribute.and_then(|name| number(record?.get(name)?));
-        Feature { rings: rings(&shape), number }
+        Polygons { polygons: polygons(&shape), number }
     };
     Ok(shapes.into_iter().map(feature).collect())
 }
@@ -133,15 +129,39 @@ fn number(value: &FieldValue) -> Option<f64> {
     }
 }
 
-fn rings(shape: &Shape) -> Vec<Ring> {
+fn polygons(shape: &Shape) -> Vec<Polygon> {
     match shape {
-        Shape::Polygon(polygon) => points(polygon.rings(), |p| [p.x, p.y]),
-        Shape::PolygonZ(polygon) => points(polygon.rings(), |p| [p.x, p.y]),
-        Shape::PolygonM(polygon) => points(polygon.rings(), |p| [p.x, p.y]),
+        Shape::Polygon(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
+        Shape::PolygonZ(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
+        Shape::PolygonM(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
         _ => Vec::new(),
     }
 }
 
-fn points<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Vec<Ring> {
-    rings.iter().map(|ring| ring.points().iter().map(&place).collect()).collect()
+/// The polygons of a record, whose rings stand in any order: those that run with the clock are outer ones, and the others are holes of
+/// the smallest outer one around them. A hole that lies in none is a polygon drawn the wrong way round.
+fn nested<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Vec<Polygon> {
+    let corners = |ring: &PolygonRing<P>| -> Ring { ring.points().iter().map(&place).collect() };
+    let is_outer = |ring: &&PolygonRing<P>| matches!(ring, PolygonRing::Outer(_));
+    let (outer, inner): (Vec<_>, Vec<_>) = rings.iter().partition(is_outer);
+    let mut polygons: Vec<Polygon> = outer.into_iter().map(|ring| vec![corners(ring)]).collect();
+    let whole: Vec<Option<(Outline, f64)>> = polygons
+        .iter()
+        .map(|polygon| {
+            let outline = Outline::new(vec![polygon.clone()]).ok()?;
+            let area = outline.area();
+            Some((outline, area))
+        })
+        .collect();
+    for hole in inner.into_iter().map(corners) {
+        let around = |outline: &Outline| hole.iter().all(|corner| outline.contains(*corner));
+        let found = whole.iter().enumerate().filter_map(|(number, outer)| {
+            outer.as_ref().filter(|(outline, _)| around(outline)).map(|(_, area)| (number, *area))
+        });
+        match found.min_by(|(_, a), (_, b)| a.total_cmp(b)) {
+            Some((number, _)) => polygons[number].push(hole),
+            None => polygons.push(vec![hole]),
+        }
+    }
+    polygons
 }

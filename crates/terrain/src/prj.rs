@@ -2,33 +2,65 @@
 
 use std::path::Path;
 
-use crate::BYTE_ORDER;
-
 /// Share by which a unit may be off the metre.
 const EXACT: f64 = 1e-9;
 
+/// The text of the `.prj` beside a file, where there is one.
+pub(crate) fn text(file: &Path) -> Result<Option<String>, String> {
+    let beside = ["prj", "PRJ"].map(|ending| file.with_extension(ending));
+    let Some(prj) = beside.iter().find(|path| path.is_file()) else { return Ok(None) };
+    let read =
+        crate::read_text(prj).map_err(|error| format!("{} beside it {}", name_of(prj), error.problem))?;
+    Ok(Some(read.trim().to_owned()))
+}
+
+fn name_of(file: &Path) -> String {
+    file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
 /// Looks whether the `.prj` beside a file says that it lies in metres. What has none is taken as such.
 pub(crate) fn check(file: &Path) -> Result<(), String> {
-    let beside = ["prj", "PRJ"].map(|ending| file.with_extension(ending));
-    let Some(prj) = beside.iter().find(|path| path.is_file()) else { return Ok(()) };
-    let name = prj.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let text =
-        std::fs::read_to_string(prj).map_err(|error| format!("{name} beside it cannot be read: {error}"))?;
-    let text = text.trim_start_matches(BYTE_ORDER).trim();
-    let units = if text.contains(['[', '(']) { units_of(text) } else { named_units(text) };
+    let Some(text) = text(file)? else { return Ok(()) };
+    let units = if text.contains(['[', '(']) { units_of(&text) } else { named_units(&text) };
     let other =
         units.into_iter().find(|(_, metres)| metres.is_none_or(|metres| (metres - 1.0).abs() > EXACT));
     match other {
         None => Ok(()),
         Some((unit, _)) => Err(format!(
-            "{name} beside it says that it lies in {unit:?}, and only metres are known: project it to metres"
+            "{} beside it says that it lies in {unit:?}, and only metres are known: project it to metres",
+            name_of(&file.with_extension("prj"))
         )),
     }
 }
 
+/// Number in the EPSG registry of the projected system of a well-known text, where it has one.
+pub(crate) fn epsg(text: &str) -> Option<u32> {
+    let projected = |name: &String| ["PROJCS", "PROJCRS", "PROJECTEDCRS"].contains(&name.as_str());
+    let mut found = None;
+    opened(text, |open, after| {
+        let (keyword, above) = open.split_last()?;
+        let is_own = above.last().is_some_and(projected) && ["AUTHORITY", "ID"].contains(&keyword.as_str());
+        let after = after.trim_start().strip_prefix("\"EPSG\"").filter(|_| is_own)?;
+        let code = after.trim_start_matches([',', ' ', '"']).split(['"', ']', ')']).next()?;
+        found = code.trim().parse().ok().or(found);
+        Some(())
+    });
+    found
+}
+
 /// Units of coordinates and heights, and how many metres they are; none of angles.
 fn units_of(text: &str) -> Vec<(String, Option<f64>)> {
-    let (mut open, mut units, mut rest) = (Vec::<String>::new(), Vec::new(), text);
+    let mut units = Vec::new();
+    opened(text, |open, after| {
+        units.push(unit(open, after)?);
+        Some(())
+    });
+    units
+}
+
+/// Looks at each bracket of a well-known text: the keywords that are open there, and what comes after it.
+fn opened(text: &str, mut look: impl FnMut(&[String], &str) -> Option<()>) {
+    let (mut open, mut rest) = (Vec::<String>::new(), text);
     while let Some(at) = rest.find(['[', '(', ']', ')', '"']) {
         let (before, after) = (&rest[..at], &rest[at + 1..]);
         rest = after;
@@ -37,12 +69,11 @@ fn units_of(text: &str) -> Vec<(String, Option<f64>)> {
             b'[' | b'(' => {
                 let keyword = before.rsplit([',', ' ', '\n', '\r', '\t']).next().unwrap_or_default();
                 open.push(keyword.trim().to_uppercase());
-                units.extend(unit(&open, after));
+                let _ = look(&open, after);
             }
             _ => drop(open.pop()),
         }
     }
-    units
 }
 
 /// The unit that has just been opened, where it is one of places.

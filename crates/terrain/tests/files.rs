@@ -71,7 +71,73 @@ fn closed_meshes_are_read_and_open_ones_refused() {
     let open = read_mesh(&file(&folder, "open.stl", &stl(&TETRAHEDRON[1..])), &as_it_is).unwrap_err();
     assert!(open.problem.contains("open"), "{open}");
     assert!(read_mesh(&file(&folder, "bad.stl", "solid nothing"), &as_it_is).is_err());
+    let cut = stl(&TETRAHEDRON).replace("endsolid t\n", "");
+    let cut = read_mesh(&file(&folder, "cut.stl", &cut), &as_it_is).unwrap_err();
+    assert!(cut.problem.contains("begins 1 solids and ends 0"), "{cut}");
     assert!(read_mesh(&file(&folder, "bad.obj", "v 1 2\nf 1 2 3"), &as_it_is).is_err());
+}
+
+#[test]
+fn all_solids_of_an_stl_file_are_read_and_its_words_may_be_capitals() {
+    let folder = tempfile::tempdir().unwrap();
+    let beside = TETRAHEDRON.map(|triangle| triangle.map(|[x, y, z]| [x + 5.0, y, 1e-3 * z]));
+    let both = stl(&TETRAHEDRON) + "\n" + &stl(&beside).replace("solid t", "solid of facet 2");
+    for text in [both.clone(), both.to_uppercase(), both.replace('\n', "\r\n")] {
+        let mesh = read_mesh(&file(&folder, "two.stl", &text), &as_it_is).unwrap();
+        assert_eq!((mesh.vertices().len(), mesh.facets().len()), (8, 8));
+        assert!(
+            mesh.contains(&[0.1, 0.1, 0.1])
+                && mesh.contains(&[5.1, 0.1, 1e-4])
+                && !mesh.contains(&[3.0, 0.1, 0.1])
+        );
+    }
+    // A binary file whose head is the word of a text.
+    let mut binary = b"solid made by a program".to_vec();
+    binary.resize(80, b' ');
+    binary.extend(4u32.to_le_bytes());
+    for triangle in TETRAHEDRON {
+        binary.extend([0; 12]);
+        binary.extend(triangle.iter().flatten().flat_map(|x| (*x as f32).to_le_bytes()));
+        binary.extend([0; 2]);
+    }
+    let path = folder.path().join("binary.stl");
+    std::fs::write(&path, binary).unwrap();
+    assert_eq!(read_mesh(&path, &as_it_is).unwrap().facets().len(), 4);
+}
+
+/// A collection of polygons, each a feature with its rings.
+fn collection(features: &[Vec<Vec<[f64; 2]>>]) -> String {
+    let feature = |rings: &Vec<Vec<[f64; 2]>>| {
+        format!(
+            r#"{{"type": "Feature", "properties": {{}}, "geometry": {{"type": "Polygon", "coordinates": {rings:?}}}}}"#
+        )
+    };
+    let all: Vec<String> = features.iter().map(feature).collect();
+    format!(r#"{{"type": "FeatureCollection", "features": [{}]}}"#, all.join(","))
+}
+
+fn rectangle(low: [f64; 2], high: [f64; 2]) -> Vec<[f64; 2]> {
+    vec![low, [low[0], high[1]], high, [high[0], low[1]], low]
+}
+
+#[test]
+fn features_of_a_file_are_united_and_holes_are_those_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let two = [vec![rectangle([0.0; 2], [3.0, 4.0])], vec![rectangle([1.0, 0.0], [4.0; 2])]];
+    let map = file(&folder, "over.geojson", &collection(&two));
+    let nested = [
+        vec![rectangle([0.0; 2], [4.0; 2]), rectangle([1.0; 2], [3.0; 2])],
+        vec![rectangle([1.5; 2], [2.5; 2])],
+    ];
+    let island = file(&folder, "island.geojson", &collection(&nested));
+    let parts: Vec<String> = two.iter().map(|rings| format!("{rings:?}")).collect();
+    let multi = format!(r#"{{"type": "MultiPolygon", "coordinates": [{}]}}"#, parts.join(","));
+    let multi = file(&folder, "multi.geojson", &multi);
+    for (path, area) in [(map, 16.0), (multi, 16.0), (island, 13.0)] {
+        let outline = read_outlines(&path).unwrap();
+        assert!((outline.area() - area).abs() < 1e-12, "{path:?}: {}", outline.area());
+        assert!(outline.contains([2.0, 2.0]) && outline.contains([0.5, 2.0]));
+    }
 }
 
 #[test]
@@ -106,6 +172,31 @@ fn a_shapefile_is_read_as_it_was_written() {
 }
 
 #[test]
+fn rings_of_a_shapefile_in_any_order_are_polygons_with_their_holes() {
+    use shapefile::{Point, Polygon, PolygonRing};
+    let folder = tempfile::tempdir().unwrap();
+    let ring = |low: [f64; 2], high: [f64; 2]| -> Vec<Point> {
+        rectangle(low, high).iter().map(|[x, y]| Point::new(*x, *y)).collect()
+    };
+    let outer = |low: [f64; 2], high: [f64; 2]| PolygonRing::Outer(ring(low, high));
+    let hole = |low: [f64; 2], high: [f64; 2]| PolygonRing::Inner(ring(low, high));
+    let write = |name: &str, records: Vec<Vec<PolygonRing<Point>>>| {
+        let path = folder.path().join(name);
+        let shapes: Vec<Polygon> = records.into_iter().map(Polygon::with_rings).collect();
+        shapefile::ShapeWriter::from_path(&path).unwrap().write_shapes(&shapes).unwrap();
+        read_outlines(&path).unwrap()
+    };
+    // A hole that stands before the ring it is in, with an island of its own record over it.
+    let holed = vec![hole([1.0; 2], [3.0; 2]), outer([0.0; 2], [4.0; 2]), outer([6.0, 0.0], [7.0, 4.0])];
+    let outline = write("a.shp", vec![holed, vec![outer([1.5; 2], [2.5; 2])]]);
+    assert!((outline.area() - 17.0).abs() < 1e-12, "{}", outline.area());
+    assert!(outline.contains([2.0, 2.0]) && !outline.contains([1.2, 2.0]) && outline.contains([6.5, 1.0]));
+    // Records that touch, and one whose ring runs the wrong way round.
+    let outline = write("b.shp", vec![vec![outer([0.0; 2], [2.0, 4.0])], vec![hole([2.0, 0.0], [4.0; 2])]]);
+    assert!((outline.area() - 16.0).abs() < 1e-12 && outline.contains([2.0, 1.0]));
+}
+
+#[test]
 fn features_have_the_numbers_of_their_attributes() {
     use shapefile::dbase::{FieldValue, Record, TableWriterBuilder};
     use shapefile::{Point, Polygon, PolygonRing};
@@ -117,10 +208,10 @@ fn features_have_the_numbers_of_their_attributes() {
             square(at)
         )
     };
-    let collection = |features: [String; 2]| {
+    let gathered = |features: [String; 2]| {
         format!(r#"{{"type": "FeatureCollection", "features": [{}]}}"#, features.join(","))
     };
-    let two = collection([feature(0.0, r#"{"depth": 1.5}"#), feature(10.0, r#"{"depth": 3}"#)]);
+    let two = gathered([feature(0.0, r#"{"depth": 1.5}"#), feature(10.0, r#"{"depth": 3}"#)]);
     let map = file(&folder, "a.geojson", &two);
     let shape = folder.path().join("a.shp");
     let fields = TableWriterBuilder::new().add_numeric_field("depth".try_into().unwrap(), 10, 3);
@@ -134,13 +225,14 @@ fn features_have_the_numbers_of_their_attributes() {
     drop(writer);
     for path in [&map, &shape] {
         let features = read_features(path, "depth").unwrap();
-        let found: Vec<f64> = features.iter().map(|(_, depth)| *depth).collect();
+        let found: Vec<f64> = features.iter().map(|feature| feature.thickness).collect();
         assert_eq!(found, [1.5, 3.0], "{path:?}");
-        assert!(features[1].0.contains([12.0, 2.0]) && !features[0].0.contains([12.0, 2.0]));
+        assert!(features[1].outline.contains([12.0, 2.0]) && !features[0].outline.contains([12.0, 2.0]));
+        assert_eq!((features[0].number, features[1].number), (1, 2));
         let problem = read_features(path, "height").unwrap_err().problem;
         assert_eq!(problem, "feature 1 has no number under \"height\"");
     }
-    let half = collection([feature(0.0, r#"{"depth": 1.5}"#), feature(10.0, r#"{"depth": "deep"}"#)]);
+    let half = gathered([feature(0.0, r#"{"depth": 1.5}"#), feature(10.0, r#"{"depth": "deep"}"#)]);
     let problem = read_features(&file(&folder, "b.geojson", &half), "depth").unwrap_err().problem;
     assert!(problem.starts_with("feature 2 has no number"), "{problem}");
 }

@@ -179,7 +179,7 @@ pub enum ObstacleShape {
         /// Its points (m).
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         points: Vec<[f64; 2]>,
-        /// A CSV file with two columns, x and y (m), under a line of names.
+        /// A CSV file with two columns, x and y: metres, or in the units that a line of names has between brackets, as `x (ft)`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         file: Option<String>,
     },

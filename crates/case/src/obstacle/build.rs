@@ -9,6 +9,7 @@ use colluvium_points::surface::{
 };
 
 use crate::CaseError;
+use crate::columns::{Quantity, read_pairs};
 use crate::decimal::taken_off;
 use crate::description::{ObstacleShape, ProfilePiece};
 
@@ -115,8 +116,12 @@ fn axis_of_space(axis: usize) -> Result<(), Problem> {
 
 fn ground_line(points: &[[f64; 2]], file: Option<&str>, origin: &[f64; 3]) -> Result<Facetted<2>, Problem> {
     let Some(file) = file else { return Facetted::ground_line(points).map_err(below) };
+    let names: [(Quantity, &[&str]); 2] = [
+        (Quantity::Length, &["x", "distance", "station"]),
+        (Quantity::Length, &["y", "z", "height", "elevation"]),
+    ];
     let points =
-        read_pairs(file).map(|points| points.into_iter().map(|x| off(x, origin)).collect::<Vec<_>>());
+        read_pairs(file, names).map(|points| points.into_iter().map(|x| off(x, origin)).collect::<Vec<_>>());
     let points = points.map_err(|problem| of_file(&format!("{file}: {problem}")))?;
     let in_file = |error: SurfaceError| of_file(&format!("{file}: {}: {}", error.path, error.problem));
     Facetted::ground_line(&points).map_err(in_file)
@@ -124,28 +129,6 @@ fn ground_line(points: &[[f64; 2]], file: Option<&str>, origin: &[f64; 3]) -> Re
 
 fn off(x: [f64; 2], origin: &[f64; 3]) -> [f64; 2] {
     std::array::from_fn(|c| taken_off(x[c], origin[c]))
-}
-
-/// Two columns of numbers of a CSV file, under a line of names.
-///
-/// # Errors
-/// What is wrong with the file, in a line with its place.
-pub fn read_pairs(file: &str) -> Result<Vec<[f64; 2]>, String> {
-    let reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_path(file);
-    let mut points = Vec::new();
-    for record in reader.map_err(|error| format!("cannot be read: {error}"))?.records() {
-        let record = record.map_err(|error| error.to_string())?;
-        let line = record.position().map_or(0, csv::Position::line);
-        if record.len() != 2 {
-            return Err(format!("line {line}: has {} columns, and there must be two", record.len()));
-        }
-        let number = |c: usize| match record[c].parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(format!("line {line}: {:?} is not a finite number", &record[c])),
-        };
-        points.push([number(0)?, number(1)?]);
-    }
-    Ok(points)
 }
 
 fn profile(start: [f64; 2], pieces: &[ProfilePiece]) -> Result<Profile, Problem> {

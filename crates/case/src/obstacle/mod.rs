@@ -1,13 +1,13 @@
 //! Obstacles of a case as surfaces, for methods.
 
 mod build;
+mod gaps;
 mod laws;
 mod moving;
 mod nodes;
 
 use std::sync::Arc;
 
-pub use build::read_pairs;
 pub use laws::{ObstacleLaw, ObstacleLaws};
 pub use moving::{MovingObstacle, slowed_for_obstacles};
 pub use nodes::{ObstaclesOnTheirWay, holding, normal_inside};

@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use crate::decimal::taken_off;
 use crate::description::{Body, InitialStress, PorePressure, Space, Velocity};
 use crate::json::closest;
-use crate::{Case, CaseError};
+use crate::{Case, CaseError, ColumnFile, ColumnRow, Quantity};
 
-/// Points from a CSV file. The first line names the columns, in any order; a unit after a name, as in `x (m)`, is passed over, and
-/// so are lines that begin with `#`. There are:
+/// Points from a CSV file. The first line names the columns, in any order; numbers are in the units below, or in that between brackets
+/// after a name, as `x (mm)` or `stress_yy (kPa)`. Lines that begin with `#` are passed over. There are:
 ///
 /// - `x`, `y`, `z`: the place (m), as many as the space has dimensions;
 /// - `volume`: what the point stands for (m³; the area in m² in plane strain and in axisymmetry, the length in m in 1D), unless
@@ -210,12 +210,8 @@ impl Case {
     }
 
     fn read_points(&self, body: &Body, source: &PointFile) -> Result<PointList, String> {
-        let text = std::fs::read_to_string(Path::new(&source.file))
-            .map_err(|error| format!("cannot be read: {error}"))?;
-        let mut reader =
-            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
-        let heads = reader.headers().map_err(|error| shape_of_line(&text, &error))?.clone();
-        let columns = Columns::new(&heads, self.dimension())?;
+        let table = ColumnFile::read(Path::new(&source.file))?;
+        let columns = Columns::new(&table, self.dimension())?;
         columns.fit(body, source)?;
         let origin = self.origin();
         let unit_ball = Shape::Ball { centre: vec![0.0; self.dimension()], radius: 1.0 };
@@ -229,9 +225,9 @@ impl Case {
             grains: GrainColumns::of(&columns),
             ..PointList::default()
         };
-        for record in reader.records() {
-            let record = record.map_err(|error| shape_of_line(&text, &error))?;
-            let row = Row { line: record.position().map_or(0, |at| line(&text, at)), record: &record };
+        for record in table.rows() {
+            let ColumnRow { line, cells } = record?;
+            let row = Row { line, record: &cells, table: &table };
             let [x, velocity] = [&PLACE, &PointList::VELOCITY].map(|names| row.numbers(&columns, names));
             let (mut x, velocity) = (x?, velocity?);
             (0..self.dimension()).for_each(|c| x[c] = taken_off(x[c], origin[c]));
@@ -271,13 +267,33 @@ const KIND: &str = "kind";
 const HELD: &str = "held";
 const ID: &str = "id";
 
-/// The names of the columns.
-struct Columns(Vec<String>);
+/// What a column holds.
+fn quantity(name: &str) -> Quantity {
+    let is_one_of = |names: &[&str]| names.contains(&name);
+    match name {
+        VOLUME => Quantity::Volume,
+        PointList::MASS => Quantity::Mass,
+        PointList::PORE_PRESSURE => Quantity::Stress,
+        _ if is_one_of(&PLACE) || name == RADIUS => Quantity::Length,
+        _ if is_one_of(&PointList::VELOCITY) => Quantity::Velocity,
+        _ if is_one_of(&PointList::STRESS) => Quantity::Stress,
+        _ if is_one_of(&GrainColumns::SPIN) => Quantity::Spin,
+        _ => Quantity::Plain,
+    }
+}
+
+/// The names of the columns, and what makes SI units of the numbers of each.
+struct Columns {
+    names: Vec<String>,
+    factors: Vec<f64>,
+}
 
 impl Columns {
-    fn new(heads: &csv::StringRecord, dimension: usize) -> Result<Self, String> {
-        let name = |head: &str| head.split_once('(').map_or(head, |(name, _)| name).trim().to_owned();
-        let names: Vec<String> = heads.iter().map(name).collect();
+    fn new(table: &ColumnFile, dimension: usize) -> Result<Self, String> {
+        let heads = table.heads().ok_or_else(|| {
+            format!("has no names of columns in its first line, as {}", PLACE[..dimension].join(","))
+        })?;
+        let names: Vec<String> = heads.iter().map(|head| ColumnFile::name(head).to_owned()).collect();
         let known: Vec<&str> = PLACE[..dimension]
             .iter()
             .chain([&VOLUME, &PointList::MASS])
@@ -300,13 +316,16 @@ impl Columns {
             }
         }
         match PLACE[..dimension].iter().find(|axis| !names.iter().any(|name| name == *axis)) {
-            Some(missing) => Err(format!("the column {missing:?} is missing")),
-            None => Ok(Self(names)),
+            Some(missing) => return Err(format!("the column {missing:?} is missing")),
+            None => {}
         }
+        let factor = |(head, name): (&String, &String)| ColumnFile::factor(head, quantity(name));
+        let factors = heads.iter().zip(&names).map(factor).collect::<Result<_, _>>()?;
+        Ok(Self { names, factors })
     }
 
     fn position(&self, name: &str) -> Option<usize> {
-        self.0.iter().position(|known| known == name)
+        self.names.iter().position(|known| known == name)
     }
 
     /// Whether any of the columns is there.
@@ -349,16 +368,17 @@ impl Columns {
 struct Row<'a> {
     line: u64,
     record: &'a csv::StringRecord,
+    table: &'a ColumnFile,
 }
 
 impl Row<'_> {
-    /// The number in a column; zero where there is no such column.
+    /// The number in a column, in SI units; zero where there is no such column.
     fn number(&self, columns: &Columns, name: &str) -> Result<f64, String> {
         let Some(column) = columns.position(name) else { return Ok(0.0) };
         let text = &self.record[column];
-        match text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(format!("line {}, column {name:?}: {text:?} is not a finite number", self.line)),
+        match self.table.number(text) {
+            Some(value) => Ok(value * columns.factors[column]),
+            None => Err(format!("line {}, column {name:?}: {text:?} is not a finite number", self.line)),
         }
     }
 
@@ -390,24 +410,6 @@ impl Row<'_> {
     /// The text in a column; none where there is no such column.
     fn text(&self, columns: &Columns, name: &str) -> &str {
         columns.position(name).map_or("", |column| &self.record[column])
-    }
-}
-
-/// Number of the line of the record at a position, which is that of the remarks and empty lines before it.
-fn line(text: &str, at: &csv::Position) -> u64 {
-    let rest = text.get(at.byte() as usize..).unwrap_or_default();
-    let passed = |line: &&str| line.starts_with('#') || line.trim_end_matches(['\r', '\n']).is_empty();
-    at.line() + rest.split_inclusive('\n').take_while(passed).count() as u64
-}
-
-/// What is wrong with a line that is not one of the table.
-fn shape_of_line(text: &str, error: &csv::Error) -> String {
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
-            let line = pos.as_ref().map_or(0, |at| line(text, at));
-            format!("line {line}: has {len} values, the head has {expected_len} columns")
-        }
-        _ => error.to_string(),
     }
 }
 

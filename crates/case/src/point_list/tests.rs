@@ -38,6 +38,23 @@ fn columns_in_any_order_give_places_volumes_velocities_and_stresses() {
 }
 
 #[test]
+fn units_between_brackets_count_and_columns_may_be_separated_by_semicolons() {
+    let text = "x (mm);y [cm];volume (cm2);velocity_x (km/h);stress_yy (kPa);pore_pressure (kN/m²);radius (ft)\n\
+                250,5;50;100;7,2;-3;4;0,5\n";
+    let (_folder, case) = case(text, "");
+    let list = case.point_list(0).unwrap().unwrap();
+    let near =
+        |found: f64, right: f64| assert!((found - right).abs() <= 1e-12 * right.abs(), "{found} for {right}");
+    near(list.positions[0][0], 0.2505);
+    near(list.positions[0][1], 0.5);
+    near(list.volumes[0], 0.01);
+    near(list.velocities.unwrap()[0][0], 2.0);
+    near(list.stresses.unwrap()[0].0[1], -3e3);
+    near(list.pore_pressures.unwrap()[0], 4e3);
+    near(list.grains.radii.unwrap()[0], 0.1524);
+}
+
+#[test]
 fn a_mass_gives_the_density_of_a_point_less_that_of_its_pore_fluid() {
     let (_folder, dry) = case("x,y,volume,mass\n0.5,0.5,0.01,20\n0.6,0.5,0.01,30\n", "");
     let list = dry.point_list(0).unwrap().unwrap();
@@ -84,6 +101,17 @@ fn every_mistake_in_a_list_is_named_with_its_line_and_column() {
         ("x,y,radius,held\n0.5,0.5,1,2\n".to_owned(), "", "\"held\": \"2\" is no whole number from 0 to 1"),
         ("x,y,radius,id\n0.5,0.5,1,-1\n".to_owned(), "", "\"id\": \"-1\" is no whole number"),
         ("x,y,radius,spin_x\n".to_owned(), "", "unknown column \"spin_x\"; did you mean \"spin_z\"?"),
+        ("0.5,0.5,1\n".to_owned(), "", "has no names of columns in its first line, as x,y"),
+        (
+            "x (yd),y,volume\n".to_owned(),
+            "",
+            "column \"x (yd)\": the unit between brackets must be one of a length",
+        ),
+        (
+            "x,y,volume (kg)\n".to_owned(),
+            "",
+            "column \"volume (kg)\": the unit between brackets must be one of a volume",
+        ),
         ("x,y,volum\n".to_owned(), "", "unknown column \"volum\"; did you mean \"volume\"?"),
         ("x,z,volume\n".to_owned(), "", "unknown column \"z\""),
         ("x,x,volume\n".to_owned(), "", "two columns are called \"x\""),

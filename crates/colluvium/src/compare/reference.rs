@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::CompareError;
 use super::figures::interpolated;
-use crate::case::output::Table;
+use crate::case::{ColumnFile, ColumnRow, Quantity};
 
 /// Name of the file of profiles beside a case.
 const BESIDE: &str = "reference.csv";
@@ -20,8 +20,8 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Reads a CSV file with the columns `position` and `height` (m), and `time` (s) where there are several profiles. Lines that begin
-    /// with `#` are remarks.
+    /// Reads a CSV file with the columns `position` and `height` (m), and `time` (s) where there are several profiles; a unit between
+    /// brackets after a name counts. Lines that begin with `#` are remarks.
     ///
     /// # Errors
     /// When the file cannot be read, lacks a column, or has a number that is not finite.
@@ -31,14 +31,20 @@ impl Reference {
 
     /// The profiles of a file; `None` where it has no columns of them.
     fn profiles_of(path: &Path) -> Result<Option<Self>, CompareError> {
-        let table = Table::read(path)?;
-        let column = |name: &str| table.column(name);
-        let (Some(position), Some(height)) = (column("position"), column("height")) else { return Ok(None) };
-        let times = column("time");
-        let numbers = position.iter().chain(&height).chain(times.iter().flatten());
-        if numbers.into_iter().any(|number| !number.is_finite()) {
-            return Err(refusal(path, "has a number that is not finite"));
-        }
+        let wrong = |problem: String| refusal(path, &problem);
+        let table = ColumnFile::read(path).map_err(wrong)?;
+        let named = |name: &str, quantity| {
+            let at = table.heads()?.iter().position(|head| ColumnFile::name(head) == name)?;
+            Some((at, quantity))
+        };
+        let (Some(position), Some(height)) =
+            (named("position", Quantity::Length), named("height", Quantity::Length))
+        else {
+            return Ok(None);
+        };
+        let column = |(at, quantity)| numbers_of(&table, at, quantity).map_err(wrong);
+        let (position, height) = (column(position)?, column(height)?);
+        let times = named("time", Quantity::Time).map(column).transpose()?;
         let mut profiles: Vec<(Option<f64>, Curve)> = Vec::new();
         for (row, place) in position.into_iter().zip(height).enumerate() {
             let time = times.as_ref().map(|times| times[row]);
@@ -99,6 +105,17 @@ impl Reference {
     }
 }
 
+/// The numbers of a column, in SI units.
+fn numbers_of(table: &ColumnFile, at: usize, quantity: Quantity) -> Result<Vec<f64>, String> {
+    let factor = ColumnFile::factor(&table.heads().unwrap_or_default()[at], quantity)?;
+    let number = |row: Result<ColumnRow, String>| {
+        let ColumnRow { line, cells } = row?;
+        let found = table.number(&cells[at]).map(|value| value * factor);
+        found.ok_or_else(|| format!("line {line}: {:?} is not a finite number", &cells[at]))
+    };
+    table.rows().map(number).collect()
+}
+
 fn refusal(path: &Path, problem: &str) -> CompareError {
     CompareError::Reference { path: path.to_owned(), problem: problem.into() }
 }
@@ -131,6 +148,10 @@ mod tests {
         let frames = [0.0, 0.5, 1.0];
         assert_eq!(reference.times(&frames), [0.5, 1.0]);
         assert!(reference.at(0.0, &frames).is_none() && reference.at(1.0, &frames).is_some());
+        std::fs::write(&path, "time (min);position (mm);height (cm)\n0,5;2000;100,5\n").unwrap();
+        assert_eq!(Reference::read(&path).unwrap().profiles, [(Some(30.0), vec![(2.0, 1.005)])]);
+        std::fs::write(&path, "position,height\n0,nan\n").unwrap();
+        assert!(Reference::read(&path).unwrap_err().to_string().contains("line 2: \"nan\" is not a finite"));
         std::fs::write(&path, "x,height\n0,1\n").unwrap();
         let error = Reference::read(&path).unwrap_err().to_string();
         assert!(error.contains("reference.csv: has no columns position and height"), "{error}");

@@ -207,7 +207,8 @@ pub struct InflowOptions {
     /// or `hydrograph`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub discharge: Vec<[f64; 2]>,
-    /// The same as a CSV file with two columns, time and discharge, under a line of names, from the folder of the case.
+    /// File of them, from the folder of the case: CSV with two columns, time and discharge, in these units or in those that a line of
+    /// names has between brackets, as `time (h),discharge (l/s)`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hydrograph: Option<String>,
     /// Froude number `u/√(g h)` at the line, which makes depth and speed of a discharge where nothing stands before it, and where the flow

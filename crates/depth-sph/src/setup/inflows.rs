@@ -1,6 +1,6 @@
 //! Lines that material flows in across.
 
-use colluvium_case::{Case, CaseError, read_pairs};
+use colluvium_case::{Case, CaseError, Quantity, read_pairs};
 
 use super::sides::MOST_PLACES;
 use super::{NAME, own};
@@ -157,16 +157,21 @@ fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec
     if !(given.froude > 0.0 && given.froude.is_finite()) {
         return Err(own(&key("froude"), format!("{} must be positive", given.froude)));
     }
-    let (pairs, name) = match (&given.hydrograph, given.discharge.is_empty()) {
+    let pairs = match (&given.hydrograph, given.discharge.is_empty()) {
         (Some(file), true) => {
-            let pairs =
-                read_pairs(file).map_err(|error| own(&key("hydrograph"), format!("{file}: {error}")))?;
-            (pairs, "hydrograph")
+            let columns: [(Quantity, &[&str]); 2] =
+                [(Quantity::Time, &["time", "t"]), (Quantity::Discharge, &["discharge", "q"])];
+            let of_file = |error: String| own(&key("hydrograph"), format!("{file}: {error}"));
+            let pairs = read_pairs(file, columns).map_err(of_file)?;
+            check(&pairs).map_err(of_file)?;
+            pairs
         }
-        (None, false) => (given.discharge.clone(), "discharge"),
+        (None, false) => {
+            check(&given.discharge).map_err(|problem| own(&key("discharge"), problem))?;
+            given.discharge.clone()
+        }
         _ => return Err(own(&key("discharge"), "give either discharge or hydrograph")),
     };
-    check(&pairs).map_err(|problem| own(&key(name), problem))?;
     Ok(pairs)
 }
 

@@ -109,7 +109,8 @@ mod tests {
     /// A layer of 0.5 m on ground that falls by 3 m over 4 m, sampled 0.2 m apart.
     fn sampled(rows: LayerRows) -> Vec<Sample<3>> {
         let ground = Raster::from_function([41, 31], [0.0; 2], [1.0; 2], |x, _| 30.0 - 0.75 * x);
-        let outline = Outline::new(vec![vec![[5.0, 5.0], [15.0, 5.0], [15.0, 11.0], [5.0, 11.0]]]).unwrap();
+        let outline =
+            Outline::new(vec![vec![vec![[5.0, 5.0], [15.0, 5.0], [15.0, 11.0], [5.0, 11.0]]]]).unwrap();
         let layer = Layer::new(ground, outline, Depths::Uniform(0.5), Measured::Vertical, [0.0; 2]).unwrap();
         let shape = Shape::Layer {
             on: "slope".into(),

@@ -55,7 +55,8 @@ pub enum Shape {
         /// Name of the obstacle it lies on, whose shape is a raster.
         on: String,
         /// File of its outline in plan, in metres: GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the folder of the
-        /// case. All its polygons count; one within another is a hole. Without one it is where the raster of its thickness is above zero.
+        /// case. The layer lies in all its features together, but not in their holes. Without one it is where the raster of its thickness
+        /// is above zero.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         outline: Option<String>,
         /// How thick it is.

@@ -1,77 +1,27 @@
 //! GeoTIFF rasters (OGC 19-008r4, GeoTIFF Standard 1.1).
 
+mod keys;
+mod mask;
+
 use std::io::Cursor;
 
 use colluvium_points::{Georeference, Raster};
+use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult};
 use tiff::encoder::{TiffEncoder, colortype::Gray64Float};
 use tiff::tags::Tag;
 
-/// Numbers of GeoKeys.
-mod key {
-    pub(super) const MODEL_TYPE: u16 = 1024;
-    pub(super) const RASTER_TYPE: u16 = 1025;
-    pub(super) const CITATION: u16 = 1026;
-    pub(super) const PROJECTED: u16 = 3072;
-    pub(super) const LINEAR_UNITS: u16 = 3076;
-    pub(super) const VERTICAL_UNITS: u16 = 4099;
-}
+use crate::band::{Band, mark};
+use keys::{Keys, METRE, PIXEL_IS_AREA, PIXEL_IS_POINT, PROJECTED_MODEL, USER_DEFINED, key};
 
-const PROJECTED_MODEL: u16 = 1;
-const GEOGRAPHIC_MODEL: u16 = 2;
-const PIXEL_IS_AREA: u16 = 1;
-const PIXEL_IS_POINT: u16 = 2;
-const METRE: u16 = 9001;
-/// What stands where a key's value is the user's own.
-const USER_DEFINED: u16 = 32767;
+/// Tag of the metadata of GDAL, as XML.
+const GDAL_METADATA: Tag = Tag::Unknown(42112);
 
 type Source<'a> = Decoder<Cursor<&'a [u8]>>;
 
-/// GeoKeys with their values: numbers that stand in the directory, and texts.
-#[derive(Default)]
-struct Keys {
-    numbers: Vec<(u16, u16)>,
-    citation: Option<String>,
-}
-
-impl Keys {
-    fn read(decoder: &mut Source<'_>) -> Self {
-        let directory = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
-        let texts = decoder.get_tag_ascii_string(Tag::GeoAsciiParamsTag).unwrap_or_default();
-        let mut keys = Self::default();
-        for entry in directory.get(4..).unwrap_or_default().chunks_exact(4) {
-            let [number, place, count, value] = [entry[0], entry[1], entry[2], entry[3]];
-            if place == 0 {
-                keys.numbers.push((number, value));
-            } else if place == 34737 && number == key::CITATION {
-                let (from, to) = (usize::from(value), usize::from(value) + usize::from(count));
-                keys.citation =
-                    texts.get(from..to.min(texts.len())).map(|t| t.trim_end_matches(['|', '\0']).to_owned());
-            }
-        }
-        keys
-    }
-
-    fn get(&self, number: u16) -> Option<u16> {
-        self.numbers.iter().find(|(key, _)| *key == number).map(|(_, value)| *value)
-    }
-
-    /// Refuses what is not in metres.
-    fn check_units(&self) -> Result<(), String> {
-        if self.get(key::MODEL_TYPE) == Some(GEOGRAPHIC_MODEL) {
-            return Err(
-                "lies in degrees (a geographic CRS): project it to metres, for example to UTM".to_owned()
-            );
-        }
-        for (number, what) in [(key::LINEAR_UNITS, "plan"), (key::VERTICAL_UNITS, "height")] {
-            if let Some(unit) = self.get(number).filter(|unit| *unit != METRE) {
-                return Err(format!(
-                    "its CRS has the unit {unit} (EPSG) in {what}, and only metres (9001) are known: project it to metres"
-                ));
-            }
-        }
-        Ok(())
-    }
+#[allow(clippy::needless_pass_by_value, reason = "`map_err(wrong)` reads well")]
+fn wrong(error: tiff::TiffError) -> String {
+    format!("is not a TIFF that can be read: {error}")
 }
 
 /// Where the node of the first pixel is (m), and the steps per column and row.
@@ -100,61 +50,110 @@ fn placement(decoder: &mut Source<'_>) -> Result<([f64; 2], [f64; 2]), String> {
     Ok(([tie[3] - tie[0] * step[0], tie[4] - tie[1] * step[1]], step))
 }
 
-/// Reads a raster of one band.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, String> {
-    let wrong = |error: tiff::TiffError| format!("is not a TIFF that can be read: {error}");
+/// Coordinate reference system in plan: number in the EPSG registry, and name or text.
+pub(crate) fn system(bytes: &[u8]) -> Result<(Option<u32>, Option<String>), String> {
+    let keys = Keys::read(&mut Decoder::new(Cursor::new(bytes)).map_err(wrong)?);
+    Ok((keys.epsg(), keys.citation().map(str::to_owned)))
+}
+
+/// Reads a raster of one band, with what is said of the band and, from `.msk`, of its mask in files `beside` it.
+pub(crate) fn parse(bytes: &[u8], beside: Band, mask: Option<&[u8]>) -> Result<Raster, String> {
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(wrong)?;
-    let (columns, rows) = decoder.dimensions().map_err(wrong)?;
-    let (columns, rows) = (columns as usize, rows as usize);
+    let size = decoder.dimensions().map_err(wrong)?;
+    let (columns, rows) = (size.0 as usize, size.1 as usize);
     let keys = Keys::read(&mut decoder);
-    keys.check_units()?;
+    keys.check_plan()?;
+    let heights = keys.height_unit()?;
     let (start, step) = placement(&mut decoder)?;
     if !(step[0] > 0.0 && step[1] < 0.0) {
         return Err(format!("its steps of {step:?} m do not go east and south"));
     }
-    let no_data = decoder.get_tag_ascii_string(Tag::GdalNodata).ok();
-    let no_data = no_data.and_then(|text| text.trim_matches(['\0', ' ']).parse::<f64>().ok());
-    let values = numbers(decoder.read_image().map_err(wrong)?)?;
+    let mut band = band(&mut decoder)?.or(beside);
+    let mut values = numbers(image(bytes, decoder)?);
     if values.len() != columns * rows {
         return Err(format!(
             "has {} values for {columns} columns and {rows} rows: it must have one band",
             values.len()
         ));
     }
-    let known = |value: &f64| if Some(*value) == no_data || !value.is_finite() { f64::NAN } else { *value };
+    let beside = mask
+        .map(|mask| mask::of_own_file(mask, size).map_err(|problem| format!(".msk beside it: {problem}")));
+    if let Some(valid) = beside.transpose()?.or(mask::of_file(bytes, size)?) {
+        // What a mask takes away is no data, whatever stands there.
+        let hole = *band.no_data.get_or_insert(f64::NAN);
+        values.iter_mut().zip(valid).filter(|(_, valid)| !valid).for_each(|(value, _)| *value = hole);
+    }
     let corner = keys.get(key::RASTER_TYPE) != Some(PIXEL_IS_POINT);
     let shift = if corner { 0.5 } else { 0.0 };
     let north = start[1] + shift * step[1];
-    let epsg = keys.get(key::PROJECTED).filter(|code| *code != USER_DEFINED && *code != 0);
-    Ok(Raster {
+    let crs = keys.citation().map(str::to_owned);
+    let mut raster = Raster {
         columns,
         rows,
         origin: [start[0] + shift * step[0], north + (rows.max(1) - 1) as f64 * step[1]],
         spacing: [step[0], -step[1]],
-        values: values.chunks(columns.max(1)).rev().flatten().map(known).collect(),
-        reference: Georeference { epsg: epsg.map(u32::from), crs: keys.citation, corner, no_data },
-    })
+        values: values.chunks(columns.max(1)).rev().flatten().copied().collect(),
+        reference: Georeference { epsg: keys.epsg(), crs, corner, ..Georeference::default() },
+    };
+    band.apply(&mut raster, heights)?;
+    Ok(raster)
 }
 
-fn numbers(image: DecodingResult) -> Result<Vec<f64>, String> {
+/// What the file says of its band.
+fn band(decoder: &mut Source<'_>) -> Result<Band, String> {
+    let metadata = decoder.get_tag_ascii_string(GDAL_METADATA).ok();
+    let said = metadata.map(|text| Band::of_xml(text.trim_end_matches('\0')));
+    let mut band =
+        said.transpose().map_err(|problem| format!("its metadata of GDAL {problem}"))?.unwrap_or_default();
+    if let Ok(text) = decoder.get_tag_ascii_string(Tag::GdalNodata) {
+        let problem = || format!("its mark of no data is {text:?}, not a number");
+        band.no_data = Some(mark(&text).ok_or_else(problem)?);
+    }
+    Ok(band)
+}
+
+/// The numbers of the image, those of classes with a palette of colours too.
+fn image(bytes: &[u8], mut decoder: Source<'_>) -> Result<DecodingResult, String> {
+    let meaning = decoder.find_tag_unsigned::<u32>(Tag::PhotometricInterpretation).ok().flatten();
+    if meaning == Some(mask::PALETTE)
+        && let Some(plain) = mask::as_numbers(bytes, &mut decoder)
+    {
+        let mut decoder = Decoder::new(Cursor::new(&plain[..])).map_err(wrong)?;
+        return image_of(&mut decoder);
+    }
+    image_of(&mut decoder)
+}
+
+fn image_of(decoder: &mut Source<'_>) -> Result<DecodingResult, String> {
+    match decoder.colortype().map_err(wrong)? {
+        ColorType::Gray(bits) if bits < 8 => {
+            Err(format!("has {bits} bits a number: write it with 8 bits or more"))
+        }
+        ColorType::Gray(_) => decoder.read_image().map_err(wrong),
+        _ => {
+            Err("has several bands or colours: write the one with the numbers to a file of its own"
+                .to_owned())
+        }
+    }
+}
+
+fn numbers(image: DecodingResult) -> Vec<f64> {
     fn all<T: Into<f64>>(values: Vec<T>) -> Vec<f64> {
         values.into_iter().map(Into::into).collect()
     }
-    Ok(match image {
+    match image {
         DecodingResult::U8(values) => all(values),
         DecodingResult::U16(values) => all(values),
         DecodingResult::U32(values) => all(values),
+        DecodingResult::U64(values) => values.into_iter().map(|value| value as f64).collect(),
         DecodingResult::I8(values) => all(values),
         DecodingResult::I16(values) => all(values),
         DecodingResult::I32(values) => all(values),
+        DecodingResult::I64(values) => values.into_iter().map(|value| value as f64).collect(),
+        DecodingResult::F16(values) => all(values),
         DecodingResult::F32(values) => all(values),
         DecodingResult::F64(values) => values,
-        _ => {
-            return Err(
-                "its numbers have 16 bits with a point or 64 without: write it with 32 bits".to_owned()
-            );
-        }
-    })
+    }
 }
 
 /// The bytes of a raster with 64 bits a number.
@@ -206,6 +205,11 @@ pub(crate) fn bytes(raster: &Raster) -> Result<Vec<u8>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use keys::GEOGRAPHIC_MODEL;
+
+    fn parse(bytes: &[u8]) -> Result<Raster, String> {
+        super::parse(bytes, Band::default(), None)
+    }
 
     fn raster(corner: bool) -> Raster {
         let mut raster =
@@ -216,6 +220,7 @@ mod tests {
             crs: Some("ETRS89 / UTM zone 32N".to_owned()),
             corner,
             no_data: Some(-9999.0),
+            unmarked: 0,
         };
         raster
     }

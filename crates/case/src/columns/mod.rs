@@ -1,0 +1,285 @@
+//! Tables of a user: columns of numbers in a text, with or without a line of names.
+
+mod units;
+
+use std::path::Path;
+
+pub use units::Quantity;
+
+/// A table as it stands in a file: its columns are separated by commas, by semicolons or tabs, between which numbers may have decimal
+/// commas, or by blanks where it has no names. Lines that begin with `#` are remarks.
+pub struct ColumnFile {
+    text: String,
+    separator: u8,
+    heads: Option<Vec<String>>,
+}
+
+/// A line of a table.
+pub struct ColumnRow {
+    /// Its number in the file, from 1.
+    pub line: u64,
+    /// What stands in its columns.
+    pub cells: csv::StringRecord,
+}
+
+/// A column's name, and the unit between brackets after it.
+fn name_and_unit(head: &str) -> (&str, Option<&str>) {
+    let opened = head.find(['(', '[']);
+    let Some(at) = opened else { return (head.trim(), None) };
+    let unit = head[at + 1..].trim_end().trim_end_matches([')', ']']);
+    (head[..at].trim(), Some(unit.trim()))
+}
+
+fn is_remark(line: &str) -> bool {
+    line.starts_with('#') || line.trim().is_empty()
+}
+
+/// A number with a decimal point, or with a comma where columns are not separated by it.
+fn number(cell: &str, separator: u8) -> Option<f64> {
+    let cell = cell.trim();
+    if separator != b',' && cell.contains(',') && !cell.contains('.') {
+        return cell.replacen(',', ".", 1).parse().ok();
+    }
+    cell.parse().ok()
+}
+
+impl ColumnFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// What is wrong with it, in a line with its place.
+    pub fn read(file: &Path) -> Result<Self, String> {
+        let text = colluvium_terrain::read_text(file).map_err(|error| error.problem)?;
+        Self::of(text)
+    }
+
+    fn of(mut text: String) -> Result<Self, String> {
+        let Some(mut first) = text.lines().find(|line| !is_remark(line)).map(str::to_owned) else {
+            return Ok(Self { text, separator: b',', heads: None });
+        };
+        // Spreadsheets name the separator in a line of its own.
+        let named = first.trim().strip_prefix("sep=").and_then(|rest| rest.bytes().next());
+        if named.is_some() {
+            text = text.replacen(&first, "#", 1);
+            first = text.lines().find(|line| !is_remark(line)).unwrap_or_default().to_owned();
+        }
+        let found = [b';', b'\t', b','].into_iter().find(|byte| first.contains(char::from(*byte)));
+        let blanks = first.split_whitespace().count() > 1
+            && first.split_whitespace().all(|word| word.parse::<f64>().is_ok());
+        let separator = match named.or(found) {
+            Some(separator) => separator,
+            None if blanks => {
+                let joined = |line: &str| {
+                    let words: Vec<&str> = line.split_whitespace().collect();
+                    if is_remark(line) { line.to_owned() } else { words.join("\t") }
+                };
+                text = text.lines().map(joined).collect::<Vec<_>>().join("\n");
+                b'\t'
+            }
+            None => b',',
+        };
+        if ![b',', b';', b'\t', b' ', b'|'].contains(&separator) {
+            let separator = char::from(separator);
+            return Err(format!("its columns are separated by {separator:?}: use commas or semicolons"));
+        }
+        let mut table = Self { text, separator, heads: None };
+        let mut rows = table.reader();
+        let head = rows.records().next().transpose().map_err(|error| table.shape_of_line(&error))?;
+        drop(rows);
+        if let Some(head) = head {
+            table.heads = table.names(&head)?;
+        }
+        Ok(table)
+    }
+
+    /// The names in the first line; `None` where it holds numbers.
+    fn names(&self, head: &csv::StringRecord) -> Result<Option<Vec<String>>, String> {
+        let filled = || head.iter().filter(|cell| !cell.is_empty());
+        let numbers = filled().filter(|cell| number(cell, self.separator).is_some()).count();
+        if numbers == 0 {
+            return Ok(Some(head.iter().map(str::to_owned).collect()));
+        }
+        if numbers == filled().count() {
+            return Ok(None);
+        }
+        let line = head.position().map_or(0, |at| self.line(at));
+        let first = filled().find(|cell| number(cell, self.separator).is_none()).unwrap_or_default();
+        Err(format!(
+            "line {line}: {first:?} is no number, and the others of the line are: give names of columns, or numbers"
+        ))
+    }
+
+    /// The names of the columns; `None` where the first line holds numbers.
+    pub fn heads(&self) -> Option<&[String]> {
+        self.heads.as_deref()
+    }
+
+    fn reader(&self) -> csv::Reader<&[u8]> {
+        csv::ReaderBuilder::new()
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
+            .delimiter(self.separator)
+            .has_headers(self.heads.is_some())
+            .from_reader(self.text.as_bytes())
+    }
+
+    /// The lines below the names, each as long as the first.
+    ///
+    /// # Errors
+    /// Each line that has another number of columns, in words with its place.
+    pub fn rows(&self) -> impl Iterator<Item = Result<ColumnRow, String>> {
+        self.reader().into_records().map(|record| {
+            let cells = record.map_err(|error| self.shape_of_line(&error))?;
+            Ok(ColumnRow { line: cells.position().map_or(0, |at| self.line(at)), cells })
+        })
+    }
+
+    /// The finite number in a cell.
+    pub fn number(&self, cell: &str) -> Option<f64> {
+        number(cell, self.separator).filter(|value| value.is_finite())
+    }
+
+    /// Number of the line of the record at a position, which is that of the remarks and empty lines before it.
+    fn line(&self, at: &csv::Position) -> u64 {
+        let rest = self.text.get(at.byte() as usize..).unwrap_or_default();
+        let passed = |line: &&str| line.starts_with('#') || line.trim_end_matches(['\r', '\n']).is_empty();
+        at.line() + rest.split_inclusive('\n').take_while(passed).count() as u64
+    }
+
+    /// What is wrong with a line that is not one of the table.
+    fn shape_of_line(&self, error: &csv::Error) -> String {
+        let csv::ErrorKind::UnequalLengths { pos, expected_len, len } = error.kind() else {
+            return error.to_string();
+        };
+        let line = pos.as_ref().map_or(0, |at| self.line(at));
+        let first = if self.heads.is_some() { "head" } else { "first line" };
+        let cure = self.decimals(*len, *expected_len);
+        format!("line {line}: has {len} values, the {first} has {expected_len} columns{cure}")
+    }
+
+    /// A cure where `found` columns in place of `wanted` may be decimal commas.
+    fn decimals(&self, found: u64, wanted: u64) -> &'static str {
+        if self.separator == b',' && found > wanted {
+            "; with decimal commas separate the columns by semicolons"
+        } else {
+            ""
+        }
+    }
+
+    /// What makes SI units of the numbers of a column with this head.
+    ///
+    /// # Errors
+    /// A unit that is not known or of another quantity.
+    pub fn factor(head: &str, quantity: Quantity) -> Result<f64, String> {
+        let (_, unit) = name_and_unit(head);
+        unit.map_or(Ok(1.0), |unit| quantity.factor(unit))
+            .map_err(|problem| format!("column {head:?}: {problem}"))
+    }
+
+    /// Name of a column without its unit.
+    pub fn name(head: &str) -> &str {
+        name_and_unit(head).0
+    }
+}
+
+/// Two columns of numbers of a file, in SI units: with a line of names or without. Columns that have each other's names are exchanged.
+///
+/// # Errors
+/// What is wrong with the file, in a line with its place.
+pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 2]>, String> {
+    let table = ColumnFile::read(Path::new(file))?;
+    let mut factors = [1.0; 2];
+    let mut order = [0, 1];
+    if let Some(heads) = table.heads() {
+        let is = |column: usize, wanted: usize| {
+            heads.get(column).is_some_and(|head| {
+                let name = ColumnFile::name(head).to_lowercase();
+                of[wanted].1.contains(&name.as_str())
+            })
+        };
+        if is(0, 1) && is(1, 0) {
+            order = [1, 0];
+        }
+        for (wanted, (quantity, _)) in of.iter().enumerate() {
+            if let Some(head) = heads.get(order[wanted]) {
+                factors[wanted] = ColumnFile::factor(head, *quantity)?;
+            }
+        }
+    }
+    let mut points = Vec::new();
+    for row in table.rows() {
+        let ColumnRow { line, cells } = row?;
+        if cells.len() != 2 {
+            let found = cells.len();
+            let cure = table.decimals(found as u64, 2);
+            return Err(format!("line {line}: has {found} columns, and there must be two{cure}"));
+        }
+        let mut point = [0.0; 2];
+        for (wanted, value) in point.iter_mut().enumerate() {
+            let cell = &cells[order[wanted]];
+            let found =
+                table.number(cell).ok_or_else(|| format!("line {line}: {cell:?} is not a finite number"))?;
+            *value = found * factors[wanted];
+        }
+        points.push(point);
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pairs(bytes: &[u8]) -> Result<Vec<[f64; 2]>, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("pairs.csv");
+        std::fs::write(&file, bytes).unwrap();
+        let of = [(Quantity::Time, &["time", "t"][..]), (Quantity::Discharge, &["discharge", "q"])];
+        read_pairs(&file.display().to_string(), of)
+    }
+
+    #[test]
+    fn rows_are_read_with_names_and_without_whatever_separates_them() {
+        let right = Ok(vec![[0.0, 1.5], [2.0, 3.0]]);
+        for text in [
+            "0,1.5\n2,3\n",
+            "t,q\n0,1.5\n2,3",
+            "# remark\n\nt (s), Q [m³/s]\r\n0, 1.5\r\n2, 3\r\n",
+            "t;q\n0;1,5\n2;3\n",
+            "0;1,5\n2;3\n",
+            "0;1.5\n2;3\n",
+            "t\tq\n0\t1,5\n2\t3\n",
+            "0   1.5\n 2 3\n",
+            "sep=;\nt;q\n0;1,5\n2;3\n",
+            "\u{feff}0,1.5\n2,3\n",
+            "q (l/s), t\n1500,0\n3000,2\n",
+            "time (min), discharge (m3/min)\n0,90\n0.03333333333333333,180\n",
+            "\"t\",\"q\"\n\"0\",\"1.5\"\n2,3\n",
+        ] {
+            assert_eq!(pairs(text.as_bytes()), right, "{text:?}");
+        }
+        let wide: Vec<u8> = "t;q\n0;1,5\n2;3\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        assert_eq!(pairs(&[&[0xff, 0xfe], &wide[..]].concat()), right);
+        assert_eq!(pairs(b"t (s),Q (m\xb3/s)\n0,1.5\n2,3\n"), right, "Latin-1");
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named_with_its_line_and_the_cure() {
+        let problem = |text: &str| pairs(text.as_bytes()).unwrap_err();
+        assert_eq!(
+            problem("t,q\n0,1,5\n"),
+            "line 2: has 3 values, the head has 2 columns; with decimal commas separate the columns by semicolons"
+        );
+        assert!(
+            problem("0,0,1,5\n").starts_with("line 1: has 4 columns, and there must be two; with decimal")
+        );
+        assert_eq!(problem("t,q\n0,x\n"), "line 2: \"x\" is not a finite number");
+        assert_eq!(problem("0,nan\n"), "line 1: \"nan\" is not a finite number");
+        assert!(problem("0,q\n1,2\n").starts_with("line 1: \"q\" is no number, and the others"));
+        assert!(
+            problem("t (yr),q\n0,1\n")
+                .starts_with("column \"t (yr)\": the unit between brackets must be one of a time")
+        );
+        assert_eq!(problem("t;q\n0;1.000,5\n"), "line 2: \"1.000,5\" is not a finite number");
+    }
+}

@@ -1,0 +1,213 @@
+//! Units in the heads of columns, as `m`, `kN/m²` or `l s-1`.
+
+use std::f64::consts::{PI, TAU};
+
+/// What a column holds, by the powers of length, mass and time in its unit. Where a space of fewer dimensions has another unit, either
+/// counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// A length (m).
+    Length,
+    /// A time (s).
+    Time,
+    /// A discharge (m³/s; m²/s in a profile).
+    Discharge,
+    /// A velocity (m/s).
+    Velocity,
+    /// An angular velocity (rad/s).
+    Spin,
+    /// A stress (Pa).
+    Stress,
+    /// A mass (kg; kg/m in plane strain, kg/rad in axisymmetry).
+    Mass,
+    /// A volume (m³; m² in the plane, m in one dimension).
+    Volume,
+    /// A number without a unit, or a text.
+    Plain,
+}
+
+impl Quantity {
+    /// Powers of length, mass and time, and the unit in words.
+    fn units(self) -> (&'static [[i32; 3]], &'static str) {
+        match self {
+            Self::Length => (&[[1, 0, 0]], "a length, as m, mm or ft"),
+            Self::Time => (&[[0, 0, 1]], "a time, as s, min or h"),
+            Self::Discharge => (&[[3, 0, -1], [2, 0, -1]], "a discharge, as m3/s or l/s"),
+            Self::Velocity => (&[[1, 0, -1]], "a velocity, as m/s or km/h"),
+            Self::Spin => (&[[0, 0, -1]], "an angular velocity, as rad/s or rpm"),
+            Self::Stress => (&[[-1, 1, -2]], "a stress, as Pa, kPa or kN/m2"),
+            Self::Mass => (&[[0, 1, 0], [-1, 1, 0]], "a mass, as kg or t"),
+            Self::Volume => (&[[3, 0, 0], [2, 0, 0], [1, 0, 0]], "a volume, as m3 or cm3"),
+            Self::Plain => (&[], ""),
+        }
+    }
+
+    /// What makes SI units of numbers in `unit`.
+    ///
+    /// # Errors
+    /// A unit that is not known, or of another quantity, in words.
+    pub(super) fn factor(self, unit: &str) -> Result<f64, String> {
+        let (powers, words) = self.units();
+        if powers.is_empty() {
+            return Ok(1.0);
+        }
+        match parse(unit) {
+            Some(unit) if powers.contains(&unit.powers) => Ok(unit.factor),
+            _ => Err(format!(
+                "the unit between brackets must be one of {words}; without any, numbers are in SI units"
+            )),
+        }
+    }
+}
+
+/// A unit: how many SI units it is, and their powers of length, mass and time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Unit {
+    factor: f64,
+    powers: [i32; 3],
+}
+
+impl Unit {
+    const ONE: Self = Self { factor: 1.0, powers: [0; 3] };
+
+    fn times(self, other: Self, power: i32) -> Self {
+        Self {
+            factor: self.factor * other.factor.powi(power),
+            powers: std::array::from_fn(|k| self.powers[k] + power * other.powers[k]),
+        }
+    }
+}
+
+/// The unit of a text; `None` of one that is not known.
+fn parse(text: &str) -> Option<Unit> {
+    let plain = text
+        .replace('²', "2")
+        .replace('³', "3")
+        .replace("⁻¹", "-1")
+        .replace("⁻²", "-2")
+        .replace(['^', '{', '}'], "")
+        .replace("**", "")
+        .replace(['·', '*', '×', '⋅'], " ");
+    let mut unit = Unit::ONE;
+    for (number, part) in plain.split('/').enumerate() {
+        let mut words = part.split_whitespace();
+        let sign = if number == 0 { 1 } else { -1 };
+        // Of `m3/s m` the last word is above the line.
+        let first = words.next()?;
+        unit = factor_of(first, unit, sign)?;
+        for word in words {
+            unit = factor_of(word, unit, 1)?;
+        }
+    }
+    Some(unit)
+}
+
+/// `unit` times a word with its power, as `m`, `s-1` or `m3`.
+fn factor_of(word: &str, unit: Unit, sign: i32) -> Option<Unit> {
+    if word == "1" || word == "-" {
+        return Some(unit);
+    }
+    let end = word.find(|c: char| c.is_ascii_digit() || c == '-').unwrap_or(word.len());
+    let power = if end == word.len() { 1 } else { word[end..].parse::<i32>().ok()? };
+    (1..=9).contains(&power.abs()).then_some(())?;
+    Some(unit.times(named(&word[..end])?, sign * power))
+}
+
+fn named(word: &str) -> Option<Unit> {
+    let of = |factor: f64, powers: [i32; 3]| Some(Unit { factor, powers });
+    let (length, time, mass) = ([1, 0, 0], [0, 0, 1], [0, 1, 0]);
+    let (force, stress, volume) = ([1, 1, -2], [-1, 1, -2], [3, 0, 0]);
+    match word {
+        "mm" => return of(1e-3, length),
+        "Mg" => return of(1e3, mass),
+        "mg" => return of(1e-6, mass),
+        "MN" => return of(1e6, force),
+        "MPa" => return of(1e6, stress),
+        _ => {}
+    }
+    match word.to_lowercase().as_str() {
+        "m" | "metre" | "metres" | "meter" | "meters" => of(1.0, length),
+        "km" => of(1e3, length),
+        "dm" => of(0.1, length),
+        "cm" => of(0.01, length),
+        "mm" => of(1e-3, length),
+        "um" | "µm" | "μm" => of(1e-6, length),
+        "ft" | "foot" | "feet" => of(0.3048, length),
+        "in" | "inch" | "inches" => of(0.0254, length),
+        "s" | "sec" | "secs" | "second" | "seconds" => of(1.0, time),
+        "ms" => of(1e-3, time),
+        "min" | "mins" | "minute" | "minutes" => of(60.0, time),
+        "h" | "hr" | "hrs" | "hour" | "hours" => of(3600.0, time),
+        "d" | "day" | "days" => of(86_400.0, time),
+        "kg" => of(1.0, mass),
+        "g" => of(1e-3, mass),
+        "t" | "tonne" | "tonnes" => of(1e3, mass),
+        "n" => of(1.0, force),
+        "kn" => of(1e3, force),
+        "pa" => of(1.0, stress),
+        "hpa" | "mbar" => of(100.0, stress),
+        "kpa" => of(1e3, stress),
+        "bar" => of(1e5, stress),
+        "gpa" => of(1e9, stress),
+        "psi" => of(6894.757_293_168, stress),
+        "l" | "litre" | "litres" | "liter" | "liters" => of(1e-3, volume),
+        "ml" => of(1e-6, volume),
+        "rad" => of(1.0, [0; 3]),
+        "deg" | "°" => of(PI / 180.0, [0; 3]),
+        "rpm" => of(TAU / 60.0, [0, 0, -1]),
+        "cfs" => of(0.3048f64.powi(3), [3, 0, -1]),
+        "cumec" | "cumecs" => of(1.0, [3, 0, -1]),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_columns_are_taken_as_they_are_written() {
+        use Quantity::{Discharge, Length, Mass, Plain, Spin, Stress, Time, Velocity, Volume};
+        for (quantity, unit, factor) in [
+            (Length, "mm", 1e-3),
+            (Length, "M", 1.0),
+            (Time, "h", 3600.0),
+            (Time, "min", 60.0),
+            (Discharge, "m3/s", 1.0),
+            (Discharge, "m³ s⁻¹", 1.0),
+            (Discharge, "l/min", 1e-3 / 60.0),
+            (Discharge, "m^2/h", 1.0 / 3600.0),
+            (Discharge, "m³/s/m", 1.0),
+            (Velocity, "km/h", 1.0 / 3.6),
+            (Stress, "kPa", 1e3),
+            (Stress, "kN/m²", 1e3),
+            (Stress, "N/mm2", 1e6),
+            (Stress, "MPa", 1e6),
+            (Mass, "t", 1e3),
+            (Mass, "kg/m", 1.0),
+            (Mass, "kg/rad", 1.0),
+            (Volume, "cm3", 1e-6),
+            (Volume, "m2", 1.0),
+            (Volume, "l", 1e-3),
+            (Spin, "1/s", 1.0),
+            (Spin, "rpm", TAU / 60.0),
+            (Spin, "deg/s", PI / 180.0),
+            (Plain, "anything", 1.0),
+        ] {
+            let found = quantity.factor(unit).unwrap();
+            assert!((found / factor - 1.0).abs() < 1e-12, "{unit}: {found}");
+        }
+        for (quantity, unit) in [
+            (Length, "s"),
+            (Length, "east"),
+            (Time, "m3/s"),
+            (Stress, "kN/m3"),
+            (Discharge, "m3"),
+            (Time, ""),
+            (Length, "m99"),
+        ] {
+            assert!(quantity.factor(unit).is_err(), "{unit}");
+        }
+        assert!(Length.factor("yards").unwrap_err().contains("a length, as m, mm or ft"));
+    }
+}

@@ -1,0 +1,82 @@
+//! Heights of rasters that are none.
+
+use crate::Case;
+use crate::description::ObstacleShape;
+
+/// Height below which there is no ground on Earth that anything flows over (m): what is lower is likely to stand for no data.
+const LOWEST: f64 = -9000.0;
+
+impl Case {
+    /// Warns of heights that are no finite number, and of such as stand for no data without being named so. What cannot be read is refused
+    /// elsewhere.
+    pub(crate) fn warn_of_heights(&self, warnings: &mut Vec<String>) {
+        for (number, obstacle) in self.obstacles.iter().enumerate() {
+            let ObstacleShape::Raster { file, .. } = &obstacle.shape else { continue };
+            let Ok(Some(raster)) = self.heights(number) else { continue };
+            let unmarked = raster.reference.unmarked;
+            if unmarked > 0 {
+                warnings.push(format!(
+                    "obstacles[{number}].shape.file: {file}: {unmarked} of its values are no finite number, without being its mark of no \
+                     data: there is no ground; fill them where there should be"
+                ));
+            }
+            let low = |height: &f64| height + self.origin()[2] < LOWEST;
+            let count = raster.values.iter().filter(|height| low(height)).count();
+            if count > 0 {
+                let lowest = raster.values.iter().copied().fold(f64::INFINITY, f64::min) + self.origin()[2];
+                warnings.push(format!(
+                    "obstacles[{number}].shape.file: {file}: {count} of its heights are below {LOWEST} m, the lowest {lowest} m: if that stands \
+                     for no data, name it in the file, under NODATA_value or in the tag of GDAL"
+                ));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use colluvium_points::Raster;
+    use serde_json::json;
+
+    use crate::Case;
+
+    fn warnings(folder: &Path, height: impl Fn(f64, f64) -> f64, as_text: bool) -> Vec<String> {
+        let raster = Raster::from_function([5, 5], [0.0; 2], [1.0; 2], height);
+        let name = if as_text { "ground.asc" } else { "ground.tif" };
+        colluvium_terrain::write_raster(&folder.join(name), &raster).unwrap();
+        if as_text {
+            let text = std::fs::read_to_string(folder.join(name)).unwrap().replace("-7777", "nan");
+            std::fs::write(folder.join(name), text).unwrap();
+        }
+        let case = json!({
+            "title": "t", "space": "3d", "domain": { "min": [0, 0, 0], "max": [4, 4, 9] }, "gravity": [0, 0, -10],
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1, 1, 5], "max": [2, 2, 6] } }],
+            "obstacles": [{ "name": "ground", "wall": { "kind": "rough" }, "shape": { "kind": "raster", "file": name } }],
+            "stages": [{ "name": "s", "duration": 1 }]
+        });
+        let mut warnings = Case::from_value(&case, folder).unwrap().warnings();
+        warnings.retain(|warning| warning.starts_with("obstacles[0].shape.file"));
+        warnings
+    }
+
+    #[test]
+    fn heights_that_are_no_number_and_marks_that_are_not_named_are_told_with_their_count() {
+        let folder = tempfile::tempdir().unwrap();
+        let corner = |mark: f64| move |x: f64, y: f64| if x + y < 1.5 { mark } else { 1.0 };
+        assert_eq!(warnings(folder.path(), corner(1.0), true), Vec::<String>::new());
+        assert_eq!(warnings(folder.path(), corner(-9999.0), true), Vec::<String>::new());
+        let found = warnings(folder.path(), corner(-7777.0), true);
+        assert!(
+            found.len() == 1 && found[0].contains("ground.asc: 3 of its values are no finite number"),
+            "{found:?}"
+        );
+        let found = warnings(folder.path(), corner(-32768.0), false);
+        assert!(
+            found.len() == 1 && found[0].contains("3 of its heights are below -9000 m, the lowest -32768 m"),
+            "{found:?}"
+        );
+    }
+}

@@ -1,0 +1,245 @@
+//! How the numbers of a raster's band are meant: scale, offset, unit and mark of no data, from the metadata that GDAL writes into a
+//! GeoTIFF or into an `.aux.xml` beside any raster.
+
+use std::path::Path;
+
+use colluvium_points::Raster;
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
+
+/// International foot, United States survey foot and British foot of 1936 (m).
+pub(crate) const FOOT: f64 = 0.3048;
+pub(crate) const SURVEY_FOOT: f64 = 1200.0 / 3937.0;
+pub(crate) const BRITISH_FOOT: f64 = 0.304_800_749_1;
+
+/// Magnitude beyond which a number is no elevation, thickness or class: programs mark no data with the largest single-precision number,
+/// to six digits or more.
+const BOUNDLESS: f64 = 1e30;
+
+/// What is said of the numbers of a band; none where it is not said.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Band {
+    /// The number that stands for no data.
+    pub(crate) no_data: Option<f64>,
+    scale: Option<f64>,
+    offset: Option<f64>,
+    unit: Option<String>,
+    /// Well-known text of the coordinate reference system.
+    pub(crate) crs: Option<String>,
+}
+
+impl Band {
+    /// What an XML text of GDAL says of the first band: its metadata in a TIFF, or the file beside a raster.
+    pub(crate) fn of_xml(text: &str) -> Result<Self, String> {
+        let mut reader = Reader::from_str(text);
+        let (mut band, mut key, mut is_first) = (Self::default(), String::new(), true);
+        loop {
+            let event = reader.read_event().map_err(|error| format!("cannot be read: {error}"))?;
+            match event {
+                Event::Eof => return Ok(band),
+                Event::Start(tag) if tag.name().as_ref() == b"PAMRasterBand" => {
+                    is_first = attribute(&tag, "band").is_none_or(|band| band == "1");
+                }
+                Event::End(tag) if tag.name().as_ref() == b"PAMRasterBand" => is_first = true,
+                Event::Start(tag) => key = meaning(&tag),
+                Event::End(_) => key.clear(),
+                Event::Text(text) if is_first && !key.is_empty() => {
+                    let text = text.unescape().map_err(|error| format!("cannot be read: {error}"))?;
+                    band.take(&key, text.trim())?;
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn take(&mut self, key: &str, text: &str) -> Result<(), String> {
+        let number = || {
+            mark(text).ok_or_else(|| format!("has the {key} {text:?} for its band, which is not a number"))
+        };
+        match key {
+            "no-data value" => self.no_data = Some(number()?),
+            "scale" => self.scale = Some(number()?),
+            "offset" => self.offset = Some(number()?),
+            "unit" => self.unit = Some(text.to_owned()),
+            "srs" => self.crs = Some(text.to_owned()),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Nothing but the number that stands for no data.
+    pub(crate) fn marked(no_data: Option<f64>) -> Self {
+        Self { no_data, ..Self::default() }
+    }
+
+    /// What is said here, and of all else what `other` says.
+    pub(crate) fn or(self, other: Self) -> Self {
+        Self {
+            no_data: self.no_data.or(other.no_data),
+            scale: self.scale.or(other.scale),
+            offset: self.offset.or(other.offset),
+            unit: self.unit.or(other.unit),
+            crs: self.crs.or(other.crs),
+        }
+    }
+
+    /// Makes metres of the numbers of a file. Not-a-number becomes what the file marks as no data, or is no finite number, which is counted
+    /// in the reference. Heights are `vertical` metres each by their coordinate reference system, where the band has no unit of its own.
+    pub(crate) fn apply(&self, raster: &mut Raster, vertical: Option<f64>) -> Result<(), String> {
+        let metres = match self.unit.as_deref().filter(|unit| !unit.trim().is_empty()) {
+            Some(unit) => metres(unit).ok_or_else(|| {
+                format!(
+                    "its band has the unit {unit:?}, and only metres and feet are known: write it in metres"
+                )
+            })?,
+            None => vertical.unwrap_or(1.0),
+        };
+        let (scale, offset) = (self.scale.unwrap_or(1.0), self.offset.unwrap_or(0.0));
+        if !(scale.is_finite() && scale != 0.0 && offset.is_finite()) {
+            return Err(format!(
+                "its band has the scale {scale} and the offset {offset}: they make no numbers"
+            ));
+        }
+        let (no_data, as_it_is) = (self.no_data, scale == 1.0 && offset == 0.0 && metres == 1.0);
+        let reference = &mut raster.reference;
+        reference.no_data = no_data.filter(|mark| mark.is_finite());
+        for value in &mut raster.values {
+            if no_data.is_some_and(|mark| is_mark(*value, mark)) {
+                *value = f64::NAN;
+            } else if !value.is_finite() || value.abs() >= BOUNDLESS {
+                *value = f64::NAN;
+                reference.unmarked += 1;
+            } else if !as_it_is {
+                *value = (*value * scale + offset) * metres;
+            }
+        }
+        if !as_it_is {
+            // The mark was one of the numbers of the file, not of these.
+            reference.no_data = None;
+        }
+        Ok(())
+    }
+}
+
+/// Whether a number is the mark of no data: in single precision, as most rasters are kept. What is as large as no quantity is may have lost
+/// digits in a text.
+fn is_mark(value: f64, mark: f64) -> bool {
+    value == mark
+        || value as f32 == mark as f32
+        || value.is_nan() && mark.is_nan()
+        || mark.abs() >= BOUNDLESS && value.abs() >= BOUNDLESS && (value < 0.0) == (mark < 0.0)
+}
+
+/// A number as it stands in a text: with a decimal point, or one of the words for none.
+pub(crate) fn mark(text: &str) -> Option<f64> {
+    let text = text.trim_matches(['\0', ' ', '\n', '\r', '\t']);
+    let is_none = ["1.#", "-1.#", "+1.#"].iter().any(|start| text.starts_with(start));
+    if is_none { Some(f64::NAN) } else { text.parse().ok() }
+}
+
+/// Metres in a unit of length by its name.
+pub(crate) fn metres(unit: &str) -> Option<f64> {
+    let plain: String = unit.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
+    Some(match plain.as_str() {
+        "m" | "metre" | "metres" | "meter" | "meters" => 1.0,
+        "km" | "kilometre" | "kilometres" | "kilometer" | "kilometers" => 1e3,
+        "dm" | "decimetre" | "decimeter" => 0.1,
+        "cm" | "centimetre" | "centimetres" | "centimeter" | "centimeters" => 0.01,
+        "mm" | "millimetre" | "millimetres" | "millimeter" | "millimeters" => 1e-3,
+        "ft" | "foot" | "feet" | "internationalfoot" | "internationalfeet" => FOOT,
+        "usft" | "ftus" | "sft" | "footus" | "usfoot" | "usfeet" | "ussurveyfoot" | "ussurveyfeet" => {
+            SURVEY_FOOT
+        }
+        _ => return None,
+    })
+}
+
+/// What the text in a tag is of a band; empty for all else.
+fn meaning(tag: &BytesStart<'_>) -> String {
+    let name = match tag.name().as_ref() {
+        b"NoDataValue" => "no-data value",
+        b"Scale" => "scale",
+        b"Offset" => "offset",
+        b"UnitType" => "unit",
+        b"SRS" => "srs",
+        b"Item" if attribute(tag, "sample").is_none_or(|sample| sample == "0") => {
+            return match attribute(tag, "role").as_deref() {
+                Some("unittype") => "unit".to_owned(),
+                Some(role) => role.to_owned(),
+                None => String::new(),
+            };
+        }
+        _ => "",
+    };
+    name.to_owned()
+}
+
+fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
+    let found = tag.attributes().flatten().find(|attribute| attribute.key.as_ref() == name.as_bytes())?;
+    Some(found.unescape_value().ok()?.into_owned())
+}
+
+/// What the `.aux.xml` beside a raster says.
+pub(crate) fn beside(file: &Path) -> Result<Band, String> {
+    let name = format!("{}.aux.xml", file.file_name().unwrap_or_default().to_string_lossy());
+    let path = file.with_file_name(&name);
+    if !path.is_file() {
+        return Ok(Band::default());
+    }
+    let text = std::fs::read_to_string(&path);
+    let text = text.map_err(|error| format!("{name} beside it cannot be read: {error}"))?;
+    Band::of_xml(&text).map_err(|problem| format!("{name} beside it {problem}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scale_offset_and_unit_are_those_of_the_first_band() {
+        let text = r#"<GDALMetadata><Item name="OFFSET" sample="0" role="offset">50</Item>
+            <Item name="SCALE" sample="0" role="scale">0.1</Item><Item name="SCALE" sample="1" role="scale">7</Item>
+            <Item name="UNITTYPE" sample="0" role="unittype">US survey foot</Item><Item name="AREA">&lt;x</Item></GDALMetadata>"#;
+        let band = Band::of_xml(text).unwrap();
+        assert_eq!(
+            (band.scale, band.offset, band.unit.as_deref()),
+            (Some(0.1), Some(50.0), Some("US survey foot"))
+        );
+        let beside = r#"<PAMDataset><SRS dataAxisToSRSAxisMapping="1,2">PROJCS["x"]</SRS><PAMRasterBand band="1">
+            <NoDataValue le_hex_equiv="00">-32768</NoDataValue><UnitType>ft</UnitType></PAMRasterBand>
+            <PAMRasterBand band="2"><Scale>3</Scale></PAMRasterBand></PAMDataset>"#;
+        let beside = Band::of_xml(beside).unwrap();
+        assert_eq!(
+            (beside.no_data, beside.scale, beside.crs.as_deref()),
+            (Some(-32768.0), None, Some("PROJCS[\"x\"]"))
+        );
+        let both = band.or(beside);
+        assert_eq!((both.no_data, both.scale), (Some(-32768.0), Some(0.1)));
+        let mut raster =
+            Raster::from_function([2, 1], [0.0; 2], [1.0; 2], |x, _| if x > 0.5 { -32768.0 } else { 30.0 });
+        both.apply(&mut raster, Some(1.0)).unwrap();
+        assert!((raster.values[0] - 53.0 * 1200.0 / 3937.0).abs() < 1e-12 && raster.values[1].is_nan());
+        assert!(Band::of_xml("<a><b></a>").is_err());
+        assert!(Band::of_xml("<Scale>one</Scale>").unwrap_err().contains("\"one\""));
+    }
+
+    #[test]
+    fn marks_are_compared_in_single_precision_and_units_that_are_no_lengths_refused() {
+        assert!(
+            is_mark(-9999.0, -9999.0)
+                && is_mark(f64::from(0.1f32), 0.1)
+                && is_mark(-3.40282e38, f64::from(f32::MIN))
+        );
+        assert!(
+            !is_mark(3.40282e38, f64::from(f32::MIN)) && !is_mark(-9998.0, -9999.0) && !is_mark(0.0, -9999.0)
+        );
+        let mut raster = Raster::from_function([2, 1], [0.0; 2], [1.0; 2], |x, _| x);
+        let band = Band { unit: Some("degree".to_owned()), ..Band::default() };
+        assert!(band.apply(&mut raster, None).unwrap_err().contains("\"degree\""));
+        let band = Band { scale: Some(0.0), ..Band::default() };
+        assert!(band.apply(&mut raster, None).is_err());
+        raster.values[0] = f64::INFINITY;
+        Band::default().apply(&mut raster, None).unwrap();
+        assert!(raster.values[0].is_nan() && raster.values[1] == 1.0 && raster.reference.unmarked == 1);
+    }
+}
