@@ -13,6 +13,8 @@ pub struct PeriodicCell<const D: usize> {
     pub periodic: [bool; D],
     /// Velocity gradient with which it deforms (1/s).
     pub rate: [[f64; D]; D],
+    /// Mean of the entries of `rate` that follow a stress, against which they are damped; 0 for the others (1/s).
+    pub mean_rate: [[f64; D]; D],
 }
 
 /// Product of a matrix with a vector.
@@ -56,7 +58,7 @@ impl<const D: usize> PeriodicCell<D> {
         for c in 0..D {
             h[c][c] = high[c] - low[c];
         }
-        Self { origin: low, h, periodic, rate: [[0.0; D]; D] }
+        Self { origin: low, h, periodic, rate: [[0.0; D]; D], mean_rate: [[0.0; D]; D] }
     }
 
     /// Whether it repeats itself along some axis.

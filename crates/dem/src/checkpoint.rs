@@ -13,11 +13,11 @@ use serde::{Deserialize, Serialize};
 use crate::ledger::{Broken, Ledger};
 use crate::pairs::Pairs;
 use crate::rain::Entered;
-use crate::solver::DemSolver;
+use crate::solver::{DemSolver, Followed};
 use crate::surfaces::Facet;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -30,13 +30,14 @@ struct Head {
     fastest: f64,
     ledger: Ledger,
     virial: Vec<f64>,
-    /// Vectors and rates of the cell, and its vectors when the lists were made.
+    /// Vectors, rates and mean rates of the cell, and its vectors when the lists were made.
     cell: Vec<f64>,
     since: Option<(Vec<f64>, f64, f64)>,
     walls: Vec<(u32, Vec<f64>)>,
     broken: Vec<Broken>,
     entered: Vec<Entered>,
     next_id: u32,
+    followed: Vec<Followed>,
 }
 
 fn flat<const D: usize>(matrix: &[[f64; D]; D]) -> Vec<f64> {
@@ -81,8 +82,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let mut cell = flat(&self.cell.h);
         cell.extend(flat(&self.cell.rate));
+        cell.extend(flat(&self.cell.mean_rate));
         let wall = |wall: &crate::walls::Wall<D>| {
-            let mut numbers = vec![wall.position, wall.velocity.get(wall.axis).copied().unwrap_or(0.0)];
+            let velocity = wall.velocity.get(wall.axis).copied().unwrap_or(0.0);
+            let mut numbers = vec![wall.position, velocity, wall.mean_speed];
             numbers.extend(wall.reaction.as_flattened());
             numbers.extend(&wall.moment);
             (wall.boundary as u32, numbers)
@@ -102,6 +105,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             broken: self.broken.clone(),
             entered: self.sources.iter().map(|source| source.entered).collect(),
             next_id: self.next_id,
+            followed: self.followed.clone(),
         };
         let head = postcard::to_stdvec(&head).map_err(io::Error::other)?;
         write_column(&head, |byte| byte, out)?;
@@ -161,9 +165,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     fn take(&mut self, head: Head) -> Option<()> {
-        let half = head.cell.len() / 2;
-        self.cell.h = matrix(&head.cell[..half])?;
-        self.cell.rate = matrix(&head.cell[half..])?;
+        let third = head.cell.len() / 3;
+        self.cell.h = matrix(&head.cell[..third])?;
+        self.cell.rate = matrix(&head.cell[third..2 * third])?;
+        self.cell.mean_rate = matrix(&head.cell[2 * third..])?;
         let half = head.virial.len() / 2;
         self.virial = [matrix(&head.virial[..half])?, matrix(&head.virial[half..])?];
         self.since = crate::solver::Since::default();
@@ -175,8 +180,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             return None;
         }
         for (wall, (_, numbers)) in self.walls.iter_mut().zip(&head.walls) {
-            let ([position, velocity], reaction) = numbers.split_first_chunk()?;
-            wall.position = *position;
+            let ([position, velocity, mean_speed], reaction) = numbers.split_first_chunk()?;
+            (wall.position, wall.mean_speed) = (*position, *mean_speed);
             wall.velocity[wall.axis] = *velocity;
             if let Some(moving) = &mut wall.moving {
                 moving.go_to(head.time);
@@ -189,9 +194,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         (self.time, self.step, self.last, self.fastest) = (head.time, head.step, head.last, head.fastest);
         (self.ledger, self.broken, self.next_id) = (head.ledger, head.broken, head.next_id);
-        if self.sources.len() != head.entered.len() {
+        if self.sources.len() != head.entered.len() || self.followed.len() != head.followed.len() {
             return None;
         }
+        self.followed = head.followed;
         for (source, entered) in self.sources.iter_mut().zip(head.entered) {
             source.entered = entered;
         }
@@ -290,7 +296,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn remarks(&self) -> Vec<String> {
-        self.given.notes.clone()
+        self.given.notes.iter().cloned().chain(self.missed_stresses()).collect()
     }
 
     fn facts(&self) -> Vec<String> {

@@ -234,6 +234,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             h: [flat(&own.h[0]), flat(&own.h[1])],
             periodic: [own.periodic[0], own.periodic[1]],
             rate: [[0.0; 2]; 2],
+            mean_rate: [[0.0; 2]; 2],
         };
         let mut ends = Vec::new();
         for axis in (0..2).filter(|axis| !cell.periodic[*axis]) {

@@ -32,6 +32,8 @@ pub struct Wall<const D: usize> {
     pub position: f64,
     /// Its velocity (m/s).
     pub velocity: [f64; D],
+    /// Mean of its speed inwards while it follows a stress, against which it is damped (m/s).
+    pub mean_speed: f64,
     /// Law for each kind; at an obstacle with regions, of the rest.
     pub laws: Vec<Law>,
     /// Of an obstacle with regions, which of them rules where.

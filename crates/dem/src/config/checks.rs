@@ -100,8 +100,8 @@ impl Rules {
     }
 
     fn tangential(&mut self, path: &str, spec: &TangentialSpec) {
-        self.within(format!("{path}.stiffness_ratio"), spec.stiffness_ratio, 0.0, 3.0);
-        self.not_negative(format!("{path}.damping_ratio"), spec.damping_ratio, "");
+        self.within(format!("{path}.stiffness_ratio"), spec.stiffness_ratio.unwrap_or(0.0), 0.0, 3.0);
+        self.not_negative(format!("{path}.damping_ratio"), spec.damping_ratio.unwrap_or(0.0), "");
     }
 
     fn rolling(&mut self, path: &str, spec: &RollingSpec) {

@@ -45,14 +45,15 @@ pub enum NormalLaw {
         /// radius: `2 E` times that over a metre.
         #[serde(default)]
         grain_modulus: Option<f64>,
-        /// Coefficient of restitution of two grains that collide head-on, above 0 up to 1.
+        /// Coefficient of restitution of two grains, or of a grain and a wall, that collide head-on, above 0 up to 1: with or without the
+        /// `clamp`, at the default step within 0.005 (without the clamp in the mean of collisions).
         #[serde(default)]
         restitution: Option<f64>,
         /// Damping ratio ζ in its place; the dashpot of each contact is `2 ζ √(k m_eff)`.
         #[serde(default)]
         damping_ratio: Option<f64>,
         /// Whether spring and dashpot together never pull. The damping ratio that follows from `restitution` is that of the
-        /// law with or without.
+        /// law with the clamp or without it.
         #[serde(default = "yes")]
         clamp: bool,
     },
@@ -68,7 +69,8 @@ pub enum NormalLaw {
         /// Poisson ratio of the other side; the same when absent.
         #[serde(default)]
         other_poissons_ratio: Option<f64>,
-        /// Coefficient of restitution without the clamp, above 0 up to 1; the clamp raises it.
+        /// Coefficient of restitution of two grains, or of a grain and a wall, that collide head-on, above 0 up to 1: with or without the
+        /// `clamp`, at any speed.
         #[serde(default)]
         restitution: Option<f64>,
         /// Damping ratio in its place.
@@ -81,21 +83,17 @@ pub enum NormalLaw {
 }
 
 /// Springs across the line of centres.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TangentialSpec {
-    /// Stiffness over that along the line of centres, of linear laws (0 to 3).
-    pub stiffness_ratio: f64,
-    /// Damping ratio; the dashpot is `2 ζ √(k_t m_eff)`.
-    pub damping_ratio: f64,
+    /// Stiffness over that along the line of centres (0 to 3). When absent 0.5 with the law `linear`, and with `hertz` that of Mindlin,
+    /// `4 G*/E*`.
+    pub stiffness_ratio: Option<f64>,
+    /// Damping ratio; the dashpot is `2 ζ √(k_t m_eff)`, with `hertz` `2 √(5/6) ζ √(S_t m_eff)`. When absent 0 with the law `linear`,
+    /// and with `hertz` the damping ratio along the line of centres.
+    pub damping_ratio: Option<f64>,
     /// What is left of the spring when a contact slips.
     pub reset: SpringReset,
-}
-
-impl Default for TangentialSpec {
-    fn default() -> Self {
-        Self { stiffness_ratio: 0.5, damping_ratio: 0.0, reset: SpringReset::Clip }
-    }
 }
 
 /// What is left of a spring when its contact slips (sheet: dem §2.4).

@@ -39,7 +39,8 @@ pub struct DemOptions {
     #[serde(default)]
     pub stages: BTreeMap<String, GrainStage>,
     /// Derives pairs of unlike kinds that are not given from those of like kinds: harmonic means of stiffness, the smaller
-    /// friction, geometric means of damping ratios. Without it a pair that is missing is refused.
+    /// friction, geometric means of damping ratios. Resistance against rolling and twisting, adhesion and bonds are not derived: `check`
+    /// warns where the like kinds have them. Without it a pair that is missing is refused.
     #[serde(default)]
     pub mix: bool,
     /// Where the lever arms of contact forces end.

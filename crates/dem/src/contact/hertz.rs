@@ -9,11 +9,13 @@ use crate::vector::Number;
 pub struct Hertz<T = f64> {
     /// `E*`: `1/E* = (1-ν_i²)/E_i + (1-ν_j²)/E_j` (Pa).
     pub modulus: T,
-    /// `G*`: `1/G* = (2-ν_i)/G_i + (2-ν_j)/G_j` (Pa).
+    /// `G*` of the spring across: that of the grains, or a quarter of `E*` times the stiffness ratio that was asked for (Pa).
     pub shear_modulus: T,
+    /// `G*` of the grains: `1/G* = (2-ν_i)/G_i + (2-ν_j)/G_j` (Pa).
+    pub grain_shear_modulus: T,
     /// `2 √(5/6) β`, of a dashpot `that · √(S m_eff)`.
     pub damping: T,
-    /// The same of the dashpot across.
+    /// The same of the dashpot across, of which the stiffness is that across.
     pub damping_across: T,
     /// Root of the stiffness across over that along.
     pub root_across: T,
@@ -45,17 +47,24 @@ impl<T: Number> Hertz<T> {
 }
 
 impl Hertz {
-    /// Of grains with Young's moduli (Pa) and Poisson ratios.
+    /// Of grains with Young's moduli (Pa) and Poisson ratios; the stiffness across is Mindlin's.
     pub fn new(youngs: [f64; 2], poisson: [f64; 2], damping_ratio: f64, damping_ratio_across: f64) -> Self {
         let normal: f64 = (0..2).map(|k| (1.0 - poisson[k] * poisson[k]) / youngs[k]).sum();
         let shear: f64 = (0..2).map(|k| (2.0 - poisson[k]) * 2.0 * (1.0 + poisson[k]) / youngs[k]).sum();
         Self {
             modulus: 1.0 / normal,
             shear_modulus: 1.0 / shear,
+            grain_shear_modulus: 1.0 / shear,
             damping: dashpot(damping_ratio),
             damping_across: dashpot(damping_ratio_across),
             root_across: (4.0 * normal / shear).sqrt(),
         }
+    }
+
+    /// With this stiffness across over that along in place of Mindlin's.
+    #[must_use]
+    pub fn with_stiffness_ratio(self, ratio: f64) -> Self {
+        Self { shear_modulus: 0.25 * ratio * self.modulus, root_across: ratio.sqrt(), ..self }
     }
 
     /// Largest overlap (m) of an elastic impact of effective mass (kg), radius (m) and speed (m/s).

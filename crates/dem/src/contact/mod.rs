@@ -6,6 +6,7 @@
 pub mod bond;
 pub mod capillary;
 pub mod cohesion;
+pub mod dashpot;
 pub mod friction;
 pub mod hertz;
 pub mod jkr;
@@ -99,6 +100,8 @@ pub struct Law {
     pub normal: Normal,
     /// Whether elasticity and damping together never pull.
     pub clamp: bool,
+    /// Lag of the velocities that dashpots see, over half a step: 1 where they are lagged, 0 where they are carried on.
+    pub lag: f64,
     /// Across it.
     pub friction: Coulomb,
     /// Against rolling.
@@ -342,6 +345,12 @@ impl Law {
         }
     }
 
+    /// Whether its normal law is that of Hertz.
+    #[inline]
+    pub fn is_hertz(&self) -> bool {
+        matches!(self.normal, Normal::Hertz(_))
+    }
+
     /// Gap that a contact in that state bridges (m), for grains of effective radius `radius` (m).
     #[inline]
     pub fn bridge(&self, state: u8, radius: f64) -> f64 {
@@ -375,6 +384,7 @@ pub fn act<const D: usize, const R: usize>(
         // Across a gap only attraction acts.
         base = Elastic { force: 0.0, energy: 0.0, damping: 0.0, across: 0.0, damping_across: 0.0 };
     }
+    base.damping = dashpot::in_step(law, &base, touch, memory.state == APART, dt);
     let viscous = base.force - base.damping * touch.separation;
     let pulls = law.clamp && touch.overlap >= 0.0 && viscous < 0.0;
     let mut normal = if pulls { 0.0 } else { viscous };
@@ -409,7 +419,7 @@ pub fn act<const D: usize, const R: usize>(
         }
     }
     tally.elastic += energy;
-    let before = (touch.overlap + touch.separation * dt, matches!(law.normal, Normal::Hertz(_)));
+    let before = (touch.overlap + touch.separation * dt, law.is_hertz());
     let across = law.friction.act(touch, &base, before, (cap, shear), memory, dt, tally);
     if law.attraction.is_some() {
         cohesion::break_by_shear(law, &across, (cap, shear), memory);

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use colluvium_case::description::{ObstacleWall, Wall as WallKind};
 use colluvium_case::{Case, CaseError};
 
-use crate::config::{Adhesion, DemOptions, NormalLaw, PairOverride, PairSpec, RollingSpec, TangentialSpec};
+use crate::config::{
+    Adhesion, ContactVelocity, DemOptions, NormalLaw, PairOverride, PairSpec, RollingSpec, TangentialSpec,
+};
 use crate::contact::bond::Beam;
 use crate::contact::capillary::Capillary;
 use crate::contact::cohesion::Cohesion;
@@ -40,13 +42,15 @@ fn resistance(spec: &RollingSpec) -> Resistance {
 fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (Normal, bool) {
     match law {
         NormalLaw::Linear { stiffness, grain_modulus, restitution, damping_ratio, clamp } => {
+            // Sheet: dem §3.11.
+            let across = tangential.stiffness_ratio.unwrap_or(0.5);
             let linear = Linear {
                 stiffness: stiffness.unwrap_or(0.0),
                 modulus: 2.0 * grain_modulus.unwrap_or(0.0),
                 damping_ratio: damping(*restitution, *damping_ratio, *clamp),
-                across: tangential.stiffness_ratio,
-                damping_ratio_across: tangential.damping_ratio,
-                root_across: tangential.stiffness_ratio.sqrt(),
+                across,
+                damping_ratio_across: tangential.damping_ratio.unwrap_or(0.0),
+                root_across: across.sqrt(),
             };
             (Normal::Linear(linear), *clamp)
         }
@@ -61,15 +65,17 @@ fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (Normal, bool) {
         } => {
             let youngs = [*youngs_modulus, other_youngs_modulus.unwrap_or(*youngs_modulus)];
             let poisson = [*poissons_ratio, other_poissons_ratio.unwrap_or(*poissons_ratio)];
-            let ratio = damping(*restitution, *damping_ratio, false);
-            // Friction is damped as the normal direction is (sheet: dem §2.8).
-            (Normal::Hertz(Hertz::new(youngs, poisson, ratio, ratio)), *clamp)
+            let ratio = damping(*restitution, *damping_ratio, *clamp);
+            // Friction is damped as the normal direction is (sheet: dem §2.8) where the case does not say how.
+            let hertz = Hertz::new(youngs, poisson, ratio, tangential.damping_ratio.unwrap_or(ratio));
+            let ratio = tangential.stiffness_ratio;
+            (Normal::Hertz(ratio.map_or(hertz, |ratio| hertz.with_stiffness_ratio(ratio))), *clamp)
         }
     }
 }
 
 /// The law of a pair for grains up to `largest` (m).
-fn law(pair: &PairSpec, largest: f64, dimension: usize) -> Law {
+fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usize) -> Law {
     let (normal, clamp) = normal(&pair.normal, &pair.tangential);
     let friction =
         pair.friction.map_or(Coulomb { coefficient: 0.0, at_rest: 0.0, reset: pair.tangential.reset }, |f| {
@@ -118,6 +124,7 @@ fn law(pair: &PairSpec, largest: f64, dimension: usize) -> Law {
     Law {
         normal,
         clamp,
+        lag: if velocity == ContactVelocity::Lagged { 1.0 } else { 0.0 },
         friction,
         rolling: pair.rolling.as_ref().map(resistance),
         twisting: pair.twisting.as_ref().map(resistance),
@@ -162,9 +169,11 @@ fn mixed(a: &Law, b: &Law) -> Option<Law> {
         (Normal::Hertz(a), Normal::Hertz(b)) => {
             let modulus = harmonic(a.modulus, b.modulus);
             let shear_modulus = harmonic(a.shear_modulus, b.shear_modulus);
+            let grain_shear_modulus = harmonic(a.grain_shear_modulus, b.grain_shear_modulus);
             Normal::Hertz(Hertz {
                 modulus,
                 shear_modulus,
+                grain_shear_modulus,
                 damping: root(a.damping, b.damping),
                 damping_across: root(a.damping_across, b.damping_across),
                 root_across: (4.0 * shear_modulus / modulus).sqrt(),
@@ -189,7 +198,9 @@ pub(super) fn laws<const D: usize, const R: usize>(
     let overrides = case.stages.get(stage).and_then(|stage| options.stages.get(&stage.name));
     let overrides = overrides.map_or(&[][..], |stage| &stage.pairs);
     let find = |a: &str, b: &str| options.pairs.iter().find(|pair| is_between(&pair.between, a, b));
-    let own = |a: &str, b: &str| find(a, b).map(|pair| law(&overridden(pair, overrides), largest, D));
+    let own = |a: &str, b: &str| {
+        find(a, b).map(|pair| law(&overridden(pair, overrides), options.velocity, largest, D))
+    };
     let mut pairs = Vec::new();
     for a in kinds {
         for b in kinds {
@@ -228,7 +239,9 @@ pub(super) fn laws<const D: usize, const R: usize>(
         .chain(walls.iter().flatten())
         .map(|law| longest_bridge(law, largest))
         .fold(0.0, f64::max);
-    Ok(Laws { pairs, walls, step, bridge })
+    let all = || pairs.iter().chain(walls.iter().flatten());
+    let impact = all().map(|law| impact(law, &least)).fold(0.0, f64::max);
+    Ok(Laws { pairs, walls, step, impact, bridge })
 }
 
 /// Names of boundaries, then of obstacles, then of obstacles once more for each of their regions, with their coefficients of friction.
@@ -316,6 +329,14 @@ fn steps<const D: usize>(
     limits
 }
 
+/// See [`Laws::impact`]; of equal spheres with the radius (m) and the mass (kg) of any of `least`.
+fn impact(law: &Law, least: &[(f64, f64)]) -> f64 {
+    let Normal::Hertz(hertz) = &law.normal else { return 0.0 };
+    let sizes = least.iter().filter(|(radius, _)| radius.is_finite());
+    let of = |&(radius, mass): &(f64, f64)| (hertz.deepest(0.5 * mass, 0.5 * radius, 2.0) / radius).powf(2.5);
+    sizes.map(of).fold(0.0, f64::max)
+}
+
 fn limits_of<const D: usize>(law: &Law, radius: f64, mass: f64, small: f64, fraction: f64) -> [f64; 2] {
     let bond = law.bond.map_or(0.0, |bond| bond.stiffness::<D>(small));
     match &law.normal {
@@ -325,9 +346,9 @@ fn limits_of<const D: usize>(law: &Law, radius: f64, mass: f64, small: f64, frac
         }
         Normal::Hertz(hertz) => {
             // Of the Rayleigh wave over the smaller grain, whose moduli follow from both of the contact.
-            let ratio = hertz.modulus / hertz.shear_modulus;
+            let ratio = hertz.modulus / hertz.grain_shear_modulus;
             let poisson = ((ratio - 4.0) / (ratio - 2.0)).clamp(-0.99, 0.5);
-            let shear = hertz.shear_modulus * 2.0 * (2.0 - poisson);
+            let shear = hertz.grain_shear_modulus * 2.0 * (2.0 - poisson);
             // Two alike have half the mass of one, at a wall it has all of it.
             let density = mass / (4.0 / 3.0 * PI * small.powi(3)) * if radius < small { 2.0 } else { 1.0 };
             let rayleigh = PI * small * (density / shear).sqrt() / (0.1631 * poisson + 0.8766);

@@ -29,7 +29,7 @@ use crate::ledger::Ledger;
 use crate::lists::Lists;
 use crate::pairs::Columns;
 use crate::rain;
-use crate::solver::{Compiled, DemSolver, Given, Kind, Scratch, Since};
+use crate::solver::{Compiled, DemSolver, Followed, Given, Kind, Scratch, Since};
 use crate::store::Stored;
 use crate::vector::{dot, minus};
 use crate::walls::{Wall, WallList};
@@ -143,6 +143,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         ledger: Ledger::default(),
         virial: [[[0.0; D]; D]; 2],
         broken: Vec::new(),
+        followed: vec![Followed::default(); D * D + case.boundaries.len()],
         imposed: None,
         one_by_one: false,
         membranes: Vec::new(),
@@ -404,6 +405,7 @@ fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize)
             let v = spatial(v);
             std::array::from_fn(|c| v[c])
         }),
+        mean_speed: 0.0,
         laws: solver.laws.walls[number].clone(),
         places: None,
         regions: Vec::new(),
@@ -424,6 +426,7 @@ fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize)
         upper: false,
         position: 0.0,
         velocity: [0.0; D],
+        mean_speed: 0.0,
         laws: solver.laws.walls[case.boundaries.len() + number].clone(),
         reaction: [[0.0; D]; 2],
         moment: [0.0; 3],

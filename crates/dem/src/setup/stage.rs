@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{check_step, laws, walls};
-use crate::solver::DemSolver;
+use crate::solver::{DemSolver, Followed};
 use crate::walls::Wall;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
@@ -39,7 +39,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             wall.regions.clone_from(&own.regions);
             // What a stage before has pressed goes on as its boundary says.
             if !options.walls.contains_key(&wall.name) {
-                wall.velocity = own.velocity;
+                (wall.velocity, wall.mean_speed) = (own.velocity, 0.0);
             }
         }
         check_step(self).map_err(|error| failed(error.to_string()))?;
@@ -54,6 +54,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             agitate(self, options.agitation);
         }
         self.ledger.begin_stage();
+        self.followed.iter_mut().for_each(Followed::begin_stage);
         // Walls may be gone, and gaps that contacts bridge may be others.
         self.relist()
     }

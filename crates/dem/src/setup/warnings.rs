@@ -18,6 +18,7 @@ const SOFT: f64 = 0.01;
 pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
     let mut warnings = case.warnings();
     of_options(case, &solver.options, &mut warnings);
+    warnings.extend(not_derived(&solver.options));
     warnings.extend(soft(case, solver));
     warnings.extend(off_target(solver));
     warnings.extend(solver.given.notes.iter().cloned());
@@ -45,6 +46,39 @@ fn of_options(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
             ));
         }
     }
+}
+
+/// Pairs that `mix` derives of kinds which do more than unlike grains then do.
+fn not_derived(options: &DemOptions) -> Vec<String> {
+    let pair = |a: &str, b: &str| {
+        options.pairs.iter().find(|pair| {
+            let [one, two] = &pair.between;
+            (one == a && two == b) || (one == b && two == a)
+        })
+    };
+    let more = |kind: &str| {
+        let own = pair(kind, kind)?;
+        let parts = [
+            ("rolling", own.rolling.is_some()),
+            ("twisting", own.twisting.is_some()),
+            ("adhesion", own.adhesion.is_some()),
+            ("bond", own.bond.is_some()),
+        ];
+        parts.into_iter().find(|(_, has)| *has).map(|(key, _)| (kind.to_owned(), key))
+    };
+    let kinds: Vec<&str> = options.grains.keys().map(String::as_str).collect();
+    let mut warnings = Vec::new();
+    for (number, a) in kinds.iter().enumerate().filter(|_| options.mix) {
+        for b in kinds[number + 1..].iter().filter(|b| pair(a, b).is_none()) {
+            if let Some((kind, key)) = more(a).or_else(|| more(b)) {
+                warnings.push(format!(
+                    "methods.dem.mix: grains of {a:?} and {b:?} have no {key} between them, as those of {kind:?} have: give that pair in \
+                     methods.dem.pairs where it counts"
+                ));
+            }
+        }
+    }
+    warnings
 }
 
 /// Kinds of grains that the weight of their own body presses into each other. At its foot a contact bears about the pressure times

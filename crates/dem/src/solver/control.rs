@@ -4,16 +4,19 @@ use super::DemSolver;
 use crate::config::{CellControl, CellEntry};
 
 /// Damping of entries that follow a stress where the case says none (sheet: dem §3.7).
-const DAMPING: f64 = 0.3;
+const DAMPING: f64 = 1.0;
+
+/// Length of a cell with the inertia against which a stress is followed, over the mean diameter (sheet: dem §3.7).
+const LENGTH: f64 = 3.0;
 
 /// What an entry asks for at a time: a rate (1/s), or a stress with the size of what it follows over the stage (Pa).
-enum Asked {
+pub(super) enum Asked {
     Rate(f64),
     Stress(f64, f64),
 }
 
 /// What an entry asks for after `elapsed` of its stage, in a step that ends `ahead` from then (s).
-fn asked(entry: CellEntry, elapsed: f64, ahead: f64) -> Asked {
+pub(super) fn asked(entry: CellEntry, elapsed: f64, ahead: f64) -> Asked {
     let wave = |period: f64, time: f64| (std::f64::consts::TAU * time / period).sin();
     match entry {
         CellEntry::Rate(rate) => Asked::Rate(rate),
@@ -31,7 +34,7 @@ fn asked(entry: CellEntry, elapsed: f64, ahead: f64) -> Asked {
 }
 
 /// Entry of the velocity gradient in a row and a column.
-fn entry(control: &CellControl, row: usize, column: usize) -> Option<CellEntry> {
+pub(super) fn entry(control: &CellControl, row: usize, column: usize) -> Option<CellEntry> {
     match (row, column) {
         (0, 0) => control.xx,
         (1, 1) => control.yy,
@@ -53,39 +56,71 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// Change of the velocity gradient of the cell with a step of `dt` (1/s).
-    pub(crate) fn control(&self, dt: f64) -> [[f64; D]; D] {
+    pub(crate) fn control(&mut self, dt: f64) -> [[f64; D]; D] {
+        let now = self.cell.rate;
         if let Some(rate) = self.imposed {
-            let now = self.cell.rate;
+            self.cell.mean_rate = [[0.0; D]; D];
             return std::array::from_fn(|i| std::array::from_fn(|j| rate[i][j] - now[i][j]));
         }
-        let mut change = [[0.0; D]; D];
         let Some(control) = self.stage().and_then(|stage| stage.cell) else {
-            return self.cell.rate.map(|row| row.map(|rate| -rate));
+            self.cell.mean_rate = [[0.0; D]; D];
+            return now.map(|row| row.map(|rate| -rate));
         };
-        let (stress, volume) = (self.stress(), self.cell.volume());
-        let mass: f64 = self.grains.mass.iter().sum();
-        let count = self.grains.len() as f64;
+        let mut change = [[0.0; D]; D];
+        let elapsed = self.time - self.stage_start;
+        let grain = self.mean_grain();
         for i in 0..D {
             for j in 0..D {
-                let now = self.cell.rate[i][j];
-                let elapsed = self.time - self.stage_start;
+                let mut mean = 0.0;
                 change[i][j] = match entry(&control, i, j).map(|entry| asked(entry, elapsed, dt)) {
-                    None => -now,
-                    Some(Asked::Rate(rate)) => rate - now,
+                    None => -now[i][j],
+                    Some(Asked::Rate(rate)) => rate - now[i][j],
                     Some(Asked::Stress(target, size)) => {
-                        let length = self.cell.h[j][j];
-                        let diameter = 2.0 * self.grains.radius.iter().sum::<f64>() / count;
-                        let scale = if i == j { size } else { self.pressure().max(size) };
-                        let rate = (scale * diameter.powi(D as i32 - 2) * count / mass).sqrt();
-                        let damping = control.damping.unwrap_or(DAMPING) * rate;
-                        let pull = (target - stress[i][j]) * volume / (mass * length * length);
-                        // Against the damping without overshoot.
-                        (pull - damping * now) * dt / (1.0 + 0.5 * damping * dt)
+                        let next = self.following((i, j), (target, size), (control.damping, grain), dt);
+                        mean = next[1];
+                        next[0] - now[i][j]
                     }
                 };
+                self.cell.mean_rate[i][j] = mean;
             }
         }
         change
+    }
+
+    /// Mean mass (kg) and diameter (m) of the grains.
+    pub(super) fn mean_grain(&self) -> (f64, f64) {
+        let count = self.grains.len() as f64;
+        let mass: f64 = self.grains.mass.iter().sum();
+        (mass / count, 2.0 * self.grains.radius.iter().sum::<f64>() / count)
+    }
+
+    /// Rate (1/s) that an entry which follows a stress has after a step of `dt` (s), and the mean against which it is damped: a mass that
+    /// the missing stress accelerates, and another one that a dashpot couples to it (sheet: dem §3.7). While the cell bears less than half of
+    /// the stress the masses and the dashpot are those of a cell that grains do not hold yet.
+    fn following(
+        &self,
+        (i, j): (usize, usize),
+        (target, size): (f64, f64),
+        (damping, (mass, diameter)): (Option<f64>, (f64, f64)),
+        dt: f64,
+    ) -> [f64; 2] {
+        let (stress, pressure) = (self.stress()[i][j], self.pressure());
+        let (scale, borne) = match (i == j, size > 0.0) {
+            (true, true) => (size, stress.abs()),
+            (true, false) => (pressure, pressure),
+            (false, _) => (pressure.max(size), pressure),
+        };
+        let share = if scale > 0.0 { (2.0 * borne / scale).clamp(0.0, 1.0) } else { 0.0 };
+        let long = self.cell.h[j][j];
+        let length = long + share * ((LENGTH * diameter).min(long) - long);
+        let (rate, mean) = (self.cell.rate[i][j], self.cell.mean_rate[i][j]);
+        let damping =
+            damping.unwrap_or(DAMPING) * (scale.max(0.0) * diameter.powi(D as i32 - 2) / mass).sqrt();
+        let all = mass * self.grains.len() as f64;
+        let pull = (target - stress) * self.cell.volume() / (all * length * length);
+        // Against the dashpot without overshoot.
+        let next = (rate + dt * (pull + damping * share * mean)) / (1.0 + damping * dt);
+        [next, (mean + damping * dt * next) / (1.0 + damping * dt)]
     }
 
     /// Mean pressure (Pa; N/m in the plane).

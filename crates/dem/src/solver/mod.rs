@@ -3,19 +3,20 @@
 mod applied;
 mod compiled;
 mod control;
+mod followed;
 mod press;
 mod raining;
 mod relist;
+mod step_limit;
 
 use std::sync::Arc;
 
-use colluvium_case::{
-    Advance, Case, MovingObstacle, ObstacleLaws, SolverError, StepLimit, TimeStep, spatial,
-};
+use colluvium_case::{Advance, Case, ObstacleLaws, SolverError, spatial};
 use colluvium_points::Surface;
 use colluvium_points::surface::Contacts;
 
 pub(crate) use compiled::Compiled;
+pub(crate) use followed::Followed;
 
 use crate::cell::{PeriodicCell, inverse, product};
 use crate::config::{ContactVelocity, DemOptions, GrainStage, LeverArm};
@@ -33,15 +34,6 @@ use crate::walls::{Borne, Wall, WallList, WallListView};
 
 /// Overlap over the smaller radius beyond which a run stops (sheet: dem §3.5).
 const DEEPEST: f64 = 0.3;
-
-/// Share of the smallest radius that the fastest grain moves in a step, at most (sheet: dem §3.5).
-const LONGEST_WAY: f64 = 0.1;
-
-/// Limit of a step by the duration of contacts.
-const CONTACT: StepLimit = StepLimit::new("contact");
-
-/// Limit of a step by the way that the fastest grain moves in it.
-const TRAVEL: StepLimit = StepLimit::new("travel");
 
 /// A kind of grains.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +53,9 @@ pub struct Laws {
     pub walls: Vec<Vec<Law>>,
     /// Stable step of contacts (s), and the one above which none is.
     pub step: [f64; 2],
+    /// Overlap over the radius to the power 5/2 that two of the smallest elastic spheres reach which meet head-on, over the square of the
+    /// speed of each (s²/m²); zero without them.
+    pub impact: f64,
     /// Gap that contacts may bridge (m).
     pub bridge: f64,
 }
@@ -162,6 +157,8 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) given: Given,
     /// Bonds that broke: time (s) and ids of the grains.
     pub(crate) broken: Vec<Broken>,
+    /// Stresses that entries of the cell follow, row by row, and those that walls do.
+    pub(crate) followed: Vec<Followed>,
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
@@ -205,6 +202,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.check_overlap()?;
         let change = self.control(dt);
         self.press_walls(dt);
+        self.record_followed(dt);
         self.move_grains(dt, change)?;
         self.move_boundaries(dt);
         self.time += dt;
@@ -468,20 +466,5 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             position: self.grains.position.get(grain).map_or([0.0; 3], |x| spatial(x)),
             reason,
         }
-    }
-
-    /// The largest step from here (sheet: dem §3.5).
-    pub(crate) fn critical_step(&self) -> TimeStep {
-        let least = self.radii.0;
-        let moving = self.walls.iter().filter_map(|wall| wall.moving.as_ref());
-        let fastest = moving.map(MovingObstacle::fastest).fold(self.fastest, f64::max);
-        let way = if fastest > 0.0 { LONGEST_WAY * least / fastest } else { f64::INFINITY };
-        let of_contacts = self.options.time_step.unwrap_or(self.laws.step[0]);
-        let (dt, limit) = match (way < of_contacts, self.options.time_step) {
-            (true, _) => (way, TRAVEL),
-            (false, Some(_)) => (of_contacts, StepLimit::FIXED),
-            (false, None) => (of_contacts, CONTACT),
-        };
-        TimeStep { dt, limit, point: None, position: [0.0; 3] }
     }
 }

@@ -10,9 +10,10 @@ use crate::walls::Wall;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Walls that the stage presses take the velocities with which they go on for `dt` (s): inwards
-    /// `(α (F - F_w) + Σ γ_n v) / (Δt Σ k_n + Σ γ_n)`, at most their speed, and that speed where nothing touches them. `v` is the velocity that
-    /// they had: the force at the wall has what dashpots make of it. Without them in the rule a wall whose `α Σ γ_n` is beyond `Δt Σ k_n` turns
-    /// round every step.
+    /// `(α (F - F_w) + Δt Σ k_n v_m + Σ γ_n v) / (Δt Σ k_n + Σ γ_n)`, at most their speed, and that speed where nothing touches them. `v` is the
+    /// velocity that they had: the force at the wall has what dashpots make of it. Without them in the rule a wall whose `α Σ γ_n` is beyond
+    /// `Δt Σ k_n` turns round every step. `v_m` is the mean of the velocity over `Δt / α`: a wall that moves steadily has the whole force
+    /// (sheet: dem §3.7).
     pub(crate) fn press_walls(&mut self, dt: f64) {
         for number in 0..self.walls.len() {
             let wall = &self.walls[number];
@@ -20,44 +21,49 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let (axis, inward) = inward(wall);
             let missing = -press.stress * self.pressed_area(press, axis) - self.pressing(number);
             let [stiffness, dashpots] = self.wall_resistance(number);
-            let free = if stiffness > 0.0 {
-                let before = inward * wall.velocity[axis];
-                (press.gain * missing + dashpots * before) / (dt * stiffness + dashpots)
+            let touches = stiffness > 0.0;
+            let free = if touches {
+                let known = dt * stiffness * wall.mean_speed + dashpots * inward * wall.velocity[axis];
+                (press.gain * missing + known) / (dt * stiffness + dashpots)
             } else {
                 press.speed * missing.signum()
             };
-            self.walls[number].velocity[axis] = inward * free.clamp(-press.speed, press.speed);
+            let (speed, share) = (free.clamp(-press.speed, press.speed), press.gain);
+            let wall = &mut self.walls[number];
+            wall.velocity[axis] = inward * speed;
+            wall.mean_speed = if touches { wall.mean_speed + share * (speed - wall.mean_speed) } else { 0.0 };
         }
     }
 
     /// Force with which grains press a wall outwards (N).
-    fn pressing(&self, number: usize) -> f64 {
+    pub(super) fn pressing(&self, number: usize) -> f64 {
         let (axis, inward) = inward(&self.walls[number]);
         -inward * self.walls[number].reaction[0][axis]
     }
 
     /// Area that the stress on a wall across an axis is of (m², a length in the plane).
-    fn pressed_area(&self, press: &Press, axis: usize) -> f64 {
+    pub(super) fn pressed_area(&self, press: &Press, axis: usize) -> f64 {
         let sleeve = || press.sleeve.as_ref().and_then(|name| self.enclosed_by(name, axis));
         press.area.or_else(sleeve).unwrap_or_else(|| self.wall_area(axis))
     }
 
-    /// Area of walls across an axis (m², a length in the plane): what lies between the walls along the other axes where they
-    /// stand, or as wide as the domain.
+    /// Area of walls across an axis (m², a length in the plane).
     fn wall_area(&self, axis: usize) -> f64 {
+        (0..D).filter(|other| *other != axis).map(|other| self.extent(other)).product()
+    }
+
+    /// Extent of the specimen along an axis (m): what lies between the walls where they stand, or as wide as the domain.
+    pub(super) fn extent(&self, axis: usize) -> f64 {
         let domain = &self.case.domain;
-        let along = |other: usize| {
-            if self.cell.periodic[other] {
-                return self.cell.h[other][other];
-            }
-            let stands = |upper: bool| {
-                let of_axis =
-                    |wall: &&Wall<D>| wall.surface.is_none() && wall.axis == other && wall.upper == upper;
-                self.walls.iter().find(of_axis).map(|wall| wall.position)
-            };
-            stands(true).unwrap_or(domain.max[other]) - stands(false).unwrap_or(domain.min[other])
+        if self.cell.periodic[axis] {
+            return self.cell.h[axis][axis];
+        }
+        let stands = |upper: bool| {
+            let of_axis =
+                |wall: &&Wall<D>| wall.surface.is_none() && wall.axis == axis && wall.upper == upper;
+            self.walls.iter().find(of_axis).map(|wall| wall.position)
         };
-        (0..D).filter(|other| *other != axis).map(along).product()
+        stands(true).unwrap_or(domain.max[axis]) - stands(false).unwrap_or(domain.min[axis])
     }
 
     /// Sums of the normal stiffness (N/m) and of the dashpots along the normal (N s/m) of the contacts with a wall.

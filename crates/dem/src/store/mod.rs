@@ -69,6 +69,9 @@ struct Cell {
     vectors: Vec<Vec<f64>>,
     /// Its velocity gradient, row by row (1/s).
     rates: Vec<Vec<f64>>,
+    /// Means of the entries of it that follow a stress (1/s); the entries themselves in files without them.
+    #[serde(default)]
+    mean_rates: Vec<Vec<f64>>,
     /// Stress of the motion of its grains times its volume, row by row (J).
     motion: Vec<Vec<f64>>,
 }
@@ -82,6 +85,9 @@ struct Side {
     plane: Option<(usize, bool, f64)>,
     /// Velocity of a wall (m/s).
     velocity: Vec<f64>,
+    /// Mean of its speed inwards while it follows a stress (m/s).
+    #[serde(default)]
+    mean_speed: f64,
 }
 
 /// Names of the columns of a quantity of so many components.

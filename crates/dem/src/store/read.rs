@@ -163,7 +163,10 @@ impl Stored {
             matrix.len() == dimension && matrix.iter().all(|row| row.len() == dimension)
         };
         let lengths = [cell.periodic.len(), cell.corner.len(), self.head.origin.len()];
-        if lengths != [dimension; 3] || ![&cell.vectors, &cell.rates, &cell.motion].into_iter().all(square) {
+        if lengths != [dimension; 3]
+            || ![&cell.vectors, &cell.rates, &cell.motion].into_iter().all(square)
+            || !(cell.mean_rates.is_empty() || square(&cell.mean_rates))
+        {
             return Err(format!("its cell is none of {dimension} dimensions"));
         }
         let along = |periodic: &dyn Fn(usize) -> bool| {
@@ -198,6 +201,7 @@ impl Stored {
             for row in 0..D {
                 cell.h[row][axis] = own.vectors[axis][row];
                 cell.rate[row][axis] = own.rates[row][axis];
+                cell.mean_rate[row][axis] = own.mean_rates.get(row).unwrap_or(&own.rates[row])[axis];
             }
         }
         let volume = inverse(&cell.h).1;

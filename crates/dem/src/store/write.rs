@@ -50,6 +50,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             name: wall.name.clone(),
             plane: wall.surface.is_none().then_some((wall.axis, wall.upper, wall.position)),
             velocity: wall.velocity.to_vec(),
+            mean_speed: wall.mean_speed,
         };
         let moving = self.walls.iter().filter(|wall| wall.moving.is_some());
         let sticks =
@@ -68,6 +69,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 corner: cell.origin.to_vec(),
                 vectors: (0..D).map(column).collect(),
                 rates: cell.rate.iter().map(|row| row.to_vec()).collect(),
+                mean_rates: cell.mean_rate.iter().map(|row| row.to_vec()).collect(),
                 motion: self.virial[1].iter().map(|row| row.to_vec()).collect(),
             },
             bodies: self.case.bodies.iter().map(|body| body.name.clone()).collect(),

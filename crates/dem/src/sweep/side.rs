@@ -194,6 +194,7 @@ pub struct Laws {
     pub linear: Linear<Lanes>,
     pub hertz: Hertz<Lanes>,
     pub clamp: Lanes,
+    pub lag: Lanes,
     pub coefficient: Lanes,
     pub at_rest: Lanes,
     /// Where the spring is reset to the force of friction.
@@ -233,11 +234,13 @@ impl Laws {
             hertz: Hertz {
                 modulus: hertz(|law| law.modulus),
                 shear_modulus: hertz(|law| law.shear_modulus),
+                grain_shear_modulus: hertz(|law| law.grain_shear_modulus),
                 damping: hertz(|law| law.damping),
                 damping_across: hertz(|law| law.damping_across),
                 root_across: hertz(|law| law.root_across),
             },
             clamp: mask(&|law| law.clamp),
+            lag: lane(&|law| law.lag),
             coefficient: lane(&|law| law.friction.coefficient),
             at_rest: lane(&|law| law.friction.at_rest),
             spring: mask(&|law| law.friction.reset == SpringReset::Spring),

@@ -3,7 +3,7 @@
 use wide::f64x4 as Lanes;
 
 use super::batch::{Batch, Four};
-use crate::contact::{Elastic, TOUCHING, Tally, Touch};
+use crate::contact::{APART, Elastic, TOUCHING, Tally, Touch, dashpot};
 use crate::pairs::MemoriesMut;
 use crate::sweep::side::{Laws, Received};
 use crate::sweep::{Scene, Virial};
@@ -106,9 +106,10 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
         (grains, slots): ([u32; WIDTH], &[usize; WIDTH]),
         (valid, dt): (usize, Lanes),
     ) -> Force<D, R> {
-        let base = if HERTZ { laws.hertz.at(touch) } else { laws.linear.at(touch) };
+        let mut base = if HERTZ { laws.hertz.at(touch) } else { laws.linear.at(touch) };
         let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
         let meets = touch.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
+        base.damping = self.dashpots::<HERTZ>(&base, touch, laws, slots, (meets, dt));
         let viscous = base.force - base.damping * touch.separation;
         let normal = (laws.clamp & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
         let dissipative = normal - base.force;
@@ -123,6 +124,31 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
         add(&mut on, normal, &touch.normal);
         self.count(touch, &on, (grains, bits), meets);
         Force { on: on.map(|f| meets & f), across, normal, base, cap, meets, bits }
+    }
+
+    /// Dashpots along the normals of four contacts in this step.
+    #[inline(always)]
+    fn dashpots<const HERTZ: bool>(
+        &self,
+        base: &Elastic<Lanes>,
+        touch: &Touch<D, R, Lanes>,
+        laws: &Laws,
+        slots: &[usize; WIDTH],
+        (meets, dt): (Lanes, Lanes),
+    ) -> Lanes {
+        let damping = dashpot::lagged(base.damping, touch.mass, laws.lag * dt);
+        let mut all = damping;
+        let way = -touch.separation * dt;
+        if (meets & (way + way).simd_gt(touch.overlap)).any() {
+            let is_new = slots.map(|slot| f64::from(u8::from(self.memory.state[slot] == APART)));
+            let onset = dashpot::at_onset(damping, touch, dt, HERTZ);
+            all = Lanes::new(is_new).simd_gt(Lanes::ZERO).bitselect(onset, damping);
+        }
+        if !laws.clamp.all() {
+            let release = dashpot::at_release(&Elastic { damping: all, ..*base }, touch, dt, HERTZ);
+            all = laws.clamp.bitselect(all, release);
+        }
+        all
     }
 
     /// Forces and moments of four contacts, of which `valid` count; bits of those that overlap.

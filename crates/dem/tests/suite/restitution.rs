@@ -1,0 +1,107 @@
+//! Restitution at the default step: what is asked for is what comes of it (sheet: dem §2.3, §2.8).
+
+use colluvium_case::Solver;
+use colluvium_dem::{DemSolver, spheres};
+use colluvium_testkit::near;
+use serde_json::{Value, json};
+
+use crate::common::{Scene, begun};
+
+/// What a sphere of radius 2 mm meets head-on at 1 m/s: a sphere of this radius (m), or a wall.
+#[derive(Clone, Copy, Debug)]
+enum Meets {
+    Sphere(f64),
+    Wall,
+}
+
+const RADIUS: f64 = 0.002;
+
+/// Relative speed after over before of a collision that begins after `gap` (m).
+fn restitution(pair: &Value, meets: Meets, gap: f64, velocity: &str) -> f64 {
+    let mut scene =
+        Scene::new(pair.clone()).sphere([0.0, 0.0, RADIUS + gap], RADIUS, [0.0, 0.0, -1.0], [0.0; 3]);
+    match meets {
+        Meets::Sphere(radius) => {
+            scene = scene.sphere([0.0, 0.0, -radius], radius, [0.0; 3], [0.0; 3]);
+        }
+        Meets::Wall => {
+            scene.boundaries =
+                json!([{ "side": "z-min", "name": "floor", "position": 0, "wall": { "kind": "smooth" } }]);
+        }
+    }
+    (scene.density, scene.gravity, scene.half) = (2500.0, vec![0.0; 3], 0.1);
+    scene.options = json!({ "velocity": velocity });
+    let mut solver: DemSolver<3, 3> = begun(spheres(&scene.case()).unwrap());
+    while solver.time() < 0.008 {
+        let dt = solver.limit().dt;
+        solver.step(dt).unwrap();
+    }
+    let v = solver.snapshot().vectors("velocity").unwrap().to_vec();
+    v[0][2] - v.get(1).map_or(0.0, |v| v[2])
+}
+
+fn asked(law: &str, restitution: f64, clamp: bool) -> Value {
+    let mut normal = json!({ "law": law, "restitution": restitution, "clamp": clamp });
+    let more = match law {
+        "linear" => json!({ "stiffness": 1e4 }),
+        // Overlaps of up to a quarter of the radius.
+        _ => json!({ "youngs_modulus": 1e6, "poissons_ratio": 0.4 }),
+    };
+    normal.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    json!({ "normal": normal })
+}
+
+#[test]
+fn restitution_is_what_was_asked_for_at_the_default_step() {
+    for law in ["linear", "hertz"] {
+        for clamp in [true, false] {
+            for value in [1.0, 0.8, 0.3, 0.1, 0.05] {
+                let pair = asked(law, value, clamp);
+                for meets in [Meets::Sphere(RADIUS), Meets::Sphere(0.0007), Meets::Wall] {
+                    // Steps begin at other times before and after the grains meet; the last two meet at the end of one.
+                    let gaps = [1.1e-4, 1.26e-4, 1.43e-4, 1.71e-4, 1e-4, 2e-4];
+                    let found = gaps.map(|gap| restitution(&pair, meets, gap, "lagged"));
+                    let mean = found.iter().sum::<f64>() / found.len() as f64;
+                    // A contact that pulls as it opens ends with a jump: single ones scatter by up to 0.008.
+                    let judged = if clamp { found } else { [mean; 6] };
+                    let holds = judged.iter().all(|own| (own - value).abs() < 5e-3);
+                    assert!(holds, "{law}, clamp {clamp}, {meets:?}: {found:?} for {value}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn restitution_is_what_was_asked_for_with_velocities_carried_on() {
+    for law in ["linear", "hertz"] {
+        for value in [0.8, 0.3] {
+            let found = restitution(&asked(law, value, true), Meets::Sphere(RADIUS), 1.37e-4, "predicted");
+            near(found, value, 5e-3 / value);
+        }
+    }
+}
+
+#[test]
+fn springs_and_dashpots_across_elastic_spheres_are_those_of_the_case() {
+    // A sphere slides on another under a normal force: the dashpot alone, and the spring alone, change its speed.
+    let slid = |tangential: Value| {
+        let mut pair = asked("hertz", 1.0, true);
+        pair["friction"] = json!({ "coefficient": 10 });
+        pair["tangential"] = tangential;
+        let mut scene = Scene::new(pair)
+            .sphere([0.0, 0.0, RADIUS], RADIUS, [0.01, 0.0, -0.1], [0.0; 3])
+            .sphere([0.0, 0.0, -RADIUS], RADIUS, [0.0; 3], [0.0; 3]);
+        (scene.density, scene.gravity, scene.half) = (2500.0, vec![0.0; 3], 0.1);
+        let mut solver = begun(spheres(&scene.case()).unwrap());
+        for _ in 0..10 {
+            solver.step(1e-5).unwrap();
+        }
+        solver.snapshot().vectors("velocity").unwrap()[0][0]
+    };
+    let mindlin = slid(json!({}));
+    // Equal spheres: 4 G*/E* = 2 (1 - ν) / (2 - ν).
+    near(slid(json!({ "stiffness_ratio": 2.0 * 0.6 / 1.6 })), mindlin, 1e-9);
+    assert!(slid(json!({ "stiffness_ratio": 0.2 })) > mindlin + 1e-6);
+    assert!(slid(json!({ "damping_ratio": 0.5 })) < mindlin - 1e-6);
+}
