@@ -33,7 +33,7 @@ impl Case {
     }
 
     /// Axis of gravity; `None` without gravity.
-    fn vertical(&self) -> Option<usize> {
+    pub(crate) fn vertical(&self) -> Option<usize> {
         let gravity = self.gravity3();
         (0..3).find(|&axis| gravity[axis] != 0.0)
     }

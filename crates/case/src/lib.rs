@@ -25,6 +25,7 @@ mod origin;
 pub mod output;
 mod plan_rasters;
 mod plan_region;
+mod plan_warnings;
 mod point_list;
 mod pore_fluid;
 mod ramps;
@@ -33,6 +34,7 @@ pub mod run;
 mod samples;
 pub mod solver;
 mod surface;
+mod time_scales;
 mod validate;
 mod warnings;
 
@@ -49,9 +51,11 @@ pub use obstacle::{
     normal_inside, slowed_for_obstacles,
 };
 pub use plan_region::PlanRegion;
+pub use plan_warnings::Resolution;
 pub use point_list::{GrainColumns, PointList};
 pub use run::{RunError, RunOptions, RunReport, Safety, Verdict, run, run_made, run_method};
 pub use solver::{
     Advance, Budget, Dataset, Field, FieldData, Frame, Lattice, Method, PhaseBudget, Plan, PlanRaster,
     Reaction, Role, Size, Snapshot, Solver, SolverError, StepLimit, Support, TimeStep, Wanted,
 };
+pub use time_scales::{Densities, TimeScales};

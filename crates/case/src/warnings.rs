@@ -2,15 +2,12 @@
 
 use colluvium_points::overlap;
 
-use crate::description::{Body, Boundary, Load, Space, Stage, Wall};
+use crate::Case;
+use crate::description::{Body, Boundary, Load, Stage, Wall};
 use crate::validate::OVERLAP_RESOLUTION;
-use crate::{Case, Plan};
 
 /// Places along each axis of a side at which it is looked at.
 const SAMPLES: usize = 32;
-
-/// Share of its volume by which the points of a body may miss its shape without a word.
-const MASS_SLACK: f64 = 0.02;
 
 /// How far from a side one looks for what is there, over the size of the domain.
 const BESIDE: f64 = 1e-6;
@@ -35,6 +32,7 @@ impl Case {
             }
             warnings.extend(spec.warnings().into_iter().map(|warning| format!("materials.{name}.{warning}")));
         }
+        self.warn_of_grains(&mut warnings);
         self.warn_of_weights(&mut warnings);
         warnings.extend(self.falls_for_ever());
         self.warn_of_walls(&mut warnings);
@@ -221,48 +219,6 @@ impl Case {
     }
 }
 
-impl Plan {
-    /// Mass of the points of each body (kg), pore fluid included.
-    pub fn masses(&self, case: &Case) -> Vec<f64> {
-        let of_bulk = || {
-            let bodies = case.bodies.iter().zip(&self.volumes);
-            bodies.map(|(body, volume)| case.bulk_density(body) * volume).collect()
-        };
-        self.grains.clone().unwrap_or_else(of_bulk)
-    }
-
-    /// Its warnings, and a word on bodies of which their points are no good picture and on outputs that follow each other
-    /// faster than steps.
-    pub fn all_warnings(&self, case: &Case) -> Vec<String> {
-        let mut warnings = self.warnings.clone();
-        let bodies = case.bodies.iter().zip(&self.volumes).enumerate();
-        for (number, (body, volume)) in bodies.filter(|(_, (body, _))| !body.rigid && self.grains.is_none()) {
-            let exact = body.shape.volume(case.dimension(), case.space == Space::Axisymmetric);
-            let excess = volume / exact - 1.0;
-            if excess.abs() > MASS_SLACK {
-                let share = 100.0 * volume / exact;
-                let cure = match body.points {
-                    Some(_) => {
-                        "weights, overlaps and faces that bear loads are those of the shape: let it follow the points"
-                    }
-                    None => "use smaller cells or spacings, or a shape that ends on their lines",
-                };
-                warnings.push(format!(
-                    "bodies[{number}].shape: its points hold {share:.1} % of its volume of {exact:.4e}, and of its mass: {cure}"
-                ));
-            }
-        }
-        let dt = self.time_step.dt;
-        for (key, interval) in [("frames", case.output.frames), ("measures", case.output.measures)] {
-            let Some(interval) = interval.filter(|interval| *interval < dt) else { continue };
-            warnings.push(format!(
-                "output.{key}: {interval} s is shorter than the step, {dt:.4e} s, and all steps are cut to it"
-            ));
-        }
-        warnings
-    }
-}
-
 /// Whether a wall normal to `axis` bears a load on what it holds.
 fn bears(wall: &Wall, load: &Load, axis: usize) -> bool {
     match (wall, load) {
@@ -276,7 +232,6 @@ fn bears(wall: &Wall, load: &Load, axis: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::TimeStep;
     use serde_json::{Value, json};
 
     /// Warnings of a block of 1 m on the floor of its domain with a pressure on `side`, changed by `change`.
@@ -395,47 +350,6 @@ mod tests {
             nothing.len() == 1 && nothing[0].starts_with("stages[0].excavate[0]: no body"),
             "{nothing:?}"
         );
-    }
-
-    /// A case of a body of 1 m with this output, and a plan of it in steps of 0.02 s whose points hold `volume` (m).
-    fn planned(output: &Value, volume: f64) -> (Case, Plan) {
-        let case = json!({
-            "title": "t", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
-            "materials": { "m": { "model": "linear-elastic", "density": 3, "youngs_modulus": 1, "poissons_ratio": 0 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }],
-            "stages": [{ "name": "s", "duration": 1 }], "output": output
-        });
-        let time_step =
-            TimeStep { dt: 0.02, limit: crate::StepLimit::ELASTIC_WAVE, point: None, position: [0.0; 3] };
-        let plan = Plan {
-            points: 1,
-            nodes: 2,
-            time_step,
-            memory: 1,
-            volumes: vec![volume],
-            grains: None,
-            steps: 50,
-            updates_per_second: 1.0,
-            warnings: Vec::new(),
-        };
-        (Case::from_json(&case.to_string()).unwrap(), plan)
-    }
-
-    #[test]
-    fn outputs_that_cut_the_steps_are_named() {
-        let (case, plan) = planned(&json!({ "frames": 0.01, "measures": 0.1 }), 1.0);
-        let warnings = plan.all_warnings(&case);
-        assert!(warnings.len() == 1 && warnings[0].starts_with("output.frames: 0.01 s"), "{warnings:?}");
-    }
-
-    #[test]
-    fn points_that_miss_volume_are_named_and_grains_have_a_mass_of_their_own() {
-        let (case, mut plan) = planned(&json!({}), 0.5);
-        let warnings = plan.all_warnings(&case);
-        assert!(warnings.len() == 1 && warnings[0].contains("hold 50.0 % of its volume"), "{warnings:?}");
-        assert_eq!(plan.masses(&case), [1.5]);
-        plan.grains = Some(vec![2.5]);
-        assert_eq!((plan.all_warnings(&case).len(), plan.masses(&case)), (0, vec![2.5]));
     }
 
     #[test]

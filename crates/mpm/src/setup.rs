@@ -7,7 +7,7 @@ mod warnings;
 use std::sync::Arc;
 
 use colluvium_case::description::{Body, LoadCarrier, Space, Wall as CaseWall};
-use colluvium_case::{Case, CaseError, Plan, SLACK, Solver, StepLimit};
+use colluvium_case::{Case, CaseError, Plan, Resolution, SLACK, Solver, StepLimit};
 use colluvium_grid::{Axis, Faces, Grid, Layout, Node, Walls};
 
 use crate::absorbing::{Absorbing, Impedance};
@@ -152,6 +152,13 @@ impl dispatch::Visitor for Measure<'_> {
             memory: solver.memory() as u64,
             volumes,
             grains: None,
+            resolution: Some(Resolution {
+                width: self.options.cell_size,
+                apart: self.options.cell_size / self.options.points_per_cell as f64,
+                axes: D,
+                key: "methods.mpm.cell_size",
+                noun: "cells",
+            }),
             updates_per_second: PACE[usize::from(D == 3)] / f64::from(phases),
             warnings,
         })

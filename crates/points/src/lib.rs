@@ -39,7 +39,7 @@ pub use layer::{
 };
 pub use meeting::meeting_boxes;
 pub use microstructure::Grains;
-pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError};
+pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError, farthest, most_cells};
 pub use outline::{Outline, Polygon, Ring};
 pub use pieces::Pieces;
 pub use polygon::Corners;

@@ -15,15 +15,34 @@ pub enum SearchError {
     /// A radius or cell edge that is not a length.
     #[error("search radius {0} must be finite and positive (m)")]
     Radius(f64),
-    /// Points so far apart that the cells cannot be numbered.
-    #[error("the points spread over {0:.2e} cells of the search radius: are some of them lost?")]
-    TooSpread(f64),
+    /// Points so far apart that their cells would take more memory than they do: number of the cells, and the point farthest from all.
+    #[error(
+        "the points spread over {0:.2e} cells of the search radius, point {1} farthest from the others: it has flown off; take smaller \
+         steps or a stiffer floor, or let what leaves the domain be taken away (`drop_outside`)"
+    )]
+    TooSpread(f64, usize),
 }
 
 /// Share of a cell by which a search reaches beyond its radius.
 const ROUND_OFF: f64 = 1e-9;
 /// Points that a thread takes at least, of work that is little for each.
 const LEAST: usize = 1024;
+
+/// Most cells of a search among so many points: 400 MB, and as much again for each million points.
+#[must_use]
+pub fn most_cells(points: usize) -> f64 {
+    1e8 + 100.0 * points as f64
+}
+
+/// The point that is farthest from the mean of all.
+#[must_use]
+pub fn farthest<const D: usize>(positions: &[[f64; D]]) -> usize {
+    let mean: [f64; D] =
+        std::array::from_fn(|axis| positions.iter().map(|x| x[axis]).sum::<f64>() / positions.len() as f64);
+    let away = |x: &[f64; D]| (0..D).map(|axis| (x[axis] - mean[axis]).powi(2)).sum::<f64>();
+    let most = positions.iter().enumerate().max_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
+    most.map_or(0, |(point, _)| point)
+}
 
 /// Points in bins: cells of a grid around all points, each with the list of its points.
 #[derive(Clone, Debug, Default)]
@@ -67,8 +86,8 @@ impl<const D: usize> CellList<D> {
             total *= count;
             self.cells.push(if count < 1e9 { count as usize } else { usize::MAX });
         }
-        if total > 1e9 {
-            return Err(SearchError::TooSpread(total));
+        if total > most_cells(positions.len()) {
+            return Err(SearchError::TooSpread(total, farthest(positions)));
         }
         let (low, cells) = (&self.low, &self.cells);
         let key = |x: &[f64; D]| {

@@ -114,7 +114,9 @@ fn what_lies_around_points_of_another_set_is_found_within_the_radius_of_each() {
 fn lost_points_are_named() {
     let mut list = CellList::new();
     assert_eq!(list.build(&[[0.0, 0.0], [f64::NAN, 0.0]], 1.0), Err(SearchError::NotFinite(1)));
-    assert!(matches!(list.build(&[[0.0, 0.0], [1e12, 1e12]], 1.0), Err(SearchError::TooSpread(_))));
+    assert!(matches!(list.build(&[[0.0, 0.0], [1e12, 1e12]], 1.0), Err(SearchError::TooSpread(..))));
+    let flier = [[0.0, 0.0], [1.0, 0.0], [3e4, 4e4], [0.0, 1.0]];
+    assert!(matches!(list.build(&flier, 1.0), Err(SearchError::TooSpread(cells, 2)) if cells > 1e9));
     assert_eq!(list.build(&[[0.0, 0.0]], 0.0), Err(SearchError::Radius(0.0)));
 }
 

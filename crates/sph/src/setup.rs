@@ -7,7 +7,7 @@ mod refuse;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, Honours, Plan, Size, Solver};
+use colluvium_case::{Case, CaseError, Honours, Plan, Resolution, Size, Solver};
 
 use crate::config::{Confined, Continuity, Formulation, SphOptions};
 use crate::confinement::blind_to_surfaces;
@@ -172,6 +172,13 @@ fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, Ca
             + states,
         volumes,
         grains: None,
+        resolution: Some(Resolution {
+            width: options.spacing,
+            apart: options.spacing,
+            axes: D,
+            key: "methods.sph.spacing",
+            noun: "spacings",
+        }),
         updates_per_second: if D == 3 { 8e5 } else { 3e6 },
         warnings: warnings(case, options),
     })

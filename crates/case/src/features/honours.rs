@@ -101,7 +101,7 @@ impl Honours {
 
     /// Whether it computes stress by the laws of the materials.
     #[must_use]
-    pub(crate) fn has_materials(&self) -> bool {
+    pub fn has_materials(&self) -> bool {
         self.needs.materials
     }
 

@@ -4,6 +4,7 @@ mod checkpoint;
 mod energy;
 mod error;
 mod folder;
+mod pace;
 mod progress;
 mod record;
 mod row;
@@ -31,6 +32,7 @@ use steps::{asked_to_stop, is_there, stable_step};
 
 pub use checkpoint::last_state;
 pub use error::RunError;
+pub use pace::Pace;
 pub use row::{check_names, column_names};
 pub use safety::{Outcome, Safety, SearchCost, Trial, Verdict};
 pub use verify::{Verified, verify};

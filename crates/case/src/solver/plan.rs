@@ -1,7 +1,8 @@
 //! How large a problem is.
 
 use super::TimeStep;
-use crate::{Case, CaseError};
+use crate::output::grid_nodes;
+use crate::{Case, CaseError, Resolution};
 
 /// About how large a problem is, known before any of it is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,6 +23,11 @@ pub struct Size {
 
 /// Time to place points (s) from which on it is told beforehand.
 const LONG: f64 = 5.0;
+
+/// Memory of a node of `output.grid` (bytes): some twenty numbers of its fields, once as they are added up and once as they are written.
+const BYTES_OF_GRID_NODE: f64 = 320.0;
+/// Memory of the share of a point at a node of it (bytes).
+const BYTES_OF_SHARE: f64 = 24.0;
 
 /// A duration (s) in words.
 fn words(seconds: f64) -> String {
@@ -93,6 +99,8 @@ pub struct Plan {
     /// Of a method whose points are grains with voids between them, the mass of those of each body (kg; per metre in plane strain): it
     /// is not that of a bulk with the density of the material, and the grains need not hold the volume of the shape.
     pub grains: Option<Vec<f64>>,
+    /// Widths in which bodies are seen; `None` where they are not shared out in cells or spacings.
+    pub resolution: Option<Resolution>,
     /// Point-updates per second to expect per thread, from this project's benchmarks.
     pub updates_per_second: f64,
     /// Warnings worth showing: under-sampled cells, a Poisson ratio near 0.5, …
@@ -108,6 +116,7 @@ impl Plan {
         has_laws: bool,
     ) -> Result<Self, CaseError> {
         self.goes_on(case)?;
+        self.count_output(case);
         if has_laws {
             self.count_laws(case);
         }
@@ -136,6 +145,20 @@ impl Plan {
             return Err(CaseError::new("stages", problem));
         }
         Ok(())
+    }
+
+    /// Adds the steps that outputs cut, and the memory of a frame on a grid.
+    fn count_output(&mut self, case: &Case) {
+        let (end, dt) = (case.end_time(), self.time_step.dt);
+        for interval in case.output.frames.into_iter().chain(case.output.measures) {
+            let steps = end / interval * (interval / dt - 1e-9).ceil().max(1.0);
+            self.steps = self.steps.max(steps.ceil() as u64);
+        }
+        if let Some(cell) = case.output.grid {
+            let nodes = grid_nodes(case, cell) * BYTES_OF_GRID_NODE;
+            let shares = (self.points << case.dimension()) as f64 * BYTES_OF_SHARE;
+            self.memory += (nodes + shares) as u64;
+        }
     }
 
     /// Lowers the updates per second by what the laws take at the least, and tells of it, body by body.

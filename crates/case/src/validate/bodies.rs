@@ -25,6 +25,9 @@ impl Findings<'_> {
                 self.report(format!("{path}.name"), format!("{:?} names two bodies", body.name));
             }
             self.name(&format!("{path}.material"), &body.material, &materials, "defined under materials");
+            if self.is_packed_beyond_domain(number) {
+                continue;
+            }
             match body.shape.validate(dimension) {
                 Err(error) => self.report(format!("{path}.shape.{}", error.path), error.problem),
                 Ok(()) => {
@@ -99,6 +102,18 @@ impl Findings<'_> {
                 }
             }
         }
+    }
+
+    /// Whether a microstructure reaches beyond the domain, which is reported: its balls would be packed for seconds in vain.
+    fn is_packed_beyond_domain(&mut self, number: usize) -> bool {
+        let dimension = self.case.dimension();
+        let Shape::Microstructure { min, max, .. } = &self.case.bodies[number].shape else { return false };
+        if [min, max].iter().any(|corner| corner.len() != dimension) {
+            return false;
+        }
+        let before = self.errors.len();
+        self.within_domain(number);
+        self.errors.len() > before
     }
 
     /// A body must lie in the domain.

@@ -1,16 +1,20 @@
 //! `colluvium check`.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
-use colluvium::case::run::{SearchCost, check_names};
-use colluvium::case::{Case, printable};
+use colluvium::case::run::{Pace, SearchCost, check_names};
+use colluvium::case::{Case, Densities, TimeScales, printable};
 
 use super::{
     Failure, choose, duration, free_memory,
     kind::{self, Kind},
-    threads,
+    largest_memory, threads,
 };
+
+/// Time for which steps are measured.
+const MEASURED: Duration = Duration::from_millis(700);
 
 #[derive(Args)]
 pub struct Arguments {
@@ -30,15 +34,33 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(ahead) = size.beforehand() {
         complain!("note: {ahead}");
     }
-    let (plan, solver) = method.made(&case)?;
+    let (mut plan, mut solver) = method.made(&case)?;
     check_names(&case, &*solver)?;
-    let step = &plan.time_step;
     let threads = threads();
+    let seconds = match Pace::of(&case, &plan, &mut *solver, MEASURED) {
+        Some(pace) => {
+            plan.steps = pace.steps.ceil() as u64;
+            plan.updates_per_second = plan.points as f64 / pace.step / threads as f64;
+            pace.whole(&case)
+        }
+        None => plan.seconds() / threads as f64,
+    };
+    drop(solver);
+    plan.memory = plan.memory.max(largest_memory().unwrap_or(0));
+    let step = &plan.time_step;
     say!("{}", printable(&case.title));
     say!("method         {}: {}", method.name(), method.summary());
     say!("points         {}", plan.points);
     for (body, mass) in case.bodies.iter().zip(plan.masses(&case)) {
         say!("mass           {}: {mass:.4e} kg of {}", body.name, body.material);
+    }
+    for body in &case.bodies {
+        if let Some(Densities { dry, saturated, grains }) = case.densities(body) {
+            say!(
+                "densities      {}: dry {dry:.0}, saturated {saturated:.0}, grains {grains:.0} kg/m³",
+                body.name
+            );
+        }
     }
     if plan.nodes > 0 {
         say!("grid nodes     {}", plan.nodes);
@@ -52,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     say!("steps          about {}", plan.steps);
     say!("memory         about {:.1} MB", plan.memory as f64 / 1e6);
-    say!("duration       about {} on {threads} threads", duration(plan.seconds() / threads as f64));
+    say!("duration       about {} on {threads} threads", duration(seconds));
     for (name, search) in case.factors_of_safety() {
         say!("{}", searching(name, &SearchCost::of(&case, &plan, search), threads));
     }
@@ -60,10 +82,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let until = if stage.equilibrium.is_some() { ", or until at rest" } else { "" };
         say!("stage          {}: {} s{until}", stage.name, stage.duration);
     }
+    say!("time scales    {}", scales(&case, method.honours(&case)?.has_materials()));
     for warning in plan.all_warnings(&case) {
         complain!("warning: {warning}");
     }
     Ok(())
+}
+
+/// Times that decide what a case shows, beside that of its run; those of stiffness where the method `has_laws`.
+fn scales(case: &Case, has_laws: bool) -> String {
+    let TimeScales { height, consolidation, wave, fall } = case.time_scales();
+    let of_law = |time: Option<f64>| time.filter(|_| has_laws);
+    let named =
+        [("consolidation h²/c_v", of_law(consolidation)), ("wave h/c", of_law(wave)), ("fall √(h/g)", fall)];
+    let known = named.into_iter().filter_map(|(name, time)| Some(format!("{name} {:.3e} s, ", time?)));
+    let known: String = known.collect();
+    format!("{known}run {:.4} s; h = {height:.4} m", case.end_time())
 }
 
 /// What the search `name` for a factor of safety takes beside the stages.

@@ -133,13 +133,21 @@ fn free_memory() -> f64 {
     system.available_memory().min(group) as f64
 }
 
+/// Largest memory that this process has had so far (bytes), where the system tells.
+fn largest_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(1024 * line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok()?)
+}
+
 /// A duration in words.
 fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "a second".to_owned(),
         s if s < 120.0 => format!("{s:.0} s"),
         s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
+        s if s.is_finite() => format!("{:.1} h", s / 3600.0),
+        _ => "a time that cannot be told".to_owned(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod boulders;
 mod broken_files;
+mod check;
 mod cli;
 mod compare;
 mod debris_flow;

@@ -16,7 +16,7 @@ use std::ops::Range;
 use by_class::Found;
 use classes::Classes;
 use close::Close;
-use colluvium_points::{SearchError, Spare};
+use colluvium_points::{SearchError, Spare, farthest, most_cells};
 use rayon::prelude::*;
 
 use crate::cell::{PeriodicCell, inverse};
@@ -27,9 +27,6 @@ use crate::vector::{dot, minus};
 
 /// Grains of a slab, at least.
 const SLAB: usize = 384;
-
-/// More cells than this are refused.
-const MOST_CELLS: f64 = 2e8;
 
 /// The lists, and the buffers to make them.
 #[derive(Default)]
@@ -184,7 +181,15 @@ impl<const D: usize, const R: usize> Lists<D, R> {
         }
         self.close.forget();
         self.carry(columns);
-        let all = self.bin(&grains.position, cell, 2.0 * reach.radius + reach.gap)?;
+        let all =
+            self.bin(&grains.position, cell, 2.0 * reach.radius + reach.gap).map_err(
+                |error| match error {
+                    ListError::Search(SearchError::TooSpread(cells, grain)) => {
+                        ListError::Search(SearchError::TooSpread(cells, grains.id[grain] as usize))
+                    }
+                    error => error,
+                },
+            )?;
         self.place.clear();
         self.place.resize(grains.len(), 0);
         for (new, &old) in self.order.iter().enumerate() {
@@ -260,8 +265,8 @@ impl<const D: usize, const R: usize> Lists<D, R> {
             }
             total *= counts[axis] as f64;
         }
-        if total > MOST_CELLS {
-            return Err(ListError::Search(SearchError::TooSpread(total)));
+        if total > most_cells(positions.len()) {
+            return Err(ListError::Search(SearchError::TooSpread(total, farthest(positions))));
         }
         let mut axes: [usize; D] = std::array::from_fn(|axis| axis);
         axes.sort_by_key(|&axis| std::cmp::Reverse(counts[axis]));

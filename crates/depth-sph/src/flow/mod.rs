@@ -479,6 +479,9 @@ fn lost<const D: usize>(set: &Set<D>, error: &SearchError) -> Failure {
         SearchError::NotFinite(number) if *number < set.nodes.len() => {
             failure(set, *number, "its position is not finite".to_owned())
         }
+        SearchError::TooSpread(_, number) if *number < set.nodes.len() => {
+            failure(set, *number, error.to_string())
+        }
         _ => Failure { node: 0, position: Vec::new(), reason: error.to_string() },
     }
 }

@@ -15,7 +15,7 @@ mod zones;
 use std::sync::Arc;
 
 use colluvium_case::description::Space;
-use colluvium_case::{Case, CaseError, Plan, Size, Solver};
+use colluvium_case::{Case, CaseError, Plan, Resolution, Size, Solver};
 use colluvium_points::Raster;
 
 use ground::Ground;
@@ -113,6 +113,13 @@ fn planned<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, 
         memory: (points as f64 * bytes_per_node(case, options)) as u64,
         volumes: solver.volumes(),
         grains: None,
+        resolution: Some(Resolution {
+            width: options.spacing,
+            apart: options.spacing,
+            axes: D,
+            key: "methods.depth-sph.spacing",
+            noun: "spacings",
+        }),
         updates_per_second: if coupled { COUPLED_UPDATES_PER_SECOND } else { UPDATES_PER_SECOND },
         warnings,
     })

@@ -1,7 +1,7 @@
 //! The layers that a shape consists of.
 
 use super::Shape;
-use crate::layer::LayerRows;
+use crate::layer::{LayerRows, Thickness};
 
 impl Shape {
     /// Every layer that it consists of, and where it stands below `path`.
@@ -19,6 +19,25 @@ impl Shape {
                 all
             }
             _ => Vec::new(),
+        }
+    }
+
+    /// Largest thickness (m) of a layer, along what it is measured; `None` for other shapes, and before its files are read.
+    pub fn layer_thickness(&self) -> Option<f64> {
+        /// Places along each axis at which a layer of uneven thickness is looked at.
+        const PLACES: usize = 64;
+        match self {
+            Self::ArcLayer { from, to, .. } => Some(to - from),
+            Self::Layer { thickness: Thickness::Uniform(thickness), .. } => Some(*thickness),
+            Self::Layer { laid, .. } => {
+                let (layer, (low, high)) = (laid.layer()?, laid.bounds());
+                let at = |axis: usize, k: usize| {
+                    low[axis] + (high[axis] - low[axis]) * (k as f64 + 0.5) / PLACES as f64
+                };
+                let places = (0..PLACES * PLACES).map(|k| (at(0, k % PLACES), at(1, k / PLACES)));
+                Some(places.map(|(x, y)| layer.thickness(x, y)).fold(0.0, f64::max))
+            }
+            _ => None,
         }
     }
 

@@ -5,7 +5,9 @@ mod refuse;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, Manufactured, Plan, SLACK, Size, Solver, StepLimit, TimeStep};
+use colluvium_case::{
+    Case, CaseError, Manufactured, Plan, Resolution, SLACK, Size, Solver, StepLimit, TimeStep,
+};
 use colluvium_grid::{Node, Sweeps};
 
 pub(crate) use refuse::honours;
@@ -124,6 +126,13 @@ fn measured<const D: usize>(
         memory: memory as u64,
         volumes,
         grains: None,
+        resolution: Some(Resolution {
+            width: options.cell_size,
+            apart: options.cell_size / options.points_per_cell as f64,
+            axes: D,
+            key: "methods.snow-mpm.cell_size",
+            noun: "cells",
+        }),
         updates_per_second: PACE[usize::from(D == 3)],
         warnings: refuse::warnings(case, options),
     })

@@ -1,0 +1,234 @@
+//! What of a plan deserves a warning: bodies that are seen coarsely, and outputs that follow each other faster than steps.
+
+use colluvium_points::Shape;
+
+use crate::description::{Body, Space};
+use crate::{Case, Plan};
+
+/// Share of its volume by which the points of a body may miss its shape without a word.
+const MASS_SLACK: f64 = 0.02;
+
+impl Plan {
+    /// Mass of the points of each body (kg), pore fluid included.
+    pub fn masses(&self, case: &Case) -> Vec<f64> {
+        let of_bulk = || {
+            let bodies = case.bodies.iter().zip(&self.volumes);
+            bodies.map(|(body, volume)| case.bulk_density(body) * volume).collect()
+        };
+        self.grains.clone().unwrap_or_else(of_bulk)
+    }
+
+    /// Its warnings, and a word on bodies of which their points are no good picture and on outputs that follow each other
+    /// faster than steps.
+    pub fn all_warnings(&self, case: &Case) -> Vec<String> {
+        let mut warnings = self.warnings.clone();
+        let bodies = case.bodies.iter().zip(&self.volumes).enumerate();
+        for (number, (body, volume)) in bodies.filter(|(_, (body, _))| !body.rigid && self.grains.is_none()) {
+            let exact = body.shape.volume(case.dimension(), case.space == Space::Axisymmetric);
+            let excess = volume / exact - 1.0;
+            if excess.abs() > MASS_SLACK {
+                let share = 100.0 * volume / exact;
+                let cure = match body.points {
+                    Some(_) => {
+                        "weights, overlaps and faces that bear loads are those of the shape: let it follow the points"
+                    }
+                    None => "use smaller cells or spacings, or a shape that ends on their lines",
+                };
+                warnings.push(format!(
+                    "bodies[{number}].shape: its points hold {share:.1} % of its volume of {exact:.4e}, and of its mass: {cure}"
+                ));
+            }
+        }
+        let dt = self.time_step.dt;
+        for (key, interval) in [("frames", case.output.frames), ("measures", case.output.measures)] {
+            let Some(interval) = interval.filter(|interval| *interval < dt) else { continue };
+            warnings.push(format!(
+                "output.{key}: {interval} s is shorter than the step, {dt:.4e} s, and all steps are cut to it"
+            ));
+        }
+        if let Some(resolution) = &self.resolution {
+            warnings.extend(thin_bodies(case, resolution));
+            warnings.extend(gaps(case, resolution));
+        }
+        warnings
+    }
+}
+
+/// Widths in which a method sees a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resolution {
+    /// Width of a cell, or spacing of the points (m).
+    pub width: f64,
+    /// Distance of points (m).
+    pub apart: f64,
+    /// Number of axes along which they stand, from the first: those of the plan for a flow over terrain.
+    pub axes: usize,
+    /// Key of the case that says how wide it is.
+    pub key: &'static str,
+    /// Widths in the words of a message: `cells` or `spacings`.
+    pub noun: &'static str,
+}
+
+/// Fewest widths across a body with which it bends and shears.
+const ACROSS: f64 = 2.0;
+/// Share of a width that is round-off.
+const ROUND_OFF: f64 = 1e-6;
+
+/// Thinnest extent of a body (m) in which it does not span the domain, and the axis; none for a layer, which is thin across itself.
+fn thinnest(case: &Case, body: &Body, axes: usize) -> Option<(f64, Option<usize>)> {
+    let (low, high) = body.shape.bounds(case.dimension());
+    let spans = |axis: usize| {
+        let slack = ROUND_OFF * (case.domain.max[axis] - case.domain.min[axis]);
+        low[axis] <= case.domain.min[axis] + slack && high[axis] >= case.domain.max[axis] - slack
+    };
+    let along = (0..axes).filter(|axis| !spans(*axis)).map(|axis| (high[axis] - low[axis], Some(axis)));
+    let across = body.shape.layer_thickness().filter(|_| axes == case.dimension()).map(|thick| (thick, None));
+    along.chain(across).min_by(|(a, _), (b, _)| a.total_cmp(b))
+}
+
+/// Warns of bodies that are thinner than two widths.
+fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
+    let Resolution { width, apart, axes, key, noun } = *resolution;
+    let mut found = Vec::new();
+    for (number, body) in case.bodies.iter().enumerate() {
+        if body.rigid || body.points.is_some() {
+            continue;
+        }
+        let Some((thickness, axis)) = thinnest(case, body, axes) else { continue };
+        if thickness >= ACROSS * width * (1.0 - ROUND_OFF) {
+            continue;
+        }
+        let rows = if thickness < 1.5 * apart { ", one row of points," } else { "" };
+        let place = axis.map_or_else(String::new, |axis| format!(" along axis {axis}"));
+        found.push(format!(
+            "bodies[{number}].shape: is {thickness:.4} m thick{place}, {:.1} {noun} of {width} m{rows} and neither bends nor shears as it should: make \
+             {key} {:.3} m or less",
+            thickness / width,
+            thickness / ACROSS
+        ));
+    }
+    found
+}
+
+/// Warns of bodies that stand less than a width apart: they act on each other before they touch, and a gap that small may not be meant.
+fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
+    let Resolution { width, key, noun, .. } = *resolution;
+    let bounds: Vec<_> = case.bodies.iter().map(|body| body.shape.bounds(case.dimension())).collect();
+    let flat = |body: &Body| matches!(body.shape, Shape::Box { .. });
+    let mut found = Vec::new();
+    for (second, first) in (0..bounds.len()).flat_map(|second| (0..second).map(move |first| (second, first)))
+    {
+        if ![first, second].iter().all(|number| flat(&case.bodies[*number])) {
+            continue;
+        }
+        let ((low, high), (other_low, other_high)) = (&bounds[first], &bounds[second]);
+        let apart = |axis: usize| (low[axis] - other_high[axis]).max(other_low[axis] - high[axis]);
+        let beside = (0..resolution.axes).filter(|axis| apart(*axis) > ROUND_OFF * width).collect::<Vec<_>>();
+        let [axis] = beside[..] else { continue };
+        let gap = apart(axis);
+        if gap < width * (1.0 - ROUND_OFF) {
+            found.push(format!(
+                "bodies[{second}].shape: begins {gap:.4e} m from {:?} along axis {axis}, less than one of the {noun} of {width} m: the two act on each \
+                 other at once, across the gap; let them touch, or make the gap larger or {key} smaller",
+                case.bodies[first].name
+            ));
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TimeStep;
+    use serde_json::{Value, json};
+
+    /// A case of a body of 1 m with this output, and a plan of it in steps of 0.02 s whose points hold `volume` (m).
+    fn planned(output: &Value, volume: f64) -> (Case, Plan) {
+        let case = json!({
+            "title": "t", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
+            "materials": { "m": { "model": "linear-elastic", "density": 3, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }],
+            "stages": [{ "name": "s", "duration": 1 }], "output": output
+        });
+        let time_step =
+            TimeStep { dt: 0.02, limit: crate::StepLimit::ELASTIC_WAVE, point: None, position: [0.0; 3] };
+        let plan = Plan {
+            points: 1,
+            nodes: 2,
+            time_step,
+            memory: 1,
+            volumes: vec![volume],
+            grains: None,
+            resolution: None,
+            steps: 50,
+            updates_per_second: 1.0,
+            warnings: Vec::new(),
+        };
+        (Case::from_json(&case.to_string()).unwrap(), plan)
+    }
+
+    #[test]
+    fn outputs_that_cut_the_steps_are_named() {
+        let (case, plan) = planned(&json!({ "frames": 0.01, "measures": 0.1 }), 1.0);
+        let warnings = plan.all_warnings(&case);
+        assert!(warnings.len() == 1 && warnings[0].starts_with("output.frames: 0.01 s"), "{warnings:?}");
+    }
+
+    #[test]
+    fn points_that_miss_volume_are_named_and_grains_have_a_mass_of_their_own() {
+        let (case, mut plan) = planned(&json!({}), 0.5);
+        let warnings = plan.all_warnings(&case);
+        assert!(warnings.len() == 1 && warnings[0].contains("hold 50.0 % of its volume"), "{warnings:?}");
+        assert_eq!(plan.masses(&case), [1.5]);
+        plan.grains = Some(vec![2.5]);
+        assert_eq!((plan.all_warnings(&case).len(), plan.masses(&case)), (0, vec![2.5]));
+    }
+
+    /// Warnings about two boxes of 1 m in the plane with cells of 0.2 m, the second changed.
+    fn of_boxes(change: impl Fn(&mut Value)) -> Vec<String> {
+        let mut case = json!({
+            "title": "t", "space": "plane-strain", "domain": { "min": [0, 0], "max": [4, 4] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 3, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [
+                { "name": "a", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } },
+                { "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [1, 2] } }
+            ],
+            "stages": [{ "name": "s", "duration": 1 }]
+        });
+        change(&mut case["bodies"][1]["shape"]);
+        let case = Case::from_json(&case.to_string()).unwrap();
+        let resolution =
+            Resolution { width: 0.2, apart: 0.1, axes: 2, key: "methods.mpm.cell_size", noun: "cells" };
+        let plan = Plan { volumes: Vec::new(), resolution: Some(resolution), ..planned(&json!({}), 1.0).1 };
+        plan.all_warnings(&case)
+    }
+
+    #[test]
+    fn bodies_thinner_than_two_cells_and_gaps_below_one_are_named_with_the_cure() {
+        assert_eq!(of_boxes(|_| {}), Vec::<String>::new());
+        let thin = of_boxes(|shape| shape["max"] = json!([1, 1.3]));
+        assert!(
+            thin.len() == 1 && thin[0].contains("1.5 cells of 0.2 m") && thin[0].contains("0.150 m or less"),
+            "{thin:?}"
+        );
+        let row = of_boxes(|shape| shape["max"] = json!([1, 1.1]));
+        assert!(row.len() == 1 && row[0].contains("one row of points"), "{row:?}");
+        assert!(of_boxes(|shape| shape["max"] = json!([4, 2])).is_empty());
+        let gap = of_boxes(|shape| (shape["min"], shape["max"]) = (json!([0, 1.05]), json!([1, 2.05])));
+        assert!(
+            gap.len() == 1 && gap[0].starts_with("bodies[1].shape: begins 5.0000e-2 m from \"a\""),
+            "{gap:?}"
+        );
+        assert!(
+            of_boxes(|shape| (shape["min"], shape["max"]) = (json!([0, 1.3]), json!([1, 2.3]))).is_empty()
+        );
+        assert!(of_boxes(|shape| shape["min"] = json!([0, 1.0 + 1e-12])).is_empty(), "round-off");
+    }
+
+    #[test]
+    fn a_slice_that_spans_the_domain_is_not_thin() {
+        let slice = of_boxes(|shape| (shape["min"], shape["max"]) = (json!([0, 1]), json!([4, 1.3])));
+        assert_eq!(slice.len(), 1, "across the other axis it is");
+    }
+}

@@ -1,0 +1,118 @@
+//! Wall-clock time of the parts of a run, measured on its first steps.
+
+use std::time::{Duration, Instant};
+
+use super::row;
+use crate::output::{Written, averages, write_frame};
+use crate::{Case, Plan, Solver, Wanted};
+
+/// Fewest steps that are measured beside the first, unless they take longer than what they may.
+const FEW: u32 = 3;
+
+/// Points from which on frames and rows are estimated: they would take the memory of the points once more.
+const MANY: usize = 200_000;
+/// Time of a frame for each of them (s), and of a row.
+const FRAME_OF_POINT: f64 = 3e-6;
+const ROW_OF_POINT: f64 = 5e-7;
+
+/// Wall-clock time of the parts of a run (s), and how many steps it has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// A step.
+    pub step: f64,
+    /// A frame, with its file.
+    pub frame: f64,
+    /// A row of the measures.
+    pub row: f64,
+    /// Steps of the whole run: those of the plan, as much shorter as they were when the measurement ended.
+    pub steps: f64,
+}
+
+impl Pace {
+    /// That of a solver at time zero, which steps on in the first stage for a time that it `may` take, and is of no further use. `None`
+    /// where no step can be done: the run will say why.
+    pub fn of(case: &Case, plan: &Plan, solver: &mut dyn Solver, may: Duration) -> Option<Self> {
+        // On a thread of the pool: each loop of a step would wake one, and wait for it, from any other.
+        rayon::scope(|_| {
+            let steps = Steps::measure(case, solver, may)?;
+            // Points that have moved are more work to compress.
+            let (frame, row) = match solver.points() {
+                points @ MANY.. => (points as f64 * FRAME_OF_POINT, points as f64 * ROW_OF_POINT),
+                _ => (frame(case, solver), row(case, solver)),
+            };
+            let left = 1.0 - steps.until / case.end_time();
+            let shorter = (plan.time_step.dt / steps.dt).max(1.0);
+            let whole = f64::from(steps.count) + left * plan.steps as f64 * shorter;
+            Some(Self { step: steps.mean, frame, row, steps: whole })
+        })
+    }
+
+    /// Time of a run, without its searches for factors of safety (s).
+    pub fn whole(&self, case: &Case) -> f64 {
+        let outputs = |interval: Option<f64>, others: f64| {
+            interval.map_or(others, |interval| (case.end_time() / interval).floor() + 1.0)
+        };
+        let (frames, rows) = (outputs(case.output.frames, 2.0), outputs(case.output.measures, 100.0));
+        self.steps * self.step + frames * self.frame + rows * self.row
+    }
+}
+
+/// The first steps of a run.
+struct Steps {
+    count: u32,
+    /// Time that they have come to (s).
+    until: f64,
+    /// Bound on the next one (s).
+    dt: f64,
+    /// Mean wall-clock time of those after the first, which makes lists and buffers (s).
+    mean: f64,
+}
+
+impl Steps {
+    fn measure(case: &Case, solver: &mut dyn Solver, may: Duration) -> Option<Self> {
+        solver.begin_stage(0, 0.0).ok()?;
+        let end = case.stages.first()?.duration;
+        let interval = case.output.frames.into_iter().chain(case.output.measures).fold(end, f64::min);
+        let one = |solver: &mut dyn Solver| {
+            let dt = solver.limit().dt.min(interval);
+            let goes_on = dt > 0.0 && dt.is_finite() && solver.time() + dt < end;
+            if goes_on { solver.step(dt).ok() } else { None }
+        };
+        let begun = Instant::now();
+        one(solver)?;
+        let first = begun.elapsed();
+        let (begun, mut count) = (Instant::now(), 0);
+        while (begun.elapsed() < may || count < FEW) && begun.elapsed() < 10 * may && one(solver).is_some() {
+            count += 1;
+        }
+        let mean =
+            if count > 0 { begun.elapsed().as_secs_f64() / f64::from(count) } else { first.as_secs_f64() };
+        Some(Self { count: count + 1, until: solver.time(), dt: solver.limit().dt, mean })
+    }
+}
+
+/// Time of a frame of points with its file, and of its averages on a grid (s); zero where no file can be made.
+fn frame(case: &Case, solver: &dyn Solver) -> f64 {
+    let begun = Instant::now();
+    let Some(points) = solver.frame(Wanted::Written).take_points() else {
+        return begun.elapsed().as_secs_f64();
+    };
+    if let Some(cell) = case.output.grid {
+        std::hint::black_box(averages(case, cell, &points, case.output.fields.as_deref()));
+    }
+    let written = Written { only: case.output.fields.as_deref(), compression: case.output.compression };
+    let file = tempfile::tempdir().map(|folder| {
+        let _ = write_frame(&folder.path().join("frame.vtu"), &points, [0.0; 3], written);
+    });
+    if file.is_ok() { begun.elapsed().as_secs_f64() } else { 0.0 }
+}
+
+/// Time of a row of the measures (s).
+fn row(case: &Case, solver: &dyn Solver) -> f64 {
+    let begun = Instant::now();
+    let mut now = solver.frame(Wanted::Measured);
+    let points = now.take_points();
+    let points = points.or_else(|| now.first_as_points()).unwrap_or_default();
+    std::hint::black_box((row::of_run(solver, None), row::of_case(case, solver, &points)));
+    begun.elapsed().as_secs_f64()
+}
