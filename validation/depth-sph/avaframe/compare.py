@@ -203,6 +203,8 @@ def run_ours(site, run, nodes, duration, program, folder):
             code = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode
         used += resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
         error = ""
+        if code == 4:
+            raise SystemExit(f"{folder}: interrupted; the same command begins this run anew")
         if code:
             # What there is up to then is judged; the report has the reason.
             error = [line for line in (folder / "log.txt").read_text().splitlines() if line][-1]
