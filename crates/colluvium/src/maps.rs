@@ -44,7 +44,7 @@ pub fn maps(folder: &Path) -> Result<Vec<(String, TerrainMap)>, OutputError> {
         let raster = colluvium_terrain::read_raster(&path);
         let raster = raster.map_err(|error| OutputError::new(&path, error.problem))?;
         let map = TerrainMap {
-            title: case.title.clone(),
+            title: titled(label, &case.title),
             label: label.to_owned(),
             heights: heights.clone(),
             cells: cells(raster, &[0.0; 3]),
@@ -56,13 +56,19 @@ pub fn maps(folder: &Path) -> Result<Vec<(String, TerrainMap)>, OutputError> {
     there.into_iter().map(map).collect()
 }
 
+/// Title of the map of a quantity, whose label has its unit, of a case.
+fn titled(label: &str, case: &str) -> String {
+    let quantity = label.split(" (").next().unwrap_or(label);
+    if case.is_empty() { quantity.to_owned() } else { format!("{quantity}: {case}") }
+}
+
 /// The map of a raster of a case.
 ///
 /// # Errors
 /// When the terrain of the case cannot be read.
 pub fn map(case: &Case, raster: Raster, title: &str, label: &str) -> Result<TerrainMap, CaseError> {
     Ok(TerrainMap {
-        title: title.to_owned(),
+        title: titled(label, title),
         label: label.to_owned(),
         heights: heights(case)?,
         cells: cells(raster, &[0.0; 3]),

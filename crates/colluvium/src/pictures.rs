@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use crate::case::Snapshot;
 use crate::case::output::{OutputError, Table, heading, read_frame, read_json};
-use crate::plots::{LineChart, PointCloud, Series, Style};
+use crate::case::{Dataset, Snapshot};
+use crate::plots::{ForceChains, LineChart, PointCloud, Series, Style};
 
 /// Columns of the measures that are no result.
 const COUNTS: [&str; 2] = ["time", "step"];
@@ -15,13 +15,14 @@ pub fn charts(table: &Table) -> Vec<(String, LineChart)> {
     let chart = |(name, unit): &(String, String)| {
         let points = table.pairs("time", name)?;
         let seen = points.iter().any(|(_, value)| value.is_finite());
-        seen.then(|| (name.clone(), in_time(&heading(name, unit), points)))
+        seen.then(|| (name.clone(), in_time(name, &heading(name, unit), points)))
     };
     columns.filter_map(chart).collect()
 }
 
-fn in_time(label: &str, points: Vec<(f64, f64)>) -> LineChart {
+fn in_time(name: &str, label: &str, points: Vec<(f64, f64)>) -> LineChart {
     LineChart {
+        title: name.replace('_', " "),
         x_label: "time (s)".to_owned(),
         y_label: label.replace('_', " "),
         series: vec![Series::new("", points, Style::Line)],
@@ -91,6 +92,24 @@ pub fn cloud(
     let name = field.or(usual).unwrap_or_default();
     let cloud = PointCloud::of(snapshot, name, plane);
     cloud.map(|cloud| (name.to_owned(), cloud)).ok_or_else(|| names.join(", "))
+}
+
+/// The lines of a frame, as of contacts, as wide as a field is large, between the grains that have the frame's time, with the name
+/// of the field: the one asked for, or `force`, or the first there is.
+///
+/// # Errors
+/// The names of the fields there are, where the one asked for is not among them.
+pub fn chains(
+    contacts: &Dataset,
+    grains: &Snapshot,
+    field: Option<&str>,
+    plane: [usize; 2],
+) -> Result<(String, ForceChains), String> {
+    let names: Vec<&str> = contacts.fields.iter().map(|field| field.name.as_str()).collect();
+    let usual = names.iter().find(|name| **name == "force").or(names.first()).copied();
+    let name = field.or(usual).unwrap_or_default();
+    let chains = ForceChains::of(contacts, grains, name, plane);
+    chains.map(|chains| (name.to_owned(), chains)).ok_or_else(|| names.join(", "))
 }
 
 /// The two axes seen: of the view `asked` for, `xy`, `xz` or `yz`; else x and y, and in three dimensions with gravity along z

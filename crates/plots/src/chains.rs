@@ -2,13 +2,16 @@
 
 use std::ops::Range;
 
+use colluvium_case::{Dataset, Snapshot, Support};
+
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
+use super::cloud::{EARTH, values};
 use super::plane::{plane, scale};
-use super::{FONT, PALETTE, Picture, label, range};
+use super::{FONT, PALETTE, Picture, Shared, label, range, within};
 
-/// Grains with the forces between them: a line from centre to centre, as wide as its force.
+/// Grains with the forces between them: a line from centre to centre, as wide as its force; the dark ones are above the mean.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ForceChains {
     /// Title above the picture.
@@ -19,6 +22,10 @@ pub struct ForceChains {
     pub lines: Vec<([[f64; 2]; 2], f64)>,
     /// Labels of the two axes.
     pub axes: [String; 2],
+    /// Rigid geometry behind the grains, as lines (m).
+    pub ground: Vec<Vec<[f64; 2]>>,
+    /// Mean force, as the end of its values, and window that it has in common with other pictures; its own where there are none.
+    pub shared: Option<Shared>,
 }
 
 const WIDTH: u32 = 900;
@@ -26,8 +33,58 @@ const WIDTH: u32 = 900;
 const MARGINS: [u32; 2] = [90, 90];
 
 impl ForceChains {
+    /// The lines of a dataset between the grains of a state, seen along the axis that is not in `plane`, as wide as the field
+    /// `name` is large: vectors by their length. `None` where it has no lines or no such field.
+    pub fn of(contacts: &Dataset, grains: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
+        let Support::Mesh(mesh) = &contacts.support else { return None };
+        let field = contacts.fields.iter().find(|field| field.name == name)?;
+        let at = |v: &[f64; 3]| [v[plane[0]], v[plane[1]]];
+        let ends = mesh.cells().filter(|line| line.len() == 2).map(|line| [at(&line[0]), at(&line[1])]);
+        let sizes = values(field).into_iter().map(f64::abs);
+        let lines: Vec<_> = ends.zip(sizes).filter(|(_, size)| size.is_finite()).collect();
+        let largest = lines.iter().fold(0.0f64, |most, (_, size)| most.max(*size));
+        let unit = if field.unit.is_empty() { String::new() } else { format!(" {}", field.unit) };
+        let (mean, largest) = (label(&mean(&lines)), label(&largest));
+        let axis = |c: usize| format!("{} (m)", ["x", "y", "z"][c]);
+        Some(Self {
+            title: format!(
+                "{}, t = {} s: mean {mean}{unit}, largest {largest}{unit}; dark: above the mean",
+                name.replace('_', " "),
+                label(&grains.time)
+            ),
+            grains: grains
+                .positions
+                .iter()
+                .zip(&grains.extents)
+                .map(|(x, e)| (at(x), 0.5 * e[plane[0]]))
+                .collect(),
+            lines,
+            axes: [axis(plane[0]), axis(plane[1])],
+            ..Self::default()
+        })
+    }
+
+    /// Scales that hold all of some pictures.
+    pub fn shared<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> Shared {
+        let join = |a: Range<f64>, b: &Range<f64>| a.start.min(b.start)..a.end.max(b.end);
+        let bounds: Vec<_> = all.clone().map(Self::bounds).collect();
+        let nothing = [f64::INFINITY..f64::NEG_INFINITY, f64::INFINITY..f64::NEG_INFINITY];
+        let window = bounds.iter().fold(nothing, |[x, y], [a, b]| [join(x, a), join(y, b)]);
+        let lines: Vec<_> = all.flat_map(|one| one.lines.iter().copied()).collect();
+        Shared {
+            values: 0.0..mean(&lines),
+            window: window.map(|r| if r.start < r.end { r } else { 0.0..1.0 }),
+        }
+    }
+
     fn bounds(&self) -> [Range<f64>; 2] {
-        [0, 1].map(|c| range(self.grains.iter().flat_map(|(x, r)| [x[c] - r, x[c] + r]), 0.02))
+        if let Some(shared) = &self.shared {
+            return shared.window.clone();
+        }
+        [0, 1].map(|c| {
+            let rims = self.grains.iter().flat_map(|(x, r)| [x[c] - r, x[c] + r]);
+            range(rims.chain(self.lines.iter().flat_map(|([a, b], _)| [a[c], b[c]])), 0.02)
+        })
     }
 
     /// Metres of a pixel.
@@ -49,14 +106,18 @@ impl Picture for ForceChains {
         let (pixel, (_, height)) = (self.pixel(), self.size());
         let pixels = [WIDTH - MARGINS[0], height - MARGINS[1]];
         let mut chart = plane(area, &self.title, &self.axes, self.bounds(), pixels)?;
+        let window = [chart.x_range(), chart.y_range()];
+        for part in self.ground.iter().flat_map(|line| within(line, &window)) {
+            let corners = part.iter().map(|x| (x[0], x[1]));
+            chart.draw_series(LineSeries::new(corners, EARTH.stroke_width(2))).map_err(text)?;
+        }
         let grey = RGBColor(214, 214, 214);
         let disks = self.grains.iter().map(|(c, r)| {
             Circle::new((c[0], c[1]), (r / pixel).round().max(1.0) as i32, grey.stroke_width(1))
         });
         chart.draw_series(disks).map_err(text)?;
         // The mean force is as wide as a sixth of the mean grain, the widest line as a grain.
-        let forces: f64 = self.lines.iter().map(|(_, force)| force.max(0.0)).sum();
-        let mean = forces / self.lines.len().max(1) as f64;
+        let mean = self.shared.as_ref().map_or_else(|| mean(&self.lines), |shared| shared.values.end);
         let grain =
             2.0 * self.grains.iter().map(|(_, r)| r).sum::<f64>() / self.grains.len().max(1) as f64 / pixel;
         let mut sorted: Vec<&([[f64; 2]; 2], f64)> = self.lines.iter().collect();
@@ -68,6 +129,11 @@ impl Picture for ForceChains {
         });
         chart.draw_series(lines).map_err(text).map(drop)
     }
+}
+
+/// Mean force of lines; zero where there are none.
+fn mean(lines: &[([[f64; 2]; 2], f64)]) -> f64 {
+    lines.iter().map(|(_, force)| force.max(0.0)).sum::<f64>() / lines.len().max(1) as f64
 }
 
 /// A rose: how many of the contacts lie in which direction.
@@ -143,6 +209,7 @@ mod tests {
             grains: (0..3).map(|k| ([f64::from(k), 0.0], 0.5)).collect(),
             lines: vec![([[0.0, 0.0], [1.0, 0.0]], 3.0), ([[1.0, 0.0], [2.0, 0.0]], 1.0)],
             axes: ["x (m)".into(), "y (m)".into()],
+            ..ForceChains::default()
         };
         let svg = chains.to_svg().unwrap();
         let width = |part: &str| -> f64 {
@@ -152,6 +219,42 @@ mod tests {
         let lines: Vec<f64> =
             svg.split("<polyline").skip(1).map(width).filter(|width| *width > 2.0).collect();
         assert!(lines.len() >= 2 && lines[lines.len() - 1] > 2.5 * lines[lines.len() - 2], "{lines:?}");
+    }
+
+    #[test]
+    fn contacts_of_a_frame_are_lines_as_wide_as_their_forces() {
+        use colluvium_case::solver::Mesh;
+        use colluvium_case::{Field, FieldData};
+        let ends = [[[0.0; 3], [1.0, 0.0, 0.0]], [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]];
+        let force = FieldData::Vector(vec![[-3.0, 4.0, 0.0], [0.0, 1.0, 0.0]]);
+        let contacts = Dataset {
+            name: "contacts".into(),
+            support: Support::Mesh(Mesh::of_lines(&ends)),
+            fields: vec![Field { name: "force".into(), unit: "N", data: force }],
+        };
+        let grains = Snapshot {
+            positions: (0..3).map(|k| [f64::from(k), 0.0, 0.0]).collect(),
+            extents: vec![[1.0; 3]; 3],
+            ..Snapshot::default()
+        };
+        let chains = ForceChains::of(&contacts, &grains, "force", [0, 1]).unwrap();
+        assert_eq!(chains.lines, [([[0.0, 0.0], [1.0, 0.0]], 5.0), ([[1.0, 0.0], [2.0, 0.0]], 1.0)]);
+        assert_eq!(chains.title, "force, t = 0 s: mean 3 N, largest 5 N; dark: above the mean");
+        // Blue pixels are those of the lines: the grains are grey, and the text is black.
+        let pixels = chains.to_pixels().unwrap();
+        let blue = pixels
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .filter(|[r, _, b]| *b > 100 && u32::from(*r) + 60 < u32::from(*b));
+        assert!(blue.count() > 5000);
+        assert!(ForceChains::of(&contacts, &grains, "overlap", [0, 1]).is_none());
+        let double = ForceChains {
+            lines: chains.lines.iter().map(|(x, f)| (*x, 3.0 * f)).collect(),
+            ..chains.clone()
+        };
+        let shared = ForceChains::shared([&chains, &double].into_iter());
+        assert_eq!(shared.values, 0.0..6.0);
     }
 
     #[test]

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use plotters::coord::Shift;
-use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
-use super::{FONT, PALETTE, Picture, range, tick};
+use super::ticks::{Along, Axis, LETTERS, Ticks};
+use super::{FONT, PALETTE, Picture, range};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,13 +65,7 @@ impl Picture for LineChart {
         let y = range(all.iter().map(|p| p.1), 0.08);
         let (corner, room) = self.legend(&x, &y);
         let y = y.start..y.end + room * (y.end - y.start);
-        if self.log {
-            let power = |r: Range<f64>| (10f64.powf(r.start)..10f64.powf(r.end)).log_scale();
-            self.draw_in(area, power(x), power(y), [0.0; 2], corner)
-        } else {
-            let spans = [x.end - x.start, y.end - y.start];
-            self.draw_in(area, x, y, spans, corner)
-        }
+        self.draw_in(area, [x, y], corner)
     }
 }
 
@@ -109,7 +103,7 @@ impl LineChart {
     /// Width and height of the plane between the axes (px).
     fn plane(&self) -> (f64, f64) {
         let (width, height) = self.size();
-        (f64::from(width) - 96.0, f64::from(height) - 100.0)
+        (f64::from(width) - 102.0, f64::from(height) - 100.0)
     }
 
     /// The series with their points that are drawn, on logarithmic axes as powers of ten.
@@ -124,39 +118,29 @@ impl LineChart {
         })
     }
 
-    /// Draws in axes that span so much; of logarithmic ones nothing.
-    fn draw_in<B, X, Y>(
+    /// Draws in axes that reach so far, logarithmic ones in powers of ten.
+    fn draw_in<B: DrawingBackend>(
         &self,
         area: &DrawingArea<B, Shift>,
-        x: X,
-        y: Y,
-        spans: [f64; 2],
+        [x, y]: [Range<f64>; 2],
         legend: SeriesLabelPosition,
-    ) -> Result<(), String>
-    where
-        B: DrawingBackend,
-        X: AsRangedCoord<Value = f64>,
-        Y: AsRangedCoord<Value = f64>,
-        X::CoordDescType: ValueFormatter<f64>,
-        Y::CoordDescType: ValueFormatter<f64>,
-    {
+    ) -> Result<(), String> {
         let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
+        let (width, height) = self.plane();
+        let ticks = if self.log { Ticks::logarithmic } else { Ticks::linear };
+        let (across, up) = (ticks(&x, width, Along::Across), ticks(&y, height, Along::Up));
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, (FONT, 20))
             .margin(12)
             .x_label_area_size(44)
-            .y_label_area_size(72)
-            .build_cartesian_2d(x, y)
+            .y_label_area_size(78)
+            .build_cartesian_2d(Axis::new(x, across.clone()), Axis::new(y, up.clone()))
             .map_err(text)?;
         chart
             .configure_mesh()
-            .x_desc(&self.x_label)
-            .y_desc(&self.y_label)
-            .x_label_formatter(&|at| tick(*at, spans[0]))
-            .y_label_formatter(&|at| tick(*at, spans[1]))
-            .x_labels(if self.log { 30 } else { 8 })
-            .y_labels(if self.log { 30 } else { 8 })
-            .label_style((FONT, 14))
+            .x_desc(across.described(&self.x_label))
+            .y_desc(up.described(&self.y_label))
+            .label_style((FONT, LETTERS))
             .axis_desc_style((FONT, 16))
             .bold_line_style(RGBColor(225, 225, 225))
             .light_line_style(TRANSPARENT)
@@ -165,8 +149,6 @@ impl LineChart {
             .map_err(text)?;
         for (number, (series, points)) in self.drawn().enumerate() {
             let colour = PALETTE[number % PALETTE.len()];
-            let back = |v: f64| if self.log { 10f64.powf(v) } else { v };
-            let points: Vec<(f64, f64)> = points.into_iter().map(|p| (back(p.0), back(p.1))).collect();
             let line = colour.stroke_width(2);
             let drawn = match series.style {
                 Style::Line => chart.draw_series(LineSeries::new(points, line)).map_err(text)?,

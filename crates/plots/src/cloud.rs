@@ -6,8 +6,9 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::plane::plane;
-use super::{FONT, Picture, label, range, tick, within};
+use super::plane::{plane, scale};
+use super::ticks::{Along, LETTERS, Ticks};
+use super::{FONT, Picture, label, range, within};
 use colluvium_case::{Field, FieldData, Snapshot};
 
 /// Points at their places, as squares or disks of their own size, coloured by a value.
@@ -61,6 +62,9 @@ impl Shared {
 
 const WIDTH: u32 = 900;
 
+/// Width of points that have none of their own (px).
+const DOT: f64 = 4.0;
+
 /// Field that points have which are grains.
 pub(crate) const RADIUS: &str = "radius";
 
@@ -68,7 +72,7 @@ pub(crate) const RADIUS: &str = "radius";
 const CORNERS: u32 = 20;
 
 /// Colour of rigid geometry.
-const EARTH: RGBColor = RGBColor(122, 92, 58);
+pub(crate) const EARTH: RGBColor = RGBColor(122, 92, 58);
 
 impl PointCloud {
     /// The points of a snapshot, seen along the axis that is not in `plane`, coloured by field `name`:
@@ -82,7 +86,7 @@ impl PointCloud {
         let unit = if field.unit.is_empty() { String::new() } else { format!(" ({})", field.unit) };
         let axis = |c: usize| format!("{} (m)", ["x", "y", "z"][c]);
         Some(Self {
-            title: format!("t = {} s", label(&snapshot.time)),
+            title: format!("{}, t = {} s", name.replace('_', " "), label(&snapshot.time)),
             points: points.map(|((x, e), v)| (at(x), at(e), v)).collect(),
             round: snapshot.field(RADIUS).is_some(),
             label: format!("{}{unit}", name.replace('_', " ")),
@@ -156,6 +160,7 @@ impl Picture for PointCloud {
         let own = || range(self.points.iter().map(|p| p.2), 0.0);
         let values = self.shared.as_ref().map_or_else(own, |shared| shared.values.clone());
         let pixels = [WIDTH - 190, self.size().1 - 100];
+        let pixel = scale(&self.bounds(), pixels);
         let mut chart = plane(&main, &self.title, &self.axes, self.bounds(), pixels)?;
         let window = [chart.x_range(), chart.y_range()];
         for part in self.lines.iter().flat_map(|line| within(line, &window)) {
@@ -169,16 +174,17 @@ impl Picture for PointCloud {
             chart.draw_series(disks).map_err(text)?;
         } else {
             let squares = self.points.iter().map(|(p, e, v)| {
-                let corner = |s: f64| (p[0] + s * 0.5 * e[0], p[1] + s * 0.5 * e[1]);
+                let half = e.map(|width| 0.5 * if width > 0.0 { width.max(pixel) } else { DOT * pixel });
+                let corner = |s: f64| (p[0] + s * half[0], p[1] + s * half[1]);
                 Rectangle::new([corner(-1.0), corner(1.0)], paint(*v))
             });
             chart.draw_series(squares).map_err(text)?;
         }
-        draw_bar(&bar, values)?;
+        let label = draw_bar(&bar, values, &self.label)?;
         // Above the bar and to its left: turned along the bar, a long label would not fit a flat picture.
         let style = TextStyle::from((FONT, 15)).pos(Pos::new(HPos::Right, VPos::Top));
         let corner = (WIDTH as i32 - 8, 12);
-        area.draw(&Text::new(self.label.as_str(), corner, style)).map_err(text)
+        area.draw(&Text::new(label, corner, style)).map_err(text)
     }
 }
 
@@ -191,37 +197,36 @@ fn rim(place: &[f64; 2], widths: &[f64; 2]) -> Vec<(f64, f64)> {
     (0..CORNERS).map(corner).collect()
 }
 
-/// A bar of colours with its scale.
+/// Place and width of a bar of colours in its strip: from the right edge, from the upper and from the lower one (px).
+const BAR: [i32; 3] = [28, 36, 50];
+/// Distance of the numbers from the bar (px).
+const BESIDE: i32 = 8;
+
+/// A bar of colours with its scale; the description of its numbers.
 pub(crate) fn draw_bar<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     values: Range<f64>,
-) -> Result<(), String> {
+    label: &str,
+) -> Result<String, String> {
     let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
-    let mut chart = ChartBuilder::on(area)
-        .margin_top(36)
-        .margin_bottom(50)
-        .margin_right(4)
-        .y_label_area_size(74)
-        .build_cartesian_2d(0.0..1.0, values.clone())
-        .map_err(text)?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .disable_x_axis()
-        .y_label_formatter(&|at| tick(*at, values.end - values.start))
-        .y_labels(6)
-        .label_style((FONT, 13))
-        .draw()
-        .map_err(text)?;
-    const STEPS: usize = 64;
-    let step = (values.end - values.start) / STEPS as f64;
-    let band = |k: usize| {
-        let low = values.start + k as f64 * step;
-        let fill = colour((k as f64 + 0.5) / STEPS as f64).filled();
-        Rectangle::new([(0.0, low), (1.0, low + step)], fill)
-    };
-    chart.draw_series((0..STEPS).map(band)).map_err(text)?;
-    Ok(())
+    let (width, height) = area.dim_in_pixel();
+    let [left, upper, lower] = [width as i32 - BAR[0], BAR[1], height as i32 - BAR[2]];
+    let right = width as i32 - 5;
+    let tall = (lower - upper).max(1);
+    for row in 0..tall {
+        let share = 1.0 - (f64::from(row) + 0.5) / f64::from(tall);
+        let ends = [(left, upper + row), (right, upper + row + 1)];
+        area.draw(&Rectangle::new(ends, colour(share).filled())).map_err(text)?;
+    }
+    let ticks = Ticks::linear(&values, f64::from(tall), Along::Up);
+    let style = TextStyle::from((FONT, LETTERS)).pos(Pos::new(HPos::Right, VPos::Center));
+    for (place, said) in ticks.shown() {
+        let share = (place - values.start) / (values.end - values.start);
+        let row = lower - (share * f64::from(tall)).round() as i32;
+        area.draw(&PathElement::new(vec![(left - 4, row), (left, row)], BLACK)).map_err(text)?;
+        area.draw(&Text::new(said, (left - BESIDE, row), style.clone())).map_err(text)?;
+    }
+    Ok(ticks.described(label))
 }
 
 #[cfg(test)]

@@ -6,9 +6,11 @@ mod chains;
 mod chart;
 mod cloud;
 mod film;
+mod frame_picture;
 mod ground;
 mod map;
 mod plane;
+mod ticks;
 
 use std::path::Path;
 use std::sync::Once;
@@ -23,6 +25,7 @@ pub use chains::{ForceChains, Rose};
 pub use chart::{LineChart, Series, Style};
 pub use cloud::{PointCloud, Shared};
 pub use film::to_gif;
+pub use frame_picture::FramePicture;
 pub use ground::{Ground, Heights, Moving, Shell, within};
 pub use map::{Cells, TerrainMap};
 
@@ -138,11 +141,6 @@ fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64>
     low - margin * width..high + margin * width
 }
 
-/// Label of a place on an axis that spans so much: what rounding leaves of zero is zero.
-fn tick(at: f64, span: f64) -> String {
-    label(&if at.abs() < 1e-9 * span { 0.0 } else { at })
-}
-
 /// Short labels for axes: plain where that is short, with an exponent otherwise.
 fn label(value: &f64) -> String {
     let size = value.abs();
@@ -180,15 +178,57 @@ mod tests {
         }
     }
 
+    /// Boxes of the texts of an SVG picture that have a size of 13 or 14 px, those of ticks: text, left, right, upper and lower end.
+    fn boxes(svg: &str) -> Vec<(String, [f64; 4])> {
+        let one = |part: &str| {
+            let attribute = |name: &str| {
+                let start = part.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
+                part[start..].split('"').next().unwrap().to_owned()
+            };
+            let number = |name: &str| attribute(name).parse::<f64>().unwrap();
+            let text = part[part.find('>').unwrap() + 1..part.find("</text>").unwrap()].trim().to_owned();
+            // The back end writes sizes as 1.24 times smaller letters.
+            let width = 0.5 * 14.0 * text.len() as f64;
+            let (x, y) = (number("x"), number("y"));
+            let left = match attribute("text-anchor").as_str() {
+                "end" => x - width,
+                "middle" => x - 0.5 * width,
+                _ => x,
+            };
+            let turned = part[..part.find('>').unwrap()].contains("transform");
+            (!turned).then_some((text, [left, left + width, y - 6.0, y + 6.0]))
+        };
+        svg.split("<text").skip(1).filter_map(one).filter(|(text, _)| text.parse::<f64>().is_ok()).collect()
+    }
+
+    fn overlapping(svg: &str) -> Vec<(String, String)> {
+        let boxes = boxes(svg);
+        let meet = |a: &[f64; 4], b: &[f64; 4]| a[0] < b[1] && b[0] < a[1] && a[2] < b[3] && b[2] < a[3];
+        let mut found = Vec::new();
+        for (k, (text, one)) in boxes.iter().enumerate() {
+            for (other, two) in boxes[k + 1..].iter().filter(|(_, two)| meet(one, two)) {
+                found.push((text.clone(), format!("{other} {one:?} {two:?}")));
+            }
+        }
+        found
+    }
+
     #[test]
-    fn a_tick_at_zero_is_zero_whatever_rounding_left() {
-        assert_eq!([tick(-1.4e-17, 0.2), tick(0.05, 0.2), tick(1e-12, 3e-12)], ["0", "0.05", "1.0e-12"]);
-        let points = vec![(0.0, 0.1), (0.4, -0.1)];
-        let chart = LineChart { series: vec![Series::new("", points, Style::Line)], ..LineChart::default() };
-        assert!(!chart.to_svg().unwrap().contains("e-1"), "no label with an exponent");
-        let points = [-1.0, 1.0].map(|x| ([x, x], [0.05, 0.05], x));
-        let cloud = PointCloud { points: points.to_vec(), ..PointCloud::default() };
-        assert!(!cloud.to_svg().unwrap().contains("e-1"), "nor in a plane or beside a bar of colours");
+    fn numbers_at_axes_differ_and_do_not_overlap() {
+        let line = |low: f64, high: f64| vec![(low, high), (high, low)];
+        let ends =
+            [(0.0, 1.0), (6.0e5, 6.0e5 + 3.0), (2.67e11, 2.671e11), (1e-9, 3e4), (2.0, 2.1), (1e-12, 4e-12)];
+        for (low, high) in ends {
+            for log in [false, true].into_iter().filter(|log| !log || low > 0.0) {
+                let series = vec![Series::new("", line(low, high), Style::Line)];
+                let svg = LineChart { log, series, ..LineChart::default() }.to_svg().unwrap();
+                assert!(boxes(&svg).len() >= 4, "{low} {high} {log}");
+                assert_eq!(overlapping(&svg), [], "{low} {high} {log}");
+            }
+            let points = [low, high].map(|x| ([x, x], [0.05 * (high - low); 2], x));
+            let cloud = PointCloud { points: points.to_vec(), ..PointCloud::default() };
+            assert_eq!(overlapping(&cloud.to_svg().unwrap()), [], "{low} {high}");
+        }
     }
 
     #[test]

@@ -3,11 +3,12 @@
 use std::ops::Range;
 
 use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::cloud::{colour, draw_bar};
+use super::plane::Plane;
+use super::ticks::{Along, Axis, LETTERS, Ticks};
 use super::{FONT, Picture, range};
 
 /// Numbers on the cells of a grid in plan.
@@ -159,13 +160,6 @@ fn round_length(length: f64) -> f64 {
     [5.0, 2.0, 1.0].into_iter().map(|k| k * power).find(|x| *x <= length).unwrap_or(power)
 }
 
-/// A coordinate of a map: whole metres where there are many.
-fn coordinate(value: &f64) -> String {
-    if value.abs() >= 1e4 { format!("{value:.0}") } else { super::label(value) }
-}
-
-type Plan<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-
 impl Picture for TerrainMap {
     fn size(&self) -> (u32, u32) {
         let [x, y] = self.window();
@@ -179,23 +173,22 @@ impl Picture for TerrainMap {
         let (main, bar) = area.split_horizontally(WIDTH - 100);
         let values = self.scale();
         let [x, y] = self.window();
+        let pixels = f64::from(WIDTH - MARGINS.0);
+        let across = Ticks::linear(&x, pixels, Along::Across);
+        let up = Ticks::linear(&y, f64::from(self.size().1 - MARGINS.1), Along::Up);
         let mut chart = ChartBuilder::on(&main)
             .caption(&self.title, (FONT, 20))
             .margin(10)
             .x_label_area_size(40)
             .y_label_area_size(80)
-            .build_cartesian_2d(x.clone(), y.clone())
+            .build_cartesian_2d(Axis::new(x.clone(), across.clone()), Axis::new(y.clone(), up.clone()))
             .map_err(text)?;
         chart
             .configure_mesh()
             .disable_mesh()
-            .x_desc("x, east (m)")
-            .y_desc("y, north (m)")
-            .x_labels(6)
-            .y_labels(6)
-            .x_label_formatter(&coordinate)
-            .y_label_formatter(&coordinate)
-            .label_style((FONT, 14))
+            .x_desc(across.described("x, east (m)"))
+            .y_desc(up.described("y, north (m)"))
+            .label_style((FONT, LETTERS))
             .axis_desc_style((FONT, 15))
             .draw()
             .map_err(text)?;
@@ -207,15 +200,19 @@ impl Picture for TerrainMap {
             chart.draw_series([line]).map_err(text)?;
         }
         draw_scale(&mut chart, &x, &y)?;
-        draw_bar(&bar, values)?;
+        let label = draw_bar(&bar, values, &self.label)?;
         let style = TextStyle::from((FONT, 15)).pos(Pos::new(HPos::Right, VPos::Top));
-        area.draw(&Text::new(self.label.as_str(), (WIDTH as i32 - 8, 12), style)).map_err(text)
+        area.draw(&Text::new(label, (WIDTH as i32 - 8, 12), style)).map_err(text)
     }
 }
 
 impl TerrainMap {
     /// Shading and colours, pixel by pixel.
-    fn draw_ground<B: DrawingBackend>(&self, chart: &Plan<'_, B>, values: &Range<f64>) -> Result<(), String> {
+    fn draw_ground<B: DrawingBackend>(
+        &self,
+        chart: &Plane<'_, B>,
+        values: &Range<f64>,
+    ) -> Result<(), String> {
         let [x, y] = self.window();
         let plane = chart.plotting_area().strip_coord_spec();
         let (width, height) = plane.dim_in_pixel();
@@ -233,7 +230,7 @@ impl TerrainMap {
 
 /// A scale bar and which way north is.
 fn draw_scale<B: DrawingBackend>(
-    chart: &mut Plan<'_, B>,
+    chart: &mut Plane<'_, B>,
     x: &Range<f64>,
     y: &Range<f64>,
 ) -> Result<(), String> {

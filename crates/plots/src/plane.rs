@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use super::{FONT, tick};
+use super::FONT;
+use super::ticks::{Along, Axis, LETTERS, Ticks};
 
 /// Axes of numbers.
-type Plane<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+pub(crate) type Plane<'a, B> = ChartContext<'a, B, Cartesian2d<Axis, Axis>>;
 
 /// Size of a pixel (m) where what is seen along two axes fills no more than so many pixels.
 pub(crate) fn scale([x, y]: &[Range<f64>; 2], pixels: [u32; 2]) -> f64 {
@@ -31,23 +31,21 @@ pub(crate) fn plane<'a, B: DrawingBackend>(
         let extra = 0.5 * (pixel * f64::from(pixels) - (range.end - range.start)).max(0.0);
         *range = range.start - extra..range.end + extra;
     }
-    let spans = [x.end - x.start, y.end - y.start];
+    let across = Ticks::linear(&x, f64::from(pixels[0]), Along::Across);
+    let up = Ticks::linear(&y, f64::from(pixels[1]), Along::Up);
     let mut chart = ChartBuilder::on(area)
         .caption(title, (FONT, 20))
         .margin(10)
         .x_label_area_size(40)
         .y_label_area_size(66)
-        .build_cartesian_2d(x, y)
+        .build_cartesian_2d(Axis::new(x, across.clone()), Axis::new(y, up.clone()))
         .map_err(text)?;
     chart
         .configure_mesh()
         .disable_mesh()
-        .x_desc(&axes[0])
-        .y_desc(&axes[1])
-        .x_label_formatter(&|at| tick(*at, spans[0]))
-        .y_label_formatter(&|at| tick(*at, spans[1]))
-        .y_labels(5)
-        .label_style((FONT, 14))
+        .x_desc(across.described(&axes[0]))
+        .y_desc(up.described(&axes[1]))
+        .label_style((FONT, LETTERS))
         .axis_desc_style((FONT, 16))
         .draw()
         .map_err(text)?;

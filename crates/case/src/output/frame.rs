@@ -123,6 +123,30 @@ pub(super) fn write_mesh(
     write_unstructured(path, geometry, (Vec::new(), fields.iter().map(Array::of).collect()), compression)
 }
 
+/// Reads the lines of the file of a frame, with the fields on them, as of contacts; `None` where it holds something else.
+///
+/// # Errors
+/// When the file cannot be read or is not a frame.
+pub fn read_lines(path: &Path) -> Result<Option<Dataset>, OutputError> {
+    let DataSet::UnstructuredGrid { pieces, .. } = read(path)? else { return Ok(None) };
+    let Some(piece) = pieces.into_iter().next() else { return Ok(None) };
+    let piece = piece.into_loaded_piece_data(None).map_err(|error| OutputError::new(path, error))?;
+    if piece.cells.types.iter().any(|kind| *kind != CellType::Line) {
+        return Ok(None);
+    }
+    let fields = Arrays::of(piece.data.cell).fields;
+    let mesh =
+        mesh(piece.points, piece.cells.cell_verts).map_err(|problem| OutputError::new(path, problem))?;
+    Ok(Some(Dataset { name: String::new(), support: Support::Mesh(mesh), fields }))
+}
+
+/// The dataset of a file.
+fn read(path: &Path) -> Result<DataSet, OutputError> {
+    let file = std::fs::File::open(path).map_err(|error| OutputError::new(path, error))?;
+    let vtk = Vtk::parse_xml(BufReader::new(file)).map_err(|error| OutputError::new(path, error))?;
+    Ok(vtk.data)
+}
+
 /// Reads the file of a frame back, at the given time, as points: nodes of a lattice or a raster that bear something, and cells of a
 /// mesh in their middle, too ([`Dataset::into_points`]).
 ///
@@ -130,9 +154,7 @@ pub(super) fn write_mesh(
 /// When the file cannot be read or is not such a frame.
 pub fn read_frame(path: &Path, time: f64) -> Result<Snapshot, OutputError> {
     let fail = |problem: &str| OutputError::new(path, problem);
-    let file = std::fs::File::open(path).map_err(|error| OutputError::new(path, error))?;
-    let vtk = Vtk::parse_xml(BufReader::new(file)).map_err(|error| OutputError::new(path, error))?;
-    match vtk.data {
+    match read(path)? {
         DataSet::UnstructuredGrid { pieces, .. } => {
             let piece = pieces.into_iter().next().ok_or_else(|| fail("has no piece"))?;
             let piece = piece.into_loaded_piece_data(None).map_err(|error| OutputError::new(path, error))?;
@@ -149,16 +171,12 @@ pub fn read_frame(path: &Path, time: f64) -> Result<Snapshot, OutputError> {
 
 /// Points, or cells of a mesh.
 fn read_cells(piece: UnstructuredGridPiece, time: f64) -> Result<Snapshot, &'static str> {
-    let places = piece.points.cast_into::<f64>().ok_or("has no positions")?;
-    let places: Vec<[f64; 3]> = places.as_chunks().0.to_vec();
     if piece.cells.types.iter().any(|kind| *kind != CellType::Vertex) {
-        let VertexNumbers::XML { connectivity: corners, offsets: ends } = piece.cells.cell_verts else {
-            return Err("has cells of the old format");
-        };
-        let support = Support::Mesh(Mesh { places, corners, ends });
+        let support = Support::Mesh(mesh(piece.points, piece.cells.cell_verts)?);
         let fields = Arrays::of(piece.data.cell).fields;
         return Ok(Dataset { name: String::new(), support, fields }.into_points(time, 0));
     }
+    let places = positions(piece.points)?;
     let Arrays { fields, ids, bodies, extents, .. } = Arrays::of(piece.data.point);
     let count = places.len();
     Ok(Snapshot {
@@ -170,6 +188,17 @@ fn read_cells(piece: UnstructuredGridPiece, time: f64) -> Result<Snapshot, &'sta
         positions: places,
         fields,
     })
+}
+
+fn positions(points: IOBuffer) -> Result<Vec<[f64; 3]>, &'static str> {
+    Ok(points.cast_into::<f64>().ok_or("has no positions")?.as_chunks().0.to_vec())
+}
+
+fn mesh(points: IOBuffer, cells: VertexNumbers) -> Result<Mesh, &'static str> {
+    let VertexNumbers::XML { connectivity: corners, offsets: ends } = cells else {
+        return Err("has cells of the old format");
+    };
+    Ok(Mesh { places: positions(points)?, corners, ends })
 }
 
 /// Nodes of a lattice or a raster.
@@ -233,7 +262,8 @@ fn unit_of(name: &str) -> &'static str {
         return role.unit();
     }
     match name {
-        "displacement" | "height" | "radius" | "smoothing_length" => "m",
+        "displacement" | "height" | "radius" | "smoothing_length" | "overlap" => "m",
+        "force" | "normal_force" | "tangential_force" => "N",
         "stress" | "pressure" | "deviatoric_stress" | "pore_pressure" | "excess_pore_pressure" => "Pa",
         "density" => "kg/m3",
         _ => "",

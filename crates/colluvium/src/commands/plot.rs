@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use colluvium::case::Dataset;
-use colluvium::case::output::{Collection, Table, create_folder, named_file, write_atomically};
+use colluvium::case::output::{Collection, Table, create_folder, named_file, read_lines, write_atomically};
+use colluvium::case::{Dataset, Snapshot};
 use colluvium::ground::of_run;
 use colluvium::maps::maps;
-use colluvium::pictures::{charts, cloud, frame, plane};
-use colluvium::plots::{Ground, Picture, PointCloud, Shared, to_gif};
+use colluvium::pictures::{chains, charts, cloud, frame, plane};
+use colluvium::plots::{ForceChains, FramePicture, Ground, Picture, PointCloud, Shared, to_gif};
 
 use super::{Failure, a_run};
 
@@ -20,7 +20,7 @@ pub struct Arguments {
     /// Folder of a run.
     folder: PathBuf,
     /// What is drawn: `points`, or another dataset of the run, as `grid` of `output.grid` or `contacts` of `output.contacts`. Nodes
-    /// are squares, and cells dots in their middle.
+    /// are squares, polygons dots in their middle, and contacts lines as wide as their force, or as another field that is named.
     #[arg(long, default_value = Dataset::POINTS)]
     dataset: String,
     /// Fields that colour the points, separated by commas; displacement, or the first there is, when absent.
@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Number of the frame, `last`, or `all`: all frames then have one scale of colours and one set of axes.
     #[arg(long, default_value = "last")]
     frame: String,
-    /// Values of the first and of the last colour, as LOW,HIGH; those of the field when absent.
+    /// Values of the first and of the last colour, as LOW,HIGH; those of the field when absent. Not of contacts.
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     range: Option<(f64, f64)>,
     /// Draw an animated GIF of each field, too, of all frames or evenly of 120.
@@ -80,15 +80,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         names => names.iter().map(|name| Some(name.as_str())).collect(),
     };
     for field in fields {
-        for (name, number, cloud) in points(arguments, &frames, &chosen, field)? {
-            save(&|file| Ok(cloud.write(file)?), format!("{}-{number:05}", titled(arguments, &name)))?;
+        for (name, number, picture) in pictures(arguments, &frames, &chosen, field)? {
+            save(&|file| Ok(picture.write(file)?), format!("{}-{number:05}", titled(arguments, &name)))?;
         }
         if arguments.gif {
             let even = evenly(frames.len(), FILM);
-            let clouds = points(arguments, &frames, &even, field)?;
-            let name = clouds.first().map_or_else(String::new, |(name, ..)| name.clone());
-            let clouds: Vec<PointCloud> = clouds.into_iter().map(|(.., cloud)| cloud).collect();
-            let bytes = to_gif(&clouds, 0.1).map_err(Failure::Other)?;
+            let shown = pictures(arguments, &frames, &even, field)?;
+            let name = shown.first().map_or_else(String::new, |(name, ..)| name.clone());
+            let shown: Vec<FramePicture> = shown.into_iter().map(|(.., picture)| picture).collect();
+            let bytes = to_gif(&shown, 0.1).map_err(Failure::Other)?;
             let name = titled(arguments, &name);
             write_atomically(&named_file(&out, &name, "gif")?, &bytes)?;
             say!("{name}.gif shows {} of {} frames", even.len(), frames.len());
@@ -149,22 +149,86 @@ fn evenly(count: usize, most: usize) -> Vec<usize> {
     (0..shown).map(|k| if shown > 1 { k * (count - 1) / (shown - 1) } else { 0 }).collect()
 }
 
+/// A picture with the name of its field and the number of its frame.
+type Numbered<T> = (String, usize, T);
+
+/// Pictures of some frames, with one scale and one set of axes where they are more than one: points coloured by a field, lines as
+/// wide as a field is large.
+fn pictures(
+    arguments: &Arguments,
+    frames: &[(f64, String)],
+    numbers: &[usize],
+    field: Option<&str>,
+) -> Result<Vec<Numbered<FramePicture>>, Failure> {
+    let first = numbers.first().map(|number| read_lines(&arguments.folder.join(&frames[*number].1)));
+    if let Some(Some(_)) = first.transpose()? {
+        let found = lines(arguments, frames, numbers, field)?;
+        return Ok(found
+            .into_iter()
+            .map(|(name, number, one)| (name, number, FramePicture::Lines(one)))
+            .collect());
+    }
+    let found = points(arguments, frames, numbers, field)?;
+    Ok(found.into_iter().map(|(name, number, one)| (name, number, FramePicture::Points(one))).collect())
+}
+
+/// The message where a frame has no such field.
+fn no_field(field: Option<&str>, known: &str) -> Failure {
+    Failure::Usage(format!("--fields {}: the frame has {known}", field.unwrap_or_default()))
+}
+
+/// Lines of some frames between the points of the same times.
+fn lines(
+    arguments: &Arguments,
+    frames: &[(f64, String)],
+    numbers: &[usize],
+    field: Option<&str>,
+) -> Result<Vec<Numbered<ForceChains>>, Failure> {
+    let folder = &arguments.folder;
+    if arguments.range.is_some() {
+        let dataset = &arguments.dataset;
+        return Err(Failure::Usage(format!(
+            "--range: the lines of {dataset} have widths in place of colours"
+        )));
+    }
+    let plane = plane(folder, arguments.view.as_deref())?;
+    let ground = of_run(folder);
+    let states = Collection::read(&folder.join("frames.pvd"))?.of_points();
+    let mut found = Vec::new();
+    for &number in numbers {
+        let (time, file) = &frames[number];
+        let Some(contacts) = read_lines(&folder.join(file))? else { continue };
+        let nearest = states.iter().min_by(|a, b| (a.0 - time).abs().total_cmp(&(b.0 - time).abs()));
+        let mut grains = match nearest {
+            Some(state) if (state.0 - time).abs() <= 1e-9 * time.abs() => frame(folder, state)?,
+            _ => Snapshot::default(),
+        };
+        grains.time = *time;
+        let (name, chains) =
+            chains(&contacts, &grains, field, plane).map_err(|known| no_field(field, &known))?;
+        found.push((name, number, ForceChains { ground: ground.lines_at(*time), ..chains }));
+    }
+    if found.len() > 1 {
+        let shared = ForceChains::shared(found.iter().map(|(.., chains)| chains));
+        found.iter_mut().for_each(|(.., chains)| chains.shared = Some(shared.clone()));
+    }
+    Ok(found)
+}
+
 /// The points of some frames coloured by a field, with its name and their numbers; more than one have one scale and one set of axes.
 fn points(
     arguments: &Arguments,
     frames: &[(f64, String)],
     numbers: &[usize],
     field: Option<&str>,
-) -> Result<Vec<(String, usize, PointCloud)>, Failure> {
+) -> Result<Vec<Numbered<PointCloud>>, Failure> {
     let plane = plane(&arguments.folder, arguments.view.as_deref())?;
     let ground =
         if arguments.dataset == Dataset::POINTS { of_run(&arguments.folder) } else { Ground::default() };
     let mut found = Vec::new();
     for &number in numbers {
         let snapshot = frame(&arguments.folder, &frames[number])?;
-        let (name, cloud) = cloud(&snapshot, field, plane).map_err(|known| {
-            Failure::Usage(format!("--fields {}: the frame has {known}", field.unwrap_or_default()))
-        })?;
+        let (name, cloud) = cloud(&snapshot, field, plane).map_err(|known| no_field(field, &known))?;
         found.push((name, number, PointCloud { lines: ground.lines_at(snapshot.time), ..cloud }));
     }
     if found.len() > 1 || arguments.range.is_some() {

@@ -4,7 +4,8 @@ use colluvium_case::Snapshot;
 use serde_json::{Value, json};
 
 use super::fields::Shown;
-use super::{Panel, View, text, thin};
+use super::thin::{Block, Blocks};
+use super::{Panel, View, text};
 
 /// Steps of a place or a width.
 const PLACES: u32 = 65_535;
@@ -99,21 +100,24 @@ impl<'a> Encoder<'a> {
         Self { bounds, width, view, fields, last: Vec::new() }
     }
 
-    /// A frame, with one in `share` of its points: places, widths where they are not those of the frame before, values.
-    pub fn frame(&mut self, frame: &Snapshot, share: u64) -> Value {
-        let shown: Vec<usize> = thin::shown(&frame.ids, share);
+    /// A frame, of each block one point, where there are blocks: places, widths where they are not those of the frame before, values.
+    pub fn frame(&mut self, frame: &Snapshot, blocks: Option<&Blocks>) -> Value {
+        let all = Block { wider: [1.0; 3], offset: [0.0; 3] };
+        let block = |i: usize| blocks.map_or(Some(&all), |blocks| blocks.get(frame.ids[i]));
+        let shown: Vec<(usize, &Block)> = (0..frame.ids.len()).filter_map(|i| Some((i, block(i)?))).collect();
         let (mut places, mut widths) = (Vec::new(), Vec::new());
-        for &i in &shown {
+        for &(i, block) in &shown {
             for (scale, &axis) in self.bounds.iter().zip(&self.view.axes) {
-                places.extend((scale.quantise(frame.positions[i][axis]) as u16).to_le_bytes());
-                let width = frame.extents[i][axis];
+                let place = frame.positions[i][axis] + block.offset[axis];
+                places.extend((scale.quantise(place) as u16).to_le_bytes());
+                let width = frame.extents[i][axis] * block.wider[axis];
                 let width = if width.is_nan() { 0.0 } else { width };
                 widths.extend((self.width.quantise(width) as u16).to_le_bytes());
             }
         }
         let values = |field: &Shown| -> Vec<u8> {
             let all = field.values(frame);
-            shown.iter().map(|&i| field.number(all[i])).collect()
+            shown.iter().map(|&(i, _)| field.number(all[i])).collect()
         };
         let values: Vec<String> = self.fields.iter().map(|field| text(&values(field))).collect();
         let same = widths == self.last;

@@ -74,13 +74,15 @@ impl Animation {
         let fields = fields::shown(panels, view);
         let (kept, thinned) = thin::thin(panels, view, fields.len());
         let bounds = encode::bounds(panels, &view.axes)?;
-        let largest = encode::largest(panels, &view.axes);
+        let wider =
+            kept.iter().filter_map(|one| one.blocks.as_ref()).map(thin::Blocks::widest).fold(1.0, f64::max);
+        let largest = wider * encode::largest(panels, &view.axes);
         let times = times(&kept.iter().map(|one| one.panel.frames.as_slice()).collect::<Vec<_>>());
         let end = times.last().copied().unwrap_or(0.0);
         let panel = |one: &thin::Kept<'_>| {
             let mut encoder = encode::Encoder::new(&bounds, largest, view, &fields);
             let frames: Vec<Value> =
-                one.panel.frames.iter().map(|frame| encoder.frame(frame, one.share)).collect();
+                one.panel.frames.iter().map(|frame| encoder.frame(frame, one.blocks.as_ref())).collect();
             json!({
                 "name": one.panel.name, "shape": shape(&one.panel), "frames": frames,
                 "at": times.iter().map(|time| at(&one.panel.frames, *time, end)).collect::<Vec<_>>(),

@@ -61,6 +61,7 @@ fn chains(solver: &DemSolver<2, 1>) -> ForceChains {
         grains: grains.collect(),
         lines: ends.iter().map(|line| [flat(&line[0]), flat(&line[1])]).zip(forces).collect(),
         axes: ["x (m)".to_owned(), "y (m)".to_owned()],
+        ..ForceChains::default()
     }
 }
 
