@@ -105,6 +105,14 @@ impl Results {
         Ok(Self { summary, case, table, frames, profiles })
     }
 
+    /// Whether a column of the measures is one that the case asks for.
+    fn asks(&self, column: &str) -> bool {
+        let measures = self.case["measures"].as_object().into_iter().flatten();
+        measures.into_iter().any(|(name, _)| {
+            column.strip_prefix(&**name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        })
+    }
+
     /// True when all stages and searches are done.
     fn complete(&self) -> bool {
         self.summary["status"] == "completed"
@@ -123,6 +131,8 @@ struct Pictures {
     /// The points in time; `None` before the second frame.
     player: Option<String>,
     points: Vec<Figure>,
+    /// Measures and profiles that the case asks for.
+    asked: Vec<Figure>,
     charts: Vec<Figure>,
     maps: Vec<Figure>,
     safety: Vec<Figure>,
@@ -142,10 +152,12 @@ const PLAYED: usize = 80;
 pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportError> {
     let results = Results::read(folder)?;
     let ground = of_run(folder);
+    let (asked, charts) = charts(&results)?;
     let pictures = Pictures {
         points: points(folder, &results, options, &ground)?,
         player: player(folder, &results, options, ground)?,
-        charts: charts(&results)?,
+        asked,
+        charts,
         maps: maps(folder)?,
         safety: safety::figures(folder, &results, options.plane)?,
     };
@@ -237,24 +249,23 @@ fn maps(folder: &Path) -> Result<Vec<Figure>, ReportError> {
     crate::maps::maps(folder)?.into_iter().map(figure).collect()
 }
 
-/// Charts of the measures that change and of the profiles, as SVG.
-fn charts(results: &Results) -> Result<Vec<Figure>, ReportError> {
-    let asked = |name: &str| {
-        let measures = results.case["measures"].as_object().into_iter().flatten();
-        measures.into_iter().any(|(measure, _)| name == measure || name.starts_with(&format!("{measure}.")))
-    };
+/// Charts as SVG of the measures that change: those that the case asks for with its profiles, and all others.
+fn charts(results: &Results) -> Result<(Vec<Figure>, Vec<Figure>), ReportError> {
     let of_run = |name: &str| HOUSEKEEPING.iter().any(|begin| name.starts_with(begin));
-    let rank = |name: &str| if asked(name) { 0 } else { 1 + u8::from(of_run(name)) };
     let mut measures = pictures::charts(&results.table);
     measures.retain(|(_, chart)| pictures::changes(&chart.series[0].points));
-    measures.sort_by_key(|(name, _)| rank(name));
-    let last = measures.split_off(measures.iter().filter(|(name, _)| asked(name)).count());
+    measures.sort_by_key(|(name, _)| of_run(name));
+    let (asked, others): (Vec<_>, Vec<_>) = measures.into_iter().partition(|(name, _)| results.asks(name));
     let profiles = results.profiles.iter().map(|(name, table)| (name.clone(), profile(table)));
     let figure = |(name, chart): (String, LineChart)| {
         let fail = |problem| ReportError::Picture { what: name.clone(), problem };
+        // The caption below it is its title.
+        let chart = LineChart { title: String::new(), ..chart };
         Ok(Figure { element: chart.to_svg().map_err(fail)?, caption: name.replace('_', " ") })
     };
-    measures.into_iter().chain(profiles).chain(last).map(figure).collect()
+    let asked: Result<_, ReportError> = asked.into_iter().chain(profiles).map(figure).collect();
+    let others: Result<_, ReportError> = others.into_iter().map(figure).collect();
+    Ok((asked?, others?))
 }
 
 /// A profile at some of its times.

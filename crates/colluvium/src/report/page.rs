@@ -8,7 +8,7 @@ use super::{Figure, Pictures, Results, safety, tables};
 
 const STYLE: &str = include_str!("report.css");
 
-/// The page: what came out first, then how the run went, then every parameter.
+/// The page: first what the case asks for, then what else came out, how the run went, and every parameter.
 pub(super) fn page(results: &Results, pictures: &Pictures) -> Markup {
     let title = text(&results.case["title"]);
     html! {
@@ -28,13 +28,15 @@ pub(super) fn page(results: &Results, pictures: &Pictures) -> Markup {
                     p class="notes" { @for note in notes { (text(note)) " " } }
                 }
                 (warnings(&results.summary))
+                (safety::section(&results.summary, &pictures.safety))
+                (tables::asked(results))
+                @if !pictures.asked.is_empty() { (charts(&pictures.asked)) }
+                @if !pictures.maps.is_empty() { (figures("Maps", "", &pictures.maps)) }
                 @if let Some(player) = &pictures.player {
                     h2 { "Animation" }
                     (PreEscaped(player))
                 }
-                (safety::section(&results.summary, &pictures.safety))
-                @if !pictures.maps.is_empty() { (figures("Maps", "", &pictures.maps)) }
-                (figures("Results in time, and profiles", "charts", &pictures.charts))
+                (figures("All else in time", "charts", &pictures.charts))
                 (tables::measures(results))
                 (figures("Points", "", &pictures.points))
                 (tables::budget(results))
@@ -134,11 +136,65 @@ fn facts(results: &Results) -> Markup {
 fn figures(title: &str, class: &str, figures: &[Figure]) -> Markup {
     html! {
         h2 { (title) }
-        div class=(class) {
-            @for figure in figures {
-                figure { (PreEscaped(&figure.element)) figcaption { (figure.caption) } }
-            }
-        }
+        div class=(class) { (drawn(figures)) }
         @if figures.is_empty() { p class="soft" { "Nothing yet." } }
+    }
+}
+
+fn charts(figures: &[Figure]) -> Markup {
+    html! { div class="charts" { (drawn(figures)) } }
+}
+
+fn drawn(figures: &[Figure]) -> Markup {
+    html! {
+        @for figure in figures {
+            figure { (PreEscaped(&figure.element)) figcaption { (figure.caption) } }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::output::Table;
+    use serde_json::json;
+
+    #[test]
+    fn a_report_begins_with_what_was_asked_for() {
+        let columns = ["time", "kinetic_energy", "front", "front.speed", "frontal"];
+        let results = Results {
+            summary: json!({ "status": "completed", "method": "mpm", "factors_of_safety": { "slope": {} } }),
+            case: json!({ "title": "A case", "measures": { "front": {} }, "methods": {} }),
+            table: Table {
+                columns: columns.map(|name| (name.to_owned(), "m".to_owned())).to_vec(),
+                rows: vec![vec![0.0, 1.0, 2.0, 3.0, 4.0], vec![1.0, 2.0, 3.0, 4.0, 5.0]],
+            },
+            frames: Vec::new(),
+            profiles: Vec::new(),
+        };
+        assert_eq!(columns.map(|name| results.asks(name)), [false, false, true, true, false]);
+        let figure = |name: &str| vec![Figure { element: String::new(), caption: name.to_owned() }];
+        let pictures = Pictures {
+            player: Some("the player".to_owned()),
+            points: figure("the points"),
+            asked: figure("the front"),
+            charts: figure("the energy"),
+            maps: figure("the map"),
+            safety: Vec::new(),
+        };
+        let page = page(&results, &pictures).into_string();
+        let order = [
+            "Factors of safety",
+            "Measures of the case",
+            "the front",
+            "the map",
+            "the player",
+            "the energy",
+            "All measures",
+        ];
+        let places: Vec<usize> = order.iter().map(|text| page.find(text).unwrap()).collect();
+        assert!(places.is_sorted(), "{places:?}");
+        let asked = &page[places[1]..places[2]];
+        assert!(asked.contains("front.speed") && !asked.contains("frontal"), "{asked}");
     }
 }

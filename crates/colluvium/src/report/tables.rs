@@ -123,8 +123,33 @@ pub(super) fn budget(results: &Results) -> Markup {
     }
 }
 
+/// First, least, largest and last value of the columns that the case asks for; nothing where it asks for none.
+pub(super) fn asked(results: &Results) -> Markup {
+    let columns = columns(results, |name| results.asks(name));
+    html! {
+        @if !columns.is_empty() {
+            h2 { "Measures of the case" }
+            (ends(results, &columns))
+        }
+    }
+}
+
 /// First, least, largest and last value of each column.
 pub(super) fn measures(results: &Results) -> Markup {
+    html! {
+        h2 { "All measures" }
+        p class="soft" { "Stress is tension-positive, pressure compression-positive. All rows are in measures.csv." }
+        (ends(results, &columns(results, |_| true)))
+    }
+}
+
+/// Numbers of the columns whose names are wanted.
+fn columns(results: &Results, wanted: impl Fn(&str) -> bool) -> Vec<usize> {
+    let columns = &results.table.columns;
+    (0..columns.len()).filter(|k| wanted(&columns[*k].0)).collect()
+}
+
+fn ends(results: &Results, columns: &[usize]) -> Markup {
     let table = &results.table;
     let line = |k: usize| {
         let values = || table.rows.iter().map(|row| row[k]).filter(|value| value.is_finite());
@@ -141,11 +166,9 @@ pub(super) fn measures(results: &Results) -> Markup {
         }
     };
     html! {
-        h2 { "Measures" }
-        p class="soft" { "Stress is tension-positive, pressure compression-positive. All rows are in measures.csv." }
         div class="wide" { table {
             tr { th { "Measure" } th { "First" } th { "Least" } th { "Largest" } th { "Last" } }
-            @for k in 0..table.columns.len() { (line(k)) }
+            @for &k in columns { (line(k)) }
         } }
     }
 }
