@@ -57,8 +57,7 @@ impl Outline {
         if polygons.is_empty() {
             return Err("holds no polygon".to_owned());
         }
-        let split =
-            |polygon: &Polygon| -> Vec<Vec<Ring>> { polygon.iter().map(|ring| loops(ring)).collect() };
+        let split = |polygon: &Polygon| -> Vec<Vec<Ring>> { polygon.iter().map(loops).collect() };
         let split: Vec<Vec<Vec<Ring>>> = polygons.iter().map(split).collect();
         let (mut number, mut parts) = (0, Vec::with_capacity(split.len()));
         for polygon in &split {

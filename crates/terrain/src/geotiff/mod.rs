@@ -21,7 +21,13 @@ type Source<'a> = Decoder<Cursor<&'a [u8]>>;
 
 #[allow(clippy::needless_pass_by_value, reason = "`map_err(wrong)` reads well")]
 fn wrong(error: tiff::TiffError) -> String {
-    format!("is not a TIFF that can be read: {error}")
+    let cure = match error {
+        tiff::TiffError::UnsupportedError(_) => {
+            "; write it as numbers of one band, with the compression DEFLATE or LZW or none"
+        }
+        _ => "",
+    };
+    format!("is not a TIFF that can be read: {error}{cure}")
 }
 
 /// Where the node of the first pixel is (m), and the steps per column and row.
