@@ -27,10 +27,11 @@ pub(crate) const LONGEST_SHIFT: f64 = 0.1;
 pub struct SphOptions {
     /// Initial distance of the particles (m).
     pub spacing: f64,
-    /// Kernel.
+    /// Kernel. Without an entry `cubic-spline`, and `wendland-c2` where all bodies that move by themselves are Newtonian liquids (and
+    /// `formulation` is `updated`): particles of liquids clump with the cubic spline.
     #[serde(default)]
     pub kernel: Kernel,
-    /// Smoothing length over `spacing`, 0.9 to 3.
+    /// Smoothing length over `spacing`, 0.9 to 3. Without an entry 1.2, and 1.5 for Newtonian liquids with `kernel` `wendland-c2`.
     #[serde(default = "smoothing")]
     pub smoothing: f64,
     /// Allows a smoothing at which the kernel is known to make particles clump.
@@ -110,7 +111,9 @@ pub struct SphOptions {
     /// it where `velocity_gradient` is `corrected`.
     #[serde(default)]
     pub hourglass_viscosity: f64,
-    /// Shifting of particles towards even spacing, in smoothing lengths per length moved; at least 0. Velocity,
+    /// Shifting of particles towards even spacing, in smoothing lengths per length moved; at least 0. Without an entry 10 where all bodies that
+    /// move by themselves are Newtonian liquids that fill the domain (no free surface) and there is no obstacle, and 0 elsewhere; it makes steps
+    /// about three times as expensive. Velocity,
     /// density and stress are carried along to first order, density and stress with their gradients within the body.
     #[serde(default)]
     pub shifting: f64,
