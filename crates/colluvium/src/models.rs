@@ -70,7 +70,9 @@ fn users(name: &str, kind: Kind) -> &'static str {
         ("umat", _) => "who trusts the library; 3D stress only",
         ("hypoplastic", _) => "all methods; viscous mode `rate-material` in element tests only",
         ("saturation-softened", _) => "bodies with a `pore_fluid`; element tests",
-        ("double-scale", _) => "all methods; the size of a point, or of a cell, is its length",
+        ("double-scale", _) => {
+            "all methods; a band is as long as a cell (with splines two), in SPH as two spacings"
+        }
         (_, Kind::Solid) => "all methods",
         (_, Kind::Fluid) => "all methods; no shear stress at the start",
         (_, Kind::Wrapper) => "who the inner material is for",

@@ -183,6 +183,14 @@ impl MaterialSpec {
         Err(MaterialError::choice("model", rule))
     }
 
+    /// The law of a point that a band may cut, where this is one, whatever stands around it.
+    pub fn banded(&self) -> Option<&DoubleScaleSpec> {
+        match self {
+            Self::DoubleScale(spec) => Some(spec),
+            _ => self.inner().and_then(Self::banded),
+        }
+    }
+
     /// True for parameters that mean something in plane strain only.
     pub fn assumes_plane_strain(&self) -> bool {
         let planar = [Matching::PlaneStrain, Matching::PlaneStrainAssociated];

@@ -1,5 +1,6 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
+mod bands;
 mod bodies;
 mod defaults;
 mod refuse;
@@ -19,6 +20,7 @@ use crate::setting::{Setting, corner};
 use crate::solver::SphSolver;
 use crate::total::Reference;
 use crate::walls::{Obstacles, Walls, check_walls, has_friction, planes, wall_sites};
+use bands::check_bands;
 use bodies::{add_body, check_distances};
 use refuse::{check_stress_forms, refuse, warnings};
 
@@ -187,6 +189,7 @@ fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, Ca
 /// A solver with its concrete type, at time zero.
 pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSolver<D>, CaseError> {
     refuse(case, options)?;
+    check_bands::<D>(case, options)?;
     let smoothing = smoothing::<D>(options)?;
     let on_surface = options.confining.as_ref().is_some_and(|confining| confining.on == Confined::Surface);
     if on_surface && let Some(problem) = blind_to_surfaces(&smoothing, options.spacing) {

@@ -4,6 +4,7 @@ use colluvium_case::description::{Body, ObstacleShape, Wall};
 use colluvium_case::{Case, CaseError, Honours};
 use colluvium_constitutive::{Kind, MaterialSpec};
 
+use super::bands::sticking;
 use super::defaults::{densities, has_jump};
 use crate::config::{
     Confined, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall, SmoothWall,
@@ -367,6 +368,7 @@ pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     }
     warnings.extend(jump_warnings(case, options));
     warnings.extend(tension_warning(case, options));
+    warnings.extend(sticking(case));
     let any = |of: &dyn Fn(&Wall) -> bool| case.boundaries.iter().any(|boundary| of(&boundary.wall));
     let of_particles = any(&|wall| !mirrors(wall, options));
     let (rough, smooth) = (any(&|wall| *wall == Wall::Rough), any(&|wall| *wall == Wall::Smooth));

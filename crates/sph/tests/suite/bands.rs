@@ -1,50 +1,169 @@
-//! Bands within particles: the particle's own size is their length (sheet: sph §2.7; constitutive §2.16).
+//! Bands in particles: the length of a band is two spacings (sheet: sph §0; constitutive §2.16).
 
-use serde_json::json;
+use colluvium_case::{Case, Method};
+use colluvium_sph::Sph;
+use serde_json::{Value, json};
 
 use crate::common::{begin, changed, stresses};
 
-/// Fracture energy (J/m²).
-const ENERGY: f64 = 100.0;
+/// Young's modulus and tensile strength (Pa), fracture energy (J/m²) and density (kg/m³): the bar is a fourth of `E G/f_t²` long, and
+/// the crack opens by little of a spacing.
+const STIFFNESS: f64 = 1e8;
+const STRENGTH: f64 = 1e3;
+const ENERGY: f64 = 0.04;
+const DENSITY: f64 = 1000.0;
+/// Length of the bar between its grips (m) and speed of the right one (m/s), a tenth of `f_t/√(E ρ)`.
+const LENGTH: f64 = 1.0;
+const PULL: f64 = 0.0003;
+/// Strength of the weak middle over that of the rest.
+const WEAK: f64 = 0.95;
 
-/// Area under stress and elongation of a particle (J/m²) in a bar of so many particles per metre that is stretched evenly.
-fn area(spacing: f64) -> f64 {
-    let rate = 0.02 / spacing;
-    let concrete = json!({
-        "model": "double-scale", "density": 2400, "youngs_modulus": 3e10, "poissons_ratio": 0,
-        "band": { "law": "cohesive-friction", "cohesion": 4.5e6, "tensile_strength": 3e6, "friction_coefficient": 0.6,
-                  "opening_energy": ENERGY, "sliding_energy": 1000, "normal_stiffness": 1e18, "shear_stiffness": 1e18 }
-    });
-    let text = json!({
-        "title": "bar", "space": "1d", "gravity": [0], "domain": { "min": [-1], "max": [2] },
-        "materials": { "m": concrete },
-        "bodies": [{ "name": "bar", "material": "m", "shape": { "kind": "box", "min": [0], "max": [8.0 * spacing] },
-                     "velocity": { "kind": "linear", "value": [0], "origin": [0], "gradient": [[rate]] } },
-                   { "name": "rest", "material": "m", "shape": { "kind": "box", "min": [1.4], "max": [1.8] } }],
-        "stages": [{ "name": "s", "duration": 1 }],
-        "methods": { "sph": { "spacing": spacing, "held": ["bar"], "velocity_gradient": "corrected" } }
-    });
-    let mut solver = begin(&changed(text, &json!({})));
+fn concrete(share: f64, energy: f64) -> Value {
+    json!({
+        "model": "double-scale", "density": DENSITY, "youngs_modulus": STIFFNESS, "poissons_ratio": 0,
+        "band": { "law": "cohesive-damage", "tensile_strength": share * STRENGTH, "fracture_energy": energy,
+                  "stiffness": 1e4 * STRENGTH * STRENGTH / energy }
+    })
+}
+
+/// A bar with a weak row in its middle, on a line.
+fn on_a_line(spacing: f64, sph: &Value) -> Case {
+    bar(
+        "1d",
+        &json!([]),
+        spacing,
+        &|x, _| json!([x]),
+        &|from, to| json!({ "kind": "box", "min": [from], "max": [to] }),
+        sph,
+    )
+}
+
+/// The same of six rows in the plane, which repeat themselves across.
+fn of_rows(spacing: f64, sph: &Value) -> Case {
+    let half = 3.0 * spacing;
+    let part = |from: f64, to: f64| json!({ "kind": "box", "min": [from, -half], "max": [to, half] });
+    bar("plane-strain", &json!(["y"]), spacing, &|x, y| json!([x, y * half]), &part, sph)
+}
+
+/// A bar whose parts from here to there are given, in a domain whose corners are the places at (±1, ±1) of its length and height.
+fn bar(
+    space: &str,
+    periodic: &Value,
+    spacing: f64,
+    place: &dyn Fn(f64, f64) -> Value,
+    part: &dyn Fn(f64, f64) -> Value,
+    sph: &Value,
+) -> Case {
+    let (grip, row, end) = (4.0 * spacing, 0.5 * spacing, 0.5 * LENGTH);
+    let reach = end + 5.0 * spacing;
+    let mut methods = json!({ "spacing": spacing, "held": ["left", "right"] });
+    methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
+    let grips = json!({ "model": "linear-elastic", "density": DENSITY, "youngs_modulus": STIFFNESS, "poissons_ratio": 0 });
+    changed(
+        json!({
+            "title": "bar", "space": space, "gravity": if space == "1d" { json!([0]) } else { json!([0, 0]) },
+            "domain": { "min": place(-reach, -1.0), "max": place(reach, 1.0), "periodic": periodic },
+            "materials": { "strong": concrete(1.0, ENERGY), "weak": concrete(WEAK, ENERGY), "grip": grips },
+            "bodies": [
+                { "name": "left", "material": "grip", "shape": part(-end - grip, -end) },
+                { "name": "near", "material": "strong", "shape": part(-end, -row) },
+                { "name": "middle", "material": "weak", "shape": part(-row, row) },
+                { "name": "far", "material": "strong", "shape": part(row, end) },
+                { "name": "right", "material": "grip", "shape": part(end, end + grip),
+                  "velocity": { "kind": "uniform", "value": place(PULL, 0.0) } }],
+            "stages": [{ "name": "pull", "duration": 20 }],
+            "methods": { "sph": methods }
+        }),
+        &json!({}),
+    )
+}
+
+/// Work of the grips over the fracture energy, up to six times the opening over which the strength falls to 1/e: the stress of what
+/// stays whole times the way.
+fn work_over_energy(case: &Case) -> f64 {
+    let mut solver = begin(case);
     let (mut before, mut sum) = (0.0, 0.0);
-    // Twelve times the opening over which the strength falls to 1/e.
-    while rate * spacing * solver.time() < 12.0 * ENERGY / 3e6 {
-        let dt = solver.limit().dt;
-        solver.step(dt).unwrap();
+    while PULL * solver.time() < 6.0 * ENERGY / STRENGTH {
+        let from = solver.time();
+        for _ in 0..20 {
+            let step = solver.limit().dt;
+            solver.step(step).unwrap();
+        }
         let snapshot = solver.snapshot();
-        let all = stresses(&snapshot).into_iter().zip(&snapshot.bodies);
-        let of_bar: Vec<f64> = all.filter(|(_, body)| **body == 0).map(|(s, _)| s[0]).collect();
-        let mean = of_bar.iter().sum::<f64>() / of_bar.len() as f64;
-        assert!(of_bar.iter().all(|s| (s - mean).abs() < 1e-3 * 3e6), "{of_bar:?}");
-        sum += 0.5 * (before + mean) * rate * spacing * dt;
+        let whole = (-0.4 * LENGTH)..(-0.25 * LENGTH);
+        let all = snapshot.positions.iter().zip(stresses(&snapshot));
+        let of: Vec<f64> = all.filter(|(x, _)| whole.contains(&x[0])).map(|(_, s)| s[0]).collect();
+        let mean = of.iter().sum::<f64>() / of.len() as f64;
+        sum += 0.5 * (before + mean) * PULL * (solver.time() - from);
         before = mean;
     }
-    sum
+    sum / ENERGY
+}
+
+/// With one spacing as the length of a band it would be twice its fracture energy, at any spacing.
+#[test]
+fn a_bar_that_is_pulled_apart_spends_its_fracture_energy() {
+    for rows in [20.0, 40.0] {
+        let spacing = LENGTH / (rows + 1.0);
+        for (name, case) in [
+            ("rows", of_rows(spacing, &json!({}))),
+            ("line", on_a_line(spacing, &json!({}))),
+            ("line in the total form", on_a_line(spacing, &json!({ "formulation": "total-lagrangian" }))),
+        ] {
+            let found = work_over_energy(&case);
+            assert!((found - 1.0).abs() < 0.05, "{name} of {rows}: {found}");
+        }
+    }
 }
 
 #[test]
-fn a_band_in_a_particle_spends_the_same_energy_at_any_spacing() {
-    for spacing in [0.1, 0.05] {
-        let found = area(spacing);
-        assert!((found / ENERGY - 1.0).abs() < 0.01, "{spacing} m: {found} J/m²");
-    }
+fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
+    let refused = |case: &Case| {
+        Sph.build(case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem.clone()))
+    };
+    assert_eq!(refused(&of_rows(0.1, &json!({}))), Ok(()));
+    let (path, problem) = refused(&of_rows(0.1, &json!({ "smoothing": 1.5 }))).unwrap_err();
+    assert_eq!(path, "methods.sph.smoothing");
+    assert!(problem.contains("at most 1.2") && problem.contains("\"strong\""), "{problem}");
+    let (path, problem) = refused(&of_rows(0.1, &json!({ "kernel": "wendland-c2" }))).unwrap_err();
+    assert_eq!(path, "methods.sph.kernel");
+    assert!(problem.contains("cubic-spline"), "{problem}");
+    // E G/f_t² is 0.08 m, less what the band stretches before it softens, and a spacing half of that.
+    let mut brittle: Value = serde_json::from_str(&of_rows(0.1, &json!({})).to_json()).unwrap();
+    brittle["materials"]["strong"] = concrete(1.0, 8e-4);
+    let (path, problem) = refused(&changed(brittle, &json!({}))).unwrap_err();
+    assert_eq!(path, "methods.sph.spacing");
+    assert!(
+        problem.contains("\"strong\" snap back from 3.99") || problem.contains("from 4.0000e-2 m"),
+        "{problem}"
+    );
+}
+
+#[test]
+fn soil_beside_a_rigid_body_is_told_to_stick() {
+    let warnings = |rigid: bool, material: &Value| {
+        let case = changed(
+            json!({
+                "title": "block", "space": "plane-strain", "gravity": [0, -9.81],
+                "domain": { "min": [-1, -1], "max": [1, 1] },
+                "materials": { "soil": material, "steel": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
+                "bodies": [
+                    { "name": "fill", "material": "soil", "shape": { "kind": "box", "min": [-0.5, -0.5], "max": [0.5, 0] } },
+                    { "name": "block", "material": "steel", "rigid": rigid, "shape": { "kind": "box", "min": [-0.2, 0], "max": [0.2, 0.3] } }],
+                "stages": [{ "name": "s", "duration": 1 }],
+                "methods": { "sph": { "spacing": 0.1 } }
+            }),
+            &json!({}),
+        );
+        Sph.plan(&case).unwrap().warnings.join("\n")
+    };
+    let sand = json!({ "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 30 });
+    let told = warnings(true, &sand);
+    assert!(
+        told.contains("\"fill\" sticks to the rigid body \"block\"") && told.contains("obstacle"),
+        "{told}"
+    );
+    assert!(!warnings(false, &sand).contains("sticks"));
+    let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1 });
+    assert!(!warnings(true, &water).contains("sticks"));
 }

@@ -303,14 +303,15 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
         Ok((jump, band, outside))
     }
 
-    /// The size of the point in this step (m).
-    fn size(&self, motion: &Motion) -> Result<f64, MaterialError> {
+    /// The size of the point in this step (m). A point that snaps back is refused when its band begins: one whose crack has
+    /// opened since is larger for that, and stores no more.
+    fn size(&self, motion: &Motion, begins: bool) -> Result<f64, MaterialError> {
         let size = self.size.unwrap_or(motion.size);
         let invalid = |reason| Err(MaterialError::Motion { model: NAME, reason });
         if !(size > 0.0 && size.is_finite()) {
             return invalid("the size of the point must be positive");
         }
-        if size >= self.largest {
+        if begins && size >= self.largest {
             return invalid("the point is so large that its band snaps back (see allow_snapback)");
         }
         Ok(size)
@@ -324,7 +325,8 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
     ) -> Result<Point<State<B, M>>, MaterialError> {
         let before = Point { stress: old.stress, state: old.state.outside };
         let mut state = old.state;
-        if !state.localised {
+        let begins = !state.localised;
+        if begins {
             let intact = self.outside.update(strain, motion, &before)?;
             let Some(frame) = self.onset(&before, &intact, strain, motion) else {
                 let state = BandedState { outside: intact.state, ..state };
@@ -333,7 +335,7 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
             let band = self.band.initial(traction(&frame, &old.stress));
             state = BandedState { localised: true, frame, jump: [0.0; 3], band, ..state };
         }
-        state.size = self.size(motion)?;
+        state.size = self.size(motion, begins)?;
         let band = Self::interface(&state, &old.stress);
         let step = Step { strain, motion, old: before, frame: state.frame, size: state.size, band };
         let (jump, band, outside) = self.solved(&step)?;
@@ -453,7 +455,7 @@ impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
             let whole = self.onset(&before, &intact, strain, motion).is_none();
             return if whole { self.outside.tangent(strain, motion, &before) } else { None };
         }
-        let (size, frame) = (self.size(motion).ok()?, old.state.frame);
+        let (size, frame) = (self.size(motion, false).ok()?, old.state.frame);
         let band = Self::interface(&old.state, &old.stress);
         let step = Step { strain, motion, old: before, frame, size, band };
         let (jump, band, _) = self.solved(&step).ok()?;

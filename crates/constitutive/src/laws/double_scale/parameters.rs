@@ -35,8 +35,7 @@ pub struct DoubleScaleSpec {
     /// absent.
     #[serde(default)]
     pub local_solve: Option<LocalSolve>,
-    /// Effective size of a point (m), > 0; the size that the method gives when absent. Where a grid carries
-    /// the resolution it is the size of a cell.
+    /// Length of a band (m), > 0; that of the method when absent: in MPM a cell, or two with splines; in SPH two spacings.
     #[serde(default)]
     pub size: Option<f64>,
     /// Drop a band that is broken through and start again from the intact material (desiccation networks).
@@ -174,6 +173,12 @@ impl DoubleScaleSpec {
             None => Arc::new(Corotational(self.law(band)?)),
             Some(strength) => Arc::new(Corotational(self.plastic(strength, band)?)),
         })
+    }
+
+    /// Length (m) of a band from which it snaps back, unless that is allowed; `None` where the parameters are out of range, and
+    /// where the size of a point is given.
+    pub fn largest_band(&self) -> Option<f64> {
+        self.largest_size().filter(|_| !self.allow_snapback && self.size.is_none())
     }
 
     /// Size (m) from which a point snaps back; `None` where the parameters are out of range.
