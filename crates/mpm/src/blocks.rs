@@ -71,9 +71,9 @@ pub struct Bench<R> {
 }
 
 impl<R: Copy> Bench<R> {
-    /// Points that read `nothing` and do not move, in a step (s) on cells of some edge (m) of a space of `D` axes.
-    pub fn at_rest<const D: usize>(nothing: R, dt: f64, cell: f64) -> Self {
-        Self { reads: [nothing; BLOCK], motions: Motions::still(dt, cell, D < 3) }
+    /// Points that read `nothing` and do not move, in a step (s), with bands of some length (m), of a space of `D` axes.
+    pub fn at_rest<const D: usize>(nothing: R, dt: f64, band: f64) -> Self {
+        Self { reads: [nothing; BLOCK], motions: Motions::still(dt, band, D < 3) }
     }
 }
 

@@ -390,6 +390,12 @@ impl MpmOptions {
         self.transfer == Transfer::Xpic || self.residual_time.is_some()
     }
 
+    /// Length of a band in cells (docs/theory/mpm.md, bands). A crack opens one cell of linear functions and point domains; splines
+    /// are too smooth for that, and it opens two.
+    pub(crate) fn band_cells(&self) -> f64 {
+        if matches!(self.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic) { 2.0 } else { 1.0 }
+    }
+
     /// Share of the old velocity and of the acceleration in the update of a point in a stage; the rest is the grid's
     /// velocity.
     pub(crate) fn flip_share(&self, stage: &Stage) -> f64 {

@@ -1,5 +1,6 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
+mod bands;
 mod bodies;
 mod honours;
 mod warnings;
@@ -39,6 +40,7 @@ use crate::{
     MpmOptions, ObstacleContact, StressScheme, contact, dispatch, dual, free_surface, loads, mesh, nodal,
     obstacles, rigid, two_phase, walls,
 };
+use bands::check_bands;
 use bodies::point_set;
 pub use honours::honours;
 use warnings::warnings;
@@ -57,6 +59,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
     options.validate_stage_flip(case)?;
     let options = two_phase::cleared(case, options)?;
+    check_bands(case, &options)?;
     if options.shape == ShapeFunctions::Cpdi2 && case.space != Space::PlaneStrain {
         let problem = "cpdi2 is of quadrilaterals and available in plane strain only: use cpdi";
         return Err(CaseError::new("methods.mpm.shape", problem));

@@ -66,7 +66,8 @@ pub fn update_points<const D: usize>(
     }
     let Averages { strains, dual, .. } = &*averages;
     let update = UpdateOfPoints { clock, background, strains, closed: &boundary.closed };
-    let bench = || Bench::at_rest::<D>(Gathered::ZERO, clock.dt, background.grid.cell);
+    let bench =
+        || Bench::at_rest::<D>(Gathered::ZERO, clock.dt, clock.options.band_cells() * background.grid.cell);
     bodies.update_blocks(clock, &bench, |set, block, bench| {
         update.block((nodes, read, dual), set, block, bench, what)
     })

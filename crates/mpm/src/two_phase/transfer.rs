@@ -167,7 +167,9 @@ pub(super) fn update_phases<const D: usize>(
     what: PointUpdate,
 ) -> Result<f64, SolverError> {
     let update = UpdateOfPoints { clock, background, strains: &averages.strains, closed: &boundary.closed };
-    let bench = || Bench::at_rest::<D>([Gathered::ZERO; 2], clock.dt, background.grid.cell);
+    let bench = || {
+        Bench::at_rest::<D>([Gathered::ZERO; 2], clock.dt, clock.options.band_cells() * background.grid.cell)
+    };
     bodies.update_blocks(clock, &bench, |set, block, bench| {
         update.phase_block((phases, read), set, block, bench, what)
     })

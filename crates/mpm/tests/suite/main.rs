@@ -1,5 +1,6 @@
 //! The solver and what it stands on, against closed forms, conservation laws and its promises about bits.
 
+mod bands;
 mod bearing;
 mod boundaries;
 mod common;

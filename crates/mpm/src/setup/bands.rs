@@ -1,0 +1,24 @@
+//! What laws with bands ask of the cells.
+
+use colluvium_case::{Case, CaseError};
+use colluvium_constitutive::MaterialSpec;
+
+use crate::MpmOptions;
+
+/// Refuses cells whose bands snap back. Elements of a mesh are judged when a band begins.
+pub(super) fn check_bands(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    for body in case.bodies.iter().filter(|body| !body.rigid && options.mesh.is_none()) {
+        let law = case.materials.get(&body.material).and_then(MaterialSpec::banded);
+        let Some(largest) = law.and_then(|law| law.largest_band()) else { continue };
+        if options.band_cells() * options.cell_size >= largest {
+            let problem = format!(
+                "bands of the material {:?}, {} cells long, snap back from {largest:.4e} m on, E G/f_t²: make it smaller, or set \
+                 `allow_snapback` in the material",
+                body.material,
+                options.band_cells()
+            );
+            return Err(CaseError::new("methods.mpm.cell_size", problem));
+        }
+    }
+    Ok(())
+}
