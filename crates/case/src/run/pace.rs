@@ -9,6 +9,8 @@ use crate::{Case, Plan, Solver, Wanted};
 /// Fewest steps that are measured beside the first, unless they take longer than what they may.
 const FEW: u32 = 3;
 
+/// Time of a step on one thread (s), as the plan expects it, above which none is made: of laws that are models of their own.
+const LONGEST_STEP: f64 = 20.0;
 /// Points from which on frames and rows are estimated: they would take the memory of the points once more.
 const MANY: usize = 200_000;
 /// Time of a frame for each of them (s), and of a row.
@@ -30,8 +32,11 @@ pub struct Pace {
 
 impl Pace {
     /// That of a solver at time zero, which steps on in the first stage for a time that it `may` take, and is of no further use. `None`
-    /// where no step can be done: the run will say why.
+    /// where no step can be done, as the run will say, and where one would take too long.
     pub fn of(case: &Case, plan: &Plan, solver: &mut dyn Solver, may: Duration) -> Option<Self> {
+        if plan.seconds() > LONGEST_STEP * plan.steps as f64 {
+            return None;
+        }
         // On a thread of the pool: each loop of a step would wake one, and wait for it, from any other.
         rayon::scope(|_| {
             let steps = Steps::measure(case, solver, may)?;

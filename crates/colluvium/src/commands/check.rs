@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 use colluvium::case::run::{Pace, SearchCost, check_names};
-use colluvium::case::{Case, Densities, TimeScales, printable};
+use colluvium::case::{Case, Densities, Plan, TimeScales, printable};
 
 use super::{
     Failure, choose, duration, free_memory,
@@ -51,17 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     say!("{}", printable(&case.title));
     say!("method         {}: {}", method.name(), method.summary());
     say!("points         {}", plan.points);
-    for (body, mass) in case.bodies.iter().zip(plan.masses(&case)) {
-        say!("mass           {}: {mass:.4e} kg of {}", body.name, body.material);
-    }
-    for body in &case.bodies {
-        if let Some(Densities { dry, saturated, grains }) = case.densities(body) {
-            say!(
-                "densities      {}: dry {dry:.0}, saturated {saturated:.0}, grains {grains:.0} kg/m³",
-                body.name
-            );
-        }
-    }
+    tell_bodies(&case, &plan)?;
     if plan.nodes > 0 {
         say!("grid nodes     {}", plan.nodes);
     }
@@ -85,6 +75,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     say!("time scales    {}", scales(&case, method.honours(&case)?.has_materials()));
     for warning in plan.all_warnings(&case) {
         complain!("warning: {warning}");
+    }
+    Ok(())
+}
+
+/// Prints the masses of the bodies, and the densities of those with pore fluid.
+fn tell_bodies(case: &Case, plan: &Plan) -> Result<(), Failure> {
+    for (body, mass) in case.bodies.iter().zip(plan.masses(case)) {
+        say!("mass           {}: {mass:.4e} kg of {}", body.name, body.material);
+    }
+    for body in &case.bodies {
+        if let Some(Densities { dry, saturated, grains }) = case.densities(body) {
+            say!(
+                "densities      {}: dry {dry:.0}, saturated {saturated:.0}, grains {grains:.0} kg/m³",
+                body.name
+            );
+        }
     }
     Ok(())
 }
