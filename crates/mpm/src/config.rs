@@ -35,7 +35,7 @@ pub struct MpmOptions {
     /// columns of `cell_size`.
     #[serde(default)]
     pub mesh: Option<MeshSource>,
-    /// Points per cell and direction. With a `mesh`, 1, 2 or 3 stand for 1, 3 or 6 points a triangle, and 1, 4 or 10 a
+    /// Points per cell and direction: 2 without an entry, 3 where all bodies that deform are Newtonian liquids and there is no `mesh`. With a `mesh`, 1, 2 or 3 stand for 1, 3 or 6 points a triangle, and 1, 4 or 10 a
     /// tetrahedron.
     #[serde(default = "two")]
     pub points_per_cell: usize,
@@ -45,7 +45,8 @@ pub struct MpmOptions {
     /// When in the step stress is updated.
     #[serde(default)]
     pub stress_update: StressScheme,
-    /// How velocities pass from the grid to the points and back.
+    /// How velocities pass from the grid to the points and back. Without an entry `flip`, and `tpic` where all bodies that deform are Newtonian
+    /// liquids with `volumetric_strain` `point` and no option of FLIP or XPIC is given: FLIP leaves liquids with motion of the points that the grid does not see.
     #[serde(default)]
     pub transfer: Transfer,
     /// With `transfer` `xpic`, or `flip` with a `residual_time`: order of the filter, 1 to 20. With 1 XPIC is PIC; the higher, the less is
@@ -101,7 +102,7 @@ pub struct MpmOptions {
     /// How frictional walls find the normal force.
     #[serde(default)]
     pub wall_friction: WallFriction,
-    /// Where obstacles act on bodies.
+    /// Where obstacles act on bodies. Without an entry on `nodes`, and on `points` where all bodies that deform are Newtonian liquids.
     #[serde(default)]
     pub obstacles: ObstacleContact,
     /// With `obstacles` `points`: stiffness of a point on an obstacle over the wave modulus of its material times its volume over the
@@ -144,7 +145,8 @@ pub struct MpmOptions {
     #[serde(default)]
     pub volumetric_strain: VolumetricStrain,
     /// Points of fluids where the cells around are filled to less than this share lie on the free surface and carry no
-    /// stress, 0 to 1 (both excluded), e.g. 0.7; no such points when absent.
+    /// stress, below 1; 0 for no such points. Without an entry 0.7 where all bodies that deform are Newtonian liquids, but for periodic domains
+    /// and axisymmetry, and 0 elsewhere.
     #[serde(default)]
     pub free_surface: Option<f64>,
     /// Largest volume of a stress-free point over its initial volume: keeps the points of a

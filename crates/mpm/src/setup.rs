@@ -2,6 +2,7 @@
 
 mod bands;
 mod bodies;
+mod defaults;
 mod honours;
 mod warnings;
 
@@ -55,7 +56,8 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
         let problem = "is missing: the material point method needs at least its `cell_size` (m)";
         return Err(CaseError::new("methods.mpm", problem));
     }
-    let options: MpmOptions = case.method_options("mpm")?;
+    let mut options: MpmOptions = case.method_options("mpm")?;
+    defaults::fit(case, &mut options);
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
     options.validate_stage_flip(case)?;
     let options = two_phase::cleared(case, options)?;

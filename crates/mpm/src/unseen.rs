@@ -41,12 +41,12 @@ impl<const D: usize> MpmSolver<D> {
         let time = time_of_fall(case)?;
         (unseen > NOTABLE * all && unseen > LEAST * fall).then(|| {
             let cure = match self.clock.options.residual_time {
-                None => format!("methods.mpm.residual_time takes it away, {time:.2} s = √(H/g) for example"),
-                Some(_) => "a shorter methods.mpm.residual_time takes it away sooner".to_owned(),
+                None => format!("set methods.mpm.residual_time to about {time:.2} s"),
+                Some(_) => "shorten methods.mpm.residual_time".to_owned(),
             };
             format!(
-                "{unseen:.1e} J of the {all:.1e} J of kinetic energy are motion of the points beyond that of the grid, up to {fastest:.2} m/s: \
-                 it moves nothing, and keeps them restless; {cure}. The field grid_velocity has what moves them"
+                "{unseen:.1e} J of the remaining kinetic energy ({all:.1e} J) is noise of the velocity transfer that does not move the material: points \
+                 differ from the grid by up to {fastest:.2} m/s. To damp it, {cure}. The output field grid_velocity holds the velocity without it"
             )
         })
     }

@@ -9,6 +9,7 @@ mod contact;
 mod driven;
 mod frames;
 mod light;
+mod liquids;
 mod loads;
 mod loose;
 mod materials;

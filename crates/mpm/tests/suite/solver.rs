@@ -767,7 +767,7 @@ fn points_on_a_free_surface_carry_no_stress_whatever_the_order_of_a_step() {
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.4], "max": [0.8, 0.45] },
                              "velocity": { "kind": "linear", "value": [0, 0], "origin": [0.5, 0.5], "gradient": [[-1, 0], [0, 0]] } }],
                 "stages": [{ "name": "s", "duration": 0.01 }],
-                "methods": { "mpm": { "cell_size": 0.1, "stress_update": scheme, "free_surface": 0.7 } }
+                "methods": { "mpm": { "cell_size": 0.1, "stress_update": scheme, "free_surface": 0.7, "points_per_cell": 2, "transfer": "flip" } }
             })
             .to_string(),
         )

@@ -183,7 +183,7 @@ fn a_deposit_comes_to_rest_with_a_residual_time() {
     // 7 % less: what a point does not share with the others it loses to them in flight.
     assert!((front(&relaxed) / front(&flip) - 1.0).abs() < 0.1, "{} {}", front(&relaxed), front(&flip));
     let told = |report: &RunReport| {
-        report.remarks.iter().any(|remark| remark.contains("residual_time takes it away"))
+        report.remarks.iter().any(|remark| remark.contains("set methods.mpm.residual_time to about"))
     };
     assert!(told(&flip) && !told(&relaxed), "{:?} {:?}", flip.remarks, relaxed.remarks);
 }
