@@ -9,4 +9,4 @@ mod numbers;
 pub mod undrained;
 
 pub use fronts::{crest, farthest_held, held_front, lower_boundary, reach_of};
-pub use numbers::{Largest, larger, slope};
+pub use numbers::{Largest, larger, scatter, slope};

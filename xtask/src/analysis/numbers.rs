@@ -5,6 +5,13 @@ pub fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || a >= b { a } else { b }
 }
 
+/// Mean of some drawings, and their standard deviation.
+pub fn scatter(drawn: &[f64]) -> (f64, f64) {
+    let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
+    let square = drawn.iter().map(|own| (own - mean).powi(2)).sum::<f64>() / (drawn.len() - 1) as f64;
+    (mean, square.sqrt())
+}
+
 /// The largest of what a benchmark found.
 pub trait Largest {
     /// NaN, which fails every check, where there are no numbers or one of them is none.

@@ -6,6 +6,7 @@
 
 mod flows;
 mod grains;
+mod options;
 mod particles;
 mod rigid;
 mod snow;

@@ -4,9 +4,9 @@ use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
 use serde_json::{Value, json};
 
-use super::representative::{evenness, scatter};
+use super::representative::evenness;
 use super::scene::{Grain, case, chart, load, options, points};
-use crate::analysis::larger;
+use crate::analysis::{larger, scatter};
 use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
 
 /// Cells of so many spheres.
@@ -22,10 +22,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Parts of one of them.
 pub const WINDOWS: Benchmark = Benchmark {
     id: "dem/windows-spheres",
-    title: "Triaxial tests of windows cut from a specimen of 979 spheres, DEM",
-    quick: Some(25),
-    full: 40,
-    run: |quick| windows(if quick { &[311] } else { &PARTS }),
+    title: "Triaxial tests of windows cut from specimens of 979 spheres, DEM",
+    quick: Some(75),
+    full: 160,
+    run: |quick| if quick { windows(&[311], 3) } else { windows(&PARTS, SEEDS) },
     ..BENCHMARK
 };
 
@@ -225,38 +225,62 @@ fn walls() -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-fn windows(counts: &[u32]) -> Result<Outcome, String> {
+/// Specimens of 979 spheres, prepared and at rest, and parts of them, at rest again and sheared: means over the specimens.
+fn windows(counts: &[u32], specimens: u64) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    let mut whole = cell(WHOLE, 1)?;
+    let mut all = vec![Vec::new(); counts.len()];
+    for seed in 1..=specimens {
+        let (places, sides) = specimen(seed)?;
+        for (own, &count) in all.iter_mut().zip(counts) {
+            own.push(window(seed, count, &places, sides)?);
+        }
+    }
+    for (own, &count) in all.iter().zip(counts) {
+        let of = |of: fn(&Found) -> f64| scatter(&own.iter().map(of).collect::<Vec<f64>>());
+        let [(uneven, spread), (peak, scattered)] = [of(|own| own.anisotropy), of(|own| own.peak)];
+        let name =
+            format!("windows of about {count} spheres: mean anisotropy of the contacts before the shear");
+        evenness(&mut outcome, name, count, uneven, EVEN);
+        let chance = format!("not judged: {specimens} specimens");
+        let most = own.iter().map(|own| own.anisotropy).fold(0.0, larger);
+        for (name, value) in [("standard deviation between specimens", spread), ("the largest", most)] {
+            outcome.show(format!("the same, {name}"), "", value, &chance);
+        }
+        let name = format!("windows of about {count} spheres: deviator at the peak over the lateral stress");
+        outcome.show(name, "", peak, "not judged: no values in the source");
+        outcome.show("the same, standard deviation between specimens", "", scattered, &chance);
+    }
+    Ok(outcome)
+}
+
+/// Centres of the spheres of a specimen, prepared and at rest, and the sides of its cell (m).
+fn specimen(seed: u64) -> Result<(Vec<[f64; 3]>, [f64; 3]), String> {
+    let mut whole = cell(WHOLE, seed)?;
     whole["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
     options(&mut whole)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
     let report = run_by("dem", &case(&whole)?)?;
     let side =
         |axis: &str| series(&report, &format!("cell.{axis}")).last().map(|(_, side)| *side).ok_or("no cell");
-    let sides = [side("x")?, side("y")?, side("z")?];
-    for &count in counts {
-        let share = (f64::from(count) / f64::from(WHOLE)).cbrt();
-        let widths = sides.map(|side| share * side);
-        // As far from the sides of its cell as a sphere reaches: none touches another across them.
-        let within = |x: &[f64; 3]| (0..3).all(|c| x[c] < widths[c]);
-        let grains: Vec<Grain> = (report.snapshot.positions.iter())
-            .filter(|x| within(x))
-            .map(|x| (x.iter().map(|c| c + 0.5).collect(), 0.5, vec![0.0; 3]))
-            .collect();
-        let mut value = cell(WHOLE, 1)?;
-        let cell = widths.map(|width| width + 1.0);
-        value["domain"]["max"] = json!(cell);
-        value["bodies"][0]["shape"]["max"] = json!(cell);
-        value["bodies"][0]["points"] = points(&format!("window-spheres-{count}"), &grains)?;
-        value["stages"].as_array_mut().ok_or("no stages")?.remove(0);
-        value["stages"][0]["duration"] = json!(AGAIN);
-        options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("prepare");
-        let own = found(&run_by("dem", &case(&value)?)?, AGAIN)?;
-        let number = grains.len();
-        let name = format!("window of {number} spheres: anisotropy of the contacts before the shear");
-        evenness(&mut outcome, name, count, own.anisotropy, EVEN);
-        let name = format!("window of {number} spheres: deviator at the peak over the lateral stress");
-        outcome.show(name, "", own.peak, "not judged: no values in the source");
-    }
-    Ok(outcome)
+    Ok((report.snapshot.positions.clone(), [side("x")?, side("y")?, side("z")?]))
+}
+
+/// A part of a specimen with about `count` spheres, brought to the pressure again and sheared.
+fn window(seed: u64, count: u32, places: &[[f64; 3]], sides: [f64; 3]) -> Result<Found, String> {
+    let share = (f64::from(count) / f64::from(WHOLE)).cbrt();
+    let widths = sides.map(|side| share * side);
+    // As far from the sides of its cell as a sphere reaches: none touches another across them.
+    let within = |x: &[f64; 3]| (0..3).all(|c| x[c] < widths[c]);
+    let grains: Vec<Grain> = (places.iter())
+        .filter(|x| within(x))
+        .map(|x| (x.iter().map(|c| c + 0.5).collect(), 0.5, vec![0.0; 3]))
+        .collect();
+    let mut value = cell(WHOLE, 1)?;
+    let cell = widths.map(|width| width + 1.0);
+    value["domain"]["max"] = json!(cell);
+    value["bodies"][0]["shape"]["max"] = json!(cell);
+    value["bodies"][0]["points"] = points(&format!("window-spheres-{seed}-{count}"), &grains)?;
+    value["stages"].as_array_mut().ok_or("no stages")?.remove(0);
+    value["stages"][0]["duration"] = json!(AGAIN);
+    options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("prepare");
+    found(&run_by("dem", &case(&value)?)?, AGAIN)
 }

@@ -1,0 +1,201 @@
+//! Every option of every method changes what comes of some run, or is refused: none is read and not used.
+
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use colluvium::case::{Case, Wanted};
+use rayon::prelude::*;
+use serde_json::{Map, Value, json};
+
+use crate::{Runs, STEPS, runs};
+
+/// Options that change nothing in a few steps of any run here, each with its reason.
+const ELSEWHERE: [(&str, &str); 0] = [];
+
+/// Runs in which an option is tried, at most.
+const TRIALS: usize = 60;
+
+/// What came of a change of an option.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Effect {
+    /// All values were refused.
+    Refused,
+    /// A value was taken, and nothing changed.
+    Ignored,
+    /// The result changed.
+    Changed,
+}
+
+/// The schema that a reference stands for.
+fn resolved<'s>(root: &'s Value, mut schema: &'s Value) -> &'s Value {
+    while let Some(reference) = schema["$ref"].as_str() {
+        schema = root.pointer(reference.trim_start_matches('#')).expect("a reference leads somewhere");
+    }
+    schema
+}
+
+/// Schemas of the forms that a value may have.
+fn forms<'s>(root: &'s Value, schema: &'s Value) -> Vec<&'s Value> {
+    let schema = resolved(root, schema);
+    let all = ["anyOf", "oneOf"].iter().find_map(|key| schema[*key].as_array());
+    all.map_or_else(|| vec![schema], |all| all.iter().flat_map(|own| forms(root, own)).collect())
+}
+
+/// Other values than `now` that the schema allows.
+fn others(root: &Value, schema: &Value, now: Option<&Value>) -> Vec<Value> {
+    let mut all = Vec::new();
+    let known = now.or_else(|| schema.get("default")).and_then(Value::as_f64);
+    for form in forms(root, schema) {
+        let has = |name: &str| {
+            form["type"].as_str() == Some(name)
+                || form["type"].as_array().is_some_and(|types| types.iter().any(|own| own == name))
+        };
+        if let Some(value) = form.get("const") {
+            all.push(value.clone());
+        } else if let Some(values) = form["enum"].as_array() {
+            all.extend(values.iter().cloned());
+        } else if has("boolean") {
+            all.extend([json!(true), json!(false)]);
+        } else if has("integer") {
+            let known = known.unwrap_or(1.0) as i64;
+            all.extend([json!(known + 1), json!(known + 3), json!(2 * known)]);
+        } else if has("number") {
+            match known.filter(|known| *known != 0.0) {
+                Some(known) => all.extend([0.7, 1.4, 0.2].map(|factor| json!(factor * known))),
+                None => all.extend([0.3, 1e-5, 2.0, 100.0].map(|value| json!(value))),
+            }
+        } else if has("object") {
+            all.extend(variant(root, form));
+        }
+    }
+    all.retain(|value| !value.is_null() && Some(value) != now);
+    all
+}
+
+/// An object of which only the tag is needed.
+fn variant(root: &Value, form: &Value) -> Option<Value> {
+    let required = form["required"].as_array()?;
+    let mut own = Map::new();
+    for key in required {
+        let key = key.as_str()?;
+        let field = resolved(root, &form["properties"][key]);
+        own.insert(key.to_owned(), field.get("const").cloned()?);
+    }
+    Some(Value::Object(own))
+}
+
+/// Where an option stands in a case: its path, and its name with `[]` for entries and `*` for names.
+struct Place {
+    path: String,
+    name: String,
+    others: Vec<Value>,
+}
+
+/// Options that stand in `value` or could, below a path.
+fn places(root: &Value, schema: &Value, value: &Value, (path, name): (&str, &str), all: &mut Vec<Place>) {
+    for form in forms(root, schema) {
+        if let (Some(properties), Some(object)) = (form["properties"].as_object(), value.as_object()) {
+            let tag = properties.iter().find_map(|(key, own)| {
+                let constant = resolved(root, own).get("const")?;
+                Some(object.get(key) == Some(constant))
+            });
+            if tag == Some(false) || object.keys().any(|key| !properties.contains_key(key)) {
+                continue;
+            }
+            for (key, own) in properties {
+                if resolved(root, own).get("const").is_some() {
+                    continue;
+                }
+                let (path, name) = (format!("{path}/{key}"), format!("{name}.{key}"));
+                let now = object.get(key);
+                all.push(Place { path: path.clone(), name: name.clone(), others: others(root, own, now) });
+                if let Some(now) = now {
+                    places(root, own, now, (&path, &name), all);
+                }
+            }
+        } else if let (Some(entries), Some(array)) = (form.get("items"), value.as_array()) {
+            for (number, entry) in array.iter().enumerate() {
+                places(root, entries, entry, (&format!("{path}/{number}"), &format!("{name}[]")), all);
+            }
+        } else if let (Some(entries), Some(object)) = (form.get("additionalProperties"), value.as_object())
+            && entries.is_object()
+        {
+            for (key, entry) in object {
+                places(root, entries, entry, (&format!("{path}/{key}"), &format!("{name}.*")), all);
+            }
+        }
+    }
+}
+
+/// All that a run shows after some steps; `None` where the case is refused.
+fn shown(case: &Value) -> Option<u64> {
+    let name = case["methods"].as_object()?.keys().next()?.clone();
+    let case = Case::from_json(&case.to_string()).ok()?;
+    let mut solver = colluvium::method(&name)?.build(&case).ok()?;
+    let mut run = || -> Result<(), colluvium::case::SolverError> {
+        solver.begin_stage(0, 0.0)?;
+        for _ in 0..STEPS {
+            let dt = solver.limit().dt;
+            solver.step(dt)?;
+        }
+        Ok(())
+    };
+    let stopped = run().err().map(|error| error.to_string());
+    let mut hasher = DefaultHasher::new();
+    let seen = (solver.frame(Wanted::Written), solver.readings(), solver.budget(), solver.time(), stopped);
+    format!("{seen:?}").hash(&mut hasher);
+    Some(hasher.finish())
+}
+
+/// `case` with a value at a path, below which all objects are there.
+fn changed(case: &Value, path: &str, value: &Value) -> Option<Value> {
+    let (parent, key) = path.rsplit_once('/')?;
+    let mut case = case.clone();
+    case.pointer_mut(parent)?.as_object_mut()?.insert(key.to_owned(), value.clone());
+    Some(case)
+}
+
+/// What changes of an option do, in the runs where it stands or could.
+fn effect(all: &Runs, trials: &[(&String, Place)]) -> Effect {
+    let mut best = Effect::Refused;
+    // First where the case names it.
+    let (named, open): (Vec<_>, Vec<_>) =
+        trials.iter().partition(|(run, place)| all[*run].pointer(&place.path).is_some());
+    let open = open.iter().step_by(open.len().div_ceil(TRIALS).max(1)).copied();
+    for (run, place) in named.into_iter().take(TRIALS).chain(open) {
+        let base = &all[run];
+        let Some(before) = shown(base) else { continue };
+        for value in &place.others {
+            match changed(base, &place.path, value).and_then(|case| shown(&case)) {
+                Some(after) if after != before => return Effect::Changed,
+                Some(_) => best = Effect::Ignored,
+                None => {}
+            }
+        }
+    }
+    best
+}
+
+#[test]
+fn every_option_changes_a_result_or_is_refused() {
+    let (root, all) = (colluvium::case_schema(), runs());
+    let mut options: BTreeMap<String, Vec<(&String, Place)>> = BTreeMap::new();
+    for (run, case) in &all {
+        for (method, value) in case["methods"].as_object().unwrap() {
+            let schema = &root["properties"]["methods"]["properties"][method];
+            let mut own = Vec::new();
+            places(&root, schema, value, (&format!("/methods/{method}"), method), &mut own);
+            for place in own {
+                options.entry(place.name.clone()).or_default().push((run, place));
+            }
+        }
+    }
+    let effects: Vec<(&String, Effect)> =
+        options.par_iter().map(|(name, trials)| (name, effect(&all, trials))).collect();
+    let known = |name: &str| ELSEWHERE.iter().any(|(own, _)| *own == name);
+    let ignored: Vec<&String> = (effects.iter())
+        .filter(|(name, effect)| *effect == Effect::Ignored && !known(name))
+        .map(|(name, _)| *name)
+        .collect();
+    assert!(ignored.is_empty(), "of {} options these change nothing: {ignored:#?}", effects.len());
+}
