@@ -101,7 +101,9 @@ fn means(value: &Value, name: &str, inertial: f64, windows: usize) -> (Vec<f64>,
     };
     solver.begin_stage(0, 0.0).unwrap();
     let pressed = (case.stages[0].duration / step).ceil() as usize;
-    (0..pressed).for_each(|_| drop(solver.step(step).unwrap()));
+    for _ in 0..pressed {
+        solver.step(step).unwrap();
+    }
     let start = solver.time();
     solver.begin_stage(1, start).unwrap();
     let window = 0.01 * unit() / inertial;

@@ -228,7 +228,7 @@ fn walls() -> Result<Outcome, String> {
 /// Specimens of 979 spheres, prepared and at rest, and parts of them, at rest again and sheared: means over the specimens.
 fn windows(counts: &[u32], specimens: u64) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    let mut all = vec![Vec::new(); counts.len()];
+    let mut all: Vec<Vec<Found>> = counts.iter().map(|_| Vec::new()).collect();
     for seed in 1..=specimens {
         let (places, sides) = specimen(seed)?;
         for (own, &count) in all.iter_mut().zip(counts) {
