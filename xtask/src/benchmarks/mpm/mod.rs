@@ -17,6 +17,7 @@ mod obstacle_heaps;
 mod obstacle_points;
 mod rigid_block;
 mod rigid_motion;
+mod rough_slope;
 mod saturated;
 mod self_weight;
 mod simplices;
@@ -47,6 +48,7 @@ pub const ALL: &[Benchmark] = &[
     obstacle_points::BENCHMARK,
     obstacle_heaps::HEAPS,
     obstacle_heaps::TERRAIN,
+    rough_slope::BENCHMARK,
     two_phase::CONSOLIDATION,
     two_phase::WAVES,
     units::BENCHMARK,

@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     title: "Decay of a shear wave and of vortices, SPH",
     source: "Taylor & Green 1937",
     quick: Some(4),
-    full: 90,
+    full: 250,
     run: decay,
 };
 
@@ -105,9 +105,28 @@ fn decay(quick: bool) -> Result<Outcome, String> {
             outcome.png(&format!("Speed after 1 s, {name}."), &cloud)?;
         }
     }
+    without_options(&mut outcome, &mut chart)?;
     chart.series.push(Series::new("closed form", closed_form(), Style::Dashed));
     outcome.svg("Energy of the vortices.", &chart)?;
     Ok(outcome)
+}
+
+/// The vortices with the defaults of liquids, by both methods that have them.
+fn without_options(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String> {
+    let exact = (-4.0 * VISCOSITY * TAU * TAU).exp();
+    for (method, options) in
+        [("sph", serde_json::json!({ "spacing": 0.01 })), ("mpm", serde_json::json!({ "cell_size": 0.01 }))]
+    {
+        let mut case = load("vortices/array.json")?;
+        case.methods = [(method.to_owned(), options)].into();
+        let energies = energies(&run_by(method, &case)?);
+        let found = energies.last().map_or(f64::NAN, |row| row.1);
+        let name =
+            format!("vortices by {method} without options, kinetic energy after 1 s over that at the start");
+        outcome.near(name, exact, 0.1, found, "10 % with 100 points or cells along the box");
+        chart.series.push(Series::new(format!("{method} without options"), energies, Style::Line));
+    }
+    Ok(())
 }
 
 /// Kinetic energy of the vortices over that at the start, over time (s).

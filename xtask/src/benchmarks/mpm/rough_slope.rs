@@ -1,0 +1,61 @@
+//! What slides over the facets of a rough raster without friction keeps its energy, by MPM and SPH.
+
+use colluvium::case::RunReport;
+use colluvium::plots::{LineChart, Series, Style};
+
+use crate::benchmarks::{Benchmark, Outcome, case, run_by, set};
+
+/// A frictionless block on a rough slope.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "mpm/rough-slope",
+    title: "A frictionless block on a rough raster, MPM and SPH",
+    source: "conservation of energy",
+    quick: Some(10),
+    full: 10,
+    run: rough_slope,
+};
+
+fn rough_slope(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut chart = LineChart {
+        title: "Energy kept on a rough slope".into(),
+        x_label: "time (s)".into(),
+        y_label: "(kinetic + elastic) energy over the energy of the fall".into(),
+        ..LineChart::default()
+    };
+    for (name, method, contact) in
+        [("MPM, points", "mpm", "points"), ("MPM, nodes", "mpm", "nodes"), ("SPH", "sph", "")]
+    {
+        let mut case = case("mpm/rough-slope")?;
+        if method == "mpm" {
+            set(&mut case, "obstacles", contact);
+        }
+        let kept = kept(&run_by(method, &case)?);
+        let last = kept.last().map_or(f64::NAN, |row| row.1);
+        outcome.near(
+            format!("{name}: energy after 6 s over that of the fall"),
+            1.0,
+            0.02,
+            last,
+            "2 %: the steps of the scheme and the edges of the facets, over a fall of 42 m",
+        );
+        chart.series.push(Series::new(name, kept, Style::Line));
+    }
+    outcome.svg("Energy of the block over that of its fall; its first second is left out.", &chart)?;
+    Ok(outcome)
+}
+
+/// Kinetic and elastic energy gained over potential energy lost, over time (s), from one second on.
+fn kept(report: &RunReport) -> Vec<(f64, f64)> {
+    let column = |name: &str| report.table.pairs("time", name).unwrap_or_default();
+    let (kinetic, elastic, potential) =
+        (column("kinetic_energy"), column("elastic_energy"), column("potential_energy"));
+    let gained = |rows: &[(f64, f64)], row: usize| rows[row].1 - rows[0].1;
+    (0..kinetic.len().min(elastic.len()).min(potential.len()))
+        .filter(|row| kinetic[*row].0 >= 1.0)
+        .map(|row| {
+            let share = (gained(&kinetic, row) + gained(&elastic, row)) / -gained(&potential, row);
+            (kinetic[row].0, share)
+        })
+        .collect()
+}
