@@ -54,10 +54,12 @@ pub enum Frame {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Metric {
-    /// As they are: a level surface stays level.
+    /// As they are where the free surface is level, along the bed normal where it follows the bed, and between them by its slope.
     #[default]
+    Blended,
+    /// As they are: a level surface stays level, and sheets on steep slopes spread too fast.
     Vertical,
-    /// Projected along the bed normal, for thin sheets on steep slopes.
+    /// Projected along the bed normal, for thin sheets on steep slopes: lakes over rough ground do not rest.
     Normal,
 }
 

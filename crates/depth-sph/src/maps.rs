@@ -253,9 +253,10 @@ impl Maps {
                 if cell.thickness >= self.threshold { value(cell) } else { f64::NAN }
             })
         };
-        let left = |value: &dyn Fn(usize) -> f64| {
-            raster(&|k| if now.over[k][0] > 0.0 { value(k) } else { f64::NAN })
-        };
+        // Where nothing is left at all that is known of every cell.
+        let beyond = if now.patches.is_empty() { 0.0 } else { f64::NAN };
+        let left =
+            |value: &dyn Fn(usize) -> f64| raster(&|k| if now.over[k][0] > 0.0 { value(k) } else { beyond });
         let mut rasters = vec![
             (format!("peak_thickness_{along}"), "m", seen(|cell| cell.thickness)),
             ("peak_velocity".to_owned(), "m/s", seen(|cell| cell.speed)),

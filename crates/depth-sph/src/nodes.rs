@@ -42,8 +42,12 @@ columns! {
         pub first_length: f64,
         /// `ℓ^d h / m`, which smoothing lengths keep: `η^d` of smoothing lengths of η spacings.
         pub scale: f64,
-        /// Effective gravity `g_*` on friction and pressure where the step last looked (m/s²).
+        /// Slope of the bed in whose tangent plane the velocity lies; not-a-number until the bed has been looked at.
+        pub slope: [f64; D],
+        /// Effective gravity `g_*` on pressure where the step last looked (m/s²).
         pub pull: f64,
+        /// Effective gravity on what the bed bears, with the turning of the velocity: friction and pore pressure (m/s²).
+        pub bearing: f64,
         /// Path travelled over the bed (m).
         pub path: f64,
         /// Volume taken up from the bed (m³; m² in one dimension).
@@ -80,7 +84,9 @@ impl<const D: usize> Nodes<D> {
         self.length.push(node.length);
         self.first_length.push(node.length);
         self.scale.push(node.scale);
-        for column in [&mut self.height, &mut self.depth, &mut self.pull, &mut self.path, &mut self.eroded] {
+        self.slope.push([f64::NAN; D]);
+        let Self { height, depth, pull, bearing, path, eroded, .. } = self;
+        for column in [height, depth, pull, bearing, path, eroded] {
             column.push(0.0);
         }
     }

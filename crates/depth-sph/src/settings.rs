@@ -24,7 +24,7 @@ pub struct Settings<const D: usize> {
     pub frame: Frame,
     /// How depth gradients act over steep terrain.
     pub metric: Metric,
-    /// Whether curvature of the bed acts on friction and pressure. It always turns the velocity along the bed.
+    /// Whether curvature of the bed acts on friction and pore pressure. It always turns the velocity along the bed.
     pub curvature_in_friction: bool,
     /// What the material is made of.
     pub material: Mixture,
@@ -258,7 +258,7 @@ impl<const D: usize> Settings<D> {
             gravity,
             drive: [0.0; D],
             frame: Frame::Horizontal,
-            metric: Metric::Vertical,
+            metric: Metric::Blended,
             curvature_in_friction: true,
             material: Mixture::plain(density, gravity),
             drag: Drag::None,
@@ -296,6 +296,11 @@ impl<const D: usize> Settings<D> {
             || self.earth_pressure.is_some()
             || numerics.xsph > 0.0
             || numerics.continuity != Continuity::Summation
+    }
+
+    /// Whether anything bears on the bed so that its turning matters: friction or pore pressure.
+    pub fn has_resistance(&self) -> bool {
+        self.column.is_some() || self.zones.iter().any(|zone| zone.law.is_some())
     }
 
     /// Number of sets of nodes.

@@ -1,12 +1,12 @@
 //! The surface that the flow moves over: level, slope and curvature in plan (sheet: depth-sph §2.9).
 
+pub mod rough;
 mod sampled;
+mod spline;
 mod worn;
 
 use std::fmt;
 use std::sync::Arc;
-
-use colluvium_points::Terrain;
 
 use crate::nodes::{Plan, dot};
 pub use sampled::Sampled;
@@ -33,6 +33,17 @@ impl<const D: usize> BedPoint<D> {
     #[inline]
     pub fn steepness(&self) -> f64 {
         1.0 + dot(&self.slope, &self.slope)
+    }
+
+    /// The bed in a mirror: -1 along mirrored axes, 1 elsewhere.
+    #[inline]
+    pub fn mirrored(&self, signs: &Plan<D>) -> Self {
+        let mut point = *self;
+        for c in 0..D {
+            point.slope[c] *= signs[c];
+            (0..D).for_each(|k| point.curvature[c][k] *= signs[c] * signs[k]);
+        }
+        point
     }
 
     /// `vᵀ H v` (m/s²): the vertical acceleration that the bed asks of what moves along it.
@@ -69,14 +80,6 @@ pub trait Surface<const D: usize>: Send + Sync {
 impl<const D: usize, F: Fn(&Plan<D>) -> BedPoint<D> + Send + Sync> Surface<D> for F {
     fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>> {
         Some(self(x))
-    }
-}
-
-impl Surface<2> for Terrain {
-    fn at(&self, x: &Plan<2>) -> Option<BedPoint<2>> {
-        let bed = self.bed(x[0], x[1])?;
-        let [xx, xy, yy] = bed.hessian;
-        Some(BedPoint { level: bed.height, slope: bed.gradient, curvature: [[xx, xy], [xy, yy]] })
     }
 }
 
@@ -215,9 +218,9 @@ mod tests {
         let raster = Raster::from_function([21, 11], [-10.0, -5.0], [1.0, 1.0], |x, y| {
             0.3 * ((x - 1.0).powi(2) + (y + 2.0).powi(2))
         });
-        let bed = Bed::Surface(Arc::new(Terrain::new(raster, 0).unwrap()));
+        let bed = Bed::Surface(Arc::new(Sampled::new(raster).unwrap()));
         let (found, exact) =
-            (bed.at(&[3.0, 1.0]).unwrap(), paraboloid(0.3, [1.0, -2.0]).at(&[3.0, 1.0]).unwrap());
+            (bed.at(&[3.3, 0.8]).unwrap(), paraboloid(0.3, [1.0, -2.0]).at(&[3.3, 0.8]).unwrap());
         assert!((found.level - exact.level).abs() < 1e-12);
         for c in 0..2 {
             assert!((found.slope[c] - exact.slope[c]).abs() < 1e-12);

@@ -81,12 +81,13 @@ pub struct DepthOptions {
     /// How depth gradients act over steep terrain.
     #[serde(default)]
     pub metric: Metric,
-    /// Whether curvature of the bed acts on friction and pressure. It turns the velocity along the bed in any case.
+    /// Whether curvature of the bed acts on friction and pore pressure: the turning of the velocity over a step, on a bed that is smooth at the
+    /// scale of two cells of the terrain. Pressure sees the slope alone. Velocity turns along the bed in any case.
     #[serde(default = "yes")]
     pub curvature_in_friction: bool,
-    /// Means of the curvature of terrain from a raster over 3 × 3 of its nodes, 0 to 20 times: second differences of survey data
-    /// are noisy, those of a formula are not.
-    #[serde(default = "two")]
+    /// Means of the levels of terrain over its neighbouring nodes with weights 1, 2, 1 along each axis, 0 to 20 times, before the bed is made a
+    /// cubic spline of them: surveys are noisy, formulas are not. One mean leaves a wave of four cells half of its height. Dams are raised after it.
+    #[serde(default = "single")]
     pub terrain_smoothing: usize,
     /// Distance of the places at which the highest face of obstacles is looked up, where the bed is no raster of a file and no
     /// plane (m); `spacing` when absent.
@@ -417,6 +418,10 @@ const fn two() -> usize {
 const fn twenty() -> usize {
     20
 }
+const fn single() -> usize {
+    1
+}
+
 const fn one() -> f64 {
     1.0
 }

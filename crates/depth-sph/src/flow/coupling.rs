@@ -56,13 +56,13 @@ impl<'a, const D: usize> Above<'a, D> {
     /// The nodes of a set, their bed, and velocities that may change while these are read.
     fn parts(settings: &'a Settings<D>, heads: &'a Heads, set: &'a mut Set<D>) -> Parts<'a, D> {
         let Set { nodes, bed, seen, .. } = set;
-        let Nodes { position, velocity, height, depth, pull, .. } = nodes;
+        let Nodes { position, velocity, height, depth, bearing: pull, .. } = nodes;
         let above = Self { settings, heads, height, depth, pull, bed };
         Parts { above, position, porosity: &seen.porosity, velocity }
     }
 
     fn of(flow: &'a Flow<D>, set: &'a Set<D>) -> Self {
-        let Nodes { height, depth, pull, .. } = &set.nodes;
+        let Nodes { height, depth, bearing: pull, .. } = &set.nodes;
         Self { settings: &flow.settings, heads: &flow.heads, height, depth, pull, bed: &set.bed }
     }
 

@@ -10,7 +10,7 @@ use super::longest::Longest;
 use super::packed::{FIELDS, Packed, four, whole};
 use super::set::{Set, TASK};
 use crate::bed::BedPoint;
-use crate::choices::{Metric, Momentum, Phases};
+use crate::choices::{Frame, Metric, Momentum, Phases};
 use crate::kernel::Kernel;
 use crate::nodes::{Nodes, Plan, Seen, dot};
 use crate::settings::Settings;
@@ -320,17 +320,22 @@ impl<const D: usize> Set<D> {
         let plain =
             settings.phases != Phases::Two && form != Momentum::Node && !settings.numerics.surface_gradient;
         self.show_forces(settings.numerics.kernel.support(), !plain);
-        let Self { nodes, seen, packed, around, fours, bed, reaction, across, acceleration, .. } = self;
+        let Self { nodes, seen, packed, around, fours, bed, reaction, across, acceleration, viscous, .. } =
+            self;
         acceleration.resize(nodes.len(), [0.0; D]);
+        viscous.resize(nodes.len(), [0.0; D]);
         let pairs = Pairs { settings, nodes, seen, packed, around, fours, bed, reaction, across };
-        acceleration.par_iter_mut().enumerate().in_pieces_with(TASK, Vec::new, |spare, (i, a)| {
-            let own = if plain {
+        let columns = acceleration.par_iter_mut().zip(viscous).enumerate();
+        columns.in_pieces_with(TASK, Vec::new, |spare, (i, (a, viscous))| {
+            let (sums, mut force) = if plain {
                 let sums = if form == Momentum::Variational {
                     pairs.variational(i)
                 } else {
                     pairs.sums::<false>(i, spare)
                 };
-                std::array::from_fn(|c| sums.viscous[c] - pairs.nodes.pull[i] * sums.push[c])
+                let pull = pairs.nodes.pull[i];
+                let force = sums.push.map(|push| -pull * push);
+                (sums, force)
             } else {
                 let sums = pairs.sums::<true>(i, spare);
                 let by_differences = match form {
@@ -338,18 +343,22 @@ impl<const D: usize> Set<D> {
                     Momentum::Automatic => settings.phases == Phases::Two && weak(i),
                     Momentum::Symmetric | Momentum::Product | Momentum::Variational => false,
                 };
-                pairs.push(role, i, &sums, by_differences || settings.numerics.surface_gradient)
+                let force = pairs.push(role, i, &sums, by_differences || settings.numerics.surface_gradient);
+                (sums, force)
             };
-            *a = pairs.with_bed(i, own);
+            let mut gradient = pairs.depth_gradient(i, &sums, plain);
             if let Some(other) = other {
-                pairs.add_layer(role, i, other, a);
+                pairs.add_layer(role, i, other, &mut force, &mut gradient);
             }
+            let share = pairs.damping(i, &gradient);
+            *viscous = pairs.along_bed(i, &sums.viscous, share);
+            *a = pairs.with_bed(i, &pairs.along_bed(i, &force, share), viscous);
         });
     }
 }
 
 impl<const D: usize> Pairs<'_, D> {
-    /// Pressure force and viscosity of node `i` of two phases, or by differences (m/s²).
+    /// Pressure force of node `i` of two phases, or by differences (m/s²).
     fn push(&self, role: Role, i: usize, sums: &Sums<D>, by_differences: bool) -> Plan<D> {
         let (seen, settings) = (self.seen, self.settings);
         let pull = self.nodes.pull[i];
@@ -382,28 +391,63 @@ impl<const D: usize> Pairs<'_, D> {
             };
             // Of the free surface: the slope of the bed by the same differences, in place of its own.
             let level = if settings.numerics.surface_gradient { level_slope[c] } else { 0.0 };
-            pull * (own - level) + sums.viscous[c]
+            pull * (own - level)
         })
     }
 
-    /// Adds the reaction of the bed and gravity along the frame to the force of node `i` (m/s²).
+    /// Gradient of the depth of what stands over node `i`: that of the sums of pressure, or by corrected differences.
     #[inline]
-    fn with_bed(&self, i: usize, force: Plan<D>) -> Plan<D> {
+    fn depth_gradient(&self, i: usize, sums: &Sums<D>, plain: bool) -> Plan<D> {
+        if plain {
+            let both = 2.0 * self.seen.pressure[i];
+            return if both > 0.0 { sums.push.map(|push| push / both) } else { [0.0; D] };
+        }
+        let [own, partner] = [0, 1].map(|field| corrected(&sums.moment, &sums.slopes[field]));
+        std::array::from_fn(|c| own[c] + partner[c])
+    }
+
+    /// Share of the part along the slope of the bed that the force of a depth gradient loses over it (sheet: depth-sph §2.9, metric as
+    /// amended): none below a level surface, `1 - cos²θ` below one that follows the bed.
+    #[inline]
+    fn damping(&self, i: usize, gradient: &Plan<D>) -> f64 {
         let settings = self.settings;
-        let bed = &self.bed[i];
-        let slope = &bed.slope;
-        let along = match settings.metric {
+        let steepness = self.bed[i].steepness();
+        match settings.metric {
+            Metric::Normal => 1.0 - 1.0 / steepness,
+            // Where gradients are those of the free surface, or nothing is vertical, there is nothing to damp.
+            _ if settings.numerics.surface_gradient || settings.frame != Frame::Horizontal => 0.0,
             Metric::Vertical => 0.0,
-            Metric::Normal => dot(slope, &force) / bed.steepness(),
-        };
+            Metric::Blended => {
+                1.0 - 1.0 / (steepness + dot(&self.bed[i].slope, gradient)).clamp(1.0, steepness)
+            }
+        }
+    }
+
+    /// A force without this share of its part along the slope of the bed.
+    #[inline]
+    fn along_bed(&self, i: usize, force: &Plan<D>, share: f64) -> Plan<D> {
+        let slope = &self.bed[i].slope;
+        let square = dot(slope, slope);
+        if share == 0.0 || square == 0.0 {
+            return *force;
+        }
+        let part = share * dot(slope, force) / square;
+        std::array::from_fn(|c| force[c] - part * slope[c])
+    }
+
+    /// The force of node `i` with viscosity, the reaction of the bed and gravity along the frame (m/s²).
+    #[inline]
+    fn with_bed(&self, i: usize, force: &Plan<D>, viscous: &Plan<D>) -> Plan<D> {
+        let settings = self.settings;
+        let slope = &self.bed[i].slope;
         // What the free surface has counted of the bed is left out here.
         let counted = if settings.numerics.surface_gradient { self.nodes.pull[i] } else { 0.0 };
         let reaction = self.reaction[i] - counted;
-        std::array::from_fn(|c| force[c] - along * slope[c] - reaction * slope[c] + settings.drive[c])
+        std::array::from_fn(|c| force[c] + viscous[c] - reaction * slope[c] + settings.drive[c])
     }
 
-    /// The weight of the other layer (sheet: depth-sph §2.11).
-    fn add_layer(&self, role: Role, i: usize, other: &Seen<D>, a: &mut Plan<D>) {
+    /// Adds the weight of the other layer to a force (m/s²), and its depth to the gradient (sheet: depth-sph §2.11).
+    fn add_layer(&self, role: Role, i: usize, other: &Seen<D>, force: &mut Plan<D>, gradient: &mut Plan<D>) {
         let densities = &self.settings.material.densities;
         let factor = if role == Role::Lower { densities.fluid / densities.grain } else { 1.0 };
         let kernel = self.settings.numerics.kernel;
@@ -418,7 +462,8 @@ impl<const D: usize> Pairs<'_, D> {
             }
             let weight = other.volume[j] * kernel.gradient::<D>(distance, length);
             for c in 0..D {
-                a[c] -= factor * self.nodes.pull[i] * weight * apart[c];
+                force[c] -= factor * self.nodes.pull[i] * weight * apart[c];
+                gradient[c] += weight * apart[c];
             }
         }
     }

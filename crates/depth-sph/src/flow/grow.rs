@@ -22,6 +22,11 @@ impl<const D: usize> Flow<D> {
         if self.settings.zones.iter().all(|zone| zone.erosion.is_none()) {
             return;
         }
+        self.let_grow(|flow| flow.take_up(dt));
+    }
+
+    /// Nodes take up what the bed gives.
+    fn take_up(&mut self, dt: f64) {
         let densities = self.settings.material.densities;
         for number in 0..self.sets.len() {
             let set = &self.sets[number];
@@ -59,7 +64,10 @@ impl<const D: usize> Flow<D> {
             }
         }
         if let Bed::Worn(worn) = &mut self.bed {
-            worn.settle::<D>(self.step);
+            let lowered = worn.settle::<D>(self.step);
+            if lowered {
+                self.follow_bed();
+            }
         }
     }
 
@@ -121,7 +129,7 @@ impl<const D: usize> Flow<D> {
             }
             self.left[number] += out.iter().map(|&i| set.nodes.volume[i]).sum::<f64>();
             self.gone += out.len() as u64;
-            self.remove(number, |i| out.binary_search(&i).is_ok());
+            self.change_from_outside(|flow| flow.remove(number, |i| out.binary_search(&i).is_ok()));
         }
         Ok(())
     }

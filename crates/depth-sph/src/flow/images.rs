@@ -42,6 +42,23 @@ impl<const D: usize> Ends<D> {
         }
     }
 
+    /// Puts a place beyond a wall where its mirror image is: -1 along the axes that were mirrored, 1 elsewhere.
+    #[inline]
+    pub fn mirror(&self, position: &mut Plan<D>) -> Plan<D> {
+        let mut signs = [1.0; D];
+        for (axis, walls) in self.walls.iter().enumerate() {
+            for (wall, outward) in walls.iter().zip([-1.0, 1.0]) {
+                if let Some(wall) = wall
+                    && outward * (position[axis] - wall) > 0.0
+                {
+                    position[axis] = 2.0 * wall - position[axis];
+                    signs[axis] = -signs[axis];
+                }
+            }
+        }
+        signs
+    }
+
     /// Puts a node that has left a period back into it.
     pub fn wrap(&self, position: &mut Plan<D>, origin: &mut Plan<D>) {
         for (axis, period) in self.periods.iter().enumerate() {

@@ -4,7 +4,7 @@ use colluvium_parallel::{InPieces, fill};
 use rayon::prelude::*;
 
 use super::set::{Set, TASK};
-use super::{Failure, Flow};
+use super::{Asked, Failure, Flow};
 use crate::choices::{Continuity, Integration, Phases};
 use crate::kernel::Kernel;
 use crate::nodes::{Plan, dot};
@@ -33,8 +33,15 @@ impl<const D: usize> Flow<D> {
 
     /// Half a drift, a kick, half a drift.
     fn leap(&mut self, dt: f64) -> Result<(), Failure> {
-        self.drift(0.5 * dt)?;
-        self.evaluate(dt, Some(self.time + 0.5 * dt))?;
+        self.smooth_velocities()?;
+        self.drift_in(0.5 * dt);
+        if self.settings.phases == Phases::Two {
+            self.sets.iter_mut().for_each(|set| set.before.clone_from(&set.nodes.velocity));
+        }
+        self.evaluate(dt, Some(self.time + 0.5 * dt), Asked::Before)?;
+        self.keep_unkicked();
+        #[cfg(test)]
+        self.break_pressure();
         for set in &mut self.sets {
             let kicks = set.nodes.velocity.par_iter_mut().zip(&set.acceleration);
             kicks.in_pieces(TASK, |(v, a)| {
@@ -44,7 +51,10 @@ impl<const D: usize> Flow<D> {
             });
         }
         self.resist(dt);
+        #[cfg(test)]
+        self.break_resistance(dt);
         self.hold();
+        self.book_step(dt);
         if self.settings.numerics.continuity.is_rate() {
             self.find_rates();
             for set in &mut self.sets {
@@ -53,7 +63,9 @@ impl<const D: usize> Flow<D> {
                 }
             }
         }
-        self.drift(0.5 * dt)
+        self.smooth_velocities()?;
+        self.drift_out(0.5 * dt);
+        Ok(())
     }
 
     /// Drag and the resistance of the bed.
@@ -71,33 +83,11 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Step 7: nodes move, before walls.
-    fn drift(&mut self, dt: f64) -> Result<(), Failure> {
-        if self.settings.numerics.xsph > 0.0 {
-            self.smooth_velocities()?;
-        }
-        let Self { ends, sets, settings, .. } = self;
-        let open = ends.are_open();
-        let smoothed = settings.numerics.xsph > 0.0;
-        for set in sets {
-            let nodes = &mut set.nodes;
-            let spare = &set.spare;
-            let moves = nodes.position.par_iter_mut().zip(&mut nodes.velocity).enumerate();
-            moves.in_pieces(TASK, |(i, (x, v))| {
-                let along = if smoothed { spare[i] } else { *v };
-                for c in 0..D {
-                    x[c] += dt * along[c];
-                }
-                if !open {
-                    ends.reflect(x, v);
-                }
-            });
-        }
-        Ok(())
-    }
-
-    /// Velocities that nodes drift with: their own and a share of the mean around (XSPH).
+    /// Velocities that nodes drift with, their own and a share of the mean around, where that is asked for (XSPH).
     fn smooth_velocities(&mut self) -> Result<(), Failure> {
+        if self.settings.numerics.xsph == 0.0 {
+            return Ok(());
+        }
         self.find_neighbours()?;
         let (kernel, share) = (self.settings.numerics.kernel, self.settings.numerics.xsph);
         for set in &mut self.sets {
@@ -125,6 +115,9 @@ impl<const D: usize> Flow<D> {
 
     /// An explicit Runge–Kutta step: of each stage where it stands and what it weighs.
     fn run(&mut self, dt: f64, stages: &[(f64, f64)]) -> Result<(), Failure> {
+        if self.settings.phases == Phases::Two {
+            self.sets.iter_mut().for_each(|set| set.before.clone_from(&set.nodes.velocity));
+        }
         let mut kept: Vec<Stages<D>> = self.sets.iter().map(Stages::of).collect();
         for (number, (place, weight)) in stages.iter().enumerate() {
             if number > 0 {
@@ -134,11 +127,12 @@ impl<const D: usize> Flow<D> {
                 self.reflect();
             }
             // Pore pressure is that of the beginning of the step.
-            self.evaluate(dt, (number == 0).then_some(self.time))?;
+            self.evaluate(dt, (number == 0).then_some(self.time), Asked::Now)?;
             let rates = self.settings.numerics.continuity.is_rate();
             if rates {
                 self.find_rates();
             }
+            self.book_stage(weight * dt);
             for (set, kept) in self.sets.iter_mut().zip(&mut kept) {
                 kept.add(set, weight * dt, rates);
             }
@@ -147,8 +141,10 @@ impl<const D: usize> Flow<D> {
             kept.finish(set);
         }
         self.reflect();
+        self.keep_unkicked();
         self.resist(dt);
         self.hold();
+        self.book_resistance();
         Ok(())
     }
 
@@ -170,6 +166,35 @@ impl<const D: usize> Flow<D> {
         for set in &mut self.sets {
             set.turn_images();
             set.find_rates(kernel, form);
+        }
+    }
+}
+
+#[cfg(test)]
+impl<const D: usize> Flow<D> {
+    /// Multiplies pressure by the factor of a test.
+    fn break_pressure(&mut self) {
+        let (factor, drive) = (self.faults[1] - 1.0, self.settings.drive);
+        for set in &mut self.sets {
+            for (i, a) in set.acceleration.iter_mut().enumerate() {
+                let (bed, viscous) = (&set.bed[i], &set.viscous[i]);
+                for c in 0..D {
+                    a[c] += factor * (a[c] - viscous[c] + set.reaction[i] * bed.slope[c] - drive[c]);
+                }
+            }
+        }
+    }
+
+    /// Multiplies what has resisted the kick by the factor of a test.
+    fn break_resistance(&mut self, dt: f64) {
+        let factor = self.faults[0];
+        for set in &mut self.sets {
+            for (i, v) in set.nodes.velocity.iter_mut().enumerate() {
+                for c in 0..D {
+                    let kicked = set.unkicked[i][c] + dt * set.acceleration[i][c];
+                    v[c] = kicked + factor * (v[c] - kicked);
+                }
+            }
         }
     }
 }

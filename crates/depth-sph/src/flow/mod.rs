@@ -1,6 +1,7 @@
 //! A flow: its nodes, and one step (sheet: depth-sph §3.4).
 
 mod axes;
+mod carry;
 mod compiled;
 mod coupling;
 mod feed;
@@ -10,6 +11,7 @@ mod grow;
 mod heights;
 mod images;
 mod integrate;
+mod ledger;
 mod limits;
 mod longest;
 mod open;
@@ -19,7 +21,7 @@ mod pore;
 mod pressures;
 mod set;
 
-use colluvium_parallel::{InPieces, filled};
+use colluvium_parallel::InPieces;
 use colluvium_points::{CellList, SearchError, Spare};
 use rayon::prelude::*;
 use thiserror::Error;
@@ -27,13 +29,14 @@ use thiserror::Error;
 use crate::bed::{Bed, BedPoint};
 use crate::choices::{Continuity, Frame, Momentum, Phases};
 use crate::inflow::{Held, Inflow};
-use crate::nodes::{Node, Plan, norm};
+use crate::nodes::{Node, norm};
 use crate::settings::Settings;
 use compiled::compiled;
 use set::{TASK, copy};
 
 pub use forces::{Role, corrected};
 pub use images::{Ends, Image};
+pub use ledger::{Holdings, Ledger, Statement};
 pub use limits::{Limit, Totals};
 pub use open::{Beyond, Feed, Known, OpenEnd, Opening, Past, Stand, Within};
 pub use pore::{Heads, MOST_CELLS};
@@ -41,6 +44,8 @@ pub use set::Set;
 
 /// Depths below this share of the largest first one, and below a millimetre, have no partner phase.
 const THIN: f64 = 1e-3;
+/// Times the speed that gravity can give a node at which it ends the run.
+const FASTEST: f64 = 3.0;
 /// Steps between two sorts by cell.
 const STEPS_PER_SORT: u64 = 20;
 
@@ -54,6 +59,15 @@ pub struct Failure {
     pub position: Vec<f64>,
     /// What happened.
     pub reason: String,
+}
+
+/// When the bed below the nodes was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    /// Not since they have moved.
+    Now,
+    /// By the drift that brought them.
+    Before,
 }
 
 /// What happens to nodes that leave the bed.
@@ -104,6 +118,11 @@ pub struct Flow<const D: usize> {
     pub opens: Vec<OpenEnd<D>>,
     /// Nodes behind these lines, which have not flowed in yet.
     pub held: Held<D>,
+    /// The account of energy.
+    pub ledger: Ledger,
+    /// Factors on what resists and on pressure, of tests that break them.
+    #[cfg(test)]
+    pub faults: [f64; 2],
     cells: CellList<D>,
     spare: Spare,
 }
@@ -151,6 +170,9 @@ impl<const D: usize> Flow<D> {
             inflows: Vec::new(),
             opens: Vec::new(),
             held: Held::default(),
+            ledger: Ledger::default(),
+            #[cfg(test)]
+            faults: [1.0; 2],
             cells: CellList::new(),
             spare: Spare::default(),
         };
@@ -172,7 +194,7 @@ impl<const D: usize> Flow<D> {
         }
         self.settings.numerics.continuity = chosen;
         self.find_depths();
-        self.sample_bed()?;
+        self.sample_bed(Asked::Now);
         let depths = || self.sets.iter().flat_map(|set| set.nodes.depth.iter().zip(&set.bed));
         let deepest = depths().map(|(depth, _)| *depth).fold(0.0, f64::max);
         self.top = depths().map(|(depth, bed)| depth + bed.level).fold(f64::NEG_INFINITY, f64::max);
@@ -207,15 +229,17 @@ impl<const D: usize> Flow<D> {
     }
 
     fn step(&mut self, dt: f64) -> Result<(), Failure> {
-        self.feed();
-        self.pass_ends(dt);
-        self.damp_layers(dt);
+        self.open_ledger();
+        if !(self.inflows.is_empty() && self.opens.is_empty()) {
+            self.let_in(|flow| {
+                flow.feed();
+                flow.pass_ends(dt);
+                flow.damp_layers(dt);
+            });
+        }
         self.renew_columns();
         if self.step.is_multiple_of(STEPS_PER_SORT) {
             self.sort()?;
-        }
-        if self.settings.phases == Phases::Two {
-            self.sets.iter_mut().for_each(|set| set.before.clone_from(&set.nodes.velocity));
         }
         self.integrate(dt)?;
         self.grow(dt);
@@ -244,10 +268,10 @@ impl<const D: usize> Flow<D> {
 
     /// Steps 1 to 4: everything that accelerates the nodes, at their places and velocities. Pore pressure is brought to
     /// `time` (s) where that is given.
-    fn evaluate(&mut self, dt: f64, time: Option<f64>) -> Result<(), Failure> {
+    fn evaluate(&mut self, dt: f64, time: Option<f64>, bed: Asked) -> Result<(), Failure> {
         self.find_heights()?;
         self.find_depths();
-        self.sample_bed()?;
+        self.sample_bed(bed);
         let Self { settings, heads, sets, .. } = self;
         if let (Some(time), false) = (time, heads.is_empty()) {
             heads.advance(settings, &sets[0], time);
@@ -340,12 +364,9 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Step 3: the bed below each node, and gravity as it acts there.
-    fn sample_bed(&mut self) -> Result<(), Failure> {
+    fn sample_bed(&mut self, asked: Asked) {
         for number in 0..self.sets.len() {
-            self.sample_bed_below(number);
-        }
-        if self.settings.phases == Phases::Two && !self.bed.is_flat() {
-            self.share_pull();
+            self.sample_bed_below(number, asked);
         }
         if self.settings.numerics.surface_gradient {
             for set in &mut self.sets {
@@ -354,39 +375,32 @@ impl<const D: usize> Flow<D> {
                 copy(&set.images, &set.scalars, &mut set.seen.level);
             }
         }
-        Ok(())
     }
 
-    fn sample_bed_below(&mut self, number: usize) {
+    fn sample_bed_below(&mut self, number: usize, asked: Asked) {
+        let carried = asked == Asked::Before && self.carries();
         let Self { bed, sets, settings, .. } = self;
-        let set = &mut sets[number];
-        let count = set.nodes.len();
-        set.bed.resize(count, BedPoint::flat(0.0));
-        set.reaction.resize(count, 0.0);
-        let (position, velocity) = (&set.nodes.position, &set.nodes.velocity);
-        let columns = set.bed.par_iter_mut().zip(&mut set.nodes.pull).zip(&mut set.reaction).enumerate();
-        columns.in_pieces(TASK, |(i, ((point, pull), reaction))| {
-            // Nodes beyond the bed keep what was below them until they are removed at the end of the step.
-            if let Some(found) = bed.at(&position[i]) {
-                *point = found;
-            }
-            (*pull, *reaction) = gravity(settings, point, &velocity[i]);
-        });
-    }
-
-    /// The fluid has the effective gravity of the grains, where there are any.
-    fn share_pull(&mut self) {
-        let kernel = self.settings.numerics.kernel;
-        let [solid, fluid] = &mut self.sets[..] else { return };
-        let pulls = solid.packed.shown(|j| [solid.nodes.pull[solid.number(j)]]);
-        let mean =
-            |i: usize| solid.packed.mean(kernel, &fluid.nodes.position[i], fluid.nodes.length[i], &pulls);
-        let found: Vec<Option<[f64; 1]>> = filled(fluid.nodes.len(), TASK, mean);
-        for (pull, found) in fluid.nodes.pull.iter_mut().zip(found) {
-            if let Some([value]) = found {
-                *pull = value;
-            }
-        }
+        let Set { nodes, bed: points, reaction, turning, .. } = &mut sets[number];
+        points.resize(nodes.len(), BedPoint::flat(0.0));
+        reaction.resize(nodes.len(), 0.0);
+        turning.resize(nodes.len(), 0.0);
+        let (position, velocity) = (&nodes.position, &nodes.velocity);
+        let columns = points.par_iter_mut().zip(&mut nodes.pull).zip(&mut nodes.bearing).zip(reaction);
+        columns.zip(&*turning).enumerate().in_pieces(
+            TASK,
+            |(i, ((((point, pull), bearing), reaction), turning))| {
+                // Nodes beyond the bed keep what was below them until they are removed at the end of the step.
+                if asked == Asked::Now
+                    && let Some(found) = bed.at(&position[i])
+                {
+                    *point = found;
+                }
+                let turning =
+                    if carried { *turning } else { point.turning(&velocity[i]) / point.steepness().sqrt() };
+                let felt = Gravity::over(settings, point, turning, carried);
+                (*pull, *bearing, *reaction) = (felt.pressure, felt.bearing, felt.reaction);
+            },
+        );
     }
 
     /// `P/(g_* h²)` of every node, and excess pressures.
@@ -430,7 +444,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// What is wrong with a node (sheet: depth-sph §7): no number, or faster than ten times what gravity can give it.
+    /// What is wrong with a node (sheet: depth-sph §2.9, item 8 as amended): no number, or faster than three times what gravity can give it.
     fn failure_of(&self, set: &Set<D>, i: usize) -> Option<String> {
         let nodes = &set.nodes;
         let speed = norm(&nodes.velocity[i]);
@@ -444,26 +458,49 @@ impl<const D: usize> Flow<D> {
         if nodes.height[i] < 0.0 {
             return Some(format!("its height is {} m", nodes.height[i]));
         }
-        let fall = (self.top - set.bed[i].level).max(0.0) + nodes.depth[i];
+        let bed = &set.bed[i];
+        let speed = bed.speed(&nodes.velocity[i]);
+        // Within a step the level changes by no more than the slope over a cell.
+        let cell = self.bed.cell().unwrap_or(0.0) * bed.steepness().sqrt();
+        let fall = (self.top - bed.level).max(0.0) + nodes.depth[i] + cell;
         let push = norm(&self.settings.drive);
         // Along a tilted frame the bed does not fall, gravity does its work there.
         let run = (0..D).map(|c| (place[c] - nodes.origin[i][c]).abs()).fold(0.0, f64::max);
-        let most =
-            10.0 * (2.0 * (self.settings.gravity * fall + push * run)).sqrt() + 10.0 * self.fastest_start;
-        (speed > most)
-            .then(|| format!("its speed is {speed:.3e} m/s, more than ten times what gravity can give it"))
+        let given = (2.0 * (self.settings.gravity * fall + push * run)).sqrt();
+        (speed > FASTEST * (given + self.fastest_start)).then(|| {
+            format!(
+                "its speed along the bed is {speed:.3e} m/s, more than {FASTEST} times the {given:.3e} m/s that gravity can give it: \
+                 try a smaller `courant`, a finer `spacing` or more `terrain_smoothing`"
+            )
+        })
     }
 }
 
-/// Effective gravity on friction and pressure, and that of the reaction of the bed (m/s²; sheet: depth-sph §2.9).
-fn gravity<const D: usize>(settings: &Settings<D>, bed: &BedPoint<D>, velocity: &Plan<D>) -> (f64, f64) {
-    match settings.frame {
-        Frame::SmallSlope | Frame::BedFitted => (settings.gravity, settings.gravity),
-        Frame::Horizontal => {
-            let steepness = bed.steepness();
-            let reaction = (settings.gravity + bed.turning(velocity)).max(0.0) / steepness;
-            let pull = if settings.curvature_in_friction { reaction } else { settings.gravity / steepness };
-            (pull, reaction)
+/// Effective gravity over a bed (m/s²; sheet: depth-sph §2.9, as amended).
+struct Gravity {
+    /// That of pressure.
+    pressure: f64,
+    /// That of what the bed bears: friction and pore pressure.
+    bearing: f64,
+    /// That of the reaction of the bed along its slope.
+    reaction: f64,
+}
+
+impl Gravity {
+    /// Over a place of the bed, of what turns with this acceleration along its normal (m/s²). Where velocities are `carried` along the bed the
+    /// reaction leaves the turning to that.
+    fn over<const D: usize>(settings: &Settings<D>, bed: &BedPoint<D>, turning: f64, carried: bool) -> Self {
+        let gravity = settings.gravity;
+        if settings.frame != Frame::Horizontal {
+            return Self { pressure: gravity, bearing: gravity, reaction: gravity };
+        }
+        let steepness = bed.steepness();
+        let still = gravity / steepness;
+        let turned = still + turning / steepness.sqrt();
+        Self {
+            pressure: still,
+            bearing: if settings.curvature_in_friction { turned.max(0.0) } else { still },
+            reaction: if carried { still } else { turned },
         }
     }
 }

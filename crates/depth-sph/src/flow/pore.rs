@@ -98,7 +98,7 @@ impl<const D: usize> Flow<D> {
         for (id, Handed { depth, pressure }) in handed {
             // Some may have stood beyond an open side.
             let Ok(i) = self.sets[0].nodes.id.binary_search(&(*id as u64)) else { continue };
-            let pull = self.sets[0].nodes.pull[i];
+            let pull = self.sets[0].nodes.bearing[i];
             let (submerged, fluid) = (self.submerged(0, i), self.settings.material.densities.fluid);
             let column = &mut self.heads.values[i * width..][..width];
             for (k, (head, pressure)) in column.iter_mut().zip(pressure).enumerate() {
@@ -146,7 +146,7 @@ fn step<const D: usize>(
     let air = -densities.fluid / submerged;
     dilate(settings, pore, set, i, porosity, submerged, head, dt);
     drain(settings, pore, set, i, coefficient, air, head, dt);
-    let (drainage, pull) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.pull[i]);
+    let (drainage, pull) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
     column::bound(head, depth, |rest| match (drainage, pore.lower_bound) {
         // Over a drained base the whole column may fall to the air.
         (Drainage::Atmospheric, _) => air * depth,
@@ -209,7 +209,7 @@ fn dilate<const D: usize>(
     let depth = set.nodes.depth[i];
     let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
     let strain = rate * slope * (critical - porosity) * dt;
-    let change = -pore.stiffness * strain / (submerged * set.nodes.pull[i].max(1e-3 * settings.gravity));
+    let change = -pore.stiffness * strain / (submerged * set.nodes.bearing[i].max(1e-3 * settings.gravity));
     // The surface stays without excess pressure.
     let last = head.len() - 1;
     head[..last].iter_mut().for_each(|value| *value += change);

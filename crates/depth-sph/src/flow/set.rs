@@ -39,14 +39,22 @@ pub struct Set<const D: usize> {
     pub bed: Vec<BedPoint<D>>,
     /// Effective gravity of the reaction of the bed (m/s²).
     pub reaction: Vec<f64>,
+    /// Acceleration along the normal of the bed with which velocities turn (m/s²), where they are carried.
+    pub turning: Vec<f64>,
     /// Accelerations (m/s²).
     pub acceleration: Vec<Plan<D>>,
+    /// The part of them that is artificial viscosity (m/s²).
+    pub viscous: Vec<Plan<D>>,
     /// Rates of height (m/s), where heights are integrated.
     pub rate: Vec<f64>,
     /// Rates of divergence (1/s), where the stress asks for them.
     pub divergence: Vec<f64>,
     /// Velocity at the beginning of the step (m/s).
     pub before: Vec<Plan<D>>,
+    /// Velocity before the kick, or before what resists (m/s): for the account of energy.
+    pub unkicked: Vec<Plan<D>>,
+    /// Works per step of friction, viscosity and pressure (J).
+    pub works: Vec<[f64; 3]>,
     /// Vectors of use within one sub-step.
     pub spare: Vec<Plan<D>>,
     /// Scalars of use within one sub-step.

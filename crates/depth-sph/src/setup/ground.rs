@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use colluvium_case::description::{Boundary, Obstacle, ObstacleShape, ObstacleWall, Side, Space, Wall};
 use colluvium_case::{Case, CaseError};
-use colluvium_points::{Raster, Terrain};
+use colluvium_points::Raster;
 
 use super::{dams, sampled::faces};
-use crate::bed::{Bed, BedPoint, Sampled, Worn};
+use crate::bed::{Bed, BedPoint, Sampled, Surface, Worn};
+use crate::choices::Integration;
 use crate::config::DepthOptions;
 use crate::maps::Grid;
 
@@ -36,6 +37,8 @@ pub struct Ground<const D: usize> {
     pub bed: Bed<D>,
     /// The cells of its raster, where it is one.
     pub grid: Option<Grid>,
+    /// Largest distance of its surface from the heights of its raster, and the root mean square of all (m).
+    pub departure: Option<[f64; 2]>,
     /// What of it deserves a warning.
     pub warnings: Vec<String>,
 }
@@ -52,7 +55,7 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
             return Err(CaseError::new("boundaries", problem));
         };
         plane_wears_not(options)?;
-        return Ok(Ground { bed: Bed::Flat(level), grid: None, warnings: Vec::new() });
+        return Ok(Ground { bed: Bed::Flat(level), grid: None, departure: None, warnings: Vec::new() });
     };
     if let Some(axis) = (0..D).find(|axis| case.gravity[*axis] != 0.0) {
         let problem = "must be 0 over an obstacle: its slopes are measured against gravity";
@@ -69,10 +72,14 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
             return Err(CaseError::new(format!("boundaries[{number}]"), problem));
         }
         plane_wears_not(options)?;
-        return Ok(Ground { bed, grid: None, warnings: Vec::new() });
+        return Ok(Ground { bed, grid: None, departure: None, warnings: Vec::new() });
     }
     let (mut raster, path) = raster::<D>(case, options)?;
     raise(case, first, floor, &mut raster)?;
+    // Means are for the noise of a survey: a dam keeps its crest.
+    let given = raster;
+    let mut raster = Sampled::smoothed(&given, options.terrain_smoothing);
+    let means: Vec<f64> = given.values.iter().zip(&raster.values).map(|(z, mean)| z - mean).collect();
     let mut warnings = dams::raise(case, options, &mut raster)?;
     let on_map = path.ends_with("file");
     let wrong = |problem: String| CaseError::new(path.clone(), problem);
@@ -84,16 +91,38 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
     }
     let Raster { origin, spacing, ref reference, .. } = raster;
     let grid = Grid { counts: [columns, rows], origin, spacing, reference: reference.clone() };
-    let terrain =
-        Terrain::new(raster, options.terrain_smoothing).map_err(|error| wrong(error.to_string()))?;
-    warnings.extend(too_steep(case, &terrain));
-    let ground = Sampled::new(terrain);
+    let ground = Sampled::new(raster).map_err(|error| wrong(error.to_string()))?;
+    warnings.extend(too_steep(case, &ground));
+    warnings.extend(loses_energy(options));
+    let departure = Some(departure(&ground, &means));
     let bed = if options.wears() {
         Bed::Worn(Box::new(Worn::new(ground, options.lower_bed)))
     } else {
         Bed::Surface(Arc::new(ground))
     };
-    Ok(Ground { bed, grid: on_map.then_some(grid), warnings })
+    Ok(Ground { bed, grid: on_map.then_some(grid), departure, warnings })
+}
+
+/// Largest distance of a surface from heights that were `means` (m) above what it was made of, and the root mean square of all (m).
+fn departure(ground: &Sampled, means: &[f64]) -> [f64; 2] {
+    let raster = ground.raster();
+    let off = |number: usize| {
+        let bed: Option<BedPoint<2>> =
+            ground.at(&raster.place(number % raster.columns, number / raster.columns));
+        Some(bed?.level - raster.values[number] - means[number]).filter(|off| off.is_finite())
+    };
+    let (mut most, mut square, mut count) = (0.0f64, 0.0, 0.0);
+    for off in (0..means.len()).filter_map(off) {
+        (most, square, count) = (most.max(off.abs()), square + off * off, count + 1.0);
+    }
+    [most, (square / f64::max(count, 1.0)).sqrt()]
+}
+
+/// Warns of steps that do not carry velocities along the bed.
+fn loses_energy(options: &DepthOptions) -> Option<String> {
+    (options.integration != Integration::Leapfrog).then(|| {
+        "methods.depth-sph.integration: steps of Runge and Kutta lose energy over rough ground: leave the option out over a survey".to_owned()
+    })
 }
 
 /// Refuses obstacles whose walls differ.
@@ -141,12 +170,13 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
 }
 
 /// Warns of the steepest place of a bed.
-fn too_steep(case: &Case, terrain: &Terrain) -> Option<String> {
+fn too_steep(case: &Case, ground: &Sampled) -> Option<String> {
+    let raster = ground.raster();
     let slope = |number: &usize| {
-        let [a, b] = terrain.nodes()[*number].gradient;
-        a.hypot(b)
+        let place = raster.place(number % raster.columns, number / raster.columns);
+        let bed: Option<BedPoint<2>> = ground.at(&place);
+        bed.map_or(0.0, |bed| bed.slope[0].hypot(bed.slope[1]))
     };
-    let raster = terrain.raster();
     let known = (0..raster.values.len()).filter(|number| raster.values[*number].is_finite());
     let steepest = known.max_by(|a, b| slope(a).total_cmp(&slope(b)))?;
     let angle = slope(&steepest).atan().to_degrees();
@@ -160,8 +190,8 @@ fn too_steep(case: &Case, terrain: &Terrain) -> Option<String> {
     }
     (angle > STEEPEST_FACE).then(|| {
         format!(
-            "obstacles: the bed is as steep as {angle:.1}° at {place:?} m: a flow may pass over a face that it could not climb, \
-             because velocity in plan does not keep energy there; give faces that are to hold it slopes below {STEEPEST_FACE}°"
+            "obstacles: the bed is as steep as {angle:.1}° at {place:?} m: a flow that meets such a face turns upward along it \
+             and is not thrown back as by a wall; give faces that are to hold it slopes below {STEEPEST_FACE}°"
         )
     })
 }

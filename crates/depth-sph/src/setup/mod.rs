@@ -140,7 +140,7 @@ fn made<const D: usize>(
 ) -> Result<(DepthSolver<D>, Vec<String>), CaseError> {
     let ground = ground::ground::<D>(case, options)?;
     let maps = rasters::maps(case, &ground, options.spacing)?;
-    let Ground { mut bed, mut warnings, .. } = ground;
+    let Ground { mut bed, departure, mut warnings, .. } = ground;
     let settings = settings::<D>(case, options)?;
     if let Bed::Worn(worn) = &mut bed {
         let depths = erodible_depths(case, options)?;
@@ -169,7 +169,8 @@ fn made<const D: usize>(
         }
     }
     flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
-    Ok((DepthSolver::new(Arc::new(case.copied()), options.clone(), flow, maps), warnings))
+    let solver = DepthSolver::new(Arc::new(case.copied()), options.clone(), flow, maps, departure);
+    Ok((solver, warnings))
 }
 
 /// The raster of the depths that can be taken up, where there is one.

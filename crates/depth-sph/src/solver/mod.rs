@@ -16,14 +16,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::bed::{Bed, Wear};
 use crate::config::DepthOptions;
-use crate::flow::{Beyond, Failure, Flow, Limit};
+use crate::flow::{Beyond, Failure, Flow, Ledger, Limit};
 use crate::inflow::State;
 use crate::maps::{Cell, Maps};
 use crate::nodes::norm;
 use crate::stages;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 9;
+const FORMAT: u32 = 10;
 
 /// Steps of a stage that is passed over for each check that its criterion wants.
 const CHECKS: f64 = 4.0;
@@ -55,6 +55,8 @@ pub struct DepthSolver<const D: usize> {
     steps: u64,
     rest: Rest,
     maps: Option<Maps>,
+    /// Largest distance of the bed from the heights of its raster, and the root mean square of all (m).
+    departure: Option<[f64; 2]>,
     /// What limits the next step, once that has been asked.
     limit: Option<Limit>,
 }
@@ -75,6 +77,7 @@ struct Saved {
     heads_depth: Vec<f64>,
     heads_time: f64,
     rest: Rest,
+    ledger: Ledger,
     nodes: Vec<Vec<u8>>,
     maps: Option<Vec<Cell>>,
     inflows: Vec<State>,
@@ -83,7 +86,13 @@ struct Saved {
 }
 
 impl<const D: usize> DepthSolver<D> {
-    pub(crate) fn new(case: Arc<Case>, options: DepthOptions, flow: Flow<D>, maps: Option<Maps>) -> Self {
+    pub(crate) fn new(
+        case: Arc<Case>,
+        options: DepthOptions,
+        flow: Flow<D>,
+        maps: Option<Maps>,
+        departure: Option<[f64; 2]>,
+    ) -> Self {
         let mut solver = Self {
             case,
             options,
@@ -93,6 +102,7 @@ impl<const D: usize> DepthSolver<D> {
             steps: 0,
             rest: Rest::default(),
             maps,
+            departure,
             limit: None,
         };
         solver.map();
@@ -162,6 +172,7 @@ impl<const D: usize> DepthSolver<D> {
                 }
             }
         }
+        self.flow.see_kinetic(kinetic);
         let rest = &mut self.rest;
         rest.peak = rest.peak.max(kinetic);
         let holds =
@@ -198,6 +209,7 @@ impl<const D: usize> DepthSolver<D> {
             heads_depth: flow.heads.depth.clone(),
             heads_time: flow.heads.time,
             rest: self.rest,
+            ledger: flow.ledger,
             nodes: flow.sets.iter().map(bytes).collect(),
             maps: self.maps.as_ref().map(|maps| maps.cells().to_vec()),
             inflows: flow.inflows.iter().map(|inflow| inflow.state.clone()).collect(),
@@ -243,6 +255,7 @@ impl<const D: usize> DepthSolver<D> {
         flow.heads.time = saved.heads_time;
         (flow.time, flow.step, flow.next_id) = (saved.flow_time, saved.flow_step, saved.next_id);
         (flow.left, flow.gone, flow.entrained) = (saved.left, saved.gone, saved.entrained);
+        flow.ledger = saved.ledger;
         (self.time, self.steps, self.rest) = (saved.time, saved.steps, saved.rest);
         Some(())
     }
@@ -304,23 +317,23 @@ impl<const D: usize> Solver for DepthSolver<D> {
         self.flow.ends = stages::ends(&self.case, stage);
         let case = Arc::clone(&self.case);
         let gone = |body: u32| case.is_removed(&case.bodies[body as usize].name, stage);
-        self.flow.remove_where(|nodes, i| gone(nodes.body[i]));
+        self.flow.change_from_outside(|flow| flow.remove_where(|nodes, i| gone(nodes.body[i])));
         self.flow.sets.iter_mut().for_each(crate::flow::Set::unlist);
         Ok(())
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
         self.limit = None;
-        for reset in &stage.reset {
-            for set in &mut self.flow.sets {
-                match reset {
+        self.flow.change_from_outside(|flow| {
+            for reset in &stage.reset {
+                flow.sets.iter_mut().for_each(|set| match reset {
                     Reset::Velocity => set.nodes.velocity.fill([0.0; D]),
                     Reset::Displacement => set.nodes.origin.clone_from(&set.nodes.position),
                     // Nodes have no state of a law.
                     Reset::State => {}
-                }
+                });
             }
-        }
+        });
         Ok(())
     }
 

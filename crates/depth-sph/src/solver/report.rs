@@ -126,13 +126,14 @@ impl<const D: usize> DepthSolver<D> {
         let each =
             |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
         let head = |set: usize, i: usize| if set == 0 { flow.heads.base(i) } else { f64::NAN };
-        let excess = |set: usize, i: usize| flow.submerged(set, i) * nodes(set).pull[i] * head(set, i);
+        let excess = |set: usize, i: usize| flow.submerged(set, i) * nodes(set).bearing[i] * head(set, i);
         let mean = |set: usize, i: usize| {
             let head = if set == 0 { flow.heads.mean(i) } else { f64::NAN };
-            flow.submerged(set, i) * nodes(set).pull[i] * head
+            flow.submerged(set, i) * nodes(set).bearing[i] * head
         };
         let fluid = flow.settings.material.densities.fluid;
-        let whole = |set: usize, i: usize| excess(set, i) + fluid * nodes(set).pull[i] * nodes(set).depth[i];
+        let whole =
+            |set: usize, i: usize| excess(set, i) + fluid * nodes(set).bearing[i] * nodes(set).depth[i];
         vec![
             scalar("liquefaction", "", each(&|set, i| head(set, i) / nodes(set).depth[i])),
             scalar("excess_pore_pressure", "Pa", each(&excess)),
@@ -190,6 +191,22 @@ impl<const D: usize> DepthSolver<D> {
             reading("largest_speed", "m/s", most(&|nodes, i| norm(&nodes.velocity[i]))),
             reading("stopped", "s", self.rest.stopped),
         ];
+        let account = flow.statement();
+        let ledger = &flow.ledger;
+        let energies = [
+            ("energy_bed", account.now.bed),
+            ("energy_pressure", account.now.pressure),
+            ("energy_friction", ledger.friction),
+            ("energy_viscosity", ledger.viscosity),
+            ("energy_entered", ledger.entered),
+            ("energy_error", account.error),
+            ("pressure_work_difference", account.difference),
+        ];
+        readings.extend(energies.map(|(name, value)| reading(name, "J", value)));
+        if let Some([most, mean]) = self.departure {
+            readings.push(reading("bed_off_raster", "m", most));
+            readings.push(reading("bed_off_raster_rms", "m", mean));
+        }
         if !flow.inflows.is_empty() || flow.opens.iter().any(crate::flow::OpenEnd::is_fed) {
             readings.push(reading("volume_entered", "m3", flow.entered()));
             if flow.settings.phases == Phases::Two {
@@ -241,6 +258,17 @@ impl<const D: usize> DepthSolver<D> {
         if self.maps.as_ref().is_some_and(crate::maps::Maps::are_empty) {
             let threshold = self.case.output.rasters.as_ref().map_or(0.0, |rasters| rasters.threshold);
             remarks.push(format!("output.rasters.threshold: no cell has been as deep as {threshold} m"));
+        }
+        let account = flow.statement();
+        if account.is_off() {
+            remarks.push(format!(
+                "the computation has {} {:.2e} J, {:.1} % of the {:.2e} J that the flow has turned over (column energy_error of the measures): \
+                 take a smaller `courant`, a finer `spacing`, or more `terrain_smoothing` over rough ground",
+                if account.error > 0.0 { "made" } else { "lost" },
+                account.error.abs(),
+                100.0 * account.error.abs() / account.turned_over,
+                account.turned_over
+            ));
         }
         if self.rest.stopped.is_nan() {
             remarks.push(

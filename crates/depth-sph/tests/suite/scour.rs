@@ -128,8 +128,10 @@ fn a_lowered_bed_is_seen_by_the_flow_and_comes_back_with_a_checkpoint() {
             .fold(0.0, f64::min)
     };
     let lowered = level(&json!({ "lower_bed": true }));
-    assert!(lowered < -0.02, "{lowered}");
-    assert!(level(&json!({})) > -1e-9);
+    let kept = level(&json!({}));
+    assert!(lowered < kept - 0.02, "{lowered} {kept}");
+    // Two cells of 2 m beside the foot of the slope the spline lies below it by less than a 24th of the bend.
+    assert!(kept > -0.6 * 2.0 / 24.0, "{kept}");
 }
 
 #[test]

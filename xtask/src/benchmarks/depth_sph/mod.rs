@@ -11,6 +11,7 @@ mod locked;
 mod open_end;
 mod parts;
 mod ritter;
+mod rough;
 mod scalar;
 mod stoker;
 mod terrain;
@@ -38,6 +39,7 @@ pub const ALL: &[Benchmark] = &[
     deposit::SATURATED,
     deposit::MUD,
     terrain::RASTER,
+    rough::BENCHMARK,
     terrain::DEBRIS,
     yu_tung::BENCHMARK,
 ];

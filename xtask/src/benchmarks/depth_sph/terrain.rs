@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use colluvium::case::PlanRegion;
 use colluvium::constitutive::basal::BasalRheology;
-use colluvium::depth_sph::bed::Bed;
+use colluvium::depth_sph::bed::{Bed, Sampled};
 use colluvium::depth_sph::column::{LowerBound, Profile};
 use colluvium::depth_sph::drag::Densities;
 use colluvium::depth_sph::erosion::Erosion;
@@ -13,7 +13,7 @@ use colluvium::depth_sph::flow::{Ends, Flow};
 use colluvium::depth_sph::nodes::Node;
 use colluvium::depth_sph::settings::{Consolidation, Mixture, PoreColumn, Settings, Zone};
 use colluvium::plots::{LineChart, Series, Style};
-use colluvium::points::{Raster, Terrain};
+use colluvium::points::Raster;
 use serde_json::json;
 
 use super::parts::{flow_until, law, short_steps};
@@ -83,7 +83,7 @@ fn of_raster(
 ) -> Result<Bed<2>, String> {
     let counts = [0, 1].map(|c| ((high[c] - low[c]) / spacing).round() as usize + 1);
     let raster = Raster::from_function(counts, low, [spacing; 2], z);
-    let terrain = Terrain::new(raster, 0).map_err(|error| error.to_string())?;
+    let terrain = Sampled::new(raster).map_err(|error| error.to_string())?;
     Ok(Bed::Surface(Arc::new(terrain)))
 }
 

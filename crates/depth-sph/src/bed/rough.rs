@@ -1,0 +1,92 @@
+//! Terrain that a flow over a survey is tried on: rough slopes and steps, from a seed (sheet: depth-sph §0, test terrain).
+
+use std::f64::consts::TAU;
+
+use colluvium_points::Raster;
+
+/// Waves that a rough slope is made of.
+const WAVES: usize = 160;
+/// Distance over which roughness sets in (m).
+const RAMP: f64 = 50.0;
+
+/// A slope along x with random waves on it, whose amplitude falls with the square of their number.
+#[derive(Clone, Debug)]
+pub struct RoughSlope {
+    /// Tangent of the mean slope.
+    pub slope: f64,
+    /// Where the roughness begins to set in (m).
+    pub from: f64,
+    /// Wave numbers (1/m) along x and y, phase and amplitude (m) of each wave.
+    waves: Vec<[f64; 4]>,
+}
+
+/// The next number in 0..1 of a sequence, by the generator SplitMix64.
+fn next(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+impl RoughSlope {
+    /// A slope of this tangent that becomes rough behind `from` (m), with waves between these lengths (m) and this root mean square of their
+    /// slopes.
+    pub fn new(slope: f64, from: f64, lengths: [f64; 2], rms: f64, seed: u64) -> Self {
+        let mut state = seed;
+        let mut wave = || {
+            // Numbers of waves fill the plane evenly between two circles.
+            let [least, most] = [TAU / lengths[1], TAU / lengths[0]];
+            let number = (least * least + next(&mut state) * (most * most - least * least)).sqrt();
+            let (sin, cos) = (TAU * next(&mut state)).sin_cos();
+            [number * cos, number * sin, TAU * next(&mut state), 1.0 / (number * number)]
+        };
+        let mut waves: Vec<[f64; 4]> = (0..WAVES).map(|_| wave()).collect();
+        let square = |wave: &[f64; 4]| 0.5 * wave[3] * wave[3] * (wave[0] * wave[0] + wave[1] * wave[1]);
+        let factor = rms / waves.iter().map(square).sum::<f64>().sqrt();
+        waves.iter_mut().for_each(|wave| wave[3] *= factor);
+        Self { slope, from, waves }
+    }
+
+    /// Level at a place (m).
+    pub fn level(&self, x: f64, y: f64) -> f64 {
+        let t = ((x - self.from) / RAMP).clamp(0.0, 1.0);
+        let rough: f64 = self.waves.iter().map(|[p, q, phase, a]| a * (p * x + q * y + phase).cos()).sum();
+        t * t * (3.0 - 2.0 * t) * rough - self.slope * x
+    }
+
+    /// Its raster with nodes `spacing` (m) apart over a window (m).
+    pub fn raster(&self, low: [f64; 2], high: [f64; 2], spacing: f64) -> Raster {
+        let counts = [0, 1].map(|c| ((high[c] - low[c]) / spacing).round() as usize + 1);
+        Raster::from_function(counts, low, [spacing; 2], |x, y| self.level(x, y))
+    }
+}
+
+/// Level of a slope of 25° with a step of `height` (m) at this angle (degrees) behind `from` (m).
+pub fn step(from: f64, height: f64, angle: f64) -> impl Fn(f64, f64) -> f64 {
+    let [gentle, steep] = [25.0, angle].map(|angle: f64| angle.to_radians().tan());
+    let length = height / steep;
+    move |x, _| -gentle * x - (steep - gentle) * (x - from).clamp(0.0, length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_are_as_rough_as_asked_and_the_same_for_a_seed() {
+        let slope = RoughSlope::new(0.5, -100.0, [40.0, 200.0], 0.1, 7);
+        assert_eq!(
+            slope.level(3.0, 4.0),
+            RoughSlope::new(0.5, -100.0, [40.0, 200.0], 0.1, 7).level(3.0, 4.0)
+        );
+        let mut sum = 0.0;
+        for k in 0..4000 {
+            let (x, y) = (3.7 * f64::from(k % 200), 31.0 * f64::from(k / 200));
+            let along = (slope.level(x + 0.01, y) - slope.level(x, y)) / 0.01 + 0.5;
+            let across = (slope.level(x, y + 0.01) - slope.level(x, y)) / 0.01;
+            sum += (along * along + across * across) / 4000.0;
+        }
+        assert!((sum.sqrt() / 0.1 - 1.0).abs() < 0.1, "{}", sum.sqrt());
+    }
+}
