@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use colluvium_constitutive::driver::incremental::{IncrementalTest, Input};
 use colluvium_constitutive::laws::{LinearElasticSpec, StrainMeasure, UmatSpec, allow_libraries};
 use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 
@@ -146,4 +147,29 @@ fn a_stiffness_that_is_no_number_stops_the_step() {
         let error = law.update(&[motion], &mut [stress], &mut states.blocks_mut()[0]).expect_err("stopped");
         assert!(error.to_string().contains("DDSDDE"), "{error}");
     }
+}
+
+/// The files of incrementalDriver fill what a user material leaves open; what it gives itself rules, a unit of one pascal too.
+#[test]
+fn files_fill_only_what_a_user_material_leaves_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = built(folder.path());
+    let read = |more: UmatSpec| {
+        let input = Input {
+            parameters: Some("Elastic # kPa\n 2\n 2.0d4 Young\n 0.3\n"),
+            initial: "6\n-100.0\n-100.0d0\n-1.0e2\n0\n0\n0\n2\n0.7\n",
+            test: "o\n*PureCreep\n5 1 1\n*End",
+            material: MaterialSpec::Umat(more),
+            stress_unit: 1e3,
+        };
+        let read = IncrementalTest::read(&input).unwrap();
+        let MaterialSpec::Umat(umat) = read.test.material else { panic!("another law") };
+        (umat.props, umat.state_variables, umat.pascals, read.takes)
+    };
+    let open =
+        UmatSpec { props: Vec::new(), state_variables: Vec::new(), pascals: None, ..spec(library.clone()) };
+    assert_eq!(read(open), (vec![2e4, 0.3], vec![0.7, 0.0], Some(1e3), [true; 2]));
+    let given =
+        UmatSpec { props: vec![1.0, 0.1], state_variables: vec![3.0], pascals: Some(1.0), ..spec(library) };
+    assert_eq!(read(given), (vec![1.0, 0.1], vec![3.0], Some(1.0), [false; 2]));
 }

@@ -148,8 +148,8 @@ mod tests {
         let frames = [0.0, 0.5, 1.0];
         assert_eq!(reference.times(&frames), [0.5, 1.0]);
         assert!(reference.at(0.0, &frames).is_none() && reference.at(1.0, &frames).is_some());
-        std::fs::write(&path, "time (min);position (mm);height (cm)\n0,5;2000;100,5\n").unwrap();
-        assert_eq!(Reference::read(&path).unwrap().profiles, [(Some(30.0), vec![(2.0, 1.005)])]);
+        std::fs::write(&path, "time (min);position (mm);height (cm)\n0,5;2000;62,5\n").unwrap();
+        assert_eq!(Reference::read(&path).unwrap().profiles, [(Some(30.0), vec![(2.0, 0.625)])]);
         std::fs::write(&path, "position,height\n0,nan\n").unwrap();
         assert!(Reference::read(&path).unwrap_err().to_string().contains("line 2: \"nan\" is not a finite"));
         std::fs::write(&path, "x,height\n0,1\n").unwrap();

@@ -10,7 +10,60 @@ use serde_json::{Map, Value, json};
 use crate::{Runs, STEPS, runs};
 
 /// Options that change nothing in a few steps of any run here, each with its reason.
-const ELSEWHERE: [(&str, &str); 0] = [];
+const ELSEWHERE: [(&str, &str); 25] = [
+    ("dem.coarse_graining", "no run here writes averages over cells of grains"),
+    ("dem.initial_overlap", "asked where a specimen is filled at random, which no run here does"),
+    ("dem.mix", "asked where kinds have no law between them; the runs here name all pairs"),
+    (
+        "dem.stages.*.damping_form",
+        "asked in stages after the first, or where grains grow; the runs here have one stage",
+    ),
+    (
+        "dem.stages.*.grow_until",
+        "asked in stages after the first, or where grains grow; the runs here have one stage",
+    ),
+    (
+        "dem.stages.*.reset_contacts",
+        "asked in stages after the first, or where grains grow; the runs here have one stage",
+    ),
+    ("depth-sph.basal.cohesion_form", "asked where the bed has cohesion"),
+    (
+        "depth-sph.curvature_in_friction",
+        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
+    ),
+    (
+        "depth-sph.frame",
+        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
+    ),
+    ("depth-sph.leaving_is_an_error", "asked where a node leaves the bed, which none does here"),
+    (
+        "depth-sph.lower_bed",
+        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
+    ),
+    (
+        "depth-sph.metric",
+        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
+    ),
+    ("depth-sph.mixture.porosity", "asked where two phases have a density of the mixture"),
+    ("depth-sph.shortest_smoothing", "a bound that no run here reaches"),
+    (
+        "depth-sph.terrain_smoothing",
+        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
+    ),
+    (
+        "depth-sph.terrain_spacing",
+        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
+    ),
+    ("mpm.obstacles", "asked where points meet obstacles, in none of the runs that were tried"),
+    ("mpm.static_friction_ratio", "asked where points meet obstacles, in none of the runs that were tried"),
+    ("snow-mpm.courant_velocity", "a bound that no run here reaches"),
+    ("sph.allow_pairing", "allows what would be refused, and changes nothing"),
+    ("sph.allow_summation", "allows what would be refused, and changes nothing"),
+    ("sph.formulation", "the other value is refused by what the runs here ask for"),
+    ("sph.smoothing_growth", "a bound that no run here reaches"),
+    ("sph.stress_diffusion_k0", "asked with diffusion of stress, at rest"),
+    ("sph.wall_guard", "a bound that no run here reaches"),
+];
 
 /// Runs in which an option is tried, at most.
 const TRIALS: usize = 60;
@@ -163,7 +216,7 @@ fn effect(all: &Runs, trials: &[(&String, Place)]) -> Effect {
         trials.iter().partition(|(run, place)| all[*run].pointer(&place.path).is_some());
     let open = open.iter().step_by(open.len().div_ceil(TRIALS).max(1)).copied();
     for (run, place) in named.into_iter().take(TRIALS).chain(open) {
-        let base = &all[run];
+        let base = &all[*run];
         let Some(before) = shown(base) else { continue };
         for value in &place.others {
             match changed(base, &place.path, value).and_then(|case| shown(&case)) {

@@ -141,40 +141,6 @@ fn keywords_count_whatever_their_capitals_and_with_a_remark_behind_them() {
 }
 
 #[test]
-fn a_user_material_takes_what_it_does_not_say_itself() {
-    let library = "none.so";
-    let umat = |more: serde_json::Value| {
-        let mut spec = serde_json::json!({ "model": "umat", "density": 2000, "library": library });
-        spec.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
-        let material: MaterialSpec = serde_json::from_value(spec).unwrap();
-        let parameters = Some("Elastic # kPa\n 2\n 2.0d4 Young\n 0.3\n");
-        let input = Input {
-            parameters,
-            initial: START,
-            test: "o\n*PureCreep\n5 1 1\n*End",
-            material,
-            stress_unit: 1e3,
-        };
-        let read = IncrementalTest::read(&input).unwrap();
-        let MaterialSpec::Umat(umat) = read.test.material else { panic!("another law") };
-        (umat, read.takes)
-    };
-    let (filled, takes) = umat(serde_json::json!({}));
-    assert_eq!(
-        (filled.props, filled.state_variables, filled.pascals, takes),
-        (vec![2e4, 0.3], vec![0.7, 0.0], Some(1e3), [true; 2])
-    );
-    // What is said rules, a unit of one pascal too.
-    let said = serde_json::json!({ "props": [1.0], "state_variables": [3.0], "pascals": 1 });
-    let (own, takes) = umat(said);
-    assert_eq!(
-        (own.props, own.state_variables, own.pascals, takes),
-        (vec![1.0], vec![3.0], Some(1.0), [false; 2])
-    );
-    assert_eq!(read("o\n*PureCreep\n5 1 1\n").unwrap().takes, [false; 2]);
-}
-
-#[test]
 fn mistakes_are_named_with_file_and_line() {
     let wrong = |test: &str| {
         let problems = read(test).unwrap_err();
