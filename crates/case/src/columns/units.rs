@@ -149,7 +149,7 @@ fn named(word: &str) -> Option<Unit> {
         "kpa" => of(1e3, stress),
         "bar" => of(1e5, stress),
         "gpa" => of(1e9, stress),
-        "psi" => of(6894.757_293_168, stress),
+        "psi" => of(6_894.757_293_168, stress),
         "l" | "litre" | "litres" | "liter" | "liters" => of(1e-3, volume),
         "ml" => of(1e-6, volume),
         "rad" => of(1.0, [0; 3]),

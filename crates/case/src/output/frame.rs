@@ -136,7 +136,7 @@ pub fn read_lines(path: &Path) -> Result<Option<Dataset>, OutputError> {
     }
     let fields = Arrays::of(piece.data.cell).fields;
     let mesh =
-        mesh(piece.points, piece.cells.cell_verts).map_err(|problem| OutputError::new(path, problem))?;
+        mesh(&piece.points, piece.cells.cell_verts).map_err(|problem| OutputError::new(path, problem))?;
     Ok(Some(Dataset { name: String::new(), support: Support::Mesh(mesh), fields }))
 }
 
@@ -172,11 +172,11 @@ pub fn read_frame(path: &Path, time: f64) -> Result<Snapshot, OutputError> {
 /// Points, or cells of a mesh.
 fn read_cells(piece: UnstructuredGridPiece, time: f64) -> Result<Snapshot, &'static str> {
     if piece.cells.types.iter().any(|kind| *kind != CellType::Vertex) {
-        let support = Support::Mesh(mesh(piece.points, piece.cells.cell_verts)?);
+        let support = Support::Mesh(mesh(&piece.points, piece.cells.cell_verts)?);
         let fields = Arrays::of(piece.data.cell).fields;
         return Ok(Dataset { name: String::new(), support, fields }.into_points(time, 0));
     }
-    let places = positions(piece.points)?;
+    let places = positions(&piece.points)?;
     let Arrays { fields, ids, bodies, extents, .. } = Arrays::of(piece.data.point);
     let count = places.len();
     Ok(Snapshot {
@@ -190,11 +190,12 @@ fn read_cells(piece: UnstructuredGridPiece, time: f64) -> Result<Snapshot, &'sta
     })
 }
 
-fn positions(points: IOBuffer) -> Result<Vec<[f64; 3]>, &'static str> {
-    Ok(points.cast_into::<f64>().ok_or("has no positions")?.as_chunks().0.to_vec())
+fn positions(points: &IOBuffer) -> Result<Vec<[f64; 3]>, &'static str> {
+    let points = points.cast_into::<f64>().ok_or("has no positions")?;
+    Ok(points.as_chunks().0.to_vec())
 }
 
-fn mesh(points: IOBuffer, cells: VertexNumbers) -> Result<Mesh, &'static str> {
+fn mesh(points: &IOBuffer, cells: VertexNumbers) -> Result<Mesh, &'static str> {
     let VertexNumbers::XML { connectivity: corners, offsets: ends } = cells else {
         return Err("has cells of the old format");
     };

@@ -315,9 +315,9 @@ impl Columns {
                 return Err(format!("two columns are called {name:?}"));
             }
         }
-        match PLACE[..dimension].iter().find(|axis| !names.iter().any(|name| name == *axis)) {
-            Some(missing) => return Err(format!("the column {missing:?} is missing")),
-            None => {}
+        if let Some(missing) = PLACE[..dimension].iter().find(|axis| !names.iter().any(|name| name == *axis))
+        {
+            return Err(format!("the column {missing:?} is missing"));
         }
         let factor = |(head, name): (&String, &String)| ColumnFile::factor(head, quantity(name));
         let factors = heads.iter().zip(&names).map(factor).collect::<Result<_, _>>()?;

@@ -2,6 +2,7 @@
 
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::MaterialSpec;
+use colluvium_constitutive::laws::DoubleScaleSpec;
 
 use crate::MpmOptions;
 
@@ -9,11 +10,11 @@ use crate::MpmOptions;
 pub(super) fn check_bands(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     for body in case.bodies.iter().filter(|body| !body.rigid && options.mesh.is_none()) {
         let law = case.materials.get(&body.material).and_then(MaterialSpec::banded);
-        let Some(largest) = law.and_then(|law| law.largest_band()) else { continue };
+        let Some(largest) = law.and_then(DoubleScaleSpec::largest_band) else { continue };
         if options.band_cells() * options.cell_size >= largest {
             let problem = format!(
-                "bands of the material {:?}, {} cells long, snap back from {largest:.4e} m on, E G/f_t²: make it smaller, or set \
-                 `allow_snapback` in the material",
+                "bands of the material {:?}, {} cells long, snap back from {largest:.4e} m on, E G/f_t² or that with the \
+                 shear modulus if it is less: make it smaller, or set `allow_snapback` in the material",
                 body.material,
                 options.band_cells()
             );

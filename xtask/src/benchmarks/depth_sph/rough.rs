@@ -42,10 +42,10 @@ fn run(quick: bool) -> Result<Outcome, String> {
         ("step of 20 m at 45°", steps(45.0)),
         ("step of 20 m at 60°", steps(60.0)),
     ] {
-        slide(&mut outcome, name, raster, spacing)?;
+        slide(&mut outcome, name, &raster, spacing)?;
     }
     order(&mut outcome, &rough([20.0, 200.0], 0.2))?;
-    rubbed(&mut outcome, rough([20.0, 200.0], 0.2), spacing)?;
+    rubbed(&mut outcome, &rough([20.0, 200.0], 0.2), spacing)?;
     lake(&mut outcome)?;
     Ok(outcome)
 }
@@ -75,9 +75,9 @@ fn layer(low: [f64; 2], high: [f64; 2], spacing: f64, depth: impl Fn([f64; 2]) -
 }
 
 /// A layer of 0.05 m without friction down to where its first node comes near the end of the terrain.
-fn slide(outcome: &mut Outcome, name: &str, raster: Raster, spacing: f64) -> Result<(), String> {
+fn slide(outcome: &mut Outcome, name: &str, raster: &Raster, spacing: f64) -> Result<(), String> {
     let end = raster.end()[0] - 30.0;
-    let bed = bed(&raster)?;
+    let bed = bed(raster)?;
     let nodes = layer([20.0, 80.0], [60.0, 120.0], spacing, |_| 0.05);
     let mut flow =
         Flow::new(Settings::plain(1000.0), bed, Ends::default(), &[nodes]).map_err(|f| f.to_string())?;
@@ -169,13 +169,12 @@ fn order(outcome: &mut Outcome, raster: &Raster) -> Result<(), String> {
 }
 
 /// The account of a layer with friction.
-fn rubbed(outcome: &mut Outcome, raster: Raster, spacing: f64) -> Result<(), String> {
+fn rubbed(outcome: &mut Outcome, raster: &Raster, spacing: f64) -> Result<(), String> {
     let mut settings = Settings::<2>::plain(1000.0);
     let spec = json!({ "model": "voellmy", "friction_angle": 12, "turbulence": 2000 });
     settings.zones = vec![Zone::everywhere(law(spec)?)];
     let nodes = layer([20.0, 80.0], [60.0, 120.0], spacing, |_| 0.5);
-    let mut flow =
-        Flow::new(settings, bed(&raster)?, Ends::default(), &[nodes]).map_err(|f| f.to_string())?;
+    let mut flow = Flow::new(settings, bed(raster)?, Ends::default(), &[nodes]).map_err(|f| f.to_string())?;
     flow_until(&mut flow, 12.0)?;
     let account = flow.statement();
     let off = account.error.abs() / account.turned_over;
