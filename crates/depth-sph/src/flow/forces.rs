@@ -10,7 +10,7 @@ use super::longest::Longest;
 use super::packed::{FIELDS, Packed, four, whole};
 use super::set::{Set, TASK};
 use crate::bed::BedPoint;
-use crate::choices::{Frame, Metric, Momentum, Phases};
+use crate::choices::{Momentum, Phases};
 use crate::kernel::Kernel;
 use crate::nodes::{Nodes, Plan, Seen, dot};
 use crate::settings::Settings;
@@ -36,15 +36,15 @@ pub enum Role {
 }
 
 /// Sums over the neighbours of a node.
-struct Sums<const D: usize> {
+pub(super) struct Sums<const D: usize> {
     /// `Σ m (p_I + p_J) ∇W`, the pressure force over `-g_*`.
-    push: Plan<D>,
+    pub(super) push: Plan<D>,
     /// `-Σ m Π ∇W` (m/s²).
-    viscous: Plan<D>,
+    pub(super) viscous: Plan<D>,
     /// `Σ (m/h) (f_J - f_I) ∇W` of the fields.
-    slopes: [Plan<D>; FIELDS],
+    pub(super) slopes: [Plan<D>; FIELDS],
     /// `Σ (m/h) (x_J - x_I) ⊗ ∇W`.
-    moment: [Plan<D>; D],
+    pub(super) moment: [Plan<D>; D],
 }
 
 /// `A⁻¹ b` in one or two dimensions; `b` where `A` is ill-conditioned.
@@ -65,16 +65,16 @@ pub fn corrected<const D: usize>(matrix: &[Plan<D>; D], vector: &Plan<D>) -> Pla
 }
 
 /// The sums of the forces between the nodes of one set: what they read of it.
-struct Pairs<'a, const D: usize> {
-    settings: &'a Settings<D>,
-    nodes: &'a Nodes<D>,
-    seen: &'a Seen<D>,
-    packed: &'a Packed<D>,
-    around: &'a Longest<D>,
-    fours: &'a Fours,
-    bed: &'a [BedPoint<D>],
-    reaction: &'a [f64],
-    across: &'a NeighbourList<D>,
+pub(super) struct Pairs<'a, const D: usize> {
+    pub(super) settings: &'a Settings<D>,
+    pub(super) nodes: &'a Nodes<D>,
+    pub(super) seen: &'a Seen<D>,
+    pub(super) packed: &'a Packed<D>,
+    pub(super) around: &'a Longest<D>,
+    pub(super) fours: &'a Fours,
+    pub(super) bed: &'a [BedPoint<D>],
+    pub(super) reaction: &'a [f64],
+    pub(super) across: &'a NeighbourList<D>,
 }
 
 /// Sums as lanes of four neighbours.
@@ -393,57 +393,6 @@ impl<const D: usize> Pairs<'_, D> {
             let level = if settings.numerics.surface_gradient { level_slope[c] } else { 0.0 };
             pull * (own - level)
         })
-    }
-
-    /// Gradient of the depth of what stands over node `i`: that of the sums of pressure, or by corrected differences.
-    #[inline]
-    fn depth_gradient(&self, i: usize, sums: &Sums<D>, plain: bool) -> Plan<D> {
-        if plain {
-            let both = 2.0 * self.seen.pressure[i];
-            return if both > 0.0 { sums.push.map(|push| push / both) } else { [0.0; D] };
-        }
-        let [own, partner] = [0, 1].map(|field| corrected(&sums.moment, &sums.slopes[field]));
-        std::array::from_fn(|c| own[c] + partner[c])
-    }
-
-    /// Share of the part along the slope of the bed that the force of a depth gradient loses over it (sheet: depth-sph §2.9, metric as
-    /// amended): none below a level surface, `1 - cos²θ` below one that follows the bed.
-    #[inline]
-    fn damping(&self, i: usize, gradient: &Plan<D>) -> f64 {
-        let settings = self.settings;
-        let steepness = self.bed[i].steepness();
-        match settings.metric {
-            Metric::Normal => 1.0 - 1.0 / steepness,
-            // Where gradients are those of the free surface, or nothing is vertical, there is nothing to damp.
-            _ if settings.numerics.surface_gradient || settings.frame != Frame::Horizontal => 0.0,
-            Metric::Vertical => 0.0,
-            Metric::Blended => {
-                1.0 - 1.0 / (steepness + dot(&self.bed[i].slope, gradient)).clamp(1.0, steepness)
-            }
-        }
-    }
-
-    /// A force without this share of its part along the slope of the bed.
-    #[inline]
-    fn along_bed(&self, i: usize, force: &Plan<D>, share: f64) -> Plan<D> {
-        let slope = &self.bed[i].slope;
-        let square = dot(slope, slope);
-        if share == 0.0 || square == 0.0 {
-            return *force;
-        }
-        let part = share * dot(slope, force) / square;
-        std::array::from_fn(|c| force[c] - part * slope[c])
-    }
-
-    /// The force of node `i` with viscosity, the reaction of the bed and gravity along the frame (m/s²).
-    #[inline]
-    fn with_bed(&self, i: usize, force: &Plan<D>, viscous: &Plan<D>) -> Plan<D> {
-        let settings = self.settings;
-        let slope = &self.bed[i].slope;
-        // What the free surface has counted of the bed is left out here.
-        let counted = if settings.numerics.surface_gradient { self.nodes.pull[i] } else { 0.0 };
-        let reaction = self.reaction[i] - counted;
-        std::array::from_fn(|c| force[c] + viscous[c] - reaction * slope[c] + settings.drive[c])
     }
 
     /// Adds the weight of the other layer to a force (m/s²), and its depth to the gradient (sheet: depth-sph §2.11).

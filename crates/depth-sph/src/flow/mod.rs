@@ -7,6 +7,7 @@ mod coupling;
 mod feed;
 mod forces;
 mod fours;
+mod gravity;
 mod grow;
 mod heights;
 mod images;
@@ -14,6 +15,7 @@ mod integrate;
 mod ledger;
 mod limits;
 mod longest;
+mod metric;
 mod open;
 mod over;
 mod packed;
@@ -26,8 +28,8 @@ use colluvium_points::{CellList, SearchError, Spare};
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::bed::{Bed, BedPoint};
-use crate::choices::{Continuity, Frame, Momentum, Phases};
+use crate::bed::Bed;
+use crate::choices::{Continuity, Momentum, Phases};
 use crate::inflow::{Held, Inflow};
 use crate::nodes::{Node, norm};
 use crate::settings::Settings;
@@ -363,46 +365,6 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Step 3: the bed below each node, and gravity as it acts there.
-    fn sample_bed(&mut self, asked: Asked) {
-        for number in 0..self.sets.len() {
-            self.sample_bed_below(number, asked);
-        }
-        if self.settings.numerics.surface_gradient {
-            for set in &mut self.sets {
-                set.scalars.clear();
-                set.scalars.extend(set.bed.iter().map(|bed| bed.level));
-                copy(&set.images, &set.scalars, &mut set.seen.level);
-            }
-        }
-    }
-
-    fn sample_bed_below(&mut self, number: usize, asked: Asked) {
-        let carried = asked == Asked::Before && self.carries();
-        let Self { bed, sets, settings, .. } = self;
-        let Set { nodes, bed: points, reaction, turning, .. } = &mut sets[number];
-        points.resize(nodes.len(), BedPoint::flat(0.0));
-        reaction.resize(nodes.len(), 0.0);
-        turning.resize(nodes.len(), 0.0);
-        let (position, velocity) = (&nodes.position, &nodes.velocity);
-        let columns = points.par_iter_mut().zip(&mut nodes.pull).zip(&mut nodes.bearing).zip(reaction);
-        columns.zip(&*turning).enumerate().in_pieces(
-            TASK,
-            |(i, ((((point, pull), bearing), reaction), turning))| {
-                // Nodes beyond the bed keep what was below them until they are removed at the end of the step.
-                if asked == Asked::Now
-                    && let Some(found) = bed.at(&position[i])
-                {
-                    *point = found;
-                }
-                let turning =
-                    if carried { *turning } else { point.turning(&velocity[i]) / point.steepness().sqrt() };
-                let felt = Gravity::over(settings, point, turning, carried);
-                (*pull, *bearing, *reaction) = (felt.pressure, felt.bearing, felt.reaction);
-            },
-        );
-    }
-
     /// `P/(g_* h²)` of every node, and excess pressures.
     fn find_pressures(&mut self) {
         self.find_earth_pressure();
@@ -473,35 +435,6 @@ impl<const D: usize> Flow<D> {
                  try a smaller `courant`, a finer `spacing` or more `terrain_smoothing`"
             )
         })
-    }
-}
-
-/// Effective gravity over a bed (m/s²; sheet: depth-sph §2.9, as amended).
-struct Gravity {
-    /// That of pressure.
-    pressure: f64,
-    /// That of what the bed bears: friction and pore pressure.
-    bearing: f64,
-    /// That of the reaction of the bed along its slope.
-    reaction: f64,
-}
-
-impl Gravity {
-    /// Over a place of the bed, of what turns with this acceleration along its normal (m/s²). Where velocities are `carried` along the bed the
-    /// reaction leaves the turning to that.
-    fn over<const D: usize>(settings: &Settings<D>, bed: &BedPoint<D>, turning: f64, carried: bool) -> Self {
-        let gravity = settings.gravity;
-        if settings.frame != Frame::Horizontal {
-            return Self { pressure: gravity, bearing: gravity, reaction: gravity };
-        }
-        let steepness = bed.steepness();
-        let still = gravity / steepness;
-        let turned = still + turning / steepness.sqrt();
-        Self {
-            pressure: still,
-            bearing: if settings.curvature_in_friction { turned.max(0.0) } else { still },
-            reaction: if carried { still } else { turned },
-        }
     }
 }
 
