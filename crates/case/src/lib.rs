@@ -25,7 +25,6 @@ mod origin;
 pub mod output;
 mod plan_rasters;
 mod plan_region;
-mod plan_warnings;
 mod point_list;
 mod pore_fluid;
 mod ramps;
@@ -51,11 +50,10 @@ pub use obstacle::{
     normal_inside, slowed_for_obstacles,
 };
 pub use plan_region::PlanRegion;
-pub use plan_warnings::Resolution;
 pub use point_list::{GrainColumns, PointList};
 pub use run::{RunError, RunOptions, RunReport, Safety, Verdict, run, run_made, run_method};
 pub use solver::{
     Advance, Budget, Dataset, Field, FieldData, Frame, Lattice, Method, PhaseBudget, Plan, PlanRaster,
-    Reaction, Role, Size, Snapshot, Solver, SolverError, StepLimit, Support, TimeStep, Wanted,
+    Reaction, Resolution, Role, Size, Snapshot, Solver, SolverError, StepLimit, Support, TimeStep, Wanted,
 };
 pub use time_scales::{Densities, TimeScales};

@@ -3,6 +3,7 @@
 mod frame;
 mod places;
 mod plan;
+mod plan_warnings;
 mod snapshot;
 mod step;
 
@@ -20,6 +21,7 @@ use crate::{Case, CaseError, Equilibrium, Honours};
 pub use frame::{Dataset, Frame, Lattice, Mesh, PlanNodes, PlanRaster, Points, Role, Support, Wanted};
 pub(crate) use places::on_nodes;
 pub use plan::{Plan, Size};
+pub use plan_warnings::Resolution;
 pub use snapshot::{Field, FieldData, Snapshot};
 pub use step::{Advance, StepLimit, TimeStep};
 

@@ -170,6 +170,20 @@ impl<const D: usize> DepthSolver<D> {
         }
     }
 
+    /// Account of energy (J): what the bed and the pressure store, what has been dissipated or has entered, and what is missing.
+    fn energies(&self) -> [(&'static str, f64); 7] {
+        let (account, ledger) = (self.flow.statement(), &self.flow.ledger);
+        [
+            ("energy_bed", account.now.bed),
+            ("energy_pressure", account.now.pressure),
+            ("energy_friction", ledger.friction),
+            ("energy_viscosity", ledger.viscosity),
+            ("energy_entered", ledger.entered),
+            ("energy_error", account.error),
+            ("pressure_work_difference", account.difference),
+        ]
+    }
+
     /// What the method tells in each row of the measures.
     pub(super) fn take_readings(&self) -> Vec<Reading> {
         let flow = &self.flow;
@@ -191,18 +205,7 @@ impl<const D: usize> DepthSolver<D> {
             reading("largest_speed", "m/s", most(&|nodes, i| norm(&nodes.velocity[i]))),
             reading("stopped", "s", self.rest.stopped),
         ];
-        let account = flow.statement();
-        let ledger = &flow.ledger;
-        let energies = [
-            ("energy_bed", account.now.bed),
-            ("energy_pressure", account.now.pressure),
-            ("energy_friction", ledger.friction),
-            ("energy_viscosity", ledger.viscosity),
-            ("energy_entered", ledger.entered),
-            ("energy_error", account.error),
-            ("pressure_work_difference", account.difference),
-        ];
-        readings.extend(energies.map(|(name, value)| reading(name, "J", value)));
+        readings.extend(self.energies().map(|(name, value)| reading(name, "J", value)));
         if let Some([most, mean]) = self.departure {
             readings.push(reading("bed_off_raster", "m", most));
             readings.push(reading("bed_off_raster_rms", "m", mean));

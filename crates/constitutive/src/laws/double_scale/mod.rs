@@ -303,8 +303,7 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
         Ok((jump, band, outside))
     }
 
-    /// The size of the point in this step (m). A point that snaps back is refused when its band begins: one whose crack has
-    /// opened since is larger for that, and stores no more.
+    /// Size of the point in this step (m). A size that snaps back is refused when the band begins; it grows as the crack opens.
     fn size(&self, motion: &Motion, begins: bool) -> Result<f64, MaterialError> {
         let size = self.size.unwrap_or(motion.size);
         let invalid = |reason| Err(MaterialError::Motion { model: NAME, reason });
@@ -325,8 +324,7 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
     ) -> Result<Point<State<B, M>>, MaterialError> {
         let before = Point { stress: old.stress, state: old.state.outside };
         let mut state = old.state;
-        let begins = !state.localised;
-        if begins {
+        if !state.localised {
             let intact = self.outside.update(strain, motion, &before)?;
             let Some(frame) = self.onset(&before, &intact, strain, motion) else {
                 let state = BandedState { outside: intact.state, ..state };
@@ -335,7 +333,7 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
             let band = self.band.initial(traction(&frame, &old.stress));
             state = BandedState { localised: true, frame, jump: [0.0; 3], band, ..state };
         }
-        state.size = self.size(motion, begins)?;
+        state.size = self.size(motion, !old.state.localised)?;
         let band = Self::interface(&state, &old.stress);
         let step = Step { strain, motion, old: before, frame: state.frame, size: state.size, band };
         let (jump, band, outside) = self.solved(&step)?;
