@@ -37,8 +37,8 @@ pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> 
         let Some(largest) = law.largest_band() else { continue };
         if band_length::<D>(options.spacing.powi(D as i32)) >= largest {
             let problem = format!(
-                "bands of the material {name:?} snap back from {:.4e} m on, half of E G/f_t²: make it smaller, or set \
-                 `allow_snapback` in the material",
+                "bands of the material {name:?} snap back from {:.4e} m on, half of E G/f_t² or of that with \
+                 the shear modulus if it is less: make it smaller, or set `allow_snapback` in the material",
                 0.5 * largest
             );
             return Err(CaseError::new("methods.sph.spacing", problem));
