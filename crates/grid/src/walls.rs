@@ -6,7 +6,6 @@ mod faces;
 use std::sync::Arc;
 
 use edge::Edge;
-use faces::Turn;
 pub use faces::{Face, Faces};
 
 /// Rounds in which faces that meet find a velocity that goes into none of them.
@@ -154,14 +153,10 @@ impl Walls {
         keep_start: bool,
         lift: &[f64; 3],
     ) {
-        self.constrain_and_tell(index, start, end, keep_start, lift, |_, _, _| {});
+        self.constrain_and_tell(index, start, end, keep_start, lift, |_, _| {});
     }
 
-    /// The same; `tell` is called with each change of the velocity (m/s) at the end and at the start of the step by rigid geometry
-    /// of any shape.
-    ///
-    /// Faces that meet act one after another, and the first bears most: a node gets the mean over the orders in which they may act,
-    /// whatever the order in which they are listed (of four faces and more, over eight orders and more).
+    /// The same; `tell` is called with each change of the velocity (m/s) by rigid geometry of any shape.
     #[inline]
     pub fn constrain_and_tell(
         &self,
@@ -170,59 +165,26 @@ impl Walls {
         end: &mut [f64; 3],
         keep_start: bool,
         lift: &[f64; 3],
-        mut tell: impl FnMut(&Face, [f64; 3], [f64; 3]),
+        mut tell: impl FnMut(&Face, [f64; 3]),
     ) {
         let faces = self.faces.at(index);
-        if faces.len() < 2 {
-            let turn = Turn { faces, first: 0, backwards: false };
-            return self.constrain_in_turn(index, turn, (start, end), keep_start, lift, &mut tell);
-        }
-        let orders = Turn::all(faces);
-        let share = 1.0 / orders.clone().count() as f64;
-        let (mut starts, mut ends) = ([0.0; 3], [0.0; 3]);
-        for turn in orders {
-            let (mut first, mut last) = (*start, *end);
-            let mut part = |face: &Face, at_end: [f64; 3], at_start: [f64; 3]| {
-                tell(face, at_end.map(|v| share * v), at_start.map(|v| share * v));
-            };
-            self.constrain_in_turn(index, turn, (&mut first, &mut last), keep_start, lift, &mut part);
-            for c in 0..3 {
-                starts[c] += share * first[c];
-                ends[c] += share * last[c];
-            }
-        }
-        (*start, *end) = (starts, ends);
-    }
-
-    /// Lets the faces of a node act in one order, and its walls.
-    fn constrain_in_turn(
-        &self,
-        index: &[usize; 3],
-        turn: Turn<'_>,
-        (start, end): (&mut [f64; 3], &mut [f64; 3]),
-        keep_start: bool,
-        lift: &[f64; 3],
-        tell: &mut impl FnMut(&Face, [f64; 3], [f64; 3]),
-    ) {
-        let many = turn.faces.len() > 1;
-        for face in turn.faces() {
-            let before = (*start, *end);
+        for face in faces {
+            let before = *end;
             face.constrain(start, end, keep_start, lift);
-            let change = |now: &[f64; 3], before: [f64; 3]| std::array::from_fn(|c| now[c] - before[c]);
-            tell(face, change(end, before.1), change(start, before.0));
+            tell(face, std::array::from_fn(|c| end[c] - before[c]));
         }
         self.constrain_by_walls(index, start, end, keep_start, lift);
         // Where faces or walls meet, what one gives may run into another.
-        if many || (!turn.faces.is_empty() && self.of_node(index).next().is_some()) {
+        if faces.len() > 1 || (!faces.is_empty() && self.of_node(index).next().is_some()) {
             let held = self.of_node(index).fold([false; 3], |held, wall| {
                 let own = wall.holding(end);
                 std::array::from_fn(|c| held[c] || own[c])
             });
-            for _ in 0..if many { ROUNDS } else { 1 } {
-                for face in turn.faces() {
+            for _ in 0..if faces.len() > 1 { ROUNDS } else { 1 } {
+                for face in faces {
                     let before = *end;
                     face.keep_out(end, held);
-                    tell(face, std::array::from_fn(|c| end[c] - before[c]), [0.0; 3]);
+                    tell(face, std::array::from_fn(|c| end[c] - before[c]));
                 }
             }
         }
@@ -283,19 +245,7 @@ impl Walls {
     /// Lets the walls of a node act on its re-mapped velocity (MUSL): no penetration; what they stopped in the momentum
     /// solve (`solved`) does not lift off, and what stuck sticks.
     pub fn constrain_again(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
-        let faces = self.faces.at(index);
-        if faces.len() < 2 {
-            faces.iter().for_each(|face| face.constrain_again(solved, velocity));
-        } else {
-            let orders = Turn::all(faces);
-            let (share, mut mean) = (1.0 / orders.clone().count() as f64, [0.0; 3]);
-            for turn in orders {
-                let mut own = *velocity;
-                turn.faces().for_each(|face| face.constrain_again(solved, &mut own));
-                (0..3).for_each(|c| mean[c] += share * own[c]);
-            }
-            *velocity = mean;
-        }
+        self.faces.at(index).iter().for_each(|face| face.constrain_again(solved, velocity));
         let walls = |held: bool| self.of_node(index).filter(move |wall| wall.holds() == held);
         walls(false).for_each(|wall| wall.constrain_again(solved, velocity));
         walls(true).for_each(|wall| wall.hold(&mut [0.0; 3], velocity, true));

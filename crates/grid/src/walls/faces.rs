@@ -34,35 +34,6 @@ pub struct Faces {
     faces: Vec<Face>,
 }
 
-/// The faces of a node in one of the orders in which they may act.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Turn<'a> {
-    /// The faces, as they are listed.
-    pub faces: &'a [Face],
-    /// Number of the one that acts first.
-    pub first: usize,
-    /// Whether those listed before it follow.
-    pub backwards: bool,
-}
-
-impl<'a> Turn<'a> {
-    /// The orders of two or three faces; of more those that begin with each of them and go on either way.
-    pub fn all(faces: &'a [Face]) -> impl Iterator<Item = Self> + Clone {
-        let ways: &[bool] = if faces.len() == 2 { &[false] } else { &[false, true] };
-        ways.iter()
-            .flat_map(move |&backwards| (0..faces.len()).map(move |first| Self { faces, first, backwards }))
-    }
-
-    /// The faces in their order.
-    pub fn faces(self) -> impl Iterator<Item = &'a Face> {
-        let count = self.faces.len();
-        (0..count).map(move |k| {
-            let step = if self.backwards { count - k } else { k };
-            &self.faces[(self.first + step) % count]
-        })
-    }
-}
-
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -369,7 +340,7 @@ mod tests {
         let act = |friction, free: [f64; 3]| {
             let walls = walls(&[(5, moving(friction))], Vec::new());
             let (mut start, mut end, mut told) = ([0.0; 3], free, Vec::new());
-            walls.constrain_and_tell(&[1, 0, 1], &mut start, &mut end, true, &[0.0; 3], |face, change, _| {
+            walls.constrain_and_tell(&[1, 0, 1], &mut start, &mut end, true, &[0.0; 3], |face, change| {
                 told.push((face.bearer, change));
             });
             (end, told)

@@ -11,7 +11,6 @@
 //! Here pore pressure is compression-positive, `p_w = -p_L` of the sheet.
 
 mod bear;
-mod damping;
 mod momentum;
 mod report;
 mod setup;
@@ -23,8 +22,6 @@ use std::sync::Arc;
 use colluvium_case::{Equilibrium, Scales, SolverError};
 use colluvium_constitutive::BLOCK;
 use colluvium_grid::{Faces, Gathered, Lanes, Layout, Node, Points, Walls};
-use colluvium_parallel::InPieces;
-use rayon::prelude::*;
 
 pub use momentum::PhaseSums;
 pub use setup::{cleared, of_liquid, pore_set, two_phase};
@@ -48,13 +45,9 @@ use crate::stopping::{Stopping, with_mass};
 use crate::update::PointUpdate;
 use crate::vectors::{power, square_sum};
 use bear::bear_phases;
-use damping::{Coupling, Damping};
 use momentum::PhaseSolve;
 use strain::share_phase_strains;
 use transfer::{remap_phases, scatter_phases, update_phases};
-
-/// Nodes that one thread takes at once.
-const NODES: usize = 4096;
 
 /// What a solver with pore fluid holds beside its points.
 pub struct TwoPhase {
@@ -63,8 +56,6 @@ pub struct TwoPhase {
     row_sums: Vec<PhaseSums>,
     /// Components of velocity that patches hold, one bit an axis; empty where nothing asks for them.
     held: Vec<[u8; 2]>,
-    /// What the solve overwrites of the nodes; empty where nothing asks for it.
-    couplings: Vec<Coupling>,
     pub(crate) sums: PhaseSums,
     /// Walls of the liquid.
     pub(crate) walls: Walls,
@@ -81,7 +72,6 @@ impl TwoPhase {
             + size_of_val(&self.remapped[..])
             + size_of_val(&self.row_sums[..])
             + size_of_val(&self.held[..])
-            + size_of_val(&self.couplings[..])
     }
 
     /// What points read of the nodes of both phases, gradients among it.
@@ -107,13 +97,6 @@ impl TwoPhase {
 }
 
 impl TwoPhase {
-    /// Keeps what the solve overwrites of the nodes.
-    fn note_couplings(&mut self) {
-        self.couplings.resize(self.nodes.len(), Coupling::default());
-        let all = self.couplings.par_iter_mut().zip(&self.nodes);
-        all.in_pieces(NODES, |(coupling, node)| *coupling = Coupling::of(node));
-    }
-
     /// Finds the largest liquid mass of a point.
     pub fn find_heaviest<const D: usize>(&mut self, bodies: &Bodies<D>) {
         let masses = bodies.sets.iter().flat_map(|set| (0..set.len()).map(|p| set.liquid_mass(p)));
@@ -196,21 +179,17 @@ fn solve_phases<const D: usize>(
     } = boundary;
     let (stage, dt) = (clock.stage(), clock.dt);
     let audit = stage.equilibrium.is_some();
-    let factors = stage.damping_of_axes();
-    let damped = factors != [0.0; 3];
     phases.held.clear();
-    if (audit || damped) && !clock.case.patches.is_empty() {
+    if (audit || stage.damping > 0.0) && !clock.case.patches.is_empty() {
         phases.held.resize(phases.nodes.len(), [0; 2]);
         mark_held(clock, background, driven, contacts, &mut phases.held);
     }
-    if damped {
-        phases.note_couplings();
-    }
-    let TwoPhase { nodes: of_phases, row_sums, walls, heaviest, sums, held, couplings, .. } = phases;
+    let TwoPhase { nodes: of_phases, row_sums, walls, heaviest, sums, held, .. } = phases;
     let cutoff = clock.options.mass_cutoff();
     let solve = PhaseSolve {
         dt,
         gravity: clock.gravity_at_end(),
+        damping: stage.damping,
         keep_start: clock.keeps_start(),
         inertia: clock.options.mass_scaling,
         light: [bodies.light(clock), cutoff * *heaviest],
@@ -228,12 +207,6 @@ fn solve_phases<const D: usize>(
     let stopping = Stopping { clock, background, bodies, walls: own_walls, takes: true };
     let slow = |node: &mut [Node; 2], change| node[SOLID].change_velocity(change, dt);
     stopping.stop(rocks, of_phases, |_, node| node[SOLID].motion, slow);
-    if damped {
-        let PhaseSolve { inertia, light, held, walls, layout, .. } = solve;
-        let damping = Damping { dt, factors, inertia, light, held, walls, layout, couplings };
-        layout.each(of_phases, |row, active, line| damping.row(row, active, line));
-        stopping.stop(rocks, of_phases, |_, node| node[SOLID].motion, slow);
-    }
     if audit {
         *sums = PhaseSums::default();
         row_sums.iter().for_each(|row| sums.add(row));

@@ -72,7 +72,6 @@ pub fn two_phase<const D: usize>(
             nodes: vec![[Node::default(); 2]; layout.len()],
             remapped: vec![[Lanes::ZERO; 2]; length(options.stress_update != StressScheme::Usl)],
             held: Vec::new(),
-            couplings: Vec::new(),
             row_sums: vec![PhaseSums::default(); layout.nodes()[0]],
             sums: PhaseSums::default(),
             walls: Walls::default(),

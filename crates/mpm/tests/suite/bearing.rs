@@ -70,46 +70,6 @@ fn an_obstacle_bears_a_damped_block_whose_base_is_stepped() {
     }
 }
 
-/// Reactions (N) of a floor and a wall that a block is pressed into the corner of, listed in one order or the other.
-fn in_a_corner(obstacles: &str, wall: &Value, wall_first: bool) -> [[f64; 3]; 2] {
-    let plane = |name: &str, normal: [f64; 2]| json!({ "name": name, "shape": { "kind": "plane", "point": [0, 0], "normal": normal }, "wall": wall });
-    let mut planes = vec![plane("floor", [0.0, 1.0]), plane("wall", [0.8, 0.6])];
-    if wall_first {
-        planes.reverse();
-    }
-    let value = json!({
-        "title": "corner", "space": "plane-strain", "gravity": [-5, -GRAVITY],
-        "materials": { "m": { "model": "linear-elastic", "density": 1600, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
-        "domain": { "min": [-0.9, -0.2], "max": [1.2, 1.2] },
-        "bodies": [{ "name": "block", "material": "m",
-                     "shape": { "kind": "polygon", "vertices": [[0, 0], [0.8, 0], [0.8, 0.8], [-0.6, 0.8]] } }],
-        "obstacles": planes,
-        "stages": [{ "name": "rest", "duration": 1, "damping": 0.5 }],
-        "measures": { "of_floor": { "kind": "reaction", "of": "floor" }, "of_wall": { "kind": "reaction", "of": "wall" } },
-        "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
-    });
-    let mut solver = begin(&Mpm, &changed(value, &json!({})));
-    advance_to(&mut *solver, 0.3);
-    ["floor", "wall"].map(|name| solver.reaction(name).unwrap().impulse)
-}
-
-#[test]
-fn reactions_in_a_corner_do_not_depend_on_the_order_of_the_obstacles() {
-    for wall in [
-        json!({ "kind": "rough" }),
-        json!({ "kind": "frictional", "friction_coefficient": 0.4 }),
-        json!({ "kind": "smooth" }),
-    ] {
-        for obstacles in BOTH {
-            let (one, other) = (in_a_corner(obstacles, &wall, false), in_a_corner(obstacles, &wall, true));
-            let scale = one[0][1].abs();
-            for (a, b) in one.as_flattened().iter().zip(other.as_flattened()) {
-                assert!((a - b).abs() < 1e-9 * scale, "{obstacles}, {wall}: {one:?} {other:?}");
-            }
-        }
-    }
-}
-
 /// A saturated column, 0.8 m high, between smooth sides on an obstacle.
 fn column(space: &str, obstacles: &str) -> Value {
     let (low, high, top) = match space {
@@ -157,22 +117,5 @@ fn an_obstacle_bears_the_grains_and_the_water_of_a_column_at_rest() {
                 (pressures.iter().sum::<f64>() / pressures.len() as f64, 1000.0 * GRAVITY * 0.4);
             assert!((mean / still - 1.0).abs() < 0.05, "{space}, {obstacles}: {mean} {still}");
         }
-    }
-}
-
-/// While water seeps out of it, too: what stops points is in balance with the weight of both phases.
-#[test]
-fn an_obstacle_bears_a_damped_saturated_block_whose_base_is_stepped() {
-    for damping in [0.05, 0.5] {
-        let stage = json!({ "name": "rest", "duration": 1, "damping": damping });
-        let mut value = on_a_slope("plane-strain", "points", &json!({ "kind": "rough" }), &stage);
-        value["materials"]["m"]["density"] = json!(1590);
-        value["bodies"][0]["pore_fluid"] = json!({
-            "porosity": 0.4, "permeability": 1e-3, "bulk_modulus": 5e7, "pressure": { "kind": "uniform", "value": 0 }
-        });
-        let mut solver = begin(&Mpm, &changed(value, &json!({})));
-        let weight = GRAVITY * solver.totals().mass;
-        let [_, up, _] = borne(&mut *solver, 0.5, 1.0);
-        assert!((-up / weight - 1.0).abs() < 0.01, "{damping}: {up} {weight}");
     }
 }
