@@ -268,7 +268,11 @@ fn plastic(outcome: &mut Outcome) -> Result<(), String> {
 /// The frame against the law alone, for every law in rate form.
 fn every_law(outcome: &mut Outcome) -> Result<(), String> {
     let mut seen: Vec<&str> = Vec::new();
-    for spec in MaterialSpec::examples() {
+    for mut spec in MaterialSpec::examples() {
+        // A band has the same length in the frame and in the law alone: that of a particle, below which the example does not snap back.
+        if let MaterialSpec::DoubleScale(law) = &mut spec {
+            law.size = Some(0.5);
+        }
         let facts = spec.facts();
         if facts.kind != Kind::Solid || !facts.strain.contains("rate") {
             continue;
