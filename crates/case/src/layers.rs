@@ -339,9 +339,17 @@ mod tests {
         write("EPSG:31254");
         let refused = read().unwrap_err().to_string();
         assert!(refused.starts_with("obstacles[0].shape.file: /"), "{refused}");
-        for name in ["EPSG:26910", "release.geojson (EPSG:31254)"] {
+        for name in
+            ["(EPSG:26910, NAD83 / UTM zone 10N)", "release.geojson (EPSG:31254, MGI / Austria GK West)"]
+        {
             assert!(refused.contains(name), "{refused}");
         }
+        write("grid of the site");
+        let unknown =
+            |warning: &String| warning.contains("grid of the site") && warning.contains("not known");
+        assert!(read().unwrap().warnings().iter().any(unknown));
+        write("urn:ogc:def:crs:EPSG::2225");
+        assert!(read().unwrap_err().to_string().contains("survey foot"));
         write("urn:ogc:def:crs:OGC:1.3:CRS84");
         assert!(read().unwrap_err().to_string().contains("degrees"));
     }

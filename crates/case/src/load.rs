@@ -88,7 +88,7 @@ impl Case {
 
     /// The files that bodies, layers and obstacles name, and options of methods: `mesh.file`, `regions[].outline`,
     /// `regions[].raster.file`, `inflows[].hydrograph`, `erodible_depth_raster`, `specimen`.
-    fn files(&mut self) -> impl Iterator<Item = &mut String> {
+    pub(crate) fn files(&mut self) -> impl Iterator<Item = &mut String> {
         let bodies = self.bodies.iter_mut().flat_map(|body| {
             let Body { shape, points, .. } = body;
             points.iter_mut().map(|points| &mut points.file).chain(layers::files(shape))

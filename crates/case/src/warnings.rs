@@ -1,5 +1,7 @@
 //! What is allowed in a case but worth a word.
 
+use std::path::Path;
+
 use colluvium_points::overlap;
 
 use crate::Case;
@@ -32,6 +34,7 @@ impl Case {
             }
             warnings.extend(spec.warnings().into_iter().map(|warning| format!("materials.{name}.{warning}")));
         }
+        warnings.extend(self.unknown_systems());
         self.warn_of_grains(&mut warnings);
         self.warn_of_weights(&mut warnings);
         warnings.extend(self.falls_for_ever());
@@ -50,6 +53,23 @@ impl Case {
             self.warn_of_load(number, load, &mut warnings);
         }
         warnings
+    }
+
+    /// A word where two files of maps name coordinate reference systems of which it is not known whether they are one.
+    fn unknown_systems(&self) -> Option<String> {
+        let mut case = self.clone();
+        let systems: Vec<_> = case
+            .files()
+            .filter_map(|file| {
+                Some((file.clone(), colluvium_terrain::read_system(Path::new(file.as_str()))?))
+            })
+            .collect();
+        let (first, known) = systems.first()?;
+        let (other, unknown) = systems.iter().find(|(_, system)| !system.is_comparable(known))?;
+        Some(format!(
+            "{other} lies in the coordinate reference system {unknown}, and {first} in {known}: whether they are one is not known; \
+             save both in one system, with its EPSG number"
+        ))
     }
 
     /// A word where gravity acts and nothing can stop what falls: no wall across its way or with friction along it, no

@@ -9,6 +9,7 @@ mod geotiff;
 mod mesh;
 mod outline;
 mod prj;
+mod projection;
 mod system;
 
 use std::path::{Path, PathBuf};
@@ -84,15 +85,17 @@ fn unknown(file: &Path, known: &str) -> FileError {
 ///
 /// # Errors
 /// When the file cannot be read, is not such a raster, is rotated, is empty, or lies in degrees or in units that are not known: by
-/// the keys of a GeoTIFF, or by a `.prj` beside an ASCII grid.
+/// the keys of a GeoTIFF, or by a `.prj` or `.aux.xml` beside an ASCII grid.
 pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
+    let beside = band::beside(file).map_err(of(file))?;
     let raster = match ending(file).as_str() {
         "asc" | "grd" | "txt" => {
-            let beside = band::beside(file).map_err(of(file))?;
-            ascii_grid::parse(&read_text(file)?, beside)
+            let system = prj::text(file).map_err(of(file))?.or_else(|| beside.crs.clone());
+            let mut raster = ascii_grid::parse(&read_text(file)?, beside);
+            raster.iter_mut().for_each(|raster| prj::refer(&mut raster.reference, system.clone()));
+            raster
         }
         "tif" | "tiff" => {
-            let beside = band::beside(file).map_err(of(file))?;
             let bytes =
                 |path: &Path| std::fs::read(path).map_err(|e| of(path)(format!("cannot be read: {e}")));
             let name = format!("{}.msk", file.file_name().unwrap_or_default().to_string_lossy());
@@ -112,7 +115,7 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
 }
 
 /// Writes a raster with its georeference: an ESRI ASCII grid (`.asc`) or a GeoTIFF (`.tif`, `.tiff`). Numbers keep all their
-/// digits. An ASCII grid cannot name a coordinate reference system.
+/// digits. An ASCII grid cannot name a coordinate reference system: a `.prj` beside it does, where the raster has one.
 ///
 /// # Errors
 /// When the raster is none, or the file cannot be written.
@@ -123,7 +126,14 @@ pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
         "tif" | "tiff" => geotiff::bytes(raster).map_err(of(file))?,
         _ => return Err(unknown(file, ".asc (ESRI ASCII grid), .tif or .tiff (GeoTIFF)")),
     };
-    std::fs::write(file, bytes).map_err(|error| of(file)(format!("cannot be written: {error}")))
+    let write = |file: &Path, bytes: &[u8]| {
+        std::fs::write(file, bytes).map_err(|error| of(file)(format!("cannot be written: {error}")))
+    };
+    write(file, &bytes)?;
+    match prj::of_reference(&raster.reference).filter(|_| ending(file) == "asc") {
+        Some(system) => write(&file.with_extension("prj"), system.as_bytes()),
+        None => Ok(()),
+    }
 }
 
 /// Reads a closed triangle mesh: STL (`.stl`, text or binary) or Wavefront OBJ (`.obj`). `placed` makes a coordinate of the

@@ -1,6 +1,10 @@
-//! Units of a coordinate reference system that stands beside a file (`.prj`): well-known text, or the lines of ArcInfo.
+//! Coordinate reference system that stands beside a file (`.prj`): well-known text, or the lines of ArcInfo.
 
 use std::path::Path;
+
+use colluvium_points::Georeference;
+
+use crate::{band, projection};
 
 /// Share by which a unit may be off the metre.
 const EXACT: f64 = 1e-9;
@@ -18,19 +22,47 @@ fn name_of(file: &Path) -> String {
     file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// Looks whether the `.prj` beside a file says that it lies in metres. What has none is taken as such.
+/// Looks whether the `.prj` beside a file, or the `.aux.xml` of GDAL, says that it lies in metres. What has none is taken as such.
 pub(crate) fn check(file: &Path) -> Result<(), String> {
-    let Some(text) = text(file)? else { return Ok(()) };
-    let units = if text.contains(['[', '(']) { units_of(&text) } else { named_units(&text) };
-    let other =
-        units.into_iter().find(|(_, metres)| metres.is_none_or(|metres| (metres - 1.0).abs() > EXACT));
-    match other {
+    let of_gdal =
+        || Ok::<_, String>(band::beside(file)?.crs.map(|text| (format!("{}.aux.xml", name_of(file)), text)));
+    let own = text(file)?.map(|text| (name_of(&file.with_extension("prj")), text));
+    let Some((beside, text)) = own.map_or_else(of_gdal, |own| Ok(Some(own)))? else { return Ok(()) };
+    match other_unit(&text) {
         None => Ok(()),
-        Some((unit, _)) => Err(format!(
-            "{} beside it says that it lies in {unit:?}, and only metres are known: project it to metres",
-            name_of(&file.with_extension("prj"))
+        Some(unit) => Err(format!(
+            "{beside} beside it says that it lies in {unit:?}, and only metres are known: project it to metres"
         )),
     }
+}
+
+/// Puts the system of the text beside a raster's file into its reference.
+pub(crate) fn refer(reference: &mut Georeference, text: Option<String>) {
+    let text = text.filter(|text| is_well_known(text));
+    (reference.epsg, reference.crs) = (text.as_deref().and_then(epsg), text);
+}
+
+/// The well-known text of a raster's system, where it has one or the EPSG registry has.
+pub(crate) fn of_reference(reference: &Georeference) -> Option<String> {
+    let own = reference.crs.clone().filter(|text| is_well_known(text));
+    own.or_else(|| Some(projection::text_of(reference.epsg?)?.to_owned()))
+}
+
+/// Whether a text is a well-known text rather than a name.
+pub(crate) fn is_well_known(text: &str) -> bool {
+    text.contains(['[', '('])
+        && text.split(['[', '(']).next().is_some_and(|head| !head.is_empty() && head.chars().all(is_key))
+}
+
+fn is_key(letter: char) -> bool {
+    letter.is_ascii_uppercase() || letter == '_'
+}
+
+/// The unit of coordinates or heights that is not the metre, where there is one.
+pub(crate) fn other_unit(text: &str) -> Option<String> {
+    let units = if is_well_known(text) { units_of(text) } else { named_units(text) };
+    let is_other = |metres: Option<f64>| metres.is_none_or(|metres| (metres - 1.0).abs() > EXACT);
+    units.into_iter().find(|(_, metres)| is_other(*metres)).map(|(unit, _)| unit)
 }
 
 /// Number in the EPSG registry of the projected system of a well-known text, where it has one.
@@ -59,7 +91,7 @@ fn units_of(text: &str) -> Vec<(String, Option<f64>)> {
 }
 
 /// Looks at each bracket of a well-known text: the keywords that are open there, and what comes after it.
-fn opened(text: &str, mut look: impl FnMut(&[String], &str) -> Option<()>) {
+pub(crate) fn opened(text: &str, mut look: impl FnMut(&[String], &str) -> Option<()>) {
     let (mut open, mut rest) = (Vec::<String>::new(), text);
     while let Some(at) = rest.find(['[', '(', ']', ')', '"']) {
         let (before, after) = (&rest[..at], &rest[at + 1..]);
@@ -152,6 +184,45 @@ mod tests {
         };
         assert_eq!(checked(&heights(r#"UNIT["metre",1,AUTHORITY["EPSG","9001"]]"#)), Ok(()));
         assert!(checked(&heights(r#"UNIT["foot",0.3048]"#)).unwrap_err().contains("foot"));
+    }
+
+    #[test]
+    fn the_system_beside_a_grid_comes_back_beside_what_is_written_and_in_a_geotiff() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name);
+        let grid = "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2\n3 4\n";
+        std::fs::write(file("a.asc"), grid).unwrap();
+        let own = plan(r#"UNIT["Meter",1.0]"#);
+        std::fs::write(file("a.prj"), &own).unwrap();
+        let raster = crate::read_raster(&file("a.asc")).unwrap();
+        assert_eq!((raster.reference.crs.as_deref(), raster.reference.epsg), (Some(own.as_str()), None));
+        for name in ["b.asc", "b.tif"] {
+            crate::write_raster(&file(name), &raster).unwrap();
+            assert_eq!(
+                crate::read_raster(&file(name)).unwrap().reference.crs,
+                raster.reference.crs,
+                "{name}"
+            );
+        }
+        assert_eq!(std::fs::read_to_string(file("b.prj")).unwrap(), own);
+        let mut numbered = raster.clone();
+        (numbered.reference.crs, numbered.reference.epsg) = (Some("a name".to_owned()), Some(31254));
+        crate::write_raster(&file("c.asc"), &numbered).unwrap();
+        assert_eq!(crate::read_raster(&file("c.asc")).unwrap().reference.epsg, Some(31254));
+        let system = crate::read_system(&file("c.asc")).unwrap();
+        assert!(system.differs(&crate::read_system(&file("b.tif")).unwrap()), "{system}");
+    }
+
+    #[test]
+    fn feet_beside_a_grid_are_refused_where_gdal_says_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.asc");
+        std::fs::write(&file, "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2\n3 4\n").unwrap();
+        let text = plan(r#"UNIT["Foot_US",0.3048006096012192]"#).replace('"', "&quot;");
+        let beside = format!("<PAMDataset><SRS>{text}</SRS></PAMDataset>");
+        std::fs::write(folder.path().join("a.asc.aux.xml"), beside).unwrap();
+        let problem = crate::read_raster(&file).unwrap_err().problem;
+        assert!(problem.contains("Foot_US") && problem.contains("a.asc.aux.xml"), "{problem}");
     }
 
     #[test]

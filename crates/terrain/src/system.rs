@@ -1,11 +1,14 @@
 //! Coordinate reference systems by what files say of them.
 
 use std::fmt;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
 use geojson::{GeoJson, JsonObject};
 
-use crate::{ending, geotiff, prj, read_text};
+use crate::projection::{self, Projection};
+use crate::{band, ending, geotiff, prj, read_text};
 
 /// Coordinate reference system in plan of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,54 +18,48 @@ pub struct MapSystem {
     projection: Option<Projection>,
 }
 
-/// Transverse Mercator projection.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Projection {
-    /// Central meridian (°).
-    meridian: f64,
-    /// Coordinates of its crossing with the latitude of origin (m).
-    origin: [f64; 2],
-}
-
-/// Difference of central meridians (°) and of origins (m) that is round-off.
-const SAME: [f64; 2] = [1e-6, 0.01];
-
-/// Geographic systems of the EPSG registry that maps come in, in degrees: those of the world, of Europe, and of countries.
-const IN_DEGREES: [u32; 16] =
-    [4326, 4979, 4258, 4937, 4269, 4267, 4171, 4230, 4312, 4314, 4149, 4150, 4277, 4283, 7844, 4148];
-
 impl MapSystem {
     fn new(epsg: Option<u32>, name: Option<String>, text: Option<&str>) -> Self {
-        let projection = text.and_then(Projection::of_text).or(epsg.and_then(Projection::of_epsg));
-        Self { epsg, name, projection }
+        let registered = epsg.and_then(projection::text_of);
+        let own = text.and_then(Projection::of_text);
+        let name = registered.and_then(name_of).or(name);
+        Self { epsg, name, projection: own.or(registered.and_then(Projection::of_text)) }
     }
 
     fn of_well_known_text(text: &str) -> Self {
-        let name = text.split('"').nth(1).filter(|_| text.contains(['[', '('])).map(str::to_owned);
-        Self::new(prj::epsg(text), name, Some(text))
+        Self::new(prj::epsg(text), name_of(text), Some(text))
     }
 
-    /// Whether two systems are known to differ. Where one has a number in the EPSG registry and the other has none, and where no
-    /// projection is known, it is not.
+    /// Whether two systems are known to differ. Where one has no number in the EPSG registry, projections are compared.
     pub fn differs(&self, other: &Self) -> bool {
         if let (Some(a), Some(b)) = (self.epsg, other.epsg) {
             return a != b;
         }
-        let (Some(a), Some(b)) = (self.projection, other.projection) else { return false };
-        (a.meridian - b.meridian).abs() > SAME[0]
-            || (0..2).any(|c| (a.origin[c] - b.origin[c]).abs() > SAME[1])
+        self.projection.as_ref().zip(other.projection.as_ref()).is_some_and(|(a, b)| a.differs(b))
     }
 
-    /// What is wrong with a system in degrees.
+    /// Whether what is known of two systems is enough to tell whether they differ.
+    pub fn is_comparable(&self, other: &Self) -> bool {
+        self.epsg.is_some() && other.epsg.is_some()
+            || self.projection.is_some() && other.projection.is_some()
+            || self.name.is_some() && self.name == other.name
+    }
+
+    /// Refuses a system in degrees or in units other than the metre.
     pub(crate) fn check(&self) -> Result<(), String> {
-        let geographic = self.epsg.is_some_and(|code| IN_DEGREES.contains(&code))
-            || self.name.as_deref().is_some_and(|name| name.ends_with("CRS84") || name.ends_with("CRS83"));
-        if geographic {
-            return Err(format!(
+        let in_degrees =
+            self.name.as_deref().is_some_and(|name| name.ends_with("CRS84") || name.ends_with("CRS83"));
+        let text = self.epsg.and_then(projection::text_of);
+        let other = text.and_then(prj::other_unit).or(in_degrees.then(|| "degree".to_owned()));
+        match other {
+            None => Ok(()),
+            Some(unit) if unit.to_lowercase().contains("deg") => Err(format!(
                 "says that it lies in degrees ({self}): project it to metres, for example to UTM"
-            ));
+            )),
+            Some(unit) => Err(format!(
+                "says that it lies in {unit:?} ({self}), and only metres are known: project it to metres"
+            )),
         }
-        Ok(())
     }
 }
 
@@ -79,71 +76,26 @@ impl fmt::Display for MapSystem {
     }
 }
 
-impl Projection {
-    fn of_epsg(code: u32) -> Option<Self> {
-        let zone = |zone: u32, north: f64| Self {
-            meridian: f64::from(zone) * 6.0 - 183.0,
-            origin: [500_000.0, north],
-        };
-        let gauss = |meridian: f64, east: f64| Self { meridian, origin: [east, -5e6] };
-        Some(match code {
-            32601..=32660 | 25828..=25838 | 23028..=23038 | 26901..=26923 | 26701..=26722 => {
-                zone(code % 100, 0.0)
-            }
-            32701..=32760 => zone(code % 100, 1e7),
-            28348..=28358 => zone(code - 28300, 1e7),
-            7846..=7859 => zone(code - 7800, 1e7),
-            31254..=31256 => gauss(31.0 / 3.0 + 3.0 * f64::from(code - 31254), 0.0),
-            31257 => gauss(31.0 / 3.0, 150_000.0),
-            31258 => gauss(40.0 / 3.0, 450_000.0),
-            31259 => gauss(49.0 / 3.0, 750_000.0),
-            31466..=31469 => {
-                let zone = f64::from(code - 31464);
-                Self { meridian: 3.0 * zone, origin: [1e6 * zone + 500_000.0, 0.0] }
-            }
-            _ => return None,
-        })
-    }
-
-    /// The parameters of a well-known text, where it has them.
-    fn of_text(text: &str) -> Option<Self> {
-        let plain = text.to_lowercase().replace(' ', "_");
-        if !plain.contains("transverse_mercator") {
-            return None;
-        }
-        let parameter = |names: [&str; 2]| {
-            let at =
-                names.iter().find_map(|name| Some(plain.find(&format!("\"{name}\""))? + name.len() + 2))?;
-            plain[at..]
-                .trim_start_matches(['_', ','])
-                .split([',', ']', ')'])
-                .next()?
-                .trim_matches('_')
-                .parse()
-                .ok()
-        };
-        Some(Self {
-            meridian: parameter(["central_meridian", "longitude_of_natural_origin"])?,
-            origin: [
-                parameter(["false_easting", "false_easting"])?,
-                parameter(["false_northing", "false_northing"])?,
-            ],
-        })
-    }
+/// The name of the system of a well-known text.
+fn name_of(text: &str) -> Option<String> {
+    let after = text.split_once(['[', '('])?.1;
+    projection::quoted(after).map(str::to_owned)
 }
 
 /// Coordinate reference system that a raster or an outline says it lies in; `None` where it says nothing, or cannot be read.
 pub fn read_system(file: &Path) -> Option<MapSystem> {
     match ending(file).as_str() {
         "tif" | "tiff" => {
-            let (epsg, name) = geotiff::system(&std::fs::read(file).ok()?).ok()?;
-            let text = name.clone();
+            let (epsg, name) = geotiff::system(BufReader::new(File::open(file).ok()?)).ok()?;
+            let text = name.clone().filter(|text| prj::is_well_known(text));
+            let name = text.as_deref().map_or(name, name_of);
             (epsg.is_some() || name.is_some()).then(|| MapSystem::new(epsg, name, text.as_deref()))
         }
         "geojson" | "json" => of_geojson(&read_text(file).ok()?.parse().ok()?),
         "asc" | "grd" | "txt" | "shp" => {
-            let text = prj::text(file).ok()??;
-            Some(MapSystem::of_well_known_text(&text))
+            let of_gdal = || band::beside(file).ok()?.crs;
+            let text = prj::text(file).ok()?.or_else(of_gdal)?;
+            prj::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text))
         }
         _ => None,
     }
@@ -183,7 +135,7 @@ mod tests {
         };
         let esri = |meridian: f64| {
             let text = format!(
-                r#"PROJCS["ETRS_1989_UTM",GEOGCS["x",DATUM["x",SPHEROID["x",6378137.0,298.25]],PRIMEM["x",0.0],UNIT["Degree",0.017]],PROJECTION["Transverse_Mercator"],PARAMETER["False_Easting",500000.0],PARAMETER["False_Northing",0.0],PARAMETER["Central_Meridian",{meridian:.1}],UNIT["Meter",1.0]]"#
+                r#"PROJCS["ETRS_1989_UTM",GEOGCS["x",DATUM["x",SPHEROID["x",6378137.0,298.25]],PRIMEM["x",0.0],UNIT["Degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],PARAMETER["False_Easting",500000.0],PARAMETER["False_Northing",0.0],PARAMETER["Central_Meridian",{meridian:.1}],UNIT["Meter",1.0]]"#
             );
             file(folder.path(), "b.prj", &text);
             read_system(&folder.path().join("b.shp")).unwrap()
@@ -193,11 +145,15 @@ mod tests {
         assert!(
             !utm.differs(&esri(9.0)) && utm.differs(&esri(15.0)) && json("EPSG:31254").differs(&esri(9.0))
         );
-        assert!(!json("EPSG:2056").differs(&esri(9.0)), "an oblique projection is not known");
-        assert_eq!(utm.to_string(), "EPSG:25832");
+        assert!(json("EPSG:2056").differs(&esri(9.0)), "an oblique projection is none of UTM");
+        assert_eq!(utm.to_string(), "EPSG:25832, ETRS89 / UTM zone 32N");
         assert_eq!(esri(9.0).to_string(), "ETRS_1989_UTM");
         assert!(json("urn:ogc:def:crs:OGC:1.3:CRS84").check().unwrap_err().contains("degrees"));
         assert!(json("EPSG:4326").check().is_err() && utm.check().is_ok());
+        let feet = json("urn:ogc:def:crs:EPSG::2225").check().unwrap_err();
+        assert!(feet.contains("survey foot") && feet.contains("EPSG:2225"), "{feet}");
+        let own = MapSystem::of_well_known_text(r#"LOCAL_CS["site grid",UNIT["metre",1]]"#);
+        assert!(!own.is_comparable(&utm) && own.is_comparable(&own) && esri(9.0).is_comparable(&utm));
         assert_eq!(
             read_system(&file(folder.path(), "c.geojson", r#"{"type": "Point", "coordinates": [0, 0]}"#)),
             None
@@ -207,16 +163,13 @@ mod tests {
 
     #[test]
     fn numbers_and_parameters_of_well_known_texts_are_those_of_the_projected_system() {
-        let first = r#"COMPD_CS["a + b",PROJCS["MGI / Austria GK West",GEOGCS["MGI",DATUM["x",SPHEROID["x",6377397,299.15,AUTHORITY["EPSG","7004"]]],UNIT["degree",0.01,AUTHORITY["EPSG","9122"]],AUTHORITY["EPSG","4312"]],PROJECTION["Transverse_Mercator"],PARAMETER["central_meridian",10.3333333333333],PARAMETER["false_easting",0],PARAMETER["false_northing",-5000000],UNIT["metre",1],AUTHORITY["EPSG","31254"]],VERT_CS["b",AUTHORITY["EPSG","5778"]]]"#;
-        let second = r#"PROJCRS["WGS 84 / UTM zone 33N",BASEGEOGCRS["WGS 84",ID["EPSG",4326]],CONVERSION["UTM zone 33N",METHOD["Transverse Mercator",ID["EPSG",9807]],PARAMETER["Longitude of natural origin",15,ANGLEUNIT["degree",0.01]],PARAMETER["False easting",500000],PARAMETER["False northing",0]],CS[Cartesian,2],ID["EPSG",32633]]"#;
+        let first = r#"COMPD_CS["a + b",PROJCS["MGI / Austria GK West",GEOGCS["MGI",DATUM["x",SPHEROID["x",6377397,299.15,AUTHORITY["EPSG","7004"]]],UNIT["degree",0.0174532925199433,AUTHORITY["EPSG","9122"]],AUTHORITY["EPSG","4312"]],PROJECTION["Transverse_Mercator"],PARAMETER["central_meridian",10.3333333333333],PARAMETER["false_easting",0],PARAMETER["false_northing",-5000000],UNIT["metre",1],AUTHORITY["EPSG","31254"]],VERT_CS["b",AUTHORITY["EPSG","5778"]]]"#;
+        let second = r#"PROJCRS["WGS 84 / UTM zone 33N",BASEGEOGCRS["WGS 84",ID["EPSG",4326]],CONVERSION["UTM zone 33N",METHOD["Transverse Mercator",ID["EPSG",9807]],PARAMETER["Longitude of natural origin",15,ANGLEUNIT["degree",0.0174532925199433]],PARAMETER["False easting",500000],PARAMETER["False northing",0]],CS[Cartesian,2],ID["EPSG",32633]]"#;
         for (text, code) in [(first, 31254), (second, 32633)] {
             let system = MapSystem::of_well_known_text(text);
             assert_eq!(system.epsg, Some(code));
-            let (said, known) = (system.projection.unwrap(), Projection::of_epsg(code).unwrap());
-            assert!(
-                (said.meridian - known.meridian).abs() < 1e-9 && said.origin == known.origin,
-                "{said:?} {known:?}"
-            );
+            let registered = projection::text_of(code).and_then(Projection::of_text).unwrap();
+            assert!(!system.projection.unwrap().differs(&registered), "{code}");
         }
     }
 }

@@ -365,7 +365,7 @@ fn a_folder_with_results_is_safe() {
     assert!(fs::read_to_string(out.join("frames.pvd")).unwrap().contains("timestep"));
 }
 
-/// What `plot --field pressure` draws of the disks, without extension.
+/// Names of the pictures that `plot --field pressure` makes of the disks, without extension.
 const PICTURES: [&str; 17] = [
     "angular_momentum.z",
     "elastic_energy",
@@ -396,6 +396,7 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
         assert_eq!(output(program().args(["new", name]).arg(&file)).0, 0);
         let (code, text, errors) = output(program().arg("check").arg(&file));
         assert!(code == 0 && text.contains("time step") && text.contains("memory"), "{name}: {errors}");
+        assert!(!text.contains("warning") && !errors.contains("warning"), "{name}: {text}{errors}");
         assert_eq!(output(program().args(["new", name]).arg(&file)).0, 2, "an existing file is kept");
     }
     let out = folder.path().join("out");

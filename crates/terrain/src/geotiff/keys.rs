@@ -1,9 +1,12 @@
 //! GeoKeys: what a GeoTIFF says of its coordinate reference system.
 
+use std::io::{Read, Seek};
+
+use tiff::decoder::Decoder;
 use tiff::tags::Tag;
 
-use super::Source;
 use crate::band::{BRITISH_FOOT, FOOT, SURVEY_FOOT};
+use crate::{prj, projection};
 
 /// Numbers of GeoKeys.
 pub(super) mod key {
@@ -25,6 +28,9 @@ pub(super) const PIXEL_IS_POINT: u16 = 2;
 pub(super) const METRE: u16 = 9001;
 /// What stands where a key's value is the user's own.
 pub(super) const USER_DEFINED: u16 = 32767;
+
+/// Words before a well-known text in the citation of a GeoTIFF, by which Esri's programs and GDAL know it.
+pub(super) const ESRI_TEXT: &str = "ESRI PE String = ";
 
 /// Systems of heights of the EPSG registry in feet, and the metres in such a foot.
 const HEIGHTS_IN_FEET: [(u16, f64); 9] = [
@@ -55,7 +61,7 @@ pub(super) struct Keys {
 }
 
 impl Keys {
-    pub(super) fn read(decoder: &mut Source<'_>) -> Self {
+    pub(super) fn read<R: Read + Seek>(decoder: &mut Decoder<R>) -> Self {
         let directory = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
         let texts = decoder.get_tag_ascii_string(Tag::GeoAsciiParamsTag).unwrap_or_default();
         let mut keys = Self::default();
@@ -81,9 +87,9 @@ impl Keys {
         self.texts.iter().find(|(key, _)| *key == number).map(|(_, text)| text.as_str())
     }
 
-    /// Name or text of the coordinate reference system.
+    /// Name or well-known text of the coordinate reference system.
     pub(super) fn citation(&self) -> Option<&str> {
-        self.text(key::CITATION)
+        self.text(key::CITATION).map(|text| text.strip_prefix(ESRI_TEXT).unwrap_or(text))
     }
 
     /// Number of the coordinate reference system in plan in the EPSG registry.
@@ -110,15 +116,23 @@ impl Keys {
             }
             None => {}
         }
-        // Without the key the unit is that of the system, which names of the EPSG registry and of Esri tell where it is not the metre.
+        // Without the key the unit is that of the system: by the EPSG registry, or by its name where it has no number.
         let citation = self.text(key::PROJECTED_CITATION).or(self.citation()).unwrap_or_default();
         let plan = citation.split(" + ").next().unwrap_or_default();
-        if plan.contains("(ft") || plan.to_lowercase().contains("_feet") {
-            return Err(format!(
+        let named = plan.contains("(ft") || plan.to_lowercase().contains("_feet");
+        let own = self.citation().filter(|text| prj::is_well_known(text));
+        match self.epsg().and_then(projection::text_of).or(own) {
+            Some(text) => match prj::other_unit(text) {
+                Some(unit) => Err(format!(
+                    "its CRS {plan:?} is in {unit:?}, and only metres are known in plan: project it to metres"
+                )),
+                None => Ok(()),
+            },
+            None if named => Err(format!(
                 "its CRS {plan:?} is in feet, and only metres are known in plan: project it to metres"
-            ));
+            )),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Metres in the unit of heights; `None` where nothing is said of them.

@@ -3,7 +3,7 @@
 mod keys;
 mod mask;
 
-use std::io::Cursor;
+use std::io::{Cursor, Read, Seek};
 
 use colluvium_points::{Georeference, Raster};
 use tiff::ColorType;
@@ -12,6 +12,7 @@ use tiff::encoder::{TiffEncoder, colortype::Gray64Float};
 use tiff::tags::Tag;
 
 use crate::band::{Band, mark};
+use crate::prj;
 use keys::{Keys, METRE, PIXEL_IS_AREA, PIXEL_IS_POINT, PROJECTED_MODEL, USER_DEFINED, key};
 
 /// Tag of the metadata of GDAL, as XML.
@@ -57,8 +58,8 @@ fn placement(decoder: &mut Source<'_>) -> Result<([f64; 2], [f64; 2]), String> {
 }
 
 /// Coordinate reference system in plan: number in the EPSG registry, and name or text.
-pub(crate) fn system(bytes: &[u8]) -> Result<(Option<u32>, Option<String>), String> {
-    let keys = Keys::read(&mut Decoder::new(Cursor::new(bytes)).map_err(wrong)?);
+pub(crate) fn system(source: impl Read + Seek) -> Result<(Option<u32>, Option<String>), String> {
+    let keys = Keys::read(&mut Decoder::new(source).map_err(wrong)?);
     Ok((keys.epsg(), keys.citation().map(str::to_owned)))
 }
 
@@ -178,7 +179,8 @@ pub(crate) fn bytes(raster: &Raster) -> Result<Vec<u8>, String> {
     keys.push((key::RASTER_TYPE, 0, 1, kind));
     let mut texts = String::new();
     if let Some(crs) = reference.crs.as_deref().filter(|crs| crs.is_ascii()) {
-        texts = format!("{crs}|");
+        let head = if prj::is_well_known(crs) { keys::ESRI_TEXT } else { "" };
+        texts = format!("{head}{crs}|");
         keys.push((key::CITATION, 34737, texts.len() as u16, 0));
     }
     let epsg = reference.epsg.and_then(|code| u16::try_from(code).ok());
