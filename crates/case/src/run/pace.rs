@@ -16,6 +16,8 @@ const MANY: usize = 200_000;
 /// Time of a frame for each of them (s), and of a row.
 const FRAME_OF_POINT: f64 = 3e-6;
 const ROW_OF_POINT: f64 = 5e-7;
+/// Memory of a frame for each of them, with what is made of it for its file (bytes).
+const FRAME_BYTES_OF_POINT: f64 = 250.0;
 
 /// Wall-clock time of the parts of a run (s), and how many steps it has.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +30,8 @@ pub struct Pace {
     pub row: f64,
     /// Steps of the whole run: those of the plan, as much shorter as they were when the measurement ended.
     pub steps: f64,
+    /// Memory of a frame (bytes) where none was made: one that was counts in that of the process.
+    pub frame_memory: f64,
 }
 
 impl Pace {
@@ -41,14 +45,15 @@ impl Pace {
         rayon::scope(|_| {
             let steps = Steps::measure(case, solver, may)?;
             // Points that have moved are more work to compress.
-            let (frame, row) = match solver.points() {
-                points @ MANY.. => (points as f64 * FRAME_OF_POINT, points as f64 * ROW_OF_POINT),
-                _ => (frame(case, solver), row(case, solver)),
+            let points = solver.points() as f64;
+            let [frame, row, frame_memory] = match solver.points() {
+                MANY.. => [FRAME_OF_POINT, ROW_OF_POINT, FRAME_BYTES_OF_POINT].map(|each| points * each),
+                _ => [frame(case, solver), row(case, solver), 0.0],
             };
             let left = 1.0 - steps.until / case.end_time();
             let shorter = (plan.time_step.dt / steps.dt).max(1.0);
             let whole = f64::from(steps.count) + left * plan.steps as f64 * shorter;
-            Some(Self { step: steps.mean, frame, row, steps: whole })
+            Some(Self { step: steps.mean, frame, row, steps: whole, frame_memory })
         })
     }
 

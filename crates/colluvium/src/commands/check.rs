@@ -37,7 +37,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mut plan, mut solver) = method.made(&case)?;
     check_names(&case, &*solver)?;
     let threads = threads();
-    let seconds = match Pace::of(&case, &plan, &mut *solver, MEASURED) {
+    let pace = Pace::of(&case, &plan, &mut *solver, MEASURED);
+    let seconds = match &pace {
         Some(pace) => {
             plan.steps = pace.steps.ceil() as u64;
             plan.updates_per_second = plan.points as f64 / pace.step / threads as f64;
@@ -46,7 +47,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => plan.seconds() / threads as f64,
     };
     drop(solver);
-    plan.memory = plan.memory.max(largest_memory().unwrap_or(0));
+    plan.memory =
+        plan.memory.max(largest_memory().unwrap_or(0)) + pace.map_or(0, |pace| pace.frame_memory as u64);
     let step = &plan.time_step;
     say!("{}", printable(&case.title));
     say!("method         {}: {}", method.name(), method.summary());
