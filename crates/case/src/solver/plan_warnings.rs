@@ -1,8 +1,10 @@
 //! What of a plan deserves a warning: bodies that are seen coarsely, and outputs that follow each other faster than steps.
 
-use colluvium_points::Shape;
+use colluvium_points::surface::distance_to_line;
+use colluvium_points::{Shape, overlap};
 
 use crate::description::{Body, Space};
+use crate::validate::OVERLAP_RESOLUTION;
 use crate::{Case, Plan};
 
 /// Share of its volume by which the points of a body may miss its shape without a word.
@@ -114,27 +116,64 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
 fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
     let Resolution { width, key, noun, .. } = *resolution;
     let bounds: Vec<_> = case.bodies.iter().map(|body| body.shape.bounds(case.dimension())).collect();
-    let flat = |body: &Body| matches!(body.shape, Shape::Box { .. });
     let mut found = Vec::new();
     for (second, first) in (0..bounds.len()).flat_map(|second| (0..second).map(move |first| (second, first)))
     {
-        if ![first, second].iter().all(|number| flat(&case.bodies[*number])) {
-            continue;
-        }
-        let ((low, high), (other_low, other_high)) = (&bounds[first], &bounds[second]);
-        let apart = |axis: usize| (low[axis] - other_high[axis]).max(other_low[axis] - high[axis]);
-        let beside = (0..resolution.axes).filter(|axis| apart(*axis) > ROUND_OFF * width).collect::<Vec<_>>();
-        let [axis] = beside[..] else { continue };
-        let gap = apart(axis);
+        let [one, other] = [first, second].map(|number| &case.bodies[number].shape);
+        let boxes = [one, other].iter().all(|shape| matches!(shape, Shape::Box { .. }));
+        let gap = if boxes {
+            gap_of_boxes(&bounds[first], &bounds[second], resolution)
+        } else {
+            gap_of_outlines(one, other, case.dimension()).map(|gap| (gap, String::new()))
+        };
+        let Some((gap, axis)) = gap.filter(|(gap, _)| *gap > ROUND_OFF * width) else { continue };
         if gap < width * (1.0 - ROUND_OFF) {
             found.push(format!(
-                "bodies[{second}].shape: begins {gap:.4e} m from {:?} along axis {axis}, less than one of the {noun} of {width} m: the two act on each \
+                "bodies[{second}].shape: begins {gap:.4e} m from {:?}{axis}, less than one of the {noun} of {width} m: the two act on each \
                  other at once, across the gap; let them touch, or make the gap larger or {key} smaller",
                 case.bodies[first].name
             ));
         }
     }
     found
+}
+
+/// Gap (m) between two boxes that stand beside each other along one axis, with that axis in words.
+fn gap_of_boxes(
+    (low, high): &(Vec<f64>, Vec<f64>),
+    (other_low, other_high): &(Vec<f64>, Vec<f64>),
+    resolution: &Resolution,
+) -> Option<(f64, String)> {
+    let apart = |axis: usize| (low[axis] - other_high[axis]).max(other_low[axis] - high[axis]);
+    let beside =
+        (0..resolution.axes).filter(|axis| apart(*axis) > ROUND_OFF * resolution.width).collect::<Vec<_>>();
+    let [axis] = beside[..] else { return None };
+    Some((apart(axis), format!(" along axis {axis}")))
+}
+
+/// Gap (m) between two shapes in the plane with straight sides; zero where they overlap.
+fn gap_of_outlines(one: &Shape, other: &Shape, dimension: usize) -> Option<f64> {
+    let (corners, others) = (closed_corners(one)?, closed_corners(other)?);
+    if overlap(one, other, dimension, OVERLAP_RESOLUTION).is_some() {
+        return Some(0.0);
+    }
+    let from = |corners: &[[f64; 2]], line: &[[f64; 2]]| {
+        corners.iter().map(|corner| distance_to_line(line, *corner)).fold(f64::INFINITY, f64::min)
+    };
+    Some(from(&corners, &others).min(from(&others, &corners)))
+}
+
+/// Corners (m) of a shape in the plane with straight sides, the first one again at the end.
+fn closed_corners(shape: &Shape) -> Option<Vec<[f64; 2]>> {
+    let mut corners = match shape {
+        Shape::Polygon { vertices } => vertices.to_vec(),
+        Shape::Box { min, max } if min.len() == 2 => {
+            vec![[min[0], min[1]], [max[0], min[1]], [max[0], max[1]], [min[0], max[1]]]
+        }
+        _ => return None,
+    };
+    corners.push(*corners.first()?);
+    Some(corners)
 }
 
 #[cfg(test)]
@@ -224,6 +263,18 @@ mod tests {
             of_boxes(|shape| (shape["min"], shape["max"]) = (json!([0, 1.3]), json!([1, 2.3]))).is_empty()
         );
         assert!(of_boxes(|shape| shape["min"] = json!([0, 1.0 + 1e-12])).is_empty(), "round-off");
+    }
+
+    #[test]
+    fn gaps_between_polygons_are_the_least_distance_of_their_sides() {
+        let polygon = |corners: Value| {
+            move |shape: &mut Value| *shape = json!({ "kind": "polygon", "vertices": corners.clone() })
+        };
+        let touching = of_boxes(polygon(json!([[0, 1], [1, 1], [0.5, 2]])));
+        assert!(touching.is_empty(), "{touching:?}");
+        let tip = of_boxes(polygon(json!([[0.5, 1.05], [1.5, 2], [0, 2]])));
+        assert!(tip.len() == 1 && tip[0].contains("begins 5.0000e-2 m from \"a\", less"), "{tip:?}");
+        assert!(of_boxes(polygon(json!([[0.5, 1.3], [1.5, 2.3], [0, 2.3]]))).is_empty());
     }
 
     #[test]
