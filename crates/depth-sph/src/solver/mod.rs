@@ -5,7 +5,7 @@ mod report;
 use std::io::{Read, Write};
 use std::sync::Arc;
 
-use colluvium_case::description::{Reset, Stage};
+use colluvium_case::description::{Domain, Reset, Stage};
 use colluvium_case::measure::Reading;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
@@ -19,6 +19,7 @@ use crate::config::DepthOptions;
 use crate::flow::{Beyond, Failure, Flow, Ledger, Limit};
 use crate::inflow::State;
 use crate::maps::{Cell, Maps};
+use crate::nodes::Nodes;
 use crate::nodes::norm;
 use crate::stages;
 
@@ -121,12 +122,15 @@ impl<const D: usize> DepthSolver<D> {
         &self.flow
     }
 
-    /// Volume of the nodes of each body (m³).
+    /// Volume of the nodes of each body within the domain (m³), without those of absorbing layers beyond it.
     pub(crate) fn volumes(&self) -> Vec<f64> {
+        let Domain { min, max, .. } = &self.case.domain;
+        let inside =
+            |place: &[f64; D]| (0..D).all(|axis| place[axis] >= min[axis] && place[axis] <= max[axis]);
         let mut volumes = vec![0.0; self.case.bodies.len()];
-        for set in &self.flow.sets {
-            for (body, volume) in set.nodes.body.iter().zip(&set.nodes.volume) {
-                volumes[*body as usize] += volume;
+        for Nodes { body, volume, position, .. } in self.flow.sets.iter().map(|set| &set.nodes) {
+            for node in (0..body.len()).filter(|node| inside(&position[*node])) {
+                volumes[body[node] as usize] += volume[node];
             }
         }
         volumes

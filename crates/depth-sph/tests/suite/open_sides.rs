@@ -316,6 +316,17 @@ fn layers_go_on_after_a_restart_to_the_last_bit_on_any_threads_and_keep_the_bala
 }
 
 #[test]
+fn masses_of_a_plan_are_those_of_the_bodies_and_not_of_the_layer_beyond_the_sides() {
+    let mut value = lake();
+    value["methods"]["depth-sph"]["absorbing_layer"] = json!(2);
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let plan = DepthSph.plan(&case).unwrap();
+    for (volume, right) in plan.volumes.iter().zip([36.0, 1.2 * 1.2 * 0.05]) {
+        assert!((volume / right - 1.0).abs() < 1e-9, "{volume} for {right}");
+    }
+}
+
+#[test]
 fn layers_that_cannot_be_are_refused_and_short_ones_told_of() {
     let mut long = lake();
     long["methods"]["depth-sph"]["absorbing_layer"] = json!(3.1);
