@@ -166,7 +166,7 @@ fn united(polygons: Vec<Vec<Vec<Ring>>>) -> Vec<Polygon> {
     all.overlay_as::<i64>(&Vec::<Polygon>::new(), OverlayRule::Subject, FillRule::NonZero)
 }
 
-/// What lies in an odd number of the loops of a ring, as polygons whose outer rings run against the clock and holes with it.
+/// Places in an odd number of the loops of a ring, as polygons whose outer rings run against the clock and holes with it.
 fn simple(loops: &Vec<Ring>) -> Vec<Polygon> {
     loops.overlay_as::<i64>(&Vec::<Ring>::new(), OverlayRule::Subject, FillRule::EvenOdd)
 }

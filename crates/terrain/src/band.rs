@@ -16,7 +16,7 @@ pub(crate) const BRITISH_FOOT: f64 = 0.304_800_749_1;
 /// to six digits or more.
 const BOUNDLESS: f64 = 1e30;
 
-/// What is said of the numbers of a band; none where it is not said.
+/// Meaning of the numbers of a band; none where the file is silent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Band {
     /// The number that stands for no data.
@@ -154,7 +154,7 @@ pub(crate) fn metres(unit: &str) -> Option<f64> {
     })
 }
 
-/// What the text in a tag is of a band; empty for all else.
+/// Name of what the text in a tag tells of a band; empty for all else.
 fn meaning(tag: &BytesStart<'_>) -> String {
     let name = match tag.name().as_ref() {
         b"NoDataValue" => "no-data value",
@@ -179,7 +179,7 @@ fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
     Some(found.unescape_value().ok()?.into_owned())
 }
 
-/// What the `.aux.xml` beside a raster says.
+/// Band that the `.aux.xml` beside a raster describes.
 pub(crate) fn beside(file: &Path) -> Result<Band, String> {
     let name = format!("{}.aux.xml", file.file_name().unwrap_or_default().to_string_lossy());
     let path = file.with_file_name(&name);

@@ -185,7 +185,7 @@ impl ColumnFile {
 /// Two columns of numbers of a file, in SI units: with a line of names or without. Columns that have each other's names are exchanged.
 ///
 /// # Errors
-/// What is wrong with the file, in a line with its place.
+/// Fault of the file, in a line with its place.
 pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 2]>, String> {
     let table = ColumnFile::read(Path::new(file))?;
     let mut factors = [1.0; 2];

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// What a column holds, by the powers of length, mass and time in its unit. Where a space of fewer dimensions has another unit, either
+/// Quantity of a column, by the powers of length, mass and time in its unit. Where a space of fewer dimensions has another unit, either
 /// counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {

@@ -267,7 +267,7 @@ const KIND: &str = "kind";
 const HELD: &str = "held";
 const ID: &str = "id";
 
-/// What a column holds.
+/// Quantity of a column.
 fn quantity(name: &str) -> Quantity {
     let is_one_of = |names: &[&str]| names.contains(&name);
     match name {

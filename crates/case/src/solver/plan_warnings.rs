@@ -1,4 +1,4 @@
-//! What of a plan deserves a warning: bodies that are seen coarsely, and outputs that follow each other faster than steps.
+//! Warnings about a plan: bodies that are seen coarsely, and outputs that follow each other faster than steps.
 
 use colluvium_points::surface::distance_to_line;
 use colluvium_points::{Shape, overlap};

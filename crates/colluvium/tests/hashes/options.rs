@@ -68,7 +68,7 @@ const ELSEWHERE: [(&str, &str); 25] = [
 /// Runs in which an option is tried, at most.
 const TRIALS: usize = 60;
 
-/// What came of a change of an option.
+/// Outcome of a change of an option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Effect {
     /// All values were refused.
@@ -208,7 +208,7 @@ fn changed(case: &Value, path: &str, value: &Value) -> Option<Value> {
     Some(case)
 }
 
-/// What changes of an option do, in the runs where it stands or could.
+/// Effects of changes of an option, in the runs where it stands or could.
 fn effect(all: &Runs, trials: &[(&String, Place)]) -> Effect {
     let mut best = Effect::Refused;
     // First where the case names it.

@@ -1,4 +1,4 @@
-//! What `check` says, and messages that a terminal can show.
+//! Output of `check`, and messages that a terminal can show.
 
 use serde_json::json;
 

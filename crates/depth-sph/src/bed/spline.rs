@@ -7,7 +7,7 @@ use colluvium_points::Raster;
 
 /// Share of a mean with weights 1, 2, 1 that each neighbour along an axis has.
 const MEAN: f64 = 0.25;
-/// The same of the filter that makes levels of the third degree those of the spline.
+/// Share of second differences in the filter after which the spline passes through levels of the third degree.
 const SHARPEN: f64 = -1.0 / 6.0;
 /// How far a level is felt by coefficients (nodes): one by the filter, two by the continuation on either side of it.
 const REACH: usize = 5;

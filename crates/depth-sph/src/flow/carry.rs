@@ -26,7 +26,7 @@ pub fn carried<const D: usize>(v: &Plan<D>, from: &Plan<D>, to: &Plan<D>) -> Pla
     std::array::from_fn(|c| v[c] + share * (from[c] / root + to[c] / other))
 }
 
-/// What nodes drift over.
+/// Bed that nodes drift over.
 struct Floor<'a, const D: usize> {
     bed: &'a Bed<D>,
     ends: &'a Ends<D>,

@@ -34,7 +34,7 @@ impl Holdings {
     }
 }
 
-/// What has changed the energy of a flow (J).
+/// Works that have changed the energy of a flow (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     /// What there was when the account began; none before.

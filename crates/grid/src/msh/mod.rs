@@ -44,7 +44,7 @@ const ROUND_OFF: f64 = 1e-9;
 /// Entities of more dimensions than this there are not.
 const DIMENSIONS: usize = 4;
 
-/// What a file says, before it is a mesh.
+/// Content of a file, before it is a mesh.
 #[derive(Default)]
 struct Content {
     /// Names of physical groups by dimension and tag.
@@ -72,7 +72,7 @@ impl<const D: usize> Mesh<D> {
     }
 }
 
-/// What comes of a file.
+/// Mesh of a file, or its fault.
 type Read<const D: usize> = Result<Mesh<D>, MshError>;
 
 fn read<const D: usize>(bytes: &[u8]) -> Read<D> {

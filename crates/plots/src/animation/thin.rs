@@ -11,7 +11,7 @@ const FRAMES: usize = 24;
 /// Frames of a run at most.
 const MOST: usize = 120;
 
-/// What is kept of a run: some frames, and of each one point for a block of points; all of them where there are no blocks.
+/// Part of a run that is kept: some frames, and of each one point for a block of points; all of them where there are no blocks.
 pub(super) struct Kept<'a> {
     pub panel: Panel<'a>,
     pub blocks: Option<Blocks>,

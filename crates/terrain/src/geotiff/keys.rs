@@ -26,7 +26,7 @@ pub(super) const GEOGRAPHIC_MODEL: u16 = 2;
 pub(super) const PIXEL_IS_AREA: u16 = 1;
 pub(super) const PIXEL_IS_POINT: u16 = 2;
 pub(super) const METRE: u16 = 9001;
-/// What stands where a key's value is the user's own.
+/// Value of a key that the user defines.
 pub(super) const USER_DEFINED: u16 = 32767;
 
 /// Words before a well-known text in the citation of a GeoTIFF, by which Esri's programs and GDAL know it.

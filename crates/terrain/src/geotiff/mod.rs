@@ -106,7 +106,7 @@ pub(crate) fn parse(bytes: &[u8], beside: Band, mask: Option<&[u8]>) -> Result<R
     Ok(raster)
 }
 
-/// What the file says of its band.
+/// Meaning of the numbers, by tags of the file.
 fn band(decoder: &mut Source<'_>) -> Result<Band, String> {
     let metadata = decoder.get_tag_ascii_string(GDAL_METADATA).ok();
     let said = metadata.map(|text| Band::of_xml(text.trim_end_matches('\0')));

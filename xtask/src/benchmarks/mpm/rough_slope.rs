@@ -1,4 +1,4 @@
-//! What slides over the facets of a rough raster without friction keeps its energy, by MPM and SPH.
+//! Energy of a block that slides over the facets of a rough raster without friction, by MPM and SPH.
 
 use colluvium::case::RunReport;
 use colluvium::plots::{LineChart, Series, Style};
