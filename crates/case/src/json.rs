@@ -59,8 +59,13 @@ fn join(path: &str, key: &str) -> String {
 /// # Errors
 /// When it cannot be read; the path is that of the file.
 pub fn text(file: &Path) -> Result<String, CaseErrors> {
-    let unreadable = |error| CaseError::new(file.display().to_string(), format!("cannot be read: {error}"));
-    Ok(std::fs::read_to_string(file).map_err(unreadable)?)
+    let unreadable = |problem: String| CaseErrors::one(CaseError::new(file.display().to_string(), problem));
+    let bytes = std::fs::read(file).map_err(|error| unreadable(format!("cannot be read: {error}")))?;
+    // UTF-16 with its mark of byte order, as some editors write it.
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return colluvium_terrain::read_text(file).map_err(|error| unreadable(error.problem));
+    }
+    String::from_utf8(bytes).map_err(|_| unreadable("cannot be read: it is no text in UTF-8 or UTF-16".to_owned()))
 }
 
 /// The JSON value in a file that a user names.

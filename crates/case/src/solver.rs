@@ -191,7 +191,7 @@ pub fn not_reset(reason: &str) -> String {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SolverError {
     /// A point left what the method can follow: NaN, runaway velocity, inverted, outside the grid.
-    #[error("step {step}, t = {time} s, point {point} at {position:?} m: {reason}")]
+    #[error("step {step}, t = {time:.6} s, point {point} at {position:.4?} m: {reason}")]
     Point {
         /// Step during which it happened.
         step: u64,
@@ -205,7 +205,7 @@ pub enum SolverError {
         reason: String,
     },
     /// A step that could not be done.
-    #[error("step {step}, t = {time} s: {reason}")]
+    #[error("step {step}, t = {time:.6} s: {reason}")]
     Step {
         /// The step.
         step: u64,

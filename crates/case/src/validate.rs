@@ -31,6 +31,8 @@ const MOST_FRAMES: f64 = 1e5;
 struct Findings<'a> {
     case: &'a Case,
     errors: Vec<CaseError>,
+    /// Place of the map (m) from which the coordinates of the case count.
+    origin: [f64; 3],
 }
 
 /// Checks everything that the schema cannot say.
@@ -38,7 +40,7 @@ struct Findings<'a> {
 /// # Errors
 /// Every violation found, with its JSON path.
 pub fn validate(case: &Case) -> Result<(), CaseErrors> {
-    let mut findings = Findings { case, errors: Vec::new() };
+    let mut findings = Findings { case, errors: Vec::new(), origin: [0.0; 3] };
     findings.space();
     findings.materials();
     findings.bodies();
@@ -59,7 +61,7 @@ pub fn validate(case: &Case) -> Result<(), CaseErrors> {
 /// # Errors
 /// Every violation found, with its JSON path.
 pub(crate) fn validate_layers(case: &Case, layered: &[usize]) -> Result<(), CaseErrors> {
-    let mut findings = Findings { case, errors: Vec::new() };
+    let mut findings = Findings { case, errors: Vec::new(), origin: case.origin() };
     findings.layers(layered);
     if findings.errors.is_empty() { Ok(()) } else { Err(CaseErrors(findings.errors)) }
 }

@@ -16,6 +16,9 @@ use crate::nodes::Plan;
 /// Rows of cells that one task looks after.
 const BAND: usize = 8;
 
+/// Shift of centres of cells against a mapped outline (cells), so that one on the outline itself is on one side of it.
+const ON_OUTLINE: f64 = 1e-6;
+
 /// A regular grid of cells in plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
@@ -96,6 +99,8 @@ pub struct Maps {
     cells: Vec<Cell>,
     /// Cells whose centres lie within a mapped outline; empty without one.
     mapped: Vec<bool>,
+    /// Area of the mapped outline beyond the cells (m²).
+    mapped_beyond_cells: f64,
     over: Vec<Over>,
     patches: Vec<Patch>,
     bands: Vec<Vec<u32>>,
@@ -122,6 +127,7 @@ impl Maps {
             slopes,
             cells: vec![UNTOUCHED; count],
             mapped: Vec::new(),
+            mapped_beyond_cells: 0.0,
             over: vec![[0.0; 4]; count],
             patches: Vec::new(),
             bands,
@@ -129,11 +135,21 @@ impl Maps {
         }
     }
 
-    /// Compares what has been reached with a mapped outline.
-    pub fn compare(&mut self, outline: &Outline) {
+    /// Compares what has been reached with a mapped outline, and returns the share of its area that lies beyond the cells. A cell whose
+    /// centre lies on the outline counts where it begins, and not where it ends.
+    pub fn compare(&mut self, outline: &Outline) -> f64 {
         let grid = &self.grid;
-        let within = |k: usize| outline.contains(grid.centre(k % grid.counts[0], k / grid.counts[0]));
+        let within = |k: usize| {
+            let centre = grid.centre(k % grid.counts[0], k / grid.counts[0]);
+            outline.contains(std::array::from_fn(|c| centre[c] + ON_OUTLINE * grid.spacing[c]))
+        };
         self.mapped = filled(self.cells.len(), 1, within);
+        let low: [f64; 2] = std::array::from_fn(|c| grid.origin[c] - 0.5 * grid.spacing[c]);
+        let high: [f64; 2] = std::array::from_fn(|c| low[c] + grid.counts[c] as f64 * grid.spacing[c]);
+        let ring = vec![low, [high[0], low[1]], high, [low[0], high[1]], low];
+        let inside = Outline::new(vec![vec![ring]]).map_or(0.0, |cells| cells.overlap(outline));
+        self.mapped_beyond_cells = (outline.area() - inside).max(0.0);
+        self.mapped_beyond_cells / outline.area()
     }
 
     /// Areas (m²) of the cells reached within the mapped outline, not reached within it, and reached beyond it; `None` without one.
@@ -147,7 +163,8 @@ impl Maps {
                 (false, false) => {}
             }
         }
-        (!self.mapped.is_empty()).then(|| counts.map(|count| count * self.grid.area()))
+        let [hit, missed, beyond] = counts.map(|count| count * self.grid.area());
+        (!self.mapped.is_empty()).then_some([hit, missed + self.mapped_beyond_cells, beyond])
     }
 
     /// What the cells have seen, row by row from the least y.

@@ -108,14 +108,18 @@ impl LineChart {
 
     /// The series with their points that are drawn, on logarithmic axes as powers of ten.
     fn drawn(&self) -> impl Iterator<Item = (&Series, Vec<(f64, f64)>)> {
-        let shown = |p: &&(f64, f64)| {
+        self.series.iter().map(|series| (series, self.pieces(series).concat()))
+    }
+
+    /// Points of a series that follow each other without a gap, on logarithmic axes as powers of ten.
+    fn pieces(&self, series: &Series) -> Vec<Vec<(f64, f64)>> {
+        let shown = |p: &(f64, f64)| {
             let finite = p.0.is_finite() && p.1.is_finite() && p.1.abs() < 1e200;
             finite && (!self.log || (p.0 > 0.0 && p.1 > 0.0))
         };
         let scale = |v: f64| if self.log { v.log10() } else { v };
-        self.series.iter().map(move |series| {
-            (series, series.points.iter().filter(shown).map(|p| (scale(p.0), scale(p.1))).collect())
-        })
+        let pieces = series.points.split(|p| !shown(p)).filter(|piece| !piece.is_empty());
+        pieces.map(|piece| piece.iter().map(|p| (scale(p.0), scale(p.1))).collect()).collect()
     }
 
     /// Draws in axes that reach so far, logarithmic ones in powers of ten.
@@ -150,10 +154,25 @@ impl LineChart {
         for (number, (series, points)) in self.drawn().enumerate() {
             let colour = PALETTE[number % PALETTE.len()];
             let line = colour.stroke_width(2);
+            // A line ends where values are missing, and a value alone is a dot.
+            let (lines, alone): (Vec<_>, Vec<_>) =
+                self.pieces(series).into_iter().partition(|piece| piece.len() > 1);
+            if series.style != Style::Markers {
+                let dots = alone.concat().into_iter().map(|p| Circle::new(p, 2, colour.filled()));
+                chart.draw_series(dots).map_err(text)?;
+            }
             let drawn = match series.style {
-                Style::Line => chart.draw_series(LineSeries::new(points, line)).map_err(text)?,
+                Style::Line => {
+                    let lines = lines.into_iter().map(|piece| PathElement::new(piece, line));
+                    chart.draw_series(lines).map_err(text)?
+                }
                 Style::Dashed => {
-                    chart.draw_series(DashedLineSeries::new(points, 7, 5, line)).map_err(text)?
+                    let mut lines = lines.into_iter();
+                    let last = lines.next_back().unwrap_or_default();
+                    for piece in lines {
+                        chart.draw_series(DashedLineSeries::new(piece, 7, 5, line)).map_err(text)?;
+                    }
+                    chart.draw_series(DashedLineSeries::new(last, 7, 5, line)).map_err(text)?
                 }
                 Style::Markers => {
                     let markers = points.into_iter().map(|p| Circle::new(p, 4, colour.filled()));

@@ -135,7 +135,7 @@ fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64>
     }
     let width = high - low;
     if width <= 1e-12 * high.abs().max(1e-300) {
-        let half = 0.5 * high.abs().max(1.0);
+        let half = if high == 0.0 { 0.5 } else { 0.5 * high.abs() };
         return low - half..high + half;
     }
     low - margin * width..high + margin * width
@@ -155,6 +155,16 @@ fn label(value: &f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_constant_stands_in_the_middle_of_its_range_however_small_it_is() {
+        for value in [4e-8, 1e-3, -2.0, 7e12] {
+            let range = range([value; 3].into_iter(), 0.05);
+            let share = (value - range.start) / (range.end - range.start);
+            assert!((share - 0.5).abs() < 1e-12 && !range.contains(&0.0), "{range:?}");
+        }
+        assert_eq!(range([0.0].into_iter(), 0.05), -0.5..0.5);
+    }
 
     #[test]
     fn charts_survive_odd_data() {

@@ -3,6 +3,7 @@
 mod bands;
 mod bodies;
 mod defaults;
+mod idle;
 mod refuse;
 
 use std::f64::consts::PI;

@@ -22,7 +22,21 @@ impl Head {
     fn take(&mut self, key: &str, value: &str) -> Result<(), String> {
         let number = || mark(value).ok_or_else(|| format!("{key} is {value:?}, not a number"));
         let count = || value.parse::<usize>().map_err(|_| format!("{key} is {value:?}, not a count"));
-        match key.to_ascii_lowercase().as_str() {
+        let key = key.to_ascii_lowercase();
+        let is_given = match key.as_str() {
+            "ncols" => self.columns.is_some(),
+            "nrows" => self.rows.is_some(),
+            "xllcorner" | "xllcenter" | "xllcentre" => self.origin[0].is_some(),
+            "yllcorner" | "yllcenter" | "yllcentre" => self.origin[1].is_some(),
+            "cellsize" | "dx" => self.spacing[0].is_some(),
+            "dy" => self.spacing[1].is_some(),
+            "nodata_value" | "nodata" => self.no_data.is_some(),
+            _ => false,
+        };
+        if is_given {
+            return Err(format!("{key} is given twice"));
+        }
+        match key.as_str() {
             "ncols" => self.columns = Some(count()?),
             "nrows" => self.rows = Some(count()?),
             "xllcorner" => self.origin[0] = Some((number()?, true)),
@@ -189,6 +203,8 @@ mod tests {
         assert!(problem("yllcorner", "yllcenter").contains("corner along one axis"));
         assert!(problem("1 2 3", "1 x 3").contains("row 1, column 2"));
         assert!(problem("ncols 3", "rotation 3").contains("not a key"));
+        assert!(problem("cellsize 10", "cellsize 5\nCELLSIZE 10").contains("cellsize is given twice"));
+        assert!(problem("cellsize 10", "cellsize 5\ndx 10").contains("dx is given twice"));
         assert_eq!(parse(" \n"), Err("is empty".to_owned()));
         assert!(
             parse("ncols 99999999999\nnrows 99999999999\nxllcorner 0\nyllcorner 0\ncellsize 1\n1").is_err()

@@ -88,6 +88,7 @@ fn unknown(file: &Path, known: &str) -> FileError {
 /// the keys of a GeoTIFF, or by a `.prj` or `.aux.xml` beside an ASCII grid.
 pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
     let beside = band::beside(file).map_err(of(file))?;
+    let is_beside = beside.crs.is_some();
     let raster = match ending(file).as_str() {
         "asc" | "grd" | "txt" => {
             let system = prj::text(file).map_err(of(file))?.or_else(|| beside.crs.clone());
@@ -107,8 +108,8 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
     };
     let raster = raster.map_err(of(file))?;
     raster.validate().map_err(|error| of(file)(error.to_string()))?;
-    // A GeoTIFF tells its units itself.
-    if !ending(file).starts_with("tif") {
+    // A GeoTIFF tells its units itself, but what GDAL writes beside it comes before that.
+    if !ending(file).starts_with("tif") || is_beside {
         prj::check(file).map_err(of(file))?;
     }
     Ok(raster)

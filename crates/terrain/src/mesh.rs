@@ -1,7 +1,6 @@
 //! Closed triangle meshes.
 
-use std::fs::File;
-use std::io::{BufReader, Cursor};
+use std::io::{Cursor, ErrorKind};
 use std::path::Path;
 
 use colluvium_points::surface::Facetted;
@@ -35,12 +34,38 @@ fn one_solid(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
     Ok(format!("solid all\n{}\nendsolid all\n", lines.join("\n")).into_bytes())
 }
 
+/// The first line of the corners of a text that has something else than three numbers.
+fn line_of_no_number(lines: &[String]) -> Option<String> {
+    let is_wrong = |line: &&String| {
+        let mut words = line.split_whitespace();
+        let numbers = words.next() == Some("vertex");
+        let read = |word: &str| word.parse::<f32>().ok().filter(|number| number.is_finite());
+        numbers && (words.clone().count() != 3 || words.any(|word| read(word).is_none()))
+    };
+    let line = lines.iter().find(is_wrong)?;
+    let cure = if line.contains(',') { ": write numbers with a decimal point" } else { "" };
+    Some(format!(": {:?} has no three numbers{cure}", line.trim()))
+}
+
 /// An STL file, text or binary: the triangles of all its solids. Its numbers have single precision; corners with the same numbers are one
 /// vertex.
 pub(crate) fn stl(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Facetted<3>, String> {
     let bytes = std::fs::read(file).map_err(|error| format!("cannot be read: {error}"))?;
-    let mesh = stl_io::read_stl(&mut Cursor::new(one_solid(bytes)?))
-        .map_err(|error| format!("is not an STL file that can be read: {error}"))?;
+    let count = bytes
+        .get(STL_HEAD - 4..STL_HEAD)
+        .map_or(0, |count| count.iter().rev().fold(0, |sum, byte| 256 * sum + usize::from(*byte)));
+    let length = bytes.len();
+    let bytes = one_solid(bytes)?;
+    let lines = String::from_utf8_lossy(&bytes).lines().map(str::to_owned).collect::<Vec<_>>();
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|error| match error.kind() {
+        ErrorKind::UnexpectedEof => format!(
+            "is no STL file, or is cut short: its {length} bytes are not the head and the {count} triangles that a binary one would have"
+        ),
+        _ => {
+            let place = line_of_no_number(&lines).unwrap_or_default();
+            format!("is not an STL file that can be read{place} ({error})")
+        }
+    })?;
     if mesh.faces.is_empty() {
         return Err("holds no triangles".to_owned());
     }
@@ -75,10 +100,22 @@ pub(crate) fn obj(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Fac
         ignore_lines: true,
         ..Default::default()
     };
-    let source = File::open(file).map_err(|error| format!("cannot be read: {error}"))?;
+    let text = crate::read_text(file).map_err(|error| error.problem)?;
+    // A line may go on in the next one.
+    let text = text.replace("\\\r\n", " ").replace("\\\n", " ");
     let no_materials = |_: &Path| Ok(Default::default());
-    let (models, _) = tobj::load_obj_buf(&mut BufReader::new(source), &options, no_materials)
-        .map_err(|error| format!("is not an OBJ file that can be read: {error}"))?;
+    let read = |text: &str| tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials);
+    let (models, _) = read(&text).map_err(|error| {
+        // The shortest head of the file that cannot be read ends with the line.
+        let ends = text.split_inclusive('\n').scan(0, |end, line| {
+            *end += line.len();
+            Some(*end)
+        });
+        let ends: Vec<usize> = ends.collect();
+        let line = ends.partition_point(|end| read(&text[..*end]).is_ok());
+        let said = text.lines().nth(line).unwrap_or_default().trim();
+        format!("line {}: {said:?} cannot be read: {error}", line + 1)
+    })?;
     let mut triangles = Vec::new();
     for model in &models {
         let mesh = &model.mesh;

@@ -111,12 +111,19 @@ fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, S
     // Fields that are missing or cannot be read hold no number.
     let records = attribute.and_then(|_| dbase::read(file.with_extension("dbf")).ok()).unwrap_or_default();
     let mut records = records.iter();
-    let feature = |shape| {
+    let feature = |(number_of, shape): (usize, Shape)| {
         let record = records.next();
         let number = attribute.and_then(|name| number(record?.get(name)?));
-        Polygons { polygons: polygons(&shape), number }
+        let polygons = polygons(&shape).ok_or_else(|| {
+            format!(
+                "feature {}: a ring within another runs the same way round, so that it is no hole: repair the geometry (in QGIS with \
+                 “Fix geometries”)",
+                number_of + 1
+            )
+        })?;
+        Ok(Polygons { polygons, number })
     };
-    Ok(shapes.into_iter().map(feature).collect())
+    shapes.into_iter().enumerate().map(feature).collect()
 }
 
 fn number(value: &FieldValue) -> Option<f64> {
@@ -129,18 +136,20 @@ fn number(value: &FieldValue) -> Option<f64> {
     }
 }
 
-fn polygons(shape: &Shape) -> Vec<Polygon> {
+/// Polygons of a record; `None` where it is not clear what is a hole.
+fn polygons(shape: &Shape) -> Option<Vec<Polygon>> {
     match shape {
         Shape::Polygon(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
         Shape::PolygonZ(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
         Shape::PolygonM(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
-        _ => Vec::new(),
+        _ => Some(Vec::new()),
     }
 }
 
 /// The polygons of a record, whose rings stand in any order: those that run with the clock are outer ones, and the others are holes of
-/// the smallest outer one around them. A hole that lies in none is a polygon drawn the wrong way round.
-fn nested<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Vec<Polygon> {
+/// the smallest outer one around them. A hole that lies in none is a polygon drawn the wrong way round. `None` where an outer ring lies
+/// within another and in no hole of it.
+fn nested<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Option<Vec<Polygon>> {
     let corners = |ring: &PolygonRing<P>| -> Ring { ring.points().iter().map(&place).collect() };
     let is_outer = |ring: &&PolygonRing<P>| matches!(ring, PolygonRing::Outer(_));
     let (outer, inner): (Vec<_>, Vec<_>) = rings.iter().partition(is_outer);
@@ -163,5 +172,37 @@ fn nested<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Vec<Po
             None => polygons.push(vec![hole]),
         }
     }
-    polygons
+    let within = |ring: &Ring, around: &Ring| {
+        Outline::new(vec![vec![around.clone()]])
+            .is_ok_and(|outline| ring.iter().all(|corner| outline.contains(*corner)))
+    };
+    let is_doubtful = polygons.iter().enumerate().any(|(number, inner)| {
+        polygons.iter().enumerate().any(|(other, outer)| {
+            number != other
+                && within(&inner[0], &outer[0])
+                && !within(&outer[0], &inner[0])
+                && !outer[1..].iter().any(|hole| within(&inner[0], hole))
+        })
+    });
+    (!is_doubtful).then_some(polygons)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ring_within_another_is_a_hole_an_island_or_in_doubt() {
+        let square = |size: f64| {
+            let at = |x: f64, y: f64| shapefile::Point::new(size * x, size * y);
+            vec![at(-1.0, -1.0), at(-1.0, 1.0), at(1.0, 1.0), at(1.0, -1.0), at(-1.0, -1.0)]
+        };
+        let (outer, hole) =
+            (|size| PolygonRing::Outer(square(size)), |size| PolygonRing::Inner(square(size)));
+        let found = |rings: &[PolygonRing<shapefile::Point>]| nested(rings, |p| [p.x, p.y]);
+        let area = |polygons: Vec<Polygon>| Outline::new(polygons).unwrap().area();
+        assert!((area(found(&[outer(4.0), hole(3.0)]).unwrap()) - 28.0).abs() < 1e-9);
+        assert!((area(found(&[outer(4.0), hole(3.0), outer(1.0)]).unwrap()) - 32.0).abs() < 1e-9);
+        assert_eq!(found(&[outer(4.0), outer(3.0)]), None);
+    }
 }

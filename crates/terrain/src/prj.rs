@@ -29,11 +29,22 @@ pub(crate) fn check(file: &Path) -> Result<(), String> {
     let own = text(file)?.map(|text| (name_of(&file.with_extension("prj")), text));
     let Some((beside, text)) = own.map_or_else(of_gdal, |own| Ok(Some(own)))? else { return Ok(()) };
     match other_unit(&text) {
+        None if is_web_mercator(&text) => Err(format!("{beside} beside it says that it {WEB_MERCATOR}")),
         None => Ok(()),
         Some(unit) => Err(format!(
-            "{beside} beside it says that it lies in {unit:?}, and only metres are known: project it to metres"
+            "{beside} beside it says that it lies in {unit:?}, and only metres are known, in plan and in height: project it, or write its \
+             heights, in metres"
         )),
     }
+}
+
+/// Fault of a system whose lengths are not those on the ground.
+pub(crate) const WEB_MERCATOR: &str = "lies in Web Mercator, whose lengths are longer than those on the ground (1.5 times at 48°): project it to metres \
+                                       of its place, for example to UTM";
+
+/// Whether a well-known text is that of the maps of web pages.
+pub(crate) fn is_web_mercator(text: &str) -> bool {
+    text.contains("Mercator_Auxiliary_Sphere") || text.to_lowercase().contains("pseudo-mercator")
 }
 
 /// Puts the system of the text beside a raster's file into its reference.
@@ -145,12 +156,14 @@ fn unit(open: &[String], after: &str) -> Option<(String, Option<f64>)> {
     Some((name, length.filter(|_| !angle)))
 }
 
-/// The line `Units METERS` of ArcInfo.
+/// The lines `Units METERS` and `Zunits METERS` of ArcInfo; `Zunits NO` says that there are no heights.
 fn named_units(text: &str) -> Vec<(String, Option<f64>)> {
     let words = text.lines().filter_map(|line| line.split_once(char::is_whitespace));
-    let named = words.filter(|(key, _)| key.eq_ignore_ascii_case("units"));
+    let named = words.map(|(key, unit)| (key.to_lowercase(), unit.trim()));
+    let units =
+        named.filter(|(key, unit)| key == "units" || key == "zunits" && !unit.eq_ignore_ascii_case("no"));
     let metres = |unit: &str| ["METERS", "METRES", "METER", "METRE"].contains(&unit.to_uppercase().as_str());
-    named.map(|(_, unit)| (unit.trim().to_owned(), metres(unit.trim()).then_some(1.0))).collect()
+    units.map(|(_, unit)| (unit.to_owned(), metres(unit).then_some(1.0))).collect()
 }
 
 #[cfg(test)]
@@ -236,6 +249,8 @@ mod tests {
         assert!(checked(&second(r#"LENGTHUNIT["US survey foot",0.304800609601219]"#)).is_err());
         assert_eq!(checked("Projection UTM\nZone 32\nUnits METERS\n"), Ok(()));
         assert!(checked("Projection GEOGRAPHIC\nUnits DD\n").unwrap_err().contains("DD"));
+        assert_eq!(checked("Projection UTM\nZunits NO\nUnits METERS\n"), Ok(()));
+        assert!(checked("Projection UTM\nZunits FEET\nUnits METERS\n").unwrap_err().contains("FEET"));
         assert_eq!(check(Path::new("/nowhere/area.shp")), Ok(()));
     }
 }

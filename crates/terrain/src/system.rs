@@ -20,6 +20,9 @@ pub struct MapSystem {
 
 impl MapSystem {
     fn new(epsg: Option<u32>, name: Option<String>, text: Option<&str>) -> Self {
+        // A number may be that of a system in plan with one of heights.
+        let in_plan = epsg.and_then(projection::text_of).and_then(prj::epsg);
+        let epsg = in_plan.or(epsg);
         let registered = epsg.and_then(projection::text_of);
         let own = text.and_then(Projection::of_text);
         let name = registered.and_then(name_of).or(name);
@@ -50,6 +53,9 @@ impl MapSystem {
         let in_degrees =
             self.name.as_deref().is_some_and(|name| name.ends_with("CRS84") || name.ends_with("CRS83"));
         let text = self.epsg.and_then(projection::text_of);
+        if self.epsg == Some(3857) || text.is_some_and(prj::is_web_mercator) {
+            return Err(format!("says that it {}", prj::WEB_MERCATOR));
+        }
         let other = text.and_then(prj::other_unit).or(in_degrees.then(|| "degree".to_owned()));
         match other {
             None => Ok(()),
@@ -86,6 +92,9 @@ fn name_of(text: &str) -> Option<String> {
 pub fn read_system(file: &Path) -> Option<MapSystem> {
     match ending(file).as_str() {
         "tif" | "tiff" => {
+            if let Some(text) = band::beside(file).ok()?.crs {
+                return prj::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text));
+            }
             let (epsg, name) = geotiff::system(BufReader::new(File::open(file).ok()?)).ok()?;
             let text = name.clone().filter(|text| prj::is_well_known(text));
             let name = text.as_deref().map_or(name, name_of);
@@ -109,9 +118,13 @@ pub(crate) fn of_geojson(parsed: &GeoJson) -> Option<MapSystem> {
         GeoJson::FeatureCollection(all) => all.foreign_members.as_ref(),
     }?;
     let name = members.get("crs")?.get("properties")?.get("name")?.as_str()?;
+    if prj::is_well_known(name) {
+        return Some(MapSystem::of_well_known_text(name));
+    }
+    // `EPSG:25832`, `urn:ogc:def:crs:EPSG::25832` or `http://www.opengis.net/def/crs/EPSG/0/25832`.
     let number =
-        name.to_uppercase().contains("EPSG").then(|| name.rsplit(':').next()?.parse().ok()).flatten();
-    Some(MapSystem::new(number, Some(name.to_owned()), None))
+        name.to_uppercase().contains("EPSG").then(|| name.rsplit([':', '/', '#']).next()?.parse().ok());
+    Some(MapSystem::new(number.flatten(), Some(name.to_owned()), None))
 }
 
 #[cfg(test)]
@@ -152,6 +165,10 @@ mod tests {
         assert!(json("EPSG:4326").check().is_err() && utm.check().is_ok());
         let feet = json("urn:ogc:def:crs:EPSG::2225").check().unwrap_err();
         assert!(feet.contains("survey foot") && feet.contains("EPSG:2225"), "{feet}");
+        let of_web = json("http://www.opengis.net/def/crs/EPSG/0/25833");
+        assert!(of_web.differs(&utm) && !json("EPSG:5555").differs(&utm), "heights beside a system in plan");
+        assert!(json("EPSG:3857").check().unwrap_err().contains("Web Mercator"));
+        assert!(!json("ESRI:102100").is_comparable(&utm));
         let own = MapSystem::of_well_known_text(r#"LOCAL_CS["site grid",UNIT["metre",1]]"#);
         assert!(!own.is_comparable(&utm) && own.is_comparable(&own) && esri(9.0).is_comparable(&utm));
         assert_eq!(

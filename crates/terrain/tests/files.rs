@@ -74,7 +74,14 @@ fn closed_meshes_are_read_and_open_ones_refused() {
     let cut = stl(&TETRAHEDRON).replace("endsolid t\n", "");
     let cut = read_mesh(&file(&folder, "cut.stl", &cut), &as_it_is).unwrap_err();
     assert!(cut.problem.contains("begins 1 solids and ends 0"), "{cut}");
-    assert!(read_mesh(&file(&folder, "bad.obj", "v 1 2\nf 1 2 3"), &as_it_is).is_err());
+    let problem = |name: &str, text: &str| read_mesh(&file(&folder, name, text), &as_it_is).unwrap_err().problem;
+    assert!(problem("bad.obj", "# a\nv 1 2\nf 1 2 3").starts_with("line 2: \"v 1 2\" cannot be read"));
+    let commas = stl(&TETRAHEDRON).replacen("vertex 0", "vertex 0,5", 1);
+    let commas = problem("comma.stl", &commas);
+    assert!(commas.contains("has no three numbers: write numbers with a decimal point"), "{commas}");
+    assert!(problem("none.stl", "not a mesh").contains("is no STL file, or is cut short: its 10 bytes"));
+    let goes_on = obj.replace("f 1 3 2", "f 1 \\\n3 2");
+    assert!(read_mesh(&file(&folder, "on.obj", &goes_on), &as_it_is).is_ok());
 }
 
 #[test]

@@ -22,12 +22,15 @@ pub struct ColumnRow {
     pub cells: csv::StringRecord,
 }
 
-/// A column's name, and the unit between brackets after it.
+/// A column's name, and the unit after it: between brackets, as in `t (h)`, after a stroke, as in `t/h`, after “in” or a blank.
 fn name_and_unit(head: &str) -> (&str, Option<&str>) {
-    let opened = head.find(['(', '[']);
-    let Some(at) = opened else { return (head.trim(), None) };
-    let unit = head[at + 1..].trim_end().trim_end_matches([')', ']']);
-    (head[..at].trim(), Some(unit.trim()))
+    if let Some(at) = head.find(['(', '[']) {
+        let unit = head[at + 1..].trim_end().trim_end_matches([')', ']']);
+        return (head[..at].trim().trim_end_matches('/').trim_end(), Some(unit.trim()));
+    }
+    let after_blank = || head.trim().rsplit_once(' ').filter(|(_, unit)| units::is_known(unit));
+    let parted = head.split_once(" in ").or_else(after_blank).or_else(|| head.split_once('/'));
+    parted.map_or((head.trim(), None), |(name, unit)| (name.trim(), Some(unit.trim())))
 }
 
 fn is_remark(line: &str) -> bool {
@@ -172,7 +175,9 @@ impl ColumnFile {
     /// A unit that is not known or of another quantity.
     pub fn factor(head: &str, quantity: Quantity) -> Result<f64, String> {
         let (_, unit) = name_and_unit(head);
-        unit.map_or(Ok(1.0), |unit| quantity.factor(unit))
+        // `t_h` has a unit after a line where that is one of the quantity.
+        let below = || Ok(head.rsplit_once('_').and_then(|(_, unit)| quantity.known(unit)).unwrap_or(1.0));
+        unit.map_or_else(below, |unit| quantity.factor(unit))
             .map_err(|problem| format!("column {head:?}: {problem}"))
     }
 
@@ -264,6 +269,23 @@ mod tests {
     }
 
     #[test]
+    fn units_without_brackets_count_too() {
+        let right = vec![[0.0, 1.5], [7200.0, 3.0]];
+        for head in ["t/h,Q/(m3/s)", "time in hours,Q in m3/s", "t_h,Q_m3s", "time h,Q m3/s", "t [h],Q"] {
+            assert_eq!(pairs(format!("{head}\n0,1.5\n2,3\n").as_bytes()).unwrap(), right, "{head}");
+        }
+        let plain = vec![[0.0, 1.5], [2.0, 3.0]];
+        for head in ["t_0,Q_in", "time,discharge of the gauge", "t s,Q"] {
+            assert_eq!(pairs(format!("{head}\n0,1.5\n2,3\n").as_bytes()).unwrap(), plain, "{head}");
+        }
+        assert!(
+            pairs(b"t/yr,Q\n0,1\n")
+                .unwrap_err()
+                .starts_with("column \"t/yr\": the unit must be one of a time")
+        );
+    }
+
+    #[test]
     fn what_cannot_be_read_is_named_with_its_line_and_the_cure() {
         let problem = |text: &str| pairs(text.as_bytes()).unwrap_err();
         assert_eq!(
@@ -276,10 +298,7 @@ mod tests {
         assert_eq!(problem("t,q\n0,x\n"), "line 2: \"x\" is not a finite number");
         assert_eq!(problem("0,nan\n"), "line 1: \"nan\" is not a finite number");
         assert!(problem("0,q\n1,2\n").starts_with("line 1: \"q\" is no number, and the others"));
-        assert!(
-            problem("t (yr),q\n0,1\n")
-                .starts_with("column \"t (yr)\": the unit between brackets must be one of a time")
-        );
+        assert!(problem("t (yr),q\n0,1\n").starts_with("column \"t (yr)\": the unit must be one of a time"));
         assert_eq!(problem("t;q\n0;1.000,5\n"), "line 2: \"1.000,5\" is not a finite number");
     }
 }

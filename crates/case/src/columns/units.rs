@@ -42,7 +42,15 @@ impl Quantity {
         }
     }
 
-    /// What makes SI units of numbers in `unit`.
+    /// Factor that makes SI units of numbers in `unit`, where that is known to be one of the quantity. An inch may be meant as “in”.
+    pub(super) fn known(self, unit: &str) -> Option<f64> {
+        let powers = self.units().0;
+        parse(unit)
+            .filter(|parsed| powers.contains(&parsed.powers) && unit != "in")
+            .map(|parsed| parsed.factor)
+    }
+
+    /// Factor that makes SI units of numbers in `unit`.
     ///
     /// # Errors
     /// A unit that is not known, or of another quantity, in words.
@@ -53,9 +61,7 @@ impl Quantity {
         }
         match parse(unit) {
             Some(unit) if powers.contains(&unit.powers) => Ok(unit.factor),
-            _ => Err(format!(
-                "the unit between brackets must be one of {words}; without any, numbers are in SI units"
-            )),
+            _ => Err(format!("the unit must be one of {words}; without any, numbers are in SI units")),
         }
     }
 }
@@ -76,6 +82,11 @@ impl Unit {
             powers: std::array::from_fn(|k| self.powers[k] + power * other.powers[k]),
         }
     }
+}
+
+/// Whether a word is a unit.
+pub(super) fn is_known(word: &str) -> bool {
+    parse(word).is_some_and(|unit| unit.powers != [0; 3])
 }
 
 /// The unit of a text; `None` of one that is not known.

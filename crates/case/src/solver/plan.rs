@@ -116,12 +116,22 @@ impl Plan {
         has_laws: bool,
     ) -> Result<Self, CaseError> {
         self.goes_on(case)?;
+        self.has_points(case)?;
         self.count_output(case);
         if has_laws {
             self.count_laws(case);
         }
         self.warnings.extend(notes);
         Ok(self)
+    }
+
+    /// Refuses a body of which no point is there: nothing of it is above the ground, or all of it falls between the points.
+    fn has_points(&self, case: &Case) -> Result<(), CaseError> {
+        let empty = self.volumes.iter().position(|volume| *volume <= 0.0).filter(|_| self.grains.is_none());
+        let Some(body) = empty.filter(|body| *body < case.bodies.len()) else { return Ok(()) };
+        let problem = "nothing of it is there: it lies under the ground or within an obstacle, or its points fall beside it; move it, \
+                       make it larger, or the cells or spacings smaller";
+        Err(CaseError::new(format!("bodies[{body}].shape"), problem))
     }
 
     /// Refuses a case in which nothing moves, and one whose end steps do not lead to.

@@ -124,9 +124,9 @@ impl Findings<'_> {
             let Some((min, max)) = self.extent(axis) else { continue };
             let slack = 1e-9 * (max - min);
             if low[axis] < min - slack || high[axis] > max + slack {
+                let [low, high, min, max] = [low[axis], high[axis], min, max].map(|x| x + self.origin[axis]);
                 let problem = format!(
-                    "reaches from {} to {} m along axis {axis}, beyond the domain from {min} to {max} m",
-                    low[axis], high[axis]
+                    "reaches from {low} to {high} m along axis {axis}, beyond the domain from {min} to {max} m"
                 );
                 self.report(format!("bodies[{number}].shape"), problem);
             }
@@ -137,6 +137,7 @@ impl Findings<'_> {
     fn apart(&mut self, first: usize, second: usize) {
         let (a, b) = (&self.case.bodies[first], &self.case.bodies[second]);
         if let Some(place) = overlap(&a.shape, &b.shape, self.case.dimension(), OVERLAP_RESOLUTION) {
+            let place: Vec<f64> = place.iter().zip(self.origin).map(|(x, origin)| x + origin).collect();
             let problem = format!("overlaps the body {:?}, for example at {place:.4?} m", a.name);
             self.report(format!("bodies[{second}].shape"), problem);
         }

@@ -84,13 +84,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Prints the masses of the bodies, and the densities of those with pore fluid.
 fn tell_bodies(case: &Case, plan: &Plan) -> Result<(), Failure> {
     for (body, mass) in case.bodies.iter().zip(plan.masses(case)) {
-        say!("mass           {}: {mass:.4e} kg of {}", body.name, body.material);
+        let (name, material) = (printable(&body.name), printable(&body.material));
+        say!("mass           {name}: {mass:.4e} kg of {material}");
     }
     for body in &case.bodies {
         if let Some(Densities { dry, saturated, grains }) = case.densities(body) {
             say!(
                 "densities      {}: dry {dry:.0}, saturated {saturated:.0}, grains {grains:.0} kg/m³",
-                body.name
+                printable(&body.name)
             );
         }
     }

@@ -44,6 +44,22 @@ impl Kind {
     }
 }
 
+/// Where files of terrain and tables are named.
+const NAMED_BY_CASE: &str = "a case names such files; `colluvium new debris-flow` writes one that does";
+
+/// Kind of a file that its ending tells, and what to do with it.
+fn of_ending(file: &Path) -> Option<(&'static str, &'static str)> {
+    let ending = file.extension()?.to_string_lossy().to_lowercase();
+    Some(match ending.as_str() {
+        "asc" | "grd" | "tif" | "tiff" => ("a raster", NAMED_BY_CASE),
+        "shp" | "geojson" | "gpkg" | "kml" => ("an outline", NAMED_BY_CASE),
+        "csv" => ("a table", NAMED_BY_CASE),
+        "stl" | "obj" | "msh" => ("a mesh", NAMED_BY_CASE),
+        "vtu" | "pvd" => ("a frame of results", "`colluvium plot` draws the folder of a run"),
+        _ => return None,
+    })
+}
+
 /// Refuses a file that is plainly of another kind than a command takes, with the command for it. What cannot be read is refused where it
 /// is.
 pub fn expect(file: &Path, wanted: Kind) -> Result<(), Failure> {
@@ -61,10 +77,33 @@ pub fn expect(file: &Path, wanted: Kind) -> Result<(), Failure> {
                 "the folder of an incrementalDriver",
                 format!("`colluvium element-test {name} --material FILE` runs it"),
             ),
+            (false, false) if file.join("sweep.json").exists() => {
+                let tables = format!(
+                    "{name}/runs.csv has its results, and `colluvium sweep SWEEP --out {name} --resume` goes on with it"
+                );
+                wrong("the folder of a sweep", tables)
+            }
+            (false, false) if wanted != Kind::ElementTest => {
+                wrong("a folder", "give the file itself".to_owned())
+            }
             (false, false) => Ok(()),
         };
     }
+    if let Some((is, cure)) = of_ending(file).filter(|_| file.is_file()) {
+        return wrong(is, cure.to_owned());
+    }
     let Ok(value) = json::value(file) else { return Ok(()) };
+    let has = |key: &&str| value.get(*key).is_some();
+    let geometry = ["features", "coordinates", "geometries", "geometry"];
+    if value.get("type").is_some_and(Value::is_string) && geometry.iter().any(has) {
+        return wrong("an outline", NAMED_BY_CASE.to_owned());
+    }
+    if ["fingerprint", "status", "method"].iter().all(has) {
+        return wrong(
+            "the summary of a run",
+            "`colluvium report` shows the run, given its folder".to_owned(),
+        );
+    }
     match Kind::of(&value).filter(|found| *found != wanted) {
         Some(found) => {
             let (is, command) = found.words();

@@ -117,7 +117,13 @@ fn a_run(folder: &Path) -> Result<(), Failure> {
     if folder.join("summary.json").exists() {
         return Ok(());
     }
-    Err(Failure::Usage(format!("{}: holds no run (there is no summary.json)", folder.display())))
+    let name = folder.display();
+    if folder.join("sweep.json").exists() {
+        let problem =
+            format!("{name}: is the folder of a sweep: name that of one of its runs, as {name}/run-0001");
+        return Err(Failure::Usage(problem));
+    }
+    Err(Failure::Usage(format!("{name}: holds no run (there is no summary.json)")))
 }
 
 /// Number of threads that this machine runs at a time.

@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         complain!("note: {ahead}");
     }
     let out = files.folder(&arguments.case, method.name());
-    if files.resume && lacks_map(&case, &out) {
+    if files.resume && ended_without_map(&case, &out) {
         draw_map(&out)?;
         say!("the run was complete but for its map: {}", out.join(MAP).display());
         return Ok(());
@@ -88,14 +88,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Place of the map in the folder of a run.
-const MAP: &str = "rasters/map.png";
+pub(super) const MAP: &str = "rasters/map.png";
+
+/// Whether a folder holds rasters of which a map would be drawn, and no map.
+pub(super) fn lacks_map(out: &Path) -> bool {
+    !out.join(MAP).exists() && maps(out).is_ok_and(|maps| !maps.is_empty())
+}
 
 /// Whether a run of the case is complete in the folder, but was killed before its map was drawn.
-fn lacks_map(case: &Case, out: &Path) -> bool {
+fn ended_without_map(case: &Case, out: &Path) -> bool {
     let summary = read_json(&out.join("summary.json")).unwrap_or_default();
     let same = summary["fingerprint"] == format!("{:016x}", case.fingerprint()).as_str();
-    let complete = same && summary["status"] == "completed";
-    complete && case.output.rasters.is_some() && !out.join(MAP).exists()
+    same && summary["status"] == "completed" && case.output.rasters.is_some() && lacks_map(out)
 }
 
 /// Draws the most telling raster of the run beside the rasters.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use colluvium::case::run::verify;
 
+use super::run::{MAP, lacks_map};
 use super::{Failure, a_run};
 
 #[derive(Args)]
@@ -16,7 +17,12 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let folder = &arguments.folder;
     a_run(folder)?;
-    let verified = verify(folder)?;
+    let mut verified = verify(folder)?;
+    // The runs of a sweep have no maps of their own.
+    let in_sweep = folder.parent().is_some_and(|sweep| sweep.join("sweep.json").exists());
+    if !in_sweep && lacks_map(folder) {
+        verified.problems.push(format!("{MAP}: the run ended without it: `run --resume` draws it"));
+    }
     for problem in &verified.problems {
         complain!("error: {}/{problem}", folder.display());
     }

@@ -210,6 +210,15 @@ impl Sweep {
                 wrong(format!("parameters.{name}.{key}"), &problem);
             }
         }
+        let mut places = BTreeMap::<&str, &str>::new();
+        for (name, parameter) in &self.parameters {
+            for (number, place) in parameter.at.iter().enumerate() {
+                if let Some(other) = places.insert(place, name) {
+                    let problem = format!("{place} has the values of the parameter {other:?} already");
+                    wrong(format!("parameters.{name}.at[{number}]"), &problem);
+                }
+            }
+        }
         for (path, problem) in self.plan.wrong(&self.parameters) {
             wrong(path, &problem);
         }

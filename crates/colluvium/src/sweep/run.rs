@@ -10,7 +10,7 @@ use thiserror::Error;
 use super::{Member, Results, Row, Sweep, exceedance, intensity, table};
 use crate::case::description::Measure;
 use crate::case::output::{OutputError, create_folder, read_json, write_atomically};
-use crate::case::run::Ending;
+use crate::case::run::{Ending, verify};
 use crate::case::{Case, Method, RunOptions, run_method};
 use crate::jobs::side_by_side;
 
@@ -183,7 +183,15 @@ fn one(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> 
     };
     let same = summary["fingerprint"] == format!("{:016x}", case.fingerprint()).as_str();
     if begun && same && summary["status"] == "completed" {
-        return RunState::Kept;
+        return match verify(out) {
+            Ok(verified) if verified.problems.is_empty() => RunState::Kept,
+            Ok(verified) => RunState::Failed(format!(
+                "{}: files are not as the run left them ({}): delete this folder to have it run anew",
+                out.display(),
+                verified.problems.join("; ")
+            )),
+            Err(error) => RunState::Failed(error.to_string()),
+        };
     }
     let run = RunOptions {
         method: method.name().to_owned(),

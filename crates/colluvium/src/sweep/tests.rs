@@ -204,6 +204,10 @@ fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
     assert_eq!(rest, whole);
     assert_eq!(states[1..3], [RunState::Kept, RunState::Completed]);
 
+    fs::remove_file(out.join("run-0001/measures.csv")).unwrap();
+    let (_, states) = table(&path, &resumed).unwrap();
+    assert!(matches!(&states[0], RunState::Failed(reason) if reason.contains("measures.csv")), "{states:?}");
+
     let mut other = self::sweep();
     other["parameters"]["friction"]["values"] = json!([20]);
     fs::write(&path, other.to_string()).unwrap();

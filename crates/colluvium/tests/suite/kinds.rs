@@ -57,6 +57,21 @@ fn a_file_of_another_kind_is_named_in_a_line_with_the_command_for_it() {
             "{command} {file}: {errors}"
         );
     }
+    write("area.geojson", &json!({ "type": "FeatureCollection", "features": [] }));
+    write("area.json", &json!({ "type": "Polygon", "coordinates": [] }));
+    write("summary.json", &json!({ "fingerprint": "0", "status": "completed", "method": "mpm" }));
+    fs::write(folder.join("terrain.asc"), "ncols 2\n").unwrap();
+    fs::create_dir(folder.join("empty")).unwrap();
+    for (file, is) in [
+        ("area.geojson", "area.geojson: is an outline, and not a case: a case names such files"),
+        ("area.json", "area.json: is an outline, and not a case: a case names such files"),
+        ("terrain.asc", "terrain.asc: is a raster, and not a case: a case names such files"),
+        ("summary.json", "summary.json: is the summary of a run, and not a case: `colluvium report`"),
+        ("empty", "empty: is a folder, and not a case: give the file itself"),
+    ] {
+        let (code, errors) = run(folder, &["check", file]);
+        assert!(code == 3 && errors.contains(is) && errors.lines().count() == 1, "{file}: {errors}");
+    }
     // What is of no kind is told as the command sees it.
     write("odd.json", &json!({ "title": "t" }));
     let (code, errors) = run(folder, &["check", "odd.json"]);

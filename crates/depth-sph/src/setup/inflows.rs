@@ -29,6 +29,8 @@ pub fn add<const D: usize>(
         let key = |name: &str| format!("inflows[{number}].{name}");
         if D == 1 {
             let mut opening = through_end(case, options, flow, given, &key)?;
+            let cut = opening.feeds.iter().find_map(|feed| cut_off(&feed.hydrograph, case.end_time()));
+            warnings.extend(cut.map(|cut| format!("methods.{NAME}.inflows[{number}]: {cut}")));
             let known = openings.iter_mut().find(|(known, _)| known.outward == opening.outward);
             let Some((known, _)) = known else {
                 openings.push((opening, format!("methods.{NAME}.{}", key("side"))));
@@ -66,12 +68,35 @@ pub fn add<const D: usize>(
                 100.0 * slope
             ));
         }
+        let cut = cut_off(&inflow.hydrograph, case.end_time());
+        warnings.extend(cut.map(|cut| format!("methods.{NAME}.inflows[{number}]: {cut}")));
         flow.inflows.push(inflow);
     }
     if standing.iter().any(Option::is_some) {
         flow.begin_lines(&standing).map_err(|failure| own("inflows", failure.to_string()))?;
     }
     Ok(openings)
+}
+
+/// A word where the run ends (s) before all of a hydrograph has flowed in.
+fn cut_off(hydrograph: &[[f64; 2]], end: f64) -> Option<String> {
+    let until = |end: f64| {
+        let part = |pair: &[[f64; 2]]| {
+            let [[from, first], [to, last]] = [pair[0], pair[1]];
+            let until = to.min(end);
+            let at_end = first + (last - first) * (until - from) / (to - from).max(f64::MIN_POSITIVE);
+            if until > from { 0.5 * (first + at_end) * (until - from) } else { 0.0 }
+        };
+        hydrograph.windows(2).map(part).sum::<f64>()
+    };
+    let (whole, brought) = (until(f64::INFINITY), until(end));
+    let share = brought / whole;
+    (share < 1.0 - 1e-9).then(|| {
+        format!(
+            "the run ends at {end} s, when {:.1} % of what the hydrograph brings have flowed in: make the stages longer if all of it is meant",
+            100.0 * share
+        )
+    })
 }
 
 /// The porosity of an inflow of two phases, that of the mixture when absent; none of one phase.
@@ -261,4 +286,18 @@ fn highest<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Result<f64, Stri
         }
     }
     Ok(highest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cut_off;
+
+    #[test]
+    fn a_hydrograph_that_goes_on_after_the_run_is_told_of() {
+        let triangle = [[10.0, 0.0], [20.0, 4.0], [30.0, 0.0]];
+        assert_eq!(cut_off(&triangle, 30.0), None);
+        assert!(cut_off(&triangle, 20.0).unwrap().contains("at 20 s, when 50.0 %"));
+        assert!(cut_off(&triangle, 25.0).unwrap().contains("when 87.5 %"));
+        assert!(cut_off(&triangle, 5.0).unwrap().contains("when 0.0 %"));
+    }
 }

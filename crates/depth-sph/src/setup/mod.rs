@@ -139,8 +139,10 @@ fn made<const D: usize>(
     options: &DepthOptions,
 ) -> Result<(DepthSolver<D>, Vec<String>), CaseError> {
     let ground = ground::ground::<D>(case, options)?;
-    let maps = rasters::maps(case, &ground, options.spacing)?;
+    let mut of_maps = Vec::new();
+    let maps = rasters::maps(case, &ground, options.spacing, &mut of_maps)?;
     let Ground { mut bed, departure, mut warnings, .. } = ground;
+    warnings.append(&mut of_maps);
     let settings = settings::<D>(case, options)?;
     if let Bed::Worn(worn) = &mut bed {
         let depths = erodible_depths(case, options)?;

@@ -7,11 +7,15 @@ use colluvium_points::{Georeference, Raster};
 use super::ground::Ground;
 use crate::maps::{Grid, Maps};
 
+/// Share of an area that is round-off.
+const NEGLIGIBLE: f64 = 1e-6;
+
 /// The rasters of `case`: on the cells of the terrain, or on others over the same part of the plan.
 pub fn maps<const D: usize>(
     case: &Case,
     ground: &Ground<D>,
     spacing: f64,
+    warnings: &mut Vec<String>,
 ) -> Result<Option<Maps>, CaseError> {
     let Some(rasters) = case.plan_rasters()? else { return Ok(None) };
     let own = ground.grid.as_ref().filter(|_| rasters.cell.is_none());
@@ -21,8 +25,18 @@ pub fn maps<const D: usize>(
     };
     let mut maps = Maps::new(grid, rasters.threshold, &ground.bed);
     if let Some(file) = &rasters.mapped {
+        const KEY: &str = "output.rasters.mapped";
         let outline = case.outline(file);
-        maps.compare(&outline.map_err(|problem| CaseError::new("output.rasters.mapped", problem))?);
+        let beyond = maps.compare(&outline.map_err(|problem| CaseError::new(KEY, problem))?);
+        if beyond > 1.0 - NEGLIGIBLE {
+            return Err(CaseError::new(KEY, format!("{file}: lies beside the terrain")));
+        }
+        if beyond > NEGLIGIBLE {
+            warnings.push(format!(
+                "{KEY}: {:.1} % of the outline's area lie beyond the terrain, and count as missed (`mapped_missed`)",
+                100.0 * beyond
+            ));
+        }
     }
     Ok(Some(maps))
 }

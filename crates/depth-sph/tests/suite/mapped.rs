@@ -47,6 +47,20 @@ fn areas_are_those_of_the_outlines() {
     );
     assert!((hit + missed - 28.0).abs() < 1e-9, "the outline's own area");
     assert!((fit - hit / (hit + missed + beyond)).abs() < 1e-12);
+    // Half of it beyond the cells counts as missed; on a grid of half a metre its sides go through centres of cells.
+    let far = |low: f64, high: f64| {
+        let ring = [[low, 3.25], [high, 3.25], [high, 7.25], [low, 7.25], [low, 3.25]];
+        let text = json!({ "type": "Polygon", "coordinates": [ring] }).to_string();
+        std::fs::write(folder.path().join("far.geojson"), text).unwrap();
+        Case::from_value(&pond("far.geojson"), folder.path()).unwrap()
+    };
+    let case = far(10.25, 29.75);
+    let [hit, missed, ..] = readings(DepthSph.build(&case).unwrap().as_ref());
+    assert!((hit + missed - 4.0 * 19.5).abs() < 1e-6, "{hit} {missed}");
+    let warnings = DepthSph.plan(&case).unwrap().warnings;
+    assert!(warnings.iter().any(|warning| warning.contains("50.0 % of the outline's area")), "{warnings:?}");
+    let beside = DepthSph.plan(&far(30.0, 40.0)).map(|_| ()).unwrap_err().to_string();
+    assert!(beside.ends_with("lies beside the terrain"), "{beside}");
     let refused = |file: &str| {
         let case = Case::from_value(&pond(file), folder.path()).unwrap();
         DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()

@@ -204,6 +204,8 @@ impl Facetted<2> {
             return Err(SurfaceError::new("points", problem));
         }
         let mut points = points.to_vec();
+        // A place given twice in a row is one.
+        points.dedup();
         if first[0] > last[0] {
             points.reverse();
         }

@@ -122,6 +122,7 @@ impl Keys {
         let named = plan.contains("(ft") || plan.to_lowercase().contains("_feet");
         let own = self.citation().filter(|text| prj::is_well_known(text));
         match self.epsg().and_then(projection::text_of).or(own) {
+            Some(text) if prj::is_web_mercator(text) => Err(prj::WEB_MERCATOR.to_owned()),
             Some(text) => match prj::other_unit(text) {
                 Some(unit) => Err(format!(
                     "its CRS {plan:?} is in {unit:?}, and only metres are known in plan: project it to metres"

@@ -179,11 +179,21 @@ impl<'t> Lines<'t> {
     }
 
     fn numbers_of<const N: usize>(&self, line: &str, what: &str) -> Result<[f64; N], Problem> {
-        let mut words = line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
+        let mut words =
+            line.split_whitespace().map(|word| word.trim_matches(',')).filter(|word| !word.is_empty());
         let mut values = [0.0; N];
         for value in &mut values {
             let word = words.next().unwrap_or_default();
+            if has_comma(word) {
+                return Err(self.wrong(format!(
+                    "{word:?} has a comma: write decimals with a point, and blanks between numbers"
+                )));
+            }
+            let word = word.split(',').next().unwrap_or_default();
             *value = number(word).ok_or_else(|| self.wrong(format!("{line:?} is not {what}")))?;
+        }
+        if words.next().is_some_and(|word| word.starts_with('?')) {
+            return Err(self.wrong(format!("{line:?}: conditions after ? are not supported")));
         }
         Ok(values)
     }
@@ -200,6 +210,12 @@ impl<'t> Lines<'t> {
             Err(self.wrong(format!("{value} is not a count in {what}")))
         }
     }
+}
+
+/// Whether a comma stands between two digits: a decimal comma, or two numbers in one word.
+fn has_comma(word: &str) -> bool {
+    let digit = |c: char| c.is_ascii_digit();
+    word.split_once(',').is_some_and(|(head, tail)| head.ends_with(digit) && tail.starts_with(digit))
 }
 
 /// A finite number as Fortran writes it, `1.5d-3` included.
