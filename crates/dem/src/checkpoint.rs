@@ -17,7 +17,7 @@ use crate::solver::{DemSolver, Followed};
 use crate::surfaces::Facet;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 9;
+const FORMAT: u32 = 10;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -85,7 +85,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         cell.extend(flat(&self.cell.mean_rate));
         let wall = |wall: &crate::walls::Wall<D>| {
             let velocity = wall.velocity.get(wall.axis).copied().unwrap_or(0.0);
-            let mut numbers = vec![wall.position, velocity, wall.mean_speed];
+            let mut numbers = vec![wall.position, velocity];
             numbers.extend(wall.reaction.as_flattened());
             numbers.extend(&wall.moment);
             (wall.boundary as u32, numbers)
@@ -180,8 +180,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             return None;
         }
         for (wall, (_, numbers)) in self.walls.iter_mut().zip(&head.walls) {
-            let ([position, velocity, mean_speed], reaction) = numbers.split_first_chunk()?;
-            (wall.position, wall.mean_speed) = (*position, *mean_speed);
+            let ([position, velocity], reaction) = numbers.split_first_chunk()?;
+            wall.position = *position;
             wall.velocity[wall.axis] = *velocity;
             if let Some(moving) = &mut wall.moving {
                 moving.go_to(head.time);
@@ -288,7 +288,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
         // Sheet: dem §3.5.
         (self.ledger.overlap > 0.05).then(|| {
             format!(
-                "t = {} s: overlaps reach {:.3} of the smaller radius, more than 0.05: solid fractions and contacts per grain \
+                "t = {:.4e} s: overlaps reach {:.3} of the smaller radius, more than 0.05: solid fractions and contacts per grain \
                  are those of soft grains (make contacts stiffer)",
                 self.time, self.ledger.overlap
             )

@@ -45,7 +45,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             };
             let (touch, _) = scene.touch_wall(i, wall, seen);
             let law = wall.law(self.grains.kind[i] as usize, &self.grains.position[i], &seen);
-            let Some((push, tally)) = look(law, &touch, self.near.memory.get(k), None) else { continue };
+            let Some((push, tally)) = look(law, &touch, self.near.memory.get(k), None, self.last) else {
+                continue;
+            };
             let mut force = spread(&push.across, &touch.normal);
             add(&mut force, push.normal, &touch.normal);
             let branch = times(self.grains.radius[i] - touch.overlap, &touch.normal);
@@ -68,7 +70,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let distance = dot(&apart, &apart).sqrt();
             let (touch, _) = scene.touch(i, j, &apart, distance, code);
             let bond: Option<&Bond<R>> = pairs.memory.bond.get(k);
-            let Some((push, tally)) = look(scene.law(i, j), &touch, pairs.memory.get(k), bond) else {
+            let Some((push, tally)) = look(scene.law(i, j), &touch, pairs.memory.get(k), bond, self.last)
+            else {
                 continue;
             };
             let mut force = spread(&push.across, &touch.normal);

@@ -32,8 +32,6 @@ pub struct Wall<const D: usize> {
     pub position: f64,
     /// Its velocity (m/s).
     pub velocity: [f64; D],
-    /// Mean of its speed inwards while it follows a stress, against which it is damped (m/s).
-    pub mean_speed: f64,
     /// Law for each kind; at an obstacle with regions, of the rest.
     pub laws: Vec<Law>,
     /// Of an obstacle with regions, which of them rules where.
@@ -396,7 +394,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         let tally = &mut shares.tallies[slab - shares.slab].0;
         let mut memory = shares.memory.get(slot);
         if touch.overlap > 0.0 || touch.overlap > -law.bridge(state, touch.radius) {
-            let push = act(law, &touch, &mut memory, self.dt, tally);
+            let push = act(law, &touch, &mut memory, &self.steps(), tally);
             let mut on = spread(&push.across, &touch.normal);
             add(&mut on, push.normal, &touch.normal);
             let at = i - shares.first;

@@ -89,9 +89,9 @@ pub struct Press {
     pub stress: f64,
     /// Largest speed (m/s), and that with which it comes where nothing touches it.
     pub speed: f64,
-    /// Share of the missing force that it makes good in a step, 0 to 0.1; 0.05 when absent. The wall is damped against the mean of its
-    /// velocity: one that moves steadily has the whole stress, within 0.5 % in the mean over a strain of 1 % at inertial numbers up to 0.001,
-    /// and the run warns where it is off by more than 2 %.
+    /// Share of the missing force that it makes good in a step, 0 to 0.1; 0.05 when absent. The wall goes with the grains that
+    /// touch it: one that moves has the whole stress, within 0.5 % in the mean over a strain of 1 % at inertial numbers up to 0.001, and the run
+    /// warns where it is off by more than 2 %.
     #[serde(default = "gain")]
     pub gain: f64,
     /// Area that bears the stress (m²; m in the plane).

@@ -3,21 +3,60 @@
 use super::{Elastic, Law, Touch};
 use crate::vector::Number;
 
-/// Dashpot (N s/m) of a contact in a step of `dt` (s), which is its first where it `is_new`.
+/// Steps (s) before and after the time of the forces, which act over the half of either.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steps<T = f64> {
+    /// Step that has been taken; zero at the start.
+    pub last: T,
+    /// Step that follows.
+    pub next: T,
+    /// Step by half of which velocities are behind, where contacts see lagged ones: the last one, also where nothing goes on.
+    pub behind: T,
+}
+
+impl<T: Number> Steps<T> {
+    /// Of a step between `last` and `next` (s).
+    #[inline(always)]
+    pub fn between(last: T, next: T) -> Self {
+        Self { last, next, behind: last }
+    }
+
+    /// Of contacts as they are, which do not go on, after a step of this length (s).
+    pub fn after(behind: T) -> Self {
+        Self { last: T::of(0.0), next: T::of(0.0), behind }
+    }
+
+    /// Time over which a force acts (s).
+    #[inline(always)]
+    fn kick(&self) -> T {
+        T::of(0.5) * (self.last + self.next)
+    }
+
+    /// Factor on the dashpot of a contact that lasts for `time` (s) on one side of the time of the forces and for `half` (s), the half of a
+    /// step, on the other: the dashpot is constant, or goes with the fourth root of the overlap, which is linear in time.
+    #[inline(always)]
+    fn factor(&self, time: T, half: T, is_hertz: bool) -> T {
+        let both = time + half;
+        let share = both / self.kick();
+        if is_hertz { T::of(0.8) * share * (both / time).root().root() } else { share }
+    }
+}
+
+/// Dashpot (N s/m) of a contact in these steps, the first of which it sees where it `is_new`.
 #[inline]
 pub fn in_step<const D: usize, const R: usize>(
     law: &Law,
     base: &Elastic,
     touch: &Touch<D, R>,
     is_new: bool,
-    dt: f64,
+    steps: &Steps,
 ) -> f64 {
-    let mut damping = lagged(base.damping, touch.mass, law.lag * dt);
+    let mut damping = lagged(base.damping, touch.mass, law.lag * steps.behind);
     if is_new {
-        damping = at_onset(damping, touch, dt, law.is_hertz());
+        damping = at_onset(damping, touch, steps, law.is_hertz());
     }
     if !law.clamp && law.attraction.is_none() {
-        damping = at_release(&Elastic { damping, ..*base }, touch, dt, law.is_hertz());
+        damping = at_release(&Elastic { damping, ..*base }, touch, steps, law.is_hertz());
     }
     damping
 }
@@ -30,20 +69,21 @@ pub fn lagged<T: Number>(dashpot: T, mass: T, lag: T) -> T {
     dashpot * ((T::of(1.0) + share * share).root() - share)
 }
 
-/// Dashpot in the first step of a contact: the impulse over a step of `dt` (s) is that of the time since the grains met, `overlap / |v_n|`,
-/// and of the half step that follows. Stands unchanged where the grains met earlier or separate.
+/// Dashpot in the first step of a contact: the impulse is that of the time since the grains met, `overlap / |v_n|`, and of the half step that
+/// follows. Stands unchanged where the grains met earlier or separate.
 #[inline(always)]
 pub fn at_onset<const D: usize, const R: usize, T: Number>(
     dashpot: T,
     touch: &Touch<D, R, T>,
-    dt: T,
+    steps: &Steps<T>,
     is_hertz: bool,
 ) -> T {
-    let (way, one) = (-touch.separation * dt, T::of(1.0));
+    let time = -touch.overlap / touch.separation;
     // Grains that met a step ago are seen on either side of that.
-    let time = touch.overlap / way;
-    let time = time.above(one, one, time);
-    (way + way).above(touch.overlap, dashpot * factor(time, is_hertz), dashpot)
+    let time = time.above(steps.last, steps.last, time);
+    let way = -touch.separation * steps.last;
+    let factor = steps.factor(time, T::of(0.5) * steps.next, is_hertz);
+    (way + way).above(touch.overlap, dashpot * factor, dashpot)
 }
 
 /// Dashpot in the last step of a contact that pulls as it opens: the impulse is that of the half step before and of the time until the
@@ -52,24 +92,24 @@ pub fn at_onset<const D: usize, const R: usize, T: Number>(
 pub fn at_release<const D: usize, const R: usize, T: Number>(
     base: &Elastic<T>,
     touch: &Touch<D, R, T>,
-    dt: T,
+    steps: &Steps<T>,
     is_hertz: bool,
 ) -> T {
-    let kick = dt / touch.mass;
-    let way = |dashpot: T| dt * (touch.separation + kick * (base.force - dashpot * touch.separation));
-    let whole = way(base.damping);
-    // With no more than lets it end.
-    let excess = (whole - touch.overlap * T::of(1.0 + 1e-9)) / (dt * kick * touch.separation);
-    let share = base.damping * factor(touch.overlap / whole, is_hertz);
-    let most = base.damping + excess;
-    let ending = whole.above(touch.overlap, share.above(most, most, share), base.damping);
+    let (dt, kick) = (steps.next, steps.kick() / touch.mass);
+    let whole = dt * (touch.separation + kick * (base.force - base.damping * touch.separation));
+    // Dashpots with which the overlap just ends, and just stays.
+    let [ends, stays] = [1.0 + 1e-9, 1.0 - 1e-9]
+        .map(|share| base.damping + (whole - touch.overlap * T::of(share)) / (dt * kick * touch.separation));
+    let time = touch.overlap * dt / whole;
+    let wanted = base.damping * steps.factor(time, T::of(0.5) * steps.last, is_hertz);
+    // A contact that stays loses as much again as one that opens at once: the nearer of the two.
+    let again = base.damping * T::of(if is_hertz { HALF_STEP_OF_HERTZ } else { 0.5 });
+    let most = (wanted - ends).above(T::of(0.5) * again, stays, ends);
+    let ending = wanted.above(ends, most, wanted);
+    let ending = whole.above(touch.overlap, ending, base.damping);
     touch.separation.above(T::of(0.0), ending, base.damping)
 }
 
-/// Factor on the dashpot of a contact that lasts for half a step and `time` steps on one side of the step: the dashpot is constant, or goes
-/// with the fourth root of the overlap.
-#[inline(always)]
-fn factor<T: Number>(time: T, is_hertz: bool) -> T {
-    let both = time + T::of(0.5);
-    if is_hertz { T::of(0.8) * both * (both / time).root().root() } else { both }
-}
+/// Impulse of a dashpot that goes with the fourth root of the time before the end, over half a step before it, in terms of that of its
+/// value one step before: 4/5 (1/2)^(5/4).
+const HALF_STEP_OF_HERTZ: f64 = 0.336_358_566;

@@ -20,6 +20,7 @@ use crate::vector::{Number, across, along, dot, minus, times, turned};
 use bond::{Beam, Bond};
 use capillary::Capillary;
 use cohesion::Cohesion;
+use dashpot::Steps;
 use friction::Coulomb;
 use hertz::Hertz;
 use jkr::Jkr;
@@ -370,21 +371,22 @@ impl Law {
     }
 }
 
-/// Force and moment of a contact over a step of `dt` (s), which it remembers.
+/// Force and moment of a contact between two steps, which it remembers.
 #[inline]
 pub fn act<const D: usize, const R: usize>(
     law: &Law,
     touch: &Touch<D, R>,
     memory: &mut Memory<R>,
-    dt: f64,
+    steps: &Steps,
     tally: &mut Tally,
 ) -> Push<R> {
+    let dt = steps.last;
     let mut base = law.elastic(touch);
     if touch.overlap < 0.0 && !matches!(law.attraction, Some(Attraction::Cohesion(_))) {
         // Across a gap only attraction acts.
         base = Elastic { force: 0.0, energy: 0.0, damping: 0.0, across: 0.0, damping_across: 0.0 };
     }
-    base.damping = dashpot::in_step(law, &base, touch, memory.state == APART, dt);
+    base.damping = dashpot::in_step(law, &base, touch, memory.state == APART, steps);
     let viscous = base.force - base.damping * touch.separation;
     let pulls = law.clamp && touch.overlap >= 0.0 && viscous < 0.0;
     let mut normal = if pulls { 0.0 } else { viscous };

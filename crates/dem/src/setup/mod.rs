@@ -406,7 +406,6 @@ fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize)
             let v = spatial(v);
             std::array::from_fn(|c| v[c])
         }),
-        mean_speed: 0.0,
         laws: solver.laws.walls[number].clone(),
         places: None,
         regions: Vec::new(),
@@ -427,7 +426,6 @@ fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize)
         upper: false,
         position: 0.0,
         velocity: [0.0; D],
-        mean_speed: 0.0,
         laws: solver.laws.walls[case.boundaries.len() + number].clone(),
         reaction: [[0.0; D]; 2],
         moment: [0.0; 3],

@@ -39,7 +39,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             wall.regions.clone_from(&own.regions);
             // What a stage before has pressed goes on as its boundary says.
             if !options.walls.contains_key(&wall.name) {
-                (wall.velocity, wall.mean_speed) = (own.velocity, 0.0);
+                wall.velocity = own.velocity;
             }
         }
         check_step(self).map_err(|error| failed(error.to_string()))?;

@@ -198,7 +198,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             self.relist()?;
         }
         self.follow_motions(dt);
-        self.find_forces();
+        self.find_forces(dt);
         self.check_overlap()?;
         let change = self.control(dt);
         self.press_walls(dt);
@@ -229,8 +229,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Forces of all contacts, from positions and the velocities half a step behind.
-    pub(crate) fn find_forces(&mut self) {
+    /// Forces of all contacts, from positions and the velocities half a step behind, before a step of `next` (s).
+    pub(crate) fn find_forces(&mut self, next: f64) {
         let rate = self.stage_growth();
         self.place_facets();
         self.carry_velocities_on();
@@ -251,7 +251,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         reactions.resize(slabs * self.walls.len(), Borne::NONE);
         let (grains, (force, torque)) = self.grains.apart();
         let mut scene = Scene::new(grains, &self.laws.pairs, self.kinds.len());
-        (scene.shifts, scene.dt, scene.growth) = (shifts, self.last, rate);
+        (scene.shifts, scene.growth) = (shifts, rate);
+        (scene.dt, scene.next) = (self.last, next);
         scene.radii = self.options.lever_arm == LeverArm::Radius;
         if self.options.velocity == ContactVelocity::Predicted {
             (scene.velocity, scene.spin) = (velocity, spin);

@@ -10,28 +10,24 @@ use crate::walls::Wall;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Walls that the stage presses take the velocities with which they go on for `dt` (s): inwards
-    /// `(α (F - F_w) + Δt Σ k_n v_m + Σ γ_n v) / (Δt Σ k_n + Σ γ_n)`, at most their speed, and that speed where nothing touches them. `v` is the
+    /// `(α (F - F_w) + Δt Σ k_n v_n + Σ γ_n v) / (Δt Σ k_n + Σ γ_n)`, at most their speed, and that speed where nothing touches them. `v` is the
     /// velocity that they had: the force at the wall has what dashpots make of it. Without them in the rule a wall whose `α Σ γ_n` is beyond
-    /// `Δt Σ k_n` turns round every step. `v_m` is the mean of the velocity over `Δt / α`: a wall that moves steadily has the whole force
-    /// (sheet: dem §3.7).
+    /// `Δt Σ k_n` turns round every step. `v_n` are the velocities of the grains that touch the wall: it goes with them, and makes good a
+    /// share of the missing force besides (sheet: dem §3.7).
     pub(crate) fn press_walls(&mut self, dt: f64) {
         for number in 0..self.walls.len() {
             let wall = &self.walls[number];
             let Some(press) = self.stage().and_then(|stage| stage.walls.get(&wall.name)) else { continue };
             let (axis, inward) = inward(wall);
             let missing = -press.stress * self.pressed_area(press, axis) - self.pressing(number);
-            let [stiffness, dashpots] = self.wall_resistance(number);
-            let touches = stiffness > 0.0;
-            let free = if touches {
-                let known = dt * stiffness * wall.mean_speed + dashpots * inward * wall.velocity[axis];
+            let [stiffness, dashpots, carried] = self.wall_resistance(number);
+            let free = if stiffness > 0.0 {
+                let known = dt * carried + dashpots * inward * wall.velocity[axis];
                 (press.gain * missing + known) / (dt * stiffness + dashpots)
             } else {
                 press.speed * missing.signum()
             };
-            let (speed, share) = (free.clamp(-press.speed, press.speed), press.gain);
-            let wall = &mut self.walls[number];
-            wall.velocity[axis] = inward * speed;
-            wall.mean_speed = if touches { wall.mean_speed + share * (speed - wall.mean_speed) } else { 0.0 };
+            self.walls[number].velocity[axis] = inward * free.clamp(-press.speed, press.speed);
         }
     }
 
@@ -66,16 +62,18 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         stands(true).unwrap_or(domain.max[axis]) - stands(false).unwrap_or(domain.min[axis])
     }
 
-    /// Sums of the normal stiffness (N/m) and of the dashpots along the normal (N s/m) of the contacts with a wall.
-    fn wall_resistance(&self, number: usize) -> [f64; 2] {
+    /// Sums over the contacts with a wall of the normal stiffness (N/m), of the dashpots along the normal (N s/m), and of the stiffness times
+    /// the velocity of the grain inwards (N/s).
+    fn wall_resistance(&self, number: usize) -> [f64; 3] {
         let wall = &self.walls[number];
+        let (axis, inward) = inward(wall);
         let scene = Scene::new(self.grains.shown(), &self.laws.pairs, self.kinds.len());
         let touching = (0..self.near.grain.len())
             .filter(|&k| self.near.wall[k] as usize == number && self.near.memory.state[k] != APART);
         let of_contact = |k: usize| {
             let i = self.near.grain[k] as usize;
             let (touch, _) = scene.touch_wall(i, wall, wall.distance(&self.grains.position[i]));
-            match &wall.laws[self.grains.kind[i] as usize].normal {
+            let [stiffness, dashpot] = match &wall.laws[self.grains.kind[i] as usize].normal {
                 Normal::Linear(law) => [law.stiffness(touch.radius), law.at(&touch).damping],
                 // The force goes with the overlap to the power 3/2.
                 Normal::Hertz(law) if touch.overlap > 0.0 => {
@@ -83,9 +81,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                     [1.5 * base.force / touch.overlap, base.damping]
                 }
                 Normal::Hertz(_) => [0.0; 2],
-            }
+            };
+            [stiffness, dashpot, stiffness * inward * self.grains.velocity[i][axis]]
         };
-        touching.map(of_contact).fold([0.0; 2], |[k, c], [more, damps]| [k + more, c + damps])
+        touching.map(of_contact).fold([0.0; 3], |sums, own| std::array::from_fn(|c| sums[c] + own[c]))
     }
 
     /// Place and stress of the walls that some stage presses (m; Pa, tension-positive; N/m in the plane).

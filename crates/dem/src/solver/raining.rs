@@ -115,7 +115,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let behind = |source: &&Source| source.entered.waits > BEHIND * source.entered.mass;
         let source = self.sources.iter().find(behind)?;
         Some(format!(
-            "t = {} s: {:.3e} kg of body {:?} wait for room to enter, which its shape no longer has: make the shape larger, its \
+            "t = {:.4e} s: {:.3e} kg of body {:?} wait for room to enter, which its shape no longer has: make the shape larger, its \
              velocity higher, or rain.rate smaller",
             self.time, source.entered.waits, self.case.bodies[source.body as usize].name
         ))

@@ -170,7 +170,6 @@ impl Stored {
             }
             wall.position = position;
             wall.velocity = std::array::from_fn(|c| side.velocity[c]);
-            wall.mean_speed = side.mean_speed;
         }
         Ok(numbers)
     }

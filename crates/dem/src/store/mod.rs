@@ -85,9 +85,6 @@ struct Side {
     plane: Option<(usize, bool, f64)>,
     /// Velocity of a wall (m/s).
     velocity: Vec<f64>,
-    /// Mean of its speed inwards while it follows a stress (m/s).
-    #[serde(default)]
-    mean_speed: f64,
 }
 
 /// Names of the columns of a quantity of so many components.

@@ -50,7 +50,6 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             name: wall.name.clone(),
             plane: wall.surface.is_none().then_some((wall.axis, wall.upper, wall.position)),
             velocity: wall.velocity.to_vec(),
-            mean_speed: wall.mean_speed,
         };
         let moving = self.walls.iter().filter(|wall| wall.moving.is_some());
         let sticks =

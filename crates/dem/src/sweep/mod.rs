@@ -6,6 +6,7 @@ mod side;
 
 use std::ops::Range;
 
+use crate::contact::dashpot::Steps;
 use crate::contact::{APART, Law, Memory, Push, Side, Tally, Touch, act, end};
 use crate::grains::Shown;
 use crate::lists::Lists;
@@ -41,6 +42,8 @@ pub struct Scene<'a, const D: usize, const R: usize> {
     pub shifts: &'a [([f64; D], [f64; D])],
     /// Time since the last forces (s).
     pub dt: f64,
+    /// Time until the next forces (s).
+    pub next: f64,
     /// Whether lever arms are radii.
     pub radii: bool,
     /// Rate at which radii grow (1/s).
@@ -116,12 +119,18 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             kinds,
             shifts: &[],
             dt: 0.0,
+            next: 0.0,
             radii: false,
             growth: 0.0,
             way: Way::Single,
             way_at_planes: Way::Single,
             records: (&[], &[]),
         }
+    }
+
+    /// Steps before and after these forces.
+    pub fn steps(&self) -> Steps {
+        Steps::between(self.dt, self.next)
     }
 
     /// The law between two grains.
@@ -236,7 +245,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         let meets = touch.overlap > 0.0 || touch.overlap > -law.bridge(state, touch.radius);
         let mut push = Push { normal: 0.0, across: [0.0; R], moment: [0.0; R] };
         if meets {
-            push = act(law, touch, &mut memory, self.dt, tally);
+            push = act(law, touch, &mut memory, &self.steps(), tally);
             shares.memory.set(slot, &memory);
         } else if state != APART {
             end(law, touch, &mut memory, self.dt, tally);
@@ -314,19 +323,20 @@ pub fn count<const D: usize, const R: usize>(
     }
 }
 
-/// A contact as it is, without going on.
+/// A contact as it is after a step of `behind` (s), without going on.
 pub fn look<const D: usize, const R: usize>(
     law: &Law,
     touch: &Touch<D, R>,
     mut memory: Memory<R>,
     bond: Option<&crate::contact::bond::Bond<R>>,
+    behind: f64,
 ) -> Option<(Push<R>, Tally)> {
     let mut tally = Tally::default();
     let mut push = Push { normal: 0.0, across: [0.0; R], moment: [0.0; R] };
     let meets = touch.overlap > 0.0 || touch.overlap > -law.bridge(memory.state, touch.radius);
     let bonded = bond.is_some_and(crate::contact::bond::Bond::holds);
     if meets {
-        push = act(law, touch, &mut memory, 0.0, &mut tally);
+        push = act(law, touch, &mut memory, &Steps::after(behind), &mut tally);
     }
     if let (true, Some(bond)) = (bonded, bond) {
         law.bonded(touch, &mut { *bond }, &mut push, 0.0, &mut tally);

@@ -1,7 +1,7 @@
 //! Options of contacts and stages against closed forms (sheet: dem §2.7, §2.9, §3.1).
 
-use colluvium_case::{Case, Solver};
-use colluvium_dem::{DemSolver, disks, spheres};
+use colluvium_case::{Case, Method, Solver};
+use colluvium_dem::{Dem, DemSolver, disks, spheres};
 use colluvium_testkit::near;
 use serde_json::{Value, json};
 
@@ -153,4 +153,44 @@ fn a_cohesive_contact_slips_at_its_shear_strength_and_a_fragile_one_breaks_there
     near(force(true, false), 3.0, 0.1);
     // The fragile one has borne its strength until it broke.
     assert!(dragged(true, true, 1e-4) > dragged(true, false, 1e-4) + 1e-5);
+}
+
+#[test]
+fn what_mix_does_not_derive_of_like_grains_is_told() {
+    let warnings = |more: Value, unlike: Option<Value>| {
+        let mut value = Scene::new(linear(1e6, 0.1, 0.5, 0.5))
+            .disk([0.0, 0.6], 0.5, [0.0; 2], 0.0)
+            .disk([1.7, 0.6], 0.5, [0.0; 2], 0.0)
+            .disk([2.8, 0.6], 0.5, [0.0; 2], 0.0)
+            .json();
+        value["materials"]["other"] = value["materials"]["grain"].clone();
+        for body in 1..3 {
+            value["bodies"][body]["material"] = json!("other");
+        }
+        let dem = &mut value["methods"]["dem"];
+        dem["mix"] = json!(true);
+        dem["grains"]["other"] = dem["grains"]["grain"].clone();
+        let mut like = dem["pairs"][0].clone();
+        like["between"] = json!(["other", "other"]);
+        like.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        let pairs = dem["pairs"].as_array_mut().unwrap();
+        pairs.push(like);
+        if let Some(mut unlike) = unlike {
+            unlike["between"] = json!(["grain", "other"]);
+            pairs.push(unlike);
+        }
+        let warnings = Dem.plan(&Case::from_json(&value.to_string()).unwrap()).unwrap().warnings;
+        warnings.into_iter().filter(|said| said.starts_with("methods.dem.mix: ")).collect::<Vec<_>>()
+    };
+    let rolling = json!({ "rolling": { "friction": 0.1 } });
+    let bond = json!({ "bond": { "normal_stiffness": 1e6, "shear_stiffness": 1e6, "gap": 0.5 } });
+    let adhesion = json!({ "adhesion": { "kind": "cohesive", "tension": 4000, "shear": 2000 } });
+    for (more, key) in [(&rolling, "rolling"), (&bond, "bond"), (&adhesion, "adhesion")] {
+        let said = warnings(more.clone(), None);
+        let own = format!("grains of \"grain\" and \"other\" have no {key} between them, as those of \"other\" have");
+        assert!(said.len() == 1 && said[0].contains(&own), "{key}: {said:?}");
+        // A pair that is given is as it is given.
+        assert!(warnings(more.clone(), Some(linear(1e6, 0.1, 0.5, 0.5))).is_empty(), "{key}");
+    }
+    assert!(warnings(json!({}), None).is_empty());
 }

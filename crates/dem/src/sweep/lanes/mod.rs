@@ -16,6 +16,7 @@ use wide::f64x4 as Lanes;
 
 use super::side::{Laws, Motion, seen};
 use super::{Scene, Shares};
+use crate::contact::dashpot::Steps;
 use crate::contact::{APART, Touch, end};
 use crate::lists::close::{Pair, Run as Close};
 use crate::pairs::{Listed, SPRING};
@@ -78,6 +79,12 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             apart = minus(&apart, &shift);
         }
         (apart, dot(&apart, &apart), [place[3], others[3]])
+    }
+
+    /// Steps before and after these forces.
+    #[inline(always)]
+    fn lane_steps(&self) -> Steps<Lanes> {
+        Steps::between(Lanes::splat(self.dt), Lanes::splat(self.next))
     }
 
     /// Shifts of the images of four pairs (m), and their velocities (m/s).

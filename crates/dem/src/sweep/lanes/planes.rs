@@ -73,7 +73,8 @@ impl<const D: usize, const R: usize> Scene<'_, D, R> {
         };
         let mut work = Work { received: &mut [], memory, account: sums.0, first: 0 };
         let grains = four.each_ref().map(|own| own.grain as u32);
-        let force = work.force::<HERTZ>(&touch, (slide, dash), laws, (grains, &slots), (WIDTH, dt));
+        let force =
+            work.force::<HERTZ>(&touch, (slide, dash), laws, (grains, &slots), (WIDTH, self.lane_steps()));
         let lever: [Lanes; R] = times(-arm, &moment(&normal, &force.across));
         let resisted = if TURNS {
             work.resist(laws, &touch, &force.base, (force.cap, dt), (&slots, force.meets))

@@ -3,6 +3,7 @@
 use wide::f64x4 as Lanes;
 
 use super::batch::{Batch, Four};
+use crate::contact::dashpot::Steps;
 use crate::contact::{APART, Elastic, TOUCHING, Tally, Touch, dashpot};
 use crate::pairs::MemoriesMut;
 use crate::sweep::side::{Laws, Received};
@@ -104,12 +105,12 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
         (slide, dash): ([Lanes; R], Lanes),
         laws: &Laws,
         (grains, slots): ([u32; WIDTH], &[usize; WIDTH]),
-        (valid, dt): (usize, Lanes),
+        (valid, steps): (usize, Steps<Lanes>),
     ) -> Force<D, R> {
         let mut base = if HERTZ { laws.hertz.at(touch) } else { laws.linear.at(touch) };
         let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
         let meets = touch.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
-        base.damping = self.dashpots::<HERTZ>(&base, touch, laws, slots, (meets, dt));
+        base.damping = self.dashpots::<HERTZ>(&base, touch, laws, slots, (meets, &steps));
         let viscous = base.force - base.damping * touch.separation;
         let normal = (laws.clamp & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
         let dissipative = normal - base.force;
@@ -117,7 +118,7 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
         sums.along += meets & ((dash + dissipative) * touch.separation);
         sums.elastic += meets & base.energy;
         let cap = normal.fast_max(Lanes::ZERO);
-        let (across, slide) = self.friction::<HERTZ>(laws, touch, &base, (cap, dt), (slide, meets));
+        let (across, slide) = self.friction::<HERTZ>(laws, touch, &base, (cap, steps.last), (slide, meets));
         let bits = meets.to_bitmask();
         self.keep(slots, &slide, dissipative, bits);
         let mut on: [Lanes; D] = spread(&across, &touch.normal);
@@ -134,18 +135,18 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
         touch: &Touch<D, R, Lanes>,
         laws: &Laws,
         slots: &[usize; WIDTH],
-        (meets, dt): (Lanes, Lanes),
+        (meets, steps): (Lanes, &Steps<Lanes>),
     ) -> Lanes {
-        let damping = dashpot::lagged(base.damping, touch.mass, laws.lag * dt);
+        let damping = dashpot::lagged(base.damping, touch.mass, laws.lag * steps.behind);
         let mut all = damping;
-        let way = -touch.separation * dt;
+        let way = -touch.separation * steps.last;
         if (meets & (way + way).simd_gt(touch.overlap)).any() {
             let is_new = slots.map(|slot| f64::from(u8::from(self.memory.state[slot] == APART)));
-            let onset = dashpot::at_onset(damping, touch, dt, HERTZ);
+            let onset = dashpot::at_onset(damping, touch, steps, HERTZ);
             all = Lanes::new(is_new).simd_gt(Lanes::ZERO).bitselect(onset, damping);
         }
         if !laws.clamp.all() {
-            let release = dashpot::at_release(&Elastic { damping: all, ..*base }, touch, dt, HERTZ);
+            let release = dashpot::at_release(&Elastic { damping: all, ..*base }, touch, steps, HERTZ);
             all = laws.clamp.bitselect(all, release);
         }
         all
@@ -167,7 +168,7 @@ impl<const D: usize, const R: usize> Work<'_, D, R> {
         let dt = Lanes::splat(scene.dt);
         let firsts = pairs.each_ref().map(|pair| pair.first);
         let Force { on, across, normal, base, cap, meets, bits } =
-            self.force::<HERTZ>(touch, (*slide, *dash), laws, (firsts, &slots), (valid, dt));
+            self.force::<HERTZ>(touch, (*slide, *dash), laws, (firsts, &slots), (valid, scene.lane_steps()));
         if scene.growth != 0.0 {
             let sum = touch.overlap + dot(apart, apart).sqrt();
             self.account.sums.boundary += meets & (normal * Lanes::splat(scene.growth) * sum * dt);
