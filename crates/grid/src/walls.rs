@@ -1,5 +1,6 @@
 //! Boundary conditions on the nodes.
 
+mod corner;
 mod edge;
 mod faces;
 
@@ -7,9 +8,6 @@ use std::sync::Arc;
 
 use edge::Edge;
 pub use faces::{Face, Faces};
-
-/// Rounds in which faces that meet find a velocity that goes into none of them.
-const ROUNDS: usize = 8;
 
 /// How a wall acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,8 +141,8 @@ impl Walls {
     /// The same for the skeleton of a saturated soil: friction goes by the effective stress. `lift` (m/s) is the change
     /// of velocity that what the wall bears of the pore pressure would give the skeleton.
     ///
-    /// In an edge no wall comes first: friction goes by the motion that all of them leave along the wall. Rigid geometry of any
-    /// shape comes before walls.
+    /// In an edge no wall comes first: friction goes by the motion that all of them leave along the wall. So it is with faces that
+    /// meet. Rigid geometry of any shape comes before walls.
     pub fn constrain_skeleton(
         &self,
         index: &[usize; 3],
@@ -153,10 +151,11 @@ impl Walls {
         keep_start: bool,
         lift: &[f64; 3],
     ) {
-        self.constrain_and_tell(index, start, end, keep_start, lift, |_, _| {});
+        self.constrain_and_tell(index, start, end, keep_start, lift, |_, _, _| {});
     }
 
-    /// The same; `tell` is called with each change of the velocity (m/s) by rigid geometry of any shape.
+    /// The same; `tell` is called with each change of the velocity (m/s) at the end and at the start of the step by rigid geometry
+    /// of any shape.
     #[inline]
     pub fn constrain_and_tell(
         &self,
@@ -165,13 +164,17 @@ impl Walls {
         end: &mut [f64; 3],
         keep_start: bool,
         lift: &[f64; 3],
-        mut tell: impl FnMut(&Face, [f64; 3]),
+        mut tell: impl FnMut(&Face, [f64; 3], [f64; 3]),
     ) {
         let faces = self.faces.at(index);
-        for face in faces {
-            let before = *end;
-            face.constrain(start, end, keep_start, lift);
-            tell(face, std::array::from_fn(|c| end[c] - before[c]));
+        match faces {
+            [] => {}
+            [face] => {
+                let before = (*start, *end);
+                face.constrain(start, end, keep_start, lift);
+                tell(face, minus(end, &before.1), minus(start, &before.0));
+            }
+            _ => corner::constrain(faces, (start, end), keep_start, lift, &mut tell),
         }
         self.constrain_by_walls(index, start, end, keep_start, lift);
         // Where faces or walls meet, what one gives may run into another.
@@ -180,12 +183,12 @@ impl Walls {
                 let own = wall.holding(end);
                 std::array::from_fn(|c| held[c] || own[c])
             });
-            for _ in 0..if faces.len() > 1 { ROUNDS } else { 1 } {
-                for face in faces {
-                    let before = *end;
-                    face.keep_out(end, held);
-                    tell(face, std::array::from_fn(|c| end[c] - before[c]));
-                }
+            if let [face] = faces {
+                let before = *end;
+                face.keep_out(end, held);
+                tell(face, minus(end, &before), [0.0; 3]);
+            } else {
+                corner::keep_out(faces, end, held, &mut tell);
             }
         }
     }
@@ -245,7 +248,11 @@ impl Walls {
     /// Lets the walls of a node act on its re-mapped velocity (MUSL): no penetration; what they stopped in the momentum
     /// solve (`solved`) does not lift off, and what stuck sticks.
     pub fn constrain_again(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
-        self.faces.at(index).iter().for_each(|face| face.constrain_again(solved, velocity));
+        match self.faces.at(index) {
+            [] => {}
+            [face] => face.constrain_again(solved, velocity),
+            faces => corner::constrain_again(faces, solved, velocity),
+        }
         let walls = |held: bool| self.of_node(index).filter(move |wall| wall.holds() == held);
         walls(false).for_each(|wall| wall.constrain_again(solved, velocity));
         walls(true).for_each(|wall| wall.hold(&mut [0.0; 3], velocity, true));
@@ -278,6 +285,10 @@ impl Walls {
             Some(_) => !self.walls.is_empty(),
         }
     }
+}
+
+fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] - b[c])
 }
 
 fn length(vector: &[f64; 3]) -> f64 {

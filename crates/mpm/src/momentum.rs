@@ -113,7 +113,9 @@ impl<const D: usize> MomentumSolve<'_, D> {
     pub fn bear(&self, index: &[usize; 3], node: &Node, impulses: &mut [[f64; 3]], energies: &mut Energies) {
         let mass = node.motion.as_array()[3];
         let faces = self.walls.faces().at(index);
-        let Some(first) = faces.first().filter(|_| mass > self.light) else { return };
+        if faces.is_empty() || mass <= self.light {
+            return;
+        }
         let inertia = self.inertia * mass;
         let (begun, mut end) = self.freed(node, mass);
         let (mut start, mut rubbed, mut dragged) = (begun, [0.0; 3], 0.0);
@@ -128,21 +130,18 @@ impl<const D: usize> MomentumSolve<'_, D> {
             &mut end,
             self.keep_start,
             &[0.0; 3],
-            |face, change| {
-                tell(face.bearer, change);
+            |face, change, kept| {
+                // Points get the change from start to end: what is taken off the start comes back to them.
+                tell(face.bearer, std::array::from_fn(|c| change[c] - kept[c]));
                 let along: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
                 for c in 0..3 {
                     let rubs = change[c] - along * face.normal[c];
                     rubbed[c] += rubs;
                     dragged += inertia * rubs * face.velocity[c];
-                    energies.work += inertia * change[c] * face.velocity[c];
+                    energies.work += inertia * (change[c] - kept[c]) * face.velocity[c];
                 }
             },
         );
-        // Points get the change from start to end: what is taken off the start comes back to them.
-        let kept: [f64; 3] = std::array::from_fn(|c| begun[c] - start[c]);
-        tell(first.bearer, kept);
-        energies.work += (0..3).map(|c| inertia * kept[c] * first.velocity[c]).sum::<f64>();
         let whole = (0..3).map(|c| 0.5 * inertia * rubbed[c] * (begun[c] + end[c])).sum::<f64>();
         energies.friction -= whole - dragged;
     }
@@ -157,7 +156,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
 }
 
 /// Velocity at the start of a step from that at its end and the change: zero where round-off cannot tell it from that.
-fn before(end: f64, change: f64) -> f64 {
+pub fn before(end: f64, change: f64) -> f64 {
     let start = end - change;
     if start.abs() <= 1e-12 * change.abs() { 0.0 } else { start }
 }

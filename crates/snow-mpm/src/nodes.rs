@@ -153,7 +153,7 @@ impl<const D: usize> Momentum<'_, D> {
             // What obstacles change along themselves, and its product with their velocities.
             let (mut rubbed, mut carried) = ([0.0; 3], 0.0);
             // Velocities at the start stay what points gave (sheet: snow-mpm §3.5, note iii).
-            self.walls.constrain_and_tell(index, &mut begun, &mut end, true, &[0.0; 3], |face, change| {
+            self.walls.constrain_and_tell(index, &mut begun, &mut end, true, &[0.0; 3], |face, change, _| {
                 if let Some(number) = face.bearer {
                     let (number, place) = (usize::from(number), self.background.place(index));
                     for c in 0..D {

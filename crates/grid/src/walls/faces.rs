@@ -34,11 +34,11 @@ pub struct Faces {
     faces: Vec<Face>,
 }
 
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn length(a: &[f64; 3]) -> f64 {
+pub(super) fn length(a: &[f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
 
@@ -182,11 +182,11 @@ impl Face {
     }
 
     /// Velocity along the normal, relative to the surface (m/s).
-    fn leaving(&self, velocity: &[f64; 3]) -> f64 {
+    pub(super) fn leaving(&self, velocity: &[f64; 3]) -> f64 {
         dot(velocity, &self.normal) - dot(&self.velocity, &self.normal)
     }
 
-    fn coefficient(&self) -> f64 {
+    pub(super) fn coefficient(&self) -> f64 {
         match self.kind {
             WallKind::Smooth => 0.0,
             WallKind::Rough => f64::INFINITY,
@@ -340,7 +340,7 @@ mod tests {
         let act = |friction, free: [f64; 3]| {
             let walls = walls(&[(5, moving(friction))], Vec::new());
             let (mut start, mut end, mut told) = ([0.0; 3], free, Vec::new());
-            walls.constrain_and_tell(&[1, 0, 1], &mut start, &mut end, true, &[0.0; 3], |face, change| {
+            walls.constrain_and_tell(&[1, 0, 1], &mut start, &mut end, true, &[0.0; 3], |face, change, _| {
                 told.push((face.bearer, change));
             });
             (end, told)

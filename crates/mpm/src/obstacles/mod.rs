@@ -1,6 +1,7 @@
 //! Obstacles, on the nodes or on the points (sheet: mpm §2.11; docs/theory/mpm.md, obstacles).
 
 pub mod borne;
+pub mod grip;
 mod law;
 pub mod nodes;
 pub mod rocks;

@@ -9,10 +9,9 @@ use colluvium_points::Surface;
 use colluvium_points::surface::{Contacts, Frame, Nearest, cross};
 use serde::{Deserialize, Serialize};
 
-use super::law::{MOST, Overlap, length, rub, way_out};
+use super::law::{MOST, Overlap};
 use super::stops::{Halt, Stops};
 use crate::pressed::Pressed;
-use crate::soaked::Soaked;
 
 /// How far from its surface a point looks for the next one, over its half width.
 const LOOK: f64 = 2.0;
@@ -140,11 +139,11 @@ pub struct Seen<const D: usize> {
     overlaps: [Overlap<D>; MOST],
     count: usize,
     /// The obstacle that holds it, with the nearest place of its surface and its law there.
-    held: Option<(usize, Nearest<D>, ObstacleLaw)>,
+    pub(super) held: Option<(usize, Nearest<D>, ObstacleLaw)>,
 }
 
 impl<const D: usize> Seen<D> {
-    const NOTHING: Self = {
+    pub(super) const NOTHING: Self = {
         let law = ObstacleLaw { wall: ObstacleWall::Smooth, separation: false };
         Self {
             overlaps: [Overlap { normal: [0.0; D], depth: 0.0, rock: 0, law }; MOST],
@@ -153,14 +152,25 @@ impl<const D: usize> Seen<D> {
         }
     };
 
-    fn add(&mut self, overlap: Overlap<D>) {
+    pub(super) fn add(&mut self, overlap: Overlap<D>) {
         if self.count < MOST {
             self.overlaps[self.count] = overlap;
             self.count += 1;
         }
     }
 
-    fn overlaps(&self) -> &[Overlap<D>] {
+    /// Adds those places of an obstacle that are nearer than the point reaches (m).
+    fn press(&mut self, rock: &Rock<D>, number: usize, places: &[Nearest<D>], reach: f64) {
+        for place in places {
+            let depth = reach - place.distance;
+            if depth > 0.0 {
+                let law = *rock.laws.at(&place.place);
+                self.add(Overlap { normal: place.normal, depth, rock: number, law });
+            }
+        }
+    }
+
+    pub(super) fn overlaps(&self) -> &[Overlap<D>] {
         &self.overlaps[..self.count]
     }
 
@@ -252,7 +262,7 @@ impl<const D: usize> Rock<D> {
     }
 
     /// How far its part at `x` (m) has come since the step before (m).
-    fn step_at(&self, x: &[f64; D]) -> [f64; D] {
+    pub(super) fn step_at(&self, x: &[f64; D]) -> [f64; D] {
         self.moving.as_ref().map_or([0.0; D], |Moving { own, before }| {
             let was = own.carried(x, before);
             std::array::from_fn(|c| x[c] - was[c])
@@ -268,6 +278,12 @@ impl<const D: usize> Rock<D> {
     }
 }
 
+/// Whether a place of a surface comes before another: the nearer one, and of two as near one that their normals tell, so that it does
+/// not depend on the order of the obstacles.
+fn comes_first<const D: usize>(own: &Nearest<D>, other: &Nearest<D>) -> bool {
+    (own.distance, own.normal) < (other.distance, other.normal)
+}
+
 /// What `rocks` do to a point at `x` (m). The point's reach, what it may move and what holds it follow.
 pub fn look<const D: usize>(
     rocks: &[Rock<D>],
@@ -279,6 +295,8 @@ pub fn look<const D: usize>(
     let mut seen = Seen::NOTHING;
     let radius = LOOK * point.half;
     let mut nearest = f64::INFINITY;
+    // Of the obstacles that hold what touches them: the nearest that it touches, and the one that has held it so far.
+    let (mut touched, mut bonded) = (None, None);
     for (number, rock) in rocks.iter().enumerate() {
         room.found.clear();
         let surface = rock.now();
@@ -291,22 +309,21 @@ pub fn look<const D: usize>(
         if law.lets_go() {
             // It has come from a part that holds it.
             point.bond = if point.bond == number as u32 + 1 { 0 } else { point.bond };
-        } else if own.distance - point.reach <= TOUCH * point.half {
-            point.bond = number as u32 + 1;
+        } else if own.distance - point.reach <= TOUCH * point.half
+            && touched.as_ref().is_none_or(|(_, other, _)| comes_first(&own, other))
+        {
+            touched = Some((number, own, law));
         }
         if point.bond == number as u32 + 1 {
-            seen.held = Some((number, own, law));
+            bonded = Some((number, own, law));
         }
         let all = room.found.all();
-        let places = if all.is_empty() { std::slice::from_ref(&own) } else { all };
-        for place in places {
-            let depth = point.reach - place.distance;
-            if depth > 0.0 {
-                let law = *rock.laws.at(&place.place);
-                seen.add(Overlap { normal: place.normal, depth, rock: number, law });
-            }
-        }
+        seen.press(rock, number, if all.is_empty() { std::slice::from_ref(&own) } else { all }, point.reach);
     }
+    if let Some((number, ..)) = touched {
+        point.bond = number as u32 + 1;
+    }
+    seen.held = touched.or(bonded);
     if point.bond == 0 {
         // What has gone farther away reaches farther from then on: nothing is done to it by that.
         point.reach = point.half.min(point.reach.max(nearest));
@@ -324,175 +341,4 @@ pub fn look<const D: usize>(
         point.free = 0.0;
     }
     seen
-}
-
-/// What acts on a point that [`look`] has seen something of.
-#[derive(Clone, Copy, Debug)]
-pub struct Grip<const D: usize> {
-    /// Where it is (m).
-    pub place: [f64; D],
-    /// How far it has moved since it was last looked at (m).
-    pub moved: [f64; D],
-    /// Whether it was within its width of an obstacle then.
-    pub touched: bool,
-    /// Stiffness (N/m) of its springs.
-    pub stiffness: f64,
-    /// Area that it covers of a surface (m²; m in the plane, per radian in axisymmetry).
-    pub area: f64,
-}
-
-impl<const D: usize> Grip<D> {
-    /// Finds the force on the point, and adds the force on the obstacles to `sums`.
-    pub fn act(&self, rocks: &[Rock<D>], seen: &Seen<D>, point: &mut Pressed<D>, sums: &mut [Sums]) {
-        let k = self.stiffness;
-        point.force = [0.0; D];
-        if k <= 0.0 {
-            point.spring = [0.0; D];
-            return;
-        }
-        let mut ways = [0.0; MOST];
-        let way = way_out(seen.overlaps(), &mut ways);
-        let depth = length(&way);
-        let mut cap = 0.0;
-        // The obstacle that bears friction: the one that bears most of it.
-        let (mut bears, mut most) = (None, -1.0);
-        for (overlap, own) in seen.overlaps().iter().zip(ways).filter(|(_, own)| *own > 0.0) {
-            let (rock, law) = (&rocks[overlap.rock], &overlap.law);
-            // Without a normal force infinite friction bears nothing.
-            let bound = if law.friction() == 0.0 { 0.0 } else { law.friction() * own }
-                + law.adhesion() * self.area / k;
-            cap += bound;
-            if bound > most {
-                (bears, most) = (Some((overlap.rock, overlap.normal)), bound);
-            }
-            let push = overlap.normal.map(|n| k * own * n);
-            (0..D).for_each(|c| point.force[c] += push[c]);
-            self.add(rock, &mut sums[overlap.rock], &push);
-            sums[overlap.rock].stored += 0.5 * k * own * overlap.depth;
-        }
-        if let Some((number, place, law)) = &seen.held {
-            let pulled = place.distance - point.reach;
-            if pulled > 0.0 {
-                let pull = place.normal.map(|n| -k * pulled * n);
-                (0..D).for_each(|c| point.force[c] += pull[c]);
-                self.add(&rocks[*number], &mut sums[*number], &pull);
-                sums[*number].stored += 0.5 * k * pulled * pulled;
-            }
-            if law.friction().is_infinite() {
-                (cap, bears) = (f64::INFINITY, Some((*number, place.normal)));
-            } else if bears.is_none() {
-                bears = Some((*number, place.normal));
-            }
-        }
-        let Some((number, own)) = bears else {
-            point.spring = [0.0; D];
-            return;
-        };
-        let normal = if depth > 0.0 { way.map(|c| c / depth) } else { own };
-        let moved = self.rubbed(&rocks[number], &normal, depth);
-        let (spring, slip) = rub(&point.spring, &moved, &normal, cap);
-        point.spring = spring;
-        let drag = spring.map(|s| -k * s);
-        (0..D).for_each(|c| point.force[c] += drag[c]);
-        self.add(&rocks[number], &mut sums[number], &drag);
-        let stretch = length(&spring);
-        sums[number].stored += 0.5 * k * stretch * stretch;
-        if slip > 0.0 {
-            sums[number].friction += k * cap * slip;
-        }
-    }
-
-    /// How far the point has moved (m) along an obstacle that it overlaps by `depth` (m), since it reached its surface.
-    fn rubbed(&self, rock: &Rock<D>, normal: &[f64; D], depth: f64) -> [f64; D] {
-        let way = rock.step_at(&self.place);
-        let moved: [f64; D] = std::array::from_fn(|c| self.moved[c] - way[c]);
-        let comes: f64 = -(0..D).map(|c| moved[c] * normal[c]).sum::<f64>();
-        let share = if self.touched || comes <= depth { 1.0 } else { depth / comes };
-        moved.map(|c| share * c)
-    }
-
-    /// Finds the force on the pore fluid of the point, whose springs have the stiffness of the grip, and adds it to that on the point.
-    /// What moves with the flux of the mixture does not pass the surface: the overlap is that of the point less what has seeped through
-    /// its skeleton. It pulls as far as the `least` pressure (Pa) allows where material does not lift off.
-    pub fn soak(
-        &self,
-        rocks: &[Rock<D>],
-        seen: &Seen<D>,
-        least: f64,
-        (point, soaked): (&mut Pressed<D>, &mut Soaked<D>),
-        sums: &mut [Sums],
-    ) {
-        let k = self.stiffness;
-        let mut wet = Seen::NOTHING;
-        for overlap in seen.overlaps() {
-            let depth = overlap.depth - soaked.out(&overlap.normal);
-            if depth > 0.0 {
-                wet.add(Overlap { depth, ..*overlap });
-            } else if overlap.law.lets_go() {
-                // It has left: when it comes back it presses at once.
-                (0..D).for_each(|c| soaked.seep[c] += depth * overlap.normal[c]);
-            }
-        }
-        soaked.force = [0.0; D];
-        let mut ways = [0.0; MOST];
-        way_out(wet.overlaps(), &mut ways);
-        for (overlap, own) in wet.overlaps().iter().zip(ways).filter(|(_, own)| *own > 0.0) {
-            let push = overlap.normal.map(|n| k * own * n);
-            self.push_fluid(
-                &rocks[overlap.rock],
-                &push,
-                (&mut *point, &mut *soaked),
-                &mut sums[overlap.rock],
-            );
-            sums[overlap.rock].stored += 0.5 * k * own * overlap.depth;
-        }
-        if let Some((number, place, _)) = &seen.held {
-            let overlap = point.reach - place.distance;
-            let depth = overlap - soaked.out(&place.normal);
-            if depth < 0.0 || overlap <= 0.0 {
-                let pull = (k * depth).max(least * self.area);
-                let pull = place.normal.map(|n| pull * n);
-                self.push_fluid(&rocks[*number], &pull, (&mut *point, &mut *soaked), &mut sums[*number]);
-                sums[*number].stored += 0.5 * k * depth * depth;
-            }
-        }
-        // Along a single surface what has seeped does not matter.
-        let normal = match (seen.overlaps(), &seen.held) {
-            ([overlap], None) => overlap.normal,
-            ([], Some((_, place, _))) => place.normal,
-            ([overlap], Some((number, ..))) if overlap.rock == *number => overlap.normal,
-            _ => return,
-        };
-        let out = soaked.out(&normal);
-        soaked.seep = normal.map(|n| out * n);
-    }
-
-    /// A force (N) on the fluid of the point.
-    fn push_fluid(
-        &self,
-        rock: &Rock<D>,
-        force: &[f64; D],
-        (point, soaked): (&mut Pressed<D>, &mut Soaked<D>),
-        sums: &mut Sums,
-    ) {
-        for c in 0..D {
-            point.force[c] += force[c];
-            soaked.force[c] += force[c];
-        }
-        self.add(rock, sums, force);
-    }
-
-    /// The reaction to a force (N) on the point.
-    fn add(&self, rock: &Rock<D>, sums: &mut Sums, force: &[f64; D]) {
-        if rock.moving.is_some() {
-            let way = rock.step_at(&self.place);
-            sums.work += (0..D).map(|c| way[c] * force[c]).sum::<f64>();
-        }
-        let at = |a: &[f64; D], c: usize| a.get(c).copied().unwrap_or(0.0);
-        for c in 0..3 {
-            sums.force[c] -= at(force, c);
-            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-            sums.moment[c] -= at(&self.place, a) * at(force, b) - at(&self.place, b) * at(force, a);
-        }
-    }
 }

@@ -265,10 +265,9 @@ pub(super) fn warnings(
             ));
         }
         let seeps = case.bodies.iter().any(|body| body.pore_fluid.is_some());
-        if seeps && (stage.damping > 0.0 || options.mass_scaling > 1.0) && stage.equilibrium.is_some() {
+        if seeps && options.mass_scaling > 1.0 && stage.equilibrium.is_some() {
             warnings.push(format!(
-                "stages[{number}]: local damping and mass scaling slow consolidation; at rest the state is right, the time \
-                 it takes is not"
+                "stages[{number}]: mass scaling slows consolidation; at rest the state is right, the time it takes is not"
             ));
         }
         if stage.damping > 0.0 && stage.equilibrium.is_none() {

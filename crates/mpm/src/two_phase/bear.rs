@@ -25,7 +25,9 @@ impl<const D: usize> PhaseSolve<'_, D> {
     fn bear(&self, index: &[usize; 3], node: &[Node; 2], impulses: &mut [[f64; 3]], friction: &mut f64) {
         let masses = Masses::of(node);
         let faces = self.walls[SOLID].faces().at(index);
-        let Some(first) = faces.first().filter(|_| masses.solid > self.light[SOLID]) else { return };
+        if faces.is_empty() || masses.solid <= self.light[SOLID] {
+            return;
+        }
         let inertia = self.inertia * masses.solid;
         let mut tell = |bearer: Option<u8>, change: [f64; 3]| {
             if let Some(number) = bearer {
@@ -35,14 +37,13 @@ impl<const D: usize> PhaseSolve<'_, D> {
         let motion = node[SOLID].motion.to_array();
         let begun: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / masses.solid } else { 0.0 });
         let (mut solved, mut rubbed) = (*node, [0.0; 3]);
-        let start =
-            self.node(index, &mut solved, &masses, [0; 2], &mut PhaseSums::default(), |face, change| {
-                tell(face.bearer, change);
-                let along: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
-                (0..3).for_each(|c| rubbed[c] += change[c] - along * face.normal[c]);
-            });
-        // Points get the change from start to end: what is taken off the start comes back to them.
-        tell(first.bearer, std::array::from_fn(|c| begun[c] - start[c]));
+        let mut sums = PhaseSums::default();
+        self.node(index, &mut solved, &masses, [0; 2], &mut sums, |face, change, kept| {
+            // Points get the change from start to end: what is taken off the start comes back to them.
+            tell(face.bearer, std::array::from_fn(|c| change[c] - kept[c]));
+            let along: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
+            (0..3).for_each(|c| rubbed[c] += change[c] - along * face.normal[c]);
+        });
         let end = solved[SOLID].motion.to_array();
         *friction -= (0..3).map(|c| 0.5 * inertia * rubbed[c] * (begun[c] + end[c])).sum::<f64>();
     }

@@ -11,6 +11,7 @@
 //! Here pore pressure is compression-positive, `p_w = -p_L` of the sheet.
 
 mod bear;
+mod damping;
 mod momentum;
 mod report;
 mod setup;
@@ -45,6 +46,7 @@ use crate::stopping::{Stopping, with_mass};
 use crate::update::PointUpdate;
 use crate::vectors::{power, square_sum};
 use bear::bear_phases;
+use damping::Damping;
 use momentum::PhaseSolve;
 use strain::share_phase_strains;
 use transfer::{remap_phases, scatter_phases, update_phases};
@@ -179,8 +181,10 @@ fn solve_phases<const D: usize>(
     } = boundary;
     let (stage, dt) = (clock.stage(), clock.dt);
     let audit = stage.equilibrium.is_some();
+    let factors = stage.damping_of_axes();
+    let damped = factors != [0.0; 3];
     phases.held.clear();
-    if (audit || stage.damping > 0.0) && !clock.case.patches.is_empty() {
+    if (audit || damped) && !clock.case.patches.is_empty() {
         phases.held.resize(phases.nodes.len(), [0; 2]);
         mark_held(clock, background, driven, contacts, &mut phases.held);
     }
@@ -189,7 +193,6 @@ fn solve_phases<const D: usize>(
     let solve = PhaseSolve {
         dt,
         gravity: clock.gravity_at_end(),
-        damping: stage.damping,
         keep_start: clock.keeps_start(),
         inertia: clock.options.mass_scaling,
         light: [bodies.light(clock), cutoff * *heaviest],
@@ -207,6 +210,12 @@ fn solve_phases<const D: usize>(
     let stopping = Stopping { clock, background, bodies, walls: own_walls, takes: true };
     let slow = |node: &mut [Node; 2], change| node[SOLID].change_velocity(change, dt);
     stopping.stop(rocks, of_phases, |_, node| node[SOLID].motion, slow);
+    if damped {
+        let PhaseSolve { light, held, walls, layout, .. } = solve;
+        let damping = Damping { dt, factors, light, held, walls, layout };
+        layout.each(of_phases, |row, active, line| damping.row(row, active, line));
+        stopping.stop(rocks, of_phases, |_, node| node[SOLID].motion, slow);
+    }
     if audit {
         *sums = PhaseSums::default();
         row_sums.iter().for_each(|row| sums.add(row));
