@@ -65,7 +65,8 @@ pub fn text(file: &Path) -> Result<String, CaseErrors> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return colluvium_terrain::read_text(file).map_err(|error| unreadable(error.problem));
     }
-    String::from_utf8(bytes).map_err(|_| unreadable("cannot be read: it is no text in UTF-8 or UTF-16".to_owned()))
+    String::from_utf8(bytes)
+        .map_err(|_| unreadable("cannot be read: it is no text in UTF-8 or UTF-16".to_owned()))
 }
 
 /// The JSON value in a file that a user names.

@@ -74,7 +74,8 @@ fn closed_meshes_are_read_and_open_ones_refused() {
     let cut = stl(&TETRAHEDRON).replace("endsolid t\n", "");
     let cut = read_mesh(&file(&folder, "cut.stl", &cut), &as_it_is).unwrap_err();
     assert!(cut.problem.contains("begins 1 solids and ends 0"), "{cut}");
-    let problem = |name: &str, text: &str| read_mesh(&file(&folder, name, text), &as_it_is).unwrap_err().problem;
+    let problem =
+        |name: &str, text: &str| read_mesh(&file(&folder, name, text), &as_it_is).unwrap_err().problem;
     assert!(problem("bad.obj", "# a\nv 1 2\nf 1 2 3").starts_with("line 2: \"v 1 2\" cannot be read"));
     let commas = stl(&TETRAHEDRON).replacen("vertex 0", "vertex 0,5", 1);
     let commas = problem("comma.stl", &commas);

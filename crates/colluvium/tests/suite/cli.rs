@@ -387,6 +387,21 @@ const PICTURES: [&str; 17] = [
 ];
 
 #[test]
+fn templates_that_take_seconds_end_without_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["oedometer", "disks", "snowball", "grains", "dam-break", "debris-flow"] {
+        let file = folder.path().join(format!("{name}.json"));
+        assert_eq!(output(program().args(["new", name]).arg(&file)).0, 0);
+        let out = folder.path().join(name);
+        let (code, text, errors) = output(program().args(["run", "--out"]).arg(&out).arg(&file));
+        assert!(
+            code == 0 && !text.contains("warning") && !errors.contains("warning"),
+            "{name}: {text}{errors}"
+        );
+    }
+}
+
+#[test]
 fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
     let folder = tempfile::tempdir().unwrap();
     let (code, names, _) = output(program().args(["new", "--list"]));

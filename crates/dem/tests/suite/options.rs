@@ -187,7 +187,9 @@ fn what_mix_does_not_derive_of_like_grains_is_told() {
     let adhesion = json!({ "adhesion": { "kind": "cohesive", "tension": 4000, "shear": 2000 } });
     for (more, key) in [(&rolling, "rolling"), (&bond, "bond"), (&adhesion, "adhesion")] {
         let said = warnings(more.clone(), None);
-        let own = format!("grains of \"grain\" and \"other\" have no {key} between them, as those of \"other\" have");
+        let own = format!(
+            "grains of \"grain\" and \"other\" have no {key} between them, as those of \"other\" have"
+        );
         assert!(said.len() == 1 && said[0].contains(&own), "{key}: {said:?}");
         // A pair that is given is as it is given.
         assert!(warnings(more.clone(), Some(linear(1e6, 0.1, 0.5, 0.5))).is_empty(), "{key}");

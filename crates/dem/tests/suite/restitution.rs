@@ -73,7 +73,8 @@ fn restitution_is_what_was_asked_for_at_the_default_step() {
 #[test]
 fn restitution_is_what_was_asked_for_in_steps_that_outputs_cut() {
     // Outputs that steps do not fit into, the last two before each alike; and steps that halve and double.
-    let patterns: [&[f64]; 4] = [&[1.0, 1.0, 0.7, 0.7], &[1.0, 0.55, 0.55], &[1.0, 0.5], &[1.0, 0.25, 0.6, 0.9, 0.35]];
+    let patterns: [&[f64]; 4] =
+        [&[1.0, 1.0, 0.7, 0.7], &[1.0, 0.55, 0.55], &[1.0, 0.5], &[1.0, 0.25, 0.6, 0.9, 0.35]];
     for law in ["linear", "hertz"] {
         for clamp in [true, false] {
             for value in [0.8, 0.3, 0.1] {
@@ -95,7 +96,8 @@ fn restitution_is_what_was_asked_for_in_steps_that_outputs_cut() {
 fn restitution_is_what_was_asked_for_with_velocities_carried_on() {
     for law in ["linear", "hertz"] {
         for value in [0.8, 0.3] {
-            let found = restitution(&asked(law, value, true), Meets::Sphere(RADIUS), 1.37e-4, ("predicted", &[1.0]));
+            let found =
+                restitution(&asked(law, value, true), Meets::Sphere(RADIUS), 1.37e-4, ("predicted", &[1.0]));
             near(found, value, 5e-3 / value);
         }
     }
