@@ -87,10 +87,16 @@ fn found(report: &RunReport, start: f64, [down, side]: [&str; 2]) -> Result<(f64
     Ok((peak, anisotropy))
 }
 
-/// Judges the anisotropy of the contacts of about `count` grains before the shear, for a reason.
-pub fn evenness(outcome: &mut Outcome, name: String, count: u32, anisotropy: f64, reason: &str) {
+/// Judges the anisotropy of the contacts of about `count` grains before the shear by a bound with its reason.
+pub fn evenness(
+    outcome: &mut Outcome,
+    name: String,
+    count: u32,
+    anisotropy: f64,
+    (bound, reason): (f64, &str),
+) {
     if count >= 300 {
-        outcome.below(name, "even", anisotropy, 0.15, reason);
+        outcome.below(name, "even", anisotropy, bound, reason);
     } else {
         let reason = "not judged: the source calls 75 grains too few";
         outcome.show(name, "uneven in the source", anisotropy, reason);
@@ -98,7 +104,7 @@ pub fn evenness(outcome: &mut Outcome, name: String, count: u32, anisotropy: f64
 }
 
 /// Why contacts of disks are to be even.
-const EVEN: &str = "B16: below 0.15 for 300 grains and more";
+const EVEN: (f64, &str) = (0.15, "B16: below 0.15 for 300 grains and more");
 
 fn sizes() -> Result<Outcome, String> {
     let mut outcome = Outcome::default();

@@ -114,8 +114,17 @@ fn boxed(value: &mut Value, side: f64) {
     value["bodies"][0]["shape"]["max"] = json!([side, side, side]);
 }
 
-/// Why contacts of spheres are to be even.
-const EVEN: &str = "B16: even for all but 75 spheres; below 0.15 in its version in the plane";
+/// Bound on the anisotropy of the contacts of that many spheres, and why. Directions drawn at random have 4 (1/2 N)^½ for N contacts in the plane
+/// and 7.5 (2/3 N)^½ in space; at rest without friction there are two contacts a disk and three a sphere (sheet: dem §5, B16).
+fn even(count: u32) -> (f64, &'static str) {
+    let chance = |factor: f64, contacts: f64| factor / contacts.sqrt();
+    let space = chance(7.5 * (2.0f64 / 3.0).sqrt(), 3.0 * f64::from(count));
+    let plane = chance(4.0 * 0.5f64.sqrt(), 2.0 * 300.0);
+    (
+        0.15 * space / plane,
+        "B16: even for all but 75 spheres; 0.15 for 300 disks, as many times what chance makes",
+    )
+}
 
 fn cells() -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
@@ -139,7 +148,7 @@ fn cells() -> Result<Outcome, String> {
             format!("{count} spheres: largest anisotropy of the contacts before the shear"),
             count,
             most,
-            EVEN,
+            even(count),
         );
         let reason = "not judged: no values in the source";
         outcome.show(
@@ -240,7 +249,7 @@ fn windows(counts: &[u32], specimens: u64) -> Result<Outcome, String> {
         let [(uneven, spread), (peak, scattered)] = [of(|own| own.anisotropy), of(|own| own.peak)];
         let name =
             format!("windows of about {count} spheres: mean anisotropy of the contacts before the shear");
-        evenness(&mut outcome, name, count, uneven, EVEN);
+        evenness(&mut outcome, name, count, uneven, even(count));
         let chance = format!("not judged: {specimens} specimens");
         let most = own.iter().map(|own| own.anisotropy).fold(0.0, larger);
         for (name, value) in [("standard deviation between specimens", spread), ("the largest", most)] {
