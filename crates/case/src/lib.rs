@@ -3,6 +3,7 @@
 //! A [`Case`] describes a problem once; a [`Method`] turns it into a [`Solver`].
 
 mod arc_layer;
+mod closed_liquid;
 mod columns;
 pub mod damping;
 mod decimal;

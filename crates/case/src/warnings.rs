@@ -38,6 +38,7 @@ impl Case {
         self.warn_of_grains(&mut warnings);
         self.warn_of_weights(&mut warnings);
         warnings.extend(self.falls_for_ever());
+        warnings.extend(self.closed_liquid());
         self.warn_of_walls(&mut warnings);
         match self.dimension() {
             2 => self.warn_of_obstacles::<2>(&mut warnings),

@@ -45,7 +45,7 @@ pub fn gather_affine<const D: usize>(
 ) {
     let (ground, sweeps) = (background.ground(), background.sweeps);
     let moments = clock.options.transfer == Transfer::Apic;
-    for set in &mut bodies.sets {
+    for set in bodies.sets.iter_mut().filter(|set| !set.points.affine.is_empty()) {
         let nodes = &nodes.solved[set.field * background.layout.len()..];
         let points =
             Points { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };

@@ -228,6 +228,8 @@ pub struct OfSet<'a, const D: usize> {
     pub body: u32,
     /// Velocity field of the grid.
     pub field: usize,
+    /// Whether points carry an affine velocity field.
+    pub affine: bool,
     /// Whether points look at the grid from where they were at the start.
     pub anchored: bool,
     /// The pore fluid, if any.

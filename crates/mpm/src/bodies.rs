@@ -102,6 +102,7 @@ impl<const D: usize> Bodies<D> {
                 extent: set.extent,
                 body: set.body,
                 field: set.field,
+                affine: !set.points.affine.is_empty(),
                 anchored: set.domain.are_anchored(),
                 fluid: set.pore.as_ref().and_then(|pore| pore.fluid),
                 flows: clock.case.materials[&body.material].is_fluid(),

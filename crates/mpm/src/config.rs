@@ -46,7 +46,8 @@ pub struct MpmOptions {
     #[serde(default)]
     pub stress_update: StressScheme,
     /// How velocities pass from the grid to the points and back. Without an entry `flip`, and `tpic` where all bodies that deform are Newtonian
-    /// liquids with `volumetric_strain` `point` and no option of FLIP or XPIC is given: FLIP leaves liquids with motion of the points that the grid does not see.
+    /// liquids with `volumetric_strain` `point` and no option of FLIP or XPIC is given: FLIP leaves liquids with motion of the points that the grid does not see. Liquid bodies
+    /// in velocity fields of their own (`contacts`) have `tpic` beside bodies that have `flip`.
     #[serde(default)]
     pub transfer: Transfer,
     /// With `transfer` `xpic`, or `flip` with a `residual_time`: order of the filter, 1 to 20. With 1 XPIC is PIC; the higher, the less is
@@ -145,14 +146,18 @@ pub struct MpmOptions {
     #[serde(default)]
     pub volumetric_strain: VolumetricStrain,
     /// Points of fluids where the cells around are filled to less than this share lie on the free surface and carry no
-    /// stress, below 1; 0 for no such points. Without an entry 0.7 where all bodies that deform are Newtonian liquids, but for periodic domains
-    /// and axisymmetry, and 0 elsewhere.
+    /// stress, below 1; 0 for no such points. Without an entry 0.7 where all bodies that deform, or all of a velocity field (`contacts`), are Newtonian
+    /// liquids, but for periodic domains and axisymmetry, and 0 elsewhere.
     #[serde(default)]
     pub free_surface: Option<f64>,
     /// Largest volume of a stress-free point over its initial volume: keeps the points of a
     /// cohesionless free front from swelling without bound.
     #[serde(default = "volume_cap")]
     pub volume_cap: f64,
+    /// Numbers of the liquid bodies in velocity fields of their own, which have `tpic` whatever the others have.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub liquids: Vec<usize>,
 }
 
 /// Where a mesh of triangles (in the plane) or tetrahedra comes from (sheet: mpm §2.5b).
@@ -385,6 +390,11 @@ impl MpmOptions {
             }
         }
         Ok(())
+    }
+
+    /// Transfer of a body, by its number.
+    pub(crate) fn transfer_of(&self, body: usize) -> Transfer {
+        if self.liquids.contains(&body) { Transfer::Tpic } else { self.transfer }
     }
 
     /// Whether points lose what the grid does not see of their velocities.

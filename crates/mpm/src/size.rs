@@ -85,8 +85,10 @@ impl dispatch::Visitor for Estimate<'_> {
         let number = size_of::<f64>();
         // Position, velocity, origin, velocity of the grid, room for a filter; mass, volume, initial volume; id; with a pore fluid its
         // velocity and pressure.
-        let (affine, filters) = (options.transfer.is_affine(), options.filters_velocities());
-        let vectors = 3 + usize::from(!affine) + usize::from(filters);
+        let affine = options.transfer.is_affine() || !options.liquids.is_empty();
+        let filters = options.filters_velocities();
+        // Beside liquids with tpic some bodies may have a velocity of the grid.
+        let vectors = 3 + usize::from(!options.transfer.is_affine()) + usize::from(filters);
         let arrays = (vectors * D + 3) * number
             + size_of::<u32>()
             + size_of::<SymTensor>()

@@ -11,7 +11,7 @@ use crate::background::Background;
 use crate::bodies::Bodies;
 use crate::boundary::Boundary;
 use crate::clock::Clock;
-use crate::config::{StressScheme, Transfer};
+use crate::config::StressScheme;
 use crate::consistent::{self, ConsistentMass};
 use crate::contact::Contacts;
 use crate::driven::{self, Driven};
@@ -243,10 +243,11 @@ fn solve_momentum<const D: usize>(
         nodes.external_work += sums.work;
         nodes.sums = sums;
     }
-    match clock.options.transfer {
-        Transfer::Flip if clock.options.residual_time.is_none() => {}
-        Transfer::Flip | Transfer::Xpic => filter_velocities(clock, background, bodies, nodes, boundary),
-        Transfer::Apic | Transfer::Tpic => gather_affine(clock, background, bodies, nodes),
+    if clock.options.filters_velocities() {
+        filter_velocities(clock, background, bodies, nodes, boundary);
+    } else {
+        // Of bodies that carry affine fields: all, liquids, or none.
+        gather_affine(clock, background, bodies, nodes);
     }
     Ok(())
 }

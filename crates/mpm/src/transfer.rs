@@ -89,7 +89,7 @@ impl<const D: usize> Given<D> {
         Self { motion: [Lanes::ZERO; BLOCK], columns: [[Lanes::ZERO; D]; BLOCK], body: [Lanes::ZERO; BLOCK] };
 }
 
-/// What the points of a set carry of the affine velocity fields around them, where the transfer asks for it.
+/// What the points of a set carry of the affine velocity fields around them, where their transfer asks for it.
 fn affine_of<const D: usize>(
     transfer: Transfer,
     set: &PointSet<D>,
@@ -97,7 +97,11 @@ fn affine_of<const D: usize>(
 ) -> Option<Affine<'_, D>> {
     let fields = || &set.points.affine[points.clone()];
     let moments = transfer == Transfer::Apic;
-    transfer.is_affine().then(|| Affine { moments, fields: fields(), mass: &set.points.mass[points.clone()] })
+    (!set.points.affine.is_empty()).then(|| Affine {
+        moments,
+        fields: fields(),
+        mass: &set.points.mass[points.clone()],
+    })
 }
 
 /// Point to grid (step 1), slab by slab.

@@ -96,7 +96,7 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
     ) -> BlockReport {
         let Background { grid, layout, sweeps, .. } = self.background;
         let (ground, extent, n) = (self.background.ground(), &set.extent, block.position.len());
-        let (flip, dt) = (self.clock.flip, self.clock.dt);
+        let (flip, dt) = (if set.affine { 0.0 } else { self.clock.flip }, self.clock.dt);
         let first_node = set.field * layout.len();
         let reads = &mut reads[..n];
         let points = block.points(extent);

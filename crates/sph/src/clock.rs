@@ -23,6 +23,8 @@ pub struct Clock {
     pub limit: Option<TimeStep>,
     /// Steps since it was found.
     pub limit_age: u64,
+    /// Time up to which particles have been shifted for their way (s).
+    pub shifted: f64,
 }
 
 impl Clock {

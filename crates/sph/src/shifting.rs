@@ -16,6 +16,18 @@ use crate::walls::Walls;
 /// 2.4 of 3).
 const SURFACE_TRACE: [f64; 3] = [0.7, 1.5, 2.4];
 
+/// Steps between two shifts at most.
+const MOST_STEPS: f64 = 4.0;
+/// Strength times steps between two shifts at most. At a tenth of the speed of sound, the most that a weakly compressible liquid may
+/// flow with, a particle goes about 0.02 smoothing lengths in a step, and a shift of less than two smoothing lengths per length moved
+/// does not overshoot an even spacing.
+const MOST_STRENGTH: f64 = 40.0;
+
+/// Steps between two shifts of a strength.
+fn steps_per_shift(strength: f64) -> u64 {
+    (MOST_STRENGTH / strength).clamp(1.0, MOST_STEPS) as u64
+}
+
 /// Which particles are at a surface, and how the others are shifted; empty without shifting.
 #[derive(Default)]
 pub struct Shifting<const D: usize> {
@@ -26,24 +38,25 @@ pub struct Shifting<const D: usize> {
 }
 
 impl<const D: usize> Shifting<D> {
-    /// Moves particles towards even spacing; step 10, of the step before.
+    /// Moves particles towards even spacing; step 10, of the steps before.
     pub fn shift(
         &mut self,
         setting: &Setting<D>,
-        clock: &Clock,
+        clock: &mut Clock,
         bodies: &mut Bodies<D>,
         walls: &mut Walls<D>,
         lists: &mut Lists<D>,
         rates: &mut Rates<D>,
     ) {
-        if setting.options.shifting == 0.0 || clock.last_step == 0.0 {
+        if setting.options.shifting == 0.0 || !clock.is_due(steps_per_shift(setting.options.shifting)) {
             return;
         }
         walls.load_images(bodies);
         walls.move_images(bodies);
         // What the step before left there belongs to other lists, or to none after a restart.
         walls.weigh(setting, bodies, &lists.neighbours);
-        self.find(setting, clock.last_step, bodies, walls, lists);
+        self.find(setting, clock.time - clock.shifted, bodies, walls, lists);
+        clock.shifted = clock.time;
         let p = &mut bodies.particles;
         for (i, shift) in self.shifts.iter().enumerate() {
             let Some(shift) = shift else { continue };
@@ -70,7 +83,7 @@ impl<const D: usize> Shifting<D> {
     ) {
         let (p, neighbours) = (&bodies.particles, &lists.neighbours);
         let pairs = Pairs::new(setting, p, walls);
-        let at_surface = |i: usize| pairs.moment(i, neighbours.of(i)).trace() < SURFACE_TRACE[D - 1];
+        let at_surface = |i: usize| pairs.moment_trace(i, neighbours.of(i)) < SURFACE_TRACE[D - 1];
         fill(&mut self.surface, p.len(), 1, at_surface);
         let surface = &self.surface;
         let fastest = |body: &Group| p.velocity[body.range()].iter().map(square).fold(0.0, f64::max);
@@ -126,7 +139,7 @@ mod tests {
             *x += 0.049 * way * support;
         }
         solver.list(true).unwrap();
-        solver.clock.last_step = 1e-3;
+        (solver.clock.step, solver.clock.shifted) = (4, solver.clock.time - 1e-3);
         let SphSolver { setting, clock, bodies, walls, lists, rates, shifting, .. } = &mut solver;
         shifting.shift(setting, clock, bodies, walls, lists, rates);
         let x = &solver.bodies.particles.position[..solver.bodies.particles.len()];

@@ -1,10 +1,12 @@
 //! What the tests of the other crates share. Tests and benches depend on it, nothing else does.
 //!
 //! [`near`] and [`close`] compare numbers, [`Counting`] counts allocations, and [`cases`] makes cases and drives solvers through
-//! [`colluvium_case`]'s contract.
+//! [`colluvium_case`]'s contract, [`vortices`] and [`cohesive_bar`] are cases of several methods.
 
 mod allocations;
 pub mod cases;
+pub mod cohesive_bar;
+pub mod vortices;
 
 pub use allocations::{Counting, allocations_during};
 

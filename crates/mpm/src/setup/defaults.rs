@@ -1,7 +1,7 @@
 //! Defaults that depend on the case. What the case file gives stands.
 
 use colluvium_case::Case;
-use colluvium_case::description::Space;
+use colluvium_case::description::{Body, Space};
 use colluvium_constitutive::MaterialSpec;
 
 use crate::{Formulation, Mass, MpmOptions, ObstacleContact, ShapeFunctions, Transfer, VolumetricStrain};
@@ -11,23 +11,64 @@ const POINTS_OF_LIQUIDS: usize = 3;
 /// Fill ratio of cells below which liquids carry no stress (Anura3D manual 2021, after eq. 6.40).
 const FREE_SURFACE_OF_LIQUIDS: f64 = 0.7;
 
+/// Whether a body is of a Newtonian liquid.
+fn is_newtonian(case: &Case, body: &Body) -> bool {
+    let material = case.materials.get(&body.material);
+    matches!(material, Some(MaterialSpec::NewtonianFluid(_))) && body.pore_fluid.is_none()
+}
+
 /// Whether all bodies that deform are Newtonian liquids.
 fn is_liquid(case: &Case) -> bool {
-    let newtonian = |name: &String| matches!(case.materials.get(name), Some(MaterialSpec::NewtonianFluid(_)));
     let mut soft = case.bodies.iter().filter(|body| !body.rigid).peekable();
-    soft.peek().is_some() && soft.all(|body| newtonian(&body.material) && body.pore_fluid.is_none())
+    soft.peek().is_some() && soft.all(|body| is_newtonian(case, body))
+}
+
+/// Numbers of the liquid bodies in velocity fields in which all bodies are liquids: those that contacts name, each with a field of its
+/// own, and the others if all of them are liquids.
+fn liquids_in_fields(case: &Case, options: &MpmOptions) -> Vec<usize> {
+    let is_named = |body: &Body| options.contacts.iter().any(|contact| contact.bodies.contains(&body.name));
+    let mut shared = case.bodies.iter().filter(|body| !body.rigid && !is_named(body));
+    let all_shared = shared.all(|body| is_newtonian(case, body));
+    let own = |body: &Body| !body.rigid && is_newtonian(case, body) && (is_named(body) || all_shared);
+    (0..case.bodies.len()).filter(|number| own(&case.bodies[*number])).collect()
+}
+
+/// Whether liquids may have an affine transfer: the case names no other, and none of what it asks for excludes one.
+fn is_affine_free(options: &MpmOptions, given: &dyn Fn(&str) -> bool) -> bool {
+    let of_flip = ["transfer", "flip", "stage_flip", "residual_time", "xpic_order"];
+    // With shared volumetric strains and two points a cell TPIC makes energy in a liquid at rest.
+    let own = options.volumetric_strain == VolumetricStrain::Point;
+    let affine = own && options.shape != ShapeFunctions::DualDomain && options.mass == Mass::Lumped;
+    affine && !of_flip.into_iter().any(given)
+}
+
+/// Gives liquids a free surface where it is available.
+fn open_surface(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> bool) {
+    let opens = case.domain.periodic.is_empty() && case.space != Space::Axisymmetric;
+    if !given("free_surface") && opens {
+        options.free_surface = Some(FREE_SURFACE_OF_LIQUIDS);
+    }
+}
+
+/// Gives liquids beside other bodies what each body can have of its own: TPIC and a free surface.
+fn fit_fields(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> bool) {
+    let liquids = liquids_in_fields(case, options);
+    if liquids.is_empty() {
+        return;
+    }
+    open_surface(case, options, given);
+    if is_affine_free(options, given) {
+        options.liquids = liquids;
+    }
 }
 
 /// Gives the options that the case leaves out what fits its bodies, and turns a `free_surface` of 0 into none.
 pub(super) fn fit(case: &Case, options: &mut MpmOptions) {
     let given = |key: &str| case.methods.get("mpm").is_some_and(|mpm| mpm.get(key).is_some());
+    options.liquids.clear();
     let moves_in_space = options.formulation == Formulation::UpdatedLagrangian;
     if is_liquid(case) && moves_in_space {
-        let of_flip = ["transfer", "flip", "stage_flip", "residual_time", "xpic_order"];
-        // With shared volumetric strains and two points a cell TPIC makes energy in a liquid at rest.
-        let own = options.volumetric_strain == VolumetricStrain::Point;
-        let affine = own && options.shape != ShapeFunctions::DualDomain && options.mass == Mass::Lumped;
-        if affine && !of_flip.into_iter().any(given) {
+        if is_affine_free(options, &given) {
             options.transfer = Transfer::Tpic;
         }
         if !given("points_per_cell") && options.mesh.is_none() {
@@ -36,10 +77,11 @@ pub(super) fn fit(case: &Case, options: &mut MpmOptions) {
         if !given("obstacles") && !case.obstacles.is_empty() {
             options.obstacles = ObstacleContact::Points;
         }
-        let opens = case.domain.periodic.is_empty() && case.space != Space::Axisymmetric;
-        if !given("free_surface") && opens {
-            options.free_surface = Some(FREE_SURFACE_OF_LIQUIDS);
-        }
+        open_surface(case, options, &given);
+    }
+    let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
+    if !is_liquid(case) && moves_in_space && !wet {
+        fit_fields(case, options, &given);
     }
     options.free_surface = options.free_surface.filter(|factor| *factor != 0.0);
 }
@@ -78,6 +120,30 @@ mod tests {
         let found = options(&case(&soil, &json!({ "cell_size": 0.1 }))).unwrap();
         assert_eq!((found.transfer, found.points_per_cell), (Transfer::Flip, 2));
         assert_eq!((found.free_surface, found.obstacles), (None, ObstacleContact::Nodes));
+    }
+
+    #[test]
+    fn a_liquid_in_a_velocity_field_of_its_own_has_its_defaults_beside_soil() {
+        let soil = json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 });
+        let beside = |mpm: Value| {
+            let mut text: Value = serde_json::from_str(&case(&water(), &mpm).to_json()).unwrap();
+            text["materials"]["s"] = soil.clone();
+            let block = json!({ "name": "s", "material": "s", "shape": { "kind": "box", "min": [0, 0.6], "max": [0.5, 0.8] } });
+            text["bodies"].as_array_mut().unwrap().push(block);
+            options(&Case::from_json(&text.to_string()).unwrap()).unwrap()
+        };
+        let contact = json!([{ "bodies": ["b", "s"], "friction_coefficient": 0 }]);
+        let found = beside(json!({ "cell_size": 0.1, "contacts": contact }));
+        assert_eq!(
+            (found.transfer, found.liquids.clone(), found.free_surface),
+            (Transfer::Flip, vec![0], Some(0.7))
+        );
+        assert_eq!((found.transfer_of(0), found.transfer_of(1)), (Transfer::Tpic, Transfer::Flip));
+        assert_eq!((found.points_per_cell, found.obstacles), (2, ObstacleContact::Nodes));
+        let found = beside(json!({ "cell_size": 0.1, "contacts": contact, "flip": 0.99 }));
+        assert_eq!((found.liquids, found.free_surface), (vec![], Some(0.7)), "flip is asked for");
+        let found = beside(json!({ "cell_size": 0.1 }));
+        assert_eq!((found.liquids, found.free_surface), (vec![], None), "one field for both");
     }
 
     #[test]

@@ -1,30 +1,54 @@
 //! Liquids with the options that they get by default.
 
+use colluvium_testkit::vortices::{energy_over_exact, vortices};
 use serde_json::json;
 
-use crate::common::{changed, scalars, solve, vectors};
+use crate::common::{begin, changed, solve, steps, vectors, with};
 
-/// Vortices that decay as `exp(-2 ν k² t)`, `k² = 2 (2π)²`-fold, without an option but for the resolution.
 #[test]
 fn vortices_of_a_liquid_keep_their_energy_without_options() {
-    let text = json!({
-        "title": "vortices", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] },
-        "gravity": [0, 0],
-        "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 10,
-                              "cavitation_strength": 1e9 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
-                     "velocity": { "kind": "formula", "value": ["sin(TAU*x)*cos(TAU*y)", "-cos(TAU*x)*sin(TAU*y)"] } }],
-        "stages": [{ "name": "s", "duration": 1 }],
-        "methods": { "mpm": { "cell_size": 0.04 } }
-    });
-    let case = changed(text, &json!({}));
-    // A mean square of a quarter in each of two components, half of it in energy, per kg.
-    let start = 0.25 * 1000.0;
-    let snapshot = solve(&case).snapshot;
-    let masses = scalars(&snapshot, "mass");
-    let speeds = vectors(&snapshot, "velocity");
-    let energy: f64 = masses.iter().zip(&speeds).map(|(m, v)| 0.5 * m * (v[0] * v[0] + v[1] * v[1])).sum();
-    let exact = (-4.0 * 0.01 * std::f64::consts::TAU.powi(2)).exp();
+    let case = vortices(1.0, &json!({ "mpm": { "cell_size": 0.04 } }));
     // Fifty points along the box with two a cell; liquids get three.
-    assert!((energy / start / exact - 1.0).abs() < 0.2, "{energy} J, {exact}");
+    let kept = energy_over_exact(&solve(&case).snapshot, 1.0);
+    assert!((kept - 1.0).abs() < 0.2, "{kept}");
+}
+
+/// A drop and a block that turn apart from each other: the drop moves as with `tpic`, the block as with `flip`.
+#[test]
+fn a_liquid_in_a_velocity_field_of_its_own_has_its_transfer_beside_a_block_that_keeps_its() {
+    let part = |name: &str, x: f64| {
+        let velocity = [format!("-2*(y-0.5)+0.3*sin(9*x)"), format!("2*(x-{})+0.3*cos(7*y)", x + 0.3)];
+        json!({ "name": name, "material": name, "shape": { "kind": "box", "min": [x, 0.2], "max": [x + 0.6, 0.8] },
+                "velocity": { "kind": "formula", "value": velocity } })
+    };
+    let run = |more: serde_json::Value| {
+        let contacts = json!([{ "bodies": ["drop", "block"], "friction_coefficient": 0 }]);
+        let mpm = with(json!({ "cell_size": 0.1, "points_per_cell": 2, "contacts": contacts }), &more);
+        let case = changed(
+            json!({
+                "title": "apart", "space": "plane-strain", "domain": { "min": [0, 0], "max": [3, 1] }, "gravity": [0, 0],
+                "materials": {
+                    "drop": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 1, "cavitation_strength": 1e9 },
+                    "block": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
+                "bodies": [part("drop", 0.2), part("block", 2.2)],
+                "stages": [{ "name": "s", "duration": 1 }],
+                "methods": { "mpm": mpm }
+            }),
+            &json!({}),
+        );
+        let mut solver = begin(&case);
+        steps(&mut *solver, 40, 2e-3);
+        let snapshot = solver.snapshot();
+        let velocities = vectors(&snapshot, "velocity");
+        [0, 1].map(|body| {
+            let of_body = velocities.iter().zip(&snapshot.bodies).filter(|(_, own)| **own == body);
+            of_body.map(|(v, _)| *v).collect::<Vec<_>>()
+        })
+    };
+    let [drop, block] = run(json!({}));
+    let surface = |transfer: &str| json!({ "transfer": transfer, "free_surface": 0.7 });
+    let [affine, of_affine] = run(surface("tpic"));
+    let [of_flip, plain] = run(surface("flip"));
+    assert!(drop == affine && drop != of_flip, "the drop");
+    assert!(block == plain && block != of_affine, "the block");
 }

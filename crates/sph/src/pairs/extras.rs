@@ -163,11 +163,13 @@ impl<const D: usize> Pairs<'_, D> {
             if j < p.len() && surface[j] {
                 return None;
             }
-            let k = self.counts_as(i, j);
             let (apart, square) = apart(&p.position[i], &p.position[j]);
+            if square >= self.support_square() {
+                continue;
+            }
+            let k = self.counts_as(i, j);
             let r = square.sqrt();
-            let volume = p.mass[k] / p.density[k];
-            let weight = volume * self.between_weight(i, k, r);
+            let weight = p.mass[k] / p.density[k] * self.between_weight(i, k, r);
             let close = 1.0 + CLOSE.0 * (self.rescaled(i, k, r) / reference).powi(CLOSE.1);
             (0..D).for_each(|c| crowding[c] += weight * close * apart[c]);
             if j >= self.first_wall || self.walls.smooth.contain(j) {
@@ -205,8 +207,30 @@ impl<const D: usize> Pairs<'_, D> {
         })
     }
 
+    /// Square of the distance (m²) from which on pairs do not weigh.
+    #[inline]
+    fn support_square(&self) -> f64 {
+        if self.options.is_variable() { f64::INFINITY } else { self.smoothing.radius().powi(2) }
+    }
+
+    #[inline]
     fn between_weight(&self, i: usize, j: usize, r: f64) -> f64 {
         if self.options.is_variable() { self.between(i, j, r)[0] } else { self.smoothing.weight(r) }
+    }
+
+    /// Trace of [`Self::moment`].
+    pub fn moment_trace(&self, i: usize, row: &[u32]) -> f64 {
+        let (p, support, mut squares) = (self.particles, self.support_square(), [0.0; D]);
+        for &j in row {
+            let j = j as usize;
+            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            if square < support {
+                let k = self.counts_as(i, j);
+                let weight = p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt());
+                (0..D).for_each(|c| squares[c] += weight * apart[c] * apart[c]);
+            }
+        }
+        squares.iter().sum()
     }
 
     /// `M = Σ V F x ⊗ x`, whose trace falls at free surfaces (sheet: sph §2.13 h).

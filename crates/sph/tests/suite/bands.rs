@@ -2,29 +2,10 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
+use colluvium_testkit::cohesive_bar::{self, DENSITY, ENERGY, LENGTH, PULL, STIFFNESS, WEAK, concrete};
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, stresses};
-
-/// Young's modulus and tensile strength (Pa), fracture energy (J/m²) and density (kg/m³): the bar is a fourth of `E G/f_t²` long, and
-/// the crack opens by little of a spacing.
-const STIFFNESS: f64 = 1e8;
-const STRENGTH: f64 = 1e3;
-const ENERGY: f64 = 0.04;
-const DENSITY: f64 = 1000.0;
-/// Length of the bar between its grips (m) and speed of the right one (m/s), a tenth of `f_t/√(E ρ)`.
-const LENGTH: f64 = 1.0;
-const PULL: f64 = 0.0003;
-/// Strength of the weak middle over that of the rest.
-const WEAK: f64 = 0.95;
-
-fn concrete(share: f64, energy: f64) -> Value {
-    json!({
-        "model": "double-scale", "density": DENSITY, "youngs_modulus": STIFFNESS, "poissons_ratio": 0,
-        "band": { "law": "cohesive-damage", "tensile_strength": share * STRENGTH, "fracture_energy": energy,
-                  "stiffness": 1e4 * STRENGTH * STRENGTH / energy }
-    })
-}
+use crate::common::{begin, changed};
 
 /// A bar with a weak row in its middle, on a line.
 fn on_a_line(spacing: f64, sph: &Value) -> Case {
@@ -78,26 +59,9 @@ fn bar(
     )
 }
 
-/// Work of the grips over the fracture energy, up to six times the opening over which the strength falls to 1/e: the stress of what
-/// stays whole times the way.
+/// Work of the grips over the fracture energy.
 fn work_over_energy(case: &Case) -> f64 {
-    let mut solver = begin(case);
-    let (mut before, mut sum) = (0.0, 0.0);
-    while PULL * solver.time() < 6.0 * ENERGY / STRENGTH {
-        let from = solver.time();
-        for _ in 0..20 {
-            let step = solver.limit().dt;
-            solver.step(step).unwrap();
-        }
-        let snapshot = solver.snapshot();
-        let whole = (-0.4 * LENGTH)..(-0.25 * LENGTH);
-        let all = snapshot.positions.iter().zip(stresses(&snapshot));
-        let of: Vec<f64> = all.filter(|(x, _)| whole.contains(&x[0])).map(|(_, s)| s[0]).collect();
-        let mean = of.iter().sum::<f64>() / of.len() as f64;
-        sum += 0.5 * (before + mean) * PULL * (solver.time() - from);
-        before = mean;
-    }
-    sum / ENERGY
+    cohesive_bar::work_over_energy(&mut *begin(case), &(-0.4 * LENGTH..-0.25 * LENGTH))
 }
 
 /// With one spacing as the length of a band it would be twice its fracture energy, at any spacing.

@@ -1,9 +1,10 @@
 //! Water on smooth walls: nothing passes them, and a mirror is the other half of a symmetric flow (sheet: sph §2.13).
 
 use colluvium_case::Case;
+use colluvium_testkit::vortices::{energy_over_exact, vortices};
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, scalars, solve, vectors};
+use crate::common::{advance, begin, changed, solve, vectors};
 
 const SPACING: f64 = 0.05;
 
@@ -191,27 +192,10 @@ fn a_lone_particle_bounces_off_a_mirror_with_its_energy() {
     }
 }
 
-/// Vortices that decay as `exp(-2 ν k² t)`, `k² = 2 (2π)²`-fold, without an option but for the resolution.
 #[test]
 fn vortices_of_a_liquid_keep_their_energy_without_options() {
-    let text = json!({
-        "title": "vortices", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] },
-        "gravity": [0, 0],
-        "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 10,
-                              "cavitation_strength": 1e9 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
-                     "velocity": { "kind": "formula", "value": ["sin(TAU*x)*cos(TAU*y)", "-cos(TAU*x)*sin(TAU*y)"] } }],
-        "stages": [{ "name": "s", "duration": 0.5 }],
-        "methods": { "sph": { "spacing": 0.02 } }
-    });
-    let case = changed(text, &json!({}));
-    // A mean square of a quarter in each of two components, half of it in energy, per kg.
-    let start = 0.25 * 1000.0;
-    let snapshot = solve(&case).snapshot;
-    let masses = scalars(&snapshot, "mass");
-    let speeds = vectors(&snapshot, "velocity");
-    let energy: f64 = masses.iter().zip(&speeds).map(|(m, v)| 0.5 * m * (v[0] * v[0] + v[1] * v[1])).sum();
-    let exact = (-4.0 * 0.01 * std::f64::consts::TAU.powi(2) * 0.5).exp();
-    // With the options of soil 0.18 is left of the energy in place of 0.45.
-    assert!((energy / start / exact - 1.0).abs() < 0.2, "{energy} J, {exact}");
+    let case = vortices(0.5, &json!({ "sph": { "spacing": 0.02 } }));
+    // With the options of soil 0.4 of it is left.
+    let kept = energy_over_exact(&solve(&case).snapshot, 0.5);
+    assert!((kept - 1.0).abs() < 0.2, "{kept}");
 }

@@ -1,0 +1,65 @@
+//! Liquids without tensile strength in closed boxes.
+
+use colluvium_constitutive::MaterialSpec;
+
+use crate::Case;
+use crate::description::{Body, InitialStress};
+
+/// Share of the domain from which on bodies fill it, with no free surface.
+const FULL: f64 = 0.99;
+
+impl Case {
+    /// Warning for liquids that fill the domain and neither bear tension nor are under pressure: they open where they move.
+    pub(crate) fn closed_liquid(&self) -> Option<String> {
+        let opens = |body: &Body| match self.materials.get(&body.material) {
+            Some(MaterialSpec::NewtonianFluid(liquid)) => {
+                liquid.cavitation_strength == 0.0 && matches!(body.stress, InitialStress::None)
+            }
+            _ => false,
+        };
+        let weightless = self.gravity.iter().all(|g| *g == 0.0);
+        let body = self.bodies.iter().find(|body| opens(body)).filter(|_| weightless)?;
+        let dimension = self.dimension();
+        let size: f64 = self.domain.min.iter().zip(&self.domain.max).map(|(min, max)| max - min).product();
+        let filled: f64 = self.bodies.iter().map(|body| body.shape.volume(dimension, false)).sum();
+        (filled >= FULL * size).then(|| {
+            format!(
+                "materials.{}.cavitation_strength: it is 0, and the liquid fills the domain without a pressure at the start: voids open \
+                 where its pressure falls below zero, as soon as it moves. Give a cavitation_strength of several times ρ v², or \
+                 body {:?} a pressure as `stress`",
+                body.material, body.name
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use crate::Case;
+
+    fn warned(top: f64, change: &dyn Fn(&mut Value)) -> bool {
+        let mut text = json!({
+            "title": "box", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 1 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, top] } }],
+            "stages": [{ "name": "s", "duration": 1 }]
+        });
+        change(&mut text);
+        let warnings = Case::from_json(&text.to_string()).unwrap().warnings();
+        warnings
+            .iter()
+            .any(|warning| warning.contains("materials.m.cavitation_strength") && warning.contains("voids"))
+    }
+
+    #[test]
+    fn a_liquid_that_fills_a_box_without_bearing_tension_is_told_to_open() {
+        assert!(warned(1.0, &|_| {}));
+        assert!(!warned(0.9, &|_| {}), "it has a free surface");
+        assert!(!warned(1.0, &|case| case["gravity"] = json!([0, -9.81])), "weight presses it together");
+        assert!(!warned(1.0, &|case| case["materials"]["m"]["cavitation_strength"] = json!(1e6)));
+        let pressed = json!({ "kind": "uniform", "value": [-1e4, -1e4, -1e4, 0, 0, 0] });
+        assert!(!warned(1.0, &|case| case["bodies"][0]["stress"] = pressed.clone()));
+    }
+}
