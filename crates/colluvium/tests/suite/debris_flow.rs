@@ -43,7 +43,7 @@ fn what_leaves_through_a_side_is_not_in_the_deposit() {
     let folder = folder.path();
     in_folder(folder, &["new", "debris-flow"]);
     change(folder, |case| {
-        case["stages"][0]["duration"] = json!(8);
+        case["stages"][0]["duration"] = json!(12);
         case["methods"]["depth-sph"]["spacing"] = json!(4);
         case["boundaries"] =
             json!([{ "side": "x-max", "position": 600_180, "wall": { "kind": "absorbing" } }]);

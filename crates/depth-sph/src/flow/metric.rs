@@ -4,6 +4,22 @@ use super::forces::{Pairs, Sums, corrected};
 use crate::choices::{Frame, Metric};
 use crate::nodes::{Plan, dot};
 
+/// Share of the slope of the bed up to which a depth gradient is that of a sheet.
+const SHEET: f64 = 0.5;
+
+/// From 0 where a surface follows a bed of this slope to 1 where it is level, by the share `t = -q·∇h/|q|²` of the slope that a depth gradient
+/// takes back. It is even in `t`: gradients of a sheet scatter about zero, and if pressure were stronger uphill than downhill it would take energy.
+/// Near a level surface nothing changes to first order.
+#[inline]
+fn levelness<const D: usize>(slope: &Plan<D>, gradient: &Plan<D>) -> f64 {
+    let square = dot(slope, slope);
+    if square == 0.0 {
+        return 1.0;
+    }
+    let share = (((dot(slope, gradient) / square).abs() - SHEET) / (1.0 - SHEET)).clamp(0.0, 1.0);
+    share * share * (3.0 - 2.0 * share)
+}
+
 impl<const D: usize> Pairs<'_, D> {
     /// Gradient of the depth of what stands over node `i`: that of the sums of pressure, or by corrected differences.
     #[inline]
@@ -27,9 +43,7 @@ impl<const D: usize> Pairs<'_, D> {
             // Where gradients are those of the free surface, or nothing is vertical, there is nothing to damp.
             _ if settings.numerics.surface_gradient || settings.frame != Frame::Horizontal => 0.0,
             Metric::Vertical => 0.0,
-            Metric::Blended => {
-                1.0 - 1.0 / (steepness + dot(&self.bed[i].slope, gradient)).clamp(1.0, steepness)
-            }
+            Metric::Blended => (1.0 - 1.0 / steepness) * (1.0 - levelness(&self.bed[i].slope, gradient)),
         }
     }
 
@@ -54,5 +68,23 @@ impl<const D: usize> Pairs<'_, D> {
         let counted = if settings.numerics.surface_gradient { self.nodes.pull[i] } else { 0.0 };
         let reaction = self.reaction[i] - counted;
         std::array::from_fn(|c| force[c] + viscous[c] - reaction * slope[c] + settings.drive[c])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_surface_is_level_and_scatter_about_a_sheet_is_none() {
+        let slope = [0.6, -0.3];
+        let at = |share: f64| levelness(&slope, &slope.map(|q| -share * q));
+        assert!((at(1.0) - 1.0).abs() < 1e-12 && at(1.5) == 1.0);
+        assert!([-0.4, 0.0, 0.4, 0.5].iter().all(|share| at(*share) == 0.0));
+        // Uphill and downhill alike, so that what a gradient takes from a sheet it gives back.
+        assert!([0.6, 0.8, 1.2].iter().all(|share| (at(*share) - at(-*share)).abs() < 1e-12));
+        // A small fault of a level surface is none of second order.
+        assert!(1.0 - at(0.99) < 2e-3, "{}", at(0.99));
+        assert!((at(0.75) - 0.5).abs() < 1e-12 && levelness(&[0.0; 2], &[0.1, 0.0]) == 1.0);
     }
 }

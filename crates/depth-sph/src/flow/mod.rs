@@ -1,5 +1,7 @@
 //! A flow: its nodes, and one step (sheet: depth-sph §3.4).
 
+#[cfg(test)]
+mod accounts;
 mod axes;
 mod carry;
 mod compiled;

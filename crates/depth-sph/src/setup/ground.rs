@@ -15,9 +15,9 @@ use crate::maps::Grid;
 /// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
 const FEWEST_NODES: usize = 4;
 
-/// Steepest slope of a survey that deserves no warning (degrees; sheet: depth-sph §7).
-const STEEPEST: f64 = 85.0;
-/// The same of the faces of other obstacles.
+/// Steepest slope that half of a survey may exceed without a warning (degrees; sheet: depth-sph §7).
+const STEEPEST_TERRAIN: f64 = 60.0;
+/// Steepest slope of the faces of other obstacles that deserves no warning (degrees).
 const STEEPEST_FACE: f64 = 60.0;
 
 /// How the bed holds what flows over it.
@@ -169,25 +169,33 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
     Ok((faces::<D>(case, spacing, Some((number, own)))?, path))
 }
 
-/// Warns of the steepest place of a bed.
+/// Warns of faces that a flow runs up, and of terrain so steep throughout that its heights may not be in metres: of survey terrain single cliffs may
+/// stand upright, and no half of it does.
 fn too_steep(case: &Case, ground: &Sampled) -> Option<String> {
     let raster = ground.raster();
-    let slope = |number: &usize| {
-        let place = raster.place(number % raster.columns, number / raster.columns);
-        let bed: Option<BedPoint<2>> = ground.at(&place);
+    let place = |number: usize| raster.place(number % raster.columns, number / raster.columns);
+    let slope = |number: usize| {
+        let bed: Option<BedPoint<2>> = ground.at(&place(number));
         bed.map_or(0.0, |bed| bed.slope[0].hypot(bed.slope[1]))
     };
     let known = (0..raster.values.len()).filter(|number| raster.values[*number].is_finite());
-    let steepest = known.max_by(|a, b| slope(a).total_cmp(&slope(b)))?;
-    let angle = slope(&steepest).atan().to_degrees();
-    let place = raster.place(steepest % raster.columns, steepest / raster.columns);
-    let place: Vec<f64> = (0..case.dimension() - 1).map(|c| place[c] + case.origin()[c]).collect();
-    let of_file = matches!(&case.obstacles[..], [Obstacle { shape: ObstacleShape::Raster { .. }, .. }]);
-    if angle > STEEPEST && of_file {
-        return Some(format!(
-            "obstacles: the raster is as steep as {angle:.1}° at {place:?} m: are its heights in metres?"
-        ));
+    let mut slopes: Vec<(f64, usize)> = known.map(|number| (slope(number), number)).collect();
+    if slopes.is_empty() {
+        return None;
     }
+    let of_file = matches!(&case.obstacles[..], [Obstacle { shape: ObstacleShape::Raster { .. }, .. }]);
+    if of_file {
+        let middle = slopes.len() / 2;
+        let angle = slopes.select_nth_unstable_by(middle, |a, b| a.0.total_cmp(&b.0)).1.0.atan().to_degrees();
+        return (angle > STEEPEST_TERRAIN).then(|| {
+            format!(
+                "obstacles: half of the raster is steeper than {angle:.1}°: are its heights in metres, as the distances of its nodes are?"
+            )
+        });
+    }
+    let (steepest, number) = slopes.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let angle = steepest.atan().to_degrees();
+    let place: Vec<f64> = (0..case.dimension() - 1).map(|c| place(number)[c] + case.origin()[c]).collect();
     (angle > STEEPEST_FACE).then(|| {
         format!(
             "obstacles: the bed is as steep as {angle:.1}° at {place:?} m: a flow that meets such a face turns upward along it \

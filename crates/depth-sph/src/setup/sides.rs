@@ -6,7 +6,7 @@ use colluvium_case::{Case, CaseError};
 use super::NAME;
 use crate::choices::Frame;
 use crate::config::DepthOptions;
-use crate::flow::{Flow, Opening};
+use crate::flow::{Flow, OpenEnd, Opening};
 
 /// Slope of the bed across a side beyond which its depth is not that of the material farther out (sheet: depth-sph §3.9).
 const LEVEL: f64 = 0.01;
@@ -58,9 +58,20 @@ pub fn open<const D: usize>(
 ) -> Result<Vec<String>, CaseError> {
     let Some((_, first)) = openings.first() else { return Ok(Vec::new()) };
     let mut warnings = Vec::new();
+    let mut slopes = Vec::new();
     for (opening, key) in openings {
         refuse_many(opening, key)?;
-        if let Some(slope) = slope_across(opening, flow, key)?.filter(|slope| slope.abs() > LEVEL) {
+        slopes.push(slope_across(opening, flow, key)?);
+    }
+    let sides: Vec<Opening> = openings.iter().map(|(opening, _)| opening.clone()).collect();
+    let known = flow.opens.len();
+    flow.open_all(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;
+    let each = (flow.opens.len() - known) / openings.len();
+    let ends = flow.opens[known..].chunks(each.max(1));
+    for (((_, key), slope), ends) in openings.iter().zip(slopes).zip(ends) {
+        // What leaves over dry ground meets nothing that could send waves back.
+        let stands = ends.iter().any(OpenEnd::is_filled);
+        if let Some(slope) = slope.filter(|slope| stands && slope.abs() > LEVEL) {
             warnings.push(format!(
                 "{key}: the bed has a slope of {slope:.3} across it, and the material beyond it is taken as deep as at the side: waves \
                  come back from there; move it to where the bed is level"
@@ -75,8 +86,6 @@ pub fn open<const D: usize>(
             opening.layer
         ));
     }
-    let sides: Vec<Opening> = openings.iter().map(|(opening, _)| opening.clone()).collect();
-    flow.open_all(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;
     Ok(warnings)
 }
 

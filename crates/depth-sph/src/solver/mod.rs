@@ -19,8 +19,7 @@ use crate::config::DepthOptions;
 use crate::flow::{Beyond, Failure, Flow, Ledger, Limit};
 use crate::inflow::State;
 use crate::maps::{Cell, Maps};
-use crate::nodes::Nodes;
-use crate::nodes::norm;
+use crate::nodes::{Nodes, Plan, norm};
 use crate::stages;
 
 /// Version of the layout of a checkpoint.
@@ -152,13 +151,11 @@ impl<const D: usize> DepthSolver<D> {
 
     fn failed(&self, failure: Failure) -> SolverError {
         let Failure { node, position, reason } = failure;
-        SolverError::Point {
-            step: self.steps,
-            time: self.time,
-            point: node,
-            position: std::array::from_fn(|c| position.get(c).copied().unwrap_or(0.0)),
-            reason,
+        let mut place: [f64; 3] = std::array::from_fn(|c| position.get(c).copied().unwrap_or(0.0));
+        if let Ok(plan) = <Plan<D>>::try_from(&position[..]) {
+            place[D] = self.flow.bed_below(&plan).level;
         }
+        SolverError::Point { step: self.steps, time: self.time, point: node, position: place, reason }
     }
 
     /// Follows when the flow comes to rest.

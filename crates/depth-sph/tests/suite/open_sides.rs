@@ -5,11 +5,12 @@ use std::f64::consts::PI;
 
 use crate::common::{build, hash_after, refused, run, until};
 use colluvium_case::{Case, FieldData, Method, Solver};
+use colluvium_constitutive::basal::BasalSpec;
 use colluvium_depth_sph::DepthSph;
-use colluvium_depth_sph::bed::Bed;
+use colluvium_depth_sph::bed::{Bed, BedPoint};
 use colluvium_depth_sph::flow::{Ends, Flow, Opening};
 use colluvium_depth_sph::nodes::Node;
-use colluvium_depth_sph::settings::Settings;
+use colluvium_depth_sph::settings::{Settings, Zone};
 use colluvium_testkit::cases::advance;
 use serde_json::{Value, json};
 
@@ -344,4 +345,77 @@ fn layers_that_cannot_be_are_refused_and_short_ones_told_of() {
     let case = Case::from_json(&short.to_string()).unwrap();
     let warnings = DepthSph.plan(&case).unwrap().warnings;
     assert!(warnings.iter().any(|warning| warning.contains("1.9 m are fewer than 10 nodes")), "{warnings:?}");
+}
+
+/// A sheet that flows down a steep plane at the speed at which Voellmy's friction takes what gravity gives, between ends that repeat themselves
+/// across, towards a side that is dry when it begins. Its nodes are `closer` than those of the side.
+fn steep_sheet(closer: f64) -> (Flow<2>, f64, f64) {
+    let (slope, depth, spacing, width) = (0.5, 0.5, SPACING, 1.2);
+    let (tangent, turbulence) = (0.2f64, 200.0);
+    let cos = 1.0 / (1.0f64 + slope * slope).sqrt();
+    // g sin θ = g cos θ tan φ + g v²/(ξ h cos θ) along the bed; in plan v cos θ.
+    let speed = cos * (turbulence * depth * cos * (slope * cos - tangent * cos)).sqrt();
+    let own = spacing / closer;
+    let mut nodes = Vec::new();
+    for i in 0..(12.0 / own).round() as usize {
+        for j in 0..(width / own).round() as usize {
+            let [x, y] = [i, j].map(|k| own * (k as f64 + 0.5));
+            nodes.push(Node {
+                body: 0,
+                position: [x - 6.0, y],
+                velocity: [speed, 0.0],
+                volume: depth * own * own,
+                length: 1.3 * own,
+                scale: 1.69,
+            });
+        }
+    }
+    let law = json!({ "model": "voellmy", "friction_angle": tangent.atan().to_degrees(), "turbulence": turbulence });
+    let law: BasalSpec = serde_json::from_value(law).unwrap();
+    let mut settings = Settings::plain(1000.0);
+    settings.zones = vec![Zone::everywhere(Some(law.build().unwrap()))];
+    let ends = Ends { periods: [None, Some((0.0, width))], ..Ends::default() };
+    let bed =
+        Bed::formula(move |x: &[f64; 2]| BedPoint { slope: [-slope, 0.0], ..BedPoint::flat(-slope * x[0]) });
+    let mut flow = Flow::new(settings, bed, ends, &[nodes]).unwrap();
+    let side = Opening {
+        axis: 0,
+        place: 8.0,
+        outward: 1.0,
+        spacing,
+        span: (0.0, width),
+        periodic: true,
+        feeds: Vec::new(),
+        layer: 0.0,
+    };
+    flow.open_all(&[side]).unwrap();
+    (flow, depth, speed)
+}
+
+/// A steep flow leaves through a side over dry ground as deep and as fast as it is, however close its nodes have come to each other before.
+#[test]
+fn a_steep_flow_leaves_at_its_uniform_depth() {
+    for closer in [1.0, 2.0] {
+        let (mut flow, depth, speed) = steep_sheet(closer);
+        let whole = flow.sets[0].nodes.total_volume();
+        // The middle of the sheet is at the side, and waves from its ends have come half as far.
+        run(&mut flow, 8.0 / speed);
+        let nodes = &flow.sets[0].nodes;
+        let passed = flow.passed();
+        let inside = nodes.total_volume() - flow.beyond();
+        assert!((whole - inside - passed).abs() < 1e-10 * whole, "{whole} {inside} {passed}");
+        assert!((0.4..0.6).contains(&(passed / whole)), "{closer}: {passed} of {whole}");
+        let at = |x: &[f64; 2]| (7.0..8.2).contains(&x[0]);
+        let found: Vec<usize> = (0..nodes.len()).filter(|i| at(&nodes.position[*i])).collect();
+        assert!(found.len() > 50);
+        for i in found {
+            // Sums over a lattice are right within 1.1 %.
+            let (height, v) = (nodes.height[i] / depth, nodes.velocity[i][0] / speed);
+            assert!((height - 1.0).abs() < 0.03 && (v - 1.0).abs() < 0.01, "{closer}: {height} {v}");
+        }
+        assert!(nodes.velocity.iter().all(|v| v[0] > 0.5 * speed), "nothing is thrown back");
+        // Thin tails are slow, `v ~ √h`: of a kinematic wave, whose depth is (x/(1.5 K t))², 8.5 % would still be before the side.
+        run(&mut flow, 20.0 / speed);
+        assert!(flow.passed() > 0.9 * whole, "{closer}: {} of {whole}", flow.passed());
+    }
 }

@@ -11,6 +11,7 @@
 //! come at angles, it is what stands at the side: 4.5 % of small waves come back head-on, 12 % at 30°, 15 % at 45°, and less where they die
 //! away in a layer before it.
 
+mod beyond;
 mod columns;
 mod inlet;
 mod layer;
@@ -27,8 +28,9 @@ use crate::nodes::{Nodes, Plan};
 use side::Part;
 pub(super) use two_layers::Stratum;
 
+pub use beyond::{Beyond, Known};
 pub use inlet::Feed;
-pub use side::{Beyond, Known, OpenEnd};
+pub use side::OpenEnd;
 pub(super) use stand::Moments;
 pub use stand::{Past, Stand, Within};
 

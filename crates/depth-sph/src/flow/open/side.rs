@@ -1,12 +1,12 @@
 //! One open side: its strips, what stands beyond each, and the nodes there.
 
 use colluvium_points::CellList;
-use serde::{Deserialize, Serialize};
 
 use super::super::set::Set;
+use super::beyond::{Beyond, Known};
 use super::layer::Layer;
 use super::stand::{Past, Stand, Within, turned};
-use super::two_layers::{Both, Stratum};
+use super::two_layers::Stratum;
 use super::{Feed, Opening, SUPPORTS};
 use crate::inflow::Arriving;
 use crate::nodes::{Node, Nodes, Plan};
@@ -59,30 +59,6 @@ pub(super) struct Strip<const D: usize> {
     pub(super) still: Option<Stand>,
     /// Volume of a node over the depth that sums have there (m; m² in plan).
     pub(super) width: f64,
-}
-
-/// What stands beyond an open side.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Beyond {
-    /// Numbers of the nodes, ascending.
-    pub ids: Vec<u64>,
-    /// Volume of each set that has passed outward, less what has come back (m³; m² in profiles).
-    pub passed: [f64; 2],
-    /// What is known of each strip.
-    pub strips: Vec<Known>,
-}
-
-/// What is known of a strip.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Known {
-    /// What stands there, where it is the same at all distances.
-    pub fixed: Option<Stand>,
-    /// What arrives from within.
-    pub within: Option<Within>,
-    /// What has been on its way to the end of a profile.
-    pub past: Past,
-    /// Both of two layers, at the side of each.
-    pub both: Option<Both>,
 }
 
 /// Which nodes are before all open sides, which beyond one, and which beyond another.
@@ -325,7 +301,10 @@ impl<const D: usize> OpenEnd<D> {
                 continue;
             }
             farthest[strip] = f64::max(farthest[strip], beyond);
-            nodes.volume[i] = self.share(&stand, sets, number) * stand.depth * self.strips[strip].width;
+            // Where nothing stood out there what has passed goes on with its volume, however close its nodes have come.
+            if !self.leaves_dry(strip) {
+                nodes.volume[i] = self.share(&stand, sets, number) * stand.depth * self.strips[strip].width;
+            }
             nodes.velocity[i] = self.velocity(&stand);
         }
         gone.sort_unstable();
@@ -407,6 +386,7 @@ impl<const D: usize> OpenEnd<D> {
                 }
             }
         }
+        self.level_drift();
         let Some(feed) = &self.feed else { return };
         for known in &mut self.state.strips {
             let here = known.within.map(|within| (within.depth[0], within.speed[0], within.pull));

@@ -1,0 +1,64 @@
+//! What stands beyond an open side, and what is known of it.
+
+use serde::{Deserialize, Serialize};
+
+use super::side::OpenEnd;
+use super::stand::{Past, Stand, Within};
+use super::two_layers::Both;
+
+/// What stands beyond an open side.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Beyond {
+    /// Numbers of the nodes, ascending.
+    pub ids: Vec<u64>,
+    /// Volume of each set that has passed outward, less what has come back (m³; m² in profiles).
+    pub passed: [f64; 2],
+    /// What is known of each strip.
+    pub strips: Vec<Known>,
+}
+
+/// What is known of a strip.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Known {
+    /// What stands there, where it is the same at all distances.
+    pub fixed: Option<Stand>,
+    /// What arrives from within.
+    pub within: Option<Within>,
+    /// What has been on its way to the end of a profile.
+    pub past: Past,
+    /// Both of two layers, at the side of each.
+    pub both: Option<Both>,
+}
+
+impl<const D: usize> OpenEnd<D> {
+    /// Whether something stood beyond it when the flow began.
+    pub fn is_filled(&self) -> bool {
+        self.strips.iter().any(|strip| strip.still.is_some())
+    }
+
+    /// Whether nothing stood beyond a strip when the flow began, and nothing flows in there.
+    pub(super) fn leaves_dry(&self, strip: usize) -> bool {
+        self.strips[strip].still.is_none() && self.feed.is_none() && self.stratum.is_none()
+    }
+
+    /// Gives what has passed strips beyond which nothing stood one speed along the side, the mean of theirs: what runs together before the side
+    /// would else heap beyond it, where the bed does not part it.
+    pub(super) fn level_drift(&mut self) {
+        if D == 1 {
+            return;
+        }
+        let is_dry: Vec<bool> = (0..self.strips.len()).map(|strip| self.leaves_dry(strip)).collect();
+        let own = |strips: &[Known]| -> [f64; 2] {
+            let found = strips.iter().zip(&is_dry).filter(|(_, dry)| **dry);
+            found.filter_map(|(known, _)| known.within).fold([0.0; 2], |[depth, flux], within| {
+                [depth + within.depth[0], flux + within.depth[0] * within.along]
+            })
+        };
+        let [depth, flux] = own(&self.state.strips);
+        let mean = if depth > 0.0 { flux / depth } else { 0.0 };
+        let strips = self.state.strips.iter_mut().zip(&is_dry).filter(|(_, dry)| **dry);
+        for within in strips.filter_map(|(known, _)| known.within.as_mut()) {
+            within.along = mean;
+        }
+    }
+}
