@@ -3,7 +3,6 @@
 mod bands;
 mod bodies;
 mod defaults;
-mod idle;
 mod refuse;
 
 use std::f64::consts::PI;

@@ -6,7 +6,6 @@ use colluvium_constitutive::{Kind, MaterialSpec};
 
 use super::bands::sticking;
 use super::defaults::{densities, has_jump};
-use super::idle;
 use crate::config::{
     Confined, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall, SmoothWall,
     SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress, WallVelocity,
@@ -84,7 +83,6 @@ pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError>
     if options.formulation == Formulation::TotalLagrangian {
         total::refuse(options)?;
     }
-    idle::check(case, options)?;
     check_density_forms(case, options)
 }
 

@@ -331,11 +331,6 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         (json!({ "hourglass_viscosity": -0.1 }), "hourglass_viscosity"),
         (json!({ "wall_k0": -1 }), "wall_k0"),
         (json!({ "stress_diffusion_k0": -1 }), "stress_diffusion_k0"),
-        // Without the option that they belong to.
-        (json!({ "stress_diffusion_k0": 0.4 }), "stress_diffusion_k0"),
-        (json!({ "regularisation_steps": 5 }), "regularisation_steps"),
-        (json!({ "density_reset_steps": 20 }), "density_reset_steps"),
-        (json!({ "smoothing_growth": 1.5 }), "smoothing_growth"),
         (json!({ "smoothing": 1.6, "confining": { "pressure": 1 } }), "smoothing"),
         (json!({ "smoothing": 1.0, "confining": { "pressure": 1 } }), "smoothing"),
         (json!({ "smoothing_length": "density", "confining": { "pressure": 1 } }), "smoothing_length"),

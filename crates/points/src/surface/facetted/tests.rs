@@ -90,7 +90,9 @@ fn ground_lines_know_their_length_and_refuse_to_cross() {
     let crossing = Facetted::ground_line(&[[0.0, 0.0], [4.0, 0.0], [2.0, 1.0], [2.0, -1.0], [5.0, -1.0]]);
     assert!(crossing.unwrap_err().problem.contains("crosses"));
     assert!(Facetted::ground_line(&[[0.0, 0.0], [0.0, 1.0]]).is_err());
-    assert!(Facetted::ground_line(&[[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]]).is_err());
+    assert!(Facetted::ground_line(&[[0.0, 0.0], [0.0, 0.0]]).is_err());
+    let twice = Facetted::ground_line(&[[0.0, 3.0], [4.0, 0.0], [4.0, 0.0], [6.0, 0.0]]).unwrap();
+    assert_eq!((twice.facets().len(), twice.arc_length(&[5.0, 1.0])), (2, Some(6.0)));
     assert!(Facetted::polygon(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 2.0]]).is_err());
 }
 
