@@ -131,7 +131,7 @@ pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
         std::fs::write(file, bytes).map_err(|error| of(file)(format!("cannot be written: {error}")))
     };
     write(file, &bytes)?;
-    match prj::of_reference(&raster.reference).filter(|_| ending(file) == "asc") {
+    match projection::of_reference(&raster.reference).filter(|_| ending(file) == "asc") {
         Some(system) => write(&file.with_extension("prj"), system.as_bytes()),
         None => Ok(()),
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use colluvium_points::Georeference;
 
-use crate::{band, projection};
+use crate::band;
 
 /// Share by which a unit may be off the metre.
 const EXACT: f64 = 1e-9;
@@ -51,12 +51,6 @@ pub(crate) fn is_web_mercator(text: &str) -> bool {
 pub(crate) fn refer(reference: &mut Georeference, text: Option<String>) {
     let text = text.filter(|text| is_well_known(text));
     (reference.epsg, reference.crs) = (text.as_deref().and_then(epsg), text);
-}
-
-/// The well-known text of a raster's system, where it has one or the EPSG registry has.
-pub(crate) fn of_reference(reference: &Georeference) -> Option<String> {
-    let own = reference.crs.clone().filter(|text| is_well_known(text));
-    own.or_else(|| Some(projection::text_of(reference.epsg?)?.to_owned()))
 }
 
 /// Whether a text is a well-known text rather than a name.

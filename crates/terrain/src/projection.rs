@@ -1,5 +1,7 @@
 //! Projections of coordinate reference systems, by well-known texts of either version and of Esri, and by the EPSG registry.
 
+use colluvium_points::Georeference;
+
 use crate::prj;
 
 /// Kinds of projections, each with words of which one stands in its names.
@@ -137,6 +139,12 @@ impl Projection {
 /// Well-known text of a coordinate reference system of the EPSG registry.
 pub(crate) fn text_of(epsg: u32) -> Option<&'static str> {
     crs_definitions::from_code(u16::try_from(epsg).ok()?).map(|system| system.wkt)
+}
+
+/// The well-known text of a raster's system, where it has one or the EPSG registry has.
+pub(crate) fn of_reference(reference: &Georeference) -> Option<String> {
+    let own = reference.crs.clone().filter(|text| prj::is_well_known(text));
+    own.or_else(|| Some(text_of(reference.epsg?)?.to_owned()))
 }
 
 fn kind(method: &str) -> Option<&'static str> {

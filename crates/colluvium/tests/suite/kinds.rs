@@ -57,6 +57,18 @@ fn a_file_of_another_kind_is_named_in_a_line_with_the_command_for_it() {
             "{command} {file}: {errors}"
         );
     }
+    // What is of no kind is told as the command sees it.
+    write("odd.json", &json!({ "title": "t" }));
+    let (code, errors) = run(folder, &["check", "odd.json"]);
+    assert!(code == 3 && errors.contains("\"space\" is missing"), "{errors}");
+}
+
+#[test]
+fn files_that_a_case_names_results_and_folders_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let write =
+        |name: &str, value: &serde_json::Value| fs::write(folder.join(name), value.to_string()).unwrap();
     write("area.geojson", &json!({ "type": "FeatureCollection", "features": [] }));
     write("area.json", &json!({ "type": "Polygon", "coordinates": [] }));
     write("summary.json", &json!({ "fingerprint": "0", "status": "completed", "method": "mpm" }));
@@ -72,10 +84,6 @@ fn a_file_of_another_kind_is_named_in_a_line_with_the_command_for_it() {
         let (code, errors) = run(folder, &["check", file]);
         assert!(code == 3 && errors.contains(is) && errors.lines().count() == 1, "{file}: {errors}");
     }
-    // What is of no kind is told as the command sees it.
-    write("odd.json", &json!({ "title": "t" }));
-    let (code, errors) = run(folder, &["check", "odd.json"]);
-    assert!(code == 3 && errors.contains("\"space\" is missing"), "{errors}");
 }
 
 #[test]
