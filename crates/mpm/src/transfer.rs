@@ -89,7 +89,7 @@ impl<const D: usize> Given<D> {
         Self { motion: [Lanes::ZERO; BLOCK], columns: [[Lanes::ZERO; D]; BLOCK], body: [Lanes::ZERO; BLOCK] };
 }
 
-/// What the points of a set carry of the affine velocity fields around them, where their transfer asks for it.
+/// Parts that the points of a set carry of the affine velocity fields around them, where their transfer asks for it.
 fn affine_of<const D: usize>(
     transfer: Transfer,
     set: &PointSet<D>,

@@ -1,4 +1,4 @@
-//! What stands beyond an open side, and what is known of it.
+//! Nodes and strips beyond an open side.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,25 +6,25 @@ use super::side::OpenEnd;
 use super::stand::{Past, Stand, Within};
 use super::two_layers::Both;
 
-/// What stands beyond an open side.
+/// State of the flow beyond an open side.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Beyond {
     /// Numbers of the nodes, ascending.
     pub ids: Vec<u64>,
     /// Volume of each set that has passed outward, less what has come back (m³; m² in profiles).
     pub passed: [f64; 2],
-    /// What is known of each strip.
+    /// State of each strip.
     pub strips: Vec<Known>,
 }
 
-/// What is known of a strip.
+/// State of the flow in a strip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Known {
-    /// What stands there, where it is the same at all distances.
+    /// Depth and speed, where it is the same at all distances.
     pub fixed: Option<Stand>,
-    /// What arrives from within.
+    /// Flow that arrives from within.
     pub within: Option<Within>,
-    /// What has been on its way to the end of a profile.
+    /// Earlier flow on its way to the end of a profile.
     pub past: Past,
     /// Both of two layers, at the side of each.
     pub both: Option<Both>,
