@@ -17,7 +17,7 @@ use crate::solver::{DemSolver, Followed};
 use crate::surfaces::Facet;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 10;
+const FORMAT: u32 = 11;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -28,6 +28,7 @@ struct Head {
     step: u64,
     last: f64,
     fastest: f64,
+    deep_share: f64,
     ledger: Ledger,
     virial: Vec<f64>,
     /// Vectors, rates and mean rates of the cell, and its vectors when the lists were made.
@@ -97,6 +98,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             step: self.step,
             last: self.last,
             fastest: self.fastest,
+            deep_share: self.deep_share,
             ledger: self.ledger,
             virial: self.virial.iter().flat_map(flat).collect(),
             cell,
@@ -193,7 +195,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             wall.reaction = [<[f64; D]>::try_from(force).ok()?, <[f64; D]>::try_from(impulse).ok()?];
         }
         (self.time, self.step, self.last, self.fastest) = (head.time, head.step, head.last, head.fastest);
-        (self.ledger, self.broken, self.next_id) = (head.ledger, head.broken, head.next_id);
+        (self.deep_share, self.ledger) = (head.deep_share, head.ledger);
+        (self.broken, self.next_id) = (head.broken, head.next_id);
         if self.sources.len() != head.entered.len() || self.followed.len() != head.followed.len() {
             return None;
         }

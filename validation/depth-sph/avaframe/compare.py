@@ -187,7 +187,7 @@ class Peer:
         self.frames.sort(key=lambda f: f["time"])
 
 
-def run_ours(site, run, nodes, duration, program, folder):
+def run_ours(site, run, nodes, duration, asked, folder):
     """Colluvium with as many nodes and as long as com1DFA."""
     result = folder / "result"
     if not (folder / "done.json").exists():
@@ -195,7 +195,7 @@ def run_ours(site, run, nodes, duration, program, folder):
         folder.mkdir(parents=True)
         for file in [site.terrain, *site.release.parent.glob(site.release.stem + ".*")]:
             shutil.copy(file, folder)
-        case = our_case(site, run, nodes, duration)
+        case, program = our_case(site, run, nodes, duration, asked.fixed_smoothing), asked.program
         (folder / "case.json").write_text(json.dumps(case, indent=2))
         used = -resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
         command = [program, "run", str(folder / "case.json"), "--threads", "1", "--out", str(result)]
@@ -214,7 +214,7 @@ def run_ours(site, run, nodes, duration, program, folder):
     return Ours(site, folder)
 
 
-def our_case(site, run, nodes, duration):
+def our_case(site, run, nodes, duration, fixed_smoothing):
     mu, xi, _ = RUNS[run]
     height, width = site.level.shape
     low, high = np.nanmin(site.level), np.nanmax(site.level)
@@ -223,6 +223,8 @@ def our_case(site, run, nodes, duration):
     if run == "frictionless":
         layer["thickness"] = THIN
     options = {"spacing": round(math.sqrt(site.area / nodes), 3)}
+    if fixed_smoothing:
+        options |= {"variable_smoothing": False, "smoothing": round(site.cell / options["spacing"], 3)}
     if mu > 0.0:
         angle = math.degrees(math.atan(mu))
         options["basal"] = {"model": "voellmy", "friction_angle": angle, "turbulence": "none" if xi is None else xi}
@@ -447,7 +449,7 @@ def one_site(site, options, rows):
         peer = run_peer(site, run, SEEDS[0], folder / f"{run}-com1DFA")
         again = run_peer(site, run, SEEDS[1], folder / f"{run}-com1DFA-again") if run in options.again else None
         nodes, until = len(peer.frames[0]["id"]), max(f["time"] for f in peer.frames)
-        ours = run_ours(site, run, nodes, until, options.program, folder / f"{run}-{options.label}")
+        ours = run_ours(site, run, nodes, until, options, folder / f"{run}-{options.label}")
         along = site.along(site.centres()).reshape(site.level.shape)
         stations = run != "frictionless"
         rows.append(row_of(site, run, "com1DFA", peer, None))
@@ -467,6 +469,7 @@ def main():
     parser.add_argument("--label", default="colluvium", help="name of these runs of Colluvium: those of another build stay beside them")
     parser.add_argument("--sites", nargs="+", default=list(SITES), choices=list(SITES))
     parser.add_argument("--runs", nargs="+", default=list(RUNS), choices=list(RUNS))
+    parser.add_argument("--fixed-smoothing", action="store_true", help="smoothing lengths of Colluvium stay at a cell, as com1DFA's kernel does")
     parser.add_argument("--again", nargs="*", default=["coulomb", "voellmy"], help="runs that com1DFA repeats with another seed")
     options = parser.parse_args()
     options.out, options.program = options.out.resolve(), shutil.which(options.program) or options.program

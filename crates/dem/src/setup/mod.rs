@@ -140,6 +140,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         step: 0,
         last: 0.0,
         fastest,
+        deep_share: 1.0,
         radii: (0.0, 0.0),
         ledger: Ledger::default(),
         virial: [[[0.0; D]; D]; 2],

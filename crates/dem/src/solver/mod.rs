@@ -136,6 +136,8 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) last: f64,
     /// Speed of the fastest grain (m/s).
     pub(crate) fastest: f64,
+    /// Factor on the last step by deep contacts of elastic spheres.
+    pub(crate) deep_share: f64,
     /// Smallest and largest radius (m).
     pub(crate) radii: (f64, f64),
     pub(crate) ledger: Ledger,
@@ -193,6 +195,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// One step.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        self.deep_share = self.share_of_deep_contacts();
         self.rain();
         if self.is_stale() {
             self.relist()?;

@@ -17,17 +17,22 @@ const CONTACT: StepLimit = StepLimit::new("contact");
 /// Limit of a step by the way that the fastest grain moves in it.
 const TRAVEL: StepLimit = StepLimit::new("travel");
 
+/// Factor by which the step of elastic spheres grows from one step to the next, at most: by 1 % over a collision, whose restitution is off
+/// where its steps change, although the overlap and the speed fall.
+const GROWTH: f64 = 1.0005;
+
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Factor on the step of contacts of elastic spheres that grow stiff with their overlap: the frequency goes with its fourth root. The
     /// overlap is that which the deepest contact has when the fastest grains have met, so that it hardly changes while they do.
-    fn share_of_deep_contacts(&self) -> f64 {
+    pub(super) fn share_of_deep_contacts(&self) -> f64 {
         let square = self.ledger.overlap * self.ledger.overlap;
         let energy = square * self.ledger.overlap.sqrt() + self.laws.impact * self.fastest * self.fastest;
-        if self.laws.impact > 0.0 && energy > DEEP * DEEP * DEEP.sqrt() {
+        let share = if self.laws.impact > 0.0 && energy > DEEP * DEEP * DEEP.sqrt() {
             (DEEP * DEEP * DEEP.sqrt() / energy).powf(0.1)
         } else {
             1.0
-        }
+        };
+        share.min(GROWTH * self.deep_share)
     }
 
     /// The largest step from here (sheet: dem §3.5).

@@ -93,6 +93,36 @@ fn restitution_is_what_was_asked_for_in_steps_that_outputs_cut() {
 }
 
 #[test]
+fn restitution_is_what_was_asked_for_where_deep_overlaps_and_outputs_change_the_step() {
+    for clamp in [true, false] {
+        for value in [0.8, 0.3, 0.1] {
+            let pair = asked("hertz", value, clamp);
+            for interval in [1e-4, 1.5e-4, 3.3e-4] {
+                for gap in [1e-4, 1.1e-4, 1.23e-4, 1.57e-4] {
+                    let mut scene = Scene::new(pair.clone());
+                    for side in [1.0, -1.0] {
+                        let height = side * (RADIUS + gap);
+                        scene = scene.sphere([0.0, 0.0, height], RADIUS, [0.0, 0.0, -side], [0.0; 3]);
+                    }
+                    (scene.density, scene.gravity, scene.half) = (2500.0, vec![0.0; 3], 0.1);
+                    let mut solver: DemSolver<3, 3> = begun(spheres(&scene.case()).unwrap());
+                    for output in 1..(4e-3 / interval) as i32 {
+                        let end = f64::from(output) * interval;
+                        while solver.time() < end - 1e-12 {
+                            solver.step(end - solver.time()).unwrap();
+                        }
+                    }
+                    let v = solver.snapshot().vectors("velocity").unwrap().to_vec();
+                    let found = 0.5 * (v[0][2] - v[1][2]);
+                    let off = (found - value).abs();
+                    assert!(off < 5e-3, "clamp {clamp}, every {interval} s, gap {gap}: {found} for {value}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn restitution_is_what_was_asked_for_with_velocities_carried_on() {
     for law in ["linear", "hertz"] {
         for value in [0.8, 0.3] {
