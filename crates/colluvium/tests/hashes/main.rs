@@ -4,6 +4,7 @@
 //! The manifest is `validation/hashes.csv`. Where results are meant to change, `COLLUVIUM_HASHES=write cargo test -p colluvium
 //! --test hashes` writes it anew. Sines and powers are those of the C library, so that the hashes are of 64-bit Linux.
 
+mod elsewhere;
 mod flows;
 mod grains;
 mod options;

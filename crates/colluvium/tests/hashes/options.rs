@@ -7,63 +7,8 @@ use colluvium::case::{Case, Wanted};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
+use crate::elsewhere::{Trial, trials};
 use crate::{Runs, STEPS, runs};
-
-/// Options that change nothing in a few steps of any run here, each with its reason.
-const ELSEWHERE: [(&str, &str); 25] = [
-    ("dem.coarse_graining", "no run here writes averages over cells of grains"),
-    ("dem.initial_overlap", "asked where a specimen is filled at random, which no run here does"),
-    ("dem.mix", "asked where kinds have no law between them; the runs here name all pairs"),
-    (
-        "dem.stages.*.damping_form",
-        "asked in stages after the first, or where grains grow; the runs here have one stage",
-    ),
-    (
-        "dem.stages.*.grow_until",
-        "asked in stages after the first, or where grains grow; the runs here have one stage",
-    ),
-    (
-        "dem.stages.*.reset_contacts",
-        "asked in stages after the first, or where grains grow; the runs here have one stage",
-    ),
-    ("depth-sph.basal.cohesion_form", "asked where the bed has cohesion"),
-    (
-        "depth-sph.curvature_in_friction",
-        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
-    ),
-    (
-        "depth-sph.frame",
-        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
-    ),
-    ("depth-sph.leaving_is_an_error", "asked where a node leaves the bed, which none does here"),
-    (
-        "depth-sph.lower_bed",
-        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
-    ),
-    (
-        "depth-sph.metric",
-        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
-    ),
-    ("depth-sph.mixture.porosity", "asked where two phases have a density of the mixture"),
-    ("depth-sph.shortest_smoothing", "a bound that no run here reaches"),
-    (
-        "depth-sph.terrain_smoothing",
-        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
-    ),
-    (
-        "depth-sph.terrain_spacing",
-        "asked over beds with slopes, from rasters or with erosion; the flows here that were tried have none",
-    ),
-    ("mpm.obstacles", "asked where points meet obstacles, in none of the runs that were tried"),
-    ("mpm.static_friction_ratio", "asked where points meet obstacles, in none of the runs that were tried"),
-    ("snow-mpm.courant_velocity", "a bound that no run here reaches"),
-    ("sph.allow_pairing", "allows what would be refused, and changes nothing"),
-    ("sph.allow_summation", "allows what would be refused, and changes nothing"),
-    ("sph.formulation", "the other value is refused by what the runs here ask for"),
-    ("sph.smoothing_growth", "a bound that no run here reaches"),
-    ("sph.stress_diffusion_k0", "asked with diffusion of stress, at rest"),
-    ("sph.wall_guard", "a bound that no run here reaches"),
-];
 
 /// Runs in which an option is tried, at most.
 const TRIALS: usize = 60;
@@ -180,16 +125,19 @@ fn places(root: &Value, schema: &Value, value: &Value, (path, name): (&str, &str
     }
 }
 
-/// All that a run shows after some steps; `None` where the case is refused.
+/// All that a run shows after some steps of each stage; `None` where the case is refused.
 fn shown(case: &Value) -> Option<u64> {
     let name = case["methods"].as_object()?.keys().next()?.clone();
     let case = Case::from_json(&case.to_string()).ok()?;
     let mut solver = colluvium::method(&name)?.build(&case).ok()?;
     let mut run = || -> Result<(), colluvium::case::SolverError> {
-        solver.begin_stage(0, 0.0)?;
-        for _ in 0..STEPS {
-            let dt = solver.limit().dt;
-            solver.step(dt)?;
+        for stage in 0..case.stages.len() {
+            let now = solver.time();
+            solver.begin_stage(stage, now)?;
+            for _ in 0..STEPS {
+                let dt = solver.limit().dt;
+                solver.step(dt)?;
+            }
         }
         Ok(())
     };
@@ -245,10 +193,21 @@ fn every_option_changes_a_result_or_is_refused() {
     }
     let effects: Vec<(&String, Effect)> =
         options.par_iter().map(|(name, trials)| (name, effect(&all, trials))).collect();
-    let known = |name: &str| ELSEWHERE.iter().any(|(own, _)| *own == name);
+    let folder = tempfile::tempdir().unwrap();
+    let elsewhere = trials(&all, folder.path());
+    let known = |name: &str| elsewhere.iter().any(|trial| trial.option == name);
     let ignored: Vec<&String> = (effects.iter())
         .filter(|(name, effect)| *effect == Effect::Ignored && !known(name))
         .map(|(name, _)| *name)
         .collect();
     assert!(ignored.is_empty(), "of {} options these change nothing: {ignored:#?}", effects.len());
+    let still: Vec<&str> = elsewhere.par_iter().filter_map(unchanged).collect();
+    assert!(still.is_empty(), "these change nothing in runs that are made for them: {still:#?}");
+}
+
+/// The option of a trial that changes neither what comes of the run nor whether it is taken.
+fn unchanged(trial: &Trial) -> Option<&'static str> {
+    let other = changed(&trial.case, &trial.path, &trial.value).expect("the place is there");
+    let both = [shown(&trial.case), shown(&other)];
+    (both[0] == both[1]).then_some(trial.option)
 }

@@ -1,0 +1,168 @@
+//! Options that change nothing in the runs whose hashes are kept, each with a run in which it does.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::{Runs, elastic, merged, water};
+
+/// A run, where an option stands in it, and a value that changes what comes of it, or whether it is taken.
+pub struct Trial {
+    /// Name of the option, with `*` for names.
+    pub option: &'static str,
+    /// The run.
+    pub case: Value,
+    /// Place of the option in it.
+    pub path: String,
+    /// The value.
+    pub value: Value,
+}
+
+/// All of them; `folder` takes the terrain.
+pub fn trials(runs: &Runs, folder: &Path) -> Vec<Trial> {
+    let mut all = Vec::new();
+    let mut add = |option: &'static str, case: Value, value: Value| {
+        let path = format!("/methods/{}", option.replace("dem.stages.*", "dem.stages.s").replace('.', "/"));
+        all.push(Trial { option, case, path, value });
+    };
+    grains(runs, &mut add);
+    over_terrain(folder, &mut add);
+    flows(runs, &mut add);
+    particles(runs, &mut add);
+    on_grids(runs, &mut add);
+    all
+}
+
+/// Takes an option, a run and a value.
+type Add<'a> = dyn FnMut(&'static str, Value, Value) + 'a;
+
+/// The run of a name, with more.
+fn with(runs: &Runs, name: &str, more: &Value) -> Value {
+    merged(runs.get(name).unwrap_or_else(|| panic!("no run {name:?}")).clone(), more)
+}
+
+fn dem(options: &Value) -> Value {
+    json!({ "methods": { "dem": options } })
+}
+
+fn grains(runs: &Runs, add: &mut Add<'_>) {
+    let run = |name: &str, more: Value| with(runs, &format!("dem 2d {name}"), &more);
+    let averages = json!({ "output": { "grid": 0.1 } });
+    add("dem.coarse_graining", run("linear", averages), json!(4.0));
+    // Overlaps of the lattice are allowed, and refused.
+    add("dem.initial_overlap", run("linear", json!({})), json!(0.01));
+    add("dem.mix", run("two kinds", json!({})), json!(false));
+    let damped = run("damped", dem(&json!({ "stages": { "s": {} } })));
+    add("dem.stages.*.damping_form", damped, json!("vector"));
+    let grows = json!({ "stages": { "s": { "growth": 0.5, "cell": { "xx": { "rate": -0.5 } } } } });
+    add("dem.stages.*.grow_until", run("cell", dem(&grows)), json!(1e-3));
+    // Springs across are those of the stage before.
+    let mut pressed = run("linear", dem(&json!({ "stages": { "s": {} } })));
+    pressed["stages"] = json!([{ "name": "before", "duration": 10 }, { "name": "s", "duration": 10 }]);
+    add("dem.stages.*.reset_contacts", pressed, json!(true));
+}
+
+/// A slope of 0.6 with waves that bends to a flat, on a grid of 1 m.
+fn terrain(folder: &Path) -> Value {
+    let mut text =
+        "ncols 61\nnrows 21\nxllcenter 0\nyllcenter 0\ncellsize 1\nnodata_value -9999\n".to_owned();
+    for row in 0..21 {
+        for column in 0..61 {
+            let (x, y) = (f64::from(column), f64::from(row));
+            let level = 0.6 * (40.0 - x).max(0.0) + 0.3 * (0.9 * x).sin() + 0.2 * (1.3 * y).cos();
+            text += &format!("{:?} ", 1.0 + level);
+        }
+        text.push('\n');
+    }
+    let file = folder.join("terrain.asc");
+    std::fs::write(&file, text).expect("a folder of this test");
+    json!({ "kind": "raster", "file": file.to_str().expect("plain letters") })
+}
+
+/// A heap on a bed that an obstacle has.
+fn on_bed(shape: &Value, more: &Value) -> Value {
+    let base = json!({
+        "title": "heap on a bed", "space": "3d", "gravity": [0, 0, -9.81],
+        "domain": { "min": [0, 0, 0], "max": [60, 20, 60] },
+        "materials": { "debris": {
+            "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
+        } },
+        "bodies": [{ "name": "heap", "material": "debris", "velocity": { "kind": "uniform", "value": [6, 1, -3] },
+            "shape": { "kind": "box", "min": [4, 6, 0], "max": [10, 14, 25] } }],
+        "obstacles": [{ "name": "bed", "shape": shape, "wall": { "kind": "frictional", "friction_coefficient": 0.2 } }],
+        "stages": [{ "name": "release", "duration": 5 }],
+        "methods": { "depth-sph": { "spacing": 1 } }
+    });
+    merged(base, more)
+}
+
+fn over_terrain(folder: &Path, add: &mut Add<'_>) {
+    let shape = terrain(folder);
+    let plain = || on_bed(&shape, &json!({}));
+    add("depth-sph.curvature_in_friction", plain(), json!(false));
+    add("depth-sph.frame", plain(), json!("small-slope"));
+    add("depth-sph.metric", plain(), json!("normal"));
+    add("depth-sph.terrain_smoothing", plain(), json!(4));
+    let erodes = json!({ "methods": { "depth-sph": { "erosion": { "law": "hungr", "rate": 0.05 } } } });
+    add("depth-sph.lower_bed", on_bed(&shape, &erodes), json!(true));
+    // A bed that is no raster is looked up from place to place.
+    let ball = json!({ "kind": "ball", "centre": [5, 10, -20], "radius": 40 });
+    add("depth-sph.terrain_spacing", on_bed(&ball, &json!({})), json!(2.7));
+    // Out of the terrain within a few steps.
+    let leaves = json!({ "bodies": [{ "name": "heap", "material": "debris", "velocity": { "kind": "uniform", "value": [-60, 0, 0] },
+        "shape": { "kind": "box", "min": [1, 6, 0], "max": [6, 14, 27] } }] });
+    add("depth-sph.leaving_is_an_error", on_bed(&shape, &leaves), json!(true));
+}
+
+fn flows(runs: &Runs, add: &mut Add<'_>) {
+    let run = |name: &str, options: Value| {
+        with(runs, &format!("depth-sph plane-strain {name}"), &json!({ "methods": { "depth-sph": options } }))
+    };
+    let sticks = json!({ "basal": { "model": "coulomb", "friction_angle": 15, "cohesion": 2000 } });
+    add("depth-sph.basal.cohesion_form", run("one phase", sticks), json!("ramms"));
+    let dense = json!({ "phases": "two", "mixture": { "grain_density": 2650, "porosity": 0.4,
+        "drag": { "law": "anderson", "settling_velocity": 0.05 } } });
+    add("depth-sph.mixture.porosity", run("one phase", dense), json!(0.45));
+    // Against a wall heights grow and lengths shrink.
+    let mut jams = run("one phase", json!({ "smoothing": 1.2 }));
+    jams["gravity"] = json!([-9, -9.3]);
+    jams["bodies"][0]["shape"]["min"][0] = json!(0);
+    add("depth-sph.shortest_smoothing", jams, json!(0.06));
+}
+
+fn particles(runs: &Runs, add: &mut Add<'_>) {
+    let run = |name: &str, options: Value| {
+        with(runs, &format!("sph {name}"), &json!({ "methods": { "sph": options } }))
+    };
+    // What they allow is refused without them.
+    add("sph.allow_pairing", run("plain", json!({ "smoothing": 2.5, "allow_pairing": true })), json!(false));
+    let mut summed = run("plain", json!({ "continuity": "summation", "allow_summation": true }));
+    summed["materials"]["m"] = water();
+    add("sph.allow_summation", summed, json!(false));
+    add("sph.formulation", run("total", json!({})), json!("updated"));
+    let mut spreads = run("smoothing density", json!({}));
+    spreads["materials"]["m"] = elastic();
+    spreads["bodies"][0]["velocity"] =
+        json!({ "kind": "linear", "value": [0, 0], "gradient": [[60, 0], [0, 60]], "origin": [0.15, 0.07] });
+    add("sph.smoothing_growth", spreads, json!(1.0));
+    add("sph.stress_diffusion_k0", run("stress diffusion", json!({})), json!(0.9));
+    // Particles of a wall, which the body is thrown against.
+    let mut hits = run("rough mirror", json!({ "rough_wall": "particles", "spacing": 0.025 }));
+    hits["bodies"][0]["velocity"]["value"] = json!([0, -4]);
+    add("sph.wall_guard", hits, json!(1.0));
+}
+
+fn on_grids(runs: &Runs, add: &mut Add<'_>) {
+    let ground = json!({ "obstacles": [{ "name": "o", "shape": { "kind": "box", "min": [0.1, 0.0], "max": [0.25, 0.1] },
+        "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] });
+    let mut falls = with(runs, "mpm acceleration friction", &ground);
+    falls["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.1, 0.1], "max": [0.25, 0.2] });
+    falls["methods"]["mpm"]["obstacles"] = json!("nodes");
+    add("mpm.obstacles", falls, json!("points"));
+    // At rest on a wall, between both bounds of friction.
+    let mut rests = with(runs, "mpm acceleration friction", &json!({ "gravity": [3.5, -10] }));
+    rests["bodies"][0]["velocity"]["value"] = json!([0, 0]);
+    add("mpm.static_friction_ratio", rests, json!(1.0));
+    let snow = (runs.iter().find(|(name, _)| name.starts_with("snow-mpm"))).expect("a run of snow").1.clone();
+    add("snow-mpm.courant_velocity", snow, json!(1e-3));
+}
