@@ -11,6 +11,7 @@ mod outline;
 mod prj;
 mod projection;
 mod system;
+mod world_file;
 
 use std::path::{Path, PathBuf};
 
@@ -20,6 +21,8 @@ use thiserror::Error;
 
 pub use outline::{read_features, read_outlines};
 pub use system::{MapSystem, read_system};
+
+use world_file::World;
 
 /// What is wrong with a file, in a line.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -102,14 +105,19 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
             let name = format!("{}.msk", file.file_name().unwrap_or_default().to_string_lossy());
             let mask = file.with_file_name(name);
             let mask = mask.is_file().then(|| bytes(&mask)).transpose()?;
-            geotiff::parse(&bytes(file)?, beside, mask.as_deref())
+            let world = World::beside(file).map_err(of(file))?;
+            geotiff::parse(&bytes(file)?, geotiff::Beside { band: beside, mask, world })
         }
         _ => return Err(unknown(file, ".asc, .grd or .txt (ESRI ASCII grid), .tif or .tiff (GeoTIFF)")),
     };
-    let raster = raster.map_err(of(file))?;
+    let mut raster = raster.map_err(of(file))?;
     raster.validate().map_err(|error| of(file)(error.to_string()))?;
+    let is_nameless = raster.reference.epsg.is_none() && raster.reference.crs.is_none();
+    if is_nameless {
+        prj::refer(&mut raster.reference, prj::text(file).map_err(of(file))?);
+    }
     // A GeoTIFF tells its units itself, but what GDAL writes beside it comes before that.
-    if !ending(file).starts_with("tif") || is_beside {
+    if is_nameless || is_beside || !ending(file).starts_with("tif") {
         prj::check(file).map_err(of(file))?;
     }
     Ok(raster)

@@ -96,18 +96,24 @@ pub fn read_system(file: &Path) -> Option<MapSystem> {
                 return prj::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text));
             }
             let (epsg, name) = geotiff::system(BufReader::new(File::open(file).ok()?)).ok()?;
+            if epsg.is_none() && name.is_none() {
+                return of_text_beside(file);
+            }
             let text = name.clone().filter(|text| prj::is_well_known(text));
             let name = text.as_deref().map_or(name, name_of);
-            (epsg.is_some() || name.is_some()).then(|| MapSystem::new(epsg, name, text.as_deref()))
+            Some(MapSystem::new(epsg, name, text.as_deref()))
         }
         "geojson" | "json" => of_geojson(&read_text(file).ok()?.parse().ok()?),
-        "asc" | "grd" | "txt" | "shp" => {
-            let of_gdal = || band::beside(file).ok()?.crs;
-            let text = prj::text(file).ok()?.or_else(of_gdal)?;
-            prj::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text))
-        }
+        "asc" | "grd" | "txt" | "shp" => of_text_beside(file),
         _ => None,
     }
+}
+
+/// The system of the `.prj` beside a file, or of the `.aux.xml` of GDAL.
+fn of_text_beside(file: &Path) -> Option<MapSystem> {
+    let of_gdal = || band::beside(file).ok()?.crs;
+    let text = prj::text(file).ok()?.or_else(of_gdal)?;
+    prj::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text))
 }
 
 /// The system of the member `crs`, which files have that are not in degrees.

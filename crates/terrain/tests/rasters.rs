@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use colluvium_points::Raster;
-use colluvium_terrain::read_raster;
+use colluvium_terrain::{read_raster, read_system};
 
 /// A tag of a TIFF with its values.
 #[derive(Clone)]
@@ -249,6 +249,27 @@ fn a_file_beside_a_raster_says_what_its_numbers_are() {
     std::fs::write(folder.path().join("a.asc.aux.xml"), "<a></b>").unwrap();
     let error = read_raster(&path).unwrap_err();
     assert!(error.problem.contains("a.asc.aux.xml beside it cannot be read"), "{error}");
+}
+
+#[test]
+fn files_beside_a_plain_image_say_where_and_in_which_system_it_lies() {
+    let folder = tempfile::tempdir().unwrap();
+    let beside = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let mut tags = without(placed(64, 3), 34735);
+    tags.retain(|tag| !matches!(tag, Tag::Double(33550 | 33922, _)));
+    let path = file(folder.path(), "a.tif", false, &[(tags, counted(|n| f64::from(n).to_le_bytes()))]);
+    assert!(read_raster(&path).unwrap_err().problem.contains("nor a world file .tfw"));
+    beside("a.tfw", "5\n0\n0\n-5\n600002.5\n5000012.5\n");
+    let raster = read(&path);
+    assert_eq!((raster.origin, raster.at(0, 2), raster.at(3, 0)), ([600_002.5, 5_000_002.5], 0.0, 11.0));
+    let system = |unit: &str| {
+        format!(r#"PROJCS["a",GEOGCS["b",UNIT["degree",0.0174532925199433]],{unit},AUTHORITY["EPSG","25832"]]"#)
+    };
+    beside("a.prj", &system(r#"UNIT["metre",1]"#));
+    assert_eq!(read(&path).reference.epsg, Some(25832));
+    assert!(read_system(&path).unwrap().to_string().contains("25832"));
+    beside("a.prj", &system(r#"UNIT["foot",0.3048]"#));
+    assert!(read_raster(&path).unwrap_err().problem.contains("foot"));
 }
 
 #[test]

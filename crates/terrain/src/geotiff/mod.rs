@@ -13,6 +13,7 @@ use tiff::tags::Tag;
 
 use crate::band::{Band, mark};
 use crate::prj;
+use crate::world_file::World;
 use keys::{Keys, METRE, PIXEL_IS_AREA, PIXEL_IS_POINT, PROJECTED_MODEL, USER_DEFINED, key};
 
 /// Tag of the metadata of GDAL, as XML.
@@ -31,8 +32,12 @@ fn wrong(error: tiff::TiffError) -> String {
     format!("is not a TIFF that can be read: {error}{cure}")
 }
 
-/// Where the node of the first pixel is (m), and the steps per column and row.
-fn placement(decoder: &mut Source<'_>) -> Result<([f64; 2], [f64; 2]), String> {
+/// Place of the first pixel, its corner or its centre as the raster has it (m), and the steps per column and row.
+fn placement(
+    decoder: &mut Source<'_>,
+    world: Option<World>,
+    corner: bool,
+) -> Result<([f64; 2], [f64; 2]), String> {
     if let Ok(m) = decoder.get_tag_f64_vec(Tag::ModelTransformationTag) {
         if m.len() != 16 {
             return Err(format!("its transformation has {} numbers, not 16", m.len()));
@@ -45,7 +50,11 @@ fn placement(decoder: &mut Source<'_>) -> Result<([f64; 2], [f64; 2]), String> {
     let scale = decoder.get_tag_f64_vec(Tag::ModelPixelScaleTag);
     let tie = decoder.get_tag_f64_vec(Tag::ModelTiepointTag);
     let (Ok(scale), Ok(tie)) = (scale, tie) else {
-        return Err("has no georeference (neither pixel scale with tie point nor transformation)".to_owned());
+        let problem = "has no georeference (neither pixel scale with tie point nor transformation, nor a world file .tfw \
+                       beside it): write it as a GeoTIFF";
+        let World { first, step } = world.ok_or(problem)?;
+        let shift = if corner { 0.5 } else { 0.0 };
+        return Ok(([first[0] - shift * step[0], first[1] - shift * step[1]], step));
     };
     if scale.len() < 2 || tie.len() < 6 {
         return Err("its pixel scale or tie point is too short".to_owned());
@@ -63,19 +72,33 @@ pub(crate) fn system(source: impl Read + Seek) -> Result<(Option<u32>, Option<St
     Ok((keys.epsg(), keys.citation().map(str::to_owned)))
 }
 
-/// Reads a raster of one band, with what is said of the band and, from `.msk`, of its mask in files `beside` it.
-pub(crate) fn parse(bytes: &[u8], beside: Band, mask: Option<&[u8]>) -> Result<Raster, String> {
+/// Files beside a GeoTIFF.
+#[derive(Default)]
+pub(crate) struct Beside {
+    /// Meaning of the numbers, by `.aux.xml`.
+    pub(crate) band: Band,
+    /// Mask, by `.msk`.
+    pub(crate) mask: Option<Vec<u8>>,
+    /// Placement where the file has none itself.
+    pub(crate) world: Option<World>,
+}
+
+/// Reads a raster of one band, with what files `beside` it say.
+pub(crate) fn parse(bytes: &[u8], beside: Beside) -> Result<Raster, String> {
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(wrong)?;
     let size = decoder.dimensions().map_err(wrong)?;
     let (columns, rows) = (size.0 as usize, size.1 as usize);
     let keys = Keys::read(&mut decoder);
     keys.check_plan()?;
     let heights = keys.height_unit()?;
-    let (start, step) = placement(&mut decoder)?;
-    if !(step[0] > 0.0 && step[1] < 0.0) {
-        return Err(format!("its steps of {step:?} m do not go east and south"));
+    let corner = keys.get(key::RASTER_TYPE) != Some(PIXEL_IS_POINT);
+    let (start, step) = placement(&mut decoder, beside.world, corner)?;
+    if !(step[0] > 0.0 && step[1] != 0.0) {
+        return Err(format!(
+            "its columns and rows go on by {step:?} m: columns must go east and rows north or south; resample it to such a grid"
+        ));
     }
-    let mut band = band(&mut decoder)?.or(beside);
+    let mut band = band(&mut decoder)?.or(beside.band);
     let mut values = numbers(image(bytes, decoder)?);
     if values.len() != columns * rows {
         return Err(format!(
@@ -83,23 +106,28 @@ pub(crate) fn parse(bytes: &[u8], beside: Band, mask: Option<&[u8]>) -> Result<R
             values.len()
         ));
     }
-    let beside = mask
-        .map(|mask| mask::of_own_file(mask, size).map_err(|problem| format!(".msk beside it: {problem}")));
+    let beside = (beside.mask)
+        .map(|mask| mask::of_own_file(&mask, size).map_err(|problem| format!(".msk beside it: {problem}")));
     if let Some(valid) = beside.transpose()?.or(mask::of_file(bytes, size)?) {
         // What a mask takes away is no data, whatever stands there.
         let hole = *band.no_data.get_or_insert(f64::NAN);
         values.iter_mut().zip(valid).filter(|(_, valid)| !valid).for_each(|(value, _)| *value = hole);
     }
-    let corner = keys.get(key::RASTER_TYPE) != Some(PIXEL_IS_POINT);
     let shift = if corner { 0.5 } else { 0.0 };
-    let north = start[1] + shift * step[1];
+    let first = [start[0] + shift * step[0], start[1] + shift * step[1]];
+    let lines = values.chunks(columns.max(1));
+    let (south, values) = if step[1] < 0.0 {
+        (first[1] + (rows.max(1) - 1) as f64 * step[1], lines.rev().flatten().copied().collect())
+    } else {
+        (first[1], values)
+    };
     let crs = keys.citation().map(str::to_owned);
     let mut raster = Raster {
         columns,
         rows,
-        origin: [start[0] + shift * step[0], north + (rows.max(1) - 1) as f64 * step[1]],
-        spacing: [step[0], -step[1]],
-        values: values.chunks(columns.max(1)).rev().flatten().copied().collect(),
+        origin: [first[0], south],
+        spacing: [step[0], step[1].abs()],
+        values,
         reference: Georeference { epsg: keys.epsg(), crs, corner, ..Georeference::default() },
     };
     band.apply(&mut raster, heights)?;
@@ -216,7 +244,7 @@ mod tests {
     use keys::GEOGRAPHIC_MODEL;
 
     fn parse(bytes: &[u8]) -> Result<Raster, String> {
-        super::parse(bytes, Band::default(), None)
+        super::parse(bytes, Beside::default())
     }
 
     fn raster(corner: bool) -> Raster {
@@ -258,6 +286,18 @@ mod tests {
     }
 
     #[test]
+    fn a_world_file_places_the_centre_of_the_first_pixel() {
+        for raster_type in [PIXEL_IS_AREA, PIXEL_IS_POINT] {
+            let keys = [1, 1, 0, 1, key::RASTER_TYPE, 0, 1, raster_type];
+            // Half of a placement is none.
+            let bytes = file(&keys, Tag::ModelPixelScaleTag, &[9.0; 3]);
+            let world = Some(World { first: [10.0, 20.0], step: [2.0, -2.0] });
+            let placed = super::parse(&bytes, Beside { world, ..Beside::default() }).unwrap();
+            assert_eq!((placed.origin, placed.spacing, placed.at(0, 1)), ([10.0, 18.0], [2.0; 2], 1.0));
+        }
+    }
+
+    #[test]
     fn rotated_rasters_degrees_and_feet_are_refused() {
         let keys = |number: u16, value: u16| vec![1, 1, 0, 1, number, 0, 1, value];
         let mut transform = [0.0; 16];
@@ -271,6 +311,12 @@ mod tests {
         };
         assert!(problem(&keys(key::MODEL_TYPE, GEOGRAPHIC_MODEL), &transform).contains("degrees"));
         assert!(problem(&keys(key::LINEAR_UNITS, 9003), &transform).contains("9003"));
+        // The same from the south on.
+        (transform[5], transform[7]) = (2.0, 18.0);
+        let turned = parse(&file(&point, Tag::ModelTransformationTag, &transform)).unwrap();
+        assert_eq!((turned.origin, turned.at(0, 0), turned.at(0, 1)), ([10.0, 18.0], 1.0, 3.0));
+        transform[0] = -2.0;
+        assert!(problem(&point, &transform).contains("columns must go east"));
         transform[1] = 0.5;
         assert!(problem(&point, &transform).contains("rotated"));
         assert!(

@@ -1,0 +1,58 @@
+//! World files: the placement of a raster beside it, as six numbers (`.tfw`, `.tifw`, `.wld`).
+
+use std::path::{Path, PathBuf};
+
+/// Placement of a raster: its first pixel is the one in the north-west corner where rows go south.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct World {
+    /// Centre of the first pixel (m).
+    pub(crate) first: [f64; 2],
+    /// Steps per column and row (m); negative ones go west and south.
+    pub(crate) step: [f64; 2],
+}
+
+impl World {
+    /// Of the text of a world file.
+    fn of_text(text: &str) -> Result<Self, String> {
+        let problem = || "must hold six numbers in lines of their own".to_owned();
+        let numbers: Vec<f64> =
+            text.split_whitespace().map(|word| word.parse().map_err(|_| problem())).collect::<Result<_, _>>()?;
+        let [east, down, right, north, x, y] = numbers[..] else { return Err(problem()) };
+        if numbers.iter().any(|number| !number.is_finite()) {
+            return Err(problem());
+        }
+        if down != 0.0 || right != 0.0 {
+            return Err("turns the raster: resample it to a grid along east and north".to_owned());
+        }
+        Ok(Self { first: [x, y], step: [east, north] })
+    }
+
+    /// Of the world file beside a raster, where there is one.
+    pub(crate) fn beside(file: &Path) -> Result<Option<Self>, String> {
+        let Some(path) = path(file) else { return Ok(None) };
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let text = std::fs::read_to_string(&path).map_err(|error| format!("{name} beside it cannot be read: {error}"))?;
+        Self::of_text(&text).map(Some).map_err(|problem| format!("{name} beside it {problem}"))
+    }
+}
+
+/// Path of the world file beside a raster.
+fn path(file: &Path) -> Option<PathBuf> {
+    let endings = ["tfw", "tifw", "tiffw", "wld", "TFW", "TIFW", "WLD"];
+    endings.iter().map(|ending| file.with_extension(ending)).find(|path| path.is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn six_numbers_are_a_placement_and_a_turned_one_is_refused() {
+        let world = World::of_text("5.0\n0\n0.0\n-4e0\r\n1002.5\n2202.5\n").unwrap();
+        assert_eq!(world, World { first: [1002.5, 2202.5], step: [5.0, -4.0] });
+        assert!(World::of_text("5\n0.1\n0\n-5\n1\n2\n").unwrap_err().contains("turns"));
+        for text in ["5 0 0 -5 1", "5 0 0 -5 1 2 3", "5 0 0 x 1 2", "5 0 0 nan 1 2"] {
+            assert!(World::of_text(text).unwrap_err().contains("six numbers"), "{text}");
+        }
+    }
+}
