@@ -15,8 +15,10 @@ impl World {
     /// Of the text of a world file.
     fn of_text(text: &str) -> Result<Self, String> {
         let problem = || "must hold six numbers in lines of their own".to_owned();
-        let numbers: Vec<f64> =
-            text.split_whitespace().map(|word| word.parse().map_err(|_| problem())).collect::<Result<_, _>>()?;
+        let numbers: Vec<f64> = text
+            .split_whitespace()
+            .map(|word| word.parse().map_err(|_| problem()))
+            .collect::<Result<_, _>>()?;
         let [east, down, right, north, x, y] = numbers[..] else { return Err(problem()) };
         if numbers.iter().any(|number| !number.is_finite()) {
             return Err(problem());
@@ -31,7 +33,8 @@ impl World {
     pub(crate) fn beside(file: &Path) -> Result<Option<Self>, String> {
         let Some(path) = path(file) else { return Ok(None) };
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let text = std::fs::read_to_string(&path).map_err(|error| format!("{name} beside it cannot be read: {error}"))?;
+        let text = std::fs::read_to_string(&path)
+            .map_err(|error| format!("{name} beside it cannot be read: {error}"))?;
         Self::of_text(&text).map(Some).map_err(|problem| format!("{name} beside it {problem}"))
     }
 }

@@ -263,7 +263,9 @@ fn files_beside_a_plain_image_say_where_and_in_which_system_it_lies() {
     let raster = read(&path);
     assert_eq!((raster.origin, raster.at(0, 2), raster.at(3, 0)), ([600_002.5, 5_000_002.5], 0.0, 11.0));
     let system = |unit: &str| {
-        format!(r#"PROJCS["a",GEOGCS["b",UNIT["degree",0.0174532925199433]],{unit},AUTHORITY["EPSG","25832"]]"#)
+        format!(
+            r#"PROJCS["a",GEOGCS["b",UNIT["degree",0.0174532925199433]],{unit},AUTHORITY["EPSG","25832"]]"#
+        )
     };
     beside("a.prj", &system(r#"UNIT["metre",1]"#));
     assert_eq!(read(&path).reference.epsg, Some(25832));

@@ -54,8 +54,9 @@ fn grains(runs: &Runs, add: &mut Add<'_>) {
     add("dem.mix", run("two kinds", json!({})), json!(false));
     let damped = run("damped", dem(&json!({ "stages": { "s": {} } })));
     add("dem.stages.*.damping_form", damped, json!("vector"));
-    let grows = json!({ "stages": { "s": { "growth": 0.5, "cell": { "xx": { "rate": -0.5 } } } } });
-    add("dem.stages.*.grow_until", run("cell", dem(&grows)), json!(1e-3));
+    let mut grows = run("cell", dem(&json!({ "stages": { "s": { "growth": 0.5 } } })));
+    grows["methods"]["dem"]["stages"]["s"]["cell"] = json!({ "xx": { "rate": -0.5 } });
+    add("dem.stages.*.grow_until", grows, json!(1e-3));
     // Springs across are those of the stage before.
     let mut pressed = run("linear", dem(&json!({ "stages": { "s": {} } })));
     pressed["stages"] = json!([{ "name": "before", "duration": 10 }, { "name": "s", "duration": 10 }]);
@@ -87,7 +88,7 @@ fn on_bed(shape: &Value, more: &Value) -> Value {
         "materials": { "debris": {
             "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
         } },
-        "bodies": [{ "name": "heap", "material": "debris", "velocity": { "kind": "uniform", "value": [6, 1, -3] },
+        "bodies": [{ "name": "heap", "material": "debris", "velocity": { "kind": "uniform", "value": [6, 1, 0] },
             "shape": { "kind": "box", "min": [4, 6, 0], "max": [10, 14, 25] } }],
         "obstacles": [{ "name": "bed", "shape": shape, "wall": { "kind": "frictional", "friction_coefficient": 0.2 } }],
         "stages": [{ "name": "release", "duration": 5 }],
@@ -139,7 +140,10 @@ fn particles(runs: &Runs, add: &mut Add<'_>) {
     let mut summed = run("plain", json!({ "continuity": "summation", "allow_summation": true }));
     summed["materials"]["m"] = water();
     add("sph.allow_summation", summed, json!(false));
-    add("sph.formulation", run("total", json!({})), json!("updated"));
+    let mut stretched = run("total", json!({}));
+    stretched["bodies"][0]["velocity"] =
+        json!({ "kind": "linear", "value": [0, 0], "gradient": [[5, 2], [0, -3]], "origin": [0.15, 0.1] });
+    add("sph.formulation", stretched, json!("updated"));
     let mut spreads = run("smoothing density", json!({}));
     spreads["materials"]["m"] = elastic();
     spreads["bodies"][0]["velocity"] =

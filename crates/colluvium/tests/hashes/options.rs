@@ -201,13 +201,23 @@ fn every_option_changes_a_result_or_is_refused() {
         .map(|(name, _)| *name)
         .collect();
     assert!(ignored.is_empty(), "of {} options these change nothing: {ignored:#?}", effects.len());
-    let still: Vec<&str> = elsewhere.par_iter().filter_map(unchanged).collect();
+    let still: Vec<String> = elsewhere.par_iter().filter_map(unchanged).collect();
     assert!(still.is_empty(), "these change nothing in runs that are made for them: {still:#?}");
 }
 
-/// The option of a trial that changes neither what comes of the run nor whether it is taken.
-fn unchanged(trial: &Trial) -> Option<&'static str> {
+/// The option of a trial that changes neither what comes of the run nor whether it is taken, and why neither is.
+fn unchanged(trial: &Trial) -> Option<String> {
     let other = changed(&trial.case, &trial.path, &trial.value).expect("the place is there");
     let both = [shown(&trial.case), shown(&other)];
-    (both[0] == both[1]).then_some(trial.option)
+    (both[0] == both[1]).then(|| format!("{} {}", trial.option, refusal(&trial.case).unwrap_or_default()))
+}
+
+/// The reason for which a case is refused.
+fn refusal(case: &Value) -> Option<String> {
+    let name = case["methods"].as_object()?.keys().next()?.clone();
+    let case = match Case::from_json(&case.to_string()) {
+        Ok(case) => case,
+        Err(error) => return Some(error.to_string()),
+    };
+    colluvium::method(&name)?.build(&case).err().map(|error| error.to_string())
 }
