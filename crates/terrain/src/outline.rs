@@ -30,18 +30,25 @@ pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<Feature>, FileE
     let mut found = Vec::new();
     for (number, feature) in features.filter(|(_, feature)| !feature.polygons.is_empty()) {
         let number = number + 1;
-        let thickness = feature
-            .number
-            .ok_or_else(|| of(file)(format!("feature {number} has no number under {attribute:?}")))?;
+        let thickness = feature.number.map_err(|why| {
+            of(file)(format!("feature {number} has no number under {attribute:?}: {why}"))
+        })?;
         found.push(Feature { number, outline: outline(file, feature.polygons)?, thickness });
     }
     Ok(found)
 }
 
-/// A feature of a file, and the number that it has under the name that is asked for.
+/// A feature of a file, and the number that it has under the name that is asked for, or why it has none.
 struct Polygons {
     polygons: Vec<Polygon>,
-    number: Option<f64>,
+    number: Result<f64, String>,
+}
+
+/// The reason for which a feature with these names has no number.
+fn unnamed<'n>(names: impl Iterator<Item = &'n String>) -> String {
+    let mut names: Vec<&str> = names.map(String::as_str).take(20).collect();
+    names.sort_unstable();
+    if names.is_empty() { "it has no attributes".to_owned() } else { format!("its attributes are {}", names.join(", ")) }
 }
 
 fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, FileError> {
@@ -73,7 +80,11 @@ fn of_geojson(text: &str, attribute: Option<&str>) -> Result<Vec<Polygons>, Stri
     let feature = |geometry: Option<geojson::Geometry>, properties: Option<geojson::JsonObject>| {
         let mut polygons = Vec::new();
         geometry.iter().try_for_each(|geometry| add(&geometry.value, &mut polygons))?;
-        let number = attribute.and_then(|name| properties?.get(name)?.as_f64());
+        let number = attribute.map_or(Err(String::new()), |name| {
+            let properties = properties.unwrap_or_default();
+            let value = properties.get(name).ok_or_else(|| unnamed(properties.keys()))?;
+            value.as_f64().ok_or_else(|| format!("it is {value}"))
+        });
         Ok(Polygons { polygons, number })
     };
     match parsed {
@@ -108,12 +119,15 @@ fn add(geometry: &GeometryValue, polygons: &mut Vec<Polygon>) -> Result<(), Stri
 fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, String> {
     let wrong = |error: shapefile::Error| format!("is not a shapefile that can be read: {error}");
     let shapes = shapefile::read_shapes(file).map_err(wrong)?;
-    // Fields that are missing or cannot be read hold no number.
-    let records = attribute.and_then(|_| dbase::read(file.with_extension("dbf")).ok()).unwrap_or_default();
+    let records = attribute.map_or_else(|| Ok(Vec::new()), |_| records(file))?;
     let mut records = records.iter();
     let feature = |(number_of, shape): (usize, Shape)| {
         let record = records.next();
-        let number = attribute.and_then(|name| number(record?.get(name)?));
+        let number = attribute.map_or(Err(String::new()), |name| {
+            let record = record.ok_or("the .dbf beside it has fewer rows")?;
+            let value = record.get(name).ok_or_else(|| unnamed(record.as_ref().keys()))?;
+            number(value).ok_or_else(|| format!("it is {value}"))
+        });
         let polygons = polygons(&shape).ok_or_else(|| {
             format!(
                 "feature {}: a ring within another runs the same way round, so that it is no hole: repair the geometry (in QGIS with \
@@ -124,6 +138,13 @@ fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, S
         Ok(Polygons { polygons, number })
     };
     shapes.into_iter().enumerate().map(feature).collect()
+}
+
+/// Rows of the table of attributes beside a shapefile.
+fn records(file: &Path) -> Result<Vec<dbase::Record>, String> {
+    let mut beside = ["dbf", "DBF"].map(|ending| file.with_extension(ending)).into_iter();
+    let table = beside.find(|path| path.is_file()).ok_or("has no .dbf beside it, which holds its attributes")?;
+    dbase::read(&table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))
 }
 
 fn number(value: &FieldValue) -> Option<f64> {

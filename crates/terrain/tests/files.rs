@@ -238,9 +238,12 @@ fn features_have_the_numbers_of_their_attributes() {
         assert!(features[1].outline.contains([12.0, 2.0]) && !features[0].outline.contains([12.0, 2.0]));
         assert_eq!((features[0].number, features[1].number), (1, 2));
         let problem = read_features(path, "height").unwrap_err().problem;
-        assert_eq!(problem, "feature 1 has no number under \"height\"");
+        assert_eq!(problem, "feature 1 has no number under \"height\": its attributes are depth");
     }
     let half = gathered([feature(0.0, r#"{"depth": 1.5}"#), feature(10.0, r#"{"depth": "deep"}"#)]);
     let problem = read_features(&file(&folder, "b.geojson", &half), "depth").unwrap_err().problem;
-    assert!(problem.starts_with("feature 2 has no number"), "{problem}");
+    assert_eq!(problem, "feature 2 has no number under \"depth\": it is \"deep\"");
+    std::fs::remove_file(shape.with_extension("dbf")).unwrap();
+    let problem = read_features(&shape, "depth").unwrap_err().problem;
+    assert!(problem.contains("no .dbf beside it"), "{problem}");
 }

@@ -105,16 +105,25 @@ fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<Inc
 fn write(title: &str, trace: &Trace, out: &Path, format: &str) -> Result<(), Failure> {
     let fail = |error: std::io::Error| Failure::Other(format!("{}: {error}", out.display()));
     create_folder(out)?;
-    for name in StandardPlot::NAMES {
-        for earlier in ["png", "svg"].map(|format| out.join(format!("{name}.{format}"))) {
-            if earlier.exists() {
-                std::fs::remove_file(&earlier).map_err(fail)?;
-            }
-        }
-    }
     let mut table = Vec::new();
     trace.path.write_csv(&mut table).map_err(|error| Failure::Other(error.to_string()))?;
-    write_atomically(&out.join("path.csv"), &table)?;
+    let path = out.join("path.csv");
+    let pictures: Vec<PathBuf> = (StandardPlot::NAMES.iter())
+        .flat_map(|name| ["png", "svg"].map(|format| out.join(format!("{name}.{format}"))))
+        .filter(|picture| picture.exists())
+        .collect();
+    // Tables of element tests begin alike, and no other file does.
+    let units = table.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let is_table = std::fs::read(&path).is_ok_and(|earlier| earlier.starts_with(units));
+    let foreign = Some(&path).filter(|path| path.exists()).or(pictures.first());
+    if let Some(file) = foreign.filter(|_| !is_table) {
+        return Err(Failure::Other(format!(
+            "{} would be overwritten, and no element test wrote it: name another folder with --out",
+            file.display()
+        )));
+    }
+    pictures.iter().try_for_each(std::fs::remove_file).map_err(fail)?;
+    write_atomically(&path, &table)?;
     for plot in trace.path.standard_plots() {
         let yield_lines = if plot.name == "q-p" { trace.yield_lines() } else { Vec::new() };
         chart(title, &plot, &trace.path, yield_lines).write(&out.join(format!("{}.{format}", plot.name)))?;

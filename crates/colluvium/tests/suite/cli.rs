@@ -685,6 +685,16 @@ fn an_element_test_leaves_a_table_and_four_pictures() {
         ["path.csv", "pore-pressure-strain.svg", "q-p.svg", "q-strain.svg", "volume-ln-p.svg"]
     );
     assert!(fs::read_to_string(out.join("q-p.svg")).unwrap().contains("yield surface"));
+    // What no element test wrote stays.
+    for foreign in ["path.csv", "q-p.png"] {
+        let other = folder.path().join(foreign.replace('.', "-"));
+        fs::create_dir(&other).unwrap();
+        fs::write(other.join(foreign), "mine").unwrap();
+        let (code, _, errors) = output(program().arg("element-test").arg(&file).arg("--out").arg(&other));
+        assert!(code == 1 && errors.contains(foreign) && errors.contains("--out"), "{code}: {errors}");
+        assert_eq!(fs::read_to_string(other.join(foreign)).unwrap(), "mine");
+        assert_eq!(names_in(&other), [foreign]);
+    }
 }
 
 #[test]
