@@ -6,11 +6,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::plan_integral::{PlanGrid, integral};
 use crate::surface::HeightField;
-use crate::{Outline, Raster, Terrain};
+use crate::{Outline, Polygon, Raster, Terrain};
 
 /// Fewest and most places along an axis at which a layer is looked at.
 const PLACES: (usize, usize) = (64, 1000);
+
+/// Most cells along an axis over which the volume of a layer is summed.
+const MOST_CELLS: f64 = 2000.0;
 
 /// Overlap of two features over the area of the smaller one up to which it is a sliver.
 const SLIVER: f64 = 1e-3;
@@ -204,7 +208,7 @@ impl Layer {
 
     /// Looks at places all over the layer: how high and low it reaches, its volume, and whether there is data.
     fn look(&mut self, places: [usize; 2], origin: [f64; 2]) -> Result<(), LayerError> {
-        let (mut sum, mut count) = (0.0, 0usize);
+        let mut sum = 0.0;
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         for number in 0..places[0] * places[1] {
             let cell = [number % places[0], number / places[0]];
@@ -222,7 +226,7 @@ impl Layer {
             if !(thickness >= 0.0) {
                 return refuse("thickness", format!("{thickness} m is negative"));
             }
-            (sum, count) = (sum + thickness, count + 1);
+            sum += thickness;
             if thickness == 0.0 {
                 continue;
             }
@@ -236,12 +240,53 @@ impl Layer {
             return Err(LayerError { key: "thickness", problem: problem.to_owned() });
         }
         (self.low[2], self.high[2]) = (lowest, highest);
-        self.volume = sum / count as f64 * self.outline.area();
+        self.volume = self.integrated();
         if !(self.volume > 0.0) {
             let problem = format!("encloses an area of {} m²: there is no volume", self.outline.area());
             return Err(LayerError { key: "outline", problem });
         }
         Ok(())
+    }
+
+    /// Volume (m³): the integral of the vertical thickness over the outline. That of one thickness on areas of their own is exact, that of a
+    /// raster where it is measured vertically, but for what the outline cuts off cells.
+    fn integrated(&self) -> f64 {
+        let ground = self.ground.raster();
+        let over = |polygons: &[Polygon], raster: &Raster, depth: &dyn Fn([f64; 2]) -> f64| {
+            let step = match &self.slopes {
+                Some(_) => std::array::from_fn(|c| raster.spacing[c].min(ground.spacing[c])),
+                None => raster.spacing,
+            };
+            let (low, high) = self.outline.bounds();
+            // No more cells than places of a layer at most: whole numbers of them are one.
+            let step = std::array::from_fn(|c| {
+                step[c] * ((high[c] - low[c]) / (MOST_CELLS * step[c])).ceil().max(1.0)
+            });
+            let grid = PlanGrid { origin: raster.origin, step };
+            integral(polygons, &grid, &mut |place| depth(place) * self.steepness(place).unwrap_or(1.0))
+        };
+        match &self.depths {
+            Depths::Uniform(depth) if self.slopes.is_none() => depth * self.outline.area(),
+            Depths::Uniform(depth) => over(self.outline.united(), ground, &|_| *depth),
+            Depths::Raster(raster) => {
+                over(self.outline.united(), raster, &|[x, y]| raster.interpolate(x, y).unwrap_or(0.0))
+            }
+            Depths::Features(features) => {
+                let (mut sum, mut later) = (0.0, Vec::new());
+                for feature in features.iter().rev() {
+                    sum += over(&feature.outline.without(&later), ground, &|_| feature.thickness);
+                    later = feature.outline.with(&later);
+                }
+                sum
+            }
+        }
+    }
+
+    /// Vertical thickness over the one that is given, at a place of the terrain; `None` where that has no slope.
+    fn steepness(&self, [x, y]: [f64; 2]) -> Option<f64> {
+        let Some(slopes) = &self.slopes else { return Some(1.0) };
+        let [a, b] = slopes.bed(x, y)?.gradient;
+        Some((1.0 + a * a + b * b).sqrt())
     }
 
     /// Vertical thickness over a place of the terrain, whether in the outline or not (m).
@@ -253,9 +298,7 @@ impl Layer {
                 features.iter().rfind(|feature| feature.outline.contains([x, y]))?.thickness
             }
         };
-        let Some(slopes) = self.slopes.as_ref().filter(|_| depth != 0.0) else { return Some(depth) };
-        let [a, b] = slopes.bed(x, y)?.gradient;
-        Some(depth * (1.0 + a * a + b * b).sqrt())
+        if depth == 0.0 { Some(0.0) } else { Some(depth * self.steepness([x, y])?) }
     }
 
     /// Vertical thickness over a place in plan (m): zero beyond the outline.
@@ -377,6 +420,12 @@ mod tests {
         let wedge = Raster::from_function([41, 31], [0.0; 2], [1.0; 2], |x, _| 0.1 * (x - 5.0).max(0.0));
         let found = volume(layer(Depths::Raster(wedge), Measured::Vertical));
         assert!((found - 400.0).abs() < 1e-9, "{found}");
+        // A fine raster on coarse ground, within an outline that cuts its cells.
+        let fine = Raster::from_function([101, 101], [10.0; 2], [0.1; 2], |x, y| (x - 10.0) * (y - 10.0));
+        let cut =
+            Layer::new(slope(), square(11.03, 18.57), Depths::Raster(fine), Measured::Vertical, [0.0; 2]);
+        let exact = (0.5 * (8.57f64.powi(2) - 1.03f64.powi(2))).powi(2);
+        assert!((volume(cut.unwrap()) / exact - 1.0).abs() < 1e-12);
         // By chords of its own, as of any shape.
         let chords = Shape::Union { shapes: vec![shape(layer(Depths::Uniform(1.5), Measured::Normal))] };
         assert!((chords.volume(3, false) / 750.0 - 1.0).abs() < 1e-3);
@@ -399,6 +448,9 @@ mod tests {
         assert!(overlap.features == [1, 4] && (overlap.area - 100.0).abs() < 1e-9, "{overlap:?}");
         let hidden = laid(vec![feature(1, 10.0, 20.0, 3.0), feature(2, 5.0, 25.0, 1.0)]);
         assert!((hidden.volume - 400.0).abs() < 1e-9 && hidden.overlaps().len() == 1);
+        // Far apart, of unlike size and thickness, at places that no lattice divides evenly.
+        let apart = laid(vec![feature(1, 1.3, 2.4, 10.0), feature(2, 11.7, 28.9, 1.0)]);
+        assert!((apart.volume - (10.0 * 1.1 * 1.1 + 17.2 * 17.2)).abs() < 1e-9, "{}", apart.volume);
         // One thickness for both is no question, nor is a border drawn twice.
         assert_eq!(laid(vec![feature(1, 5.0, 25.0, 2.0), feature(2, 10.0, 20.0, 2.0)]).overlaps(), []);
         assert_eq!(laid(vec![feature(1, 5.0, 15.001, 1.0), feature(2, 15.0, 25.0, 2.0)]).overlaps(), []);

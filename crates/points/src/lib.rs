@@ -23,6 +23,7 @@ mod microstructure;
 mod neighbours;
 mod outline;
 mod pieces;
+mod plan_integral;
 mod polygon;
 mod raster;
 mod sampling;

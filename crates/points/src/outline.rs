@@ -87,6 +87,24 @@ impl Outline {
         area(&self.united)
     }
 
+    /// Polygons that neither overlap nor share an edge, and make it up.
+    pub(crate) fn united(&self) -> &[Polygon] {
+        &self.united
+    }
+
+    /// Polygons of it that do not lie in others (m).
+    pub(crate) fn without(&self, others: &Vec<Polygon>) -> Vec<Polygon> {
+        if others.is_empty() {
+            return self.united.clone();
+        }
+        self.united.overlay_as::<i64>(others, OverlayRule::Difference, FillRule::EvenOdd)
+    }
+
+    /// Polygons of it and of others, together (m).
+    pub(crate) fn with(&self, others: &Vec<Polygon>) -> Vec<Polygon> {
+        self.united.overlay_as::<i64>(others, OverlayRule::Union, FillRule::EvenOdd)
+    }
+
     /// Area in plan that it has in common with another outline (m²).
     pub fn overlap(&self, other: &Self) -> f64 {
         let ((low, high), (from, to)) = (self.bounds(), other.bounds());
