@@ -234,7 +234,19 @@ mod tests {
         assert_ne!(case.fingerprint(), normal.fingerprint());
         let before = normal.fingerprint();
         outline(folder.path(), [[10.0, 10.0], [21.0, 10.0], [21.0, 30.0], [10.0, 30.0]]);
-        assert_ne!(before, Case::from_value(&value, folder.path()).unwrap().fingerprint());
+        let outlined = Case::from_value(&value, folder.path()).unwrap();
+        assert_ne!(before, outlined.fingerprint());
+        // A file beside the raster, which says more of it.
+        let (before, marks) = (outlined.fingerprint(), outlined.marks_of_files());
+        std::fs::write(folder.path().join("slope.asc.aux.xml"), "<PAMDataset></PAMDataset>").unwrap();
+        assert_ne!(before, outlined.fingerprint());
+        let changed: Vec<String> = outlined
+            .marks_of_files()
+            .into_iter()
+            .filter(|(path, mark)| marks[path] != *mark)
+            .map(|(path, _)| path)
+            .collect();
+        assert!(matches!(&changed[..], [path] if path.ends_with("slope.asc")), "{changed:?}");
     }
 
     /// A deposit of 1.5 m at 15 by 15 nodes of the raster, without data elsewhere.

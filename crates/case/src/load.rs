@@ -1,6 +1,6 @@
 //! From a file to a checked [`Case`], and what every method asks of one.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use colluvium_terrain::MapSystem;
@@ -119,11 +119,17 @@ impl Case {
         case.notes.clear();
         case.output.checkpoint = 1.0;
         for file in case.files() {
-            if let Ok(content) = std::fs::read(&*file) {
-                *file = format!("{:016x}", fnv1a(&content));
+            if let Some(mark) = mark_of(file) {
+                *file = mark;
             }
         }
         fnv1a(serde_json::to_string(&case).expect("plain data always serialises").as_bytes())
+    }
+
+    /// Marks of what is in the files that the case names, by their paths: they differ where a file, or one beside it that is read with it,
+    /// differs.
+    pub fn marks_of_files(&self) -> BTreeMap<String, String> {
+        self.clone().files().filter_map(|file| Some((file.clone(), mark_of(file)?))).collect()
     }
 
     /// JSON Schema of a case file with the options of the given methods.
@@ -315,6 +321,17 @@ fn place_of(value: &Value, wanted: &str) -> Option<String> {
 fn place_within(value: &Value, wanted: &str) -> Option<String> {
     let place = place_of(value, wanted)?;
     Some(if place.is_empty() || place.starts_with('[') { place } else { format!(".{place}") })
+}
+
+/// A mark of what is in a file and in those beside it that are read with it; `None` where it cannot be read.
+fn mark_of(file: &str) -> Option<String> {
+    let mut mark = format!("{:016x}", fnv1a(&std::fs::read(file).ok()?));
+    for beside in colluvium_terrain::files_beside(Path::new(file)) {
+        let ending = beside.extension().unwrap_or_default().to_string_lossy().into_owned();
+        let content = std::fs::read(&beside).unwrap_or_default();
+        mark += &format!(" {ending} {:016x}", fnv1a(&content));
+    }
+    Some(mark)
 }
 
 /// FNV-1a hash of bytes.

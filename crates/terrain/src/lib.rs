@@ -5,6 +5,7 @@
 
 mod ascii_grid;
 mod band;
+mod beside;
 mod geotiff;
 mod mesh;
 mod outline;
@@ -19,6 +20,7 @@ use colluvium_points::Raster;
 use colluvium_points::surface::Facetted;
 use thiserror::Error;
 
+pub use beside::files_beside;
 pub use outline::{read_features, read_outlines};
 pub use system::{MapSystem, read_system};
 

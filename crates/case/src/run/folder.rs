@@ -192,7 +192,43 @@ pub(super) fn keep_room(out: &Path, text: &str) -> Option<File> {
     Some(file)
 }
 
-/// Removes everything that a run writes but its case and its summary.
+/// Whether a file in the folder of rasters has the name of one that methods make: what else lies there, as styles of a program for maps,
+/// is not the run's.
+pub(super) fn is_map(name: &str) -> bool {
+    let name = name.strip_suffix(".tmp").unwrap_or(name);
+    if name == "map.png" {
+        return true;
+    }
+    let Some((stem, "asc" | "tif" | "prj")) = name.rsplit_once('.') else { return false };
+    stem.starts_with("peak_") || stem.starts_with("final_") || ["arrival_time", "bed_change"].contains(&stem)
+}
+
+/// Whether a file in the folder of frames is one, whole or torn.
+fn is_frame(name: &str) -> bool {
+    let name = name.strip_suffix(".tmp").unwrap_or(name);
+    let ending = [".vtu", ".vtr"].iter().any(|ending| name.ends_with(ending));
+    ending && of_frame(&format!("{FRAMES}/{name}")).is_some()
+}
+
+/// Removes a folder that is empty.
+fn remove_empty(folder: &Path) -> Result<(), OutputError> {
+    if !folder.is_dir() || !names(folder)?.is_empty() {
+        return Ok(());
+    }
+    fs::remove_dir(folder).map_err(|error| OutputError::new(folder, error))
+}
+
+/// Removes a run with its folder, but nothing that it did not write.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn remove_run(out: &Path) -> Result<(), OutputError> {
+    clear(out)?;
+    [CASE, SUMMARY].iter().try_for_each(|name| remove(&out.join(name)))?;
+    remove_empty(out)
+}
+
+/// Removes everything that a run writes but its case and its summary, and nothing else.
 pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
     for name in collections(out)?.iter().map(String::as_str).chain([CHECKPOINT, MEASURES]) {
         remove(&out.join(name))?;
@@ -200,8 +236,11 @@ pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
     keep_profiles(out, &[])?;
     names(out)?.iter().filter(|name| is_of_search(name)).try_for_each(|name| remove(&out.join(name)))?;
     remove_torn(out)?;
-    for folder in [FRAMES, RASTERS].map(|name| out.join(name)).iter().filter(|folder| folder.is_dir()) {
-        fs::remove_dir_all(folder).map_err(|error| OutputError::new(folder, error))?;
+    for (name, is_own) in [(FRAMES, is_frame as fn(&str) -> bool), (RASTERS, is_map)] {
+        let folder = out.join(name);
+        let own = names(&folder)?.into_iter().filter(|name| is_own(name));
+        own.map(|name| folder.join(name)).try_for_each(|file| remove(&file))?;
+        remove_empty(&folder)?;
     }
     Ok(())
 }

@@ -32,10 +32,11 @@ use steps::{asked_to_stop, is_there, stable_step};
 
 pub use checkpoint::last_state;
 pub use error::RunError;
+pub use folder::remove_run;
 pub use pace::Pace;
 pub use row::{check_names, column_names};
 pub use safety::{Outcome, Safety, SearchCost, Trial, Verdict};
-pub use verify::{Verified, verify};
+pub use verify::{Verified, changed_inputs, verify};
 
 /// Wall-clock time between two summaries of a run that goes on, at least: frames may follow each other faster than a disk
 /// has them.

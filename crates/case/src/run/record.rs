@@ -11,6 +11,7 @@ use serde_json::json;
 use super::checkpoint::{Checkpoint, read_checkpoint, refuse};
 use super::folder::{self, CASE, CHECKPOINT, COLLECTION, MEASURES, RASTERS, SUMMARY, Tables};
 use super::progress::Progress;
+use super::verify;
 use super::{RunError, RunOptions, row};
 use crate::description::Measure;
 use crate::output::{
@@ -51,6 +52,8 @@ pub(super) struct Recorder<'a> {
     states: BTreeMap<String, Vec<u8>>,
     /// Of the case.
     fingerprint: u64,
+    /// Marks of the files that the case names, by their paths.
+    pub(super) files: BTreeMap<String, String>,
     /// Keeps other runs out of the folder.
     lock: Option<fs::File>,
     /// Keeps room on the disk for the last summary.
@@ -71,6 +74,7 @@ impl<'a> Recorder<'a> {
             kept: Vec::new(),
             states: BTreeMap::new(),
             fingerprint: case.fingerprint(),
+            files: case.marks_of_files(),
             lock: None,
             room: None,
         };
@@ -84,6 +88,7 @@ impl<'a> Recorder<'a> {
         let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
         let running = json!({
             "status": "running", "title": self.case.title, "method": self.options.method, "fingerprint": self.mark(),
+            "inputs": self.files,
             "version": env!("CARGO_PKG_VERSION"), "commit": self.options.commit, "warnings": self.options.warnings,
         });
         let used = out.join(SUMMARY).exists() || out.join(CHECKPOINT).exists();
@@ -130,7 +135,11 @@ impl<'a> Recorder<'a> {
             return Err(folder("holds a complete run: there is nothing to resume"));
         }
         if summary["fingerprint"].as_str().is_some_and(|mark| mark != self.mark()) {
-            return Err(folder("holds a run of another case"));
+            let changed = verify::changed_files(&summary, &self.files);
+            return Err(folder(&match changed.is_empty() {
+                true => "holds a run of another case".to_owned(),
+                false => format!("holds a run of the case with other contents of {}", changed.join(", ")),
+            }));
         }
         Ok(())
     }

@@ -50,6 +50,7 @@ impl Recorder<'_> {
             "version": env!("CARGO_PKG_VERSION"),
             "commit": self.options.commit,
             "fingerprint": self.mark(),
+            "inputs": self.files,
             "wall_time": wall,
             "steps": solver.step_count(),
             "time": solver.time(),

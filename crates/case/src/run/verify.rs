@@ -7,6 +7,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::folder::{self, CASE, RASTERS, SUMMARY};
+use crate::Case;
 use crate::output::{OutputError, Seal, read_json};
 
 /// The seals of all files of a run in `out` but its summary, by name: `sealed` while it ran, and those of the files that were
@@ -20,7 +21,8 @@ pub(super) fn seals(
     names.extend(
         folder::names(out)?.into_iter().filter(|name| folder::is_trials(name) || folder::is_failing(name)),
     );
-    names.extend(folder::names(&out.join(RASTERS))?.iter().map(|name| format!("{RASTERS}/{name}")));
+    let maps = folder::names(&out.join(RASTERS))?.into_iter().filter(|name| folder::is_map(name));
+    names.extend(maps.map(|name| format!("{RASTERS}/{name}")));
     let mut seals = sealed;
     for name in names {
         let path = out.join(&name);
@@ -87,4 +89,19 @@ pub fn verify(out: &Path) -> Result<Verified, OutputError> {
         }
     }
     Ok(Verified { files: files.len(), problems })
+}
+
+/// Paths of the files that the case of a run names and that are not as they were when it began, or are gone.
+///
+/// # Errors
+/// When there is no summary.
+pub fn changed_inputs(out: &Path, case: &Case) -> Result<Vec<String>, OutputError> {
+    Ok(changed_files(&read_json(&out.join(SUMMARY))?, &case.marks_of_files()))
+}
+
+/// Paths of the files that a summary names and that have other marks now, or none.
+pub(super) fn changed_files(summary: &Value, now: &BTreeMap<String, String>) -> Vec<String> {
+    let then = summary["inputs"].as_object().into_iter().flatten();
+    let changed = then.filter(|(path, mark)| now.get(*path).map(String::as_str) != mark.as_str());
+    changed.map(|(path, _)| path.clone()).collect()
 }

@@ -129,13 +129,21 @@ pub fn methods(names: &[String]) -> Result<Vec<&'static dyn Method>, CompareErro
 /// when it is done.
 ///
 /// # Errors
-/// When the system gives no threads.
+/// When the folder has a page that no comparison wrote; when the system gives no threads.
 pub fn run(
     case: &Case,
     methods: &[&'static dyn Method],
     options: &CompareOptions,
     tell: &(dyn Fn(&Contender) + Sync),
 ) -> Result<Vec<Contender>, CompareError> {
+    let page = options.out.join(PAGE);
+    let is_of_run = |method: &&dyn Method| options.out.join(method.name()).join("summary.json").exists();
+    if page.exists() && !crate::methods().iter().any(is_of_run) {
+        let problem = std::io::Error::other(
+            "is there, and no comparison wrote it: choose another folder, or move it away",
+        );
+        return Err(OutputError::new(&page, problem).into());
+    }
     let jobs = options.jobs.clamp(1, methods.len().max(1));
     // Bars of several runs would write over each other.
     let own = CompareOptions {

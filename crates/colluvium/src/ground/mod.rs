@@ -9,6 +9,7 @@ use colluvium_points::Surface;
 use contour::ContourBuilder;
 
 use crate::case::description::ObstacleMotion;
+use crate::case::run::changed_inputs;
 use crate::case::{Case, Standing};
 use crate::plots::{Ground, Heights, Moving, Shell, within};
 
@@ -21,11 +22,17 @@ const SAMPLES: usize = 64;
 /// How far beyond the domain, in its lengths, a moving body is drawn.
 const MOST: f64 = 2.0;
 
-/// [`ground`] of the case in the folder of a run.
+/// [`ground`] of the case in the folder of a run; nothing where its files are not those of the run any more.
 pub fn of_run(folder: &Path) -> Ground {
-    match Case::load(&folder.join("case.json")) {
-        Ok(case) => ground(&case),
-        Err(errors) => Ground { missing: format!("obstacles: {}", errors.first()), ..Ground::default() },
+    let none = |problem: String| Ground { missing: format!("obstacles: {problem}"), ..Ground::default() };
+    let case = match Case::load(&folder.join("case.json")) {
+        Ok(case) => case,
+        Err(errors) => return none(errors.first().to_string()),
+    };
+    let changed = changed_inputs(folder, &case).unwrap_or_default();
+    match changed.first() {
+        Some(file) => none(format!("{file} has changed since the run")),
+        None => ground(&case),
     }
 }
 

@@ -116,6 +116,13 @@ pub(super) fn write(
     write_atomically(&own.join("exceedance.csv"), table.as_bytes())
 }
 
+/// Whether a file of the folder has the name of a raster of shares or of intensity, of its map or of their table.
+pub(super) fn is_raster(name: &str) -> bool {
+    let stem =
+        name.rsplit_once('.').filter(|(_, ending)| ["asc", "tif", "prj", "png", "csv"].contains(ending));
+    stem.is_some_and(|(stem, _)| ["intensity", "exceedance"].iter().any(|own| stem.starts_with(own)))
+}
+
 /// Writes a raster in both formats, and its map.
 pub(super) fn put(
     stem: &Path,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use serde_json::Value;
 use thiserror::Error;
 
 use super::{Member, Results, Row, Sweep, exceedance, intensity, table};
@@ -150,27 +151,57 @@ fn prepare(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepError> {
             return refuse("holds an earlier sweep already (resume it, overwrite it or choose another)");
         }
         None if options.resume => return refuse("holds no sweep to resume"),
-        Some(_) if options.overwrite => clear(out)?,
+        Some(earlier) if options.overwrite => clear(out, &earlier)?,
+        None => {
+            let foreign = table::TABLES.iter().find(|name| out.join(name).exists());
+            if let Some(name) = foreign {
+                return refuse(&format!(
+                    "holds {name}, which no sweep wrote: choose another folder, or move it away"
+                ));
+            }
+        }
         _ => {}
     }
     create_folder(out)?;
     Ok(write_atomically(&kept, text.as_bytes())?)
 }
 
-/// Removes the runs of an earlier sweep, with its tables and pictures.
-fn clear(out: &Path) -> Result<(), OutputError> {
+/// Removes the runs of an earlier sweep, with its tables, pictures and rasters, and nothing that it did not write.
+fn clear(out: &Path, earlier: &str) -> Result<(), OutputError> {
+    let earlier: Value = serde_json::from_str(earlier).unwrap_or_default();
+    let parameters = earlier["parameters"].as_object().into_iter().flat_map(|all| all.keys());
+    let endings: Vec<String> = parameters.map(|name| format!("-{name}.svg")).collect();
+    let is_picture = |name: &str| endings.iter().any(|ending| name.ends_with(ending));
     let fail = |error: std::io::Error| OutputError::new(out, error);
     for entry in fs::read_dir(out).map_err(fail)? {
         let path = entry.map_err(fail)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let run = is_folder(&name) && path.join("summary.json").exists();
-        if run || name == table::PICTURES || name == exceedance::RASTERS {
-            fs::remove_dir_all(&path).map_err(fail)?;
+        if is_folder(&name) && path.join("summary.json").exists() {
+            crate::case::run::remove_run(&path)?;
+        } else if name == table::PICTURES {
+            remove_files(&path, &is_picture)?;
+        } else if name == exceedance::RASTERS {
+            remove_files(&path, &exceedance::is_raster)?;
         } else if table::TABLES.contains(&name.as_str()) {
             fs::remove_file(&path).map_err(fail)?;
         }
     }
     Ok(())
+}
+
+/// Removes the files of a folder whose names are the sweep's, and the folder once it is empty.
+fn remove_files(folder: &Path, is_own: &dyn Fn(&str) -> bool) -> Result<(), OutputError> {
+    let fail = |error: std::io::Error| OutputError::new(folder, error);
+    let mut is_empty = true;
+    for entry in fs::read_dir(folder).map_err(fail)? {
+        let path = entry.map_err(fail)?.path();
+        if path.file_name().is_some_and(|name| is_own(&name.to_string_lossy())) {
+            fs::remove_file(&path).map_err(fail)?;
+        } else {
+            is_empty = false;
+        }
+    }
+    if is_empty { fs::remove_dir(folder).map_err(fail) } else { Ok(()) }
 }
 
 /// One run, from where it stands.

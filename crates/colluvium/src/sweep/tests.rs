@@ -213,11 +213,23 @@ fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
     fs::write(&path, other.to_string()).unwrap();
     let refused = table(&path, &resumed).unwrap_err().to_string();
     assert!(refused.contains("holds another sweep"), "{refused}");
-    table(&path, &SweepOptions { overwrite: true, ..options }).unwrap();
+    for name in ["run-0004/notes.txt", "pictures/mine.svg"] {
+        fs::write(out.join(name), "kept").unwrap();
+    }
+    table(&path, &SweepOptions { overwrite: true, ..options.clone() }).unwrap();
     assert!(
-        out.join("run-0003").exists() && !out.join("run-0004").exists(),
-        "what is left of the old one is gone"
+        out.join("run-0003/summary.json").exists() && !out.join("run-0005").exists(),
+        "the old one is gone"
     );
+    assert!(!out.join("run-0004/summary.json").exists() && out.join("run-0004/notes.txt").exists());
+    assert!(out.join("pictures/mine.svg").exists());
+    // A table that no sweep wrote.
+    let foreign = folder.path().join("foreign");
+    fs::create_dir(&foreign).unwrap();
+    fs::write(foreign.join("runs.csv"), "mine").unwrap();
+    let refused = table(&path, &SweepOptions { out: foreign.clone(), ..options }).unwrap_err().to_string();
+    assert!(refused.contains("runs.csv, which no sweep wrote"), "{refused}");
+    assert_eq!(fs::read_to_string(foreign.join("runs.csv")).unwrap(), "mine");
 }
 
 #[test]
