@@ -20,6 +20,7 @@ impl Case {
     /// Everything that is wrong, each with its JSON path.
     pub fn from_json(text: &str) -> Result<Self, CaseErrors> {
         let mut case: Self = json::read(text)?;
+        case.fill_gravity();
         case.validate()?;
         case.take_off_origin()?;
         case.laid()
@@ -47,10 +48,18 @@ impl Case {
     /// As [`Case::from_json`].
     pub fn from_value(value: &Value, folder: &Path) -> Result<Self, CaseErrors> {
         let mut case: Self = json::from_value(value, "")?;
+        case.fill_gravity();
         case.validate()?;
         case.take_off_origin()?;
         case.resolve_files(folder, value)?;
         case.laid()
+    }
+
+    /// A case that names no gravity has none.
+    fn fill_gravity(&mut self) {
+        if self.gravity.is_empty() {
+            self.gravity = vec![0.0; self.dimension()];
+        }
     }
 
     /// The case with what the files of its layers hold, checked.

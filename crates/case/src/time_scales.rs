@@ -56,7 +56,7 @@ impl Case {
         let own = self.bodies.iter().filter(|body| !body.rigid);
         let (mut consolidation, mut wave) = (None::<f64>, None::<f64>);
         for (body, modulus) in own.filter_map(|body| Some((body, self.modulus(body)?))) {
-            let h = extent(self, body).unwrap_or(height);
+            let h = extent(self, body);
             let mut stiffness = modulus;
             if let Some(fluid) = &body.pore_fluid {
                 // sheet: mpm §2.3.
@@ -79,13 +79,19 @@ impl Case {
         if thickest > 0.0 {
             return thickest;
         }
-        let axis = self.vertical().unwrap_or(0);
+        let axis = self.steepest_axis();
         let bounds =
             self.bodies.iter().filter(|body| !body.rigid).map(|body| body.shape.bounds(self.dimension()));
         let ends = bounds.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (from, to)| {
             [low.min(from[axis]), high.max(to[axis])]
         });
         ends[1] - ends[0]
+    }
+
+    /// Axis along which gravity is largest, the first one without it.
+    fn steepest_axis(&self) -> usize {
+        let axes = (0..self.gravity.len()).rev();
+        axes.max_by(|a, b| self.gravity[*a].abs().total_cmp(&self.gravity[*b].abs())).unwrap_or(0)
     }
 
     /// Modulus of P-waves of a body at its start without stress (Pa).
@@ -133,12 +139,12 @@ fn longer(known: Option<f64>, time: f64) -> Option<f64> {
 }
 
 /// Extent of a body along gravity, or across it where it is a layer (m).
-fn extent(case: &Case, body: &Body) -> Option<f64> {
+fn extent(case: &Case, body: &Body) -> f64 {
     if let Some(thickness) = body.shape.layer_thickness() {
-        return Some(thickness);
+        return thickness;
     }
-    let (axis, (low, high)) = (case.vertical()?, body.shape.bounds(case.dimension()));
-    Some(high[axis] - low[axis])
+    let (axis, (low, high)) = (case.steepest_axis(), body.shape.bounds(case.dimension()));
+    high[axis] - low[axis]
 }
 
 #[cfg(test)]

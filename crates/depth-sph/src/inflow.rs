@@ -20,6 +20,17 @@ pub fn at_time(hydrograph: &[[f64; 2]], time: f64) -> f64 {
     })
 }
 
+/// Integral of a hydrograph up to a time (s).
+pub fn volume(hydrograph: &[[f64; 2]], time: f64) -> f64 {
+    let part = |pair: &[[f64; 2]]| {
+        let end = time.clamp(pair[0][0], pair[1][0]);
+        let slope = (pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0]);
+        let span = end - pair[0][0];
+        span * (pair[0][1] + 0.5 * slope * span)
+    };
+    hydrograph.windows(2).map(part).sum()
+}
+
 /// Depth (m) and speed (m/s) of a discharge per width (m²/s) that has a Froude number under gravity (m/s²).
 pub fn section(flux: f64, froude: f64, gravity: f64) -> (f64, f64) {
     let depth = (flux / (froude * gravity.sqrt())).powf(2.0 / 3.0);
@@ -169,13 +180,7 @@ impl<const D: usize> Inflow<D> {
 
     /// Volume that has flowed in by a time (m³).
     pub fn volume(&self, time: f64) -> f64 {
-        let part = |pair: &[[f64; 2]]| {
-            let end = time.clamp(pair[0][0], pair[1][0]);
-            let slope = (pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0]);
-            let span = end - pair[0][0];
-            span * (pair[0][1] + 0.5 * slope * span)
-        };
-        self.hydrograph.windows(2).map(part).sum()
+        volume(&self.hydrograph, time)
     }
 
     /// How far before the line (m) and how far along it (m) a place is.

@@ -157,6 +157,7 @@ impl dispatch::Visitor for Measure<'_> {
             memory: solver.memory() as u64,
             volumes,
             grains: None,
+            densities: None,
             resolution: Some(Resolution {
                 width: self.options.cell_size,
                 apart: self.options.cell_size / self.options.points_per_cell as f64,

@@ -174,6 +174,7 @@ fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, Ca
             + states,
         volumes,
         grains: None,
+        densities: None,
         resolution: Some(Resolution {
             width: options.spacing,
             apart: options.spacing,

@@ -99,6 +99,8 @@ pub struct Plan {
     /// Of a method whose points are grains with voids between them, the mass of those of each body (kg; per metre in plane strain): it
     /// is not that of a bulk with the density of the material, and the grains need not hold the volume of the shape.
     pub grains: Option<Vec<f64>>,
+    /// Density of each body (kg/m³) where options of the method rule it, as those of a mixture do.
+    pub densities: Option<Vec<f64>>,
     /// Widths in which bodies are seen; `None` where they are not shared out in cells or spacings.
     pub resolution: Option<Resolution>,
     /// Point-updates per second to expect per thread, from this project's benchmarks.

@@ -14,8 +14,12 @@ impl Plan {
     /// Mass of the points of each body (kg), pore fluid included.
     pub fn masses(&self, case: &Case) -> Vec<f64> {
         let of_bulk = || {
-            let bodies = case.bodies.iter().zip(&self.volumes);
-            bodies.map(|(body, volume)| case.bulk_density(body) * volume).collect()
+            let bodies = case.bodies.iter().zip(&self.volumes).enumerate();
+            let density = |number: usize, body| match &self.densities {
+                Some(own) => own[number],
+                None => case.bulk_density(body),
+            };
+            bodies.map(|(number, (body, volume))| density(number, body) * volume).collect()
         };
         self.grains.clone().unwrap_or_else(of_bulk)
     }
@@ -199,6 +203,7 @@ mod tests {
             memory: 1,
             volumes: vec![volume],
             grains: None,
+            densities: None,
             resolution: None,
             steps: 50,
             updates_per_second: 1.0,

@@ -98,6 +98,7 @@ fn measure<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>
         memory: (points * BYTES_OF_GRAIN[D - 2]) as u64,
         volumes,
         grains: Some(masses),
+        densities: None,
         resolution: None,
         updates_per_second: if D == 3 { 5e6 } else { 1e7 },
         warnings: warnings::warnings(case, solver),

@@ -25,6 +25,7 @@ use crate::NAME;
 use crate::bed::Bed;
 use crate::choices::{Frame, Phases};
 use crate::config::DepthOptions;
+use crate::drag::Densities;
 use crate::flow::{Failure, Flow, Outside};
 use crate::settings::{Consolidation, EarthPressure, Mixture, Numerics, PoreColumn, Settings};
 use crate::solver::DepthSolver;
@@ -96,6 +97,22 @@ pub fn size(case: &Case) -> Result<Size, CaseError> {
     Ok(Size { points, nodes: 0.0, memory: points * bytes_per_node(case, &options), key, ..Size::default() })
 }
 
+/// Densities of the bodies where those of the mixture rule (kg/m³).
+fn densities(case: &Case, options: &DepthOptions) -> Option<Vec<f64>> {
+    let mixture = options.mixture.as_ref()?;
+    let densities = Densities {
+        grain: mixture.grain_density,
+        fluid: mixture.fluid_density,
+        gravity: case.gravity_size(),
+    };
+    let of_body = |name: &String| match options.phases {
+        Phases::Layers if mixture.upper.contains(name) => mixture.fluid_density,
+        Phases::Layers => mixture.grain_density,
+        _ => densities.mixture(mixture.porosity_of(name)),
+    };
+    Some(case.bodies.iter().map(|body| of_body(&body.name)).collect())
+}
+
 fn planned<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, CaseError> {
     let (mut solver, of_bed) = made::<D>(case, options)?;
     let time_step = solver.limit();
@@ -113,6 +130,7 @@ fn planned<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, 
         memory: (points as f64 * bytes_per_node(case, options)) as u64,
         volumes: solver.volumes(),
         grains: None,
+        densities: densities(case, options),
         resolution: Some(Resolution {
             width: options.spacing,
             apart: options.spacing,

@@ -7,8 +7,9 @@ use colluvium_constitutive::SymTensor;
 use super::DepthSolver;
 use crate::bed::BedPoint;
 use crate::choices::{Frame, Phases};
+use crate::flow::Set;
 use crate::flow::Totals;
-use crate::nodes::{dot, norm};
+use crate::nodes::dot;
 
 fn scalar(name: &str, unit: &'static str, values: Vec<f64>) -> Field {
     Field { name: name.to_owned(), unit, data: FieldData::Scalar(values) }
@@ -202,7 +203,13 @@ impl<const D: usize> DepthSolver<D> {
                 if flow.opens.is_empty() { left } else { left + flow.passed() }
             }),
             reading("largest_depth", "m", most(&|nodes, i| nodes.depth[i])),
-            reading("largest_speed", "m/s", most(&|nodes, i| norm(&nodes.velocity[i]))),
+            reading("largest_speed", "m/s", {
+                let along_bed = |set: &Set<D>| {
+                    let speed = |i: usize| set.bed[i].speed(&set.nodes.velocity[i]);
+                    (0..set.len()).map(speed).fold(0.0, f64::max)
+                };
+                flow.sets.iter().map(along_bed).fold(0.0, f64::max)
+            }),
             reading("stopped", "s", self.rest.stopped),
         ];
         readings.extend(self.energies().map(|(name, value)| reading(name, "J", value)));
@@ -264,9 +271,15 @@ impl<const D: usize> DepthSolver<D> {
         }
         let account = flow.statement();
         if account.is_off() {
+            let cure = match (self.departure.is_some(), flow.settings.numerics.variable_length) {
+                (true, true) => "`variable_smoothing` false, more `terrain_smoothing` or a finer `spacing`",
+                (true, false) => "more `terrain_smoothing` or a finer `spacing`",
+                (false, true) => "`variable_smoothing` false, or `momentum` `variational`",
+                (false, false) => "`momentum` `variational`, or a finer `spacing`",
+            };
             remarks.push(format!(
                 "the computation has {} {:.2e} J, {:.1} % of the {:.2e} J that the flow has turned over (column energy_error of the measures): \
-                 take a smaller `courant`, a finer `spacing`, or more `terrain_smoothing` over rough ground",
+                 take {cure}",
                 if account.error > 0.0 { "made" } else { "lost" },
                 account.error.abs(),
                 100.0 * account.error.abs() / account.turned_over,

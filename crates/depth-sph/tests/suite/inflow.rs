@@ -275,6 +275,34 @@ fn an_inflow_onto_a_dry_profile_has_its_froude_number() {
     assert!((entered - 4.0).abs() < 0.1, "{entered}");
 }
 
+/// A hydrograph brings its integral through an end too, at any spacing, on a dry bed and against still water, of one and of two phases.
+#[test]
+fn a_hydrograph_through_an_end_brings_its_integral() {
+    let (rectangle, triangle) = (json!([[0, 1], [1, 1]]), json!([[0, 0], [0.5, 1.5], [2, 0]]));
+    for (hydrograph, exact) in [(&rectangle, 1.0), (&triangle, 1.5)] {
+        for spacing in [0.05, 0.21, 0.4] {
+            let mut dry = profile(&json!([{ "side": "x-min", "discharge": hydrograph, "froude": 2 }]));
+            dry["methods"]["depth-sph"]["spacing"] = json!(spacing);
+            let mut wet = wet(0.4);
+            wet["methods"]["depth-sph"]["spacing"] = json!(spacing);
+            wet["methods"]["depth-sph"]["inflows"][0]["discharge"] = hydrograph.clone();
+            for value in [dry, wet] {
+                let mut solver = build(&value);
+                until(solver.as_mut(), 4.5);
+                let entered = reading(solver.as_ref(), "volume_entered");
+                assert!(
+                    (entered / exact - 1.0).abs() < 1e-6,
+                    "spacing {spacing}: {entered} of {exact} {}",
+                    value["methods"]
+                );
+                let phases = value["methods"]["depth-sph"]["phases"] == "two";
+                let fluid = if phases { reading(solver.as_ref(), "fluid_entered") / entered } else { 0.4 };
+                assert!((fluid - 0.4).abs() < 1e-6, "spacing {spacing}: a share of {fluid}");
+            }
+        }
+    }
+}
+
 /// Grains and fluid that settle slowly in it.
 pub fn mixture(porosity: f64) -> Value {
     json!({ "grain_density": 2000, "porosity": porosity, "drag": { "law": "anderson", "settling_velocity": 1e-3 } })

@@ -126,6 +126,7 @@ fn measured<const D: usize>(
         memory: memory as u64,
         volumes,
         grains: None,
+        densities: None,
         resolution: Some(Resolution {
             width: options.cell_size,
             apart: options.cell_size / options.points_per_cell as f64,

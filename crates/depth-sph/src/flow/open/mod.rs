@@ -16,6 +16,7 @@ mod columns;
 mod inlet;
 mod layer;
 mod look;
+mod meter;
 mod side;
 mod stand;
 mod two_layers;
@@ -169,7 +170,8 @@ impl<const D: usize> Flow<D> {
         for number in 0..self.opens.len() {
             let Self { settings, sets, opens, time, step, .. } = self;
             let (end, part) = (&mut opens[number], |x: &Plan<D>| part_of(&sides, number, x));
-            end.count(sets, &part);
+            let entered = end.count(sets, &part);
+            end.meter(sets, &entered, (*time, settings.gravity));
             end.find_state(settings, sets, &part, (*time, dt, *step == 0));
             if end.stratum.is_none() {
                 self.stand_beyond(number, &sides);

@@ -255,9 +255,9 @@ impl<const D: usize> OpenEnd<D> {
         std::array::from_fn(|c| if c == self.axis { self.outward * stand.speed } else { stand.along })
     }
 
-    /// Counts what has passed the side since it was last looked at.
-    pub(super) fn count(&mut self, sets: &[Set<D>], part: &dyn Fn(&Plan<D>) -> Part) {
-        let mut ids = Vec::new();
+    /// Counts what has passed the side since it was last looked at; set and index of nodes that have come in.
+    pub(super) fn count(&mut self, sets: &[Set<D>], part: &dyn Fn(&Plan<D>) -> Part) -> Vec<(usize, usize)> {
+        let (mut ids, mut entered) = (Vec::new(), Vec::new());
         for (number, set) in self.own(sets) {
             let nodes = &set.nodes;
             for i in 0..nodes.len() {
@@ -266,6 +266,9 @@ impl<const D: usize> OpenEnd<D> {
                 if is_beyond != was {
                     self.state.passed[number] += if is_beyond { nodes.volume[i] } else { -nodes.volume[i] };
                 }
+                if was && !is_beyond {
+                    entered.push((number, i));
+                }
                 if is_beyond {
                     ids.push(nodes.id[i]);
                 }
@@ -273,6 +276,7 @@ impl<const D: usize> OpenEnd<D> {
         }
         ids.sort_unstable();
         self.state.ids = ids;
+        entered
     }
 
     /// Gives the nodes of set `number` of all beyond the side their depth and speed. How far the last one of each strip stands (m), and the numbers of
@@ -387,6 +391,7 @@ impl<const D: usize> OpenEnd<D> {
             }
         }
         self.level_drift();
+        let time = self.time_of_feed(time, sets.len());
         let Some(feed) = &self.feed else { return };
         for known in &mut self.state.strips {
             let here = known.within.map(|within| (within.depth[0], within.speed[0], within.pull));

@@ -1,0 +1,87 @@
+//! Volume that flows in through an end of a profile: that of its hydrograph.
+
+use super::super::set::Set;
+use super::inlet::Feed;
+use super::side::OpenEnd;
+use super::stand::Stand;
+
+/// Volume of a node that flows in over that of its length, least and largest.
+const WITHIN: (f64, f64) = (0.5, 1.5);
+
+/// What may be left for the last node beside its own volume, over that of a whole one. Below a half no other node passes.
+const LAST: f64 = 0.75;
+
+/// Share by which what has flowed in may be off the integral once all has.
+const ALL: f64 = 1e-12;
+
+impl Feed {
+    /// Volume of a set that flows in by a time (m²), `share` of that of all.
+    fn volume(&self, time: f64, share: f64) -> f64 {
+        share * crate::inflow::volume(&self.hydrograph, time)
+    }
+
+    /// Depth at the largest discharge by the Froude number (m), under gravity `pull` (m/s²).
+    fn deepest(&self, pull: f64) -> f64 {
+        self.hydrograph.iter().map(|pair| self.section(pair[1], pull).0).fold(0.0, f64::max)
+    }
+}
+
+impl<const D: usize> OpenEnd<D> {
+    /// Share of set `number` in what flows in.
+    fn share_fed(&self, feed: &Feed, sets: usize, number: usize) -> f64 {
+        self.share(&Stand { porosity: feed.porosity, ..Stand::default() }, sets, number)
+    }
+
+    /// Gives nodes that have just flowed in, by set and index, so much volume that as much has flowed in as the discharge has brought: the
+    /// half of a node when its middle passes. The last node of a hydrograph has what is left. `gravity` in m/s².
+    pub(super) fn meter(
+        &mut self,
+        sets: &mut [Set<D>],
+        fresh: &[(usize, usize)],
+        (time, gravity): (f64, f64),
+    ) {
+        let (count, spacing) = (sets.len(), self.spacing);
+        for &(number, i) in fresh {
+            let Some(feed) = &self.feed else { return };
+            let share = self.share_fed(feed, count, number);
+            let nodes = &mut sets[number].nodes;
+            // It has passed within the step that ends now.
+            let speed = -self.outward * nodes.velocity[i][self.axis];
+            let since = -self.beyond(&nodes.position[i]) / speed;
+            let passed = if speed > 0.0 && since < time { time - since } else { time };
+            let own = &mut nodes.volume[i];
+            let before = -self.state.passed[number] - *own;
+            let left = feed.volume(f64::INFINITY, share) - before;
+            if !(left > 0.0) {
+                continue;
+            }
+            let wanted = feed.volume(passed, share) + 0.5 * *own - before;
+            let mut volume = wanted.clamp(WITHIN.0 * *own, WITHIN.1 * *own);
+            let whole = f64::max(*own, share * feed.deepest(gravity) * spacing);
+            if left - volume < LAST * whole {
+                volume = left;
+            }
+            self.state.passed[number] -= volume - *own;
+            *own = volume;
+        }
+    }
+
+    /// The time of which the discharge rules (s): the end of the hydrograph until all that it brings has flowed in, and none from then on. The sets are
+    /// so many.
+    pub(super) fn time_of_feed(&self, time: f64, sets: usize) -> f64 {
+        if self.is_exhausted(sets) {
+            return f64::INFINITY;
+        }
+        let end = self.feed.as_ref().and_then(|feed| feed.hydrograph.last()).map_or(time, |last| last[0]);
+        time.min(end)
+    }
+
+    /// Whether all that a hydrograph brings has flowed in, to sets of this number in all.
+    fn is_exhausted(&self, sets: usize) -> bool {
+        let Some(feed) = &self.feed else { return false };
+        (0..sets).filter(|number| self.is_of(*number)).all(|number| {
+            let all = feed.volume(f64::INFINITY, self.share_fed(feed, sets, number));
+            -self.state.passed[number] >= (1.0 - ALL) * all
+        })
+    }
+}
