@@ -211,9 +211,8 @@ fn ring_edge(ring: &[[f64; 2]], i: usize) -> Edge {
 /// Whether edges of a ring without equal corners touch elsewhere than in the corners between them: a corner lies on another edge, or
 /// edges lie on one another.
 pub fn touches_itself(ring: &[[f64; 2]]) -> bool {
-    let cross = |e: Edge, p: [f64; 2]| {
-        (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0])
-    };
+    let cross =
+        |e: Edge, p: [f64; 2]| (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0]);
     let lies_on = |e: Edge, p: [f64; 2]| {
         let between = |c: usize| e.0[c].min(e.1[c]) <= p[c] && p[c] <= e.0[c].max(e.1[c]);
         cross(e, p) == 0.0 && between(0) && between(1)

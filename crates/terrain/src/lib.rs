@@ -5,6 +5,7 @@
 
 mod ascii_grid;
 mod band;
+mod facets;
 mod geotiff;
 mod mesh;
 mod outline;

@@ -30,9 +30,9 @@ pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<Feature>, FileE
     let mut found = Vec::new();
     for (number, feature) in features.filter(|(_, feature)| !feature.polygons.is_empty()) {
         let number = number + 1;
-        let thickness = feature.number.map_err(|why| {
-            of(file)(format!("feature {number} has no number under {attribute:?}: {why}"))
-        })?;
+        let thickness = feature
+            .number
+            .map_err(|why| of(file)(format!("feature {number} has no number under {attribute:?}: {why}")))?;
         found.push(Feature { number, outline: outline(file, feature.polygons)?, thickness });
     }
     Ok(found)
@@ -48,7 +48,11 @@ struct Polygons {
 fn unnamed<'n>(names: impl Iterator<Item = &'n String>) -> String {
     let mut names: Vec<&str> = names.map(String::as_str).take(20).collect();
     names.sort_unstable();
-    if names.is_empty() { "it has no attributes".to_owned() } else { format!("its attributes are {}", names.join(", ")) }
+    if names.is_empty() {
+        "it has no attributes".to_owned()
+    } else {
+        format!("its attributes are {}", names.join(", "))
+    }
 }
 
 fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, FileError> {
@@ -143,7 +147,8 @@ fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, S
 /// Rows of the table of attributes beside a shapefile.
 fn records(file: &Path) -> Result<Vec<dbase::Record>, String> {
     let mut beside = ["dbf", "DBF"].map(|ending| file.with_extension(ending)).into_iter();
-    let table = beside.find(|path| path.is_file()).ok_or("has no .dbf beside it, which holds its attributes")?;
+    let table =
+        beside.find(|path| path.is_file()).ok_or("has no .dbf beside it, which holds its attributes")?;
     dbase::read(&table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))
 }
 

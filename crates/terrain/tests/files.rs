@@ -86,6 +86,46 @@ fn closed_meshes_are_read_and_open_ones_refused() {
 }
 
 #[test]
+fn polygons_of_an_obj_file_keep_their_dents_and_what_is_no_plane_polygon_is_refused_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    // A prism over an L, from each of its corners on.
+    let plan = [[-1, 5], [-5, 5], [-5, -5], [5, -5], [5, -1], [-1, -1]];
+    for first in 0..6 {
+        let mut text = String::new();
+        for z in [-5, 0] {
+            (0..6).for_each(|k| {
+                text += &format!("v {} {} {z}\n", plan[(k + first) % 6][0], plan[(k + first) % 6][1]);
+            });
+        }
+        text += "f 6 5 4 3 2 1\nf 7 8 9 10 11 12\n";
+        (0..6).for_each(|k| {
+            text += &format!("f {} {} {} {}\n", k + 1, (k + 1) % 6 + 1, (k + 1) % 6 + 7, k + 7);
+        });
+        let mesh = read_mesh(&file(&folder, "ell.obj", &text), &as_it_is).unwrap();
+        assert_eq!(mesh.facets().len(), 20);
+        assert!(mesh.contains(&[-3.0, 3.0, -1.0]) && mesh.contains(&[3.0, -3.0, -1.0]), "{first}");
+        assert!(!mesh.contains(&[2.0, 2.0, -1.0]) && !mesh.contains(&[0.5, 0.5, -0.1]), "{first}");
+    }
+    let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\n\
+                f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    let read = |text: &str| read_mesh(&file(&folder, "cube.obj", text), &as_it_is);
+    assert_eq!(read(cube).unwrap().facets().len(), 12);
+    let problem = |from: &str, to: &str| read(&cube.replacen(from, to, 1)).unwrap_err().problem;
+    assert!(problem("f 5 6 7 8", "f 5 7 6 8").starts_with("line 10: is a polygon that crosses itself"));
+    assert!(problem("v 1 1 1", "v 1 1 1.1").starts_with("line 10: is a polygon whose corners lie up to"));
+    // A line that goes on in the next does not shift the numbers of those after it.
+    let goes_on = cube.replace("f 4 3 2 1", "f 4 3 \\\n2 1").replace("f 5 6 7 8", "f 5 7 6 8");
+    assert!(read(&goes_on).unwrap_err().problem.starts_with("line 11: "));
+    assert!(problem("v 1 1 1", "v 1 1 1 2").starts_with("line 7: the vertex has the fourth number 2"));
+    assert!(read(&cube.replace("v 1 1 1", "v 1 1 1 1.0")).is_ok(), "a weight that changes nothing");
+    let coloured: Vec<String> = cube
+        .lines()
+        .map(|line| if line.starts_with('v') { format!("{line} 1 0.5 2") } else { line.to_owned() })
+        .collect();
+    assert!(read(&coloured.join("\n")).is_ok(), "six numbers are a vertex with a colour");
+}
+
+#[test]
 fn all_solids_of_an_stl_file_are_read_and_its_words_may_be_capitals() {
     let folder = tempfile::tempdir().unwrap();
     let beside = TETRAHEDRON.map(|triangle| triangle.map(|[x, y, z]| [x + 5.0, y, 1e-3 * z]));
