@@ -4,7 +4,7 @@ use std::path::Path;
 
 use colluvium_points::Georeference;
 
-use crate::band;
+use crate::{band, projection};
 
 /// Share by which a unit may be off the metre.
 const EXACT: f64 = 1e-9;
@@ -14,23 +14,26 @@ pub(crate) fn text(file: &Path) -> Result<Option<String>, String> {
     let beside = ["prj", "PRJ"].map(|ending| file.with_extension(ending));
     let Some(prj) = beside.iter().find(|path| path.is_file()) else { return Ok(None) };
     let read =
-        crate::read_text(prj).map_err(|error| format!("{} beside it {}", name_of(prj), error.problem))?;
+        crate::read_text(prj).map_err(|error| format!("{} beside it {}", file_name(prj), error.problem))?;
     Ok(Some(read.trim().to_owned()))
 }
 
-fn name_of(file: &Path) -> String {
+fn file_name(file: &Path) -> String {
     file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 /// Looks whether the `.prj` beside a file, or the `.aux.xml` of GDAL, says that it lies in metres. What has none is taken as such.
 pub(crate) fn check(file: &Path) -> Result<(), String> {
-    let of_gdal =
-        || Ok::<_, String>(band::beside(file)?.crs.map(|text| (format!("{}.aux.xml", name_of(file)), text)));
-    let own = text(file)?.map(|text| (name_of(&file.with_extension("prj")), text));
+    let of_gdal = || {
+        Ok::<_, String>(band::beside(file)?.crs.map(|text| (format!("{}.aux.xml", file_name(file)), text)))
+    };
+    let own = text(file)?.map(|text| (file_name(&file.with_extension("prj")), text));
     let Some((beside, text)) = own.map_or_else(of_gdal, |own| Ok(Some(own)))? else { return Ok(()) };
     match other_unit(&text) {
-        None if is_web_mercator(&text) => Err(format!("{beside} beside it says that it {WEB_MERCATOR}")),
-        None => Ok(()),
+        None => match projection::unlike_the_ground(&text) {
+            Some(fault) => Err(format!("{beside} beside it says that it {fault}")),
+            None => Ok(()),
+        },
         Some(unit) => Err(format!(
             "{beside} beside it says that it lies in {unit:?}, and only metres are known, in plan and in height: project it, or write its \
              heights, in metres"
@@ -42,9 +45,43 @@ pub(crate) fn check(file: &Path) -> Result<(), String> {
 pub(crate) const WEB_MERCATOR: &str = "lies in Web Mercator, whose lengths are longer than those on the ground (1.5 times at 48°): project it to metres \
                                        of its place, for example to UTM";
 
-/// Whether a well-known text is that of the maps of web pages.
-pub(crate) fn is_web_mercator(text: &str) -> bool {
-    text.contains("Mercator_Auxiliary_Sphere") || text.to_lowercase().contains("pseudo-mercator")
+/// Fault of other systems of that kind.
+pub(crate) const WORLD_MAP: &str = "lies in a projection for maps of the world, whose lengths are not those on the ground: project it to metres of its \
+                                    place, for example to UTM";
+
+/// Fault of coordinates that are not in plan.
+pub(crate) const GEOCENTRIC: &str = "lies in a geocentric CRS, whose coordinates count from the centre of the Earth: project it to metres, for example to UTM";
+
+/// The part in plan of a system, by name or by well-known text, that has heights too.
+pub(crate) fn in_plan(crs: &str) -> &str {
+    if !is_well_known(crs) {
+        return crs.split(" + ").next().unwrap_or(crs);
+    }
+    let inner = ["PROJCS[", "PROJCRS[", "PROJECTEDCRS[", "PROJCS(", "PROJCRS("];
+    let Some(begin) = inner.iter().filter_map(|head| crs.find(head)).min().filter(|begin| *begin > 0) else {
+        return crs;
+    };
+    let (mut depth, mut is_quoted) = (0, false);
+    for (at, letter) in crs[begin..].char_indices() {
+        match letter {
+            '"' => is_quoted = !is_quoted,
+            '[' | '(' if !is_quoted => depth += 1,
+            ']' | ')' if !is_quoted => {
+                depth -= 1;
+                if depth == 0 {
+                    return &crs[begin..=begin + at];
+                }
+            }
+            _ => {}
+        }
+    }
+    crs
+}
+
+/// The name of the system of a well-known text.
+pub(crate) fn name_of(text: &str) -> Option<String> {
+    let after = text.split_once(['[', '('])?.1;
+    projection::quoted(after).map(str::to_owned)
 }
 
 /// Puts the system of the text beside a raster's file into its reference.

@@ -16,6 +16,8 @@ pub struct MapSystem {
     epsg: Option<u32>,
     name: Option<String>,
     projection: Option<Projection>,
+    /// Why its lengths are not those on the ground.
+    fault: Option<&'static str>,
 }
 
 impl MapSystem {
@@ -25,12 +27,13 @@ impl MapSystem {
         let epsg = in_plan.or(epsg);
         let registered = epsg.and_then(projection::text_of);
         let own = text.and_then(Projection::of_text);
-        let name = registered.and_then(name_of).or(name);
-        Self { epsg, name, projection: own.or(registered.and_then(Projection::of_text)) }
+        let name = registered.and_then(prj::name_of).or(name);
+        let fault = text.and_then(projection::unlike_the_ground);
+        Self { epsg, name, projection: own.or(registered.and_then(Projection::of_text)), fault }
     }
 
     fn of_well_known_text(text: &str) -> Self {
-        Self::new(prj::epsg(text), name_of(text), Some(text))
+        Self::new(prj::epsg(text), prj::name_of(text), Some(text))
     }
 
     /// Whether two systems are known to differ. Where one has no number in the EPSG registry, projections are compared.
@@ -53,8 +56,8 @@ impl MapSystem {
         let in_degrees =
             self.name.as_deref().is_some_and(|name| name.ends_with("CRS84") || name.ends_with("CRS83"));
         let text = self.epsg.and_then(projection::text_of);
-        if self.epsg == Some(3857) || text.is_some_and(prj::is_web_mercator) {
-            return Err(format!("says that it {}", prj::WEB_MERCATOR));
+        if let Some(fault) = self.fault.or(text.and_then(projection::unlike_the_ground)) {
+            return Err(format!("says that it {fault}"));
         }
         let other = text.and_then(prj::other_unit).or(in_degrees.then(|| "degree".to_owned()));
         match other {
@@ -82,12 +85,6 @@ impl fmt::Display for MapSystem {
     }
 }
 
-/// The name of the system of a well-known text.
-fn name_of(text: &str) -> Option<String> {
-    let after = text.split_once(['[', '('])?.1;
-    projection::quoted(after).map(str::to_owned)
-}
-
 /// Coordinate reference system that a raster or an outline says it lies in; `None` where it says nothing, or cannot be read.
 pub fn read_system(file: &Path) -> Option<MapSystem> {
     match ending(file).as_str() {
@@ -100,7 +97,7 @@ pub fn read_system(file: &Path) -> Option<MapSystem> {
                 return of_text_beside(file);
             }
             let text = name.clone().filter(|text| prj::is_well_known(text));
-            let name = text.as_deref().map_or(name, name_of);
+            let name = text.as_deref().map_or(name, prj::name_of);
             Some(MapSystem::new(epsg, name, text.as_deref()))
         }
         "geojson" | "json" => of_geojson(&read_text(file).ok()?.parse().ok()?),
