@@ -10,6 +10,7 @@ mod geotiff;
 mod mesh;
 mod outline;
 mod prj;
+mod proj;
 mod projection;
 mod system;
 mod world_file;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use colluvium_points::Georeference;
 
-use crate::{band, projection};
+use crate::{band, proj, projection};
 
 /// Share by which a unit may be off the metre.
 const EXACT: f64 = 1e-9;
@@ -15,7 +15,38 @@ pub(crate) fn text(file: &Path) -> Result<Option<String>, String> {
     let Some(prj) = beside.iter().find(|path| path.is_file()) else { return Ok(None) };
     let read =
         crate::read_text(prj).map_err(|error| format!("{} beside it {}", file_name(prj), error.problem))?;
-    Ok(Some(read.trim().to_owned()))
+    understood(read.trim()).map(Some).map_err(|problem| format!("{} beside it {problem}", file_name(prj)))
+}
+
+/// A text as well-known text, where it is a number of the EPSG registry or a text of PROJ; others as they are.
+fn understood(text: &str) -> Result<String, String> {
+    let words = text.lines().filter_map(|line| line.split_whitespace().next());
+    let is_of_arcinfo =
+        words.map(str::to_lowercase).any(|word| ["projection", "units"].contains(&word.as_str()));
+    if text.is_empty() || is_well_known(text) {
+        return Ok(text.to_owned());
+    }
+    if proj::is_text(text) {
+        return proj::well_known(text);
+    }
+    if let Some(code) = code_of(text) {
+        let problem = || format!("names EPSG:{code}, which is not known: write it as well-known text");
+        return projection::text_of(code).map(str::to_owned).ok_or_else(problem);
+    }
+    if is_of_arcinfo {
+        return Ok(text.to_owned());
+    }
+    let start: String = text.chars().take(40).collect();
+    Err(format!(
+        "holds no coordinate reference system that can be read, {start:?}: write it as well-known text"
+    ))
+}
+
+/// The number in the EPSG registry that a name says: `EPSG:25832`, `urn:ogc:def:crs:EPSG::25832` or
+/// `http://www.opengis.net/def/crs/EPSG/0/25832`. Of several, as of a system in plan with one of heights, it is the first.
+pub(crate) fn code_of(name: &str) -> Option<u32> {
+    let codes = name.split([',', '+', '&']).filter(|part| part.to_uppercase().contains("EPSG"));
+    codes.filter_map(|part| part.trim().rsplit([':', '/', '#']).next()?.parse().ok()).next()
 }
 
 fn file_name(file: &Path) -> String {
@@ -283,5 +314,28 @@ mod tests {
         assert_eq!(checked("Projection UTM\nZunits NO\nUnits METERS\n"), Ok(()));
         assert!(checked("Projection UTM\nZunits FEET\nUnits METERS\n").unwrap_err().contains("FEET"));
         assert_eq!(check(Path::new("/nowhere/area.shp")), Ok(()));
+    }
+
+    #[test]
+    fn numbers_and_texts_of_proj_are_read_and_what_is_neither_is_refused() {
+        assert_eq!(checked("EPSG:26910"), Ok(()));
+        let feet = checked("EPSG:2263").unwrap_err();
+        assert!(feet.contains("foot") && feet.contains("area.prj"), "{feet}");
+        assert_eq!(checked("+proj=utm +zone=10 +datum=NAD83 +units=m +no_defs"), Ok(()));
+        assert!(checked("+proj=utm +zone=10 +datum=NAD83 +units=us-ft").unwrap_err().contains("us-ft"));
+        assert!(checked("+proj=longlat +datum=WGS84").unwrap_err().contains("degree"));
+        assert!(checked("+proj=merc +lon_0=0 +k=1").unwrap_err().contains("maps of the world"));
+        assert!(checked(r#"GEOCCS["WGS 84",UNIT["metre",1]]"#).unwrap_err().contains("geocentric"));
+        assert!(checked("hello").unwrap_err().contains("can be read, \"hello\""));
+        assert!(checked("EPSG:1").unwrap_err().contains("EPSG:1, which is not known"));
+        assert_eq!(checked(""), Ok(()));
+        let folder = tempfile::tempdir().unwrap();
+        let system = |text: &str| {
+            std::fs::write(folder.path().join("a.prj"), text).unwrap();
+            crate::read_system(&folder.path().join("a.shp")).unwrap()
+        };
+        let utm = system("EPSG:26910");
+        assert!(!system("+proj=utm +zone=10 +datum=NAD83").differs(&utm));
+        assert!(system("+proj=utm +zone=11 +datum=NAD83").differs(&utm));
     }
 }

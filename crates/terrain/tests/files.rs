@@ -1,6 +1,6 @@
 //! Files written and read again, and files that are refused.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use colluvium_points::{Raster, Surface};
 use colluvium_terrain::{read_features, read_mesh, read_outlines, read_raster, write_raster};
@@ -202,7 +202,7 @@ fn outlines_may_have_holes_and_must_not_cross_themselves() {
         r#"{"type": "Polygon", "coordinates": [[[11.1, 47.2], [11.2, 47.2], [11.2, 47.3], [11.1, 47.2]]]}"#;
     assert!(problem("c.geojson", degrees).contains("degrees"));
     let point = r#"{"type": "Point", "coordinates": [1, 2]}"#;
-    assert!(problem("d.geojson", point).contains("no polygon"));
+    assert!(problem("d.geojson", point).starts_with("feature 1: is a Point, and only polygons"));
     assert!(problem("e.geojson", "{").contains("not GeoJSON"));
     assert!(problem("f.shp", "nonsense").contains("shapefile"));
 }
@@ -286,4 +286,57 @@ fn features_have_the_numbers_of_their_attributes() {
     std::fs::remove_file(shape.with_extension("dbf")).unwrap();
     let problem = read_features(&shape, "depth").unwrap_err().problem;
     assert!(problem.contains("no .dbf beside it"), "{problem}");
+}
+
+#[test]
+fn rows_that_are_deleted_do_not_count_and_shapes_must_be_as_many_polygons_as_there_are_rows() {
+    use shapefile::dbase::{FieldValue, Record, TableWriterBuilder};
+    use shapefile::{Point, Polygon, PolygonRing, Polyline};
+    let folder = tempfile::tempdir().unwrap();
+    let shape = folder.path().join("a.shp");
+    let fields = TableWriterBuilder::new().add_numeric_field("DEPTH".try_into().unwrap(), 10, 3);
+    let mut writer = shapefile::Writer::from_path(&shape, fields).unwrap();
+    for (at, depth) in [(0.0, 1.5), (10.0, 3.0)] {
+        let ring = rectangle([at, 0.0], [at + 4.0, 4.0]).into_iter().map(|[x, y]| Point::new(x, y)).collect();
+        let mut record = Record::default();
+        record.insert("DEPTH".to_owned(), FieldValue::Numeric(Some(depth)));
+        writer.write_shape_and_record(&Polygon::new(PolygonRing::Outer(ring)), &record).unwrap();
+    }
+    drop(writer);
+    // A name in other capitals is the same where it is the only one.
+    let found = |path: &Path| {
+        read_features(path, "Depth")
+            .map(|all| all.into_iter().map(|one| (one.number, one.thickness)).collect::<Vec<_>>())
+    };
+    assert_eq!(found(&shape).unwrap(), [(1, 1.5), (2, 3.0)]);
+    let table = shape.with_extension("dbf");
+    let mut bytes = std::fs::read(&table).unwrap();
+    let head = usize::from(bytes[8]) + 256 * usize::from(bytes[9]);
+    bytes[head] = b'*';
+    std::fs::write(&table, &bytes).unwrap();
+    assert_eq!(found(&shape).unwrap(), [(2, 3.0)]);
+    let outline = read_outlines(&shape).unwrap();
+    assert!((outline.area() - 16.0).abs() < 1e-12 && outline.contains([12.0, 2.0]));
+    bytes[4] = 1;
+    std::fs::write(&table, &bytes).unwrap();
+    let problem = read_outlines(&shape).unwrap_err().problem;
+    assert!(problem.contains("has 2 shapes, and the .dbf beside it 1 rows"), "{problem}");
+    bytes.truncate(20);
+    std::fs::write(&table, &bytes[..6]).unwrap();
+    assert!(read_outlines(&shape).unwrap_err().problem.contains("cut short"));
+    let line = folder.path().join("b.shp");
+    let way = Polyline::new(vec![Point::new(0.0, 0.0), Point::new(4.0, 4.0)]);
+    shapefile::ShapeWriter::from_path(&line).unwrap().write_shapes(&vec![way]).unwrap();
+    let problem = read_outlines(&line).unwrap_err().problem;
+    assert!(problem.starts_with("feature 1: is a Polyline, and only polygons"), "{problem}");
+    let both = r#"{"type": "FeatureCollection", "features": [
+        {"type": "Feature", "properties": {}, "geometry": null},
+        {"type": "Feature", "properties": {"Depth": 2, "depth": 3}, "geometry": {"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 0]]]}}]}"#;
+    let map = file(&folder, "c.geojson", both);
+    assert_eq!(found(&map).unwrap(), [(2, 2.0)]);
+    let problem = read_features(&map, "DEPTH").unwrap_err().problem;
+    assert!(problem.contains("its attributes are Depth, depth"), "{problem}");
+    let line = both.replace("null", r#"{"type": "LineString", "coordinates": [[0, 0], [1, 1]]}"#);
+    let problem = read_outlines(&file(&folder, "d.geojson", &line)).unwrap_err().problem;
+    assert!(problem.starts_with("feature 1: is a LineString, and only polygons"), "{problem}");
 }
