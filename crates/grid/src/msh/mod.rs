@@ -4,6 +4,7 @@
 //! which most generators offer. Triangles (in the plane) or tetrahedra become elements; physical groups become groups
 //! of nodes.
 
+mod faults;
 mod source;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -36,6 +37,9 @@ pub enum MshError {
     /// The mesh itself is of no use.
     #[error("the mesh {0}")]
     Mesh(#[from] MeshError),
+    /// Elements do not meet in whole facets, or lie over one another.
+    #[error("the mesh does not conform: {0}")]
+    Conformity(String),
 }
 
 /// Distance from the plane over the extent of the mesh that is round-off.
@@ -54,6 +58,10 @@ struct Content {
     /// Number of a node by its tag.
     number: HashMap<u64, usize>,
     places: Vec<[f64; 3]>,
+    /// Tag of each node, and the line or byte where it stands.
+    tags: Vec<(u64, usize)>,
+    /// Tag of each element.
+    element_tags: Vec<u64>,
     /// Elements with `D + 1` corners.
     elements: Vec<Vec<usize>>,
     /// The corners of each, in order.
@@ -102,11 +110,14 @@ fn read<const D: usize>(bytes: &[u8]) -> Read<D> {
     let all = || content.places.iter().flatten().map(|c| c.abs());
     let slack = ROUND_OFF * all().fold(0.0, f64::max);
     if let Some(k) = content.places.iter().position(|x| x[D..].iter().any(|c| !(c.abs() <= slack))) {
-        let place = content.places[k];
-        return source.fail(format!("a node lies at {place:?} m, off the plane z = 0"));
+        return Err(content.off_the_plane(k, &source));
     }
     let places: Vec<[f64; D]> = content.places.iter().map(|x| std::array::from_fn(|c| x[c])).collect();
-    Ok(Mesh::new(&places, &content.elements, &content.groups)?)
+    let mesh =
+        Mesh::new(&places, &content.elements, &content.groups).map_err(|error| content.with_tags(error))?;
+    let clash = mesh.clash();
+    clash.map_or(Ok(()), |clash| Err(MshError::Conformity(content.described(&mesh, &clash))))?;
+    Ok(mesh)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -176,14 +187,15 @@ impl Content {
             return source.fail(format!("node {tag} stands here a second time"));
         }
         self.places.push(place);
+        self.tags.push((tag, source.place()));
         Ok(())
     }
 
-    /// Takes an element of a type of Gmsh that belongs to physical groups; other types than simplices are refused
+    /// Takes an element with a tag and a type of Gmsh that belongs to physical groups; other types than simplices are refused
     /// where they would be elements.
     fn add_element(
         &mut self,
-        kind: i64,
+        (tag, kind): (u64, i64),
         groups: &[(usize, i64)],
         source: &mut Source<'_>,
         tags: Version,
@@ -219,6 +231,7 @@ impl Content {
         // Version 2.2 lists an element once for each of its groups.
         if own == dimension && self.listed.insert(sorted(&nodes)) {
             self.elements.push(nodes);
+            self.element_tags.push(tag);
         }
         Ok(())
     }
@@ -291,9 +304,7 @@ fn elements_of_two(source: &mut Source<'_>, content: &mut Content, dimension: us
     while left > 0 {
         // In binary files elements of one type follow its head; in text each has its own, behind its tag.
         let in_text = !source.is_binary();
-        if in_text {
-            source.tag()?;
-        }
+        let mut tag = if in_text { source.tag()? } else { 0 };
         let kind = source.int()?;
         let following = if in_text { 1 } else { source.size_of_int()? };
         let count = source.size_of_int()?;
@@ -302,12 +313,12 @@ fn elements_of_two(source: &mut Source<'_>, content: &mut Content, dimension: us
         }
         for _ in 0..following {
             if !in_text {
-                source.tag()?;
+                tag = source.tag()?;
             }
             let tags = (0..count).map(|_| source.int()).collect::<Result<Vec<i64>, _>>()?;
             // The first tag is the physical group, zero for none.
             let group = tags.first().filter(|tag| **tag != 0).map(|&tag| (dimension_of(kind), tag));
-            content.add_element(kind, group.as_slice(), source, Version::Two, dimension)?;
+            content.add_element((tag, kind), group.as_slice(), source, Version::Two, dimension)?;
             source.end_row();
         }
         left -= following;
@@ -329,8 +340,8 @@ fn elements_of_four(
         let tags = content.physical.get(&(entity_dimension, entity)).cloned().unwrap_or_default();
         let groups: Vec<(usize, i64)> = tags.into_iter().map(|tag| (entity_dimension, tag.abs())).collect();
         for _ in 0..count {
-            source.size()?;
-            content.add_element(kind, &groups, source, Version::Four, dimension)?;
+            let tag = source.size()?;
+            content.add_element((tag, kind), &groups, source, Version::Four, dimension)?;
             source.end_row();
         }
     }
@@ -452,9 +463,54 @@ mod tests {
         assert!(refuse(&TWO.replace("40 0 1 0", "40 0 one 0")).starts_with("line 14: \"one\""));
         assert!(refuse(&TWO.replace("1 1 3 40", "1 1 3 41")).contains("no node 41"));
         assert!(refuse(&TWO.replace("4 2 2 9 1 1 3 40", "4 3 2 9 1 1 2 3 40")).contains("element type 3"));
-        assert!(refuse(&TWO.replace("40 0 1 0", "40 0 1 0.5")).contains("off the plane"));
+        let off = refuse(&TWO.replace("2 1 0 0\n", "2 1 0 0.5\n"));
+        assert!(off.starts_with("line 12: node 2 lies at [1.0, 0.0, 0.5] m, off the plane z = 0"), "{off}");
+        let upright = "1 0 0 0\n2 1 0 0\n3 1 0 1\n40 0 0 1\n";
+        let upright = refuse(&TWO.replace("1 0 0 0\n2 1 0 0\n3 1 1 0\n40 0 1 0\n", upright));
+        assert!(
+            upright.starts_with("line 13: node 3") && upright.contains("in the plane of x and z"),
+            "{upright}"
+        );
         assert!(refuse(TWO.trim_end_matches("$EndElements\n")).contains("ends in the middle"));
         assert!(refuse(&TWO.replace("9 1 1 2 3", "9 1 1 3 2")).contains("volume"), "clockwise");
         assert!(Mesh::<3>::from_msh(TWO.as_bytes()).unwrap_err().to_string().contains("no tetrahedron"));
+    }
+
+    #[test]
+    fn meshes_that_do_not_conform_are_refused_with_the_numbers_of_the_file() {
+        let refuse = |nodes: &str, elements: &str| {
+            let text = format!(
+                "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n{nodes}$EndNodes\n$Elements\n{}\n{elements}$EndElements\n",
+                nodes.lines().count(),
+                elements.lines().count()
+            );
+            Mesh::<2>::from_msh(text.as_bytes()).unwrap_err().to_string()
+        };
+        let square = "11 0 0 0\n12 1 0 0\n13 1 1 0\n14 0 1 0\n";
+        let two = "21 2 2 9 1 11 12 13\n22 2 2 9 1 11 13 14\n";
+        let hangs =
+            refuse(&format!("{square}15 1 0.5 0\n16 2 0 0\n"), &format!("{two}23 2 2 9 1 12 16 15\n"));
+        assert!(
+            hangs.contains("does not conform: node 15 lies at [1.0, 0.5] m on a side of element 21, of which it is no corner"),
+            "{hangs}"
+        );
+        let over =
+            refuse(&format!("{square}15 0.6 0.2 0\n16 2 0 0\n"), &format!("{two}23 2 2 9 1 15 16 13\n"));
+        assert!(over.contains("node 15 lies at [0.6, 0.2] m inside of element 21"), "{over}");
+        let twin =
+            refuse(&format!("{square}15 1 1e-12 0\n16 2 0 0\n"), &format!("{two}23 2 2 9 1 15 16 13\n"));
+        assert!(
+            twin.contains("nodes")
+                && twin.contains(" 12 ")
+                && twin.contains(" 15 ")
+                && twin.contains("not merged"),
+            "{twin}"
+        );
+        let same = refuse(&format!("{square}15 1 0 0\n16 2 0 0\n"), &format!("{two}23 2 2 9 1 15 16 13\n"));
+        assert!(same.contains("nodes 12 and 15 lie at one place, [1.0, 0.0] m"), "{same}");
+        let thrice = refuse(&format!("{square}15 0 2 0\n"), &format!("{two}23 2 2 9 1 11 13 15\n"));
+        assert!(thrice.contains("third one"), "{thrice}");
+        let flat = refuse(square, "21 2 2 9 1 11 13 12\n22 2 2 9 1 11 13 14\n");
+        assert!(flat.contains("element 21 around"), "{flat}");
     }
 }
