@@ -48,6 +48,11 @@ fn placement(
     }
     let scale = decoder.get_tag_f64_vec(Tag::ModelPixelScaleTag);
     let tie = decoder.get_tag_f64_vec(Tag::ModelTiepointTag);
+    if let Some(points) = tie.as_ref().ok().map(|tie| tie.len() / 6).filter(|points| *points > 1) {
+        return Err(format!(
+            "has {points} ground control points: warp it to a grid along east and north, for example with gdalwarp"
+        ));
+    }
     let (Ok(scale), Ok(tie)) = (scale, tie) else {
         let problem = "has no georeference (neither pixel scale with tie point nor transformation, nor a world file .tfw \
                        beside it): write it as a GeoTIFF";
@@ -57,9 +62,6 @@ fn placement(
     };
     if scale.len() < 2 || tie.len() < 6 {
         return Err("its pixel scale or tie point is too short".to_owned());
-    }
-    if tie.len() > 6 {
-        return Err("has several tie points: resample it to a regular grid".to_owned());
     }
     let step = [scale[0], -scale[1]];
     Ok(([tie[3] - tie[0] * step[0], tie[4] - tie[1] * step[1]], step))
@@ -276,6 +278,8 @@ mod tests {
         assert!(
             parse(&file(&point, Tag::ModelPixelScaleTag, &[1.0; 3])).unwrap_err().contains("no georeference")
         );
+        let points = parse(&file(&point, Tag::ModelTiepointTag, &[1.0; 24])).unwrap_err();
+        assert!(points.contains("has 4 ground control points: warp it"), "{points}");
         assert!(parse(b"not a tiff").is_err());
     }
 
