@@ -145,7 +145,7 @@ fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, S
     let is_deleted = table.as_ref().map_or_else(|| Ok(vec![false; shapes.len()]), |table| deleted(table))?;
     if is_deleted.len() != shapes.len() {
         return Err(format!(
-            "has {} shapes, and the .dbf beside it {} rows: they do not belong together; write the shapefile anew",
+            "its shapes are {}, and the rows of the .dbf beside it {}: they do not belong together; write the shapefile anew",
             shapes.len(),
             is_deleted.len()
         ));

@@ -88,8 +88,8 @@ pub(crate) fn in_plan(crs: &str) -> &str {
     if !is_well_known(crs) {
         return crs.split(" + ").next().unwrap_or(crs);
     }
-    let inner = ["PROJCS[", "PROJCRS[", "PROJECTEDCRS[", "PROJCS(", "PROJCRS("];
-    let Some(begin) = inner.iter().filter_map(|head| crs.find(head)).min().filter(|begin| *begin > 0) else {
+    let inner = ["PROJCS[", "PROJCRS[", "PROJECTEDCRS[", "LOCAL_CS[", "ENGCRS[", "PROJCS(", "PROJCRS("];
+    let Some(begin) = inner.iter().filter_map(|head| crs.find(head)).min() else {
         return crs;
     };
     let (mut depth, mut is_quoted) = (0, false);
@@ -337,5 +337,17 @@ mod tests {
         let utm = system("EPSG:26910");
         assert!(!system("+proj=utm +zone=10 +datum=NAD83").differs(&utm));
         assert!(system("+proj=utm +zone=11 +datum=NAD83").differs(&utm));
+    }
+
+    #[test]
+    fn the_part_in_plan_is_that_before_the_heights() {
+        let own = plan(r#"UNIT["Meter",1.0]"#);
+        let heights = r#"VERTCS["NAVD88_height",VDATUM["x"],UNIT["Meter",1.0]]"#;
+        for text in [own.clone(), format!("{own},{heights}"), format!(r#"COMPD_CS["both",{own},{heights}]"#)]
+        {
+            assert_eq!(in_plan(&text), own);
+        }
+        assert_eq!(in_plan("UTM + heights (ft)"), "UTM");
+        assert_eq!((in_plan(DEGREES), in_plan("PROJCS[\"cut")), (DEGREES, "PROJCS[\"cut"));
     }
 }

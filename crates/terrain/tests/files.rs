@@ -320,7 +320,7 @@ fn rows_that_are_deleted_do_not_count_and_shapes_must_be_as_many_polygons_as_the
     bytes[4] = 1;
     std::fs::write(&table, &bytes).unwrap();
     let problem = read_outlines(&shape).unwrap_err().problem;
-    assert!(problem.contains("has 2 shapes, and the .dbf beside it 1 rows"), "{problem}");
+    assert!(problem.contains("its shapes are 2, and the rows of the .dbf beside it 1"), "{problem}");
     bytes.truncate(20);
     std::fs::write(&table, &bytes[..6]).unwrap();
     assert!(read_outlines(&shape).unwrap_err().problem.contains("cut short"));

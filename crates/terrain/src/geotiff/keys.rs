@@ -94,18 +94,17 @@ impl Keys {
 
     /// The keys of a raster with this reference, in metres and without a system of heights: what is written may be no height.
     pub(super) fn of_reference(reference: &Georeference, raster_type: u16) -> Self {
-        let mut all = vec![
-            (key::MODEL_TYPE, GeoKey::Code(PROJECTED_MODEL)),
-            (key::RASTER_TYPE, GeoKey::Code(raster_type)),
-        ];
+        let mut all = vec![(key::RASTER_TYPE, GeoKey::Code(raster_type))];
         let in_plan =
             reference.epsg.map(|code| projection::text_of(code).and_then(prj::epsg).unwrap_or(code));
         let epsg = in_plan.and_then(|code| u16::try_from(code).ok());
         let crs =
             reference.crs.as_deref().map(prj::in_plan).filter(|crs| crs.is_ascii() && !crs.contains('|'));
         let is_text = crs.is_some_and(prj::is_well_known);
+        let model = if is_text && epsg.is_none() { USER_DEFINED } else { PROJECTED_MODEL };
+        all.push((key::MODEL_TYPE, GeoKey::Code(model)));
         match crs {
-            // GDAL takes the text of a system from its citation in plan.
+            // GDAL takes the text of a system from its citation in plan, where the model is one that the user defines.
             Some(crs) if is_text && epsg.is_none() => {
                 all.push((key::PROJECTED_CITATION, GeoKey::Text(format!("{ESRI_TEXT}{crs}"))));
             }

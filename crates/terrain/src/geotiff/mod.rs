@@ -322,6 +322,9 @@ mod tests {
             let keys = Keys::read(&mut decoder);
             assert_eq!(keys.height_unit(), Ok(None), "{crs}");
             assert_eq!(keys.epsg(), epsg, "{crs}");
+            // GDAL reads a text only where the model is one that the user defines, 32767.
+            let is_text = texts.starts_with(keys::ESRI_TEXT);
+            assert_eq!(keys.get(key::MODEL_TYPE), Some(if is_text { 32767 } else { 1 }), "{crs}");
             texts
         };
         assert_eq!(texts("NAD83 / UTM zone 10N + NAVD88 height (ft)", Some(26910)), "NAD83 / UTM zone 10N|");
