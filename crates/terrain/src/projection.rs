@@ -177,9 +177,9 @@ pub(crate) fn unlike_the_ground(text: &str) -> Option<&'static str> {
     }
     match kind(&method) {
         Some("Mercator") => {
-            let found = Projection::of_text(text)?;
+            let parameters = Projection::of_text(text).map(|found| found.parameters).unwrap_or_default();
             // True lengths elsewhere than at the equator are those of a system for a region.
-            let is_regional = found.parameters.iter().any(|(parameter, value)| match parameter {
+            let is_regional = parameters.iter().any(|(parameter, value)| match parameter {
                 Parameter::Parallel => *value != 0.0,
                 Parameter::Scale => *value != 1.0,
                 _ => false,

@@ -1,5 +1,6 @@
 //! GeoKeys: what a GeoTIFF says of its coordinate reference system.
 
+use std::fmt::Write;
 use std::io::{Read, Seek};
 
 use colluvium_points::{GeoKey, Georeference};
@@ -23,6 +24,12 @@ pub(super) mod key {
     pub(in super::super) const LINEAR_UNIT_SIZE: u16 = 3077;
     /// Keys of a projection that the user defines: its number, its method and its parameters.
     pub(in super::super) const PLAN_PARAMETERS: std::ops::Range<u16> = 3074..4096;
+    /// Unit of angles, and semi-major axis of the ellipsoid (m).
+    pub(in super::super) const ANGLES: u16 = 2054;
+    pub(in super::super) const SEMI_MAJOR_AXIS: u16 = 2057;
+    pub(in super::super) const PRIME_MERIDIAN: u16 = 2051;
+    /// Method of the projection.
+    pub(in super::super) const METHOD: u16 = 3075;
     pub(in super::super) const VERTICAL: u16 = 4096;
     pub(in super::super) const VERTICAL_UNITS: u16 = 4099;
     /// All keys of a system of heights.
@@ -40,6 +47,56 @@ pub(super) const USER_DEFINED: u16 = 32767;
 
 /// Words before a well-known text in the citation of a GeoTIFF, by which Esri's programs and GDAL know it.
 pub(super) const ESRI_TEXT: &str = "ESRI PE String = ";
+
+/// Methods of projections by their codes (OGC 19-008r4, annex C; map projections of GeoTIFF 1.0, section 6.3.3.3).
+const METHODS: [(u16, &str); 20] = [
+    (1, "Transverse_Mercator"),
+    (3, "Hotine_Oblique_Mercator"),
+    (7, "Mercator"),
+    (8, "Lambert_Conformal_Conic_2SP"),
+    (9, "Lambert_Conformal_Conic_1SP"),
+    (10, "Lambert_Azimuthal_Equal_Area"),
+    (11, "Albers_Conic_Equal_Area"),
+    (12, "Azimuthal_Equidistant"),
+    (14, "Stereographic"),
+    (15, "Polar_Stereographic"),
+    (16, "Oblique_Stereographic"),
+    (17, "Equirectangular"),
+    (18, "Cassini_Soldner"),
+    (20, "Miller_Cylindrical"),
+    (22, "Polyconic"),
+    (23, "Robinson"),
+    (24, "Sinusoidal"),
+    (25, "Van_der_Grinten"),
+    (26, "New_Zealand_Map_Grid"),
+    (28, "Cylindrical_Equal_Area"),
+];
+
+/// Keys of parameters of projections.
+const PARAMETERS: [(u16, &str); 18] = [
+    (3078, "standard_parallel_1"),
+    (3079, "standard_parallel_2"),
+    (3080, "central_meridian"),
+    (3081, "latitude_of_origin"),
+    (3082, "false_easting"),
+    (3083, "false_northing"),
+    (3084, "longitude_of_origin"),
+    (3085, "latitude_of_origin"),
+    (3086, "false_easting"),
+    (3087, "false_northing"),
+    (3088, "longitude_of_center"),
+    (3089, "latitude_of_center"),
+    (3090, "false_easting"),
+    (3091, "false_northing"),
+    (3092, "scale_factor"),
+    (3093, "scale_factor"),
+    (3094, "azimuth"),
+    (3095, "central_meridian"),
+];
+
+/// Unit of angles and prime meridian that are understood.
+const DEGREE: u16 = 9102;
+const GREENWICH: u16 = 8901;
 
 /// Systems of heights of the EPSG registry in feet, and the metres in such a foot.
 const HEIGHTS_IN_FEET: [(u16, f64); 9] = [
@@ -184,6 +241,33 @@ impl Keys {
         self.get(key::PROJECTED).filter(|code| *code != USER_DEFINED && *code != 0).map(u32::from)
     }
 
+    /// Well-known text of the system in plan that the keys define by a projection and its parameters, as far as systems are compared.
+    pub(super) fn defined(&self) -> Option<String> {
+        let number = |key: u16| match self.value(key)? {
+            GeoKey::Numbers(numbers) => numbers.first(),
+            _ => None,
+        };
+        let method = self.get(key::METHOD)?;
+        let (_, method) = METHODS.iter().find(|(code, _)| *code == method)?;
+        let is_other = |key: u16, code: u16| self.get(key).is_some_and(|own| own != code);
+        if is_other(key::ANGLES, DEGREE) || is_other(key::PRIME_MERIDIAN, GREENWICH) {
+            return None;
+        }
+        let globe = number(key::SEMI_MAJOR_AXIS)
+            .map_or_else(String::new, |a| format!(r#",SPHEROID["unknown",{a},298]"#));
+        let mut text = format!(
+            r#"PROJCS["{}",GEOGCS["unknown",DATUM["unknown"{globe}],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["{method}"]"#,
+            self.citation().unwrap_or("user-defined").replace('"', " ")
+        );
+        for (key, name) in PARAMETERS {
+            if let Some(value) = number(key) {
+                let _ = write!(text, r#",PARAMETER["{name}",{value}]"#);
+            }
+        }
+        text.push(']');
+        Some(text)
+    }
+
     /// The keys that define the system in plan, where it has neither a number nor a text.
     pub(super) fn of_plan(&self) -> Vec<(u16, GeoKey)> {
         let is_defined =
@@ -209,7 +293,8 @@ impl Keys {
         }
         let own = self.citation().filter(|text| prj::is_well_known(text));
         let system = self.epsg().and_then(projection::text_of).or(own);
-        if let Some(fault) = system.and_then(projection::unlike_the_ground) {
+        let defined = self.defined();
+        if let Some(fault) = system.or(defined.as_deref()).and_then(projection::unlike_the_ground) {
             return Err(fault.to_owned());
         }
         let size = match self.value(key::LINEAR_UNIT_SIZE) {

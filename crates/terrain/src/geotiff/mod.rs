@@ -70,7 +70,10 @@ fn placement(
 /// Coordinate reference system in plan: number in the EPSG registry, and name or text.
 pub(crate) fn system(source: impl Read + Seek) -> Result<(Option<u32>, Option<String>), String> {
     let keys = Keys::read(&mut Decoder::new(source).map_err(wrong)?);
-    Ok((keys.epsg(), keys.citation().map(str::to_owned)))
+    let said = keys.citation().map(str::to_owned);
+    let is_text = said.as_deref().is_some_and(crate::prj::is_well_known);
+    let defined = keys.defined().filter(|_| keys.epsg().is_none() && !is_text);
+    Ok((keys.epsg(), defined.or(said)))
 }
 
 /// Files beside a GeoTIFF.
@@ -362,6 +365,15 @@ mod tests {
             assert!(problem(key::PROJECTED, code).contains("maps of the world"), "{code}");
         }
         assert!(problem(key::MODEL_TYPE, 3).contains("geocentric"));
+        // Mercator, Equirectangular, Robinson and Sinusoidal by their parameters.
+        for code in [7, 17, 23, 24] {
+            let parameters = Keys::of(vec![
+                (key::METHOD, GeoKey::Code(code)),
+                (3082, GeoKey::Numbers(vec![0.0])),
+                (key::LINEAR_UNITS, GeoKey::Code(9001)),
+            ]);
+            assert!(parameters.check_plan().unwrap_err().contains("maps of the world"), "{code}");
+        }
         for code in [3388, 25832, 2056, 31254, 3001] {
             assert!(problem(key::PROJECTED, code).contains("no georeference"), "{code} is taken");
         }
@@ -383,6 +395,14 @@ mod tests {
         let back = parse(&bytes(&raster).unwrap()).unwrap().reference;
         assert!(own.iter().all(|key| back.keys.contains(key)), "{:?}", back.keys);
         assert_eq!(back.crs.as_deref(), Some("Albers"));
+        // What reads no more than the system finds the same projection.
+        let (number, text) = system(Cursor::new(bytes(&raster).unwrap())).unwrap();
+        let text = text.unwrap();
+        assert!(number.is_none() && text.contains(r#"PROJECTION["Albers_Conic_Equal_Area"]"#), "{text}");
+        assert!(
+            text.contains(r#"PARAMETER["standard_parallel_1",29.5],PARAMETER["central_meridian",-96]"#),
+            "{text}"
+        );
         raster.reference.keys.push((key::VERTICAL, GeoKey::Code(8228)));
         assert_eq!(parse(&bytes(&raster).unwrap()).unwrap().reference.keys, back.keys);
     }
