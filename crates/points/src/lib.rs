@@ -44,7 +44,7 @@ pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError,
 pub use outline::{Outline, Polygon, Ring};
 pub use pieces::Pieces;
 pub use polygon::Corners;
-pub use raster::{Georeference, Raster, RasterError};
+pub use raster::{GeoKey, Georeference, Raster, RasterError};
 pub use sampling::{
     Sample, Sampling, SamplingError, fitted, gauss_per_cell, lattice, overlap, per_cell, poisson_disk,
     poisson_spaced, random,

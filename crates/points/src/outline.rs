@@ -6,7 +6,7 @@ use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 
-use crate::polygon::signed_area;
+use crate::polygon::{signed_area, touches_itself, true_crossing};
 use crate::surface::{Facetted, Surface};
 
 /// Closed line in plan by its corners (m).
@@ -31,7 +31,7 @@ struct Part {
     holes: Vec<Loops>,
 }
 
-/// Loops of a ring, of which there are several where it touches itself in a corner: inside is what lies in an odd number of them.
+/// Loops of a ring that do not overlap, of which there are several where it touches itself: inside is what lies in an odd number of them.
 #[derive(Clone, Debug)]
 struct Loops(Vec<Facetted<2>>);
 
@@ -48,7 +48,8 @@ impl Part {
 }
 
 impl Outline {
-    /// The outline of these polygons (m). The last corner of a ring may repeat the first, and a ring may touch itself in a corner.
+    /// The outline of these polygons (m). The last corner of a ring may repeat the first, and a ring may touch itself or run over its own
+    /// edges: inside is what it winds around (winding number other than zero).
     ///
     /// # Errors
     /// When there is no polygon, or a ring has fewer than three corners or crosses itself, in a line.
@@ -57,8 +58,15 @@ impl Outline {
         if polygons.is_empty() {
             return Err("holds no polygon".to_owned());
         }
-        let split = |polygon: &Polygon| -> Vec<Vec<Ring>> { polygon.iter().map(loops).collect() };
-        let split: Vec<Vec<Vec<Ring>>> = polygons.iter().map(split).collect();
+        let mut number = 0;
+        let mut split = |polygon: &Polygon| -> Result<Vec<Vec<Ring>>, String> {
+            let around = |ring: &Ring| {
+                number += 1;
+                wound(ring).map_err(|problem| format!("ring {number}: {problem}"))
+            };
+            polygon.iter().map(around).collect()
+        };
+        let split: Vec<Vec<Vec<Ring>>> = polygons.iter().map(&mut split).collect::<Result<_, _>>()?;
         let (mut number, mut parts) = (0, Vec::with_capacity(split.len()));
         for polygon in &split {
             let mut rings = polygon.iter().map(|ring| {
@@ -164,6 +172,25 @@ fn loops(ring: &Ring) -> Vec<Ring> {
     if closed.is_empty() { vec![ring.clone()] } else { closed }
 }
 
+/// The loops around the places whose winding number by the ring is not zero. They do not overlap.
+fn wound(ring: &Ring) -> Result<Vec<Ring>, String> {
+    let loops_of = loops(ring);
+    let is_plain = loops_of.len() == 1 && !touches_itself(&loops_of[0]);
+    if is_plain || ring.iter().flatten().any(|c| !c.is_finite()) {
+        return Ok(loops_of);
+    }
+    if let Some((a, b)) = true_crossing(ring) {
+        return Err(format!(
+            "the piece from {:?} to {:?} m crosses the one from {:?} to {:?} m",
+            a.0, a.1, b.0, b.1
+        ));
+    }
+    let around: Vec<Polygon> =
+        vec![ring.clone()].overlay_as::<i64>(&Vec::<Ring>::new(), OverlayRule::Subject, FillRule::NonZero);
+    let found: Vec<Ring> = around.iter().flatten().flat_map(loops).collect();
+    Ok(if found.is_empty() { loops_of } else { found })
+}
+
 /// The union of polygons, each with the loops of its rings, as polygons that neither overlap nor share an edge.
 fn united(polygons: Vec<Vec<Vec<Ring>>>) -> Vec<Polygon> {
     if let [polygon] = &polygons[..]
@@ -259,6 +286,43 @@ mod tests {
         assert!(
             outline.contains([1.5, 0.5]) && outline.contains([3.0, 3.0]) && !outline.contains([1.0, 3.0])
         );
+    }
+
+    #[test]
+    fn a_ring_counts_by_its_winding_number_and_holes_of_a_polygon_are_united() {
+        let outline = |polygons: Vec<Polygon>| Outline::new(polygons).unwrap();
+        let twice = |low: f64, high: f64| {
+            let mut ring = square(low, high);
+            ring.extend(square(low, high));
+            ring
+        };
+        // Traced twice, alone and beside another; a hole traced twice, and the same hole given twice.
+        assert!((outline(vec![vec![twice(0.0, 4.0)]]).area() - 16.0).abs() < 1e-9);
+        let both = outline(vec![vec![twice(0.0, 4.0)], vec![square(5.0, 7.0)]]);
+        assert!((both.area() - 20.0).abs() < 1e-9 && both.contains([1.0, 1.0]) && both.contains([6.0, 6.0]));
+        for holes in [vec![twice(1.0, 3.0)], vec![square(1.0, 3.0), square(1.0, 3.0)]] {
+            let holed = outline(vec![[vec![square(0.0, 4.0)], holes].concat()]);
+            assert!((holed.area() - 12.0).abs() < 1e-9, "{}", holed.area());
+            assert!(!holed.contains([2.0, 2.0]) && holed.contains([0.5, 0.5]));
+        }
+        let over = outline(vec![vec![square(0.0, 4.0), square(1.0, 3.0), square(2.0, 3.5)]]);
+        assert!((over.area() - (16.0 - 4.0 - 2.25 + 1.0)).abs() < 1e-9 && !over.contains([2.5, 2.5]));
+        // Over its own edges a second time, and a loop that hangs in an edge between two corners.
+        let mut part = square(0.0, 4.0);
+        part.extend([[4.0, 0.0], [4.0, 2.0], [0.0, 0.0]]);
+        let part = outline(vec![vec![part]]);
+        assert!((part.area() - 16.0).abs() < 1e-9 && part.contains([3.0, 1.0]));
+        let along = vec![[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0], [3.0, 0.0], [3.0, 3.0]];
+        let along = outline(vec![vec![along]]);
+        assert!((along.area() - 16.0).abs() < 1e-9 && along.contains([2.0, 1.0]));
+        // Two triangles that meet where a corner lies on an edge, one with the clock and one against it.
+        let bow = vec![[0.0, 0.0], [2.0, 2.0], [4.0, 4.0], [4.0, 0.0], [1.0, 1.0], [0.0, 2.0]];
+        let bow = outline(vec![vec![bow]]);
+        assert!(bow.area() > 4.0 && bow.contains([3.5, 1.0]) && bow.contains([0.2, 1.0]));
+        // Loops with a corner in common that cross each other.
+        let crossed =
+            vec![[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0], [5.0, 1.0], [5.0, 2.0]];
+        assert!(Outline::new(vec![vec![crossed]]).unwrap_err().contains("crosses"));
     }
 
     #[test]

@@ -185,7 +185,70 @@ pub fn polygon_crossings(vertices: &[[f64; 2]], point: &[f64], axis: usize) -> V
 }
 
 /// Two ends.
-type Edge = ([f64; 2], [f64; 2]);
+pub type Edge = ([f64; 2], [f64; 2]);
+
+/// Share of the extent of a ring that is round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Pairs of edges of a ring, by the numbers of their first corners, whose boxes meet or touch, and the extent of the ring (m).
+fn near_edges(ring: &[[f64; 2]]) -> (Vec<(usize, usize)>, f64) {
+    let end = |c: usize, start: f64, pick: fn(f64, f64) -> f64| ring.iter().map(|x| x[c]).fold(start, pick);
+    let side = |c: usize| end(c, f64::NEG_INFINITY, f64::max) - end(c, f64::INFINITY, f64::min);
+    let extent = side(0).max(side(1));
+    let margin = ROUND_OFF * extent;
+    let around = |(a, b): Edge| {
+        let low: [f64; 2] = std::array::from_fn(|c| a[c].min(b[c]) - margin);
+        (low, std::array::from_fn::<f64, 2, _>(|c| a[c].max(b[c]) + margin))
+    };
+    let boxes: Vec<_> = (0..ring.len()).map(|i| around(ring_edge(ring, i))).collect();
+    (meeting_boxes(&boxes), extent)
+}
+
+fn ring_edge(ring: &[[f64; 2]], i: usize) -> Edge {
+    (ring[i], ring[(i + 1) % ring.len()])
+}
+
+/// Whether edges of a ring without equal corners touch elsewhere than in the corners between them: a corner lies on another edge, or
+/// edges lie on one another.
+pub fn touches_itself(ring: &[[f64; 2]]) -> bool {
+    let cross =
+        |e: Edge, p: [f64; 2]| (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0]);
+    let lies_on = |e: Edge, p: [f64; 2]| {
+        let between = |c: usize| e.0[c].min(e.1[c]) <= p[c] && p[c] <= e.0[c].max(e.1[c]);
+        cross(e, p) == 0.0 && between(0) && between(1)
+    };
+    let count = ring.len();
+    let touch = |&(i, j): &(usize, usize)| {
+        let (a, b) = (ring_edge(ring, i), ring_edge(ring, j));
+        if j == i + 1 {
+            return lies_on(a, b.1) || lies_on(b, a.0);
+        }
+        if i == 0 && j == count - 1 {
+            return lies_on(a, b.0) || lies_on(b, a.1);
+        }
+        [a.0, a.1].iter().any(|p| lies_on(b, *p)) || [b.0, b.1].iter().any(|p| lies_on(a, *p))
+    };
+    near_edges(ring).0.iter().any(touch)
+}
+
+/// The first two edges of a ring that cross within both, by more than round-off.
+pub fn true_crossing(ring: &[[f64; 2]]) -> Option<(Edge, Edge)> {
+    let (pairs, extent) = near_edges(ring);
+    let is_clear = |e: Edge, other: Edge| {
+        let length = (e.1[0] - e.0[0]).hypot(e.1[1] - e.0[1]);
+        let beside = |p: [f64; 2]| {
+            (e.1[0] - e.0[0]) / length * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) / length * (p[0] - e.0[0])
+        };
+        let (from, to) = (beside(other.0), beside(other.1));
+        (from < 0.0) != (to < 0.0) && from.abs().min(to.abs()) > ROUND_OFF * extent
+    };
+    let edges = |(i, j): (usize, usize)| (ring_edge(ring, i), ring_edge(ring, j));
+    let crosses = |&(i, j): &(usize, usize)| {
+        let (a, b) = edges((i, j));
+        is_clear(a, b) && is_clear(b, a)
+    };
+    pairs.into_iter().filter(crosses).min().map(edges)
+}
 
 /// Whether two edges cross within both.
 fn edges_cross(a: Edge, b: Edge) -> bool {

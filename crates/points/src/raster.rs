@@ -16,6 +16,20 @@ pub struct Georeference {
     /// How many values of the file are no finite number, although they are not what stands for no data; in memory they are
     /// not-a-number too.
     pub unmarked: usize,
+    /// GeoKeys of a GeoTIFF that define its system in plan by a projection and its parameters, by their numbers; none where the system has
+    /// a number or a text.
+    pub keys: Vec<(u16, GeoKey)>,
+}
+
+/// Value of a GeoKey (OGC 19-008r4, GeoTIFF Standard 1.1).
+#[derive(Clone, Debug, PartialEq)]
+pub enum GeoKey {
+    /// A code.
+    Code(u16),
+    /// Parameters.
+    Numbers(Vec<f64>),
+    /// A name.
+    Text(String),
 }
 
 /// Numbers on a grid of nodes in plan: of a terrain their heights (m). A cell-registered file has its nodes at the centres of

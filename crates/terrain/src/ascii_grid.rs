@@ -124,8 +124,14 @@ fn values(
         let at = values.len();
         let value = mark(word).ok_or_else(|| {
             let (row, column) = (at / columns.max(1) + 1, at % columns.max(1) + 1);
+            if let Some(sign) = separator(word) {
+                return format!(
+                    "the numbers in row {row} are separated by {sign:?}: separate them by spaces"
+                );
+            }
             let cure = if word.contains(',') { ": write it with a decimal point" } else { "" };
-            format!("{word:?} in row {row}, column {column} is not a number{cure}")
+            let start: String = word.chars().take(30).collect();
+            format!("{start:?} in row {row}, column {column} is not a number{cure}")
         })?;
         values.push(value);
         if values.len() > count {
@@ -138,6 +144,20 @@ fn values(
     }
     // In memory the least y comes first.
     Ok(values.chunks(columns.max(1)).rev().flatten().copied().collect())
+}
+
+/// The sign between the numbers of a word that holds several. One comma may be that of a decimal number.
+fn separator(word: &str) -> Option<char> {
+    let holds = |sign: char, count: usize| {
+        let pieces: Vec<&str> = word.split(sign).filter(|piece| !piece.is_empty()).collect();
+        let are_numbers = pieces.iter().all(|piece| mark(&piece.replace(',', ".")).is_some());
+        word.contains(sign) && are_numbers && (pieces.len() >= count || word.ends_with(sign))
+    };
+    let with_points = word.contains(',') && word.contains('.');
+    if holds(';', 1) {
+        return Some(';');
+    }
+    holds(',', if with_points { 2 } else { 3 }).then_some(',')
 }
 
 /// The text of a grid.
@@ -202,6 +222,17 @@ mod tests {
         assert!(problem("4 -9999 6", "4 -9999 6 7").contains("more"));
         assert!(problem("yllcorner", "yllcenter").contains("corner along one axis"));
         assert!(problem("1 2 3", "1 x 3").contains("row 1, column 2"));
+        for (row, sign) in [
+            ("1;2;3", ';'),
+            ("1,0;2,0;3,0", ';'),
+            ("1; 2; 3", ';'),
+            ("1,2,3", ','),
+            ("1.5,2.5 3", ','),
+            ("1, 2, 3", ','),
+        ] {
+            assert!(problem("1 2 3", row).contains(&format!("in row 1 are separated by {sign:?}")), "{row}");
+        }
+        assert!(problem("1 2 3", "1,5 2 3").contains("write it with a decimal point"));
         assert!(problem("ncols 3", "rotation 3").contains("not a key"));
         assert!(problem("cellsize 10", "cellsize 5\nCELLSIZE 10").contains("cellsize is given twice"));
         assert!(problem("cellsize 10", "cellsize 5\ndx 10").contains("dx is given twice"));

@@ -6,10 +6,12 @@
 mod ascii_grid;
 mod band;
 mod beside;
+mod facets;
 mod geotiff;
 mod mesh;
 mod outline;
 mod prj;
+mod proj;
 mod projection;
 mod system;
 mod world_file;

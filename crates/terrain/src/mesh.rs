@@ -5,6 +5,8 @@ use std::path::Path;
 
 use colluvium_points::surface::Facetted;
 
+use crate::facets;
+
 /// Round-off of the corners over the extent of a mesh that is no longer taken.
 const COARSE: f64 = 1e-5;
 
@@ -94,15 +96,8 @@ pub(crate) fn stl(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Fac
 
 /// A Wavefront OBJ file: the faces of all its objects, cut into triangles. Materials are not looked at.
 pub(crate) fn obj(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Facetted<3>, String> {
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-        ..Default::default()
-    };
-    let text = crate::read_text(file).map_err(|error| error.problem)?;
-    // A line may go on in the next one.
-    let text = text.replace("\\\r\n", " ").replace("\\\n", " ");
+    let options = tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..Default::default() };
+    let text = in_whole_lines(&crate::read_text(file).map_err(|error| error.problem)?);
     let no_materials = |_: &Path| Ok(Default::default());
     let read = |text: &str| tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials);
     let (models, _) = read(&text).map_err(|error| {
@@ -116,16 +111,73 @@ pub(crate) fn obj(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Fac
         let said = text.lines().nth(line).unwrap_or_default().trim();
         format!("line {}: {said:?} cannot be read: {error}", line + 1)
     })?;
+    check_weights(&text)?;
+    let mut lines = face_lines(&text);
     let mut triangles = Vec::new();
-    for model in &models {
-        let mesh = &model.mesh;
-        let corner = |number: u32| -> [f64; 3] {
-            std::array::from_fn(|c| placed(c, mesh.positions[3 * number as usize + c]))
-        };
-        triangles.extend(mesh.indices.chunks_exact(3).map(|t| [corner(t[0]), corner(t[1]), corner(t[2])]));
+    for tobj::Model { mesh, .. } in &models {
+        let corner =
+            |number: &u32| -> [f64; 3] { std::array::from_fn(|c| mesh.positions[3 * *number as usize + c]) };
+        let in_case = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|c| placed(c, x[c])) };
+        // Where all faces are triangles, their counts of corners are left out.
+        let all_triangles = vec![3; mesh.indices.len() / 3];
+        let counts = if mesh.face_arities.is_empty() { &all_triangles } else { &mesh.face_arities };
+        let mut rest = mesh.indices.as_slice();
+        for count in counts {
+            let (face, after) = rest.split_at((*count as usize).min(rest.len()));
+            rest = after;
+            let corners: Vec<[f64; 3]> = face.iter().map(corner).collect();
+            let line = lines.next().unwrap_or_default();
+            let cut = facets::triangles(&corners).map_err(|problem| format!("line {line}: {problem}"))?;
+            triangles.extend(cut.into_iter().map(|t| t.map(|k| in_case(corners[k]))));
+        }
     }
     if triangles.is_empty() {
         return Err("holds no faces".to_owned());
     }
     Facetted::from_triangles(&triangles).map_err(|error| error.problem)
+}
+
+/// A text in which a line that goes on in the next ones, by a backslash at its end, stands in its first line.
+fn in_whole_lines(text: &str) -> String {
+    let (mut whole, mut owed) = (String::with_capacity(text.len()), 0);
+    for line in text.lines() {
+        if let Some(begun) = line.strip_suffix('\\') {
+            whole.extend([begun, " "]);
+            owed += 1;
+        } else {
+            whole.extend([line, "\n"]);
+            // Blank lines keep the numbers of those that come after.
+            whole.extend(std::iter::repeat_n('\n', std::mem::take(&mut owed)));
+        }
+    }
+    whole
+}
+
+/// Refuses vertices with a weight: those of rational curves and surfaces, which meshes do not have.
+fn check_weights(text: &str) -> Result<(), String> {
+    for (number, line) in text.lines().enumerate() {
+        let mut words = line.split_whitespace();
+        if words.next() != Some("v") {
+            continue;
+        }
+        let numbers: Vec<&str> = words.take(5).collect();
+        if let [_, _, _, weight] = numbers[..]
+            && weight.parse() != Ok(1.0)
+        {
+            return Err(format!(
+                "line {}: the vertex has the fourth number {weight}, a weight: write x, y and z alone",
+                number + 1
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Numbers of the lines with a face of three corners or more, from 1.
+fn face_lines(text: &str) -> impl Iterator<Item = usize> {
+    let is_face = |line: &str| {
+        let mut words = line.split_whitespace();
+        words.next() == Some("f") && words.nth(2).is_some()
+    };
+    text.lines().enumerate().filter(move |(_, line)| is_face(line)).map(|(number, _)| number + 1)
 }

@@ -1,6 +1,6 @@
 //! Outlines in plan.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use colluvium_points::{Feature, Outline, Polygon, Ring};
 use geojson::{GeoJson, GeometryValue, Position};
@@ -10,18 +10,20 @@ use shapefile::{PolygonRing, Shape};
 use crate::{FileError, ending, of, prj, read_text, system, unknown};
 
 /// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: what lies in any of them, and
-/// in none of its own holes. Coordinates are metres in the frame of the case; degrees, which GeoJSON has by its standard, are refused,
+/// in none of its own holes. Features without geometry, and those whose row of the table beside a shapefile is deleted, do not count.
+/// Coordinates are metres in the frame of the case; degrees, which GeoJSON has by its standard, are refused,
 /// and so are units other than metres that a `.prj` beside a shapefile names.
 ///
 /// # Errors
-/// When the file cannot be read, holds no polygon, or one that crosses itself; when it lies in degrees.
+/// When the file cannot be read, holds no polygon, a feature of another kind, or a ring that crosses itself; when it lies in degrees.
 pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
     let polygons = features(file, None)?.into_iter().flat_map(|feature| feature.polygons).collect();
     outline(file, polygons)
 }
 
 /// Reads the polygons of a file as [`read_outlines`] does, each feature by itself, with the number that it has under `attribute` as its
-/// thickness: a property of GeoJSON, a field of the `.dbf` beside a shapefile. Features without polygons are passed over.
+/// thickness: a property of GeoJSON, a field of the `.dbf` beside a shapefile. Where no name is the same, the only one that differs in
+/// capitals alone counts. Features without polygons are passed over.
 ///
 /// # Errors
 /// As [`read_outlines`]; when a feature has no such number.
@@ -78,24 +80,40 @@ fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
     Ok(outline)
 }
 
+/// The value under a name, or under the only name that differs from it in capitals alone.
+fn named<'a, T>(all: impl Iterator<Item = (&'a String, T)> + Clone, name: &str) -> Option<T> {
+    let exact = all.clone().find(|(own, _)| *own == name);
+    let mut alike = all.filter(|(own, _)| own.to_lowercase() == name.to_lowercase());
+    let only = alike.next().filter(|_| alike.next().is_none());
+    exact.or(only).map(|(_, value)| value)
+}
+
+/// Fault of a feature of another kind.
+fn no_polygon(kind: &str) -> String {
+    format!("is a {kind}, and only polygons are taken: take it out of the file, or draw it as a polygon")
+}
+
 fn of_geojson(text: &str, attribute: Option<&str>) -> Result<Vec<Polygons>, String> {
     let parsed: GeoJson = text.parse().map_err(|error| format!("is not GeoJSON: {error}"))?;
-    system::of_geojson(&parsed).map_or(Ok(()), |system| system.check())?;
-    let feature = |geometry: Option<geojson::Geometry>, properties: Option<geojson::JsonObject>| {
-        let mut polygons = Vec::new();
-        geometry.iter().try_for_each(|geometry| add(&geometry.value, &mut polygons))?;
-        let number = attribute.map_or(Err(String::new()), |name| {
-            let properties = properties.unwrap_or_default();
-            let value = properties.get(name).ok_or_else(|| unnamed(properties.keys()))?;
-            value.as_f64().ok_or_else(|| format!("it is {value}"))
-        });
-        Ok(Polygons { polygons, number })
-    };
+    system::of_geojson(&parsed)?.map_or(Ok(()), |system| system.check())?;
+    let feature =
+        |(index, geometry, properties): (usize, Option<geojson::Geometry>, Option<geojson::JsonObject>)| {
+            let mut polygons = Vec::new();
+            let added = geometry.iter().try_for_each(|geometry| add(&geometry.value, &mut polygons));
+            added.map_err(|problem| format!("feature {}: {problem}", index + 1))?;
+            let number = attribute.map_or(Err(String::new()), |name| {
+                let properties = properties.unwrap_or_default();
+                let value = named(properties.iter(), name).ok_or_else(|| unnamed(properties.keys()))?;
+                value.as_f64().ok_or_else(|| format!("it is {value}"))
+            });
+            Ok(Polygons { polygons, number })
+        };
     match parsed {
-        GeoJson::Geometry(geometry) => Ok(vec![feature(Some(geometry), None)?]),
-        GeoJson::Feature(one) => Ok(vec![feature(one.geometry, one.properties)?]),
+        GeoJson::Geometry(geometry) => Ok(vec![feature((0, Some(geometry), None))?]),
+        GeoJson::Feature(one) => Ok(vec![feature((0, one.geometry, one.properties))?]),
         GeoJson::FeatureCollection(all) => {
-            all.features.into_iter().map(|one| feature(one.geometry, one.properties)).collect()
+            let each = all.features.into_iter().enumerate();
+            each.map(|(index, one)| feature((index, one.geometry, one.properties))).collect()
         }
     }
 }
@@ -116,40 +134,66 @@ fn add(geometry: &GeometryValue, polygons: &mut Vec<Polygon>) -> Result<(), Stri
         GeometryValue::GeometryCollection { geometries } => {
             geometries.iter().try_for_each(|inner| add(&inner.value, polygons))
         }
-        _ => Ok(()),
+        other => Err(no_polygon(other.type_name())),
     }
 }
 
 fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, String> {
     let wrong = |error: shapefile::Error| format!("is not a shapefile that can be read: {error}");
     let shapes = shapefile::read_shapes(file).map_err(wrong)?;
-    let records = attribute.map_or_else(|| Ok(Vec::new()), |_| records(file))?;
+    let table = table(file);
+    let is_deleted = table.as_ref().map_or_else(|| Ok(vec![false; shapes.len()]), |table| deleted(table))?;
+    if is_deleted.len() != shapes.len() {
+        return Err(format!(
+            "its shapes are {}, and the rows of the .dbf beside it {}: they do not belong together; write the shapefile anew",
+            shapes.len(),
+            is_deleted.len()
+        ));
+    }
+    let records = attribute.map_or_else(|| Ok(Vec::new()), |_| records(table.as_deref()))?;
     let mut records = records.iter();
-    let feature = |(number_of, shape): (usize, Shape)| {
+    let feature = |((index, shape), is_deleted): ((usize, Shape), bool)| {
+        if is_deleted {
+            return Ok(Polygons { polygons: Vec::new(), number: Err("its row is deleted".to_owned()) });
+        }
+        // Rows that are deleted are not among the records.
         let record = records.next();
         let number = attribute.map_or(Err(String::new()), |name| {
             let record = record.ok_or("the .dbf beside it has fewer rows")?;
-            let value = record.get(name).ok_or_else(|| unnamed(record.as_ref().keys()))?;
+            let fields = record.as_ref();
+            let value = named(fields.iter(), name).ok_or_else(|| unnamed(fields.keys()))?;
             number(value).ok_or_else(|| format!("it is {value}"))
         });
-        let polygons = polygons(&shape).ok_or_else(|| {
-            format!(
-                "feature {}: a ring within another runs the same way round, so that it is no hole: repair the geometry (in QGIS with \
-                 “Fix geometries”)",
-                number_of + 1
-            )
-        })?;
+        let polygons = polygons(&shape).map_err(|problem| format!("feature {}: {problem}", index + 1))?;
         Ok(Polygons { polygons, number })
     };
-    shapes.into_iter().enumerate().map(feature).collect()
+    shapes.into_iter().enumerate().zip(is_deleted).map(feature).collect()
 }
 
-/// Rows of the table of attributes beside a shapefile.
-fn records(file: &Path) -> Result<Vec<dbase::Record>, String> {
-    let mut beside = ["dbf", "DBF"].map(|ending| file.with_extension(ending)).into_iter();
-    let table =
-        beside.find(|path| path.is_file()).ok_or("has no .dbf beside it, which holds its attributes")?;
-    dbase::read(&table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))
+/// The table of attributes beside a shapefile, where there is one.
+fn table(file: &Path) -> Option<PathBuf> {
+    ["dbf", "DBF"].map(|ending| file.with_extension(ending)).into_iter().find(|path| path.is_file())
+}
+
+/// Rows of a table of attributes, without those that are deleted.
+fn records(table: Option<&Path>) -> Result<Vec<dbase::Record>, String> {
+    let table = table.ok_or("has no .dbf beside it, which holds its attributes")?;
+    dbase::read(table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))
+}
+
+/// Whether each row of a table of attributes is marked as deleted (dBASE III: the first byte of a row).
+fn deleted(table: &Path) -> Result<Vec<bool>, String> {
+    let bytes =
+        std::fs::read(table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))?;
+    let cut = || "the .dbf beside it is cut short".to_owned();
+    let short = |at: usize| {
+        let two: [u8; 2] = bytes.get(at..at + 2)?.try_into().ok()?;
+        Some(usize::from(u16::from_le_bytes(two)))
+    };
+    let count: [u8; 4] = bytes.get(4..8).and_then(|four| four.try_into().ok()).ok_or_else(cut)?;
+    let (head, row) = short(8).zip(short(10)).ok_or_else(cut)?;
+    let mark = |number: usize| bytes.get(head + number * row).map(|mark| *mark == b'*').ok_or_else(cut);
+    (0..u32::from_le_bytes(count) as usize).map(mark).collect()
 }
 
 fn number(value: &FieldValue) -> Option<f64> {
@@ -162,14 +206,19 @@ fn number(value: &FieldValue) -> Option<f64> {
     }
 }
 
-/// Polygons of a record; `None` where it is not clear what is a hole.
-fn polygons(shape: &Shape) -> Option<Vec<Polygon>> {
-    match shape {
+/// Polygons of a record; none where it has no geometry.
+fn polygons(shape: &Shape) -> Result<Vec<Polygon>, String> {
+    let found = match shape {
+        Shape::NullShape => Some(Vec::new()),
         Shape::Polygon(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
         Shape::PolygonZ(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
         Shape::PolygonM(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
-        _ => Some(Vec::new()),
-    }
+        other => return Err(no_polygon(&other.shapetype().to_string())),
+    };
+    found.ok_or_else(|| {
+        "a ring within another runs the same way round, so that it is no hole: repair the geometry (in QGIS with “Fix geometries”)"
+            .to_owned()
+    })
 }
 
 /// The polygons of a record, whose rings stand in any order: those that run with the clock are outer ones, and the others are holes of

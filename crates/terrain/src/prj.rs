@@ -4,7 +4,7 @@ use std::path::Path;
 
 use colluvium_points::Georeference;
 
-use crate::band;
+use crate::{band, proj, projection};
 
 /// Share by which a unit may be off the metre.
 const EXACT: f64 = 1e-9;
@@ -14,23 +14,57 @@ pub(crate) fn text(file: &Path) -> Result<Option<String>, String> {
     let beside = ["prj", "PRJ"].map(|ending| file.with_extension(ending));
     let Some(prj) = beside.iter().find(|path| path.is_file()) else { return Ok(None) };
     let read =
-        crate::read_text(prj).map_err(|error| format!("{} beside it {}", name_of(prj), error.problem))?;
-    Ok(Some(read.trim().to_owned()))
+        crate::read_text(prj).map_err(|error| format!("{} beside it {}", file_name(prj), error.problem))?;
+    understood(read.trim()).map(Some).map_err(|problem| format!("{} beside it {problem}", file_name(prj)))
 }
 
-fn name_of(file: &Path) -> String {
+/// A text as well-known text, where it is a number of the EPSG registry or a text of PROJ; others as they are.
+fn understood(text: &str) -> Result<String, String> {
+    let words = text.lines().filter_map(|line| line.split_whitespace().next());
+    let is_of_arcinfo =
+        words.map(str::to_lowercase).any(|word| ["projection", "units"].contains(&word.as_str()));
+    if text.is_empty() || is_well_known(text) {
+        return Ok(text.to_owned());
+    }
+    if proj::is_text(text) {
+        return proj::well_known(text);
+    }
+    if let Some(code) = code_of(text) {
+        let problem = || format!("names EPSG:{code}, which is not known: write it as well-known text");
+        return projection::text_of(code).map(str::to_owned).ok_or_else(problem);
+    }
+    if is_of_arcinfo {
+        return Ok(text.to_owned());
+    }
+    let start: String = text.chars().take(40).collect();
+    Err(format!(
+        "holds no coordinate reference system that can be read, {start:?}: write it as well-known text"
+    ))
+}
+
+/// The number in the EPSG registry that a name says: `EPSG:25832`, `urn:ogc:def:crs:EPSG::25832` or
+/// `http://www.opengis.net/def/crs/EPSG/0/25832`. Of several, as of a system in plan with one of heights, it is the first.
+pub(crate) fn code_of(name: &str) -> Option<u32> {
+    let codes = name.split([',', '+', '&']).filter(|part| part.to_uppercase().contains("EPSG"));
+    codes.filter_map(|part| part.trim().rsplit([':', '/', '#']).next()?.parse().ok()).next()
+}
+
+fn file_name(file: &Path) -> String {
     file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 /// Looks whether the `.prj` beside a file, or the `.aux.xml` of GDAL, says that it lies in metres. What has none is taken as such.
 pub(crate) fn check(file: &Path) -> Result<(), String> {
-    let of_gdal =
-        || Ok::<_, String>(band::beside(file)?.crs.map(|text| (format!("{}.aux.xml", name_of(file)), text)));
-    let own = text(file)?.map(|text| (name_of(&file.with_extension("prj")), text));
+    let of_gdal = || {
+        Ok::<_, String>(band::beside(file)?.crs.map(|text| (format!("{}.aux.xml", file_name(file)), text)))
+    };
+    let own = text(file)?.map(|text| (file_name(&file.with_extension("prj")), text));
     let Some((beside, text)) = own.map_or_else(of_gdal, |own| Ok(Some(own)))? else { return Ok(()) };
     match other_unit(&text) {
-        None if is_web_mercator(&text) => Err(format!("{beside} beside it says that it {WEB_MERCATOR}")),
-        None => Ok(()),
+        None => match projection::unlike_the_ground(&text) {
+            Some(fault) => Err(format!("{beside} beside it says that it {fault}")),
+            None => Ok(()),
+        },
         Some(unit) => Err(format!(
             "{beside} beside it says that it lies in {unit:?}, and only metres are known, in plan and in height: project it, or write its \
              heights, in metres"
@@ -42,9 +76,43 @@ pub(crate) fn check(file: &Path) -> Result<(), String> {
 pub(crate) const WEB_MERCATOR: &str = "lies in Web Mercator, whose lengths are longer than those on the ground (1.5 times at 48°): project it to metres \
                                        of its place, for example to UTM";
 
-/// Whether a well-known text is that of the maps of web pages.
-pub(crate) fn is_web_mercator(text: &str) -> bool {
-    text.contains("Mercator_Auxiliary_Sphere") || text.to_lowercase().contains("pseudo-mercator")
+/// Fault of other systems of that kind.
+pub(crate) const WORLD_MAP: &str = "lies in a projection for maps of the world, whose lengths are not those on the ground: project it to metres of its \
+                                    place, for example to UTM";
+
+/// Fault of coordinates that are not in plan.
+pub(crate) const GEOCENTRIC: &str = "lies in a geocentric CRS, whose coordinates count from the centre of the Earth: project it to metres, for example to UTM";
+
+/// The part in plan of a system, by name or by well-known text, that has heights too.
+pub(crate) fn in_plan(crs: &str) -> &str {
+    if !is_well_known(crs) {
+        return crs.split(" + ").next().unwrap_or(crs);
+    }
+    let inner = ["PROJCS[", "PROJCRS[", "PROJECTEDCRS[", "LOCAL_CS[", "ENGCRS[", "PROJCS(", "PROJCRS("];
+    let Some(begin) = inner.iter().filter_map(|head| crs.find(head)).min() else {
+        return crs;
+    };
+    let (mut depth, mut is_quoted) = (0, false);
+    for (at, letter) in crs[begin..].char_indices() {
+        match letter {
+            '"' => is_quoted = !is_quoted,
+            '[' | '(' if !is_quoted => depth += 1,
+            ']' | ')' if !is_quoted => {
+                depth -= 1;
+                if depth == 0 {
+                    return &crs[begin..=begin + at];
+                }
+            }
+            _ => {}
+        }
+    }
+    crs
+}
+
+/// The name of the system of a well-known text.
+pub(crate) fn name_of(text: &str) -> Option<String> {
+    let after = text.split_once(['[', '('])?.1;
+    projection::quoted(after).map(str::to_owned)
 }
 
 /// Puts the system of the text beside a raster's file into its reference.
@@ -246,5 +314,40 @@ mod tests {
         assert_eq!(checked("Projection UTM\nZunits NO\nUnits METERS\n"), Ok(()));
         assert!(checked("Projection UTM\nZunits FEET\nUnits METERS\n").unwrap_err().contains("FEET"));
         assert_eq!(check(Path::new("/nowhere/area.shp")), Ok(()));
+    }
+
+    #[test]
+    fn numbers_and_texts_of_proj_are_read_and_what_is_neither_is_refused() {
+        assert_eq!(checked("EPSG:26910"), Ok(()));
+        let feet = checked("EPSG:2263").unwrap_err();
+        assert!(feet.contains("foot") && feet.contains("area.prj"), "{feet}");
+        assert_eq!(checked("+proj=utm +zone=10 +datum=NAD83 +units=m +no_defs"), Ok(()));
+        assert!(checked("+proj=utm +zone=10 +datum=NAD83 +units=us-ft").unwrap_err().contains("us-ft"));
+        assert!(checked("+proj=longlat +datum=WGS84").unwrap_err().contains("degree"));
+        assert!(checked("+proj=merc +lon_0=0 +k=1").unwrap_err().contains("maps of the world"));
+        assert!(checked(r#"GEOCCS["WGS 84",UNIT["metre",1]]"#).unwrap_err().contains("geocentric"));
+        assert!(checked("hello").unwrap_err().contains("can be read, \"hello\""));
+        assert!(checked("EPSG:1").unwrap_err().contains("EPSG:1, which is not known"));
+        assert_eq!(checked(""), Ok(()));
+        let folder = tempfile::tempdir().unwrap();
+        let system = |text: &str| {
+            std::fs::write(folder.path().join("a.prj"), text).unwrap();
+            crate::read_system(&folder.path().join("a.shp")).unwrap()
+        };
+        let utm = system("EPSG:26910");
+        assert!(!system("+proj=utm +zone=10 +datum=NAD83").differs(&utm));
+        assert!(system("+proj=utm +zone=11 +datum=NAD83").differs(&utm));
+    }
+
+    #[test]
+    fn the_part_in_plan_is_that_before_the_heights() {
+        let own = plan(r#"UNIT["Meter",1.0]"#);
+        let heights = r#"VERTCS["NAVD88_height",VDATUM["x"],UNIT["Meter",1.0]]"#;
+        for text in [own.clone(), format!("{own},{heights}"), format!(r#"COMPD_CS["both",{own},{heights}]"#)]
+        {
+            assert_eq!(in_plan(&text), own);
+        }
+        assert_eq!(in_plan("UTM + heights (ft)"), "UTM");
+        assert_eq!((in_plan(DEGREES), in_plan("PROJCS[\"cut")), (DEGREES, "PROJCS[\"cut"));
     }
 }

@@ -2,7 +2,7 @@
 
 use colluvium_points::Georeference;
 
-use crate::prj;
+use crate::prj::{self, GEOCENTRIC, WEB_MERCATOR, WORLD_MAP};
 
 /// Kinds of projections, each with words of which one stands in its names.
 const KINDS: [(&str, &[&str]); 11] = [
@@ -136,15 +136,71 @@ impl Projection {
     }
 }
 
+/// Words in the names of projections for maps of the world.
+const OF_THE_WORLD: [&str; 13] = [
+    "cylindrical",
+    "plate_carree",
+    "equirectangular",
+    "mollweide",
+    "sinusoidal",
+    "robinson",
+    "eckert",
+    "miller",
+    "winkel",
+    "goode",
+    "equal_earth",
+    "natural_earth",
+    "van_der_grinten",
+];
+
+/// Why lengths in the coordinate reference system of a well-known text are not those on the ground, by the method of its projection;
+/// `None` where they are.
+pub(crate) fn unlike_the_ground(text: &str) -> Option<&'static str> {
+    let (mut method, mut is_geocentric) = (String::new(), false);
+    prj::opened(text, |open, after| {
+        match open.last()?.as_str() {
+            "PROJECTION" | "METHOD" => method = plain(quoted(after)?),
+            "GEOCCS" => is_geocentric = true,
+            "CS" => is_geocentric |= after.replace(' ', "").starts_with("Cartesian,3"),
+            _ => {}
+        }
+        Some(())
+    });
+    if is_geocentric {
+        return Some(GEOCENTRIC);
+    }
+    if method.contains("pseudo_mercator")
+        || method.contains("auxiliary_sphere")
+        || text.to_lowercase().contains("pseudo-mercator")
+    {
+        return Some(WEB_MERCATOR);
+    }
+    match kind(&method) {
+        Some("Mercator") => {
+            let parameters = Projection::of_text(text).map(|found| found.parameters).unwrap_or_default();
+            // True lengths elsewhere than at the equator are those of a system for a region.
+            let is_regional = parameters.iter().any(|(parameter, value)| match parameter {
+                Parameter::Parallel => *value != 0.0,
+                Parameter::Scale => *value != 1.0,
+                _ => false,
+            });
+            (!is_regional).then_some(WORLD_MAP)
+        }
+        None if OF_THE_WORLD.iter().any(|word| method.contains(word)) => Some(WORLD_MAP),
+        _ => None,
+    }
+}
+
 /// Well-known text of a coordinate reference system of the EPSG registry.
 pub(crate) fn text_of(epsg: u32) -> Option<&'static str> {
     crs_definitions::from_code(u16::try_from(epsg).ok()?).map(|system| system.wkt)
 }
 
-/// The well-known text of a raster's system, where it has one or the EPSG registry has.
+/// The well-known text of a raster's system in plan, where it has one or the EPSG registry has.
 pub(crate) fn of_reference(reference: &Georeference) -> Option<String> {
     let own = reference.crs.clone().filter(|text| prj::is_well_known(text));
-    own.or_else(|| Some(text_of(reference.epsg?)?.to_owned()))
+    let text = own.or_else(|| Some(text_of(reference.epsg?)?.to_owned()))?;
+    Some(prj::in_plan(&text).to_owned())
 }
 
 fn kind(method: &str) -> Option<&'static str> {

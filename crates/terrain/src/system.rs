@@ -5,10 +5,10 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use geojson::{GeoJson, JsonObject};
+use geojson::{GeoJson, GeometryValue, JsonObject, JsonValue};
 
 use crate::projection::{self, Projection};
-use crate::{band, ending, geotiff, prj, read_text};
+use crate::{band, ending, geotiff, prj, proj, read_text};
 
 /// Coordinate reference system in plan of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,6 +16,10 @@ pub struct MapSystem {
     epsg: Option<u32>,
     name: Option<String>,
     projection: Option<Projection>,
+    /// Why its lengths are not those on the ground.
+    fault: Option<&'static str>,
+    /// Its unit where that is not the metre.
+    unit: Option<String>,
 }
 
 impl MapSystem {
@@ -25,12 +29,48 @@ impl MapSystem {
         let epsg = in_plan.or(epsg);
         let registered = epsg.and_then(projection::text_of);
         let own = text.and_then(Projection::of_text);
-        let name = registered.and_then(name_of).or(name);
-        Self { epsg, name, projection: own.or(registered.and_then(Projection::of_text)) }
+        let name = registered.and_then(prj::name_of).or(name);
+        let fault = text.or(registered).and_then(projection::unlike_the_ground);
+        let unit = text.or(registered).and_then(prj::other_unit);
+        Self { epsg, name, projection: own.or(registered.and_then(Projection::of_text)), fault, unit }
     }
 
     fn of_well_known_text(text: &str) -> Self {
-        Self::new(prj::epsg(text), name_of(text), Some(text))
+        Self::new(prj::epsg(text), prj::name_of(text), Some(text))
+    }
+
+    /// Of a member `crs` of GeoJSON (2008): by name, or by its number in the EPSG registry.
+    fn of_member(crs: &JsonValue) -> Result<Self, String> {
+        let property = |key: &str| crs.get("properties").and_then(|properties| properties.get(key));
+        if crs.get("type").and_then(JsonValue::as_str) == Some("link") {
+            let place = property("href").map_or_else(String::new, ToString::to_string);
+            return Err(format!(
+                "names its coordinate reference system by a link, {place}, which is not read: name it by its number, as \
+                 \"crs\": {{\"type\": \"name\", \"properties\": {{\"name\": \"EPSG:25832\"}}}}"
+            ));
+        }
+        if let Some(name) = crs.as_str().or_else(|| property("name").and_then(JsonValue::as_str)) {
+            return Self::of_name(name);
+        }
+        let code = property("code").map(|code| code.to_string().trim_matches('"').to_owned());
+        match code.as_ref().and_then(|code| code.rsplit(':').next()?.parse().ok()) {
+            Some(code) => Ok(Self::new(Some(code), None, None)),
+            None => Err(format!(
+                "has a member crs that is not read, {crs}: name the system by its number, as \
+                 \"crs\": {{\"type\": \"name\", \"properties\": {{\"name\": \"EPSG:25832\"}}}}"
+            )),
+        }
+    }
+
+    /// Of a name, a well-known text or a text of PROJ.
+    fn of_name(name: &str) -> Result<Self, String> {
+        if prj::is_well_known(name) {
+            return Ok(Self::of_well_known_text(name));
+        }
+        if proj::is_text(name) {
+            return proj::well_known(name).map(|text| Self::of_well_known_text(&text));
+        }
+        Ok(Self::new(prj::code_of(name), Some(name.to_owned()), None))
     }
 
     /// Whether two systems are known to differ. Where one has no number in the EPSG registry, projections are compared.
@@ -52,11 +92,10 @@ impl MapSystem {
     pub(crate) fn check(&self) -> Result<(), String> {
         let in_degrees =
             self.name.as_deref().is_some_and(|name| name.ends_with("CRS84") || name.ends_with("CRS83"));
-        let text = self.epsg.and_then(projection::text_of);
-        if self.epsg == Some(3857) || text.is_some_and(prj::is_web_mercator) {
-            return Err(format!("says that it {}", prj::WEB_MERCATOR));
+        if let Some(fault) = self.fault {
+            return Err(format!("says that it {fault}"));
         }
-        let other = text.and_then(prj::other_unit).or(in_degrees.then(|| "degree".to_owned()));
+        let other = self.unit.clone().or(in_degrees.then(|| "degree".to_owned()));
         match other {
             None => Ok(()),
             Some(unit) if unit.to_lowercase().contains("deg") => Err(format!(
@@ -82,12 +121,6 @@ impl fmt::Display for MapSystem {
     }
 }
 
-/// The name of the system of a well-known text.
-fn name_of(text: &str) -> Option<String> {
-    let after = text.split_once(['[', '('])?.1;
-    projection::quoted(after).map(str::to_owned)
-}
-
 /// Coordinate reference system that a raster or an outline says it lies in; `None` where it says nothing, or cannot be read.
 pub fn read_system(file: &Path) -> Option<MapSystem> {
     match ending(file).as_str() {
@@ -100,10 +133,10 @@ pub fn read_system(file: &Path) -> Option<MapSystem> {
                 return of_text_beside(file);
             }
             let text = name.clone().filter(|text| prj::is_well_known(text));
-            let name = text.as_deref().map_or(name, name_of);
+            let name = text.as_deref().map_or(name, prj::name_of);
             Some(MapSystem::new(epsg, name, text.as_deref()))
         }
-        "geojson" | "json" => of_geojson(&read_text(file).ok()?.parse().ok()?),
+        "geojson" | "json" => of_geojson(&read_text(file).ok()?.parse().ok()?).ok()?,
         "asc" | "grd" | "txt" | "shp" => of_text_beside(file),
         _ => None,
     }
@@ -116,21 +149,51 @@ fn of_text_beside(file: &Path) -> Option<MapSystem> {
     prj::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text))
 }
 
-/// The system of the member `crs`, which files have that are not in degrees.
-pub(crate) fn of_geojson(parsed: &GeoJson) -> Option<MapSystem> {
-    let members: &JsonObject = match parsed {
-        GeoJson::Geometry(geometry) => geometry.foreign_members.as_ref(),
-        GeoJson::Feature(feature) => feature.foreign_members.as_ref(),
-        GeoJson::FeatureCollection(all) => all.foreign_members.as_ref(),
-    }?;
-    let name = members.get("crs")?.get("properties")?.get("name")?.as_str()?;
-    if prj::is_well_known(name) {
-        return Some(MapSystem::of_well_known_text(name));
+/// The system of the members `crs`, which files have that are not in degrees: of the file, its features and their geometries.
+///
+/// # Errors
+/// When a member names a system in a way that is not read, or members name several systems.
+pub(crate) fn of_geojson(parsed: &GeoJson) -> Result<Option<MapSystem>, String> {
+    let mut found: Option<MapSystem> = None;
+    let mut take = |members: Option<&JsonObject>| {
+        let Some(crs) = members.and_then(|members| members.get("crs")).filter(|crs| !crs.is_null()) else {
+            return Ok(());
+        };
+        let system = MapSystem::of_member(crs)?;
+        if let Some(other) = found.as_ref().filter(|found| **found != system) {
+            return Err(format!(
+                "names several coordinate reference systems, {other} and {system}: write it in one"
+            ));
+        }
+        found = Some(system);
+        Ok(())
+    };
+    match parsed {
+        GeoJson::Geometry(geometry) => each_geometry(geometry, &mut take)?,
+        GeoJson::Feature(feature) => each_feature(feature, &mut take)?,
+        GeoJson::FeatureCollection(all) => {
+            take(all.foreign_members.as_ref())?;
+            all.features.iter().try_for_each(|feature| each_feature(feature, &mut take))?;
+        }
     }
-    // `EPSG:25832`, `urn:ogc:def:crs:EPSG::25832` or `http://www.opengis.net/def/crs/EPSG/0/25832`.
-    let number =
-        name.to_uppercase().contains("EPSG").then(|| name.rsplit([':', '/', '#']).next()?.parse().ok());
-    Some(MapSystem::new(number.flatten(), Some(name.to_owned()), None))
+    Ok(found)
+}
+
+type Take<'a> = dyn FnMut(Option<&JsonObject>) -> Result<(), String> + 'a;
+
+fn each_feature(feature: &geojson::Feature, take: &mut Take<'_>) -> Result<(), String> {
+    take(feature.foreign_members.as_ref())?;
+    feature.geometry.iter().try_for_each(|geometry| each_geometry(geometry, take))
+}
+
+fn each_geometry(geometry: &geojson::Geometry, take: &mut Take<'_>) -> Result<(), String> {
+    take(geometry.foreign_members.as_ref())?;
+    match &geometry.value {
+        GeometryValue::GeometryCollection { geometries } => {
+            geometries.iter().try_for_each(|inner| each_geometry(inner, take))
+        }
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]
@@ -173,6 +236,10 @@ mod tests {
         assert!(feet.contains("survey foot") && feet.contains("EPSG:2225"), "{feet}");
         let of_web = json("http://www.opengis.net/def/crs/EPSG/0/25833");
         assert!(of_web.differs(&utm) && !json("EPSG:5555").differs(&utm), "heights beside a system in plan");
+        // With a system of heights beside that in plan.
+        let both = json("urn:ogc:def:crs,crs:EPSG::25832,crs:EPSG::5783");
+        assert!(both.check().is_ok() && !both.differs(&utm), "{both}");
+        assert!(!json("EPSG:25832+5783").differs(&utm) && json("EPSG:31254+5783").differs(&utm));
         assert!(json("EPSG:3857").check().unwrap_err().contains("Web Mercator"));
         assert!(!json("ESRI:102100").is_comparable(&utm));
         let own = MapSystem::of_well_known_text(r#"LOCAL_CS["site grid",UNIT["metre",1]]"#);
@@ -194,5 +261,43 @@ mod tests {
             let registered = projection::text_of(code).and_then(Projection::of_text).unwrap();
             assert!(!system.projection.unwrap().differs(&registered), "{code}");
         }
+    }
+
+    #[test]
+    fn systems_are_read_wherever_geojson_has_them_and_those_of_links_are_refused() {
+        let of = |text: &str| of_geojson(&text.parse().unwrap());
+        let named = r#""crs": {"type": "name", "properties": {"name": "EPSG:31254"}}"#;
+        let ring = r#""coordinates": [[[0, 0], [9, 0], [9, 9], [0, 0]]]"#;
+        let geometry = |crs: &str| format!(r#"{{"type": "Polygon", {ring}{crs}}}"#);
+        let feature = |crs: &str, inner: &str| {
+            format!(r#"{{"type": "Feature", "properties": {{}}, "geometry": {}{crs}}}"#, geometry(inner))
+        };
+        let file = |crs: &str, own: &str, inner: &str| {
+            format!(r#"{{"type": "FeatureCollection", "features": [{}]{crs}}}"#, feature(own, inner))
+        };
+        let (one, none) = (format!(", {named}"), "");
+        let texts = [
+            geometry(&one),
+            feature(&one, none),
+            feature(none, &one),
+            file(&one, none, none),
+            file(none, &one, &one),
+            file(none, none, &one),
+            format!(r#"{{"type": "GeometryCollection", "geometries": [{}]}}"#, geometry(&one)),
+            file(r#", "crs": {"type": "EPSG", "properties": {"code": 31254}}"#, none, none),
+            file(r#", "crs": {"type": "EPSG", "properties": {"code": "31254"}}"#, none, none),
+        ];
+        for text in texts {
+            assert_eq!(of(&text).unwrap().unwrap().epsg, Some(31254), "{text}");
+        }
+        assert_eq!(of(&file(r#", "crs": null"#, none, none)), Ok(None));
+        let other = one.replace("31254", "25832");
+        assert!(of(&file(&one, none, &other)).unwrap_err().contains("several"));
+        let link = r#", "crs": {"type": "link", "properties": {"href": "x.prj", "type": "esriwkt"}}"#;
+        assert!(of(&file(link, none, none)).unwrap_err().contains("by a link, \"x.prj\""));
+        assert!(of(&file(r#", "crs": {"type": "own"}"#, none, none)).unwrap_err().contains("not read"));
+        let feet = r#", "crs": {"type": "name", "properties": {"name": "+proj=utm +zone=10 +units=us-ft"}}"#;
+        let feet = of(&file(feet, none, none)).unwrap().unwrap();
+        assert!(feet.check().unwrap_err().contains("us-ft"));
     }
 }

@@ -1,6 +1,6 @@
 //! Files written and read again, and files that are refused.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use colluvium_points::{Raster, Surface};
 use colluvium_terrain::{read_features, read_mesh, read_outlines, read_raster, write_raster};
@@ -86,6 +86,46 @@ fn closed_meshes_are_read_and_open_ones_refused() {
 }
 
 #[test]
+fn polygons_of_an_obj_file_keep_their_dents_and_what_is_no_plane_polygon_is_refused_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    // A prism over an L, from each of its corners on.
+    let plan = [[-1, 5], [-5, 5], [-5, -5], [5, -5], [5, -1], [-1, -1]];
+    for first in 0..6 {
+        let mut text = String::new();
+        for z in [-5, 0] {
+            (0..6).for_each(|k| {
+                text += &format!("v {} {} {z}\n", plan[(k + first) % 6][0], plan[(k + first) % 6][1]);
+            });
+        }
+        text += "f 6 5 4 3 2 1\nf 7 8 9 10 11 12\n";
+        (0..6).for_each(|k| {
+            text += &format!("f {} {} {} {}\n", k + 1, (k + 1) % 6 + 1, (k + 1) % 6 + 7, k + 7);
+        });
+        let mesh = read_mesh(&file(&folder, "ell.obj", &text), &as_it_is).unwrap();
+        assert_eq!(mesh.facets().len(), 20);
+        assert!(mesh.contains(&[-3.0, 3.0, -1.0]) && mesh.contains(&[3.0, -3.0, -1.0]), "{first}");
+        assert!(!mesh.contains(&[2.0, 2.0, -1.0]) && !mesh.contains(&[0.5, 0.5, -0.1]), "{first}");
+    }
+    let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\n\
+                f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    let read = |text: &str| read_mesh(&file(&folder, "cube.obj", text), &as_it_is);
+    assert_eq!(read(cube).unwrap().facets().len(), 12);
+    let problem = |from: &str, to: &str| read(&cube.replacen(from, to, 1)).unwrap_err().problem;
+    assert!(problem("f 5 6 7 8", "f 5 7 6 8").starts_with("line 10: is a polygon that crosses itself"));
+    assert!(problem("v 1 1 1", "v 1 1 1.1").starts_with("line 10: is a polygon whose corners lie up to"));
+    // A line that goes on in the next does not shift the numbers of those after it.
+    let goes_on = cube.replace("f 4 3 2 1", "f 4 3 \\\n2 1").replace("f 5 6 7 8", "f 5 7 6 8");
+    assert!(read(&goes_on).unwrap_err().problem.starts_with("line 11: "));
+    assert!(problem("v 1 1 1", "v 1 1 1 2").starts_with("line 7: the vertex has the fourth number 2"));
+    assert!(read(&cube.replace("v 1 1 1", "v 1 1 1 1.0")).is_ok(), "a weight that changes nothing");
+    let coloured: Vec<String> = cube
+        .lines()
+        .map(|line| if line.starts_with('v') { format!("{line} 1 0.5 2") } else { line.to_owned() })
+        .collect();
+    assert!(read(&coloured.join("\n")).is_ok(), "six numbers are a vertex with a colour");
+}
+
+#[test]
 fn all_solids_of_an_stl_file_are_read_and_its_words_may_be_capitals() {
     let folder = tempfile::tempdir().unwrap();
     let beside = TETRAHEDRON.map(|triangle| triangle.map(|[x, y, z]| [x + 5.0, y, 1e-3 * z]));
@@ -162,7 +202,7 @@ fn outlines_may_have_holes_and_must_not_cross_themselves() {
         r#"{"type": "Polygon", "coordinates": [[[11.1, 47.2], [11.2, 47.2], [11.2, 47.3], [11.1, 47.2]]]}"#;
     assert!(problem("c.geojson", degrees).contains("degrees"));
     let point = r#"{"type": "Point", "coordinates": [1, 2]}"#;
-    assert!(problem("d.geojson", point).contains("no polygon"));
+    assert!(problem("d.geojson", point).starts_with("feature 1: is a Point, and only polygons"));
     assert!(problem("e.geojson", "{").contains("not GeoJSON"));
     assert!(problem("f.shp", "nonsense").contains("shapefile"));
 }
@@ -246,4 +286,57 @@ fn features_have_the_numbers_of_their_attributes() {
     std::fs::remove_file(shape.with_extension("dbf")).unwrap();
     let problem = read_features(&shape, "depth").unwrap_err().problem;
     assert!(problem.contains("no .dbf beside it"), "{problem}");
+}
+
+#[test]
+fn rows_that_are_deleted_do_not_count_and_shapes_must_be_as_many_polygons_as_there_are_rows() {
+    use shapefile::dbase::{FieldValue, Record, TableWriterBuilder};
+    use shapefile::{Point, Polygon, PolygonRing, Polyline};
+    let folder = tempfile::tempdir().unwrap();
+    let shape = folder.path().join("a.shp");
+    let fields = TableWriterBuilder::new().add_numeric_field("DEPTH".try_into().unwrap(), 10, 3);
+    let mut writer = shapefile::Writer::from_path(&shape, fields).unwrap();
+    for (at, depth) in [(0.0, 1.5), (10.0, 3.0)] {
+        let ring = rectangle([at, 0.0], [at + 4.0, 4.0]).into_iter().map(|[x, y]| Point::new(x, y)).collect();
+        let mut record = Record::default();
+        record.insert("DEPTH".to_owned(), FieldValue::Numeric(Some(depth)));
+        writer.write_shape_and_record(&Polygon::new(PolygonRing::Outer(ring)), &record).unwrap();
+    }
+    drop(writer);
+    // A name in other capitals is the same where it is the only one.
+    let found = |path: &Path| {
+        read_features(path, "Depth")
+            .map(|all| all.into_iter().map(|one| (one.number, one.thickness)).collect::<Vec<_>>())
+    };
+    assert_eq!(found(&shape).unwrap(), [(1, 1.5), (2, 3.0)]);
+    let table = shape.with_extension("dbf");
+    let mut bytes = std::fs::read(&table).unwrap();
+    let head = usize::from(bytes[8]) + 256 * usize::from(bytes[9]);
+    bytes[head] = b'*';
+    std::fs::write(&table, &bytes).unwrap();
+    assert_eq!(found(&shape).unwrap(), [(2, 3.0)]);
+    let outline = read_outlines(&shape).unwrap();
+    assert!((outline.area() - 16.0).abs() < 1e-12 && outline.contains([12.0, 2.0]));
+    bytes[4] = 1;
+    std::fs::write(&table, &bytes).unwrap();
+    let problem = read_outlines(&shape).unwrap_err().problem;
+    assert!(problem.contains("its shapes are 2, and the rows of the .dbf beside it 1"), "{problem}");
+    bytes.truncate(20);
+    std::fs::write(&table, &bytes[..6]).unwrap();
+    assert!(read_outlines(&shape).unwrap_err().problem.contains("cut short"));
+    let line = folder.path().join("b.shp");
+    let way = Polyline::new(vec![Point::new(0.0, 0.0), Point::new(4.0, 4.0)]);
+    shapefile::ShapeWriter::from_path(&line).unwrap().write_shapes(&vec![way]).unwrap();
+    let problem = read_outlines(&line).unwrap_err().problem;
+    assert!(problem.starts_with("feature 1: is a Polyline, and only polygons"), "{problem}");
+    let both = r#"{"type": "FeatureCollection", "features": [
+        {"type": "Feature", "properties": {}, "geometry": null},
+        {"type": "Feature", "properties": {"Depth": 2, "depth": 3}, "geometry": {"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 0]]]}}]}"#;
+    let map = file(&folder, "c.geojson", both);
+    assert_eq!(found(&map).unwrap(), [(2, 2.0)]);
+    let problem = read_features(&map, "DEPTH").unwrap_err().problem;
+    assert!(problem.contains("its attributes are Depth, depth"), "{problem}");
+    let line = both.replace("null", r#"{"type": "LineString", "coordinates": [[0, 0], [1, 1]]}"#);
+    let problem = read_outlines(&file(&folder, "d.geojson", &line)).unwrap_err().problem;
+    assert!(problem.starts_with("feature 1: is a LineString, and only polygons"), "{problem}");
 }

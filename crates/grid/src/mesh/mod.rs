@@ -1,6 +1,7 @@
 //! Unstructured meshes of 3-node triangles and 4-node tetrahedra (sheet: mpm §2.5b, §3.2).
 
 mod build;
+mod conform;
 #[cfg(test)]
 mod tests;
 
@@ -9,6 +10,7 @@ use std::collections::BTreeMap;
 use crate::{Basis, Grid, NodeList};
 
 pub use build::MeshError;
+pub(crate) use conform::{Clash, Clashing};
 
 /// No element: what lies across a facet on the boundary.
 const NONE: u32 = u32::MAX;

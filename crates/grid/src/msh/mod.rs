@@ -4,7 +4,10 @@
 //! which most generators offer. Triangles (in the plane) or tetrahedra become elements; physical groups become groups
 //! of nodes.
 
+mod faults;
 mod source;
+#[cfg(test)]
+mod tests;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -36,6 +39,9 @@ pub enum MshError {
     /// The mesh itself is of no use.
     #[error("the mesh {0}")]
     Mesh(#[from] MeshError),
+    /// Elements do not meet in whole facets, or lie over one another.
+    #[error("the mesh does not conform: {0}")]
+    Conformity(String),
 }
 
 /// Distance from the plane over the extent of the mesh that is round-off.
@@ -54,6 +60,10 @@ struct Content {
     /// Number of a node by its tag.
     number: HashMap<u64, usize>,
     places: Vec<[f64; 3]>,
+    /// Tag of each node, and the line or byte where it stands.
+    tags: Vec<(u64, usize)>,
+    /// Tag of each element.
+    element_tags: Vec<u64>,
     /// Elements with `D + 1` corners.
     elements: Vec<Vec<usize>>,
     /// The corners of each, in order.
@@ -102,11 +112,14 @@ fn read<const D: usize>(bytes: &[u8]) -> Read<D> {
     let all = || content.places.iter().flatten().map(|c| c.abs());
     let slack = ROUND_OFF * all().fold(0.0, f64::max);
     if let Some(k) = content.places.iter().position(|x| x[D..].iter().any(|c| !(c.abs() <= slack))) {
-        let place = content.places[k];
-        return source.fail(format!("a node lies at {place:?} m, off the plane z = 0"));
+        return Err(content.off_the_plane(k, &source));
     }
     let places: Vec<[f64; D]> = content.places.iter().map(|x| std::array::from_fn(|c| x[c])).collect();
-    Ok(Mesh::new(&places, &content.elements, &content.groups)?)
+    let mesh =
+        Mesh::new(&places, &content.elements, &content.groups).map_err(|error| content.with_tags(error))?;
+    let clash = mesh.clash();
+    clash.map_or(Ok(()), |clash| Err(MshError::Conformity(content.described(&mesh, &clash))))?;
+    Ok(mesh)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -176,14 +189,15 @@ impl Content {
             return source.fail(format!("node {tag} stands here a second time"));
         }
         self.places.push(place);
+        self.tags.push((tag, source.place()));
         Ok(())
     }
 
-    /// Takes an element of a type of Gmsh that belongs to physical groups; other types than simplices are refused
+    /// Takes an element with a tag and a type of Gmsh that belongs to physical groups; other types than simplices are refused
     /// where they would be elements.
     fn add_element(
         &mut self,
-        kind: i64,
+        (tag, kind): (u64, i64),
         groups: &[(usize, i64)],
         source: &mut Source<'_>,
         tags: Version,
@@ -219,6 +233,7 @@ impl Content {
         // Version 2.2 lists an element once for each of its groups.
         if own == dimension && self.listed.insert(sorted(&nodes)) {
             self.elements.push(nodes);
+            self.element_tags.push(tag);
         }
         Ok(())
     }
@@ -291,9 +306,7 @@ fn elements_of_two(source: &mut Source<'_>, content: &mut Content, dimension: us
     while left > 0 {
         // In binary files elements of one type follow its head; in text each has its own, behind its tag.
         let in_text = !source.is_binary();
-        if in_text {
-            source.tag()?;
-        }
+        let mut tag = if in_text { source.tag()? } else { 0 };
         let kind = source.int()?;
         let following = if in_text { 1 } else { source.size_of_int()? };
         let count = source.size_of_int()?;
@@ -302,12 +315,12 @@ fn elements_of_two(source: &mut Source<'_>, content: &mut Content, dimension: us
         }
         for _ in 0..following {
             if !in_text {
-                source.tag()?;
+                tag = source.tag()?;
             }
             let tags = (0..count).map(|_| source.int()).collect::<Result<Vec<i64>, _>>()?;
             // The first tag is the physical group, zero for none.
             let group = tags.first().filter(|tag| **tag != 0).map(|&tag| (dimension_of(kind), tag));
-            content.add_element(kind, group.as_slice(), source, Version::Two, dimension)?;
+            content.add_element((tag, kind), group.as_slice(), source, Version::Two, dimension)?;
             source.end_row();
         }
         left -= following;
@@ -329,132 +342,10 @@ fn elements_of_four(
         let tags = content.physical.get(&(entity_dimension, entity)).cloned().unwrap_or_default();
         let groups: Vec<(usize, i64)> = tags.into_iter().map(|tag| (entity_dimension, tag.abs())).collect();
         for _ in 0..count {
-            source.size()?;
-            content.add_element(kind, &groups, source, Version::Four, dimension)?;
+            let tag = source.size()?;
+            content.add_element((tag, kind), &groups, source, Version::Four, dimension)?;
             source.end_row();
         }
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A square of two triangles with its base as a group, as version 2.2.
-    const TWO: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"the base\"\n2 9 \"soil\"\n\
-        $EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n40 0 1 0\n$EndNodes\n$Elements\n4\n\
-        1 15 2 0 1 1\n2 1 2 7 1 1 2\n3 2 2 9 1 1 2 3\n4 2 2 9 1 1 3 40\n$EndElements\n";
-
-    /// The same as version 4.1.
-    const FOUR: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"the base\"\n2 9 \"soil\"\n\
-        $EndPhysicalNames\n$Entities\n1 1 1 0\n1 0 0 0 0\n1 0 0 0 1 0 0 1 7 2 1 -2\n1 0 0 0 1 1 0 1 9 1 1\n$EndEntities\n\
-        $Nodes\n2 4 1 40\n1 1 0 2\n1\n2\n0 0 0\n1 0 0\n2 1 0 2\n3\n40\n1 1 0\n0 1 0\n$EndNodes\n\
-        $Elements\n2 3 1 3\n1 1 1 1\n1 1 2\n2 1 2 2\n2 1 2 3\n3 1 3 40\n$EndElements\n";
-
-    fn two_dimensional(text: &str) -> Mesh<2> {
-        Mesh::from_msh(text.as_bytes()).unwrap()
-    }
-
-    /// A text as the binary file that Gmsh would write: `$$name` begins numbers, of which `i` are whole, `s` sizes and others coordinates;
-    /// what stands between bars is text.
-    fn binary(text: &str, is_big_endian: bool) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let mut put = |little: &[u8]| {
-            if is_big_endian { bytes.extend(little.iter().rev()) } else { bytes.extend(little) }
-        };
-        for (number, part) in text.split('|').enumerate() {
-            if number % 2 == 0 {
-                part.bytes().for_each(|byte| put(&[byte]));
-                continue;
-            }
-            for word in part.split_whitespace() {
-                if let Some(int) = word.strip_prefix('i') {
-                    put(&int.parse::<i32>().unwrap().to_le_bytes());
-                } else if let Some(size) = word.strip_prefix('s') {
-                    put(&size.parse::<u64>().unwrap().to_le_bytes());
-                } else {
-                    put(&word.parse::<f64>().unwrap().to_le_bytes());
-                }
-            }
-        }
-        bytes
-    }
-
-    #[test]
-    fn binary_files_of_both_versions_and_orders_give_the_mesh_of_the_text() {
-        let two = "$MeshFormat\n2.2 1 8\n|i1|\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"the base\"\n2 9 \"soil\"\n$EndPhysicalNames\n\
-            $Nodes\n4\n|i1 0 0 0 i2 1 0 0 i3 1 1 0 i40 0 1 0|\n$EndNodes\n$Elements\n4\n\
-            |i15 i1 i2 i1 i0 i1 i1 i1 i1 i2 i2 i7 i1 i1 i2 i2 i2 i2 i3 i9 i1 i1 i2 i3 i4 i9 i1 i1 i3 i40|\n$EndElements\n";
-        let four = "$MeshFormat\n4.1 1 8\n|i1|\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"the base\"\n2 9 \"soil\"\n$EndPhysicalNames\n\
-            $Entities\n|s1 s1 s1 s0 i1 0 0 0 s0 i1 0 0 0 1 0 0 s1 i7 s2 i1 i-2 i1 0 0 0 1 1 0 s1 i9 s1 i1|\n$EndEntities\n\
-            $Nodes\n|s2 s4 s1 s40 i1 i1 i0 s2 s1 s2 0 0 0 1 0 0 i2 i1 i1 s2 s3 s40 1 1 0 0.5 0.5 0 1 0 0.5 0.5|\n$EndNodes\n\
-            $NodeData\nanything\n$EndNodeData\n\
-            $Elements\n|s2 s3 s1 s3 i1 i1 i1 s1 s1 s1 s2 i2 i1 i2 s2 s2 s1 s2 s3 s3 s1 s3 s40|\n$EndElements\n";
-        for text in [two, four] {
-            for is_big_endian in [false, true] {
-                let bytes = binary(text, is_big_endian);
-                assert_eq!(Mesh::<2>::from_msh(&bytes).unwrap(), two_dimensional(TWO));
-                // Cut anywhere it is refused, or the same where only line ends are lost.
-                for length in 0..bytes.len() - 1 {
-                    assert!(Mesh::<2>::from_msh(&bytes[..length]).is_err(), "{length} of {}", bytes.len());
-                }
-            }
-        }
-        let cut = Mesh::<2>::from_msh(&binary(&two.replace("i40|\n$EndElements\n", "|"), false))
-            .unwrap_err()
-            .to_string();
-        assert!(cut.starts_with("byte ") && cut.contains("ends where a number must stand"), "{cut}");
-    }
-
-    #[test]
-    fn round_off_is_no_distance_from_the_plane_and_lines_may_end_as_in_dos() {
-        let rough = TWO.replace("40 0 1 0\n", "40 0 1 1e-17\n").replace('\n', "\r\n");
-        assert_eq!(two_dimensional(&rough), two_dimensional(TWO));
-        assert_eq!(two_dimensional(&format!("\u{feff}{TWO}")), two_dimensional(TWO));
-    }
-
-    #[test]
-    fn both_versions_give_the_same_mesh() {
-        let two = two_dimensional(TWO);
-        assert_eq!(two, two_dimensional(FOUR));
-        assert_eq!(two.elements().len(), 2);
-        let base: Vec<[f64; 2]> =
-            two.group("the base").unwrap().iter().map(|n| two.nodes()[*n as usize]).collect();
-        assert_eq!(base, [[0.0, 0.0], [1.0, 0.0]]);
-        assert_eq!(two.groups().collect::<Vec<_>>(), ["soil", "the base"]);
-        let unknown = format!("$Comments\nby hand\n$EndComments\n{TWO}");
-        assert!(Mesh::<2>::from_msh(unknown.as_bytes()).is_err(), "the format comes first");
-        assert_eq!(two_dimensional(&format!("{TWO}$Comments\nby hand\n$EndComments\n")), two);
-    }
-
-    #[test]
-    fn an_element_of_two_groups_is_one_element() {
-        let groups = TWO
-            .replace("$Elements\n4\n", "$Elements\n5\n")
-            .replace("$PhysicalNames\n2\n", "$PhysicalNames\n3\n");
-        let named = groups.replace("2 9 \"soil\"\n", "2 9 \"soil\"\n2 10 \"lower\"\n");
-        let twice = named.replace("4 2 2 9 1 1 3 40\n", "4 2 2 9 1 1 3 40\n5 2 2 10 1 1 2 3\n");
-        let mesh = two_dimensional(&twice);
-        assert_eq!(mesh.elements().len(), 2);
-        assert_eq!(mesh.groups().collect::<Vec<_>>(), ["lower", "soil", "the base"]);
-        assert_eq!((mesh.group("lower").unwrap().len(), mesh.group("soil").unwrap().len()), (3, 4));
-    }
-
-    #[test]
-    fn what_is_wrong_is_named_with_its_line() {
-        let refuse = |text: &str| Mesh::<2>::from_msh(text.as_bytes()).unwrap_err().to_string();
-        assert_eq!(refuse("solid cube"), "line 1: \"solid cube\" stands outside of any section");
-        assert!(
-            refuse(&TWO.replace("2.2 0", "2.2 1")).contains("line 2: is a binary mesh whose order of bytes")
-        );
-        assert!(refuse(&TWO.replace("2.2 0", "4.0 0")).contains("version 4.0"));
-        assert!(refuse(&TWO.replace("40 0 1 0", "40 0 one 0")).starts_with("line 14: \"one\""));
-        assert!(refuse(&TWO.replace("1 1 3 40", "1 1 3 41")).contains("no node 41"));
-        assert!(refuse(&TWO.replace("4 2 2 9 1 1 3 40", "4 3 2 9 1 1 2 3 40")).contains("element type 3"));
-        assert!(refuse(&TWO.replace("40 0 1 0", "40 0 1 0.5")).contains("off the plane"));
-        assert!(refuse(TWO.trim_end_matches("$EndElements\n")).contains("ends in the middle"));
-        assert!(refuse(&TWO.replace("9 1 1 2 3", "9 1 1 3 2")).contains("volume"), "clockwise");
-        assert!(Mesh::<3>::from_msh(TWO.as_bytes()).unwrap_err().to_string().contains("no tetrahedron"));
-    }
 }

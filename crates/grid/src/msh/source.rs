@@ -33,11 +33,20 @@ impl<'a> Source<'a> {
     }
 
     pub(super) fn fail<T>(&self, problem: impl Into<String>) -> Result<T, MshError> {
-        let problem = problem.into();
-        Err(match self.binary {
-            Some(_) => MshError::Binary { byte: self.at, problem },
-            None => MshError::Syntax { line: self.line, problem },
-        })
+        Err(self.fault_at(self.place(), problem.into()))
+    }
+
+    /// Number of the line that is read, or of bytes before what comes next.
+    pub(super) fn place(&self) -> usize {
+        if self.is_binary() { self.at } else { self.line }
+    }
+
+    /// A fault at an earlier place.
+    pub(super) fn fault_at(&self, place: usize, problem: String) -> MshError {
+        match self.binary {
+            Some(_) => MshError::Binary { byte: place, problem },
+            None => MshError::Syntax { line: place, problem },
+        }
     }
 
     /// What is left of the current line, without its end; the next one comes after.

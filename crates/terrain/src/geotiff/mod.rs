@@ -1,20 +1,19 @@
 //! GeoTIFF rasters (OGC 19-008r4, GeoTIFF Standard 1.1).
 
+mod image;
 mod keys;
 mod mask;
 
 use std::io::{Cursor, Read, Seek};
 
 use colluvium_points::{Georeference, Raster};
-use tiff::ColorType;
-use tiff::decoder::{Decoder, DecodingResult};
+use tiff::decoder::Decoder;
 use tiff::encoder::{TiffEncoder, colortype::Gray64Float};
 use tiff::tags::Tag;
 
 use crate::band::{Band, mark};
-use crate::prj;
 use crate::world_file::World;
-use keys::{Keys, METRE, PIXEL_IS_AREA, PIXEL_IS_POINT, PROJECTED_MODEL, USER_DEFINED, key};
+use keys::{Keys, PIXEL_IS_AREA, PIXEL_IS_POINT, key};
 
 /// Tag of the metadata of GDAL, as XML.
 const GDAL_METADATA: Tag = Tag::Unknown(42112);
@@ -49,6 +48,11 @@ fn placement(
     }
     let scale = decoder.get_tag_f64_vec(Tag::ModelPixelScaleTag);
     let tie = decoder.get_tag_f64_vec(Tag::ModelTiepointTag);
+    if let Some(points) = tie.as_ref().ok().map(|tie| tie.len() / 6).filter(|points| *points > 1) {
+        return Err(format!(
+            "has {points} ground control points: warp it to a grid along east and north, for example with gdalwarp"
+        ));
+    }
     let (Ok(scale), Ok(tie)) = (scale, tie) else {
         let problem = "has no georeference (neither pixel scale with tie point nor transformation, nor a world file .tfw \
                        beside it): write it as a GeoTIFF";
@@ -59,9 +63,6 @@ fn placement(
     if scale.len() < 2 || tie.len() < 6 {
         return Err("its pixel scale or tie point is too short".to_owned());
     }
-    if tie.len() > 6 {
-        return Err("has several tie points: resample it to a regular grid".to_owned());
-    }
     let step = [scale[0], -scale[1]];
     Ok(([tie[3] - tie[0] * step[0], tie[4] - tie[1] * step[1]], step))
 }
@@ -69,7 +70,10 @@ fn placement(
 /// Coordinate reference system in plan: number in the EPSG registry, and name or text.
 pub(crate) fn system(source: impl Read + Seek) -> Result<(Option<u32>, Option<String>), String> {
     let keys = Keys::read(&mut Decoder::new(source).map_err(wrong)?);
-    Ok((keys.epsg(), keys.citation().map(str::to_owned)))
+    let said = keys.citation().map(str::to_owned);
+    let is_text = said.as_deref().is_some_and(crate::prj::is_well_known);
+    let defined = keys.defined().filter(|_| keys.epsg().is_none() && !is_text);
+    Ok((keys.epsg(), defined.or(said)))
 }
 
 /// Files beside a GeoTIFF.
@@ -99,7 +103,7 @@ pub(crate) fn parse(bytes: &[u8], beside: Beside) -> Result<Raster, String> {
         ));
     }
     let mut band = band(&mut decoder)?.or(beside.band);
-    let mut values = numbers(image(bytes, decoder)?);
+    let mut values = image::numbers(bytes, decoder, band.no_data.unwrap_or(0.0))?;
     if values.len() != columns * rows {
         return Err(format!(
             "has {} values for {columns} columns and {rows} rows: it must have one band",
@@ -128,7 +132,13 @@ pub(crate) fn parse(bytes: &[u8], beside: Beside) -> Result<Raster, String> {
         origin: [first[0], south],
         spacing: [step[0], step[1].abs()],
         values,
-        reference: Georeference { epsg: keys.epsg(), crs, corner, ..Georeference::default() },
+        reference: Georeference {
+            epsg: keys.epsg(),
+            crs,
+            corner,
+            keys: keys.of_plan(),
+            ..Georeference::default()
+        },
     };
     band.apply(&mut raster, heights)?;
     Ok(raster)
@@ -147,50 +157,6 @@ fn band(decoder: &mut Source<'_>) -> Result<Band, String> {
     Ok(band)
 }
 
-/// The numbers of the image, those of classes with a palette of colours too.
-fn image(bytes: &[u8], mut decoder: Source<'_>) -> Result<DecodingResult, String> {
-    let meaning = decoder.find_tag_unsigned::<u32>(Tag::PhotometricInterpretation).ok().flatten();
-    if meaning == Some(mask::PALETTE)
-        && let Some(plain) = mask::as_numbers(bytes, &mut decoder)
-    {
-        let mut decoder = Decoder::new(Cursor::new(&plain[..])).map_err(wrong)?;
-        return image_of(&mut decoder);
-    }
-    image_of(&mut decoder)
-}
-
-fn image_of(decoder: &mut Source<'_>) -> Result<DecodingResult, String> {
-    match decoder.colortype().map_err(wrong)? {
-        ColorType::Gray(bits) if bits < 8 => {
-            Err(format!("has {bits} bits a number: write it with 8 bits or more"))
-        }
-        ColorType::Gray(_) => decoder.read_image().map_err(wrong),
-        _ => {
-            Err("has several bands or colours: write the one with the numbers to a file of its own"
-                .to_owned())
-        }
-    }
-}
-
-fn numbers(image: DecodingResult) -> Vec<f64> {
-    fn all<T: Into<f64>>(values: Vec<T>) -> Vec<f64> {
-        values.into_iter().map(Into::into).collect()
-    }
-    match image {
-        DecodingResult::U8(values) => all(values),
-        DecodingResult::U16(values) => all(values),
-        DecodingResult::U32(values) => all(values),
-        DecodingResult::U64(values) => values.into_iter().map(|value| value as f64).collect(),
-        DecodingResult::I8(values) => all(values),
-        DecodingResult::I16(values) => all(values),
-        DecodingResult::I32(values) => all(values),
-        DecodingResult::I64(values) => values.into_iter().map(|value| value as f64).collect(),
-        DecodingResult::F16(values) => all(values),
-        DecodingResult::F32(values) => all(values),
-        DecodingResult::F64(values) => values,
-    }
-}
-
 /// The bytes of a raster with 64 bits a number.
 pub(crate) fn bytes(raster: &Raster) -> Result<Vec<u8>, String> {
     let failed = |error: tiff::TiffError| format!("cannot be written: {error}");
@@ -202,20 +168,8 @@ pub(crate) fn bytes(raster: &Raster) -> Result<Vec<u8>, String> {
     let shift = if reference.corner { 0.5 } else { 0.0 };
     let north = raster.end()[1] + shift * dy;
     let tie = [0.0, 0.0, 0.0, origin[0] - shift * dx, north, 0.0];
-    let mut keys = vec![(key::MODEL_TYPE, 0, 1, PROJECTED_MODEL)];
     let kind = if reference.corner { PIXEL_IS_AREA } else { PIXEL_IS_POINT };
-    keys.push((key::RASTER_TYPE, 0, 1, kind));
-    let mut texts = String::new();
-    if let Some(crs) = reference.crs.as_deref().filter(|crs| crs.is_ascii()) {
-        let head = if prj::is_well_known(crs) { keys::ESRI_TEXT } else { "" };
-        texts = format!("{head}{crs}|");
-        keys.push((key::CITATION, 34737, texts.len() as u16, 0));
-    }
-    let epsg = reference.epsg.and_then(|code| u16::try_from(code).ok());
-    keys.push((key::PROJECTED, 0, 1, epsg.unwrap_or(USER_DEFINED)));
-    keys.push((key::LINEAR_UNITS, 0, 1, METRE));
-    let mut directory = vec![1, 1, 0, keys.len() as u16];
-    directory.extend(keys.iter().flat_map(|(a, b, c, d)| [*a, *b, *c, *d]));
+    let (directory, numbers, texts) = Keys::of_reference(reference, kind).encoded();
     let data: Vec<f64> = raster
         .values
         .chunks(raster.columns)
@@ -230,6 +184,9 @@ pub(crate) fn bytes(raster: &Raster) -> Result<Vec<u8>, String> {
     head.write_tag(Tag::ModelPixelScaleTag, &[*dx, *dy, 0.0][..]).map_err(failed)?;
     head.write_tag(Tag::ModelTiepointTag, &tie[..]).map_err(failed)?;
     head.write_tag(Tag::GeoKeyDirectoryTag, &directory[..]).map_err(failed)?;
+    if !numbers.is_empty() {
+        head.write_tag(Tag::GeoDoubleParamsTag, &numbers[..]).map_err(failed)?;
+    }
     if !texts.is_empty() {
         head.write_tag(Tag::GeoAsciiParamsTag, &texts[..]).map_err(failed)?;
     }
@@ -241,6 +198,7 @@ pub(crate) fn bytes(raster: &Raster) -> Result<Vec<u8>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use colluvium_points::GeoKey;
     use keys::GEOGRAPHIC_MODEL;
 
     fn parse(bytes: &[u8]) -> Result<Raster, String> {
@@ -257,6 +215,7 @@ mod tests {
             corner,
             no_data: Some(-9999.0),
             unmarked: 0,
+            keys: Vec::new(),
         };
         raster
     }
@@ -322,6 +281,129 @@ mod tests {
         assert!(
             parse(&file(&point, Tag::ModelPixelScaleTag, &[1.0; 3])).unwrap_err().contains("no georeference")
         );
+        let points = parse(&file(&point, Tag::ModelTiepointTag, &[1.0; 24])).unwrap_err();
+        assert!(points.contains("has 4 ground control points: warp it"), "{points}");
         assert!(parse(b"not a tiff").is_err());
+    }
+
+    #[test]
+    fn strips_that_were_not_written_hold_what_stands_for_no_data() {
+        for (mark, expected) in [(Some("-9999"), f64::NAN), (None, 0.0)] {
+            let mut target = Cursor::new(Vec::new());
+            let mut encoder = TiffEncoder::new(&mut target).unwrap();
+            let mut image = encoder.new_image::<Gray64Float>(2, 3).unwrap();
+            image.rows_per_strip(2).unwrap();
+            let head = image.encoder();
+            head.write_tag(Tag::ModelPixelScaleTag, &[1.0, 1.0, 0.0][..]).unwrap();
+            head.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, 10.0, 20.0, 0.0][..]).unwrap();
+            if let Some(mark) = mark {
+                head.write_tag(Tag::GdalNodata, mark).unwrap();
+            }
+            image.write_data(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).unwrap();
+            let mut bytes = target.into_inner();
+            // Lengths of the strips: 32 bytes and 16.
+            let lengths = [32u32, 16].map(u32::to_le_bytes).concat();
+            let at = bytes.windows(8).rposition(|eight| eight == lengths).unwrap();
+            bytes[at..at + 4].fill(0);
+            let read = parse(&bytes).unwrap();
+            assert_eq!((read.at(0, 0), read.at(1, 0)), (5.0, 6.0));
+            for (column, row) in [(0, 1), (1, 1), (0, 2), (1, 2)] {
+                let value: f64 = read.at(column, row);
+                assert!(value == expected || value.is_nan() && expected.is_nan(), "{mark:?}: {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_written_names_the_system_in_plan_alone() {
+        let texts = |crs: &str, epsg: Option<u32>| {
+            let mut raster = raster(true);
+            (raster.reference.crs, raster.reference.epsg) = (Some(crs.to_owned()), epsg);
+            let bytes = bytes(&raster).unwrap();
+            let mut decoder = Decoder::new(Cursor::new(&bytes[..])).unwrap();
+            let texts = decoder.get_tag_ascii_string(Tag::GeoAsciiParamsTag).unwrap_or_default();
+            let keys = Keys::read(&mut decoder);
+            assert_eq!(keys.height_unit(), Ok(None), "{crs}");
+            assert_eq!(keys.epsg(), epsg, "{crs}");
+            // GDAL reads a text only where the model is one that the user defines, 32767.
+            let is_text = texts.starts_with(keys::ESRI_TEXT);
+            assert_eq!(keys.get(key::MODEL_TYPE), Some(if is_text { 32767 } else { 1 }), "{crs}");
+            texts
+        };
+        assert_eq!(texts("NAD83 / UTM zone 10N + NAVD88 height (ft)", Some(26910)), "NAD83 / UTM zone 10N|");
+        let plan = r#"PROJCS["site [1]",UNIT["metre",1]]"#;
+        let both = format!(r#"COMPD_CS["both (ft)",{plan},VERT_CS["NAVD88 height (ft)",UNIT["metre",1]]]"#);
+        assert_eq!(texts(&both, None), format!("{}{plan}|", keys::ESRI_TEXT));
+        assert_eq!(texts(&both, Some(26910)), "site [1]|");
+    }
+
+    #[test]
+    fn a_code_of_heights_counts_more_than_words_and_a_unit_of_no_number_is_the_metre() {
+        let unit = |numbers: &[(u16, u16)], citation: &str| {
+            let all = numbers.iter().map(|(number, code)| (*number, GeoKey::Code(*code)));
+            let words = (key::CITATION, GeoKey::Text(citation.to_owned()));
+            Keys::of(all.chain([words]).collect()).height_unit()
+        };
+        let feet = "NAD83 / UTM zone 10N + NAVD88 height (ft)";
+        assert_eq!(unit(&[], feet), Ok(Some(0.3048)));
+        assert_eq!(unit(&[(key::VERTICAL, 5703)], feet), Ok(None));
+        assert_eq!(unit(&[(key::VERTICAL, 8228)], "any"), Ok(Some(0.3048)));
+        let own = [(key::VERTICAL, 32767), (key::VERTICAL_UNITS, 32767)];
+        assert_eq!(unit(&own, "site"), Ok(None));
+        assert_eq!(unit(&own, feet), Ok(Some(0.3048)));
+        assert!(unit(&[(key::VERTICAL_UNITS, 9014)], "fathoms").is_err());
+    }
+
+    #[test]
+    fn systems_whose_lengths_are_not_those_on_the_ground_are_refused() {
+        let problem = |number: u16, value: u16| {
+            let keys = [1, 1, 0, 2, number, 0, 1, value, key::LINEAR_UNITS, 0, 1, 9001];
+            parse(&file(&keys, Tag::ModelTiepointTag, &[0.0; 6])).unwrap_err()
+        };
+        assert!(problem(key::PROJECTED, 3857).contains("Web Mercator"));
+        for code in [3395, 6933, 4087] {
+            assert!(problem(key::PROJECTED, code).contains("maps of the world"), "{code}");
+        }
+        assert!(problem(key::MODEL_TYPE, 3).contains("geocentric"));
+        // Mercator, Equirectangular, Robinson and Sinusoidal by their parameters.
+        for code in [7, 17, 23, 24] {
+            let parameters = Keys::of(vec![
+                (key::METHOD, GeoKey::Code(code)),
+                (3082, GeoKey::Numbers(vec![0.0])),
+                (key::LINEAR_UNITS, GeoKey::Code(9001)),
+            ]);
+            assert!(parameters.check_plan().unwrap_err().contains("maps of the world"), "{code}");
+        }
+        for code in [3388, 25832, 2056, 31254, 3001] {
+            assert!(problem(key::PROJECTED, code).contains("no georeference"), "{code} is taken");
+        }
+    }
+
+    #[test]
+    fn parameters_of_a_projection_come_back_without_those_of_heights() {
+        let mut raster = raster(true);
+        let own = vec![
+            (2048, GeoKey::Code(4269)),
+            (2057, GeoKey::Numbers(vec![6_378_137.0])),
+            (3075, GeoKey::Code(11)),
+            (3078, GeoKey::Numbers(vec![29.5])),
+            (3080, GeoKey::Numbers(vec![-96.0, 1.0])),
+        ];
+        raster.reference =
+            Georeference { crs: Some("Albers".to_owned()), keys: own.clone(), ..raster.reference };
+        raster.reference.epsg = None;
+        let back = parse(&bytes(&raster).unwrap()).unwrap().reference;
+        assert!(own.iter().all(|key| back.keys.contains(key)), "{:?}", back.keys);
+        assert_eq!(back.crs.as_deref(), Some("Albers"));
+        // What reads no more than the system finds the same projection.
+        let (number, text) = system(Cursor::new(bytes(&raster).unwrap())).unwrap();
+        let text = text.unwrap();
+        assert!(number.is_none() && text.contains(r#"PROJECTION["Albers_Conic_Equal_Area"]"#), "{text}");
+        assert!(
+            text.contains(r#"PARAMETER["standard_parallel_1",29.5],PARAMETER["central_meridian",-96]"#),
+            "{text}"
+        );
+        raster.reference.keys.push((key::VERTICAL, GeoKey::Code(8228)));
+        assert_eq!(parse(&bytes(&raster).unwrap()).unwrap().reference.keys, back.keys);
     }
 }
