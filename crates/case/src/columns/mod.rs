@@ -174,10 +174,13 @@ impl ColumnFile {
     /// # Errors
     /// A unit that is not known or of another quantity.
     pub fn factor(head: &str, quantity: Quantity) -> Result<f64, String> {
-        let (_, unit) = name_and_unit(head);
-        // `t_h` has a unit after a line where that is one of the quantity.
-        let below = || Ok(head.rsplit_once('_').and_then(|(_, unit)| quantity.known(unit)).unwrap_or(1.0));
-        unit.map_or_else(below, |unit| quantity.factor(unit))
+        let (name, unit) = name_and_unit(head);
+        // A unit alone, as `hours` or `m3/s`.
+        if let Some(factor) = quantity.known(head.trim()) {
+            return Ok(factor);
+        }
+        let unnamed = || Ok(below_line(name, quantity).unwrap_or(1.0));
+        unit.map_or_else(unnamed, |unit| quantity.factor(unit))
             .map_err(|problem| format!("column {head:?}: {problem}"))
     }
 
@@ -187,7 +190,39 @@ impl ColumnFile {
     }
 }
 
-/// Two columns of numbers of a file, in SI units: with a line of names or without. Columns that have each other's names are exchanged.
+/// Factor of the unit of a quantity after a line in a name, as in `t_h`, `Q_l_s`, `q_ls` or `discharge_m3s`, where it is one.
+fn below_line(name: &str, quantity: Quantity) -> Option<f64> {
+    let (_, first) = name.split_once('_')?;
+    let (_, last) = name.rsplit_once('_')?;
+    let per_second =
+        first.strip_suffix('s').filter(|volume| !volume.is_empty()).map(|volume| format!("{volume}/s"));
+    let known = |unit: &str| quantity.known(unit);
+    known(first)
+        .or_else(|| known(&first.replace('_', "/")))
+        .or_else(|| known(&per_second?))
+        .or_else(|| known(last))
+}
+
+/// Which of two quantities a column with this head has, by the words in its name or by its unit; `None` where neither tells, or both do.
+fn wanted(head: &str, of: &[(Quantity, &[&str]); 2]) -> Option<usize> {
+    let (name, unit) = name_and_unit(head);
+    let name = name.to_lowercase();
+    let words: Vec<&str> = name.split(|letter: char| !letter.is_alphanumeric()).collect();
+    let is_named = |k: &usize| of[*k].1.iter().any(|own| words.contains(own));
+    let unit_of = |k: &usize| {
+        let quantity = of[*k].0;
+        let after = || unit.map_or_else(|| below_line(&name, quantity), |unit| quantity.known(unit));
+        quantity.known(head.trim()).or_else(after).is_some()
+    };
+    let only = |is: &dyn Fn(&usize) -> bool| {
+        let found: Vec<usize> = (0..2).filter(is).collect();
+        if let [one] = found[..] { Some(one) } else { None }
+    };
+    only(&is_named).or_else(|| only(&unit_of))
+}
+
+/// Two columns of numbers of a file, in SI units: with a line of names or without. Each quantity comes with the words that columns of it are
+/// called by, the first of which is used in messages; their names or units tell which column is which.
 ///
 /// # Errors
 /// Fault of the file, in a line with its place.
@@ -196,14 +231,18 @@ pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 
     let mut factors = [1.0; 2];
     let mut order = [0, 1];
     if let Some(heads) = table.heads() {
-        let is = |column: usize, wanted: usize| {
-            heads.get(column).is_some_and(|head| {
-                let name = ColumnFile::name(head).to_lowercase();
-                of[wanted].1.contains(&name.as_str())
-            })
-        };
-        if is(0, 1) && is(1, 0) {
-            order = [1, 0];
+        if let [first, second] = heads {
+            order = match (wanted(first, &of), wanted(second, &of)) {
+                (Some(0), None | Some(1)) | (None, Some(1)) => [0, 1],
+                (Some(1), None | Some(0)) | (None, Some(0)) => [1, 0],
+                _ => {
+                    let names = of.map(|(_, words)| words[0]);
+                    return Err(format!(
+                        "its columns are called {first:?} and {second:?}, which does not tell which is which: call them {:?} and {:?}",
+                        names[0], names[1]
+                    ));
+                }
+            };
         }
         for (wanted, (quantity, _)) in of.iter().enumerate() {
             if let Some(head) = heads.get(order[wanted]) {
@@ -235,11 +274,36 @@ pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 
 mod tests {
     use super::*;
 
+    #[test]
+    fn names_and_units_tell_which_column_is_which() {
+        let right = Ok(vec![[0.0, 1.5], [3600.0, 3.0]]);
+        for text in [
+            "flow,time\n1.5,0\n3,3600\n",
+            "Abfluss,Zeit\n1.5,0\n3,3600\n",
+            "discharge_m3s,time_s\n1.5,0\n3,3600\n",
+            "hours,discharge\n0,1.5\n1,3\n",
+            "t_h,Q_ls\n0,1500\n1,3000\n",
+            "time_min,Q_l_s\n0,1500\n60,3000\n",
+            "m3/s,h\n1.5,0\n3,1\n",
+            "value (l/s);begin (h)\n1500;0\n3000;1\n",
+            "t,value\n0,1.5\n3600,3\n",
+        ] {
+            assert_eq!(pairs(text.as_bytes()), right, "{text}");
+        }
+        for text in ["a,b\n0,1\n", "time,time\n0,1\n", "q,discharge\n0,1\n"] {
+            let problem = pairs(text.as_bytes()).unwrap_err();
+            assert!(problem.contains("call them \"time\" and \"discharge\""), "{problem}");
+        }
+    }
+
     fn pairs(bytes: &[u8]) -> Result<Vec<[f64; 2]>, String> {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("pairs.csv");
         std::fs::write(&file, bytes).unwrap();
-        let of = [(Quantity::Time, &["time", "t"][..]), (Quantity::Discharge, &["discharge", "q"])];
+        let of = [
+            (Quantity::Time, &["time", "t", "zeit"][..]),
+            (Quantity::Discharge, &["discharge", "q", "flow", "abfluss"]),
+        ];
         read_pairs(&file.display().to_string(), of)
     }
 

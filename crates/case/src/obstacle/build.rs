@@ -117,8 +117,8 @@ fn axis_of_space(axis: usize) -> Result<(), Problem> {
 fn ground_line(points: &[[f64; 2]], file: Option<&str>, origin: &[f64; 3]) -> Result<Facetted<2>, Problem> {
     let Some(file) = file else { return Facetted::ground_line(points).map_err(below) };
     let names: [(Quantity, &[&str]); 2] = [
-        (Quantity::Length, &["x", "distance", "station"]),
-        (Quantity::Length, &["y", "z", "height", "elevation"]),
+        (Quantity::Length, &["x", "distance", "station", "chainage", "dist"]),
+        (Quantity::Length, &["y", "z", "height", "elevation", "level", "altitude"]),
     ];
     let points =
         read_pairs(file, names).map(|points| points.into_iter().map(|x| off(x, origin)).collect::<Vec<_>>());

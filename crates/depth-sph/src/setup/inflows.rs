@@ -177,6 +177,26 @@ fn through_end<const D: usize>(
     Ok(Opening { axis: 0, place, outward, spacing, span, periodic: false, feeds: vec![feed], layer: 0.0 })
 }
 
+/// Words by which columns of times are called, in some languages.
+const TIMES: [&str; 6] = ["time", "t", "zeit", "temps", "tempo", "tiempo"];
+
+/// Words by which columns of discharges are called, in some languages.
+const DISCHARGES: [&str; 13] = [
+    "discharge",
+    "q",
+    "flow",
+    "flowrate",
+    "rate",
+    "inflow",
+    "abfluss",
+    "durchfluss",
+    "zufluss",
+    "débit",
+    "debit",
+    "portata",
+    "caudal",
+];
+
 /// The hydrograph of an inflow, checked.
 fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec<[f64; 2]>, CaseError> {
     if !(given.froude > 0.0 && given.froude.is_finite()) {
@@ -185,7 +205,7 @@ fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec
     let pairs = match (&given.hydrograph, given.discharge.is_empty()) {
         (Some(file), true) => {
             let columns: [(Quantity, &[&str]); 2] =
-                [(Quantity::Time, &["time", "t"]), (Quantity::Discharge, &["discharge", "q"])];
+                [(Quantity::Time, &TIMES), (Quantity::Discharge, &DISCHARGES)];
             let of_file = |error: String| own(&key("hydrograph"), format!("{file}: {error}"));
             let pairs = read_pairs(file, columns).map_err(of_file)?;
             check(&pairs).map_err(of_file)?;
