@@ -1,10 +1,15 @@
 //! Heights of rasters that are none.
 
+use colluvium_points::Raster;
+
 use crate::Case;
 use crate::description::ObstacleShape;
 
 /// Height below which there is no ground on Earth that anything flows over (m): what is lower is likely to stand for no data.
 const LOWEST: f64 = -9000.0;
+
+/// Steepness from which on the rim of a level part is no ground, where it is that steep all around.
+const UPRIGHT: f64 = 5.0;
 
 impl Case {
     /// Warns of heights that are no finite number, and of such as stand for no data without being named so. What cannot be read is refused
@@ -28,9 +33,56 @@ impl Case {
                     "obstacles[{number}].shape.file: {file}: {count} of its heights are below {LOWEST} m, the lowest {lowest} m: if that stands \
                      for no data, name it in the file, under NODATA_value or in the tag of GDAL"
                 ));
+                continue;
+            }
+            for Apart { level, count, rim } in apart(&raster) {
+                let (level, side) = (level + self.origin()[2], if rim > 0.0 { "above" } else { "below" });
+                warnings.push(format!(
+                    "obstacles[{number}].shape.file: {file}: {count} of its heights are {level} m, and all beside them are at least {:.1} m {side}: \
+                     if that stands for no data, name it in the file, under NODATA_value or in the tag of GDAL",
+                    rim.abs()
+                ));
             }
         }
     }
+}
+
+/// The lowest or the highest nodes of a raster, which stand apart from all others.
+struct Apart {
+    /// Height of them all (m).
+    level: f64,
+    /// Their number.
+    count: usize,
+    /// Least height of what is beside them over theirs, with its sign (m).
+    rim: f64,
+}
+
+/// Lowest and highest nodes with an upright rim all around.
+fn apart(raster: &Raster) -> Vec<Apart> {
+    let known = || raster.values.iter().copied().filter(|height| height.is_finite());
+    let ends = [known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max)];
+    let level = |level: f64, side: f64| {
+        let (mut count, mut rim) = (0, f64::INFINITY);
+        for (number, _) in raster.values.iter().enumerate().filter(|(_, height)| **height == level) {
+            let (column, row) = (number % raster.columns, number / raster.columns);
+            count += 1;
+            let beside = [
+                (column > 0).then(|| number - 1),
+                (column + 1 < raster.columns).then_some(number + 1),
+                (row > 0).then(|| number - raster.columns),
+                (row + 1 < raster.rows).then_some(number + raster.columns),
+            ];
+            let others = beside.into_iter().flatten().map(|other| raster.values[other]);
+            let apart = others.filter(|other| *other != level).map(|other| side * (other - level));
+            rim = apart.fold(rim, f64::min);
+        }
+        let upright = UPRIGHT * raster.spacing[0].max(raster.spacing[1]);
+        // Of two levels the one of fewer nodes is the doubtful one.
+        let is_few = 2 * count < raster.values.len();
+        (is_few && rim.is_finite() && rim > upright).then_some(Apart { level, count, rim: side * rim })
+    };
+    let of_ends = [(ends[0], 1.0), (ends[1], -1.0)].map(|(end, side)| level(end, side));
+    of_ends.into_iter().flatten().collect()
 }
 
 #[cfg(test)]
@@ -78,5 +130,14 @@ mod tests {
             found.len() == 1 && found[0].contains("3 of its heights are below -9000 m, the lowest -32768 m"),
             "{found:?}"
         );
+        for (mark, side) in [(-99.99, "above"), (1e20, "below"), (9999.0, "below")] {
+            let found = warnings(folder.path(), corner(mark), false);
+            let told = format!("3 of its heights are {mark} m, and all beside them are at least");
+            assert!(found.len() == 1 && found[0].contains(&told) && found[0].contains(side), "{found:?}");
+        }
+        // A lake, and a summit.
+        let valley = |x: f64, y: f64| (x - 2.0).abs().max((y - 2.0).abs()).max(1.0);
+        assert_eq!(warnings(folder.path(), valley, false), Vec::<String>::new());
+        assert_eq!(warnings(folder.path(), |x, y| -valley(x, y), false), Vec::<String>::new());
     }
 }
