@@ -129,7 +129,9 @@ fn told(outcome: &mut Outcome, run: &Run) {
     outcome.within(name("front after 45 s (m)"), "510", run.at(45.0).place, (465.0, 555.0), reason);
     let reason = "B3: 3400 ± 250 m³, of the source";
     outcome.within(name("volume after 45 s (m³)"), "3400", run.volumes[1], (3150.0, 3650.0), reason);
-    outcome.near(name("volume of the release (m³)"), 2350.0, 1e-3, run.volumes[0], "the raster's digits");
+    // The sheet's formula holds 2350 m³; its samples at 1 m, with the edge between nodes, 0.16 % more.
+    let reason = "sum over the nodes of release.asc, whose rim is cut by the outline";
+    outcome.near(name("volume of the release (m³)"), 2353.737, 1e-4, run.volumes[0], reason);
 }
 
 /// What the flow has taken up is what the bed has lost.
