@@ -18,6 +18,7 @@ mod bisection;
 mod boxes;
 pub mod columns;
 mod layer;
+mod layer_options;
 mod meeting;
 mod microstructure;
 mod neighbours;
@@ -35,9 +36,8 @@ mod terrain;
 pub use bisection::{Bisection, Bounds, halo};
 pub use boxes::Place;
 pub use columns::Spare;
-pub use layer::{
-    Attribute, Depths, Feature, Laid, Layer, LayerError, LayerRows, Measured, Overlap, Thickness,
-};
+pub use layer::{Depths, Feature, Laid, Layer, LayerError, Overlap};
+pub use layer_options::{Attribute, LayerRows, Measured, Thickness};
 pub use meeting::meeting_boxes;
 pub use microstructure::Grains;
 pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError, farthest, most_cells};

@@ -14,6 +14,7 @@ mod prj;
 mod proj;
 mod projection;
 mod system;
+mod well_known;
 mod world_file;
 
 use std::path::{Path, PathBuf};

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use colluvium_points::Georeference;
 
+use crate::well_known::{code_of, is_well_known, opened};
 use crate::{band, proj, projection};
 
 /// Share by which a unit may be off the metre.
@@ -42,13 +43,6 @@ fn understood(text: &str) -> Result<String, String> {
     ))
 }
 
-/// The number in the EPSG registry that a name says: `EPSG:25832`, `urn:ogc:def:crs:EPSG::25832` or
-/// `http://www.opengis.net/def/crs/EPSG/0/25832`. Of several, as of a system in plan with one of heights, it is the first.
-pub(crate) fn code_of(name: &str) -> Option<u32> {
-    let codes = name.split([',', '+', '&']).filter(|part| part.to_uppercase().contains("EPSG"));
-    codes.filter_map(|part| part.trim().rsplit([':', '/', '#']).next()?.parse().ok()).next()
-}
-
 fn file_name(file: &Path) -> String {
     file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
@@ -72,43 +66,6 @@ pub(crate) fn check(file: &Path) -> Result<(), String> {
     }
 }
 
-/// Fault of a system whose lengths are not those on the ground.
-pub(crate) const WEB_MERCATOR: &str = "lies in Web Mercator, whose lengths are longer than those on the ground (1.5 times at 48°): project it to metres \
-                                       of its place, for example to UTM";
-
-/// Fault of other systems of that kind.
-pub(crate) const WORLD_MAP: &str = "lies in a projection for maps of the world, whose lengths are not those on the ground: project it to metres of its \
-                                    place, for example to UTM";
-
-/// Fault of coordinates that are not in plan.
-pub(crate) const GEOCENTRIC: &str = "lies in a geocentric CRS, whose coordinates count from the centre of the Earth: project it to metres, for example to UTM";
-
-/// The part in plan of a system, by name or by well-known text, that has heights too.
-pub(crate) fn in_plan(crs: &str) -> &str {
-    if !is_well_known(crs) {
-        return crs.split(" + ").next().unwrap_or(crs);
-    }
-    let inner = ["PROJCS[", "PROJCRS[", "PROJECTEDCRS[", "LOCAL_CS[", "ENGCRS[", "PROJCS(", "PROJCRS("];
-    let Some(begin) = inner.iter().filter_map(|head| crs.find(head)).min() else {
-        return crs;
-    };
-    let (mut depth, mut is_quoted) = (0, false);
-    for (at, letter) in crs[begin..].char_indices() {
-        match letter {
-            '"' => is_quoted = !is_quoted,
-            '[' | '(' if !is_quoted => depth += 1,
-            ']' | ')' if !is_quoted => {
-                depth -= 1;
-                if depth == 0 {
-                    return &crs[begin..=begin + at];
-                }
-            }
-            _ => {}
-        }
-    }
-    crs
-}
-
 /// The name of the system of a well-known text.
 pub(crate) fn name_of(text: &str) -> Option<String> {
     let after = text.split_once(['[', '('])?.1;
@@ -119,16 +76,6 @@ pub(crate) fn name_of(text: &str) -> Option<String> {
 pub(crate) fn refer(reference: &mut Georeference, text: Option<String>) {
     let text = text.filter(|text| is_well_known(text));
     (reference.epsg, reference.crs) = (text.as_deref().and_then(epsg), text);
-}
-
-/// Whether a text is a well-known text rather than a name.
-pub(crate) fn is_well_known(text: &str) -> bool {
-    text.contains(['[', '('])
-        && text.split(['[', '(']).next().is_some_and(|head| !head.is_empty() && head.chars().all(is_key))
-}
-
-fn is_key(letter: char) -> bool {
-    letter.is_ascii_uppercase() || letter == '_'
 }
 
 /// The unit of coordinates or heights that is not the metre, where there is one.
@@ -161,24 +108,6 @@ fn units_of(text: &str) -> Vec<(String, Option<f64>)> {
         Some(())
     });
     units
-}
-
-/// Looks at each bracket of a well-known text: the keywords that are open there, and what comes after it.
-pub(crate) fn opened(text: &str, mut look: impl FnMut(&[String], &str) -> Option<()>) {
-    let (mut open, mut rest) = (Vec::<String>::new(), text);
-    while let Some(at) = rest.find(['[', '(', ']', ')', '"']) {
-        let (before, after) = (&rest[..at], &rest[at + 1..]);
-        rest = after;
-        match text.as_bytes()[text.len() - after.len() - 1] {
-            b'"' => rest = after.find('"').map_or("", |end| &after[end + 1..]),
-            b'[' | b'(' => {
-                let keyword = before.rsplit([',', ' ', '\n', '\r', '\t']).next().unwrap_or_default();
-                open.push(keyword.trim().to_uppercase());
-                let _ = look(&open, after);
-            }
-            _ => drop(open.pop()),
-        }
-    }
 }
 
 /// The unit that has just been opened, where it is one of places.
@@ -231,6 +160,7 @@ fn named_units(text: &str) -> Vec<(String, Option<f64>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::well_known::in_plan;
 
     const DEGREES: &str = r#"GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]]"#;
 

@@ -62,7 +62,7 @@ pub(crate) fn well_known(text: &str) -> Result<String, String> {
     let unread = || {
         format!("names its system by a text of PROJ that is not read, {text:?}: write it as well-known text")
     };
-    if let Some(code) = said.get("init").and_then(|init| crate::prj::code_of(init)) {
+    if let Some(code) = said.get("init").and_then(|init| crate::well_known::code_of(init)) {
         return crate::projection::text_of(code).map(str::to_owned).ok_or_else(unread);
     }
     let name = *said.get("proj").ok_or_else(unread)?;

@@ -2,7 +2,7 @@
 
 use colluvium_points::Georeference;
 
-use crate::prj::{self, GEOCENTRIC, WEB_MERCATOR, WORLD_MAP};
+use crate::well_known::{self, GEOCENTRIC, WEB_MERCATOR, WORLD_MAP};
 
 /// Kinds of projections, each with words of which one stands in its names.
 const KINDS: [(&str, &[&str]); 11] = [
@@ -84,7 +84,7 @@ impl Projection {
     pub(crate) fn of_text(text: &str) -> Option<Self> {
         let mut found = Self::default();
         let (mut degrees, mut greenwich) = (1.0, 0.0);
-        prj::opened(text, |open, after| {
+        well_known::opened(text, |open, after| {
             let (keyword, above) = open.split_last()?;
             let parent = above.last().map_or("", String::as_str);
             let number = || number_after_name(after);
@@ -157,7 +157,7 @@ const OF_THE_WORLD: [&str; 13] = [
 /// `None` where they are.
 pub(crate) fn unlike_the_ground(text: &str) -> Option<&'static str> {
     let (mut method, mut is_geocentric) = (String::new(), false);
-    prj::opened(text, |open, after| {
+    well_known::opened(text, |open, after| {
         match open.last()?.as_str() {
             "PROJECTION" | "METHOD" => method = plain(quoted(after)?),
             "GEOCCS" => is_geocentric = true,
@@ -198,9 +198,9 @@ pub(crate) fn text_of(epsg: u32) -> Option<&'static str> {
 
 /// The well-known text of a raster's system in plan, where it has one or the EPSG registry has.
 pub(crate) fn of_reference(reference: &Georeference) -> Option<String> {
-    let own = reference.crs.clone().filter(|text| prj::is_well_known(text));
+    let own = reference.crs.clone().filter(|text| well_known::is_well_known(text));
     let text = own.or_else(|| Some(text_of(reference.epsg?)?.to_owned()))?;
-    Some(prj::in_plan(&text).to_owned())
+    Some(well_known::in_plan(&text).to_owned())
 }
 
 fn kind(method: &str) -> Option<&'static str> {

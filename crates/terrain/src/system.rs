@@ -8,7 +8,7 @@ use std::path::Path;
 use geojson::{GeoJson, GeometryValue, JsonObject, JsonValue};
 
 use crate::projection::{self, Projection};
-use crate::{band, ending, geotiff, prj, proj, read_text};
+use crate::{band, ending, geotiff, prj, proj, read_text, well_known};
 
 /// Coordinate reference system in plan of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -64,13 +64,13 @@ impl MapSystem {
 
     /// Of a name, a well-known text or a text of PROJ.
     fn of_name(name: &str) -> Result<Self, String> {
-        if prj::is_well_known(name) {
+        if well_known::is_well_known(name) {
             return Ok(Self::of_well_known_text(name));
         }
         if proj::is_text(name) {
             return proj::well_known(name).map(|text| Self::of_well_known_text(&text));
         }
-        Ok(Self::new(prj::code_of(name), Some(name.to_owned()), None))
+        Ok(Self::new(well_known::code_of(name), Some(name.to_owned()), None))
     }
 
     /// Whether two systems are known to differ. Where one has no number in the EPSG registry, projections are compared.
@@ -126,13 +126,13 @@ pub fn read_system(file: &Path) -> Option<MapSystem> {
     match ending(file).as_str() {
         "tif" | "tiff" => {
             if let Some(text) = band::beside(file).ok()?.crs {
-                return prj::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text));
+                return well_known::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text));
             }
             let (epsg, name) = geotiff::system(BufReader::new(File::open(file).ok()?)).ok()?;
             if epsg.is_none() && name.is_none() {
                 return of_text_beside(file);
             }
-            let text = name.clone().filter(|text| prj::is_well_known(text));
+            let text = name.clone().filter(|text| well_known::is_well_known(text));
             let name = text.as_deref().map_or(name, prj::name_of);
             Some(MapSystem::new(epsg, name, text.as_deref()))
         }
@@ -146,7 +146,7 @@ pub fn read_system(file: &Path) -> Option<MapSystem> {
 fn of_text_beside(file: &Path) -> Option<MapSystem> {
     let of_gdal = || band::beside(file).ok()?.crs;
     let text = prj::text(file).ok()?.or_else(of_gdal)?;
-    prj::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text))
+    well_known::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text))
 }
 
 /// The system of the members `crs`, which files have that are not in degrees: of the file, its features and their geometries.

@@ -1,3 +1,4 @@
+mod overwrite;
 mod resume;
 mod summary;
 mod taken;
@@ -428,36 +429,6 @@ fn a_step_that_collapses_is_remarked_with_its_place() {
     }
     assert_eq!(*SAID.lock().unwrap(), much, "once, while it ran");
     assert_eq!(said, much, "and nobody need say it again");
-}
-
-#[test]
-fn overwriting_removes_what_the_earlier_run_left() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut case = case(r#"[ { "name": "all", "duration": 0.2 } ]"#);
-    run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap();
-    assert!(folder.path().join("profile-top.csv").exists());
-    let foreign = ["notes.txt", "frames/note.txt", "rasters/style.qml", "rasters/mine.tif"];
-    std::fs::create_dir(folder.path().join("rasters")).unwrap();
-    for name in foreign {
-        std::fs::write(folder.path().join(name), "kept").unwrap();
-    }
-    // A map of the earlier run, and a frame that it was killed in.
-    let own = ["rasters/peak_velocity.asc", "frames/points-00077.vtu", "frames/points-00078.vtu.tmp"];
-    own.iter().for_each(|name| std::fs::write(folder.path().join(name), "gone").unwrap());
-    case.measures.remove("top");
-    run(&case, Oscillators::boxed(0.0, None), &RunOptions { overwrite: true, ..options(folder.path()) })
-        .unwrap();
-    assert!(!folder.path().join("profile-top.csv").exists());
-    for name in foreign {
-        assert!(folder.path().join(name).exists(), "{name}: what is not of a run stays");
-    }
-    for name in own {
-        assert!(!folder.path().join(name).exists(), "{name}: what is of a run goes");
-    }
-    remove_run(folder.path()).unwrap();
-    let mut left = folder::names(folder.path()).unwrap();
-    left.sort();
-    assert_eq!(left, ["frames", "notes.txt", "rasters"]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The layers that a shape consists of.
 
 use super::Shape;
-use crate::layer::{LayerRows, Thickness};
+use crate::layer_options::{LayerRows, Thickness};
 
 impl Shape {
     /// Every layer that it consists of, and where it stands below `path`.

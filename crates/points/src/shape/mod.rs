@@ -10,7 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::layer::{Laid, LayerRows, Measured, Thickness};
+use crate::layer::Laid;
+use crate::layer_options::{LayerRows, Measured, Thickness};
 use crate::microstructure::{Grains, Packing, Wanted, too_many};
 use crate::polygon::{Corners, polygon_crossings, signed_area};
 pub(crate) use sides::{Moments, Place, Side};

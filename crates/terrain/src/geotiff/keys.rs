@@ -9,7 +9,7 @@ use tiff::tags::Tag;
 
 use self::key::{PLAN_PARAMETERS, VERTICAL_KEYS};
 use crate::band::{BRITISH_FOOT, FOOT, SURVEY_FOOT};
-use crate::{prj, projection};
+use crate::{prj, projection, well_known};
 
 /// Numbers of GeoKeys.
 pub(super) mod key {
@@ -155,9 +155,12 @@ impl Keys {
         let in_plan =
             reference.epsg.map(|code| projection::text_of(code).and_then(prj::epsg).unwrap_or(code));
         let epsg = in_plan.and_then(|code| u16::try_from(code).ok());
-        let crs =
-            reference.crs.as_deref().map(prj::in_plan).filter(|crs| crs.is_ascii() && !crs.contains('|'));
-        let is_text = crs.is_some_and(prj::is_well_known);
+        let crs = reference
+            .crs
+            .as_deref()
+            .map(well_known::in_plan)
+            .filter(|crs| crs.is_ascii() && !crs.contains('|'));
+        let is_text = crs.is_some_and(well_known::is_well_known);
         let model = if is_text && epsg.is_none() { USER_DEFINED } else { PROJECTED_MODEL };
         all.push((key::MODEL_TYPE, GeoKey::Code(model)));
         match crs {
@@ -233,7 +236,7 @@ impl Keys {
     pub(super) fn citation(&self) -> Option<&str> {
         let said = [key::CITATION, key::PROJECTED_CITATION].map(|number| self.text(number));
         let mut said = said.into_iter().flatten().map(|text| text.strip_prefix(ESRI_TEXT).unwrap_or(text));
-        said.clone().find(|text| prj::is_well_known(text)).or_else(|| said.next())
+        said.clone().find(|text| well_known::is_well_known(text)).or_else(|| said.next())
     }
 
     /// Number of the coordinate reference system in plan in the EPSG registry.
@@ -272,7 +275,7 @@ impl Keys {
     pub(super) fn of_plan(&self) -> Vec<(u16, GeoKey)> {
         let is_defined =
             self.0.iter().any(|(number, _)| PLAN_PARAMETERS.contains(number) && *number != key::LINEAR_UNITS);
-        if self.epsg().is_some() || !is_defined || self.citation().is_some_and(prj::is_well_known) {
+        if self.epsg().is_some() || !is_defined || self.citation().is_some_and(well_known::is_well_known) {
             return Vec::new();
         }
         self.0.iter().filter(|(number, _)| !VERTICAL_KEYS.contains(number)).cloned().collect()
@@ -289,9 +292,9 @@ impl Keys {
             );
         }
         if self.get(key::MODEL_TYPE) == Some(GEOCENTRIC_MODEL) {
-            return Err(prj::GEOCENTRIC.to_owned());
+            return Err(well_known::GEOCENTRIC.to_owned());
         }
-        let own = self.citation().filter(|text| prj::is_well_known(text));
+        let own = self.citation().filter(|text| well_known::is_well_known(text));
         let system = self.epsg().and_then(projection::text_of).or(own);
         let defined = self.defined();
         if let Some(fault) = system.or(defined.as_deref()).and_then(projection::unlike_the_ground) {

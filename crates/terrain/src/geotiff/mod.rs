@@ -71,7 +71,7 @@ fn placement(
 pub(crate) fn system(source: impl Read + Seek) -> Result<(Option<u32>, Option<String>), String> {
     let keys = Keys::read(&mut Decoder::new(source).map_err(wrong)?);
     let said = keys.citation().map(str::to_owned);
-    let is_text = said.as_deref().is_some_and(crate::prj::is_well_known);
+    let is_text = said.as_deref().is_some_and(crate::well_known::is_well_known);
     let defined = keys.defined().filter(|_| keys.epsg().is_none() && !is_text);
     Ok((keys.epsg(), defined.or(said)))
 }
