@@ -18,7 +18,7 @@ pub enum Thickness {
     Attribute(Attribute),
 }
 
-/// What the features of an outline have a number under.
+/// Attribute of the features of an outline whose value is their thickness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Attribute {

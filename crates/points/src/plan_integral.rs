@@ -89,13 +89,13 @@ fn of_polygon(polygon: &Polygon, grid: &PlanGrid, function: &mut dyn FnMut([f64;
     sum
 }
 
-/// What a ring has between two values of a coordinate (m). Edges that run there and back along the ends have no area.
+/// Part of a ring between two values of a coordinate (m). Edges that run there and back along the ends have no area.
 fn between(ring: &[[f64; 2]], axis: usize, ends: [f64; 2], out: &mut Ring, half: &mut Ring) {
     beyond(ring, axis, ends[0], 1.0, half);
     beyond(half, axis, ends[1], -1.0, out);
 }
 
-/// What a ring has on one side of a value of a coordinate.
+/// Part of a ring on one side of a value of a coordinate.
 fn beyond(ring: &[[f64; 2]], axis: usize, value: f64, side: f64, out: &mut Ring) {
     out.clear();
     let Some(mut last) = ring.last() else { return };

@@ -39,10 +39,12 @@ impl World {
     }
 }
 
+/// Endings of the names of world files.
+pub(crate) const ENDINGS: [&str; 7] = ["tfw", "tifw", "tiffw", "wld", "TFW", "TIFW", "WLD"];
+
 /// Path of the world file beside a raster.
 fn path(file: &Path) -> Option<PathBuf> {
-    let endings = ["tfw", "tifw", "tiffw", "wld", "TFW", "TIFW", "WLD"];
-    endings.iter().map(|ending| file.with_extension(ending)).find(|path| path.is_file())
+    ENDINGS.iter().map(|ending| file.with_extension(ending)).find(|path| path.is_file())
 }
 
 #[cfg(test)]

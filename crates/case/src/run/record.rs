@@ -63,6 +63,7 @@ pub(super) struct Recorder<'a> {
 impl<'a> Recorder<'a> {
     /// Takes the folder into use.
     pub(super) fn open(case: &'a Case, options: &'a RunOptions) -> Result<Self, RunError> {
+        let files = case.marks_of_files();
         let mut recorder = Self {
             case,
             options,
@@ -73,8 +74,8 @@ impl<'a> Recorder<'a> {
             table: Table::default(),
             kept: Vec::new(),
             states: BTreeMap::new(),
-            fingerprint: case.fingerprint(),
-            files: case.marks_of_files(),
+            fingerprint: case.fingerprint_with(&files),
+            files,
             lock: None,
             room: None,
         };
@@ -430,6 +431,10 @@ impl<'a> Recorder<'a> {
         create_folder(&folder)?;
         let origin = self.case.origin();
         for PlanRaster { name, raster, .. } in solver.rasters() {
+            debug_assert!(
+                folder::is_map(&format!("{name}.asc")),
+                "{name}: a map that `--overwrite` does not know"
+            );
             let mut raster = raster.shifted([origin[0], origin[1]]);
             // A number that stands for no data must be none that can be meant.
             raster.reference.no_data = raster.reference.no_data.filter(|number| *number < 0.0);

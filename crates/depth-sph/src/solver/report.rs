@@ -7,8 +7,7 @@ use colluvium_constitutive::SymTensor;
 use super::DepthSolver;
 use crate::bed::BedPoint;
 use crate::choices::{Frame, Phases};
-use crate::flow::Set;
-use crate::flow::Totals;
+use crate::flow::{Set, Totals};
 use crate::nodes::dot;
 
 fn scalar(name: &str, unit: &'static str, values: Vec<f64>) -> Field {

@@ -20,7 +20,7 @@ pub(crate) struct Clash<const D: usize> {
     pub is_inside: bool,
 }
 
-/// What lies in an element.
+/// Node, centre of an element, or centre of a facet that lies in an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Clashing {
     /// A node that is no corner of the element.

@@ -1,11 +1,11 @@
-//! What is wrong with the mesh of a file, by the numbers that nodes and elements have there.
+//! Faults of a mesh, by the numbers that nodes and elements have in the file.
 
 use super::source::Source;
 use super::{Content, MshError};
 use crate::mesh::{Clash, Clashing};
 use crate::{Mesh, MeshError};
 
-/// What to do about a mesh that does not conform.
+/// Cure of a mesh that does not conform.
 const CURE: &str = "join the parts before they are meshed, so that they share the nodes where they meet (in Gmsh with “BooleanFragments” or \
                     “Coherence”)";
 

@@ -1,4 +1,4 @@
-//! What a run leaves of another in its folder.
+//! Files of an earlier run, and of others, when a run overwrites.
 
 use super::*;
 

@@ -8,7 +8,8 @@ use super::stand::Stand;
 /// Volume of a node that flows in over that of its length, least and largest.
 const WITHIN: (f64, f64) = (0.5, 1.5);
 
-/// What may be left for the last node beside its own volume, over that of a whole one. Below a half no other node passes.
+/// Largest remainder of a hydrograph that the last node takes beside its own volume, over the volume of a whole node. Of less than a half no
+/// further node passes.
 const LAST: f64 = 0.75;
 
 /// Share by which what has flowed in may be off the integral once all has.
@@ -32,8 +33,8 @@ impl<const D: usize> OpenEnd<D> {
         self.share(&Stand { porosity: feed.porosity, ..Stand::default() }, sets, number)
     }
 
-    /// Gives nodes that have just flowed in, by set and index, so much volume that as much has flowed in as the discharge has brought: the
-    /// half of a node when its middle passes. The last node of a hydrograph has what is left. `gravity` in m/s².
+    /// Sets the volume of nodes that have just flowed in, by set and index, so that the sum of all is the integral of the discharge; half of a
+    /// node counts when its middle passes. The last node of a hydrograph takes the remainder. `gravity` in m/s².
     pub(super) fn meter(
         &mut self,
         sets: &mut [Set<D>],
