@@ -59,7 +59,8 @@ pub struct SphOptions {
     /// surfaces lose up to half of their density, and jumps of density are smeared.
     #[serde(default)]
     pub allow_summation: bool,
-    /// Operator of the velocity gradient that the law gets.
+    /// Operator of the velocity gradient that the law gets. Without an entry `compatible` where all that moves are liquids, and
+    /// `corotated` elsewhere: next to a surface `compatible` sees a part of a rotation only, and strains a body that turns until it stands.
     #[serde(default)]
     pub velocity_gradient: VelocityGradient,
     /// Linear artificial viscosity `α`, at least 0; it adds about `α h c/8` to the kinematic viscosity. 0.1 without an entry, and 0 where
@@ -202,15 +203,22 @@ impl SphOptions {
         if self.shifting > 0.0 { 2.0 * LONGEST_SHIFT * self.spacing } else { 0.0 }
     }
 
-    /// The operator of the velocity gradient, `compatible` resolved.
+    /// The operator of the velocity gradient, `compatible` and `corotated` resolved.
     #[inline]
     pub(crate) fn gradient_operator(&self) -> VelocityGradient {
+        use VelocityGradient::{Compatible, Corotated, Corrected, DensityDifference, Difference};
         match (self.velocity_gradient, self.momentum) {
-            (VelocityGradient::Compatible, Momentum::Rho2) => VelocityGradient::DensityDifference,
-            (VelocityGradient::Compatible, Momentum::Corrected) => VelocityGradient::Corrected,
-            (VelocityGradient::Compatible, _) => VelocityGradient::Difference,
+            (Compatible | Corotated, Momentum::Rho2) => DensityDifference,
+            (Compatible | Corotated, Momentum::Corrected) => Corrected,
+            (Compatible | Corotated, _) => Difference,
             (operator, _) => operator,
         }
+    }
+
+    /// Whether strain is that seen from what turns with a particle; the corrected gradient is exact for rotations as it is.
+    #[inline]
+    pub(crate) fn is_corotated(&self) -> bool {
+        self.velocity_gradient == VelocityGradient::Corotated && self.momentum != Momentum::Corrected
     }
 
     /// Whether some gradient is corrected.

@@ -341,6 +341,36 @@ impl<const D: usize> Moment<D> {
         (0..D).map(|c| self.matrix[c][c]).sum()
     }
 
+    /// The rate of rotation `Ω` (1/s) that fits the relative velocities of the neighbours best, `Σ V F |v - Ω x|²` least, of the sums
+    /// `gradient = Σ V F v ⊗ x`: the angular velocity `ω = (tr M - M)⁻¹ Σ V F x × v`. `None` in one dimension and where neighbours lie in a
+    /// line, about which nothing tells the rotation.
+    pub fn rotation(&self, gradient: &[[f64; D]; D]) -> Option<[[f64; D]; D]> {
+        let trace = self.trace();
+        let mut spin = [[0.0; D]; D];
+        let mut set = |a: usize, b: usize, rate: f64| {
+            spin[a][b] = rate;
+            spin[b][a] = -rate;
+        };
+        if D == 2 && trace > 0.0 {
+            set(1, 0, (gradient[1][0] - gradient[0][1]) / trace);
+            return Some(spin);
+        }
+        if D < 3 {
+            return None;
+        }
+        let axes = [(1, 2), (2, 0), (0, 1)];
+        let moment = axes.map(|(a, b)| gradient[b][a] - gradient[a][b]);
+        let inertia = Moment::<3> {
+            matrix: std::array::from_fn(|a| {
+                std::array::from_fn(|b| f64::from(u8::from(a == b)) * trace - self.matrix[a][b])
+            }),
+            neighbours: self.neighbours,
+        };
+        let rate = product(&inertia.correction()?, &moment);
+        axes.iter().zip(rate).for_each(|((a, b), rate)| set(*b, *a, rate));
+        Some(spin)
+    }
+
     /// `L = M⁻¹` in closed form; `None` with fewer than `D + 1` neighbours, or where the determinant is below
     /// [`LEAST_DETERMINANT`] of that of an isotropic moment of the same trace (sheet: sph §2.3).
     #[inline]

@@ -191,7 +191,7 @@ fn found<const D: usize>(case: &Case, given: &Giving<'_>) -> Result<Vec<Particle
     solver.list(true).map_err(|error| wrong(&error))?;
     solver.derive(0.0);
     let SphSolver { setting, bodies, walls, lists, rates, .. } = &mut solver;
-    find_rates(setting, bodies, walls, lists, rates, 0.0);
+    find_rates(setting, bodies, walls, lists, rates, (0.0, 0.0));
     let p = &bodies.particles;
     let pairs = Pairs::new(setting, p, walls);
     let particle = |i: usize| Particle::<D> {

@@ -82,7 +82,8 @@ impl<const D: usize> Grip<D> {
             self.add(rock, &mut sums[overlap.rock], &push);
             sums[overlap.rock].stored += 0.5 * k * own * overlap.depth;
         }
-        let own = self.hold(rocks, seen, point, sums, &mut bears);
+        let own = self.adhere(seen, &mut bears);
+        let own = self.hold(rocks, seen, point, sums, &mut bears).or(own);
         let normal = if depth > 0.0 { Some(way.map(|c| c / depth)) } else { own };
         let Some(normal) = normal.filter(|_| bears.count > 0) else {
             point.spring = [0.0; D];
@@ -105,6 +106,15 @@ impl<const D: usize> Grip<D> {
                 sums[number].friction += share * k * bears.cap * slip;
             }
         }
+    }
+
+    /// Lets an obstacle that the point has just left rub by its adhesion; the normal of that.
+    fn adhere(&self, seen: &Seen<D>, bears: &mut Bears) -> Option<[f64; D]> {
+        let near = seen.overlaps().iter().find(|overlap| overlap.law.adhesion() > 0.0)?;
+        if bears.count == 0 {
+            bears.add(near.rock, near.law.adhesion() * self.area / self.stiffness, 0.0);
+        }
+        Some(near.normal)
     }
 
     /// Lets the obstacle that holds the point pull it back and bear friction; the normal of that.

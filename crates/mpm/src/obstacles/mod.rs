@@ -74,6 +74,15 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
+/// Whether saturated bodies press with their points on obstacles that nodes could hold exactly.
+pub fn exact_on_nodes(case: &Case, options: &MpmOptions) -> bool {
+    let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
+    let on_nodes = |shape: &ObstacleShape| lies_on_nodes(case, shape, options.cell_size);
+    let held = case.obstacles.iter().all(|obstacle| on_nodes(&obstacle.shape) && obstacle.motion.is_none());
+    let free = options.mesh.is_none() && !options.filters_velocities();
+    wet && held && free && options.obstacles == ObstacleContact::Points
+}
+
 /// Whether a shape is a plane along a line of the grid with cells of a size (m).
 fn lies_on_nodes(case: &Case, shape: &ObstacleShape, cell: f64) -> bool {
     let ObstacleShape::Plane { point, normal } = shape else { return false };

@@ -19,6 +19,10 @@ const LOOK: f64 = 2.0;
 /// Distance from a surface over the half width of a point within which it counts as touching.
 const TOUCH: f64 = 1e-6;
 
+/// Gap over the half width of a point up to which an obstacle with adhesion still rubs on it: a body that slides trembles by less, and
+/// would be without adhesion half of the time.
+const ADHERES: f64 = 1e-2;
+
 /// An obstacle.
 #[derive(Clone, Debug)]
 pub struct Rock<const D: usize> {
@@ -159,13 +163,13 @@ impl<const D: usize> Seen<D> {
         }
     }
 
-    /// Adds those places of an obstacle that are nearer than the point reaches (m).
+    /// Adds those places of an obstacle that are nearer than the point reaches (m); with adhesion also those just beyond, with no depth.
     fn press(&mut self, rock: &Rock<D>, number: usize, places: &[Nearest<D>], reach: f64) {
         for place in places {
             let depth = reach - place.distance;
-            if depth > 0.0 {
-                let law = *rock.laws.at(&place.place);
-                self.add(Overlap { normal: place.normal, depth, rock: number, law });
+            let law = *rock.laws.at(&place.place);
+            if depth > 0.0 || law.adhesion() > 0.0 && depth > -ADHERES * reach {
+                self.add(Overlap { normal: place.normal, depth: depth.max(0.0), rock: number, law });
             }
         }
     }
@@ -337,8 +341,8 @@ pub fn look<const D: usize>(
     } else if seen.held.is_none() {
         point.bond = 0;
     }
-    if seen.held.is_some() {
-        point.free = 0.0;
+    if seen.acts() {
+        point.free = point.free.min(0.0);
     }
     seen
 }

@@ -1,13 +1,14 @@
 //! What is allowed but worth a word.
 
 use colluvium_case::Case;
-use colluvium_case::description::{Body, Boundary, Space, Wall};
+use colluvium_case::description::{Body, Boundary, Obstacle, ObstacleWall, Space, Wall};
 use colluvium_constitutive::MaterialSpec;
 use colluvium_constitutive::basal::BasalFlow;
 
 use crate::config::{COURANT, Integration, ShapeFunctions, StepCriterion, VolumetricStrain, WallFriction};
 use crate::fall::{height, time_of_fall};
-use crate::{FixedNodes, MpmOptions, StressScheme, Transfer};
+use crate::obstacles::exact_on_nodes;
+use crate::{FixedNodes, MpmOptions, ObstacleContact, StressScheme, Transfer};
 
 /// Courant number at which stress last is stable with splines at sides of the domain that nothing holds, where the end
 /// functions are steep: 0.5 was not, in two and three dimensions, and 0.45 only just.
@@ -186,6 +187,24 @@ fn filter_by_the_step(case: &Case, options: &MpmOptions, dt: f64) -> Option<Stri
     })
 }
 
+/// Round solids on obstacles or walls that hold nodes and rub: they stand where they should roll.
+fn round_on_nodes(case: &Case, options: &MpmOptions) -> Option<String> {
+    let obstacle = |obstacle: &Obstacle| obstacle.wall != ObstacleWall::Smooth;
+    let wall = |boundary: &Boundary| matches!(boundary.wall, Wall::Rough | Wall::Frictional { .. });
+    let on_nodes = options.obstacles == ObstacleContact::Nodes && case.obstacles.iter().any(obstacle);
+    if !on_nodes && !case.boundaries.iter().any(wall) {
+        return None;
+    }
+    let is_liquid = |name: &String| matches!(case.materials.get(name), Some(MaterialSpec::NewtonianFluid(_)));
+    let rolls = |body: &Body| !body.rigid && body.shape.is_round() && !is_liquid(&body.material);
+    let number = case.bodies.iter().position(rolls)?;
+    Some(format!(
+        "bodies[{number}]: {} is round: nodes that hold it at a wall hold all that is within a cell, so that it hardly rolls; take an obstacle, and \
+         methods.mpm.obstacles points",
+        case.bodies[number].name
+    ))
+}
+
 /// What of a case is allowed but worth a word; `courant` is the Courant number of its first step, of `dt` (s).
 pub(super) fn warnings(
     case: &Case,
@@ -223,6 +242,15 @@ pub(super) fn warnings(
     warnings.extend(cut_steps(case, dt));
     warnings.extend(thin_on_rough(case, options));
     warnings.extend(filter_by_the_step(case, options, dt));
+    warnings.extend(round_on_nodes(case, options));
+    if exact_on_nodes(case, options) {
+        warnings.push(
+            "methods.mpm.obstacles: with points stress and pore pressure in the cells at an obstacle are a quarter too small, since points \
+             press with their centres, and with GIMP and CPDI the pressure of the row at it falls away within seconds; these obstacles lie \
+             on nodes, where nodes is exact"
+                .to_owned(),
+        );
+    }
     let rigid = case.bodies.iter().filter(|body| body.rigid);
     if let (Some(loose), true) = (rigid.clone().find(|body| case.moves_freely(&body.name)), rigid.count() > 1)
     {

@@ -144,6 +144,61 @@ fn adhesion_holds_what_friction_would_not() {
     assert!(slides > 0.05 && slides < 0.2, "{slides}");
 }
 
+#[test]
+fn a_block_that_slides_and_trembles_has_all_of_its_adhesion() {
+    let slowed = |adhesion: f64| {
+        let mut wall = frictional(0.1);
+        wall["adhesion"] = json!(adhesion);
+        let mut value = block(&wall);
+        value["gravity"] = json!([0, -9.81]);
+        value["stages"] = json!([{ "name": "slide", "duration": 0.3 }]);
+        value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [3.0, 0.0] });
+        let case = changed(value, &json!({}));
+        let mut solver = begin(&Mpm, &case);
+        let start = solver.totals();
+        until(&mut *solver, 0.3);
+        (start.momentum[0] - solver.totals().momentum[0]) / solver.time()
+    };
+    // 0.6 m of base.
+    let (friction, both) = (slowed(0.0), slowed(1000.0));
+    assert!(((both - friction) / 600.0 - 1.0).abs() < 0.05, "{friction} {both}");
+}
+
+#[test]
+fn a_disk_rolls_down_a_slope_of_points_and_check_warns_of_one_of_nodes() {
+    let slope = 20f64.to_radians();
+    let disk = |obstacles: &str| {
+        changed(
+            json!({
+                "title": "roll", "space": "plane-strain", "domain": { "min": [0, -0.5], "max": [12, 2] },
+                "gravity": [9.81 * slope.sin(), -9.81 * slope.cos()],
+                "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3 } },
+                "bodies": [{ "name": "disk", "material": "m", "sampling": "fitted",
+                             "shape": { "kind": "ball", "centre": [1, 0.5], "radius": 0.5 } }],
+                "obstacles": [{ "name": "o", "shape": { "kind": "plane", "normal": [0, 1], "point": [0, 0] },
+                                "wall": frictional(0.7) }],
+                "stages": [{ "name": "s", "duration": 0.5 }],
+                "methods": { "mpm": { "cell_size": 0.1, "obstacles": obstacles } }
+            }),
+            &json!({}),
+        )
+    };
+    let mut solver = begin(&Mpm, &disk("points"));
+    until(&mut *solver, 0.5);
+    let end = solver.totals();
+    let speed = end.momentum[0] / end.mass;
+    // A rigid disk; this one is five cells in radius.
+    let rigid = 2.0 / 3.0 * 9.81 * slope.sin() * solver.time();
+    assert!((0.85..1.02).contains(&(speed / rigid)), "{speed} {rigid}");
+    let told = |obstacles: &str| {
+        let warnings = Mpm.plan(&disk(obstacles)).unwrap().warnings;
+        warnings
+            .iter()
+            .any(|warning| warning.starts_with("bodies[0]: disk is round") && warning.contains("points"))
+    };
+    assert!(told("nodes") && !told("points"));
+}
+
 /// What a run has come to after so many steps, on a number of threads, begun again from what was saved after the first of them where it is
 /// `cut`: points, sums, what `floor` bears, and the bits of its readings.
 pub fn on_floor(

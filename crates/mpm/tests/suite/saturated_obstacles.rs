@@ -201,6 +201,22 @@ fn planes_along_the_axes_do_to_both_phases_what_walls_do() {
     }
 }
 
+#[test]
+fn check_names_nodes_where_they_are_exact_beside_pore_fluid() {
+    let told = |obstacles: &str, lowered: f64| {
+        let mut value = column(&json!({ "kind": "smooth" }), false);
+        value["domain"] = json!({ "min": [0, -0.2 - lowered], "max": [0.4, 1.0 - lowered] });
+        value["methods"]["mpm"]["obstacles"] = json!(obstacles);
+        let warnings = Mpm.plan(&changed(value, &json!({}))).unwrap().warnings;
+        warnings
+            .iter()
+            .any(|warning| warning.starts_with("methods.mpm.obstacles: with points stress and pore"))
+    };
+    assert!(told("points", 0.0) && !told("nodes", 0.0));
+    // Where the floor is between two nodes there is no better form.
+    assert!(!told("points", 0.03));
+}
+
 /// What became of the column on points, `angle` (radians) turned with its gravity, at two times: settlement of row 14 against that of row
 /// 4 of 16 (m), mean pore pressure of the six rows in the middle (Pa).
 fn settled(angle: f64) -> [[f64; 2]; 2] {

@@ -112,8 +112,8 @@ impl SphOptions {
             return Err(("wall_stress", "must be pairwise where the smoothing length varies".to_owned()));
         }
         let corrects = self.momentum == Momentum::Corrected;
-        let fits =
-            matches!(self.velocity_gradient, VelocityGradient::Compatible | VelocityGradient::Corrected);
+        use VelocityGradient::{Compatible, Corotated, Corrected};
+        let fits = matches!(self.velocity_gradient, Compatible | Corotated | Corrected);
         if corrects && !fits {
             return Err(("velocity_gradient", "must be corrected where momentum is".to_owned()));
         }

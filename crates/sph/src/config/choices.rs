@@ -43,6 +43,8 @@ pub enum VelocityGradient {
     /// `difference` otherwise.
     #[default]
     Compatible,
+    /// `compatible` of the velocities as seen from what turns with the particle, and that turning: exact for rotations, also at surfaces.
+    Corotated,
     /// `Σ V_j (v_j - v_i) ⊗ ∇W`.
     Difference,
     /// `Σ m_j (v_j - v_i) ⊗ ∇W / ρ_i`.

@@ -10,11 +10,30 @@ fn total<const D: usize>(sums: &[[Lanes; D]; D]) -> Matrix<D> {
     sums.map(|row| row.map(lanes::sum))
 }
 
+/// Makes a velocity gradient (1/s) of sums with the moment `M` exact for rotations: `L - RM + R`, `R` being the rotation that fits the
+/// velocities of the neighbours best (docs/theory/sph.md, equations of a step). Where velocities are the chords of a step of `chord` (s),
+/// `R` is that of the chords, `Ω + (cos θ - 1)/Δt` across the axis with `sin θ = Ω Δt`. Returns by how much the trace has changed.
+fn corotate<const D: usize>(gradient: &mut Matrix<D>, moment: &Moment<D>, chord: f64) -> f64 {
+    let Some(spin) = moment.rotation(gradient) else { return 0.0 };
+    let square: Matrix<D> = std::array::from_fn(|a| product(&spin.map(|row| row.map(|c| -c)), &spin[a]));
+    let rate = -0.5 * (0..D).map(|c| square[c][c]).sum::<f64>();
+    let short = chord / (1.0 + (1.0 - rate * chord * chord).max(0.0).sqrt());
+    let mut change = 0.0;
+    for (a, row) in gradient.iter_mut().enumerate() {
+        let turn: [f64; D] = std::array::from_fn(|b| spin[a][b] + short * square[a][b]);
+        let seen = product(&moment.matrix, &turn);
+        (0..D).for_each(|b| row[b] += turn[b] - seen[b]);
+        change += turn[a] - seen[a];
+    }
+    change
+}
+
 impl<const D: usize> Sums<'_, D> {
-    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration.
+    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration; velocities are the
+    /// chords of a step of `chord` (s), or zero for those at the positions.
     #[inline]
-    pub fn rates(&self, i: usize, row: &[u32], weights: &[f64]) -> Rate<D> {
-        self.rates_seen::<false>(i, row, weights, &[[0.0; D]; D], true)
+    pub fn rates(&self, i: usize, (row, weights): (&[u32], &[f64]), chord: f64) -> Rate<D> {
+        self.rates_seen::<false>(i, (row, weights), &[[0.0; D]; D], true, chord)
     }
 
     /// The same of a particle of a rigid body that turns with the gradient `turn` (1/s): what others do is counted as seen from
@@ -29,7 +48,7 @@ impl<const D: usize> Sums<'_, D> {
         ground: bool,
     ) -> Rate<D> {
         let row = if ground { row } else { &row[..self.before(row, self.particles.len())] };
-        let mut rate = self.rates_seen::<true>(i, row, weights, turn, ground);
+        let mut rate = self.rates_seen::<true>(i, (row, weights), turn, ground, 0.0);
         for a in 0..D {
             (0..D).for_each(|b| rate.gradient[a][b] += turn[a][b]);
             rate.divergence += turn[a][a];
@@ -41,10 +60,10 @@ impl<const D: usize> Sums<'_, D> {
     fn rates_seen<const TURNS: bool>(
         &self,
         i: usize,
-        row: &[u32],
-        weights: &[f64],
+        (row, weights): (&[u32], &[f64]),
         turn: &Matrix<D>,
         ground: bool,
+        chord: f64,
     ) -> Rate<D> {
         let records = &self.shown.records;
         let regular = self.regular(row);
@@ -52,6 +71,7 @@ impl<const D: usize> Sums<'_, D> {
         let operator = self.options.gradient_operator();
         let by_mass = operator == VelocityGradient::DensityDifference;
         let corrected = operator == VelocityGradient::Corrected;
+        let corotated = self.options.is_corotated();
         let continuity = self.options.continuity;
         // Where the two forms go together the divergence is the trace.
         let apart_forms = match continuity {
@@ -83,7 +103,7 @@ impl<const D: usize> Sums<'_, D> {
                 let weight = if continuity == Continuity::Mass { mass } else { volume };
                 trace += lanes::dot(&relative, &apart) * weight;
             }
-            if corrected {
+            if corrected || corotated {
                 neighbours += volume.simd_gt(Lanes::splat(0.0)) & Lanes::splat(1.0);
                 for a in 0..D {
                     for b in 0..D {
@@ -94,12 +114,13 @@ impl<const D: usize> Sums<'_, D> {
         });
         let density = self.particles.density[i];
         let mut gradient = total(&gradient);
+        let mut moment = Moment { matrix: total(&moment), neighbours: lanes::sum(neighbours) as u32 };
         if by_mass {
             gradient = gradient.map(|row| row.map(|c| c / density));
+            moment.matrix = moment.matrix.map(|row| row.map(|c| c / density));
         }
         let by_density = if continuity == Continuity::Mass { density } else { 1.0 };
         let mut trace = lanes::sum(trace) / by_density;
-        let mut moment = Moment { matrix: total(&moment), neighbours: lanes::sum(neighbours) as u32 };
         if !self.walls.smooth.is_empty() {
             self.strain_at_smooth(i, row, (&mut gradient, &mut trace, &mut moment));
         }
@@ -112,10 +133,14 @@ impl<const D: usize> Sums<'_, D> {
         let spread = if self.grad_h() { self.shown.spread[i] } else { 1.0 };
         // The corrected gradient is exact for the weights as they are: 1/ϑ belongs to the other sums.
         let correction = if corrected { moment.correction() } else { None };
-        let gradient = match correction {
+        let mut gradient = match correction {
             Some(l) => gradient.map(|row| product(&l, &row)),
             None => gradient.map(|row| row.map(|c| c * spread)),
         };
+        if corotated {
+            moment.matrix = moment.matrix.map(|row| row.map(|c| c * spread));
+            trace += corotate(&mut gradient, &moment, chord) / spread;
+        }
         let divergence = if apart_forms { trace * spread } else { (0..D).map(|c| gradient[c][c]).sum() };
         Rate { gradient, divergence }
     }

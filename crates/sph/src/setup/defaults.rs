@@ -3,7 +3,7 @@
 use colluvium_case::Case;
 use colluvium_constitutive::MaterialSpec;
 
-use crate::config::{Continuity, Formulation, Momentum, SphOptions, Symmetrisation};
+use crate::config::{Continuity, Formulation, Momentum, SphOptions, Symmetrisation, VelocityGradient};
 use crate::kernel::Kernel;
 
 /// Ratio of the densities of two bodies from which the form of the momentum equation matters.
@@ -84,6 +84,10 @@ pub(super) fn fit(case: &Case, options: &mut SphOptions) {
     if !given("viscosity_linear") && is_viscous(case, options.spacing) {
         options.viscosity_linear = 0.0;
     }
+    let solid = options.formulation == Formulation::Updated && !is_liquid(case, &options.held);
+    if !given("velocity_gradient") && solid {
+        options.velocity_gradient = VelocityGradient::Corotated;
+    }
 }
 
 #[cfg(test)]
@@ -92,6 +96,7 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::super::options;
+    use crate::config::VelocityGradient;
     use crate::kernel::Kernel;
 
     fn case(model: &Value, top: f64, sph: &Value) -> Case {
@@ -103,6 +108,17 @@ mod tests {
             "methods": { "sph": sph }
         });
         Case::from_json(&text.to_string()).unwrap()
+    }
+
+    #[test]
+    fn bodies_that_are_no_liquids_may_turn() {
+        let soil = json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 });
+        let gradient =
+            |model: &Value, sph: Value| options(&case(model, 0.5, &sph)).unwrap().velocity_gradient;
+        assert_eq!(gradient(&soil, json!({ "spacing": 0.02 })), VelocityGradient::Corotated);
+        assert_eq!(gradient(&water(), json!({ "spacing": 0.02 })), VelocityGradient::Compatible);
+        let given = json!({ "spacing": 0.02, "velocity_gradient": "compatible" });
+        assert_eq!(gradient(&soil, given), VelocityGradient::Compatible);
     }
 
     fn water() -> Value {

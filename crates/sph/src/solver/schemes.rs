@@ -132,7 +132,7 @@ fn strain<const D: usize>(
     rates: &mut Rates<D>,
     dt: f64,
 ) -> Result<(), SolverError> {
-    find_rates(setting, bodies, walls, lists, rates, dt);
+    find_rates(setting, bodies, walls, lists, rates, (dt, dt));
     diffuse_stress(setting, clock, bodies, walls, lists, rates, dt);
     update_stress(setting, clock, bodies, &rates.of, dt, Over::Start)
 }
@@ -195,7 +195,7 @@ impl<const D: usize> SphSolver<D> {
             update_stress(setting, clock, bodies, &rates.of, half, Over::Start)?;
         }
         derive(setting, clock, bodies, walls, lists, rates, dt);
-        find_rates(setting, bodies, walls, lists, rates, dt);
+        find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
         kept.go_back(bodies);
         let step = 0.5 * (clock.last_step + dt);
         diffuse_stress(setting, clock, bodies, walls, lists, rates, step);
@@ -209,14 +209,14 @@ impl<const D: usize> SphSolver<D> {
         let half = 0.5 * dt;
         kept.keep(bodies);
         derive(setting, clock, bodies, walls, lists, rates, dt);
-        find_rates(setting, bodies, walls, lists, rates, dt);
+        find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
         drift(setting, clock, bodies, walls, lists, rates, half)?;
         kick(setting, clock, bodies, &rates.of.acceleration, half, half);
         update_stress(setting, clock, bodies, &rates.of, half, Over::Start)?;
         let middle = Clock { time: clock.time + half, ..*clock };
         lists.refresh(setting, &middle, bodies, walls, rates, false)?;
         derive(setting, &middle, bodies, walls, lists, rates, half);
-        find_rates(setting, bodies, walls, lists, rates, dt);
+        find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
         let len = bodies.particles.len();
         bodies.particles.position[..len].copy_from_slice(&kept.position);
         // The predicted velocities move the particles.
@@ -307,7 +307,7 @@ impl<const D: usize> SphSolver<D> {
             let now = Clock { time: clock.time + fraction * dt, ..*clock };
             lists.refresh(setting, &now, bodies, walls, rates, false)?;
             derive(setting, &now, bodies, walls, lists, rates, 0.0);
-            find_rates(setting, bodies, walls, lists, rates, dt);
+            find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
             kept.add_rates(share, &bodies.particles.velocity[..len], rates);
         }
         kept.go_back(bodies);

@@ -108,18 +108,18 @@ fn resist_hourglass<const D: usize>(
     });
 }
 
-/// Velocity gradients and divergences; step 6.
+/// Velocity gradients and divergences; step 6. Velocities are the chords of a step of `chord` (s), or zero for those at the positions.
 pub fn find_rates<const D: usize>(
     setting: &Setting<D>,
     bodies: &mut Bodies<D>,
     walls: &Walls<D>,
     lists: &mut Lists<D>,
     rates: &mut Rates<D>,
-    dt: f64,
+    (dt, chord): (f64, f64),
 ) {
     walls.move_images(bodies);
     walls.follow_soil(setting, bodies, &lists.neighbours);
-    find_gradients(setting, bodies, walls, lists, rates);
+    find_gradients(setting, bodies, walls, lists, rates, chord);
     find_drift(setting, bodies, walls, lists, rates);
     follow_rate(setting, bodies, walls, lists, rates, dt);
     keep_still(bodies, walls, &mut rates.of);
@@ -131,6 +131,7 @@ fn find_gradients<const D: usize>(
     walls: &Walls<D>,
     lists: &mut Lists<D>,
     rates: &mut Rates<D>,
+    chord: f64,
 ) {
     let (sums, weighed) = (Sums::new(setting, bodies, walls), lists.weighed);
     let any_rigid = bodies.any_rigid();
@@ -150,7 +151,7 @@ fn find_gradients<const D: usize>(
             let turn = if any_rigid { bodies.turn_of(i) } else { None };
             let rate = match &turn {
                 Some((turn, ground)) => sums.rates_in_turn(i, row, weights, turn, *ground),
-                None => sums.rates(i, row, weights),
+                None => sums.rates(i, (row, weights), chord),
             };
             gradient[k] = rate.gradient;
             divergence[k] = rate.divergence;

@@ -354,7 +354,7 @@ fn stretched<const D: usize>(space: &str, edge: f64, sph: &Value) -> Vec<Particl
 /// The same with densities that differ by up to a share.
 fn moved<const D: usize>(space: &str, edge: f64, sph: &Value, uneven: f64) -> Vec<Particle<D>> {
     let all = |value: f64| vec![value; D];
-    let mut methods = json!({ "spacing": 0.05 });
+    let mut methods = json!({ "spacing": 0.05, "velocity_gradient": "compatible" });
     for (key, value) in sph.as_object().unwrap() {
         methods[key] = value.clone();
     }

@@ -246,13 +246,13 @@ fn friction_over_the_normal_force_is_the_coefficient_at_any_viscosity() {
     for viscosity in [0.0, 0.05, 0.1, 0.2] {
         let more = json!({
             "gravity": [0, -10],
-            "domain": { "min": [0, 0], "max": [3, 1] },
-            "bodies": [{ "name": "b", "material": "m", "velocity": { "kind": "uniform", "value": [2, 0] }, "shape": { "kind": "box", "min": [0.2, 0], "max": [0.8, 0.2] } }],
+            "domain": { "min": [0, 0], "max": [5, 1] },
+            "bodies": [{ "name": "b", "material": "m", "velocity": { "kind": "uniform", "value": [4, 0] }, "shape": { "kind": "box", "min": [0.2, 0], "max": [0.8, 0.2] } }],
             "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }]
         });
         let mut solver = solver(&block(&more, &json!({ "spacing": 0.025, "viscosity_linear": viscosity })));
         let mut seen = Vec::new();
-        for time in [0.1, 0.3] {
+        for time in [0.1, 0.9] {
             while solver.time() < time {
                 advance(&mut *solver, 1);
             }

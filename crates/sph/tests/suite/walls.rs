@@ -117,7 +117,7 @@ fn walls_of_particles_are_counted_before_they_are_made() {
 #[test]
 fn a_collapsing_column_on_a_rough_mirror_needs_the_hourglass_viscosity() {
     let front = |sph: &Value| {
-        let mut methods = json!({ "spacing": 0.01 });
+        let mut methods = json!({ "spacing": 0.01, "velocity_gradient": "compatible" });
         for (key, value) in sph.as_object().unwrap() {
             methods[key] = value.clone();
         }
