@@ -56,6 +56,22 @@ fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
     }
 }
 
+/// What enters brings its energy: the account of a stream without friction closes, on a level bed and on a slope.
+#[test]
+fn the_account_of_energy_closes_while_a_stream_enters() {
+    for slope in [0.0, 0.2] {
+        let mut value = channel();
+        value["gravity"] = json!([GRAVITY * slope, 0, -GRAVITY]);
+        let mut solver = build(&value);
+        until(solver.as_mut(), 3.0);
+        let (depth, entered) =
+            ((1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0), reading(solver.as_ref(), "volume_entered"));
+        let brought = 1000.0 * entered * (0.5 / depth.powi(2) + 0.5 * GRAVITY * depth);
+        let error = reading(solver.as_ref(), "energy_error");
+        assert!(error.abs() < 0.01 * brought, "slope {slope}: {error} J of {brought} J");
+    }
+}
+
 #[test]
 fn a_stream_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
     let run = |threads: usize, restart: Option<usize>| hash_after(&channel(), threads, 190, restart);

@@ -108,13 +108,11 @@ impl<const D: usize> Grip<D> {
         }
     }
 
-    /// Lets an obstacle that the point has just left rub by its adhesion; the normal of that.
+    /// Lets an obstacle that the point has hardly left rub by its adhesion, where it overlaps none; the normal of that.
     fn adhere(&self, seen: &Seen<D>, bears: &mut Bears) -> Option<[f64; D]> {
-        let near = seen.overlaps().iter().find(|overlap| overlap.law.adhesion() > 0.0)?;
-        if bears.count == 0 {
-            bears.add(near.rock, near.law.adhesion() * self.area / self.stiffness, 0.0);
-        }
-        Some(near.normal)
+        let left = seen.left.as_ref().filter(|_| bears.count == 0)?;
+        bears.add(left.rock, left.law.adhesion() * self.area / self.stiffness, 0.0);
+        Some(left.normal)
     }
 
     /// Lets the obstacle that holds the point pull it back and bear friction; the normal of that.

@@ -142,6 +142,8 @@ pub struct Sums {
 pub struct Seen<const D: usize> {
     overlaps: [Overlap<D>; MOST],
     count: usize,
+    /// A place with adhesion that it does not overlap, but has hardly left.
+    pub(super) left: Option<Overlap<D>>,
     /// The obstacle that holds it, with the nearest place of its surface and its law there.
     pub(super) held: Option<(usize, Nearest<D>, ObstacleLaw)>,
 }
@@ -152,6 +154,7 @@ impl<const D: usize> Seen<D> {
         Self {
             overlaps: [Overlap { normal: [0.0; D], depth: 0.0, rock: 0, law }; MOST],
             count: 0,
+            left: None,
             held: None,
         }
     };
@@ -163,13 +166,16 @@ impl<const D: usize> Seen<D> {
         }
     }
 
-    /// Adds those places of an obstacle that are nearer than the point reaches (m); with adhesion also those just beyond, with no depth.
+    /// Adds those places of an obstacle that are nearer than the point reaches (m), and notes one with adhesion just beyond.
     fn press(&mut self, rock: &Rock<D>, number: usize, places: &[Nearest<D>], reach: f64) {
         for place in places {
             let depth = reach - place.distance;
             let law = *rock.laws.at(&place.place);
-            if depth > 0.0 || law.adhesion() > 0.0 && depth > -ADHERES * reach {
-                self.add(Overlap { normal: place.normal, depth: depth.max(0.0), rock: number, law });
+            let overlap = Overlap { normal: place.normal, depth, rock: number, law };
+            if depth > 0.0 {
+                self.add(overlap);
+            } else if law.adhesion() > 0.0 && depth > -ADHERES * reach && self.left.is_none() {
+                self.left = Some(overlap);
             }
         }
     }
@@ -180,7 +186,7 @@ impl<const D: usize> Seen<D> {
 
     /// Whether obstacles act on the point.
     pub fn acts(&self) -> bool {
-        self.count > 0 || self.held.is_some()
+        self.count > 0 || self.held.is_some() || self.left.is_some()
     }
 }
 
