@@ -109,7 +109,7 @@ pub struct SphOptions {
     pub xsph: f64,
     /// Viscosity, in units of `viscosity_linear`, against the part of the relative velocity of neighbours that their
     /// velocity gradients do not see (hourglass or zero-energy modes), 0 to 1. Linear velocity fields feel nothing of
-    /// it where `velocity_gradient` is `corrected`.
+    /// it where `velocity_gradient` is `corrected`, and rotations nothing where it is `corotated`.
     #[serde(default)]
     pub hourglass_viscosity: f64,
     /// Shifting of particles towards even spacing, in smoothing lengths per length moved; at least 0. Without an entry 10 where all bodies that

@@ -10,9 +10,16 @@ fn total<const D: usize>(sums: &[[Lanes; D]; D]) -> Matrix<D> {
     sums.map(|row| row.map(lanes::sum))
 }
 
+/// A symmetric matrix by its upper half.
+#[inline]
+fn whole<const D: usize>(upper: &Matrix<D>) -> Matrix<D> {
+    std::array::from_fn(|a| std::array::from_fn(|b| upper[a.min(b)][a.max(b)]))
+}
+
 /// Makes a velocity gradient (1/s) of sums with the moment `M` exact for rotations: `L - RM + R`, `R` being the rotation that fits the
 /// velocities of the neighbours best (docs/theory/sph.md, equations of a step). Where velocities are the chords of a step of `chord` (s),
 /// `R` is that of the chords, `Ω + (cos θ - 1)/Δt` across the axis with `sin θ = Ω Δt`. Returns by how much the trace has changed.
+#[inline]
 fn corotate<const D: usize>(gradient: &mut Matrix<D>, moment: &Moment<D>, chord: f64) -> f64 {
     let Some(spin) = moment.rotation(gradient) else { return 0.0 };
     let square: Matrix<D> = std::array::from_fn(|a| product(&spin.map(|row| row.map(|c| -c)), &spin[a]));
@@ -104,20 +111,25 @@ impl<const D: usize> Sums<'_, D> {
                 trace += lanes::dot(&relative, &apart) * weight;
             }
             if corrected || corotated {
-                neighbours += volume.simd_gt(Lanes::splat(0.0)) & Lanes::splat(1.0);
+                // The upper half: the moment is symmetric.
                 for a in 0..D {
-                    for b in 0..D {
+                    for b in a..D {
                         moment[a][b] += apart[a] * scaled[b];
                     }
                 }
             }
+            if corrected {
+                neighbours += volume.simd_gt(Lanes::splat(0.0)) & Lanes::splat(1.0);
+            }
         });
         let density = self.particles.density[i];
         let mut gradient = total(&gradient);
-        let mut moment = Moment { matrix: total(&moment), neighbours: lanes::sum(neighbours) as u32 };
+        let neighbours = if corrected { lanes::sum(neighbours) as u32 } else { row.len() as u32 };
+        let mut moment = Moment { matrix: whole(&total(&moment)), neighbours };
         if by_mass {
             gradient = gradient.map(|row| row.map(|c| c / density));
-            moment.matrix = moment.matrix.map(|row| row.map(|c| c / density));
+            let volume = 1.0 / density;
+            moment.matrix = moment.matrix.map(|row| row.map(|c| c * volume));
         }
         let by_density = if continuity == Continuity::Mass { density } else { 1.0 };
         let mut trace = lanes::sum(trace) / by_density;
@@ -138,7 +150,9 @@ impl<const D: usize> Sums<'_, D> {
             None => gradient.map(|row| row.map(|c| c * spread)),
         };
         if corotated {
-            moment.matrix = moment.matrix.map(|row| row.map(|c| c * spread));
+            if self.grad_h() {
+                moment.matrix = moment.matrix.map(|row| row.map(|c| c * spread));
+            }
             trace += corotate(&mut gradient, &moment, chord) / spread;
         }
         let divergence = if apart_forms { trace * spread } else { (0..D).map(|c| gradient[c][c]).sum() };
