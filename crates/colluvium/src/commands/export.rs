@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use colluvium::case::description::Space;
 use colluvium::case::output::{
-    Collection, OutputError, Table, create_folder, frame_arrays, read_json, table_arrays, write_atomically,
-    write_npz,
+    Collection, DerivedFiles, OutputError, Table, create_folder, frame_arrays, read_json, table_arrays,
+    write_atomically, write_npz,
 };
 use colluvium::case::{Case, GrainColumns, PointList, Role, Snapshot};
 use colluvium::depth_sph::hand_over::stacks;
@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Only the points of this body.
     #[arg(long, requires = "points")]
     body: Option<String>,
+    /// Replace files of the same names that colluvium did not write, too.
+    #[arg(long)]
+    overwrite: bool,
 }
 
 /// Name of the list of points.
@@ -39,22 +42,24 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let from = &arguments.folder;
     a_run(from)?;
     if arguments.points {
-        return points(from, arguments.body.as_deref());
+        return points(from, arguments);
     }
     let to = from.join(FOLDER);
     create_folder(&to)?;
-    clear(&to)?;
+    let mut files = DerivedFiles::open(&to, arguments.overwrite)?;
+    clear(&to, &files)?;
     let mut written = 0;
     for name in tables(from)? {
         let table = Table::read(&from.join(&name))?;
-        write_npz(&to.join(&name).with_extension("npz"), &table_arrays(&table))?;
+        let archive = name.replace(".csv", ".npz");
+        files.write(&archive, |file| write_npz(file, &table_arrays(&table)))?;
         written += 1;
     }
     let collection = from.join("frames.pvd");
     let frames = if collection.exists() { Collection::read(&collection)?.frames } else { Vec::new() };
     for (number, shown) in frames.iter().enumerate() {
-        let archive = to.join(format!("frame-{number:05}.npz"));
-        write_npz(&archive, &frame_arrays(&frame(from, shown)?))?;
+        let arrays = frame_arrays(&frame(from, shown)?);
+        files.write(&format!("frame-{number:05}.npz"), |file| write_npz(file, &arrays))?;
         written += 1;
     }
     say!("wrote {written} archives to {}", to.display());
@@ -62,7 +67,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Writes the last frame as a list of points, those of one body or all.
-fn points(from: &Path, body: Option<&str>) -> Result<(), Failure> {
+fn points(from: &Path, arguments: &Arguments) -> Result<(), Failure> {
+    let mut files = DerivedFiles::open(from, arguments.overwrite)?;
+    files.check(POINTS)?;
     let path = from.join("case.json");
     let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
     let frames = Collection::read(&from.join("frames.pvd"))?.of_points();
@@ -78,12 +85,12 @@ fn points(from: &Path, body: Option<&str>) -> Result<(), Failure> {
         let problem = "the points of this run have no volume, velocity and stress";
         list(&case, &snapshot).ok_or_else(|| OutputError::new(&to, problem))?
     };
-    let kept = match body {
+    let kept = match &arguments.body {
         Some(name) => of_body(&case, &snapshot, &list, name)?,
         None => (0..list.positions.len()).collect(),
     };
     let text = table(&list, case.dimension(), &kept);
-    write_atomically(&to, text.as_bytes())?;
+    files.write(POINTS, |file| write_atomically(file, text.as_bytes()))?;
     say!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
     if let Some([handed, whole]) = apart(&snapshot, &list) {
         say!(
@@ -206,12 +213,15 @@ fn table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
     text
 }
 
-/// Removes the archives of an earlier export.
-fn clear(folder: &Path) -> Result<(), OutputError> {
-    let archives = names(folder)?.into_iter().filter(|name| name.ends_with(".npz"));
-    archives
-        .map(|name| folder.join(name))
-        .try_for_each(|file| fs::remove_file(&file).map_err(|error| OutputError::new(&file, error)))
+/// Removes the archives that an earlier export wrote.
+fn clear(folder: &Path, files: &DerivedFiles) -> Result<(), OutputError> {
+    for name in names(folder)?.into_iter().filter(|name| name.ends_with(".npz")) {
+        if files.is_own(&name)? {
+            let file = folder.join(name);
+            fs::remove_file(&file).map_err(|error| OutputError::new(&file, error))?;
+        }
+    }
+    Ok(())
 }
 
 /// Names of what is in a folder, in order.

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use colluvium::case::output::{Collection, Table, create_folder, named_file, read_lines, write_atomically};
+use colluvium::case::output::{
+    Collection, DerivedFiles, OutputError, Table, create_folder, named_file, read_lines, write_atomically,
+};
 use colluvium::case::{Dataset, Snapshot};
 use colluvium::ground::of_run;
 use colluvium::maps::maps;
@@ -38,6 +40,9 @@ pub struct Arguments {
     /// Folder for the pictures; `plots` in the folder of the run when absent.
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Replace files of the same names that colluvium did not write, too.
+    #[arg(long)]
+    overwrite: bool,
     /// Format of the pictures: png or svg.
     #[arg(long, default_value = "png", value_parser = ["png", "svg"])]
     format: String,
@@ -64,16 +69,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let chosen = chosen(arguments, frames.len())?;
     let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
     create_folder(&out)?;
+    let mut files = DerivedFiles::open(&out, arguments.overwrite)?;
     let mut written = 0;
-    let mut save = |picture: &dyn Fn(&Path) -> Result<(), Failure>, name: String| {
+    let mut save = |picture: &dyn Fn(&Path) -> Result<(), Failure>, name: &str, ending: &str| {
         written += 1;
-        picture(&named_file(&out, &name, &arguments.format)?)
+        files.write(&file_name(&out, name, ending)?, picture)
     };
+    let format = arguments.format.as_str();
     for (name, chart) in charts(&Table::read(&folder.join("measures.csv"))?) {
-        save(&|file| Ok(chart.write(file)?), name)?;
+        save(&|file| Ok(chart.write(file)?), &name, format)?;
     }
     for (name, map) in maps(folder)? {
-        save(&|file| Ok(map.write(file)?), format!("map-{name}"))?;
+        save(&|file| Ok(map.write(file)?), &format!("map-{name}"), format)?;
     }
     let fields: Vec<Option<&str>> = match &arguments.fields[..] {
         [] => vec![None],
@@ -81,7 +88,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     for field in fields {
         for (name, number, picture) in pictures(arguments, &frames, &chosen, field)? {
-            save(&|file| Ok(picture.write(file)?), format!("{}-{number:05}", titled(arguments, &name)))?;
+            let name = format!("{}-{number:05}", titled(arguments, &name));
+            save(&|file| Ok(picture.write(file)?), &name, format)?;
         }
         if arguments.gif {
             let even = evenly(frames.len(), FILM);
@@ -90,12 +98,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let shown: Vec<FramePicture> = shown.into_iter().map(|(.., picture)| picture).collect();
             let bytes = to_gif(&shown, 0.1).map_err(Failure::Other)?;
             let name = titled(arguments, &name);
-            write_atomically(&named_file(&out, &name, "gif")?, &bytes)?;
+            save(&|file| Ok(write_atomically(file, &bytes)?), &name, "gif")?;
             say!("{name}.gif shows {} of {} frames", even.len(), frames.len());
         }
     }
     say!("wrote {} pictures to {}", written, out.display());
     Ok(())
+}
+
+/// Name of a file of the folder `out`.
+fn file_name(out: &Path, stem: &str, ending: &str) -> Result<String, OutputError> {
+    let file = named_file(out, stem, ending)?;
+    Ok(file.file_name().unwrap_or_default().to_string_lossy().into_owned())
 }
 
 /// Time (s) and file of the frames of a dataset.

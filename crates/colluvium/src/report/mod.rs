@@ -13,7 +13,9 @@ use thiserror::Error;
 
 use crate::animation;
 use crate::case::Snapshot;
-use crate::case::output::{Collection, OutputError, Table, named_file, read_json, write_atomically};
+use crate::case::output::{
+    Collection, DerivedFiles, OutputError, Table, named_file, read_json, write_atomically,
+};
 use crate::ground::of_run;
 use crate::pictures;
 use crate::plots::{
@@ -32,11 +34,13 @@ pub struct ReportOptions {
     pub frames: usize,
     /// The two axes seen.
     pub plane: [usize; 2],
+    /// Whether a file of the report's name that no report wrote is replaced.
+    pub overwrite: bool,
 }
 
 impl Default for ReportOptions {
     fn default() -> Self {
-        Self { fields: Vec::new(), frames: 4, plane: [0, 1] }
+        Self { fields: Vec::new(), frames: 4, plane: [0, 1], overwrite: false }
     }
 }
 
@@ -148,9 +152,12 @@ const PLAYED: usize = 80;
 /// Writes the report of the run in `folder`, complete or not, into that folder; the file.
 ///
 /// # Errors
-/// When the folder holds no run, what is there cannot be read, or a field is not in the frames.
+/// When the folder holds no run, what is there cannot be read, a field is not in the frames, or a file that no report wrote is in the
+/// way.
 pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportError> {
     let results = Results::read(folder)?;
+    let mut files = DerivedFiles::open(folder, options.overwrite)?;
+    files.check(REPORT)?;
     let ground = of_run(folder);
     let (asked, charts) = charts(&results)?;
     let pictures = Pictures {
@@ -161,9 +168,9 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportEr
         maps: maps(folder)?,
         safety: safety::figures(folder, &results, options.plane)?,
     };
-    let file = folder.join(REPORT);
-    write_atomically(&file, page::page(&results, &pictures).into_string().as_bytes())?;
-    Ok(file)
+    let page = page::page(&results, &pictures).into_string();
+    files.write(REPORT, |file| write_atomically(file, page.as_bytes()))?;
+    Ok(folder.join(REPORT))
 }
 
 /// Numbers of at most `wanted` frames of `count`, evenly from the first to the last.
