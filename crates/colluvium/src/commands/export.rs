@@ -13,7 +13,7 @@ use colluvium::case::{Case, GrainColumns, PointList, Role, Snapshot};
 use colluvium::depth_sph::hand_over::stacks;
 use colluvium::pictures::frame;
 
-use super::{Failure, a_run};
+use super::{Failure, a_run, or_nothing};
 
 /// Name of the folder of the archives.
 const FOLDER: &str = "npz";
@@ -35,6 +35,8 @@ pub struct Arguments {
     overwrite: bool,
 }
 
+/// Name of the table of the measures.
+const MEASURES: &str = "measures.csv";
 /// Name of the list of points.
 const POINTS: &str = "points.csv";
 
@@ -50,17 +52,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     clear(&to, &files)?;
     let mut written = 0;
     for name in tables(from)? {
-        let table = Table::read(&from.join(&name))?;
+        let table = or_nothing(Table::read(&from.join(&name)), "it is not exported");
+        if table.columns.is_empty() {
+            continue;
+        }
         let archive = name.replace(".csv", ".npz");
         files.write(&archive, |file| write_npz(file, &table_arrays(&table)))?;
         written += 1;
     }
-    let collection = from.join("frames.pvd");
-    let frames = if collection.exists() { Collection::read(&collection)?.frames } else { Vec::new() };
+    let frames = or_nothing(Collection::read(&from.join("frames.pvd")), "no frames are exported").frames;
     for (number, shown) in frames.iter().enumerate() {
         let arrays = frame_arrays(&frame(from, shown)?);
         files.write(&format!("frame-{number:05}.npz"), |file| write_npz(file, &arrays))?;
         written += 1;
+    }
+    if written == 0 {
+        return Err(OutputError::new(from, "has nothing that could be exported").into());
     }
     say!("wrote {written} archives to {}", to.display());
     Ok(())
@@ -71,7 +78,15 @@ fn points(from: &Path, arguments: &Arguments) -> Result<(), Failure> {
     let mut files = DerivedFiles::open(from, arguments.overwrite)?;
     files.check(POINTS)?;
     let path = from.join("case.json");
-    let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
+    let case = match Case::load(&path) {
+        Ok(case) => case,
+        Err(errors) => {
+            let case = Case::load_without_files(&path);
+            let case = case.map_err(|errors| OutputError::new(&path, errors.first()))?;
+            complain!("warning: {}: the points are exported without it", errors.first());
+            case
+        }
+    };
     let frames = Collection::read(&from.join("frames.pvd"))?.of_points();
     let last = frames.last().ok_or_else(|| OutputError::new(from, "holds no frame"))?;
     let snapshot = frame(from, last)?;
@@ -235,11 +250,14 @@ fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     Ok(names)
 }
 
-/// Names of the tables in the folder of a run.
+/// Names of the tables in the folder of a run, that of the measures in any case.
 fn tables(folder: &Path) -> Result<Vec<String>, OutputError> {
     let is_table = |name: &String| {
         let kinds = ["profile-", "trials-"];
-        name == "measures.csv" || (name.ends_with(".csv") && kinds.iter().any(|kind| name.starts_with(kind)))
+        name.ends_with(".csv") && kinds.iter().any(|kind| name.starts_with(kind))
     };
-    Ok(names(folder)?.into_iter().filter(is_table).collect())
+    let mut names = names(folder)?;
+    names.retain(is_table);
+    names.insert(0, MEASURES.to_owned());
+    Ok(names)
 }
