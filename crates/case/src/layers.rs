@@ -5,6 +5,7 @@ use std::path::Path;
 use colluvium_points::{Attribute, Depths, Feature, Layer, Outline, Raster, Ring, Shape, Thickness};
 
 use crate::decimal::taken_off;
+use crate::obstacle::unnamed_marks;
 use crate::{Case, CaseError, arc_layer};
 
 /// The files that the layers of a shape name.
@@ -89,11 +90,24 @@ impl Case {
         }
     }
 
-    /// The raster over the plan in a file (ESRI ASCII grid or GeoTIFF), from `domain.origin`; its values are as they stand there.
+    /// The raster of thicknesses or depths over the plan in a file (ESRI ASCII grid or GeoTIFF), from `domain.origin`; its values are as
+    /// they stand there.
+    ///
+    /// # Errors
+    /// When the file cannot be read, in a line, and when numbers in it seem to stand for no data without being named so.
+    pub fn plan_raster(&self, file: &str) -> Result<Raster, String> {
+        let raster = self.raster_of_classes(file)?;
+        match unnamed_marks(&raster) {
+            Some(doubt) => Err(format!("{file}: {doubt}")),
+            None => Ok(raster),
+        }
+    }
+
+    /// The raster over the plan in a file, from `domain.origin`, whatever its numbers.
     ///
     /// # Errors
     /// When the file cannot be read, in a line.
-    pub fn plan_raster(&self, file: &str) -> Result<Raster, String> {
+    pub(crate) fn raster_of_classes(&self, file: &str) -> Result<Raster, String> {
         let raster = colluvium_terrain::read_raster(Path::new(file)).map_err(|error| error.to_string())?;
         Ok(Raster { origin: shift(raster.origin, &self.origin()), ..raster })
     }
@@ -325,6 +339,28 @@ mod tests {
         write(json!(-1));
         let refused = read().unwrap_err().to_string();
         assert!(refused.contains("release.geojson: -1 m is negative at"), "{refused}");
+    }
+
+    #[test]
+    fn a_thickness_that_seems_to_stand_for_no_data_is_refused() {
+        let folder = folder();
+        let mut value = layered();
+        value["bodies"][0]["shape"]["thickness"] = json!("thick.asc");
+        for mark in ["-99999", "-32768", "9999", "1e38", "3.4028235e38"] {
+            let row = format!("{}{mark} {mark}\n", "2 ".repeat(19));
+            let text = format!(
+                "ncols 21\nnrows 21\nxllcenter 600000\nyllcenter 5000000\ncellsize 2\n{}",
+                row.repeat(21)
+            );
+            std::fs::write(folder.path().join("thick.asc"), &text).unwrap();
+            let refused = Case::from_value(&value, folder.path()).unwrap_err().to_string();
+            let start = refused.starts_with("bodies[0].shape.thickness: /");
+            assert!(start && refused.contains("thick.asc: 42 of its values are"), "{mark}: {refused}");
+            assert!(refused.contains("NODATA_value"), "{mark}: {refused}");
+            let named = text.replace("cellsize 2\n", &format!("cellsize 2\nNODATA_value {mark}\n"));
+            std::fs::write(folder.path().join("thick.asc"), named).unwrap();
+            Case::from_value(&value, folder.path()).unwrap();
+        }
     }
 
     #[test]

@@ -42,6 +42,18 @@ impl Case {
         Self::from_value(&json::value(path)?, path.parent().unwrap_or(Path::new("")))
     }
 
+    /// Reads the case that a run has kept, which was checked then, without the files that it names: for what asks nothing of them, where
+    /// they may be gone.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or is no case.
+    pub fn load_without_files(path: &Path) -> Result<Self, CaseErrors> {
+        let mut case: Self = json::from_value(&json::value(path)?, "")?;
+        case.fill_gravity();
+        case.take_off_origin()?;
+        Ok(case)
+    }
+
     /// Reads and checks a case from a JSON value; files that it names are meant from `folder`.
     ///
     /// # Errors

@@ -126,7 +126,12 @@ impl Case {
     /// The cells of a raster's file that hold its value; the key below that of the raster, and what is wrong.
     fn cells_of(&self, of: &CellsOfRaster) -> Result<Cells, (&'static str, String)> {
         let CellsOfRaster { file, value } = of;
-        let raster = self.plan_raster(file).map_err(|problem| ("file", problem))?;
+        // A class is looked for by its number; any number is one only where it does not stand for no data.
+        let raster = match value {
+            Some(_) => self.raster_of_classes(file),
+            None => self.plan_raster(file),
+        };
+        let raster = raster.map_err(|problem| ("file", problem))?;
         let half = raster.spacing.map(|spacing| 0.5 * spacing);
         let low: [f64; 2] = std::array::from_fn(|c| raster.origin[c] - half[c]);
         let high: [f64; 2] = std::array::from_fn(|c| raster.end()[c] + half[c]);
@@ -239,6 +244,24 @@ mod tests {
             ] {
                 assert_eq!((class.holds(&place), any.holds(&place)), (in_class, in_any), "{name} {place:?}");
             }
+        }
+    }
+
+    #[test]
+    fn marks_of_no_data_that_are_not_named_are_refused_where_any_number_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        for mark in [-99999.0, -32768.0, 9999.0, 1e38, -3.4e38] {
+            let value = |x: f64, _: f64| if x > 600_010.0 { 3.0 } else { mark };
+            let raster = Raster::from_function([10, 10], [600_001.0, 5_000_001.0], [2.0; 2], value);
+            let text = folder.path().join("cover.asc");
+            colluvium_terrain::write_raster(&text, &raster).unwrap();
+            // Without a line that names the mark.
+            let lines = std::fs::read_to_string(&text).unwrap();
+            let silent: Vec<&str> = lines.lines().filter(|line| !line.starts_with("NODATA")).collect();
+            std::fs::write(&text, silent.join("\n")).unwrap();
+            let (key, problem) = of(folder.path(), "cover.asc", None).unwrap_err();
+            assert!(key == "raster.file" && problem.contains("NODATA_value"), "{mark}: {problem}");
+            assert!(of(folder.path(), "cover.asc", Some(3.0)).is_ok(), "{mark}");
         }
     }
 

@@ -36,6 +36,12 @@ pub trait Method: Send + Sync {
     /// JSON Schema of the options under `methods.<name>`.
     fn options_schema(&self) -> Schema;
 
+    /// Whether bodies have a stiffness, and with it times of elastic waves and of consolidation. Flows that are integrated over their depth
+    /// have none.
+    fn has_elasticity(&self) -> bool {
+        true
+    }
+
     /// About how large the problem is, without making its points. Methods that do not tell are of no size.
     ///
     /// # Errors

@@ -3,9 +3,12 @@
 use std::path::Path;
 
 use colluvium_points::{Outline, Raster, Shape};
+use serde_json::Value;
 
 use crate::case::output::OutputError;
 use crate::case::{Case, CaseError};
+use crate::ground::case_of_run;
+use crate::pictures::case_value;
 use crate::plots::{Cells, TerrainMap};
 
 /// Folder of the rasters in that of a run.
@@ -24,27 +27,28 @@ const SHOWN: [(&str, &str); 8] = [
 ];
 
 /// The map of each raster in the folder of a run, by its name: shaded terrain, the raster in colours, the outlines of layers and
-/// that of the event that was mapped.
+/// that of the event that was mapped, without these where the files of the case are not those of the run any more.
 /// None where there is no raster.
 ///
 /// # Errors
-/// When a raster, the case of the run or the terrain that it names cannot be read.
+/// When a raster or the case of the run cannot be read.
 pub fn maps(folder: &Path) -> Result<Vec<(String, TerrainMap)>, OutputError> {
     let file = |name: &str| folder.join(RASTERS).join(format!("{name}.asc"));
     let there: Vec<_> = SHOWN.into_iter().filter(|(name, _)| file(name).exists()).collect();
     if there.is_empty() {
         return Ok(Vec::new());
     }
-    let path = folder.join("case.json");
-    let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
-    let heights = heights(&case).map_err(|problem| OutputError::new(&path, problem))?;
-    let (outlines, mapped) = (outlines(&case), mapped(&case));
+    let title = text_of(&case_value(folder)?["title"]);
+    let case = case_of_run(folder).ok();
+    let heights = case.as_ref().and_then(|case| heights(case).ok().flatten());
+    let outlines = case.as_ref().map(outlines).unwrap_or_default();
+    let mapped = case.as_ref().map(mapped).unwrap_or_default();
     let map = |(name, label): (&str, &str)| {
         let path = file(name);
         let raster = colluvium_terrain::read_raster(&path);
         let raster = raster.map_err(|error| OutputError::new(&path, error.problem))?;
         let map = TerrainMap {
-            title: titled(label, &case.title),
+            title: titled(label, &title),
             label: label.to_owned(),
             heights: heights.clone(),
             cells: cells(raster, &[0.0; 3]),
@@ -54,6 +58,10 @@ pub fn maps(folder: &Path) -> Result<Vec<(String, TerrainMap)>, OutputError> {
         Ok((name.to_owned(), map))
     };
     there.into_iter().map(map).collect()
+}
+
+fn text_of(value: &Value) -> String {
+    value.as_str().unwrap_or_default().to_owned()
 }
 
 /// Title of the map of a quantity, whose label has its unit, of a case.

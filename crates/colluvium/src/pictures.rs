@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use serde_json::Value;
+
 use crate::case::output::{OutputError, Table, heading, read_frame, read_json};
-use crate::case::{Dataset, Snapshot};
+use crate::case::{Dataset, Field, Snapshot};
 use crate::plots::{ForceChains, LineChart, PointCloud, Series, Style};
 
 /// Columns of the measures that are no result.
@@ -77,6 +79,14 @@ pub fn frame(folder: &Path, (time, file): &(f64, String)) -> Result<Snapshot, Ou
     read_frame(&folder.join(file), *time)
 }
 
+/// Names the units of forces in frames of a case: N, and N/m in plane strain, where they are those of a metre of thickness.
+pub fn name_forces(fields: &mut [Field], case: &Value) {
+    let of_thickness = case["space"] == "plane-strain";
+    for field in fields.iter_mut().filter(|field| of_thickness && field.unit == "N") {
+        field.unit = "N/m";
+    }
+}
+
 /// The points of a frame coloured by a field, with the name of the field: the one asked for, or `displacement`, or the
 /// first there is.
 ///
@@ -134,9 +144,16 @@ pub fn plane_under(gravity: Option<f64>, asked: Option<&str>) -> [usize; 2] {
 
 /// Gravity along z of the case in the folder of a run.
 fn gravity(folder: &Path) -> Result<Option<f64>, OutputError> {
+    Ok(case_value(folder)?["gravity"][2].as_f64())
+}
+
+/// The case in the folder of a run; null where there is none.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn case_value(folder: &Path) -> Result<Value, OutputError> {
     let path = folder.join("case.json");
-    let case = if path.exists() { read_json(&path)? } else { serde_json::Value::Null };
-    Ok(case["gravity"][2].as_f64())
+    if path.exists() { read_json(&path) } else { Ok(Value::Null) }
 }
 
 #[cfg(test)]

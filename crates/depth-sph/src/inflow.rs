@@ -168,7 +168,7 @@ impl<const D: usize> Inflow<D> {
     }
 
     /// Direction of the flow: the normal to the right.
-    fn normal(&self) -> Plan<D> {
+    pub fn normal(&self) -> Plan<D> {
         let (along, width) = (self.along(), self.width());
         std::array::from_fn(|c| if c == 0 { along[D - 1] / width } else { -along[0] / width })
     }

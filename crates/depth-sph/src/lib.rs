@@ -60,6 +60,10 @@ impl Method for DepthSph {
         setup::size(case)
     }
 
+    fn has_elasticity(&self) -> bool {
+        false
+    }
+
     fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
         setup::options(case)?;
         Ok(setup::honours())

@@ -9,7 +9,7 @@ use plotters::prelude::*;
 
 use super::cloud::{EARTH, values};
 use super::plane::{plane, scale};
-use super::{FONT, PALETTE, Picture, Shared, label, range, within};
+use super::{FONT, PALETTE, Picture, Shared, label, range, significant, within};
 
 /// Grains with the forces between them: a line from centre to centre, as wide as its force; the dark ones are above the mean.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,7 +18,7 @@ pub struct ForceChains {
     pub title: String,
     /// Centre and radius of each grain (m).
     pub grains: Vec<([f64; 2], f64)>,
-    /// Both ends (m) and force (N) of each contact.
+    /// Both ends (m) and force of each contact (N; N/m in the plane).
     pub lines: Vec<([[f64; 2]; 2], f64)>,
     /// Labels of the two axes.
     pub axes: [String; 2],
@@ -44,7 +44,7 @@ impl ForceChains {
         let lines: Vec<_> = ends.zip(sizes).filter(|(_, size)| size.is_finite()).collect();
         let largest = lines.iter().fold(0.0f64, |most, (_, size)| most.max(*size));
         let unit = if field.unit.is_empty() { String::new() } else { format!(" {}", field.unit) };
-        let (mean, largest) = (label(&mean(&lines)), label(&largest));
+        let (mean, largest) = (significant(mean(&lines)), significant(largest));
         let axis = |c: usize| format!("{} (m)", ["x", "y", "z"][c]);
         Some(Self {
             title: format!(
@@ -249,6 +249,10 @@ mod tests {
             .filter(|[r, _, b]| *b > 100 && u32::from(*r) + 60 < u32::from(*b));
         assert!(blue.count() > 5000);
         assert!(ForceChains::of(&contacts, &grains, "overlap", [0, 1]).is_none());
+        let mut odd = contacts.clone();
+        odd.fields[0].data = FieldData::Scalar(vec![1234.5678, 0.0]);
+        let title = ForceChains::of(&odd, &grains, "force", [0, 1]).unwrap().title;
+        assert!(title.contains("mean 617 N, largest 1230 N"), "{title}");
         let double = ForceChains {
             lines: chains.lines.iter().map(|(x, f)| (*x, 3.0 * f)).collect(),
             ..chains.clone()

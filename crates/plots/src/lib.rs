@@ -152,9 +152,38 @@ fn label(value: &f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
+/// A number in words of three significant digits.
+fn significant(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || !size.is_finite() {
+        return format!("{}", value + 0.0);
+    }
+    // Rounded first: 0.9996 has the digits of 1.
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    let digits = 2 - rounded.abs().log10().floor() as i32;
+    match digits {
+        -2..=5 => {
+            let plain = format!("{rounded:.*}", digits.max(0) as usize);
+            if plain.contains('.') {
+                plain.trim_end_matches('0').trim_end_matches('.').to_owned()
+            } else {
+                plain
+            }
+        }
+        _ => format!("{value:.2e}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn significant_digits_are_three_at_any_size() {
+        let numbers = [0.0, 5.0, 0.123456, 0.9996, 1.5e-7, 17.3456, 1234.5678, 54321.9, 1.23456e6, f64::NAN];
+        let texts = ["0", "5", "0.123", "1", "1.50e-7", "17.3", "1230", "54300", "1.23e6", "NaN"];
+        assert_eq!(numbers.map(significant), texts);
+    }
 
     #[test]
     fn a_constant_stands_in_the_middle_of_its_range_however_small_it_is() {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "is neither a number (m), nor the name of a raster's file, nor an attribute")]
 pub enum Thickness {
-    /// The same everywhere (m).
+    /// Uniform thickness (m).
     Uniform(f64),
     /// File of a raster (m).
     Raster(String),

@@ -16,6 +16,8 @@ pub struct Georeference {
     /// How many values of the file are no finite number, although they are not what stands for no data; in memory they are
     /// not-a-number too.
     pub unmarked: usize,
+    /// How many of these are numbers as large as no quantity is, by which programs mark no data.
+    pub boundless: usize,
     /// GeoKeys of a GeoTIFF that define its system in plan by a projection and its parameters, by their numbers; none where the system has
     /// a number or a text.
     pub keys: Vec<(u16, GeoKey)>,

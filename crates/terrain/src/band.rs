@@ -107,6 +107,7 @@ impl Band {
             if no_data.is_some_and(|mark| is_mark(*value, mark)) {
                 *value = f64::NAN;
             } else if !value.is_finite() || value.abs() >= BOUNDLESS {
+                reference.boundless += usize::from(!value.is_nan());
                 *value = f64::NAN;
                 reference.unmarked += 1;
             } else if !as_it_is {
@@ -152,6 +153,39 @@ pub(crate) fn metres(unit: &str) -> Option<f64> {
         }
         _ => return None,
     })
+}
+
+/// Names of units that are no metres nor feet, in the singular, in short and in full; angles among them.
+const OTHER_UNITS: [&str; 19] = [
+    "fathom",
+    "fath",
+    "yard",
+    "yd",
+    "link",
+    "lk",
+    "chain",
+    "ch",
+    "rod",
+    "mile",
+    "mi",
+    "nauticalmile",
+    "inch",
+    "in",
+    "vara",
+    "degree",
+    "deg",
+    "grad",
+    "radian",
+];
+
+/// Whether a name is that of a unit of length or angle. Abbreviations of two letters are so only in small ones: CH is Switzerland.
+pub(crate) fn is_length(unit: &str) -> bool {
+    let plain: String = unit.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
+    let is_other = |other: &&str| plain == **other || plain.strip_suffix('s') == Some(other);
+    let is_abbreviation = plain.len() < 3 && plain != unit;
+    metres(unit).is_some()
+        || plain == "inches"
+        || !is_abbreviation && OTHER_UNITS.iter().any(|o| is_other(&o))
 }
 
 /// Name of what the text in a tag tells of a band; empty for all else.
@@ -241,5 +275,6 @@ mod tests {
         raster.values[0] = f64::INFINITY;
         Band::default().apply(&mut raster, None).unwrap();
         assert!(raster.values[0].is_nan() && raster.values[1] == 1.0 && raster.reference.unmarked == 1);
+        assert_eq!(raster.reference.boundless, 1);
     }
 }

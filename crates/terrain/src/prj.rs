@@ -4,6 +4,7 @@ use std::path::Path;
 
 use colluvium_points::Georeference;
 
+use crate::band::{is_length, metres};
 use crate::well_known::{code_of, is_well_known, opened};
 use crate::{band, proj, projection};
 
@@ -81,8 +82,24 @@ pub(crate) fn refer(reference: &mut Georeference, text: Option<String>) {
 /// The unit of coordinates or heights that is not the metre, where there is one.
 pub(crate) fn other_unit(text: &str) -> Option<String> {
     let units = if is_well_known(text) { units_of(text) } else { named_units(text) };
-    let is_other = |metres: Option<f64>| metres.is_none_or(|metres| (metres - 1.0).abs() > EXACT);
-    units.into_iter().find(|(_, metres)| is_other(*metres)).map(|(unit, _)| unit)
+    // A unit whose size is not known is none that is the metre.
+    let is_metre = |metres: Option<f64>| metres.is_some_and(|metres| (metres - 1.0).abs() <= EXACT);
+    let is_named_otherwise = |unit: &str| is_length(unit) && metres(unit) != Some(1.0);
+    let other = |(unit, metres): &(String, Option<f64>)| !is_metre(*metres) || is_named_otherwise(unit);
+    units.into_iter().find(other).map(|(unit, _)| unit)
+}
+
+/// Name and metres of the unit in which a well-known text counts heights, where it has some.
+pub(crate) fn unit_of_heights(text: &str) -> Option<(String, Option<f64>)> {
+    let mut found = None;
+    opened(text, |open, after| {
+        let vertical =
+            |name: &String| ["VERT_CS", "VERTCS", "VERTCRS", "VERTICALCRS"].contains(&name.as_str());
+        let own = open.iter().any(vertical).then(|| unit(open, after)).flatten()?;
+        found = found.take().or(Some(own));
+        Some(())
+    });
+    found
 }
 
 /// Number in the EPSG registry of the projected system of a well-known text, where it has one.
@@ -189,6 +206,21 @@ mod tests {
         };
         assert_eq!(checked(&heights(r#"UNIT["metre",1,AUTHORITY["EPSG","9001"]]"#)), Ok(()));
         assert!(checked(&heights(r#"UNIT["foot",0.3048]"#)).unwrap_err().contains("foot"));
+        for (name, metres) in [
+            ("fathom", "1.8288"),
+            ("yard", "0.9144"),
+            ("link", "0.201168"),
+            ("chain", "20.1168"),
+            ("kilometre", "1000"),
+            ("degree", "0.0174532925199433"),
+        ] {
+            // Also where the size of the unit contradicts its name, or is none.
+            for size in [metres, "1", "nan", "\"x\""] {
+                let text = format!(r#"UNIT["{name}",{size}]"#);
+                assert!(checked(&heights(&text)).unwrap_err().contains(name), "{text}");
+                assert!(checked(&plan(&text)).unwrap_err().contains(name), "{text}");
+            }
+        }
     }
 
     #[test]
@@ -253,6 +285,15 @@ mod tests {
         assert!(feet.contains("foot") && feet.contains("area.prj"), "{feet}");
         assert_eq!(checked("+proj=utm +zone=10 +datum=NAD83 +units=m +no_defs"), Ok(()));
         assert!(checked("+proj=utm +zone=10 +datum=NAD83 +units=us-ft").unwrap_err().contains("us-ft"));
+        for unit in ["fath", "yd", "link", "ch", "kmi", "in", "cubit"] {
+            let text = format!("+proj=utm +zone=10 +datum=NAD83 +units={unit}");
+            assert!(checked(&text).unwrap_err().contains(unit), "{text}");
+            let text = format!("+proj=utm +zone=10 +datum=NAD83 +units=m +vunits={unit}");
+            assert!(checked(&text).unwrap_err().contains(unit), "{text}");
+        }
+        assert_eq!(checked("+proj=utm +zone=10 +datum=NAD83 +units=m +vunits=m"), Ok(()));
+        let heights = checked("+proj=utm +zone=10 +datum=NAD83 +units=m +vto_meter=1.8288");
+        assert!(heights.unwrap_err().contains("1.8288"));
         assert!(checked("+proj=longlat +datum=WGS84").unwrap_err().contains("degree"));
         assert!(checked("+proj=merc +lon_0=0 +k=1").unwrap_err().contains("maps of the world"));
         assert!(checked(r#"GEOCCS["WGS 84",UNIT["metre",1]]"#).unwrap_err().contains("geocentric"));

@@ -91,16 +91,30 @@ pub(crate) fn well_known(text: &str) -> Result<String, String> {
             }
         }
     }
-    let unit = said.get("units").copied().unwrap_or("m");
-    let metres = match said.get("to_meter") {
-        Some(metres) => metres.parse().unwrap_or(f64::NAN),
-        None => UNITS.iter().find(|(own, _)| *own == unit).map_or(f64::NAN, |(_, metres)| *metres),
-    };
+    let (unit, metres) = length(&said, ["units", "to_meter"]).unwrap_or(("m", 1.0));
     let mut found =
         format!(r#"PROJCS["{}",GEOGCS["unknown",{GLOBE},PROJECTION["{method}"]"#, text.replace('"', " "));
     for (name, value) in values {
         let _ = write!(found, r#",PARAMETER["{name}",{value}]"#);
     }
     let _ = write!(found, r#",UNIT["{unit}",{metres}]]"#);
-    Ok(found)
+    // Heights have a unit of their own where it is named.
+    Ok(match length(&said, ["vunits", "vto_meter"]) {
+        Some((unit, metres)) => {
+            format!(r#"COMPD_CS["unknown",{found},VERT_CS["unknown",UNIT["{unit}",{metres}]]]"#)
+        }
+        None => found,
+    })
+}
+
+/// Unit and metres in it by two words, of its name and of its size, which counts more; not-a-number where it is not known, and `None`
+/// where a text has neither word.
+fn length<'a>(said: &HashMap<&str, &'a str>, [name, size]: [&str; 2]) -> Option<(&'a str, f64)> {
+    let known =
+        |unit: &str| UNITS.iter().find(|(own, _)| *own == unit).map_or(f64::NAN, |(_, metres)| *metres);
+    match (said.get(name), said.get(size)) {
+        (_, Some(size)) => Some((said.get(name).unwrap_or(size), size.parse().unwrap_or(f64::NAN))),
+        (Some(unit), None) => Some((unit, known(unit))),
+        (None, None) => None,
+    }
 }

@@ -320,7 +320,11 @@ impl Collection {
         };
         let frame = |line: &str| Some((attribute(line, "timestep")?.parse().ok()?, attribute(line, "file")?));
         let sets = text.lines().filter(|line| line.contains("<DataSet"));
-        Ok(Self { frames: sets.filter_map(frame).collect() })
+        let frames: Option<Vec<_>> = sets.map(frame).collect();
+        match frames.filter(|_| text.contains("<Collection") && text.contains("</Collection>")) {
+            Some(frames) => Ok(Self { frames }),
+            None => Err(OutputError::new(path, "is not a whole list of frames")),
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod dataset;
+mod derived;
 mod files;
 mod frame;
 mod grid_frame;
@@ -12,6 +13,7 @@ mod table;
 mod xml;
 
 pub use dataset::{file_ending, write_dataset};
+pub use derived::{DERIVED, DerivedFiles};
 pub use files::{OutputError, create_folder, read_json, write_atomically, write_in_place, write_through};
 pub use frame::{Collection, Written, read_frame, read_lines, write_frame};
 pub use grid_frame::{averages, grid_nodes};

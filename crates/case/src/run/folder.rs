@@ -16,6 +16,8 @@ pub(super) const MEASURES: &str = "measures.csv";
 pub(super) const COLLECTION: &str = "frames.pvd";
 pub(super) const FRAMES: &str = "frames";
 pub(super) const RASTERS: &str = "rasters";
+/// Name of the map in the folder of rasters.
+pub(super) const MAP: &str = "map.png";
 
 /// What the columns mean, at the head of each table.
 const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
@@ -196,7 +198,7 @@ pub(super) fn keep_room(out: &Path, text: &str) -> Option<File> {
 /// is not the run's.
 pub(super) fn is_map(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
-    if name == "map.png" {
+    if name == MAP {
         return true;
     }
     let Some((stem, "asc" | "tif" | "prj")) = name.rsplit_once('.') else { return false };
@@ -204,7 +206,7 @@ pub(super) fn is_map(name: &str) -> bool {
 }
 
 /// Whether a file in the folder of frames is one, whole or torn.
-fn is_frame(name: &str) -> bool {
+pub(super) fn is_frame(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
     let ending = [".vtu", ".vtr"].iter().any(|ending| name.ends_with(ending));
     ending && of_frame(&format!("{FRAMES}/{name}")).is_some()

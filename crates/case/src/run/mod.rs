@@ -33,7 +33,7 @@ use steps::{asked_to_stop, is_there, stable_step};
 pub use checkpoint::last_state;
 pub use error::RunError;
 pub use folder::remove_run;
-pub use pace::Pace;
+pub use pace::{Pace, frame_memory};
 pub use row::{check_names, column_names};
 pub use safety::{Outcome, Safety, SearchCost, Trial, Verdict};
 pub use verify::{Verified, changed_inputs, verify};

@@ -19,6 +19,11 @@ const ROW_OF_POINT: f64 = 5e-7;
 /// Memory of a frame for each of them, with what is made of it for its file (bytes).
 const FRAME_BYTES_OF_POINT: f64 = 250.0;
 
+/// Memory of a frame of so many points (bytes), with what is made of it for its file.
+pub fn frame_memory(points: usize) -> f64 {
+    FRAME_BYTES_OF_POINT * points as f64
+}
+
 /// Wall-clock time of the parts of a run (s), and how many steps it has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {

@@ -58,6 +58,8 @@ pub(super) struct Recorder<'a> {
     lock: Option<fs::File>,
     /// Keeps room on the disk for the last summary.
     pub(super) room: Option<fs::File>,
+    /// Names of the files of rasters that were written, in the folder of the run.
+    pub(super) rasters: Vec<String>,
 }
 
 impl<'a> Recorder<'a> {
@@ -78,6 +80,7 @@ impl<'a> Recorder<'a> {
             files,
             lock: None,
             room: None,
+            rasters: Vec::new(),
         };
         if let Some(out) = &options.out {
             recorder.prepare(out)?;
@@ -423,7 +426,7 @@ impl<'a> Recorder<'a> {
 
     /// Writes the rasters that the case asks for, each as an ESRI ASCII grid and as a GeoTIFF; those without a number are left
     /// out.
-    pub(super) fn rasters(&self, solver: &dyn Solver) -> Result<(), OutputError> {
+    pub(super) fn rasters(&mut self, solver: &dyn Solver) -> Result<(), OutputError> {
         let (Some(out), true) = (&self.options.out, self.case.output.rasters.is_some()) else {
             return Ok(());
         };
@@ -446,6 +449,10 @@ impl<'a> Recorder<'a> {
                 let written = colluvium_terrain::write_raster(&file, &raster);
                 written.map_err(|error| OutputError::new(&file, error.problem))?;
             }
+            // The grid's system of coordinates stands beside it.
+            let has_system = raster.reference.epsg.is_some() || raster.reference.crs.is_some();
+            let endings = ["asc", "tif"].into_iter().chain(has_system.then_some("prj"));
+            self.rasters.extend(endings.map(|ending| format!("{RASTERS}/{name}.{ending}")));
         }
         Ok(())
     }

@@ -74,7 +74,7 @@ impl Recorder<'_> {
             if let Some(out) = &self.options.out {
                 self.keep_case(out)?;
                 let sealed = progress.seals.clone().into_iter().chain(tables).collect();
-                summary["files"] = verify::to_json(&verify::seals(out, sealed)?);
+                summary["files"] = verify::to_json(&verify::seals(out, sealed, &self.rasters)?);
             }
             summary["end"] = json!(solver.budget().map(budget));
             summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));

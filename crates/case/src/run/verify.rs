@@ -6,23 +6,23 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::folder::{self, CASE, RASTERS, SUMMARY};
+use super::folder::{self, CASE, FRAMES, RASTERS, SUMMARY};
 use crate::Case;
 use crate::output::{OutputError, Seal, read_json};
 
 /// The seals of all files of a run in `out` but its summary, by name: `sealed` while it ran, and those of the files that were
-/// written at its ends.
+/// written at its ends, `rasters` among them.
 pub(super) fn seals(
     out: &Path,
     sealed: BTreeMap<String, Seal>,
+    rasters: &[String],
 ) -> Result<BTreeMap<String, Seal>, OutputError> {
     let mut names = folder::collections(out)?;
     names.push(CASE.to_owned());
     names.extend(
         folder::names(out)?.into_iter().filter(|name| folder::is_trials(name) || folder::is_failing(name)),
     );
-    let maps = folder::names(&out.join(RASTERS))?.into_iter().filter(|name| folder::is_map(name));
-    names.extend(maps.map(|name| format!("{RASTERS}/{name}")));
+    names.extend_from_slice(rasters);
     let mut seals = sealed;
     for name in names {
         let path = out.join(&name);
@@ -88,7 +88,27 @@ pub fn verify(out: &Path) -> Result<Verified, OutputError> {
             problems.push(format!("{name}: is not what the run wrote"));
         }
     }
+    let foreign = results(out)?.into_iter().filter(|name| !files.contains_key(name));
+    problems.extend(
+        foreign.map(|name| {
+            format!("{name}: has the name of a result, and the run did not write it: move it away")
+        }),
+    );
     Ok(Verified { files: files.len(), problems })
+}
+
+/// Names of the files in the folder of a run that have the names of results.
+fn results(out: &Path) -> Result<Vec<String>, OutputError> {
+    let within = |folder: &str, is_own: fn(&str) -> bool| {
+        let mut names = folder::names(&out.join(folder))?;
+        names.retain(|name| is_own(name));
+        names.sort();
+        Ok::<_, OutputError>(names.into_iter().map(|name| format!("{folder}/{name}")).collect::<Vec<_>>())
+    };
+    let mut names = within(FRAMES, folder::is_frame)?;
+    // The map is drawn of the rasters after the end of the run.
+    names.extend(within(RASTERS, |name| folder::is_map(name) && name != folder::MAP)?);
+    Ok(names)
 }
 
 /// Paths of the files that the case of a run names and that are not as they were when it began, or are gone.

@@ -74,8 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let until = if stage.equilibrium.is_some() { ", or until at rest" } else { "" };
         say!("stage          {}: {} s{until}", stage.name, stage.duration);
     }
-    // Flows that are integrated over their depth have no stiffness.
-    let has_laws = method.name() != "depth-sph" && method.honours(&case)?.has_materials();
+    let has_laws = method.has_elasticity() && method.honours(&case)?.has_materials();
     say!("time scales    {}", scales(&case, has_laws));
     for warning in plan.all_warnings(&case) {
         complain!("warning: {warning}");

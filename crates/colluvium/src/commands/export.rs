@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use colluvium::case::description::Space;
 use colluvium::case::output::{
-    Collection, OutputError, Table, create_folder, frame_arrays, read_json, table_arrays, write_atomically,
-    write_npz,
+    Collection, DerivedFiles, OutputError, Table, create_folder, frame_arrays, read_json, table_arrays,
+    write_atomically, write_npz,
 };
 use colluvium::case::{Case, GrainColumns, PointList, Role, Snapshot};
 use colluvium::depth_sph::hand_over::stacks;
 use colluvium::pictures::frame;
 
-use super::{Failure, a_run};
+use super::{Failure, a_run, or_nothing};
 
 /// Name of the folder of the archives.
 const FOLDER: &str = "npz";
@@ -30,8 +30,13 @@ pub struct Arguments {
     /// Only the points of this body.
     #[arg(long, requires = "points")]
     body: Option<String>,
+    /// Replace files of the same names that colluvium did not write, too.
+    #[arg(long)]
+    overwrite: bool,
 }
 
+/// Name of the table of the measures.
+const MEASURES: &str = "measures.csv";
 /// Name of the list of points.
 const POINTS: &str = "points.csv";
 
@@ -39,32 +44,49 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let from = &arguments.folder;
     a_run(from)?;
     if arguments.points {
-        return points(from, arguments.body.as_deref());
+        return points(from, arguments);
     }
     let to = from.join(FOLDER);
     create_folder(&to)?;
-    clear(&to)?;
+    let mut files = DerivedFiles::open(&to, arguments.overwrite)?;
+    clear(&to, &files)?;
     let mut written = 0;
     for name in tables(from)? {
-        let table = Table::read(&from.join(&name))?;
-        write_npz(&to.join(&name).with_extension("npz"), &table_arrays(&table))?;
+        let table = or_nothing(Table::read(&from.join(&name)), "it is not exported");
+        if table.columns.is_empty() {
+            continue;
+        }
+        let archive = name.replace(".csv", ".npz");
+        files.write(&archive, |file| write_npz(file, &table_arrays(&table)))?;
         written += 1;
     }
-    let collection = from.join("frames.pvd");
-    let frames = if collection.exists() { Collection::read(&collection)?.frames } else { Vec::new() };
+    let frames = or_nothing(Collection::read(&from.join("frames.pvd")), "no frames are exported").frames;
     for (number, shown) in frames.iter().enumerate() {
-        let archive = to.join(format!("frame-{number:05}.npz"));
-        write_npz(&archive, &frame_arrays(&frame(from, shown)?))?;
+        let arrays = frame_arrays(&frame(from, shown)?);
+        files.write(&format!("frame-{number:05}.npz"), |file| write_npz(file, &arrays))?;
         written += 1;
+    }
+    if written == 0 {
+        return Err(OutputError::new(from, "has nothing that could be exported").into());
     }
     say!("wrote {written} archives to {}", to.display());
     Ok(())
 }
 
 /// Writes the last frame as a list of points, those of one body or all.
-fn points(from: &Path, body: Option<&str>) -> Result<(), Failure> {
+fn points(from: &Path, arguments: &Arguments) -> Result<(), Failure> {
+    let mut files = DerivedFiles::open(from, arguments.overwrite)?;
+    files.check(POINTS)?;
     let path = from.join("case.json");
-    let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
+    let case = match Case::load(&path) {
+        Ok(case) => case,
+        Err(errors) => {
+            let case = Case::load_without_files(&path);
+            let case = case.map_err(|errors| OutputError::new(&path, errors.first()))?;
+            complain!("warning: {}: the points are exported without it", errors.first());
+            case
+        }
+    };
     let frames = Collection::read(&from.join("frames.pvd"))?.of_points();
     let last = frames.last().ok_or_else(|| OutputError::new(from, "holds no frame"))?;
     let snapshot = frame(from, last)?;
@@ -78,12 +100,12 @@ fn points(from: &Path, body: Option<&str>) -> Result<(), Failure> {
         let problem = "the points of this run have no volume, velocity and stress";
         list(&case, &snapshot).ok_or_else(|| OutputError::new(&to, problem))?
     };
-    let kept = match body {
+    let kept = match &arguments.body {
         Some(name) => of_body(&case, &snapshot, &list, name)?,
         None => (0..list.positions.len()).collect(),
     };
     let text = table(&list, case.dimension(), &kept);
-    write_atomically(&to, text.as_bytes())?;
+    files.write(POINTS, |file| write_atomically(file, text.as_bytes()))?;
     say!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
     if let Some([handed, whole]) = apart(&snapshot, &list) {
         say!(
@@ -206,12 +228,15 @@ fn table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
     text
 }
 
-/// Removes the archives of an earlier export.
-fn clear(folder: &Path) -> Result<(), OutputError> {
-    let archives = names(folder)?.into_iter().filter(|name| name.ends_with(".npz"));
-    archives
-        .map(|name| folder.join(name))
-        .try_for_each(|file| fs::remove_file(&file).map_err(|error| OutputError::new(&file, error)))
+/// Removes the archives that an earlier export wrote.
+fn clear(folder: &Path, files: &DerivedFiles) -> Result<(), OutputError> {
+    for name in names(folder)?.into_iter().filter(|name| name.ends_with(".npz")) {
+        if files.is_own(&name)? {
+            let file = folder.join(name);
+            fs::remove_file(&file).map_err(|error| OutputError::new(&file, error))?;
+        }
+    }
+    Ok(())
 }
 
 /// Names of what is in a folder, in order.
@@ -225,11 +250,14 @@ fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     Ok(names)
 }
 
-/// Names of the tables in the folder of a run.
+/// Names of the tables in the folder of a run, that of the measures in any case.
 fn tables(folder: &Path) -> Result<Vec<String>, OutputError> {
     let is_table = |name: &String| {
         let kinds = ["profile-", "trials-"];
-        name == "measures.csv" || (name.ends_with(".csv") && kinds.iter().any(|kind| name.starts_with(kind)))
+        name.ends_with(".csv") && kinds.iter().any(|kind| name.starts_with(kind))
     };
-    Ok(names(folder)?.into_iter().filter(is_table).collect())
+    let mut names = names(folder)?;
+    names.retain(is_table);
+    names.insert(0, MEASURES.to_owned());
+    Ok(names)
 }

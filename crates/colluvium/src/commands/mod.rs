@@ -112,6 +112,14 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
+/// What a file of a run holds, or nothing and a warning that names the file and what there is `without` it.
+fn or_nothing<T: Default>(read: Result<T, OutputError>, without: &str) -> T {
+    read.unwrap_or_else(|error| {
+        complain!("warning: {error}: {without}");
+        T::default()
+    })
+}
+
 /// Refuses a folder that is not one of a run.
 fn a_run(folder: &Path) -> Result<(), Failure> {
     if folder.join("summary.json").exists() {

@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use colluvium::case::output::{Collection, Table, create_folder, named_file, read_lines, write_atomically};
+use colluvium::case::output::{
+    Collection, DerivedFiles, OutputError, Table, create_folder, named_file, read_lines, write_atomically,
+};
 use colluvium::case::{Dataset, Snapshot};
 use colluvium::ground::of_run;
 use colluvium::maps::maps;
-use colluvium::pictures::{chains, charts, cloud, frame, plane};
+use colluvium::pictures::{case_value, chains, charts, cloud, frame, name_forces, plane};
 use colluvium::plots::{ForceChains, FramePicture, Ground, Picture, PointCloud, Shared, to_gif};
 
-use super::{Failure, a_run};
+use super::{Failure, a_run, or_nothing};
 
 /// Frames of an animation, at most.
 const FILM: usize = 120;
@@ -38,6 +40,9 @@ pub struct Arguments {
     /// Folder for the pictures; `plots` in the folder of the run when absent.
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Replace files of the same names that colluvium did not write, too.
+    #[arg(long)]
+    overwrite: bool,
     /// Format of the pictures: png or svg.
     #[arg(long, default_value = "png", value_parser = ["png", "svg"])]
     format: String,
@@ -60,42 +65,63 @@ fn range(text: &str) -> Result<(f64, f64), String> {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let folder = &arguments.folder;
     a_run(folder)?;
-    let frames = frames(folder, &arguments.dataset)?;
-    let chosen = chosen(arguments, frames.len())?;
+    let frames = match frames(folder, &arguments.dataset) {
+        Err(Failure::Output(error)) => or_nothing(Err::<Option<Vec<_>>, _>(error), "no frames are drawn"),
+        read => Some(read?),
+    };
+    let chosen = frames.as_ref().map(|frames| chosen(arguments, frames.len())).transpose()?;
+    let (frames, chosen) = (frames.unwrap_or_default(), chosen.unwrap_or_default());
+    let ground = of_run(folder);
+    if !ground.missing.is_empty() {
+        complain!("warning: {}: pictures are without the terrain and the obstacles", ground.missing);
+    }
     let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
     create_folder(&out)?;
+    let mut files = DerivedFiles::open(&out, arguments.overwrite)?;
     let mut written = 0;
-    let mut save = |picture: &dyn Fn(&Path) -> Result<(), Failure>, name: String| {
+    let mut save = |picture: &dyn Fn(&Path) -> Result<(), Failure>, name: &str, ending: &str| {
         written += 1;
-        picture(&named_file(&out, &name, &arguments.format)?)
+        files.write(&file_name(&out, name, ending)?, picture)
     };
-    for (name, chart) in charts(&Table::read(&folder.join("measures.csv"))?) {
-        save(&|file| Ok(chart.write(file)?), name)?;
+    let format = arguments.format.as_str();
+    let measures = or_nothing(Table::read(&folder.join("measures.csv")), "no measures are drawn");
+    for (name, chart) in charts(&measures) {
+        save(&|file| Ok(chart.write(file)?), &name, format)?;
     }
     for (name, map) in maps(folder)? {
-        save(&|file| Ok(map.write(file)?), format!("map-{name}"))?;
+        save(&|file| Ok(map.write(file)?), &format!("map-{name}"), format)?;
     }
     let fields: Vec<Option<&str>> = match &arguments.fields[..] {
         [] => vec![None],
         names => names.iter().map(|name| Some(name.as_str())).collect(),
     };
-    for field in fields {
-        for (name, number, picture) in pictures(arguments, &frames, &chosen, field)? {
-            save(&|file| Ok(picture.write(file)?), format!("{}-{number:05}", titled(arguments, &name)))?;
+    for field in fields.into_iter().filter(|_| !chosen.is_empty()) {
+        for (name, number, picture) in pictures(arguments, (&frames, &chosen), field, &ground)? {
+            let name = format!("{}-{number:05}", titled(arguments, &name));
+            save(&|file| Ok(picture.write(file)?), &name, format)?;
         }
         if arguments.gif {
             let even = evenly(frames.len(), FILM);
-            let shown = pictures(arguments, &frames, &even, field)?;
+            let shown = pictures(arguments, (&frames, &even), field, &ground)?;
             let name = shown.first().map_or_else(String::new, |(name, ..)| name.clone());
             let shown: Vec<FramePicture> = shown.into_iter().map(|(.., picture)| picture).collect();
             let bytes = to_gif(&shown, 0.1).map_err(Failure::Other)?;
             let name = titled(arguments, &name);
-            write_atomically(&named_file(&out, &name, "gif")?, &bytes)?;
+            save(&|file| Ok(write_atomically(file, &bytes)?), &name, "gif")?;
             say!("{name}.gif shows {} of {} frames", even.len(), frames.len());
         }
     }
+    if written == 0 {
+        return Err(OutputError::new(folder, "has nothing that could be drawn").into());
+    }
     say!("wrote {} pictures to {}", written, out.display());
     Ok(())
+}
+
+/// Name of a file of the folder `out`.
+fn file_name(out: &Path, stem: &str, ending: &str) -> Result<String, OutputError> {
+    let file = named_file(out, stem, ending)?;
+    Ok(file.file_name().unwrap_or_default().to_string_lossy().into_owned())
 }
 
 /// Time (s) and file of the frames of a dataset.
@@ -156,19 +182,19 @@ type Numbered<T> = (String, usize, T);
 /// wide as a field is large.
 fn pictures(
     arguments: &Arguments,
-    frames: &[(f64, String)],
-    numbers: &[usize],
+    (frames, numbers): (&[(f64, String)], &[usize]),
     field: Option<&str>,
+    ground: &Ground,
 ) -> Result<Vec<Numbered<FramePicture>>, Failure> {
     let first = numbers.first().map(|number| read_lines(&arguments.folder.join(&frames[*number].1)));
     if let Some(Some(_)) = first.transpose()? {
-        let found = lines(arguments, frames, numbers, field)?;
+        let found = lines(arguments, (frames, numbers), field, ground)?;
         return Ok(found
             .into_iter()
             .map(|(name, number, one)| (name, number, FramePicture::Lines(one)))
             .collect());
     }
-    let found = points(arguments, frames, numbers, field)?;
+    let found = points(arguments, (frames, numbers), field, ground)?;
     Ok(found.into_iter().map(|(name, number, one)| (name, number, FramePicture::Points(one))).collect())
 }
 
@@ -180,9 +206,9 @@ fn no_field(field: Option<&str>, known: &str) -> Failure {
 /// Lines of some frames between the points of the same times.
 fn lines(
     arguments: &Arguments,
-    frames: &[(f64, String)],
-    numbers: &[usize],
+    (frames, numbers): (&[(f64, String)], &[usize]),
     field: Option<&str>,
+    ground: &Ground,
 ) -> Result<Vec<Numbered<ForceChains>>, Failure> {
     let folder = &arguments.folder;
     if arguments.range.is_some() {
@@ -191,13 +217,13 @@ fn lines(
             "--range: the lines of {dataset} have widths in place of colours"
         )));
     }
-    let plane = plane(folder, arguments.view.as_deref())?;
-    let ground = of_run(folder);
+    let (plane, case) = (plane(folder, arguments.view.as_deref())?, case_value(folder)?);
     let states = Collection::read(&folder.join("frames.pvd"))?.of_points();
     let mut found = Vec::new();
     for &number in numbers {
         let (time, file) = &frames[number];
-        let Some(contacts) = read_lines(&folder.join(file))? else { continue };
+        let Some(mut contacts) = read_lines(&folder.join(file))? else { continue };
+        name_forces(&mut contacts.fields, &case);
         let nearest = states.iter().min_by(|a, b| (a.0 - time).abs().total_cmp(&(b.0 - time).abs()));
         let mut grains = match nearest {
             Some(state) if (state.0 - time).abs() <= 1e-9 * time.abs() => frame(folder, state)?,
@@ -218,16 +244,18 @@ fn lines(
 /// The points of some frames coloured by a field, with its name and their numbers; more than one have one scale and one set of axes.
 fn points(
     arguments: &Arguments,
-    frames: &[(f64, String)],
-    numbers: &[usize],
+    (frames, numbers): (&[(f64, String)], &[usize]),
     field: Option<&str>,
+    ground: &Ground,
 ) -> Result<Vec<Numbered<PointCloud>>, Failure> {
     let plane = plane(&arguments.folder, arguments.view.as_deref())?;
-    let ground =
-        if arguments.dataset == Dataset::POINTS { of_run(&arguments.folder) } else { Ground::default() };
+    let case = case_value(&arguments.folder)?;
+    let nothing = Ground::default();
+    let ground = if arguments.dataset == Dataset::POINTS { ground } else { &nothing };
     let mut found = Vec::new();
     for &number in numbers {
-        let snapshot = frame(&arguments.folder, &frames[number])?;
+        let mut snapshot = frame(&arguments.folder, &frames[number])?;
+        name_forces(&mut snapshot.fields, &case);
         let (name, cloud) = cloud(&snapshot, field, plane).map_err(|known| no_field(field, &known))?;
         found.push((name, number, PointCloud { lines: ground.lines_at(snapshot.time), ..cloud }));
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::pictures::plane;
-use colluvium::report::{self, ReportError, ReportOptions};
+use colluvium::report::{self, Report, ReportError, ReportOptions};
 
 use super::Failure;
 
@@ -21,6 +21,9 @@ pub struct Arguments {
     /// The two axes seen; xy when absent, and xz in three dimensions with gravity along z.
     #[arg(long, value_parser = ["xy", "xz", "yz"])]
     view: Option<String>,
+    /// Replace a `report.html` that no report wrote.
+    #[arg(long)]
+    overwrite: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -28,12 +31,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         fields: arguments.field.clone(),
         frames: arguments.frames,
         plane: plane(&arguments.folder, arguments.view.as_deref())?,
+        overwrite: arguments.overwrite,
     };
-    let file = report::write(&arguments.folder, &options).map_err(|error| match error {
-        ReportError::Output(error) => Failure::Output(error),
-        ReportError::NoRun(_) | ReportError::Field { .. } => Failure::Usage(error.to_string()),
-        other => Failure::Other(other.to_string()),
-    })?;
+    let Report { file, missing } =
+        report::write(&arguments.folder, &options).map_err(|error| match error {
+            ReportError::Output(error) => Failure::Output(error),
+            ReportError::NoRun(_) | ReportError::Field { .. } => Failure::Usage(error.to_string()),
+            other => Failure::Other(other.to_string()),
+        })?;
+    for file in missing {
+        complain!("warning: {file}");
+    }
     say!("wrote {}", file.display());
     Ok(())
 }

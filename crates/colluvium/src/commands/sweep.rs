@@ -4,14 +4,14 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use clap::Args;
-use colluvium::case::run::{SearchCost, column_names};
+use colluvium::case::run::{SearchCost, column_names, frame_memory};
 use colluvium::case::{Plan, printable};
 use colluvium::sweep::{Member, Results, RunState, Sweep, SweepOptions, run as run_all};
 
 use super::{
     Failure, ResultFiles, choose, duration, free_memory,
     kind::{self, Kind},
-    print, stop_on_interrupt, threads,
+    largest_memory, print, stop_on_interrupt, threads,
 };
 
 #[derive(Args)]
@@ -54,6 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     sweep.check_columns(&names)?;
     if !files.quiet {
         say_what(&sweep, &members, &plans, jobs * usize::from(arguments.threads))?;
+        tell_memory(&plans, jobs, free)?;
     }
     if arguments.check {
         return Ok(());
@@ -89,8 +90,6 @@ fn say_what(sweep: &Sweep, members: &[Member], plans: &[Plan], threads: usize) -
     say!("{}", printable(&sweep.title));
     say!("runs           {}", members.len());
     say!("points         {} at most", plans.iter().map(|plan| plan.points).max().unwrap_or(0));
-    let memory = plans.iter().map(|plan| plan.memory).max().unwrap_or(0);
-    say!("memory         about {:.1} MB a run at most", memory as f64 / 1e6);
     say!("duration       about {} on {threads} threads", duration(seconds / threads as f64));
     let mut searches = [0.0; 2];
     for (plan, Member { case, .. }) in plans.iter().zip(members) {
@@ -111,6 +110,31 @@ fn say_what(sweep: &Sweep, members: &[Member], plans: &[Plan], threads: usize) -
         complain!("warning: {warning}");
     }
     Ok(())
+}
+
+/// Memory of the largest runs side by side, with that of the program; a warning where there is less.
+fn tell_memory(plans: &[Plan], jobs: usize, free: f64) -> Result<(), Failure> {
+    let mut runs: Vec<f64> =
+        plans.iter().map(|plan| plan.memory as f64 + frame_memory(plan.points)).collect();
+    runs.sort_by(|a, b| b.total_cmp(a));
+    runs.truncate(jobs);
+    // One of the runs has been made by now, and counts in the memory of the program.
+    let program = largest_memory().unwrap_or(0) as f64;
+    let memory = runs.iter().sum::<f64>().max(program + runs.iter().skip(1).sum::<f64>());
+    say!("memory         about {:.1} MB for {} at a time", memory / 1e6, counted(runs.len(), "run"));
+    if memory > free {
+        complain!(
+            "warning: the runs at a time need about {:.2} GB, and {:.2} GB are free: give fewer --jobs",
+            memory / 1e9,
+            free / 1e9
+        );
+    }
+    Ok(())
+}
+
+/// A number with a noun.
+fn counted(number: usize, noun: &str) -> String {
+    if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
 }
 
 /// What came of it all.

@@ -24,15 +24,22 @@ const MOST: f64 = 2.0;
 
 /// [`ground`] of the case in the folder of a run; nothing where its files are not those of the run any more.
 pub fn of_run(folder: &Path) -> Ground {
-    let none = |problem: String| Ground { missing: format!("obstacles: {problem}"), ..Ground::default() };
-    let case = match Case::load(&folder.join("case.json")) {
-        Ok(case) => case,
-        Err(errors) => return none(errors.first().to_string()),
-    };
+    match case_of_run(folder) {
+        Ok(case) => ground(&case),
+        Err(problem) => Ground { missing: format!("obstacles: {problem}"), ..Ground::default() },
+    }
+}
+
+/// The case in the folder of a run with the files that it names.
+///
+/// # Errors
+/// When one of them is gone or has changed since the run, by its name.
+pub fn case_of_run(folder: &Path) -> Result<Case, String> {
+    let case = Case::load(&folder.join("case.json")).map_err(|errors| errors.first().to_string())?;
     let changed = changed_inputs(folder, &case).unwrap_or_default();
     match changed.first() {
-        Some(file) => none(format!("{file} has changed since the run")),
-        None => ground(&case),
+        Some(file) => Err(format!("{file} has changed since the run")),
+        None => Ok(case),
     }
 }
 

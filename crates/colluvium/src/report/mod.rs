@@ -13,7 +13,9 @@ use thiserror::Error;
 
 use crate::animation;
 use crate::case::Snapshot;
-use crate::case::output::{Collection, OutputError, Table, named_file, read_json, write_atomically};
+use crate::case::output::{
+    Collection, DerivedFiles, OutputError, Table, named_file, read_json, write_atomically,
+};
 use crate::ground::of_run;
 use crate::pictures;
 use crate::plots::{
@@ -32,11 +34,13 @@ pub struct ReportOptions {
     pub frames: usize,
     /// The two axes seen.
     pub plane: [usize; 2],
+    /// Whether a file of the report's name that no report wrote is replaced.
+    pub overwrite: bool,
 }
 
 impl Default for ReportOptions {
     fn default() -> Self {
-        Self { fields: Vec::new(), frames: 4, plane: [0, 1] }
+        Self { fields: Vec::new(), frames: 4, plane: [0, 1], overwrite: false }
     }
 }
 
@@ -77,6 +81,17 @@ struct Results {
     frames: Vec<(f64, String)>,
     /// Profiles, by name: of each the time, position, height.
     profiles: Vec<(String, Table)>,
+    /// Files that are gone or cannot be read, and what there is without them.
+    missing: Vec<String>,
+}
+
+/// A report that was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// The page.
+    pub file: PathBuf,
+    /// Files that are gone, have changed or cannot be read, and what the page lacks without them.
+    pub missing: Vec<String>,
 }
 
 impl Results {
@@ -90,11 +105,17 @@ impl Results {
             Value::Null => read_json(&folder.join("case.json"))?,
             case => case.clone(),
         };
-        let measures = folder.join("measures.csv");
-        let table =
-            if measures.exists() { pictures::quiet(Table::read(&measures)?) } else { Table::default() };
-        let collection = folder.join("frames.pvd");
-        let frames = if collection.exists() { Collection::read(&collection)?.frames } else { Vec::new() };
+        let mut missing = Vec::new();
+        let table = Table::read(&folder.join("measures.csv")).map(pictures::quiet);
+        let table = table.unwrap_or_else(|error| {
+            missing.push(format!("{error}: the report is without the measures"));
+            Table::default()
+        });
+        let frames = Collection::read(&folder.join("frames.pvd")).map(|collection| collection.frames);
+        let frames = frames.unwrap_or_else(|error| {
+            missing.push(format!("{error}: the report is without frames"));
+            Vec::new()
+        });
         let mut profiles = Vec::new();
         for (name, measure) in case["measures"].as_object().into_iter().flatten() {
             let file = named_file(folder, &format!("profile-{name}"), "csv")?;
@@ -102,7 +123,7 @@ impl Results {
                 profiles.push((name.clone(), Table::read(&file)?));
             }
         }
-        Ok(Self { summary, case, table, frames, profiles })
+        Ok(Self { summary, case, table, frames, profiles, missing })
     }
 
     /// Whether a column of the measures is one that the case asks for.
@@ -145,13 +166,21 @@ const HOUSEKEEPING: [&str; 6] =
 /// Frames that are read for the player, at most.
 const PLAYED: usize = 80;
 
-/// Writes the report of the run in `folder`, complete or not, into that folder; the file.
+/// Writes the report of the run in `folder`, complete or not, into that folder.
 ///
 /// # Errors
-/// When the folder holds no run, what is there cannot be read, or a field is not in the frames.
-pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportError> {
-    let results = Results::read(folder)?;
+/// When the folder holds no run, its summary, its case or a frame cannot be read, a field is not in the frames, or a file that no report wrote is in the
+/// way.
+pub fn write(folder: &Path, options: &ReportOptions) -> Result<Report, ReportError> {
+    let mut results = Results::read(folder)?;
+    let mut files = DerivedFiles::open(folder, options.overwrite)?;
+    files.check(REPORT)?;
     let ground = of_run(folder);
+    if !ground.missing.is_empty() {
+        results
+            .missing
+            .push(format!("{}: pictures are without the terrain and the obstacles", ground.missing));
+    }
     let (asked, charts) = charts(&results)?;
     let pictures = Pictures {
         points: points(folder, &results, options, &ground)?,
@@ -161,9 +190,9 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportEr
         maps: maps(folder)?,
         safety: safety::figures(folder, &results, options.plane)?,
     };
-    let file = folder.join(REPORT);
-    write_atomically(&file, page::page(&results, &pictures).into_string().as_bytes())?;
-    Ok(file)
+    let page = page::page(&results, &pictures).into_string();
+    files.write(REPORT, |file| write_atomically(file, page.as_bytes()))?;
+    Ok(Report { file: folder.join(REPORT), missing: results.missing })
 }
 
 /// Numbers of at most `wanted` frames of `count`, evenly from the first to the last.
@@ -185,8 +214,9 @@ fn player(
     ground: Ground,
 ) -> Result<Option<String>, ReportError> {
     let read = |number| pictures::frame(folder, &results.frames[number]);
-    let frames: Vec<Snapshot> =
+    let mut frames: Vec<Snapshot> =
         chosen(results.frames.len(), PLAYED).into_iter().map(read).collect::<Result<_, _>>()?;
+    frames.iter_mut().for_each(|frame| pictures::name_forces(&mut frame.fields, &results.case));
     let name = results.summary["method"].as_str().unwrap_or("points").to_owned();
     let panel = Panel { name, frames: frames.iter().collect(), of: results.frames.len() };
     let view = View { ground, ..animation::view(&results.case, options.plane, &options.fields) };
@@ -203,7 +233,8 @@ fn points(
 ) -> Result<Vec<Figure>, ReportError> {
     let mut clouds: Vec<(String, Vec<(String, PointCloud)>)> = Vec::new();
     for number in chosen(results.frames.len(), options.frames) {
-        let snapshot = pictures::frame(folder, &results.frames[number])?;
+        let mut snapshot = pictures::frame(folder, &results.frames[number])?;
+        pictures::name_forces(&mut snapshot.fields, &results.case);
         let usual = ["displacement", "velocity"].iter().filter(|name| snapshot.field(name).is_some());
         let fields = match &options.fields[..] {
             [] => usual.map(|name| (*name).to_owned()).collect(),

@@ -27,7 +27,7 @@ pub(super) fn page(results: &Results, pictures: &Pictures) -> Markup {
                 @if let Some(notes) = results.case["notes"].as_array().filter(|notes| !notes.is_empty()) {
                     p class="notes" { @for note in notes { (text(note)) " " } }
                 }
-                (warnings(&results.summary))
+                (warnings(&results.summary, &results.missing))
                 (safety::section(&results.summary, &pictures.safety))
                 (tables::asked(results))
                 @if !pictures.asked.is_empty() { (charts(&pictures.asked)) }
@@ -95,10 +95,13 @@ fn what_ran(results: &Results) -> Markup {
 }
 
 /// What the program warned of, before the run and at its end.
-fn warnings(summary: &Value) -> Markup {
+fn warnings(summary: &Value, missing: &[String]) -> Markup {
     let list = |key: &str| summary[key].as_array().cloned().unwrap_or_default();
-    let parts =
-        [("of the case, before the run", list("warnings")), ("of the state at the end", list("remarks"))];
+    let parts = [
+        ("of the case, before the run", list("warnings")),
+        ("of the state at the end", list("remarks")),
+        ("of the folder", missing.iter().map(|file| Value::from(file.as_str())).collect()),
+    ];
     html! {
         @if parts.iter().any(|(_, list)| !list.is_empty()) {
             div class="warnings" {
@@ -170,6 +173,7 @@ mod tests {
                 rows: vec![vec![0.0, 1.0, 2.0, 3.0, 4.0], vec![1.0, 2.0, 3.0, 4.0, 5.0]],
             },
             frames: Vec::new(),
+            missing: Vec::new(),
             profiles: Vec::new(),
         };
         assert_eq!(columns.map(|name| results.asks(name)), [false, false, true, true, false]);

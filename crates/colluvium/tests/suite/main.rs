@@ -14,6 +14,7 @@ mod library;
 mod methods_agree;
 mod points;
 mod reference;
+mod results;
 mod standing;
 mod strength;
 

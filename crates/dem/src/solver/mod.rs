@@ -296,12 +296,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             }
             wall.moment = moment;
             let before = std::mem::replace(&mut wall.reaction[0], force);
+            // The mean of the forces at both ends of the way. Its sum is that of the kicks, each over half of the steps before and after.
+            let mean: [f64; D] = std::array::from_fn(|c| 0.5 * (before[c] + force[c]));
             if wall.surface.is_none() {
-                // By the mean of the forces at both ends of the way.
-                let mean: [f64; D] = std::array::from_fn(|c| 0.5 * (before[c] + force[c]));
                 tally.boundary -= dot(&mean, &wall.velocity) * self.last;
             }
-            add(&mut wall.reaction[1], self.last, &force);
+            add(&mut wall.reaction[1], self.last, &mean);
         }
         self.ledger.contacts(&tally);
         if tally.bonds_broken > 0 {

@@ -212,3 +212,24 @@ fn steps_of_a_collision_are_those_of_the_scheme_in_positions() {
     }
     assert!(largest > 100.0, "they touch: {largest}");
 }
+
+/// The impulse of a wall is the change of momentum, whatever the lengths of the steps, as outputs cut them.
+#[test]
+fn the_impulse_of_a_wall_is_the_change_of_momentum_with_steps_of_any_length() {
+    let mut scene = Scene::new(linear(1e5, 0.3, 0.5, 0.4)).disk([0.0, 0.501], 0.5, [0.3, -1.0], 0.0);
+    scene.boundaries = floor(&json!({ "kind": "rough" }));
+    let mut solver = scene.solver();
+    let before = solver.budget().unwrap().momentum;
+    for number in 0..400 {
+        let share = [1.0, 0.1, 0.7, 0.25][number % 4];
+        let dt = share * solver.limit().dt;
+        solver.step(dt).unwrap();
+    }
+    let after = solver.budget().unwrap().momentum;
+    let impulse = solver.reaction("floor").unwrap().impulse;
+    assert!(after[1] > 0.1, "it has rebounded: {after:?}");
+    for c in 0..2 {
+        let change = after[c] - before[c];
+        assert!((impulse[c] + change).abs() < 1e-12, "{impulse:?} for {before:?} to {after:?}");
+    }
+}

@@ -43,6 +43,11 @@ pub fn add<const D: usize>(
             continue;
         }
         let mut inflow = inflow::<D>(case, options, flow, given, &key)?;
+        let leaves = leaves(case, &inflow);
+        if let Some((true, problem)) = leaves {
+            return Err(own(&key("from"), problem));
+        }
+        warnings.extend(leaves.map(|(_, problem)| format!("methods.{NAME}.inflows[{number}]: {problem}")));
         let level = highest(&inflow, &flow.bed).map_err(|problem| own(&key("from"), problem))?;
         if given.across == Across::Level {
             let bed = |k: usize| flow.bed.at(&inflow.place(k, 0.0)).map_or(level, |bed| bed.level);
@@ -76,6 +81,31 @@ pub fn add<const D: usize>(
         flow.begin_lines(&standing).map_err(|failure| own("inflows", failure.to_string()))?;
     }
     Ok(openings)
+}
+
+/// Share of the domain along the direction of an inflow below which little of it lies ahead.
+const LITTLE: f64 = 0.1;
+
+/// Where little of the domain lies ahead of an inflow and most of it behind: the problem, and whether the flow leaves at once.
+fn leaves<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Option<(bool, String)> {
+    let middle: [f64; D] = std::array::from_fn(|c| 0.5 * (inflow.from[c] + inflow.to[c]));
+    let to_edge = |sense: f64| {
+        let direction = inflow.normal().map(|c| sense * c);
+        let edge = |c: usize| if direction[c] > 0.0 { case.domain.max[c] } else { case.domain.min[c] };
+        let crossed = (0..D).filter(|&c| direction[c] != 0.0 && !case.domain.is_periodic(c));
+        crossed.map(|c| (edge(c) - middle[c]) / direction[c]).fold(f64::INFINITY, f64::min).max(0.0)
+    };
+    let [ahead, behind] = [1.0, -1.0].map(to_edge);
+    if !(ahead < LITTLE * (ahead + behind)) {
+        return None;
+    }
+    Some((
+        ahead < inflow.reach,
+        format!(
+            "the flow goes out of the domain {ahead:.3} m ahead of the line, and {behind:.3} m of the domain lie behind it: it goes to the right \
+             of who walks from `from` to `to`; exchange these if it is to go the other way"
+        ),
+    ))
 }
 
 /// A word where the run ends (s) before all of a hydrograph has flowed in.

@@ -107,6 +107,24 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
         let error = refused_with(changes);
         assert!(error.starts_with(&format!("methods.depth-sph.inflows[0].{start}")), "{error}");
     }
+    // Turned round, it would leave the domain at once.
+    let turned = refused_with(json!({ "from": [0.75, 4], "to": [0.75, 0] }));
+    assert!(
+        turned
+            .starts_with("methods.depth-sph.inflows[0].from: the flow goes out of the domain 0.750 m ahead")
+            && turned.contains("exchange these"),
+        "{turned}"
+    );
+    let warned = |from: Value, to: Value| {
+        let mut value = channel();
+        value["methods"]["depth-sph"]["inflows"][0]["from"] = from;
+        value["methods"]["depth-sph"]["inflows"][0]["to"] = to;
+        let plan = DepthSph.plan(&Case::from_value(&value, folder.path()).unwrap()).unwrap();
+        plan.warnings
+            .iter()
+            .any(|warning| warning.contains("inflows[0]: the flow goes out of the domain 4.000 m"))
+    };
+    assert!(warned(json!([4, 4]), json!([4, 0])) && !warned(json!([4, 0]), json!([4, 4])));
     let of_two = |porosity: f64, phases: &str| {
         let mut value = channel();
         value["methods"]["depth-sph"]["inflows"][0]["porosity"] = json!(porosity);

@@ -164,6 +164,15 @@ fn a_raster_says_how_deep_each_place_can_be_eroded() {
     let problem = DepthSph.plan(&heap(folder.path(), &more)).map(|_| ()).unwrap_err().to_string();
     assert!(problem.starts_with("methods.depth-sph.erodible_depth_raster: "), "{problem}");
     assert!(problem.ends_with("a depth of -0.02 m must not be negative"), "{problem}");
+    for mark in ["-32768", "1e38"] {
+        std::fs::write(&file, text.replacen("0.02", mark, 1)).unwrap();
+        let problem = DepthSph.plan(&heap(folder.path(), &more)).map(|_| ()).unwrap_err().to_string();
+        let named = problem.starts_with("methods.depth-sph.erodible_depth_raster: ");
+        assert!(
+            named && problem.contains("1 of its values") && problem.contains("NODATA_value"),
+            "{problem}"
+        );
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use tiff::decoder::Decoder;
 use tiff::tags::Tag;
 
 use self::key::{PLAN_PARAMETERS, VERTICAL_KEYS};
-use crate::band::{BRITISH_FOOT, FOOT, SURVEY_FOOT};
+use crate::band::{self, BRITISH_FOOT, FOOT, SURVEY_FOOT};
 use crate::{prj, projection, well_known};
 
 /// Numbers of GeoKeys.
@@ -317,7 +317,10 @@ impl Keys {
         // Without the key the unit is that of the system: by the EPSG registry, or by its name where it has no number.
         let citation = self.text(key::PROJECTED_CITATION).or(self.citation()).unwrap_or_default();
         let plan = citation.split(" + ").next().unwrap_or_default();
-        let named = plan.contains("(ft") || plan.to_lowercase().contains("_feet");
+        let brackets = plan.split('(').skip(1).filter_map(|part| Some(part.split_once(')')?.0));
+        let other = brackets.filter(|word| band::is_length(word) && band::metres(word) != Some(1.0)).last();
+        let is_in_feet = plan.contains("(ft") || plan.to_lowercase().contains("_feet");
+        let named = other.or(is_in_feet.then_some("feet"));
         match system {
             Some(text) => match prj::other_unit(text) {
                 Some(unit) => Err(format!(
@@ -325,10 +328,12 @@ impl Keys {
                 )),
                 None => Ok(()),
             },
-            None if named => Err(format!(
-                "its CRS {plan:?} is in feet, and only metres are known in plan: project it to metres"
-            )),
-            None => Ok(()),
+            None => match named {
+                Some(unit) => Err(format!(
+                    "its CRS {plan:?} is in {unit}, and only metres are known in plan: project it to metres"
+                )),
+                None => Ok(()),
+            },
         }
     }
 
@@ -362,12 +367,24 @@ impl Keys {
         if system.is_some_and(|code| code != USER_DEFINED && code != 0) {
             return Ok(None);
         }
-        let heights =
-            self.citation().and_then(|citation| citation.split_once(" + ")).map(|(_, heights)| heights);
-        Ok(heights
-            .and_then(|heights| {
-                [("(ftUS)", SURVEY_FOOT), ("(ft)", FOOT)].into_iter().find(|(end, _)| heights.contains(end))
-            })
-            .map(|(_, unit)| unit))
+        let unknown = |unit: &str| {
+            format!(
+                "its CRS counts heights in {unit:?}, and only metres and feet are known: write its heights in metres"
+            )
+        };
+        let Some(citation) = self.citation() else { return Ok(None) };
+        if well_known::is_well_known(citation) {
+            return match prj::unit_of_heights(citation) {
+                Some((unit, _)) => band::metres(&unit).map(Some).ok_or_else(|| unknown(&unit)),
+                None => Ok(None),
+            };
+        }
+        let Some((_, heights)) = citation.split_once(" + ") else { return Ok(None) };
+        // Of what stands in brackets only a unit counts: a year may stand there too.
+        let brackets = heights.split('(').skip(1).filter_map(|part| Some(part.split_once(')')?.0));
+        match brackets.filter(|word| band::is_length(word)).last() {
+            Some(unit) => band::metres(unit).map(Some).ok_or_else(|| unknown(unit)),
+            None => Ok(None),
+        }
     }
 }

@@ -215,6 +215,7 @@ mod tests {
             corner,
             no_data: Some(-9999.0),
             unmarked: 0,
+            boundless: 0,
             keys: Vec::new(),
         };
         raster
@@ -352,6 +353,16 @@ mod tests {
         assert_eq!(unit(&own, "site"), Ok(None));
         assert_eq!(unit(&own, feet), Ok(Some(0.3048)));
         assert!(unit(&[(key::VERTICAL_UNITS, 9014)], "fathoms").is_err());
+        assert_eq!(unit(&own, "site (2005) + depth of 2005 (m)"), Ok(Some(1.0)));
+        for name in ["fathom", "Fathoms", "yd", "links", "ch", "degree"] {
+            let named = format!("NAD83 / UTM zone 10N + site height ({name})");
+            assert!(unit(&own, &named).unwrap_err().contains(name), "{named}");
+            let plan = r#"PROJCS["site",UNIT["metre",1]]"#;
+            let text = format!(r#"COMPD_CS["both",{plan},VERT_CS["height",UNIT["{name}",1.8288]]]"#);
+            assert!(unit(&own, &text).unwrap_err().contains(name), "{text}");
+        }
+        let feet = r#"COMPD_CS["both",PROJCS["site",UNIT["metre",1]],VERT_CS["height",UNIT["foot",0.3048]]]"#;
+        assert_eq!(unit(&own, feet), Ok(Some(0.3048)));
     }
 
     #[test]
