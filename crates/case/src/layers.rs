@@ -5,7 +5,6 @@ use std::path::Path;
 use colluvium_points::{Attribute, Depths, Feature, Layer, Outline, Raster, Ring, Shape, Thickness};
 
 use crate::decimal::taken_off;
-use crate::obstacle::unnamed_marks;
 use crate::{Case, CaseError, arc_layer};
 
 /// The files that the layers of a shape name.
@@ -97,7 +96,7 @@ impl Case {
     /// When the file cannot be read, in a line, and when numbers in it seem to stand for no data without being named so.
     pub fn plan_raster(&self, file: &str) -> Result<Raster, String> {
         let raster = self.raster_of_classes(file)?;
-        match unnamed_marks(&raster) {
+        match raster.unnamed_marks() {
             Some(doubt) => Err(format!("{file}: {doubt}")),
             None => Ok(raster),
         }

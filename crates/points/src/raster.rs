@@ -95,7 +95,29 @@ pub enum RasterError {
     },
 }
 
+/// Magnitude from which on a thickness or a depth (m) is likely to stand for no data.
+const LARGEST: f64 = 9000.0;
+
 impl Raster {
+    /// The doubt about thicknesses, depths or classes, in whose file numbers seem to stand for no data without being named so; `None` where
+    /// there is none.
+    pub fn unnamed_marks(&self) -> Option<String> {
+        const NAME_IT: &str = "name it in the file, under NODATA_value or in the tag of GDAL";
+        let boundless = self.reference.boundless;
+        if boundless > 0 {
+            return Some(format!(
+                "{boundless} of its values are as large as no quantity is, 1e30 or more, without being its mark of no data: if they \
+                 stand for it, {NAME_IT}"
+            ));
+        }
+        let far = || self.values.iter().copied().filter(|value| value.abs() >= LARGEST);
+        let first = far().next()?;
+        Some(format!(
+            "{} of its values are {LARGEST} or more, or -{LARGEST} or less, as {first}: if that stands for no data, {NAME_IT}",
+            far().count()
+        ))
+    }
+
     /// A raster of `function` at nodes `spacing` (m) apart, from `origin` (m).
     pub fn from_function(
         [columns, rows]: [usize; 2],

@@ -181,11 +181,9 @@ const OTHER_UNITS: [&str; 19] = [
 /// Whether a name is that of a unit of length or angle. Abbreviations of two letters are so only in small ones: CH is Switzerland.
 pub(crate) fn is_length(unit: &str) -> bool {
     let plain: String = unit.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
-    let is_other = |other: &&str| plain == **other || plain.strip_suffix('s') == Some(other);
+    let is_other = |other: &&str| plain == *other || plain.strip_suffix('s') == Some(other);
     let is_abbreviation = plain.len() < 3 && plain != unit;
-    metres(unit).is_some()
-        || plain == "inches"
-        || !is_abbreviation && OTHER_UNITS.iter().any(|o| is_other(&o))
+    metres(unit).is_some() || plain == "inches" || !is_abbreviation && OTHER_UNITS.iter().any(is_other)
 }
 
 /// Name of what the text in a tag tells of a band; empty for all else.

@@ -5,29 +5,8 @@ use colluvium_points::Raster;
 use crate::Case;
 use crate::description::ObstacleShape;
 
-/// Magnitude from which on a thickness or a depth (m) is likely to stand for no data.
-const LARGEST: f64 = 9000.0;
-
 /// How to say that a number stands for no data.
 const NAME_IT: &str = "name it in the file, under NODATA_value or in the tag of GDAL";
-
-/// The doubt about a raster of thicknesses, depths or classes, in whose file numbers seem to stand for no data without being named so;
-/// `None` where there is none.
-pub(crate) fn unnamed_marks(raster: &Raster) -> Option<String> {
-    let boundless = raster.reference.boundless;
-    if boundless > 0 {
-        return Some(format!(
-            "{boundless} of its values are as large as no quantity is, 1e30 or more, without being its mark of no data: if they stand for \
-             it, {NAME_IT}"
-        ));
-    }
-    let far = || raster.values.iter().copied().filter(|value| value.abs() >= LARGEST);
-    let first = far().next()?;
-    Some(format!(
-        "{} of its values are {LARGEST} or more, or -{LARGEST} or less, as {first}: if that stands for no data, {NAME_IT}",
-        far().count()
-    ))
-}
 
 /// Height below which there is no ground on Earth that anything flows over (m): what is lower is likely to stand for no data.
 const LOWEST: f64 = -9000.0;

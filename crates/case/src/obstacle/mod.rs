@@ -8,7 +8,6 @@ mod nodes;
 
 use std::sync::Arc;
 
-pub(crate) use gaps::unnamed_marks;
 pub use laws::{ObstacleLaw, ObstacleLaws};
 pub use moving::{MovingObstacle, slowed_for_obstacles};
 pub use nodes::{ObstaclesOnTheirWay, holding, normal_inside};

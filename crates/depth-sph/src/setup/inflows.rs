@@ -43,11 +43,7 @@ pub fn add<const D: usize>(
             continue;
         }
         let mut inflow = inflow::<D>(case, options, flow, given, &key)?;
-        let leaves = leaves(case, &inflow);
-        if let Some((true, problem)) = leaves {
-            return Err(own(&key("from"), problem));
-        }
-        warnings.extend(leaves.map(|(_, problem)| format!("methods.{NAME}.inflows[{number}]: {problem}")));
+        let little = leaves(case, &inflow).map_err(|problem| own(&key("from"), problem))?;
         let level = highest(&inflow, &flow.bed).map_err(|problem| own(&key("from"), problem))?;
         if given.across == Across::Level {
             let bed = |k: usize| flow.bed.at(&inflow.place(k, 0.0)).map_or(level, |bed| bed.level);
@@ -73,8 +69,8 @@ pub fn add<const D: usize>(
                 100.0 * slope
             ));
         }
-        let cut = cut_off(&inflow.hydrograph, case.end_time());
-        warnings.extend(cut.map(|cut| format!("methods.{NAME}.inflows[{number}]: {cut}")));
+        let doubts = little.into_iter().chain(cut_off(&inflow.hydrograph, case.end_time()));
+        warnings.extend(doubts.map(|doubt| format!("methods.{NAME}.inflows[{number}]: {doubt}")));
         flow.inflows.push(inflow);
     }
     if standing.iter().any(Option::is_some) {
@@ -86,8 +82,8 @@ pub fn add<const D: usize>(
 /// Share of the domain along the direction of an inflow below which little of it lies ahead.
 const LITTLE: f64 = 0.1;
 
-/// Where little of the domain lies ahead of an inflow and most of it behind: the problem, and whether the flow leaves at once.
-fn leaves<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Option<(bool, String)> {
+/// A doubt where little of the domain lies ahead of an inflow and most of it behind; an error where the flow leaves at once.
+fn leaves<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<String>, String> {
     let middle: [f64; D] = std::array::from_fn(|c| 0.5 * (inflow.from[c] + inflow.to[c]));
     let to_edge = |sense: f64| {
         let direction = inflow.normal().map(|c| sense * c);
@@ -97,15 +93,13 @@ fn leaves<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Option<(bool, Stri
     };
     let [ahead, behind] = [1.0, -1.0].map(to_edge);
     if !(ahead < LITTLE * (ahead + behind)) {
-        return None;
+        return Ok(None);
     }
-    Some((
-        ahead < inflow.reach,
-        format!(
-            "the flow goes out of the domain {ahead:.3} m ahead of the line, and {behind:.3} m of the domain lie behind it: it goes to the right \
+    let problem = format!(
+        "the flow goes out of the domain {ahead:.3} m ahead of the line, and {behind:.3} m of the domain lie behind it: it goes to the right \
              of who walks from `from` to `to`; exchange these if it is to go the other way"
-        ),
-    ))
+    );
+    if ahead < inflow.reach { Err(problem) } else { Ok(Some(problem)) }
 }
 
 /// A word where the run ends (s) before all of a hydrograph has flowed in.
