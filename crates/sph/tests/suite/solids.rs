@@ -62,6 +62,25 @@ fn a_block_that_turns_freely_goes_on_turning() {
 }
 
 #[test]
+fn a_cube_that_turns_about_a_slanted_axis_goes_on_turning() {
+    let [x, y, z] = [0.5, 0.7, -1.0];
+    for (momentum, integration) in [("rho2", "leapfrog"), ("rho-rho", "velocity-verlet")] {
+        let report = solve(&case(json!({
+            "space": "3d", "domain": { "min": [-1, -1, -1], "max": [1, 1, 1] }, "gravity": [0, 0, 0],
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.3, -0.3], "max": [0.3, 0.3, 0.3] },
+                "velocity": { "kind": "linear", "value": [0, 0, 0], "origin": [0, 0, 0],
+                    "gradient": [[0, -z, y], [z, 0, -x], [-y, x, 0]] } }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "sph": { "spacing": 0.1, "momentum": momentum, "integration": integration } }
+        })));
+        for (start, end) in report.start.angular_momentum.iter().zip(report.end.angular_momentum) {
+            assert!((end / start - 1.0).abs() < 0.01, "{momentum}, {integration}: {start} {end}");
+        }
+        assert!((report.end.kinetic / report.start.kinetic - 1.0).abs() < 0.01, "{momentum}, {integration}");
+    }
+}
+
+#[test]
 fn the_total_form_is_exact_for_uniform_strain() {
     let rate = 0.5;
     let total =
