@@ -53,6 +53,16 @@ impl<const D: usize> Flow<D> {
         }
     }
 
+    /// Finds the bed below each node where it is.
+    pub fn look_below(&mut self) {
+        let Self { bed, sets, .. } = self;
+        for set in sets {
+            let below = set.nodes.position.iter().map(|x| bed.at(x).unwrap_or(BedPoint::flat(0.0)));
+            set.bed.clear();
+            set.bed.extend(below);
+        }
+    }
+
     fn sample_bed_below(&mut self, number: usize, asked: Asked) {
         let carried = asked == Asked::Before && self.carries();
         let Self { bed, sets, settings, .. } = self;

@@ -23,7 +23,7 @@ use crate::nodes::{Nodes, Plan, norm};
 use crate::stages;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 10;
+const FORMAT: u32 = 11;
 
 /// Steps of a stage that is passed over for each check that its criterion wants.
 const CHECKS: f64 = 4.0;
@@ -83,6 +83,8 @@ struct Saved {
     inflows: Vec<State>,
     worn: Option<[Vec<f64>; 2]>,
     opens: Vec<Beyond>,
+    /// Numbers of the nodes that have not flowed in yet.
+    held: Vec<u64>,
 }
 
 impl<const D: usize> DepthSolver<D> {
@@ -215,6 +217,7 @@ impl<const D: usize> DepthSolver<D> {
             maps: self.maps.as_ref().map(|maps| maps.cells().to_vec()),
             inflows: flow.inflows.iter().map(|inflow| inflow.state.clone()).collect(),
             opens: flow.opens.iter().map(|end| end.state.clone()).collect(),
+            held: flow.held.nodes.iter().map(|node| node.0).collect(),
             worn: flow.worn().map(|worn| [worn.state().shown.clone(), worn.state().pending.clone()]),
         }
     }
@@ -248,6 +251,9 @@ impl<const D: usize> DepthSolver<D> {
             set.nodes.read(&mut bytes.as_slice()).ok()?;
             set.unlist();
         }
+        flow.look_below();
+        // Where they stand and go is found before the next step.
+        flow.held.nodes = saved.held.iter().map(|id| (*id, [0.0; D], [0.0; D])).collect();
         let count = if flow.heads.is_empty() { 0 } else { flow.sets[0].len() };
         if saved.heads.len() != count * flow.heads.width || saved.heads_depth.len() != count {
             return None;

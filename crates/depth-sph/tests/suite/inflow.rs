@@ -72,6 +72,28 @@ fn the_account_of_energy_closes_while_a_stream_enters() {
     }
 }
 
+/// A solver that nothing has moved yet tells the state that it has taken, and its account goes on as that of the other.
+#[test]
+fn a_restart_before_the_first_step_tells_all_of_a_stream() {
+    let mut value = channel();
+    value["gravity"] = json!([GRAVITY * 0.2, 0, -GRAVITY]);
+    let mut solver = build(&value);
+    until(solver.as_mut(), 1.0);
+    let mut saved = Vec::new();
+    solver.save(&mut saved).unwrap();
+    let mut other = build(&value);
+    other.restore(&mut saved.as_slice()).unwrap();
+    let bits = |solver: &dyn Solver| -> Vec<(String, u64)> {
+        solver.readings().into_iter().map(|(name, _, value)| (name, value.to_bits())).collect()
+    };
+    assert_eq!(reading(other.as_ref(), "energy_entered"), reading(solver.as_ref(), "energy_entered"));
+    for time in [1.5, 2.0] {
+        until(solver.as_mut(), time);
+        until(other.as_mut(), time);
+        assert_eq!(bits(solver.as_ref()), bits(other.as_ref()), "{time} s");
+    }
+}
+
 #[test]
 fn a_stream_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
     let run = |threads: usize, restart: Option<usize>| hash_after(&channel(), threads, 190, restart);
