@@ -42,8 +42,8 @@ impl Case {
         Self::from_value(&json::value(path)?, path.parent().unwrap_or(Path::new("")))
     }
 
-    /// Reads the case that a run has kept, which was checked then, without the files that it names: for what asks nothing of them, where
-    /// they may be gone.
+    /// Reads the copy of a case in the folder of a run, which was checked when the run began. Files that the case names are not read: they may
+    /// be gone.
     ///
     /// # Errors
     /// When the file cannot be read, or is no case.

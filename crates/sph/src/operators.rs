@@ -342,8 +342,8 @@ impl<const D: usize> Moment<D> {
     }
 
     /// The rate of rotation `Ω` (1/s) that fits the relative velocities of the neighbours best, `Σ V F |v - Ω x|²` least, of the sums
-    /// `gradient = Σ V F v ⊗ x`: the angular velocity `ω = (tr M - M)⁻¹ Σ V F x × v`. `None` in one dimension and where neighbours lie in a
-    /// line, about which nothing tells the rotation.
+    /// `gradient = Σ V F v ⊗ x`: the angular velocity `ω = (tr M - M)⁻¹ Σ V F x × v`. `None` in one dimension, and in
+    /// space where neighbours lie in a line: the rotation about that line is not determined.
     #[inline]
     pub fn rotation(&self, gradient: &[[f64; D]; D]) -> Option<[[f64; D]; D]> {
         let trace = self.trace();

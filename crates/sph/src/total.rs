@@ -202,10 +202,8 @@ pub fn refuse(options: &SphOptions) -> Result<(), CaseError> {
     // Both are corrected by nature, and adjoint.
     let momentum = matches!(options.momentum, Momentum::Rho2 | Momentum::Corrected);
     rule(momentum, &of("momentum"), "the momentum equation is corrected")?;
-    let gradient = !matches!(
-        options.velocity_gradient,
-        VelocityGradient::Difference | VelocityGradient::DensityDifference
-    );
+    let gradient =
+        matches!(options.velocity_gradient, VelocityGradient::Compatible | VelocityGradient::Corrected);
     rule(gradient, &of("velocity_gradient"), "the velocity gradient is corrected")?;
     rule(options.continuity == Continuity::Trace, &of("continuity"), "density follows the deformation")?;
     rule(

@@ -112,7 +112,7 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
-/// What a file of a run holds, or nothing and a warning that names the file and what there is `without` it.
+/// Content of a file of a run; the default and a warning where the file cannot be read. The warning says what is left out (`without`).
 fn or_nothing<T: Default>(read: Result<T, OutputError>, without: &str) -> T {
     read.unwrap_or_else(|error| {
         complain!("warning: {error}: {without}");

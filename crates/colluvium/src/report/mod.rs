@@ -81,7 +81,7 @@ struct Results {
     frames: Vec<(f64, String)>,
     /// Profiles, by name: of each the time, position, height.
     profiles: Vec<(String, Table)>,
-    /// Files that are gone or cannot be read, and what there is without them.
+    /// Messages about files that are gone or cannot be read, each with what the report leaves out.
     missing: Vec<String>,
 }
 

@@ -53,7 +53,7 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Finds the bed below each node where it is.
+    /// Samples the bed at the places of all nodes, after a state was restored; nodes beyond the bed get a flat one.
     pub fn look_below(&mut self) {
         let Self { bed, sets, .. } = self;
         for set in sets {

@@ -252,7 +252,7 @@ impl<const D: usize> DepthSolver<D> {
             set.unlist();
         }
         flow.look_below();
-        // Where they stand and go is found before the next step.
+        // The next step sets their places and velocities before it uses them.
         flow.held.nodes = saved.held.iter().map(|id| (*id, [0.0; D], [0.0; D])).collect();
         let count = if flow.heads.is_empty() { 0 } else { flow.sets[0].len() };
         if saved.heads.len() != count * flow.heads.width || saved.heads_depth.len() != count {

@@ -56,7 +56,7 @@ fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
     }
 }
 
-/// What enters brings its energy: the account of a stream without friction closes, on a level bed and on a slope.
+/// Energy of a stream without friction is conserved while it enters, on a level bed and on a slope: the account counts the energy of inflow.
 #[test]
 fn the_account_of_energy_closes_while_a_stream_enters() {
     for slope in [0.0, 0.2] {
@@ -72,7 +72,7 @@ fn the_account_of_energy_closes_while_a_stream_enters() {
     }
 }
 
-/// A solver that nothing has moved yet tells the state that it has taken, and its account goes on as that of the other.
+/// A restored solver reports the readings of the saved state before its first step, and the same bits after later steps.
 #[test]
 fn a_restart_before_the_first_step_tells_all_of_a_stream() {
     let mut value = channel();
