@@ -10,6 +10,7 @@ mod compare;
 mod coverage;
 mod fuzz;
 mod report;
+mod same_bits;
 mod textbook;
 mod tidy;
 mod validate;
@@ -37,6 +38,9 @@ enum Command {
     Coverage(coverage::Arguments),
     /// Tries broken case files, or kills runs and takes them up again.
     Fuzz(fuzz::Arguments),
+    /// Runs short cases over all pairs of options with the program of another revision and with that of the working tree, and compares
+    /// all results to the last bit.
+    SameBits(same_bits::Arguments),
     /// Checks what a machine can check of the house rules.
     Tidy(tidy::Arguments),
 }
@@ -49,6 +53,7 @@ fn main() -> ExitCode {
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Coverage(arguments) => coverage::run(&arguments),
         Command::Fuzz(arguments) => fuzz::run(&arguments),
+        Command::SameBits(arguments) => same_bits::run(&arguments),
         Command::Tidy(arguments) => tidy::run(&arguments),
     };
     match result {

@@ -6,6 +6,7 @@
 mod allocations;
 pub mod cases;
 pub mod cohesive_bar;
+pub mod pairwise;
 pub mod vortices;
 
 pub use allocations::{Counting, allocations_during};

@@ -1,10 +1,34 @@
-//! Options that change nothing in the runs whose hashes are kept, each with a run in which it does.
+//! Options that change nothing in the families of cases, each with a run in which it does.
 
 use std::path::Path;
 
+use colluvium_testkit::pairwise::{Family, set};
 use serde_json::{Value, json};
 
-use crate::{Runs, elastic, merged, water};
+/// Sets the values of `more`, object by object. A material is replaced as a whole.
+fn merged(mut base: Value, more: &Value) -> Value {
+    merge(&mut base, more);
+    base
+}
+
+fn merge(base: &mut Value, more: &Value) {
+    match (base.as_object_mut(), more.as_object()) {
+        (Some(old), Some(new)) if !new.contains_key("model") => {
+            for (key, value) in new {
+                merge(old.entry(key.clone()).or_insert(Value::Null), value);
+            }
+        }
+        _ => base.clone_from(more),
+    }
+}
+
+fn elastic() -> Value {
+    json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.25 })
+}
+
+fn water() -> Value {
+    json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 10 })
+}
 
 /// A run, where an option stands in it, and a value that changes what comes of it, or whether it is taken.
 pub struct Trial {
@@ -19,46 +43,50 @@ pub struct Trial {
 }
 
 /// All of them; `folder` takes the terrain.
-pub fn trials(runs: &Runs, folder: &Path) -> Vec<Trial> {
+pub fn trials(families: &[Family], folder: &Path) -> Vec<Trial> {
     let mut all = Vec::new();
     let mut add = |option: &'static str, case: Value, value: Value| {
         let path = format!("/methods/{}", option.replace("dem.stages.*", "dem.stages.s").replace('.', "/"));
         all.push(Trial { option, case, path, value });
     };
-    grains(runs, &mut add);
+    grains(families, &mut add);
     over_terrain(folder, &mut add);
-    flows(runs, &mut add);
-    particles(runs, &mut add);
-    on_grids(runs, &mut add);
+    flows(families, &mut add);
+    particles(families, &mut add);
+    on_grids(families, &mut add);
     all
 }
 
 /// Takes an option, a run and a value.
 type Add<'a> = dyn FnMut(&'static str, Value, Value) + 'a;
 
-/// The run of a name, with more.
-fn with(runs: &Runs, name: &str, more: &Value) -> Value {
-    merged(runs.get(name).unwrap_or_else(|| panic!("no run {name:?}")).clone(), more)
+/// The case of some levels of a family, with more.
+fn with(families: &[Family], family: &str, levels: &[(&str, &str)], more: &Value) -> Value {
+    let family = families.iter().find(|own| own.name == family).expect("a family of this name");
+    let mut case = family.case(&family.row(levels));
+    set(&mut case, "/stages/0/duration", &json!(10));
+    merged(case, more)
 }
 
 fn dem(options: &Value) -> Value {
     json!({ "methods": { "dem": options } })
 }
 
-fn grains(runs: &Runs, add: &mut Add<'_>) {
-    let run = |name: &str, more: Value| with(runs, &format!("dem 2d {name}"), &more);
+fn grains(families: &[Family], add: &mut Add<'_>) {
+    let run = |levels: &[(&str, &str)], more: Value| with(families, "dem", levels, &more);
     let averages = json!({ "output": { "grid": 0.1 } });
-    add("dem.coarse_graining", run("linear", averages), json!(4.0));
+    add("dem.coarse_graining", run(&[], averages), json!(4.0));
     // Overlaps of the lattice are allowed, and refused.
-    add("dem.initial_overlap", run("linear", json!({})), json!(0.01));
-    add("dem.mix", run("two kinds", json!({})), json!(false));
-    let damped = run("damped", dem(&json!({ "stages": { "s": {} } })));
+    add("dem.initial_overlap", run(&[], json!({})), json!(0.01));
+    add("dem.mix", run(&[("grains", "two kinds")], json!({})), json!(false));
+    let damped = run(&[("options", "damped")], dem(&json!({ "stages": { "s": {} } })));
     add("dem.stages.*.damping_form", damped, json!("vector"));
-    let mut grows = run("cell", dem(&json!({ "stages": { "s": { "growth": 0.5 } } })));
+    let mut grows =
+        run(&[("space", "cell in the plane")], dem(&json!({ "stages": { "s": { "growth": 0.5 } } })));
     grows["methods"]["dem"]["stages"]["s"]["cell"] = json!({ "xx": { "rate": -0.5 } });
     add("dem.stages.*.grow_until", grows, json!(1e-3));
     // Springs across are those of the stage before.
-    let mut pressed = run("linear", dem(&json!({ "stages": { "s": {} } })));
+    let mut pressed = run(&[], dem(&json!({ "stages": { "s": {} } })));
     pressed["stages"] = json!([{ "name": "before", "duration": 10 }, { "name": "s", "duration": 10 }]);
     add("dem.stages.*.reset_contacts", pressed, json!(true));
 }
@@ -115,58 +143,63 @@ fn over_terrain(folder: &Path, add: &mut Add<'_>) {
     add("depth-sph.leaving_is_an_error", on_bed(&shape, &leaves), json!(true));
 }
 
-fn flows(runs: &Runs, add: &mut Add<'_>) {
-    let run = |name: &str, options: Value| {
-        with(runs, &format!("depth-sph plane-strain {name}"), &json!({ "methods": { "depth-sph": options } }))
-    };
+fn flows(families: &[Family], add: &mut Add<'_>) {
+    let run =
+        |options: Value| with(families, "depth-sph", &[], &json!({ "methods": { "depth-sph": options } }));
     let sticks = json!({ "basal": { "model": "coulomb", "friction_angle": 15, "cohesion": 2000 } });
-    add("depth-sph.basal.cohesion_form", run("one phase", sticks), json!("ramms"));
+    add("depth-sph.basal.cohesion_form", run(sticks), json!("ramms"));
     let dense = json!({ "phases": "two", "mixture": { "grain_density": 2650, "porosity": 0.4,
         "drag": { "law": "anderson", "settling_velocity": 0.05 } } });
-    add("depth-sph.mixture.porosity", run("one phase", dense), json!(0.45));
+    add("depth-sph.mixture.porosity", run(dense), json!(0.45));
     // Against a wall heights grow and lengths shrink.
-    let mut jams = run("one phase", json!({ "smoothing": 1.2 }));
+    let mut jams = run(json!({ "smoothing": 1.2 }));
     jams["gravity"] = json!([-9, -9.3]);
     jams["bodies"][0]["shape"]["min"][0] = json!(0);
     add("depth-sph.shortest_smoothing", jams, json!(0.06));
 }
 
-fn particles(runs: &Runs, add: &mut Add<'_>) {
-    let run = |name: &str, options: Value| {
-        with(runs, &format!("sph {name}"), &json!({ "methods": { "sph": options } }))
+fn particles(families: &[Family], add: &mut Add<'_>) {
+    let run = |levels: &[(&str, &str)], options: Value| {
+        with(families, "sph", levels, &json!({ "methods": { "sph": options } }))
     };
     // What they allow is refused without them.
-    add("sph.allow_pairing", run("plain", json!({ "smoothing": 2.5, "allow_pairing": true })), json!(false));
-    let mut summed = run("plain", json!({ "continuity": "summation", "allow_summation": true }));
+    add("sph.allow_pairing", run(&[], json!({ "smoothing": 2.5, "allow_pairing": true })), json!(false));
+    let mut summed = run(&[], json!({ "continuity": "summation", "allow_summation": true }));
     summed["materials"]["m"] = water();
     add("sph.allow_summation", summed, json!(false));
-    let mut stretched = run("total", json!({}));
+    let mut stretched =
+        run(&[("walls", "free flight"), ("material", "elastic"), ("stability", "total")], json!({}));
     stretched["bodies"][0]["velocity"] =
         json!({ "kind": "linear", "value": [0, 0], "gradient": [[5, 2], [0, -3]], "origin": [0.15, 0.1] });
     add("sph.formulation", stretched, json!("updated"));
-    let mut spreads = run("smoothing density", json!({}));
+    let mut spreads = run(&[("smoothing length", "density")], json!({}));
     spreads["materials"]["m"] = elastic();
     spreads["bodies"][0]["velocity"] =
         json!({ "kind": "linear", "value": [0, 0], "gradient": [[60, 0], [0, 60]], "origin": [0.15, 0.07] });
     add("sph.smoothing_growth", spreads, json!(1.0));
-    add("sph.stress_diffusion_k0", run("stress diffusion", json!({})), json!(0.9));
+    add("sph.stress_diffusion_k0", run(&[("stability", "stress diffusion")], json!({})), json!(0.9));
     // Particles of a wall, which the body is thrown against.
-    let mut hits = run("rough mirror", json!({ "rough_wall": "particles", "spacing": 0.025 }));
+    let mut hits = run(&[("walls", "rough mirror")], json!({ "rough_wall": "particles", "spacing": 0.025 }));
     hits["bodies"][0]["velocity"]["value"] = json!([0, -4]);
     add("sph.wall_guard", hits, json!(1.0));
 }
 
-fn on_grids(runs: &Runs, add: &mut Add<'_>) {
+fn on_grids(families: &[Family], add: &mut Add<'_>) {
     let ground = json!({ "obstacles": [{ "name": "o", "shape": { "kind": "box", "min": [0.1, 0.0], "max": [0.25, 0.1] },
         "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] });
-    let mut falls = with(runs, "mpm acceleration friction", &ground);
+    let mut falls = with(families, "mpm", &[("material", "elastic"), ("walls", "acceleration")], &ground);
     falls["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.1, 0.1], "max": [0.25, 0.2] });
     falls["methods"]["mpm"]["obstacles"] = json!("nodes");
     add("mpm.obstacles", falls, json!("points"));
     // At rest on a wall, between both bounds of friction.
-    let mut rests = with(runs, "mpm acceleration friction", &json!({ "gravity": [3.5, -10] }));
+    let mut rests = with(
+        families,
+        "mpm",
+        &[("material", "elastic"), ("walls", "acceleration")],
+        &json!({ "gravity": [3.5, -10] }),
+    );
     rests["bodies"][0]["velocity"]["value"] = json!([0, 0]);
     add("mpm.static_friction_ratio", rests, json!(1.0));
-    let snow = (runs.iter().find(|(name, _)| name.starts_with("snow-mpm"))).expect("a run of snow").1.clone();
+    let snow = with(families, "snow-mpm", &[], &json!({}));
     add("snow-mpm.courant_velocity", snow, json!(1e-3));
 }

@@ -1,17 +1,48 @@
-//! Every option of every method changes what comes of some run, or is refused: none is read and not used.
+//! Every option of every method changes the result of some run, or is refused: none is read and not used.
+
+mod trials;
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::Path;
 
 use colluvium::case::{Case, Wanted};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
-use crate::elsewhere::{Trial, trials};
-use crate::{Runs, STEPS, runs};
+use colluvium_testkit::pairwise::Family;
+
+use crate::trials::{Trial, trials};
 
 /// Runs in which an option is tried, at most.
 const TRIALS: usize = 60;
+
+/// Steps of a run.
+const STEPS: usize = 40;
+
+/// Cases by name.
+type Runs = BTreeMap<String, Value>;
+
+/// Families of cases of `cargo xtask same-bits`.
+fn families() -> Vec<Family> {
+    Family::read_all(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../validation/same-bits")).unwrap()
+}
+
+/// Cases with one level that is not that of the base, and cases that cover all pairs.
+fn runs(families: &[Family]) -> Runs {
+    let mut runs = Runs::new();
+    for family in families {
+        let accepts = |case: &Value| refusal(case).is_none();
+        for row in family.single(&accepts).into_iter().chain(family.pairs(&accepts)) {
+            let mut case = family.case(&row);
+            for stage in case["stages"].as_array_mut().unwrap() {
+                stage["duration"] = json!(10);
+            }
+            runs.insert(format!("{} ({})", family.name, family.describe(&row)), case);
+        }
+    }
+    runs
+}
 
 /// Outcome of a change of an option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -179,7 +210,8 @@ fn effect(all: &Runs, trials: &[(&String, Place)]) -> Effect {
 
 #[test]
 fn every_option_changes_a_result_or_is_refused() {
-    let (root, all) = (colluvium::case_schema(), runs());
+    let families = families();
+    let (root, all) = (colluvium::case_schema(), runs(&families));
     let mut options: BTreeMap<String, Vec<(&String, Place)>> = BTreeMap::new();
     for (run, case) in &all {
         for (method, value) in case["methods"].as_object().unwrap() {
@@ -194,7 +226,7 @@ fn every_option_changes_a_result_or_is_refused() {
     let effects: Vec<(&String, Effect)> =
         options.par_iter().map(|(name, trials)| (name, effect(&all, trials))).collect();
     let folder = tempfile::tempdir().unwrap();
-    let elsewhere = trials(&all, folder.path());
+    let elsewhere = trials(&families, folder.path());
     let known = |name: &str| elsewhere.iter().any(|trial| trial.option == name);
     let ignored: Vec<&String> = (effects.iter())
         .filter(|(name, effect)| *effect == Effect::Ignored && !known(name))

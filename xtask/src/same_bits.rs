@@ -1,0 +1,253 @@
+//! `cargo xtask same-bits REV`: results of two revisions, compared to the last bit.
+//!
+//! The cases are those of `validation/same-bits`: families of a base case and factors, of which each pair of levels is in a row. Each
+//! revision runs the rows of its own files, so that a key of a case may be renamed between them. Columns and fields that were renamed stand
+//! in `validation/same-bits/renamed.csv`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use clap::Args;
+use colluvium::case::{Case, FieldData, Snapshot, output};
+use colluvium_testkit::pairwise::{Family, Row};
+use rayon::prelude::*;
+use serde_json::Value;
+
+/// Arguments of `cargo xtask same-bits`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Revision to compare the working tree with, as git names it.
+    revision: String,
+    /// Only families whose name contains this text.
+    filter: Option<String>,
+    /// Compares the programs as they are released (a build takes several times as long).
+    #[arg(long)]
+    release: bool,
+    /// Lists the levels of each case.
+    #[arg(long)]
+    list: bool,
+}
+
+/// Folder of the families below the root of a tree.
+const FAMILIES: &str = "validation/same-bits";
+
+/// A tree of the repository and its program.
+struct Revision {
+    tree: PathBuf,
+    program: PathBuf,
+}
+
+/// Compares; true when all results agree.
+///
+/// # Errors
+/// When a revision cannot be built or a file cannot be read.
+pub fn run(arguments: &Arguments) -> Result<bool, String> {
+    let root = crate::root();
+    let folder = root.join("target/same-bits");
+    let old = checked_out(root, &folder, arguments)?;
+    let new = built(root, &root.join("target"), arguments.release)?;
+    let wanted = |family: &Family| arguments.filter.as_ref().is_none_or(|text| family.name.contains(text));
+    let families: Vec<Family> = Family::read_all(&root.join(FAMILIES))?.into_iter().filter(wanted).collect();
+    let renamed = renamed_columns(&root.join(FAMILIES).join("renamed.csv"))?;
+    let (mut count, mut differences) = (0, Vec::new());
+    for family in &families {
+        let file = old.tree.join(FAMILIES).join(format!("{}.json", family.name));
+        let earlier = Family::read(&file)?;
+        let rows = family.pairs(&is_accepted);
+        println!("{}: {} cases", family.name, rows.len());
+        if arguments.list {
+            rows.iter().for_each(|row| println!("  {}", family.describe(row)));
+        }
+        count += rows.len();
+        let compare = |row: &Row| {
+            let outcomes = [(&old, &earlier), (&new, family)]
+                .map(|(revision, family)| outcome(revision, &family.case(row)));
+            let [before, after] = outcomes;
+            let differs = difference(&before?, &after?, &renamed);
+            Ok(differs.map(|what| format!("{} ({}): {what}", family.name, family.describe(row))))
+        };
+        let found: Vec<Option<String>> = rows.par_iter().map(compare).collect::<Result<_, String>>()?;
+        differences.extend(found.into_iter().flatten());
+    }
+    differences.iter().for_each(|difference| println!("differs: {difference}"));
+    println!("{count} cases, {} differ", differences.len());
+    Ok(differences.is_empty())
+}
+
+/// Whether the program of the working tree takes a case.
+fn is_accepted(case: &Value) -> bool {
+    let Some(method) = case["methods"].as_object().and_then(|methods| methods.keys().next()) else {
+        return false;
+    };
+    let Ok(read) = Case::from_json(&case.to_string()) else { return false };
+    colluvium::method(method).is_some_and(|method| method.build(&read).is_ok())
+}
+
+/// A work tree of the revision, built.
+fn checked_out(root: &Path, folder: &Path, arguments: &Arguments) -> Result<Revision, String> {
+    let named =
+        Command::new("git").args(["rev-parse", "--short=12", &arguments.revision]).current_dir(root).output();
+    let named = named.map_err(|error| format!("git: {error}"))?;
+    if !named.status.success() {
+        return Err(format!("git knows no revision {:?}", arguments.revision));
+    }
+    let commit = String::from_utf8_lossy(&named.stdout).trim().to_owned();
+    let tree = folder.join(&commit);
+    if !tree.join("Cargo.toml").is_file() {
+        let mut add = Command::new("git");
+        add.args(["worktree", "add", "--detach", "--force"]).arg(&tree).arg(&commit).current_dir(root);
+        finished(&mut add, "git worktree add")?;
+    }
+    if !tree.join(FAMILIES).is_dir() {
+        return Err(format!("revision {commit} has no folder {FAMILIES}"));
+    }
+    let target = tree.join("target");
+    built(&tree, &target, arguments.release)
+}
+
+fn built(tree: &Path, target: &Path, release: bool) -> Result<Revision, String> {
+    let mut build = Command::new(env!("CARGO"));
+    build
+        .args(["build", "--package", "colluvium", "--bin", "colluvium"])
+        .arg("--target-dir")
+        .arg(target)
+        .current_dir(tree);
+    if release {
+        build.arg("--release");
+    }
+    finished(&mut build, "cargo build")?;
+    let profile = if release { "release" } else { "debug" };
+    Ok(Revision { tree: tree.to_owned(), program: target.join(profile).join("colluvium") })
+}
+
+fn finished(command: &mut Command, name: &str) -> Result<(), String> {
+    let status = command.status().map_err(|error| format!("{name}: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("{name} failed")) }
+}
+
+/// New names by the old ones: columns of measures and fields of frames.
+fn renamed_columns(file: &Path) -> Result<BTreeMap<String, String>, String> {
+    let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let pairs = text.lines().skip(1).filter_map(|line| line.split_once(','));
+    Ok(pairs.map(|(old, new)| (old.to_owned(), new.to_owned())).collect())
+}
+
+/// Everything that a run writes, as text and bits.
+#[derive(Default)]
+struct Outcome {
+    /// Exit code.
+    code: Option<i32>,
+    /// Columns of the measures: heading and cells.
+    columns: BTreeMap<String, Vec<String>>,
+    /// Fields of all frames, one after the other: bits of the numbers.
+    fields: BTreeMap<String, Vec<u64>>,
+}
+
+/// Runs a case in a folder of its own and reads what it wrote.
+fn outcome(revision: &Revision, case: &Value) -> Result<Outcome, String> {
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let (file, out) = (folder.path().join("case.json"), folder.path().join("out"));
+    std::fs::write(&file, case.to_string()).map_err(|error| error.to_string())?;
+    let run = Command::new(&revision.program).arg("run").arg(&file).arg("--out").arg(&out).output();
+    let run = run.map_err(|error| format!("{}: {error}", revision.program.display()))?;
+    let mut outcome = Outcome { code: run.status.code(), ..Outcome::default() };
+    read_measures(&out, &mut outcome);
+    read_frames(&out, &mut outcome)?;
+    Ok(outcome)
+}
+
+fn read_measures(out: &Path, outcome: &mut Outcome) {
+    let Ok(text) = std::fs::read_to_string(out.join("measures.csv")) else { return };
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let headings: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    for line in lines {
+        for (heading, cell) in headings.iter().zip(line.split(',')) {
+            outcome.columns.entry((*heading).to_owned()).or_default().push(cell.to_owned());
+        }
+    }
+}
+
+fn read_frames(out: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let index = out.join("frames.pvd");
+    if !index.is_file() {
+        return Ok(());
+    }
+    let index = output::Collection::read(&index).map_err(|error| error.to_string())?;
+    for (time, file) in index.of_points() {
+        let frame = output::read_frame(&out.join(file), time).map_err(|error| error.to_string())?;
+        add_fields(&frame, outcome);
+    }
+    Ok(())
+}
+
+fn add_fields(frame: &Snapshot, outcome: &mut Outcome) {
+    let mut add = |name: &str, values: &mut dyn Iterator<Item = f64>| {
+        outcome.fields.entry(name.to_owned()).or_default().extend(values.map(f64::to_bits));
+    };
+    add("position", &mut frame.positions.iter().flatten().copied());
+    for field in &frame.fields {
+        match &field.data {
+            FieldData::Whole(values) => add(&field.name, &mut values.iter().map(|value| *value as f64)),
+            FieldData::Scalar(values) => add(&field.name, &mut values.iter().copied()),
+            FieldData::Vector(values) => add(&field.name, &mut values.iter().flatten().copied()),
+            FieldData::Tensor(values) => add(&field.name, &mut values.iter().flat_map(|value| value.0)),
+        }
+    }
+}
+
+/// First difference between two outcomes.
+fn difference(before: &Outcome, after: &Outcome, renamed: &BTreeMap<String, String>) -> Option<String> {
+    if before.code != after.code {
+        return Some(format!("exit code {:?} before and {:?} now", before.code, after.code));
+    }
+    between(&before.columns, &after.columns, renamed, "column")
+        .or_else(|| between(&before.fields, &after.fields, renamed, "field"))
+}
+
+fn between<T: PartialEq + std::fmt::Debug>(
+    before: &BTreeMap<String, Vec<T>>,
+    after: &BTreeMap<String, Vec<T>>,
+    renamed: &BTreeMap<String, String>,
+    kind: &str,
+) -> Option<String> {
+    for (name, values) in before {
+        let now = renamed.get(name).unwrap_or(name);
+        let Some(found) = after.get(now) else { return Some(format!("{kind} {now:?} is missing")) };
+        if values != found {
+            let place =
+                values.iter().zip(found).position(|(a, b)| a != b).unwrap_or(values.len().min(found.len()));
+            return Some(format!("{kind} {now:?}, entry {place} of {}", values.len()));
+        }
+    }
+    let known = |name: &String| before.contains_key(name) || renamed.values().any(|new| new == name);
+    after.keys().find(|name| !known(name)).map(|name| format!("{kind} {name:?} is new"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bit_and_a_name_make_a_difference_and_a_name_of_the_table_none() {
+        let of = |name: &str, value: f64| BTreeMap::from([(name.to_owned(), vec![value.to_bits()])]);
+        let outcome = |fields| Outcome { fields, ..Outcome::default() };
+        let (none, table) =
+            (BTreeMap::new(), BTreeMap::from([("head".to_owned(), "pore_pressure".to_owned())]));
+        let before = outcome(of("head", 1.0));
+        assert_eq!(difference(&before, &outcome(of("head", 1.0)), &none), None);
+        assert!(difference(&before, &outcome(of("head", 1.0 + f64::EPSILON)), &none).is_some());
+        assert!(difference(&before, &outcome(of("pore_pressure", 1.0)), &none).is_some());
+        assert_eq!(difference(&before, &outcome(of("pore_pressure", 1.0)), &table), None);
+        assert!(difference(&outcome(of("head", 0.0)), &outcome(of("head", -0.0)), &none).is_some());
+    }
+
+    #[test]
+    fn families_of_the_repository_accept_their_bases() {
+        let families = Family::read_all(&crate::root().join(FAMILIES)).unwrap();
+        assert!(families.len() >= 6);
+        for family in families {
+            assert!(is_accepted(&family.case(&family.row(&[]))), "{}", family.name);
+        }
+    }
+}
