@@ -6,7 +6,8 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use colluvium::case::{Case, FieldData, Snapshot, output};
@@ -31,6 +32,9 @@ pub struct Arguments {
 
 /// Folder of the families below the root of a tree.
 const FAMILIES: &str = "validation/same-bits";
+
+/// Longest time of a run; most take less than a second.
+const LIMIT: Duration = Duration::from_secs(20);
 
 /// A tree of the repository and its program.
 struct Revision {
@@ -60,15 +64,23 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
             rows.iter().for_each(|row| println!("  {}", family.describe(row)));
         }
         count += rows.len();
-        let compare = |row: &Row| {
+        let compare = |row: &Row| -> Result<(Option<String>, bool), String> {
             let outcomes = [(&old, &earlier), (&new, family)]
                 .map(|(revision, family)| outcome(revision, &family.case(row)));
             let [before, after] = outcomes;
-            let differs = difference(&before?, &after?, &renamed);
-            Ok(differs.map(|what| format!("{} ({}): {what}", family.name, family.describe(row))))
+            let (before, after) = (before?, after?);
+            let name = format!("{} ({})", family.name, family.describe(row));
+            Ok((
+                difference(&before, &after, &renamed).map(|what| format!("{name}: {what}")),
+                after.code == Some(0),
+            ))
         };
-        let found: Vec<Option<String>> = rows.par_iter().map(compare).collect::<Result<_, String>>()?;
-        differences.extend(found.into_iter().flatten());
+        let found: Vec<_> = rows.par_iter().map(compare).collect::<Result<_, String>>()?;
+        println!(
+            "  {} ended with an error or after {LIMIT:?}",
+            found.iter().filter(|(_, ended)| !ended).count()
+        );
+        differences.extend(found.into_iter().filter_map(|(differs, _)| differs));
     }
     differences.iter().for_each(|difference| println!("differs: {difference}"));
     println!("{count} cases, {} differ", differences.len());
@@ -81,10 +93,10 @@ fn is_accepted(case: &Value) -> bool {
         return false;
     };
     let Ok(read) = Case::from_json(&case.to_string()) else { return false };
-    colluvium::method(method).is_some_and(|method| method.build(&read).is_ok())
+    colluvium::method(method).is_some_and(|method| method.plan(&read).is_ok())
 }
 
-/// A work tree of the revision, built.
+/// A work tree of the revision, built. There is one tree for all revisions, so that a build compiles only what changed.
 fn checked_out(root: &Path, folder: &Path, arguments: &Arguments) -> Result<Revision, String> {
     let named =
         Command::new("git").args(["rev-parse", "--short=12", &arguments.revision]).current_dir(root).output();
@@ -93,17 +105,18 @@ fn checked_out(root: &Path, folder: &Path, arguments: &Arguments) -> Result<Revi
         return Err(format!("git knows no revision {:?}", arguments.revision));
     }
     let commit = String::from_utf8_lossy(&named.stdout).trim().to_owned();
-    let tree = folder.join(&commit);
-    if !tree.join("Cargo.toml").is_file() {
-        let mut add = Command::new("git");
-        add.args(["worktree", "add", "--detach", "--force"]).arg(&tree).arg(&commit).current_dir(root);
-        finished(&mut add, "git worktree add")?;
+    let tree = folder.join("tree");
+    let mut git = Command::new("git");
+    if tree.join("Cargo.toml").is_file() {
+        git.args(["checkout", "--quiet", "--detach", "--force", &commit]).current_dir(&tree);
+    } else {
+        git.args(["worktree", "add", "--detach", "--force"]).arg(&tree).arg(&commit).current_dir(root);
     }
+    finished(&mut git, "git")?;
     if !tree.join(FAMILIES).is_dir() {
         return Err(format!("revision {commit} has no folder {FAMILIES}"));
     }
-    let target = tree.join("target");
-    built(&tree, &target, arguments.release)
+    built(&tree, &folder.join("target"), arguments.release)
 }
 
 fn built(tree: &Path, target: &Path, release: bool) -> Result<Revision, String> {
@@ -149,12 +162,28 @@ fn outcome(revision: &Revision, case: &Value) -> Result<Outcome, String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let (file, out) = (folder.path().join("case.json"), folder.path().join("out"));
     std::fs::write(&file, case.to_string()).map_err(|error| error.to_string())?;
-    let run = Command::new(&revision.program).arg("run").arg(&file).arg("--out").arg(&out).output();
-    let run = run.map_err(|error| format!("{}: {error}", revision.program.display()))?;
-    let mut outcome = Outcome { code: run.status.code(), ..Outcome::default() };
+    let mut outcome = Outcome { code: exit_code(revision, &file, &out)?, ..Outcome::default() };
     read_measures(&out, &mut outcome);
     read_frames(&out, &mut outcome)?;
     Ok(outcome)
+}
+
+/// Exit code of a run; none when it takes longer than [`LIMIT`].
+fn exit_code(revision: &Revision, file: &Path, out: &Path) -> Result<Option<i32>, String> {
+    let wrong = |error: std::io::Error| format!("{}: {error}", revision.program.display());
+    let mut command = Command::new(&revision.program);
+    command.arg("run").arg(file).arg("--out").arg(out).stdout(Stdio::null()).stderr(Stdio::null());
+    let (start, mut run) = (Instant::now(), command.spawn().map_err(wrong)?);
+    loop {
+        if let Some(status) = run.try_wait().map_err(wrong)? {
+            return Ok(status.code());
+        }
+        if start.elapsed() > LIMIT {
+            run.kill().and_then(|()| run.wait()).map_err(wrong)?;
+            return Ok(None);
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
 }
 
 fn read_measures(out: &Path, outcome: &mut Outcome) {
