@@ -200,6 +200,8 @@ fn on_grids(families: &[Family], add: &mut Add<'_>) {
     );
     rests["bodies"][0]["velocity"]["value"] = json!([0, 0]);
     add("mpm.static_friction_ratio", rests, json!(1.0));
+    let consistent = [("shape", "linear"), ("stress update", "usl"), ("walls", "rough")];
+    add("mpm.mass", with(families, "mpm", &consistent, &json!({})), json!("consistent"));
     let snow = with(families, "snow-mpm", &[], &json!({}));
     add("snow-mpm.courant_velocity", snow, json!(1e-3));
 }
