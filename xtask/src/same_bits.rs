@@ -65,10 +65,8 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         }
         count += rows.len();
         let compare = |row: &Row| -> Result<(Option<String>, bool), String> {
-            let outcomes = [(&old, &earlier), (&new, family)]
-                .map(|(revision, family)| outcome(revision, &family.case(row)));
-            let [before, after] = outcomes;
-            let (before, after) = (before?, after?);
+            let before = outcome(&old, &earlier.case(&earlier.row_of(family, row)))?;
+            let after = outcome(&new, &family.case(row))?;
             let name = format!("{} ({})", family.name, family.describe(row));
             Ok((
                 difference(&before, &after, &renamed).map(|what| format!("{name}: {what}")),

@@ -81,13 +81,6 @@ pub struct Case {
     pub methods: BTreeMap<String, serde_json::Value>,
 }
 
-impl Case {
-    /// A copy, as of `clone`, which each crate that calls it compiles anew with all that a case holds.
-    pub fn copied(&self) -> Self {
-        self.clone()
-    }
-}
-
 /// Dimension and kinematics of the space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Space {

@@ -20,11 +20,6 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Chains of forces, each by the numbers of its grains, ascending; the longest first, and of equal ones that with the least
     /// number.
     pub fn force_chains(&self) -> Vec<Vec<usize>> {
-        (self.compiled.chains)(self)
-    }
-
-    /// The same, made here.
-    pub(crate) fn take_chains(&self) -> Vec<Vec<usize>> {
         let (stresses, _) = self.grain_stresses();
         let count = stresses.len();
         // Compression is the lowest of tension-positive values.

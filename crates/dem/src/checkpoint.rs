@@ -226,13 +226,13 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
-        (self.compiled.step)(self, at_most)
+        self.take_step(at_most)
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
         let fresh = start == self.time;
         (self.stage, self.stage_start) = (stage, start);
-        (self.compiled.enter_stage)(self, fresh)
+        self.enter_stage(fresh)
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
@@ -269,7 +269,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn readings(&self) -> Vec<Reading> {
-        (self.compiled.readings)(self)
+        self.take_readings()
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
@@ -307,15 +307,15 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn frame(&self, wanted: Wanted) -> Frame {
-        (self.compiled.frame)(self, wanted)
+        self.take_frame(wanted)
     }
 
     fn budget(&self) -> Option<Budget> {
-        Some((self.compiled.budget)(self))
+        Some(self.take_budget())
     }
 
     fn specimen(&self) -> Option<String> {
-        Some((self.compiled.stored)(self))
+        Some(self.stored())
     }
 
     fn has_specimen(&self) -> bool {
@@ -323,10 +323,10 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
-        (self.compiled.write)(self, out).map_err(|error| SolverError::Checkpoint(error.to_string()))
+        self.write(out).map_err(|error| SolverError::Checkpoint(error.to_string()))
     }
 
     fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
-        (self.compiled.read)(self, input).map_err(|error| SolverError::Checkpoint(error.to_string()))
+        self.read(input).map_err(|error| SolverError::Checkpoint(error.to_string()))
     }
 }

@@ -74,7 +74,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// How contacts lie now; `None` where no grains touch. Held grains bear something always and are not counted.
     pub fn fabric(&self) -> Option<Fabric<D>> {
         let held = &self.grains.held;
-        let Met { pairs, forces, dyads, pressed } = (self.compiled.met)(self);
+        let Met { pairs, forces, dyads, pressed } = self.take_met();
         if forces.is_empty() {
             return None;
         }

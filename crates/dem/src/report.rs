@@ -95,11 +95,6 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// All contacts as they are now.
     pub fn contacts(&self) -> Vec<Contact<D>> {
-        (self.compiled.contacts)(self)
-    }
-
-    /// The same, made here.
-    pub(crate) fn take_contact_list(&self) -> Vec<Contact<D>> {
         let mut all = Vec::new();
         self.visit(|contact, _, _| all.push(contact));
         all

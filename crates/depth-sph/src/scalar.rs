@@ -3,7 +3,7 @@
 //! Nodes carry a value along their paths. Between nodes it is linear. Where nodes that carry their own velocity meet, two become one
 //! with the value that keeps the area under the line: shocks then move as the conserved form has them.
 
-use colluvium_parallel::filled;
+use rayon::prelude::*;
 
 use crate::kernel::Kernel;
 
@@ -63,7 +63,7 @@ impl Scalar {
             };
             (first..end).map(pair).sum()
         };
-        filled(values.len(), 1, bend)
+        (0..values.len()).into_par_iter().with_min_len(1).map(bend).collect::<Vec<_>>()
     }
 
     /// Burgers' equation for `time` (s): every node moves with its own value, and nodes that meet become one.

@@ -37,7 +37,7 @@ impl Clock {
         Self {
             flip: options.flip_share(&case.stages[0]),
             gravity: case.gravity3(),
-            case: Arc::new(case.copied()),
+            case: Arc::new(case.clone()),
             options: options.clone(),
             stage: 0,
             stage_start: 0.0,

@@ -8,7 +8,6 @@ use std::sync::Arc;
 use colluvium_case::law::LawPoints;
 use colluvium_constitutive::{BLOCK, Material, States, SymTensor};
 use colluvium_grid::{Domains, Grid, Points, Square};
-use colluvium_parallel::InPieces;
 use colluvium_points::columns::{foreign, read_column, reorder_column, write_column};
 use colluvium_points::{Spare, columns};
 use rayon::prelude::*;
@@ -27,7 +26,7 @@ pub fn in_chunks<const D: usize, T: Send>(
     points: &Points<'_, D>,
     visit: &(dyn Fn(&mut [T], &Points<'_, D>) + Sync),
 ) {
-    values.par_chunks_mut(CHUNK).enumerate().in_pieces(1, |(number, values)| {
+    values.par_chunks_mut(CHUNK).enumerate().with_min_len(1).for_each(|(number, values)| {
         let first = number * CHUNK;
         visit(values, &points.range(first..first + values.len()));
     });

@@ -5,7 +5,6 @@
 
 use colluvium_constitutive::{BLOCK, Material, StateBlock, SymTensor};
 use colluvium_grid::DomainSlice;
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::background::Background;
@@ -84,11 +83,11 @@ pub fn press<const D: usize>(
             Some(pore) => {
                 let soaked = pore.points.soaked.par_chunks_mut(BLOCK);
                 let blocks = blocks.zip(soaked).enumerate();
-                blocks.in_pieces(GRAIN, |(block, (((points, states), room), soaked))| {
+                blocks.with_min_len(GRAIN).for_each(|(block, (((points, states), room), soaked))| {
                     act(block, points, soaked, states, room);
                 });
             }
-            None => blocks.enumerate().in_pieces(GRAIN, |(block, ((points, states), room))| {
+            None => blocks.enumerate().with_min_len(GRAIN).for_each(|(block, ((points, states), room))| {
                 act(block, points, &mut [], states, room);
             }),
         }

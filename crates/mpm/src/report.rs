@@ -3,7 +3,6 @@
 use colluvium_case::law::{LawPoints, law_fields};
 use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::affine::affine_energies;
@@ -43,7 +42,7 @@ fn least_of_blocks(
     let limit = |(block, (stress, states)): (usize, (&[SymTensor], &StateBlock))| {
         of_block(block * BLOCK, stress, states)
     };
-    blocks.joined(16, none, Limit::smaller, limit)
+    blocks.with_min_len(16).map(limit).reduce(|| none, Limit::smaller)
 }
 
 /// Recoverable energies of the points of a set (J), zero where the law defines none.

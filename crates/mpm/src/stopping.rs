@@ -3,7 +3,6 @@
 
 use colluvium_constitutive::BLOCK;
 use colluvium_grid::{Lanes, Node, Points, Walls};
-use colluvium_parallel::InPieces;
 use colluvium_points::surface::{Nearest, passes_through};
 use rayon::prelude::*;
 
@@ -134,7 +133,7 @@ impl<const D: usize> Stopping<'_, D> {
                 ahead,
             };
             let blocks = pressed.par_chunks(BLOCK).zip(&mut *rooms).enumerate();
-            blocks.in_pieces(GRAIN, |(block, (points, room))| {
+            blocks.with_min_len(GRAIN).for_each(|(block, (points, room))| {
                 of_set.block(rocks, block * BLOCK, points, of, room);
             });
             for room in &mut rooms[..pressed.len().div_ceil(BLOCK)] {

@@ -2,8 +2,6 @@
 
 use std::cmp::Ordering;
 
-use colluvium_parallel::once_per_dimension;
-
 /// A box between two corners, closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<const D: usize> {
@@ -83,14 +81,6 @@ fn before<const D: usize>(a: &[f64; D], b: &[f64; D], axis: usize) -> Ordering {
     along.fold(Ordering::Equal, Ordering::then)
 }
 
-/// Cuts, and the rank of each point.
-type SharedOut<const D: usize> = (Bisection<D>, Vec<u32>);
-
-/// [`Bisection::new`] of points whose coordinates follow one another.
-fn shared_out<const D: usize>(places: &[f64], weights: &[u32], ranks: usize) -> SharedOut<D> {
-    Bisection::of(places.as_chunks().0, weights, ranks)
-}
-
 impl<const D: usize> Bisection<D> {
     /// Shares points of the given weights out among `ranks` ranks (none counts as one); returns the cuts and the rank
     /// of each point. The same points give the same cuts on every machine.
@@ -99,11 +89,7 @@ impl<const D: usize> Bisection<D> {
     /// side would then have fewer points than ranks; with at least as many points as ranks none goes empty. Points at
     /// the very same place go by their number.
     pub fn new(positions: &[[f64; D]], weights: &[u32], ranks: usize) -> (Self, Vec<u32>) {
-        let (places, ranks) = (positions.as_flattened(), ranks.max(1));
-        once_per_dimension!(D, shared_out(places: &[f64], weights: &[u32], ranks: usize) -> SharedOut)
-    }
-
-    fn of(positions: &[[f64; D]], weights: &[u32], ranks: usize) -> (Self, Vec<u32>) {
+        let ranks = ranks.max(1);
         let mut cuts = Self { nodes: Vec::with_capacity(2 * ranks), ranks };
         let mut owners = vec![0; positions.len()];
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();

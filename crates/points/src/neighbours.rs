@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use colluvium_parallel::{InPieces, fill};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -96,7 +95,11 @@ impl<const D: usize> CellList<D> {
                 key * cells[axis] + cell.min(cells[axis] - 1)
             }) as u32
         };
-        fill(&mut self.keys, positions.len(), LEAST, |i| key(&positions[i]));
+        (0..positions.len())
+            .into_par_iter()
+            .with_min_len(LEAST)
+            .map(|i| key(&positions[i]))
+            .collect_into_vec(&mut self.keys);
         self.starts.clear();
         self.starts.resize(total as usize + 1, 0);
         for &key in &self.keys {
@@ -304,26 +307,39 @@ impl<const D: usize> NeighbourList<D> {
         self.places.resize_with(D, Vec::new);
         for (axis, places) in self.places.iter_mut().enumerate() {
             let place = |&point: &u32| sources[point as usize][axis];
-            fill(places, self.cells.order.len(), LEAST, |i| place(&self.cells.order[i]));
+            (0..self.cells.order.len())
+                .into_par_iter()
+                .with_min_len(LEAST)
+                .map(|i| place(&self.cells.order[i]))
+                .collect_into_vec(places);
         }
         self.blocks.resize_with(self.len.div_ceil(ROWS), Rows::default);
         let (cells, places) = (&self.cells, &self.places);
         let points = targets.par_chunks(ROWS);
-        self.blocks.par_iter_mut().zip(points).enumerate().in_pieces(1, |(number, (rows, points))| {
-            rows.ends.clear();
-            rows.indices.clear();
-            for (k, x) in points.iter().enumerate() {
-                let (i, first) = (number * ROWS + k, rows.indices.len());
-                let radius = radius(i);
-                cells.runs_within(x, radius, |line| {
-                    let places = std::array::from_fn(|axis| &places[axis][line.clone()]);
-                    let near = |j: u32| keep(i as u32, j);
-                    select(x, radius * radius, places, &cells.order[line.clone()], near, &mut rows.indices);
-                });
-                rows.indices[first..].sort_unstable();
-                rows.ends.push(rows.indices.len() as u32);
-            }
-        });
+        self.blocks.par_iter_mut().zip(points).enumerate().with_min_len(1).for_each(
+            |(number, (rows, points))| {
+                rows.ends.clear();
+                rows.indices.clear();
+                for (k, x) in points.iter().enumerate() {
+                    let (i, first) = (number * ROWS + k, rows.indices.len());
+                    let radius = radius(i);
+                    cells.runs_within(x, radius, |line| {
+                        let places = std::array::from_fn(|axis| &places[axis][line.clone()]);
+                        let near = |j: u32| keep(i as u32, j);
+                        select(
+                            x,
+                            radius * radius,
+                            places,
+                            &cells.order[line.clone()],
+                            near,
+                            &mut rows.indices,
+                        );
+                    });
+                    rows.indices[first..].sort_unstable();
+                    rows.ends.push(rows.indices.len() as u32);
+                }
+            },
+        );
         Ok(())
     }
 

@@ -3,7 +3,6 @@
 use colluvium_case::{Manufactured, spatial};
 use colluvium_constitutive::{BLOCK, Material, Motions, StateBlock, SymTensor};
 use colluvium_grid::{Affine, Deposit, Gathered, Lanes, Node, Square, Window};
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::background::Background;
@@ -127,8 +126,7 @@ impl<const D: usize> Update<'_, D> {
             states.blocks_mut().par_iter_mut(),
             reports.par_iter_mut(),
         );
-        blocks.into_par_iter().enumerate().in_pieces_with(
-            GRAIN,
+        blocks.into_par_iter().enumerate().with_min_len(GRAIN).for_each_init(
             || self.bench(),
             |bench, (number, (position, velocity, affine, volume, stress, work, mass, states, report))| {
                 let first = number * BLOCK;

@@ -1,7 +1,6 @@
 //! Flexible confining pressure (sheet: sph §2.13 g; Bui & Nguyen 2021, eqs. 123–129): `2 p_c/ρ_i Σ V_j ∇W` vanishes
 //! within a body and pushes inwards at its surface.
 
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::algebra::{apart, square};
@@ -89,7 +88,7 @@ pub(crate) fn confine<const D: usize>(
     pushes.resize(p.len(), [0.0; D]);
     let pairs = Pairs::new(setting, p, walls);
     let all = crowding.par_iter_mut().zip(&mut *pushes).enumerate();
-    all.in_pieces(TASK, |(i, (index, push))| (*index, *push) = pairs.inward(i, neighbours.of(i)));
+    all.with_min_len(TASK).for_each(|(i, (index, push))| (*index, *push) = pairs.inward(i, neighbours.of(i)));
     let near = 1.05 * setting.options.spacing;
     // Also those beside the surface, which carry what is left of its force (sheet's proposal), across the ends of
     // periods too. In a mirror what is near is itself on this side, and nearer.
@@ -106,7 +105,7 @@ pub(crate) fn confine<const D: usize>(
         let range = group.range();
         let first = range.start;
         let pushed = acceleration[range.clone()].par_iter_mut().zip(&mut pushes[range]);
-        pushed.enumerate().in_pieces(TASK, |(k, (a, push))| {
+        pushed.enumerate().with_min_len(TASK).for_each(|(k, (a, push))| {
             let i = first + k;
             let scale = if group.confined && acts(i) { pressure / p.density[i] } else { 0.0 };
             *push = push.map(|direction| scale * direction);

@@ -3,7 +3,7 @@
 use colluvium_case::measure::Reading;
 use colluvium_case::{Field, FieldData, SolverError, spatial};
 use colluvium_constitutive::{Mat3, SymTensor};
-use colluvium_parallel::filled;
+use rayon::prelude::*;
 
 use crate::algebra::apart;
 use crate::pairs::Pairs;
@@ -74,7 +74,7 @@ impl<const D: usize> SphSolver<D> {
                 averaged: mls && body.is_some_and(|body| near.linear_weights(i, &body).is_none()),
             }
         };
-        Some(filled(p.len(), TASK, of_particle))
+        Some((0..p.len()).into_par_iter().with_min_len(TASK).map(of_particle).collect::<Vec<_>>())
     }
 
     /// What the plain gradient makes of a constant and of the position, of the particles in the given order; none unless

@@ -2,7 +2,6 @@
 
 use colluvium_case::{StepLimit, TimeStep, slowed_for_obstacles, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock};
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::algebra::square;
@@ -77,7 +76,7 @@ pub fn find_limit<const D: usize>(setting: &Setting<D>, bodies: &mut Bodies<D>, 
             least
         };
         // Of equal ones the first particle's.
-        least = blocks.joined(1, least, |a, b| if b.0 < a.0 { b } else { a }, of_block);
+        least = blocks.with_min_len(1).map(of_block).reduce(|| least, |a, b| if b.0 < a.0 { b } else { a });
     }
     least
 }

@@ -1,7 +1,6 @@
 //! Lists of neighbours, and what stands in them beside the particles: images and walls (sheet: sph §3.3, step 1).
 
 use colluvium_case::SolverError;
-use colluvium_parallel::InPieces;
 use colluvium_points::{CellList, NeighbourList, Spare};
 use rayon::prelude::*;
 
@@ -169,7 +168,7 @@ impl<const D: usize> Lists<D> {
             let square = square(&apart);
             if square.is_finite() { square } else { f64::INFINITY }
         };
-        let farthest = pairs.joined(8 * TASK, 0.0, f64::max, of_pair).sqrt();
+        let farthest = pairs.with_min_len(8 * TASK).map(of_pair).reduce(|| 0.0, f64::max).sqrt();
         // A mirror moves its images twice as far.
         let wall = 2.0 * walls.planes.moved(self.listed.time, clock.time);
         let wall = wall.max(walls.obstacles.moved(self.listed.time, clock.time));

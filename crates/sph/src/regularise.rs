@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::SymTensor;
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::clock::Clock;
@@ -64,7 +63,7 @@ impl Averages {
         for group in bodies.groups.iter().filter(|group| group.material.is_in_rate_form()) {
             let (range, start) = (group.range(), group.start);
             let near = Near::new(setting, &bodies.particles, walls, lists);
-            self.stress[range.clone()].par_iter_mut().enumerate().in_pieces(64, |(k, stress)| {
+            self.stress[range.clone()].par_iter_mut().enumerate().with_min_len(64).for_each(|(k, stress)| {
                 *stress = near.average(start + k, &range, form);
             });
             bodies.particles.stress[range.clone()].copy_from_slice(&self.stress[range]);
@@ -86,19 +85,21 @@ impl Averages {
         for group in bodies.groups.iter().filter(|group| group.fluid) {
             let (range, start) = (group.range(), group.start);
             let near = Near::new(setting, p, walls, lists);
-            self.density[range.clone()].par_iter_mut().enumerate().in_pieces(TASK, |(k, density)| {
-                let i = start + k;
-                let linear = (form == DensityReset::Mls).then(|| near.linear_weights(i, &range));
-                let (mut total, mut sum) = (0.0, 0.0);
-                near.around(i, &range, |j, weight, apart| {
-                    let factor = linear
-                        .flatten()
-                        .map_or(1.0, |b| b[0] + (0..D).map(|c| b[c + 1] * apart[c]).sum::<f64>());
-                    total += weight * factor;
-                    sum += near.particles.density[j] * weight * factor;
-                });
-                *density = sum / total;
-            });
+            self.density[range.clone()].par_iter_mut().enumerate().with_min_len(TASK).for_each(
+                |(k, density)| {
+                    let i = start + k;
+                    let linear = (form == DensityReset::Mls).then(|| near.linear_weights(i, &range));
+                    let (mut total, mut sum) = (0.0, 0.0);
+                    near.around(i, &range, |j, weight, apart| {
+                        let factor = linear
+                            .flatten()
+                            .map_or(1.0, |b| b[0] + (0..D).map(|c| b[c + 1] * apart[c]).sum::<f64>());
+                        total += weight * factor;
+                        sum += near.particles.density[j] * weight * factor;
+                    });
+                    *density = sum / total;
+                },
+            );
         }
         p.density[..self.density.len()].copy_from_slice(&self.density);
     }

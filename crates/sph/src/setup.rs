@@ -225,7 +225,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     let looks = (COVERED * options.spacing, smoothing.radius());
     let obstacles = Obstacles::new(case, places, looks)?;
     let walls = Walls::new(planes(case, 0, options, smoothing.radius()), obstacles);
-    let (case, gravity) = (Arc::new(case.copied()), corner(&case.gravity3()));
+    let (case, gravity) = (Arc::new(case.clone()), corner(&case.gravity3()));
     let setting = Setting { case, options: options.clone(), smoothing, gravity };
     let mut solver = SphSolver::new(setting, bodies, walls);
     if options.formulation == Formulation::TotalLagrangian {

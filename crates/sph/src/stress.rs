@@ -2,7 +2,6 @@
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Mat3, Motion};
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::clock::Clock;
@@ -95,11 +94,9 @@ pub fn update_stress<const D: usize>(
         let divergence = rates.divergence[range.clone()].par_chunks(BLOCK);
         let (material, initial) = (&group.material, group.density);
         let all = blocks.zip(stress).zip(density).zip(mass).zip(gradient).zip(divergence).enumerate();
-        let error = all.joined(
-            1,
-            None,
-            Option::or,
-            |(number, (((((states, stress), density), mass), gradient), divergence))| {
+        let error = all
+            .with_min_len(1)
+            .map(|(number, (((((states, stress), density), mass), gradient), divergence))| {
                 let mut motions = [Motion::STILL; BLOCK];
                 for k in 0..stress.len() {
                     if follows {
@@ -128,8 +125,8 @@ pub fn update_stress<const D: usize>(
                 }
                 let updated = material.update(&motions[..stress.len()], stress, states);
                 updated.err().map(|e| (range.start + number * BLOCK + e.index, e.source.to_string()))
-            },
-        );
+            })
+            .reduce(|| None, Option::or);
         failure = failure.or(error);
     }
     failure.map_or(Ok(()), |(index, reason)| Err(p.failed(clock, index, reason)))
@@ -155,15 +152,22 @@ pub fn return_to_yield<const D: usize>(
         let density = p.density[range.clone()].par_chunks(BLOCK);
         let mass = p.mass[range.clone()].par_chunks(BLOCK);
         let all = blocks.zip(stress).zip(density).zip(mass).enumerate();
-        let error = all.joined(1, None, Option::or, |(number, (((states, stress), density), mass))| {
-            let mut motions = [Motion::STILL; BLOCK];
-            for ((motion, density), mass) in motions.iter_mut().zip(density).zip(mass) {
-                *motion =
-                    Motion { dt, density: *density, size: band_length::<D>(mass / density), ..Motion::STILL };
-            }
-            let updated = material.update(&motions[..stress.len()], stress, states);
-            updated.err().map(|e| (range.start + number * BLOCK + e.index, e.source.to_string()))
-        });
+        let error = all
+            .with_min_len(1)
+            .map(|(number, (((states, stress), density), mass))| {
+                let mut motions = [Motion::STILL; BLOCK];
+                for ((motion, density), mass) in motions.iter_mut().zip(density).zip(mass) {
+                    *motion = Motion {
+                        dt,
+                        density: *density,
+                        size: band_length::<D>(mass / density),
+                        ..Motion::STILL
+                    };
+                }
+                let updated = material.update(&motions[..stress.len()], stress, states);
+                updated.err().map(|e| (range.start + number * BLOCK + e.index, e.source.to_string()))
+            })
+            .reduce(|| None, Option::or);
         failure = failure.or(error);
     }
     failure.map_or(Ok(()), |(index, reason)| Err(p.failed(clock, index, reason)))

@@ -6,7 +6,6 @@
 
 use colluvium_case::CaseError;
 use colluvium_case::loads::cofactor;
-use colluvium_parallel::InPieces;
 use colluvium_points::{NeighbourList, SearchError};
 use rayon::prelude::*;
 
@@ -99,7 +98,7 @@ impl<const D: usize> Reference<D> {
     fn load(&mut self, p: &Particles<D>) {
         let Self { initial, deformation, nominal } = self;
         let all = deformation.par_iter_mut().zip(nominal).enumerate();
-        all.in_pieces(TASK, |(i, (deformation, nominal))| {
+        all.with_min_len(TASK).for_each(|(i, (deformation, nominal))| {
             let sum = initial.gradient(i, |j, c| p.position[j][c] - p.position[i][c]);
             if initial.correction[i] != [[0.0; D]; D] {
                 *deformation = matmul(&sum, &initial.correction[i]);
@@ -163,7 +162,7 @@ impl<const D: usize> Reference<D> {
         let viscosity = (options.viscosity_linear, options.viscosity_quadratic);
         self.load(particles);
         accelerations.resize(particles.len(), [0.0; D]);
-        accelerations.par_iter_mut().enumerate().in_pieces(TASK, |(i, a)| {
+        accelerations.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, a)| {
             let pull = self.acceleration(particles, i, viscosity);
             *a = std::array::from_fn(|c| pull[c] + gravity[c]);
         });
@@ -172,7 +171,7 @@ impl<const D: usize> Reference<D> {
     /// Velocity gradients and divergences.
     pub fn find_rates(&self, particles: &Particles<D>, rates: &mut Derivatives<D>) {
         let all = rates.gradient.par_iter_mut().enumerate();
-        all.in_pieces(TASK, |(i, l)| *l = self.rate(particles, i));
+        all.with_min_len(TASK).for_each(|(i, l)| *l = self.rate(particles, i));
         for (divergence, l) in rates.divergence.iter_mut().zip(&rates.gradient) {
             *divergence = (0..D).map(|c| l[c][c]).sum();
         }

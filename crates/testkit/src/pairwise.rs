@@ -71,6 +71,17 @@ impl Family {
         row
     }
 
+    /// The row with the levels of a row of another state of the family: by their names, or by their numbers where a name is not there.
+    pub fn row_of(&self, other: &Self, row: &[usize]) -> Row {
+        let level = |(place, factor): (usize, &Factor)| {
+            let known = other.factors.iter().position(|own| own.name == factor.name).unwrap_or(place);
+            let number = row.get(known).copied().unwrap_or(0);
+            let name = other.factors.get(known).and_then(|own| own.levels.get(number)).map(|own| &own.0);
+            factor.levels.iter().position(|own| Some(&own.0) == name).unwrap_or(number)
+        };
+        self.factors.iter().enumerate().map(level).collect()
+    }
+
     /// The case of a row. Levels that the family does not have are left out.
     pub fn case(&self, row: &[usize]) -> Value {
         let mut case = self.base.clone();
@@ -221,6 +232,17 @@ mod tests {
             assert_eq!(is_there, (a, i, b, j) != (0, 2, 1, 3), "{a} {i} {b} {j}");
         }
         assert!(rows.iter().all(|row| accepts(&family.case(row))));
+    }
+
+    #[test]
+    fn a_row_keeps_its_levels_when_others_are_added() {
+        let (old, mut new) = (family(), family());
+        new.factors[1].levels.insert(1, ("new".to_owned(), Map::new()));
+        new.factors.swap(2, 3);
+        let row = new.row(&[("a", "2"), ("b", "3"), ("d", "1")]);
+        assert_eq!(old.describe(&old.row_of(&new, &row)), "a: 2, b: 3, d: 1");
+        new.factors[0].name = "renamed".to_owned();
+        assert_eq!(old.row_of(&new, &row)[0], 2);
     }
 
     #[test]

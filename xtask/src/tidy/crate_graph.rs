@@ -124,22 +124,13 @@ fn package(entry: &Value) -> (String, Package) {
 fn allowed(folder: &str) -> Option<&'static [&'static str]> {
     match folder {
         "colluvium" | "xtask" => None,
-        "constitutive" | "parallel" => Some(&[]),
-        "points" | "grid" => Some(&["colluvium-parallel"]),
+        "constitutive" | "points" | "grid" => Some(&[]),
         "umat" => Some(&["colluvium-constitutive"]),
         "terrain" => Some(&["colluvium-points"]),
-        "case" => {
-            Some(&["colluvium-constitutive", "colluvium-parallel", "colluvium-points", "colluvium-terrain"])
-        }
+        "case" => Some(&["colluvium-constitutive", "colluvium-points", "colluvium-terrain"]),
         "plots" => Some(&["colluvium-case", "colluvium-constitutive"]),
         // What remains is a method, or what the tests of methods share.
-        _ => Some(&[
-            "colluvium-case",
-            "colluvium-constitutive",
-            "colluvium-grid",
-            "colluvium-parallel",
-            "colluvium-points",
-        ]),
+        _ => Some(&["colluvium-case", "colluvium-constitutive", "colluvium-grid", "colluvium-points"]),
     }
 }
 

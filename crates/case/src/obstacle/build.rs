@@ -1,8 +1,8 @@
 //! Surfaces from the shapes of obstacles.
 
+use std::any::Any;
 use std::path::Path;
 
-use colluvium_parallel::{once_per_dimension, same};
 use colluvium_points::Raster;
 use colluvium_points::surface::{
     BallSurface, Facetted, Frame, HalfSpace, HeightField, Placed, Profile, Revolved, Shared, SurfaceError,
@@ -22,13 +22,6 @@ pub(super) fn surface<const D: usize>(
     path: &str,
     origin: &[f64; 3],
 ) -> Result<Shared<D>, CaseError> {
-    once_per_dimension!(D, made(shape: &ObstacleShape, path: &str, origin: &[f64; 3]) -> Made)
-}
-
-/// What comes of a shape.
-type Made<const D: usize> = Result<Shared<D>, CaseError>;
-
-fn made<const D: usize>(shape: &ObstacleShape, path: &str, origin: &[f64; 3]) -> Made<D> {
     let made = match shape {
         ObstacleShape::Plane { point, normal } => plane(point, normal),
         ObstacleShape::Box { min, max } => around_box(min, max),
@@ -87,10 +80,9 @@ fn of_file(problem: &dyn std::fmt::Display) -> Problem {
 
 /// A surface of `N` coordinates in a space of `D`, which must be as many.
 fn in_space<const N: usize, const D: usize>(surface: Shared<N>) -> Result<Shared<D>, Problem> {
-    if N != D {
-        return Err((String::new(), format!("is a shape of {N} dimensions, the space has {D}")));
-    }
-    Ok(same(surface))
+    let surface: &dyn Any = &surface;
+    let own = surface.downcast_ref::<Shared<D>>().cloned();
+    own.ok_or_else(|| (String::new(), format!("is a shape of {N} dimensions, the space has {D}")))
 }
 
 /// A vector as one of the space; its length is checked before.

@@ -29,7 +29,7 @@ use crate::ledger::Ledger;
 use crate::lists::Lists;
 use crate::pairs::Columns;
 use crate::rain;
-use crate::solver::{Compiled, DemSolver, Followed, Given, Kind, Scratch, Since};
+use crate::solver::{DemSolver, Followed, Given, Kind, Scratch, Since};
 use crate::store::Stored;
 use crate::vector::{dot, minus};
 use crate::walls::{Wall, WallList};
@@ -120,8 +120,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     let cell = stored.as_ref().map_or_else(|| Ok(domain(case)), |stored| stored.cell(case, domain(case)))?;
     let fastest = grains.velocity.iter().map(|v| dot(v, v)).fold(0.0, f64::max).sqrt();
     let mut solver = DemSolver {
-        compiled: Compiled::HERE,
-        case: Arc::new(case.copied()),
+        case: Arc::new(case.clone()),
         skin: options.skin * mean_diameter(case, &options, &grains),
         kinds,
         laws,

@@ -1,7 +1,6 @@
 //! The solver: its data and one step (sheet: dem §3.1).
 
 mod applied;
-mod compiled;
 mod control;
 mod followed;
 mod press;
@@ -15,7 +14,6 @@ use colluvium_case::{Advance, Case, ObstacleLaws, SolverError, spatial};
 use colluvium_points::Surface;
 use colluvium_points::surface::Contacts;
 
-pub(crate) use compiled::Compiled;
 pub(crate) use followed::Followed;
 
 use crate::cell::{PeriodicCell, inverse, product};
@@ -109,8 +107,6 @@ impl Given {
 
 /// Grains in `D` dimensions with rotations of `R` components.
 pub struct DemSolver<const D: usize, const R: usize> {
-    /// Functions that are long to compile.
-    pub(crate) compiled: Compiled<D, R>,
     pub(crate) case: Arc<Case>,
     pub(crate) options: DemOptions,
     pub(crate) kinds: Vec<Kind>,

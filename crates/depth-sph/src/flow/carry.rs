@@ -1,7 +1,6 @@
 //! The drift over a curved bed: velocities are carried from the tangent plane of one place to that of the next, by the rotation that
 //! takes one normal to the other, so that speed along the bed is kept (sheet: depth-sph §2.9, as amended).
 
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use super::set::{Set, TASK};
@@ -94,8 +93,7 @@ impl<const D: usize> Flow<D> {
             let held = self.holds_any();
             let id = &nodes.id;
             let moves = nodes.position.par_iter_mut().zip(&mut nodes.velocity).zip(&mut nodes.slope);
-            moves.zip(bed).zip(turning).enumerate().in_pieces(
-                TASK,
+            moves.zip(bed).zip(turning).enumerate().with_min_len(TASK).for_each(
                 |(i, ((((x, v), slope), point), turned))| {
                     let drift = if smoothed { spare[i] } else { *v };
                     *turned = 0.0;
@@ -141,7 +139,7 @@ impl<const D: usize> Flow<D> {
             let held = self.holds_any();
             let id = &nodes.id;
             let moves = nodes.position.par_iter_mut().zip(&mut nodes.velocity).zip(&mut nodes.slope);
-            moves.zip(&*bed).enumerate().in_pieces(TASK, |(i, (((x, v), slope), point))| {
+            moves.zip(&*bed).enumerate().with_min_len(TASK).for_each(|(i, (((x, v), slope), point))| {
                 let drift = if smoothed { spare[i] } else { *v };
                 (0..D).for_each(|c| x[c] += dt * drift[c]);
                 let free = carries && !(held && self.is_outside(id[i]));
@@ -165,7 +163,7 @@ impl<const D: usize> Flow<D> {
         for set in &mut self.sets {
             let nodes = &mut set.nodes;
             let moves = nodes.position.par_iter().zip(&mut nodes.velocity).zip(&mut nodes.slope);
-            moves.in_pieces(TASK, |((x, v), slope)| {
+            moves.with_min_len(TASK).for_each(|((x, v), slope)| {
                 let Some(found) = floor.at(x) else { return };
                 if !slope[0].is_nan() {
                     *v = carried(v, slope, &found.slope);

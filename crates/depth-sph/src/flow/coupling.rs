@@ -2,7 +2,6 @@
 //! and 6, as amended).
 
 use colluvium_constitutive::basal::BasalFlow;
-use colluvium_parallel::{InPieces, filled};
 use rayon::prelude::*;
 
 use super::set::{Set, TASK};
@@ -115,7 +114,7 @@ impl<const D: usize> Flow<D> {
         let Parts { above, position, velocity, .. } = Above::parts(settings, heads, &mut sets[0]);
         let porosity = settings.material.porosity;
         let along = settings.numerics.friction_along_x;
-        velocity.par_iter_mut().enumerate().in_pieces(TASK, |(i, v)| {
+        velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
             let Some(law) = &settings.zone(&position[i]).law else { return };
             let basal = above.basal(i, v, porosity);
             let per_stress = dt / (settings.material.density() * basal.depth);
@@ -162,7 +161,7 @@ impl<const D: usize> Flow<D> {
             let masses = [densities.grain * solid, densities.fluid * fluid];
             Some(Bond { masses, shares: shares(beta * dt) })
         };
-        filled(set.len(), TASK, bond)
+        (0..set.len()).into_par_iter().with_min_len(TASK).map(bond).collect::<Vec<_>>()
     }
 
     /// Velocities before the step and what the step has added, of each phase in the order of its cells. The second axis of one dimension
@@ -210,7 +209,7 @@ impl<const D: usize> Flow<D> {
                     let old = if which == Slip::Whole { old } else { 0.0 };
                     std::array::from_fn(|c| part * (old * before[c] + new * added[c]))
                 };
-                filled(self.sets[role].len(), TASK, change)
+                (0..self.sets[role].len()).into_par_iter().with_min_len(TASK).map(change).collect::<Vec<_>>()
             })
             .collect();
         for (set, changes) in self.sets.iter_mut().zip(&changes) {
@@ -248,7 +247,8 @@ impl<const D: usize> Flow<D> {
                 if size < yields { [0.0; D] } else { std::array::from_fn(|c| v[c] - mobility * impulse[c]) };
             (impulse, left)
         };
-        let found: Vec<(Plan<D>, Plan<D>)> = filled(set.len(), TASK, impulse);
+        let found: Vec<(Plan<D>, Plan<D>)> =
+            (0..set.len()).into_par_iter().with_min_len(TASK).map(impulse).collect::<Vec<_>>();
         for (v, (_, left)) in self.sets[0].nodes.velocity.iter_mut().zip(&found) {
             *v = *left;
         }
@@ -270,7 +270,8 @@ impl<const D: usize> Flow<D> {
             let mean = solid.packed.mean(kernel, x, length, &shown).unwrap_or([0.0; D]);
             std::array::from_fn(|c| bond.passed() * mean[c])
         };
-        let taken: Vec<Plan<D>> = filled(fluid.len(), TASK, taken);
+        let taken: Vec<Plan<D>> =
+            (0..fluid.len()).into_par_iter().with_min_len(TASK).map(taken).collect::<Vec<_>>();
         for (v, taken) in self.sets[1].nodes.velocity.iter_mut().zip(&taken) {
             for c in 0..D {
                 v[c] -= taken[c];
@@ -282,7 +283,7 @@ impl<const D: usize> Flow<D> {
     fn slow(&mut self, role: usize, dt: f64) {
         let Self { settings, heads, sets, .. } = self;
         let Parts { above, position, porosity, velocity } = Above::parts(settings, heads, &mut sets[role]);
-        velocity.par_iter_mut().enumerate().in_pieces(TASK, |(i, v)| {
+        velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
             let speed = above.bed[i].speed(v);
             if speed == 0.0 {
                 return;

@@ -1,6 +1,5 @@
 //! Step 10: nodes that flow in (sheet: depth-sph §3.4).
 
-use super::compiled::compiled;
 use super::open::{Moments, Stratum};
 use super::set::Set;
 use super::{Failure, Flow, OpenEnd};
@@ -95,7 +94,7 @@ impl<const D: usize> Flow<D> {
             |found: &Option<(f64, f64)>| found.map(|(depth, speed)| Arriving::of(depth, speed, pull));
         let arriving: Vec<_> = standing.iter().map(arriving).collect();
         self.feed_with(&arriving);
-        self.settle_again(compiled()?.settle)
+        self.settle_again(Self::settle)
     }
 
     /// First heights once more, with nodes that have been added; columns of pore pressure begin with them.

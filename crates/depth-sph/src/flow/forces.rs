@@ -1,6 +1,5 @@
 //! Pressure, artificial viscosity, gradients of porosity and the reaction of the bed (sheet: depth-sph §2.5, §2.9, §2.10).
 
-use colluvium_parallel::InPieces;
 use colluvium_points::NeighbourList;
 use rayon::prelude::*;
 use wide::f64x4;
@@ -326,7 +325,7 @@ impl<const D: usize> Set<D> {
         viscous.resize(nodes.len(), [0.0; D]);
         let pairs = Pairs { settings, nodes, seen, packed, around, fours, bed, reaction, across };
         let columns = acceleration.par_iter_mut().zip(viscous).enumerate();
-        columns.in_pieces_with(TASK, Vec::new, |spare, (i, (a, viscous))| {
+        columns.with_min_len(TASK).for_each_init(Vec::new, |spare, (i, (a, viscous))| {
             let (sums, mut force) = if plain {
                 let sums = if form == Momentum::Variational {
                     pairs.variational(i)

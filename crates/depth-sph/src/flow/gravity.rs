@@ -1,6 +1,5 @@
 //! Step 3: the bed below the nodes, and gravity as it acts there (sheet: depth-sph §2.9, as amended).
 
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use super::set::{Set, TASK, copy};
@@ -72,8 +71,7 @@ impl<const D: usize> Flow<D> {
         turning.resize(nodes.len(), 0.0);
         let (position, velocity) = (&nodes.position, &nodes.velocity);
         let columns = points.par_iter_mut().zip(&mut nodes.pull).zip(&mut nodes.bearing).zip(reaction);
-        columns.zip(&*turning).enumerate().in_pieces(
-            TASK,
+        columns.zip(&*turning).enumerate().with_min_len(TASK).for_each(
             |(i, ((((point, pull), bearing), reaction), turning))| {
                 // Nodes beyond the bed keep what was below them until they are removed at the end of the step.
                 if asked == Asked::Now

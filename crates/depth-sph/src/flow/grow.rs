@@ -1,7 +1,6 @@
 //! What changes the nodes themselves: erosion of the bed, friction between layers, nodes that leave (sheet: depth-sph §2.8,
 //! §2.11, §3.4 step 8).
 
-use colluvium_parallel::filled;
 use colluvium_points::Spare;
 use rayon::prelude::*;
 
@@ -40,7 +39,8 @@ impl<const D: usize> Flow<D> {
                 let concentration = submerged / (submerged + densities.fluid);
                 law.growth(speeds, tangent, nodes.depth[i], concentration, dt)
             };
-            let found: Vec<f64> = filled(set.nodes.len(), TASK, growth);
+            let found: Vec<f64> =
+                (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(growth).collect::<Vec<_>>();
             let Set { nodes, bed, .. } = &mut self.sets[number];
             for (i, mut growth) in found.into_iter().enumerate() {
                 if growth <= 0.0 {
@@ -101,7 +101,7 @@ impl<const D: usize> Flow<D> {
                     let both = stress / masses[0] + stress / masses[1];
                     std::array::from_fn(|c| stress / masses[role] / (1.0 + both) * slip[c])
                 };
-                filled(own.nodes.len(), TASK, change)
+                (0..own.nodes.len()).into_par_iter().with_min_len(TASK).map(change).collect::<Vec<_>>()
             })
             .collect();
         for (set, changes) in self.sets.iter_mut().zip(&changes) {

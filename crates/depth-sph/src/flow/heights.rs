@@ -1,6 +1,5 @@
 //! Heights by summation over the nodes around, and smoothing lengths that follow them (sheet: depth-sph §2.10).
 
-use colluvium_parallel::{InPieces, fill};
 use rayon::prelude::*;
 
 use super::fours::MARGIN;
@@ -40,8 +39,7 @@ impl<const D: usize> Set<D> {
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
         let columns = nodes.height.par_chunks_mut(TASK).zip(nodes.length.par_chunks_mut(TASK));
         let blocks = fours.blocks(position.len()).par_iter_mut().zip(columns).enumerate();
-        blocks.in_pieces_with(
-            1,
+        blocks.with_min_len(1).for_each_init(
             || packed.near(),
             |near, (number, (block, (heights, lengths)))| {
                 block.clear();
@@ -79,8 +77,7 @@ impl<const D: usize> Set<D> {
         let (position, volume, first, scale) =
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
         let columns = nodes.height.par_iter_mut().zip(nodes.length.par_iter_mut()).zip(omega).enumerate();
-        columns.in_pieces_with(
-            TASK,
+        columns.with_min_len(TASK).for_each_init(
             || packed.near(),
             |near, (i, ((height, length), omega))| {
                 near.go(position[i]);
@@ -104,7 +101,7 @@ impl<const D: usize> Set<D> {
                 sum + seen.volume[j] / seen.height[j] * kernel.value::<D>(r, nodes.length[i])
             })
         };
-        fill(&mut self.scalars, nodes.len(), TASK, share);
+        (0..nodes.len()).into_par_iter().with_min_len(TASK).map(share).collect_into_vec(&mut self.scalars);
         for (height, share) in self.nodes.height.iter_mut().zip(&self.scalars) {
             *height /= share;
         }
@@ -126,7 +123,7 @@ impl<const D: usize> Set<D> {
     pub fn sum_partners(&mut self, kernel: Kernel, other: &Packed<D>) {
         let nodes = &self.nodes;
         let partner = |i: usize| other.sum(kernel, &nodes.position[i], nodes.length[i]);
-        fill(&mut self.scalars, nodes.len(), TASK, partner);
+        (0..nodes.len()).into_par_iter().with_min_len(TASK).map(partner).collect_into_vec(&mut self.scalars);
         copy(&self.images, &self.scalars, &mut self.seen.partner);
     }
 }

@@ -1,6 +1,5 @@
 //! Time integration: leapfrog, midpoint rule, classical fourth order (sheet: depth-sph §3.4).
 
-use colluvium_parallel::{InPieces, fill};
 use rayon::prelude::*;
 
 use super::set::{Set, TASK};
@@ -44,7 +43,7 @@ impl<const D: usize> Flow<D> {
         self.break_pressure();
         for set in &mut self.sets {
             let kicks = set.nodes.velocity.par_iter_mut().zip(&set.acceleration);
-            kicks.in_pieces(TASK, |(v, a)| {
+            kicks.with_min_len(TASK).for_each(|(v, a)| {
                 for c in 0..D {
                     v[c] += dt * a[c];
                 }
@@ -108,7 +107,7 @@ impl<const D: usize> Flow<D> {
                 v
             };
             let count = set.nodes.len();
-            fill(&mut set.spare, count, TASK, smooth);
+            (0..count).into_par_iter().with_min_len(TASK).map(smooth).collect_into_vec(&mut set.spare);
         }
         Ok(())
     }
@@ -221,7 +220,7 @@ impl<const D: usize> Set<D> {
             near.of(i).iter().map(pair).sum()
         };
         let count = self.nodes.len();
-        fill(&mut self.rate, count, TASK, rate);
+        (0..count).into_par_iter().with_min_len(TASK).map(rate).collect_into_vec(&mut self.rate);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The account of energy: what there was, what has come in, and what forces have taken, each from its own force and not as what is
 //! left over (sheet: depth-sph §2.9, item 7 as amended).
 
-use colluvium_parallel::{fill, filled};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Flow;
@@ -104,7 +104,7 @@ impl<const D: usize> Flow<D> {
             let one = |i: usize| {
                 if self.is_outside(set.nodes.id[i]) { Holdings::default() } else { self.holding(number, i) }
             };
-            for own in filled(set.len(), TASK, one) {
+            for own in (0..set.len()).into_par_iter().with_min_len(TASK).map(one).collect::<Vec<_>>() {
                 sum.kinetic += own.kinetic;
                 sum.bed += own.bed;
                 sum.pressure += own.pressure;
@@ -237,7 +237,7 @@ impl<const D: usize> Flow<D> {
                 }
                 works
             };
-            fill(&mut works, set.len(), TASK, of_node);
+            (0..set.len()).into_par_iter().with_min_len(TASK).map(of_node).collect_into_vec(&mut works);
             for own in &works {
                 (0..3).for_each(|k| sums[k] += own[k]);
             }

@@ -1,6 +1,5 @@
 //! The largest step, and totals (sheet: depth-sph §3.3).
 
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Flow;
@@ -63,7 +62,8 @@ impl<const D: usize> Flow<D> {
             };
             let nodes = (0..set.nodes.len()).into_par_iter();
             let none = (f64::INFINITY, 0);
-            let (dt, i) = nodes.joined(TASK, none, |a, b| if b.0 < a.0 { b } else { a }, of_node);
+            let (dt, i) =
+                nodes.with_min_len(TASK).map(of_node).reduce(|| none, |a, b| if b.0 < a.0 { b } else { a });
             if dt < least.dt {
                 least = Limit { dt, node: Some((number, i)) };
             }

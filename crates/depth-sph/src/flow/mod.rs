@@ -4,7 +4,6 @@
 mod accounts;
 mod axes;
 mod carry;
-mod compiled;
 mod coupling;
 mod feed;
 mod forces;
@@ -25,7 +24,6 @@ mod pore;
 mod pressures;
 mod set;
 
-use colluvium_parallel::InPieces;
 use colluvium_points::{CellList, SearchError, Spare};
 use rayon::prelude::*;
 use thiserror::Error;
@@ -35,7 +33,6 @@ use crate::choices::{Continuity, Momentum, Phases};
 use crate::inflow::{Held, Inflow};
 use crate::nodes::{Node, norm};
 use crate::settings::Settings;
-use compiled::compiled;
 use set::{TASK, copy};
 
 pub use forces::{Role, corrected};
@@ -180,7 +177,7 @@ impl<const D: usize> Flow<D> {
             cells: CellList::new(),
             spare: Spare::default(),
         };
-        (compiled()?.settle)(&mut flow)?;
+        flow.settle()?;
         flow.outside = Outside::Remove;
         Ok(flow)
     }
@@ -229,10 +226,6 @@ impl<const D: usize> Flow<D> {
     /// # Errors
     /// The first node that can no longer be followed.
     pub fn advance(&mut self, dt: f64) -> Result<(), Failure> {
-        (compiled()?.step)(self, dt)
-    }
-
-    fn step(&mut self, dt: f64) -> Result<(), Failure> {
         self.open_ledger();
         if !(self.inflows.is_empty() && self.opens.is_empty()) {
             self.let_in(|flow| {
@@ -400,7 +393,11 @@ impl<const D: usize> Flow<D> {
     fn check(&self) -> Result<(), Failure> {
         for set in &self.sets {
             let failed = |i: usize| self.failure_of(set, i).is_some().then_some(i);
-            let found = (0..set.nodes.len()).into_par_iter().joined(TASK, None, Option::or, failed);
+            let found = (0..set.nodes.len())
+                .into_par_iter()
+                .with_min_len(TASK)
+                .map(failed)
+                .reduce(|| None, Option::or);
             if let Some(i) = found {
                 return Err(failure(set, i, self.failure_of(set, i).unwrap_or_default()));
             }

@@ -1,7 +1,6 @@
 //! Nodes and their images in the order of cells, column by column: what lies around a place is a few runs of each column, read four
 //! nodes at a time.
 
-use colluvium_parallel::{InPieces, fill};
 use colluvium_points::{CellList, SearchError};
 use rayon::prelude::*;
 use wide::f64x4;
@@ -93,7 +92,7 @@ pub fn whole(lanes: f64x4) -> f64 {
 fn gather(order: &[u32], column: &mut Vec<f64>, value: impl Fn(usize) -> f64 + Sync) {
     column.resize(order.len() + 3, 0.0);
     let pairs = column.par_iter_mut().zip(order);
-    pairs.in_pieces(8 * TASK, |(entry, &j)| *entry = value(j as usize));
+    pairs.with_min_len(8 * TASK).for_each(|(entry, &j)| *entry = value(j as usize));
 }
 
 impl<const D: usize> Packed<D> {
@@ -107,7 +106,11 @@ impl<const D: usize> Packed<D> {
             self.cells.build(&seen.position, edge)?;
         } else {
             let place = |i: usize| axes.of(&seen.position[i]);
-            fill(&mut self.turned, seen.position.len(), 8 * TASK, place);
+            (0..seen.position.len())
+                .into_par_iter()
+                .with_min_len(8 * TASK)
+                .map(place)
+                .collect_into_vec(&mut self.turned);
             self.cells.build(&self.turned, edge)?;
         }
         self.axes = axes;

@@ -1,6 +1,5 @@
 //! Excess pore pressure on the columns of the solid nodes (sheet: depth-sph §2.7, §3.6).
 
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Flow;
@@ -83,7 +82,7 @@ impl Heads {
         let advance = |(i, (head, seen)): (usize, (&mut [f64], &mut f64))| {
             usize::from(step(settings, pore, set, i, head, seen, dt))
         };
-        self.clipped = columns.joined(TASK / 4, 0, |a, b| a + b, advance);
+        self.clipped = columns.with_min_len(TASK / 4).map(advance).reduce(|| 0, |a, b| a + b);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Pressures over the depth as the sums of the momentum equation take them (sheet: depth-sph §2.5).
 
-use colluvium_parallel::{fill, filled};
+use rayon::prelude::*;
 
 use super::Flow;
 use super::set::{Set, TASK, copy};
@@ -37,7 +37,7 @@ impl<const D: usize> Flow<D> {
             near.of(i).iter().map(pair).sum()
         };
         let count = set.nodes.len();
-        fill(&mut set.divergence, count, TASK, divergence);
+        (0..count).into_par_iter().with_min_len(TASK).map(divergence).collect_into_vec(&mut set.divergence);
     }
 
     /// Of a single phase, or of layers.
@@ -74,7 +74,8 @@ impl<const D: usize> Flow<D> {
         let densities = self.settings.material.densities;
         // Mean heads of the grains; the fluid has those around it.
         let count = self.sets[0].nodes.len();
-        let heads: Vec<f64> = filled(count, 1, |i| self.heads.mean(i));
+        let heads: Vec<f64> =
+            (0..count).into_par_iter().with_min_len(1).map(|i| self.heads.mean(i)).collect::<Vec<_>>();
         let of_fluid = self.heads_at_fluid(&heads);
         for role in 0..2 {
             let set = &self.sets[role];
@@ -94,7 +95,8 @@ impl<const D: usize> Flow<D> {
                 };
                 (pressure / (height * height), excess)
             };
-            let found: Vec<(f64, f64)> = filled(set.nodes.len(), TASK, of_node);
+            let found: Vec<(f64, f64)> =
+                (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(of_node).collect::<Vec<_>>();
             let set = &mut self.sets[role];
             let (pressures, excesses): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
             copy(&set.images, &pressures, &mut set.seen.pressure);
@@ -114,6 +116,6 @@ impl<const D: usize> Flow<D> {
             let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
             solid.packed.mean(kernel, x, length, &shown).map_or(0.0, |[value]| value)
         };
-        filled(fluid.nodes.len(), TASK, mean)
+        (0..fluid.nodes.len()).into_par_iter().with_min_len(TASK).map(mean).collect::<Vec<_>>()
     }
 }

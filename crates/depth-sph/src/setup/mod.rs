@@ -189,7 +189,7 @@ fn made<const D: usize>(
         }
     }
     flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
-    let solver = DepthSolver::new(Arc::new(case.copied()), options.clone(), flow, maps, departure);
+    let solver = DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps, departure);
     Ok((solver, warnings))
 }
 

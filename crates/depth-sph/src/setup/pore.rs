@@ -81,7 +81,7 @@ pub fn stated(case: &Case) -> Result<Cow<'_, Case>, CaseError> {
         None => {}
     }
     state_drainage(case, all)?;
-    let mut stated = case.copied();
+    let mut stated = case.clone();
     stated.methods.insert(NAME.to_owned(), options);
     Ok(Cow::Owned(stated))
 }

@@ -1,6 +1,5 @@
 //! Points in order of their cells.
 
-use colluvium_parallel::filled;
 use rayon::prelude::*;
 
 use crate::Grid;
@@ -12,7 +11,14 @@ pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> V
         (0..D).fold(0usize, |key, axis| key * grid.cells[axis] + cell[axis])
     };
     let cells: usize = grid.cells.iter().product();
-    in_order(filled(positions.len(), 1024, |i| (key(&positions[i]), i as u32)), cells)
+    in_order(
+        (0..positions.len())
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|i| (key(&positions[i]), i as u32))
+            .collect::<Vec<_>>(),
+        cells,
+    )
 }
 
 /// The numbers of points in order of their cells, of which there are `cells`.

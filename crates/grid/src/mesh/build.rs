@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use colluvium_parallel::once_per_dimension;
 use thiserror::Error;
 
 use super::{Around, Bins, CORNERS, Element, Mesh, NONE, norm};
@@ -110,11 +109,6 @@ impl<const D: usize> Mesh<D> {
     /// # Errors
     /// As [`Mesh::new`]; a grid has no flaw that would make it fail.
     pub fn of_grid(grid: &Grid<D>) -> Result<Self, MeshError> {
-        let (origin, cells, cell) = (grid.origin.as_slice(), grid.cells.as_slice(), grid.cell);
-        once_per_dimension!(D, of_cells(origin: &[f64], cells: &[usize], cell: f64) -> Built)
-    }
-
-    fn cut(grid: &Grid<D>) -> Result<Self, MeshError> {
         let counts: [usize; D] = std::array::from_fn(|a| grid.cells[a] + 1);
         let number = |index: &[usize; D]| (0..D).fold(0, |number, a| number * counts[a] + index[a]);
         let every = |counts: [usize; D]| {
@@ -185,18 +179,6 @@ impl<const D: usize> Mesh<D> {
         }
         Bins { grid, starts, elements: members.concat() }
     }
-}
-
-/// What comes of building a mesh.
-type Built<const D: usize> = Result<Mesh<D>, MeshError>;
-
-/// The mesh of the grid with its lower corner at `origin` (m) and so many `cells` with edges of `cell` (m).
-fn of_cells<const D: usize>(origin: &[f64], cells: &[usize], cell: f64) -> Built<D> {
-    Mesh::cut(&Grid {
-        origin: std::array::from_fn(|a| origin[a]),
-        cell,
-        cells: std::array::from_fn(|a| cells[a]),
-    })
 }
 
 /// The orders of `D` axes, and whether each is even.

@@ -11,7 +11,6 @@ mod tests;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use colluvium_parallel::once_per_dimension;
 use thiserror::Error;
 
 use crate::{Mesh, MeshError};
@@ -78,14 +77,11 @@ impl<const D: usize> Mesh<D> {
     /// With the place where the file is not what the format asks for, or what is wrong with the mesh. In the plane,
     /// nodes off it are refused.
     pub fn from_msh(bytes: &[u8]) -> Result<Self, MshError> {
-        once_per_dimension!(D, read(bytes: &[u8]) -> Read)
+        read(bytes)
     }
 }
 
-/// Mesh of a file, or its fault.
-type Read<const D: usize> = Result<Mesh<D>, MshError>;
-
-fn read<const D: usize>(bytes: &[u8]) -> Read<D> {
+fn read<const D: usize>(bytes: &[u8]) -> Result<Mesh<D>, MshError> {
     let mut source = Source::new(bytes);
     let mut content = Content::default();
     let mut version = None;

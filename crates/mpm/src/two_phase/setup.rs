@@ -83,7 +83,7 @@ pub fn two_phase<const D: usize>(
 
 /// The case as its liquid sees it: with smooth walls, where there are impermeable ones.
 pub fn of_liquid(case: &Case) -> Case {
-    let mut liquid = case.copied();
+    let mut liquid = case.clone();
     liquid.boundaries.retain(|boundary| !boundary.drained);
     liquid.boundaries.retain(|boundary| !matches!(boundary.wall, CaseWall::Absorbing { .. }));
     for boundary in &mut liquid.boundaries {

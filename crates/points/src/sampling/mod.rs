@@ -1,6 +1,5 @@
 //! Sampling shapes with points.
 
-use colluvium_parallel::once_per_dimension;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
@@ -108,15 +107,6 @@ pub fn lattice<const D: usize>(
     origin: [f64; D],
     spacing: f64,
 ) -> Result<Vec<Sample<D>>, SamplingError> {
-    let origin = origin.as_slice();
-    once_per_dimension!(D, on_lattice(shape: &Shape, origin: &[f64], spacing: f64) -> Sampled)
-}
-
-/// What comes of sampling.
-type Sampled<const D: usize> = Result<Vec<Sample<D>>, SamplingError>;
-
-fn on_lattice<const D: usize>(shape: &Shape, origin: &[f64], spacing: f64) -> Sampled<D> {
-    let origin: [f64; D] = std::array::from_fn(|axis| origin[axis]);
     if let Shape::Layer { rows: LayerRows::Terrain, laid, .. } = shape
         && let Some(layer) = laid.layer()
     {

@@ -1,10 +1,9 @@
 //! Poisson-disk sampling.
 
-use colluvium_parallel::once_per_dimension;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Cells, Sample, Sampled, SamplingError};
+use super::{Cells, Sample, SamplingError};
 use crate::Shape;
 use crate::boxes::Place;
 
@@ -85,10 +84,6 @@ pub fn poisson_spaced<const D: usize>(
     spacing: f64,
     seed: u64,
 ) -> Result<Vec<Sample<D>>, SamplingError> {
-    once_per_dimension!(D, spaced(shape: &Shape, spacing: f64, seed: u64) -> Sampled)
-}
-
-fn spaced<const D: usize>(shape: &Shape, spacing: f64, seed: u64) -> Sampled<D> {
     let wanted = measure::<D>(shape)? / spacing.powi(D as i32);
     let root = 1.0 / D as f64;
     let mut distance = spacing * JAMMED[D - 1].powf(root);

@@ -19,11 +19,8 @@ mod simplex;
 mod tree;
 pub(crate) mod vector;
 
-use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
-
-use colluvium_parallel::once_per_dimension;
 
 pub use ball::BallSurface;
 pub use contacts::Contacts;
@@ -94,18 +91,12 @@ pub trait Surface<const D: usize>: Debug + Send + Sync {
 /// A surface that several may hold.
 pub type Shared<const D: usize> = Arc<dyn Surface<D>>;
 
-/// Surfaces of any space as shared ones, whose searches are compiled here and not where they are asked for.
 macro_rules! shared {
     ($($surface:ident),*) => {$(
         impl<const D: usize> $surface<D> {
             /// The surface as one that several may hold.
             pub fn shared(self) -> Shared<D> {
-                fn share<const D: usize>(surface: Box<dyn Any>) -> Shared<D> {
-                    let surface: Box<$surface<D>> = surface.downcast().expect("a surface of this space");
-                    Arc::new(*surface)
-                }
-                let surface: Box<dyn Any> = Box::new(self);
-                once_per_dimension!(D, share(surface: Box<dyn Any>) -> Shared)
+                Arc::new(self)
             }
         }
     )*};

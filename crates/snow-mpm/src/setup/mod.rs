@@ -187,7 +187,7 @@ fn solver<const D: usize>(
         seen: Seen::default(),
     };
     let mut solver = SnowSolver {
-        case: Arc::new(case.copied()),
+        case: Arc::new(case.clone()),
         options: options.clone(),
         nodes: Nodes::new(&background.layout),
         boundaries: Boundaries::new(case, 0, &background, Arc::new(obstacles.rest().clone())),

@@ -16,7 +16,6 @@ mod smooth;
 use std::ops::Deref;
 
 use colluvium_constitutive::SymTensor;
-use colluvium_parallel::InPieces;
 use colluvium_points::{NeighbourList, ROWS};
 use rayon::prelude::*;
 
@@ -43,7 +42,7 @@ pub fn over_rows<const D: usize, T: Send>(
     visit: impl Fn(usize, &[u32], &mut [f64], &mut T) + Sync,
 ) {
     let blocks = out.par_chunks_mut(ROWS).zip(weights).zip(neighbours.blocks()).enumerate();
-    blocks.in_pieces(1, |(number, ((out, weights), rows))| {
+    blocks.with_min_len(1).for_each(|(number, ((out, weights), rows))| {
         for (k, slot) in out.iter_mut().enumerate() {
             visit(number * ROWS + k, rows.of(k), &mut weights[rows.range(k)], slot);
         }

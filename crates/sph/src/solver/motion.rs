@@ -1,7 +1,6 @@
 //! The pieces of a step that move particles.
 
 use colluvium_case::SolverError;
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Audit;
@@ -51,7 +50,7 @@ pub fn kick<const D: usize>(
     let (p, records) = (&mut bodies.particles, &mut bodies.shown.records);
     let len = p.len();
     let moving = p.velocity[..len].par_iter_mut().zip(records).zip(accelerations);
-    moving.zip(&p.sound).zip(&p.length).in_pieces(TASK, |((((v, record), a), sound), h)| {
+    moving.zip(&p.sound).zip(&p.length).with_min_len(TASK).for_each(|((((v, record), a), sound), h)| {
         let factor = setting.damped(*sound, *h, dt);
         for c in 0..D {
             let resisted = if v[c] == 0.0 { 0.0 } else { local * a[c].abs() * v[c].signum() };
@@ -112,23 +111,26 @@ pub fn drift<const D: usize>(
     let len = particles.len();
     let Particles { position, velocity, stress, .. } = particles;
     let all = position[..len].par_iter_mut().zip(&*velocity).zip(&*stress).enumerate();
-    let first = all.joined(TASK, None, Option::or, |(i, ((x, v), stress))| {
-        let v = extra.get(i).map_or(*v, |extra| std::array::from_fn(|c| v[c] + extra[c]));
-        let far = !(square(&v) * dt * dt <= longest * longest);
-        (0..D).for_each(|c| x[c] += dt * v[c]);
-        let outside = (0..D).any(|c| x[c] < room[c].0 || x[c] > room[c].1);
-        if guests.get(i).is_some_and(|guest| *guest) {
-            None
-        } else if far {
-            Some((i, Some("it moved by more than 0.2 smoothing lengths in a step")))
-        } else if !stress.is_finite() {
-            Some((i, Some("its stress is not finite")))
-        } else if outside {
-            Some((i, None))
-        } else {
-            None
-        }
-    });
+    let first = all
+        .with_min_len(TASK)
+        .map(|(i, ((x, v), stress))| {
+            let v = extra.get(i).map_or(*v, |extra| std::array::from_fn(|c| v[c] + extra[c]));
+            let far = !(square(&v) * dt * dt <= longest * longest);
+            (0..D).for_each(|c| x[c] += dt * v[c]);
+            let outside = (0..D).any(|c| x[c] < room[c].0 || x[c] > room[c].1);
+            if guests.get(i).is_some_and(|guest| *guest) {
+                None
+            } else if far {
+                Some((i, Some("it moved by more than 0.2 smoothing lengths in a step")))
+            } else if !stress.is_finite() {
+                Some((i, Some("its stress is not finite")))
+            } else if outside {
+                Some((i, None))
+            } else {
+                None
+            }
+        })
+        .reduce(|| None, Option::or);
     lists.weighed = false;
     rates.current = false;
     first.map_or(Ok(()), |(i, reason)| {

@@ -1,7 +1,6 @@
 //! What every particle shows its neighbours (sheet: sph §3.3, step 3).
 
 use colluvium_constitutive::SymTensor;
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use crate::clock::Clock;
@@ -45,7 +44,7 @@ fn find_repulsion<const D: usize>(tensile: Tensile, bodies: &mut Bodies<D>) {
     let (p, shown) = (&bodies.particles, &mut bodies.shown.repulsion);
     shown.resize(p.position.len(), SymTensor::ZERO);
     let all = shown.par_iter_mut().zip(&p.stress).zip(&p.density);
-    all.in_pieces(TASK, |((slot, stress), &density)| {
+    all.with_min_len(TASK).for_each(|((slot, stress), &density)| {
         if density > 0.0 {
             *slot = repulsion::<D>(tensile, stress, density);
         }
@@ -59,7 +58,7 @@ fn fill_records<const D: usize>(momentum: Momentum, bodies: &mut Bodies<D>, wall
         Momentum::Corrected => 0.0,
         _ => Pairs::<D>::flux_scale(momentum, p.density[i], spread[i]),
     };
-    records.par_iter_mut().enumerate().in_pieces(TASK, |(i, record)| {
+    records.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, record)| {
         if p.density[i] > 0.0 {
             *record = p.record(i, scale(i));
         }
@@ -77,7 +76,7 @@ pub fn sum_densities<const D: usize>(
     let pairs = Pairs::new(setting, &bodies.particles, walls);
     let summed = &mut bodies.shown.summed;
     summed.resize(bodies.particles.len(), 0.0);
-    summed.par_iter_mut().enumerate().in_pieces(TASK, |(i, density)| {
+    summed.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, density)| {
         *density = pairs.summed_density(i, lists.neighbours.of(i));
     });
 }
@@ -96,7 +95,7 @@ fn find_corrections<const D: usize>(
     let pairs = Pairs::new(setting, &bodies.particles, walls);
     let correction = &mut bodies.shown.correction;
     correction.resize(len + images.len(), [[0.0; D]; D]);
-    correction[..len].par_iter_mut().enumerate().in_pieces(TASK, |(i, correction)| {
+    correction[..len].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, correction)| {
         *correction = pairs.correction(i, lists.neighbours.of(i));
     });
     for (image, slot) in images.iter().zip(len..) {
@@ -120,7 +119,7 @@ fn find_spread<const D: usize>(
     walls.load_images(bodies);
     let len = bodies.particles.len();
     let pairs = Pairs::new(setting, &bodies.particles, walls);
-    bodies.shown.spread[..len].par_iter_mut().enumerate().in_pieces(TASK, |(i, spread)| {
+    bodies.shown.spread[..len].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, spread)| {
         *spread = pairs.spread(i, lists.neighbours.of(i));
     });
 }
@@ -129,5 +128,5 @@ fn find_spread<const D: usize>(
 pub fn show_velocities<const D: usize>(bodies: &mut Bodies<D>) {
     let p: &Particles<D> = &bodies.particles;
     let all = bodies.shown.records[..p.len()].par_iter_mut().zip(&p.velocity);
-    all.in_pieces(TASK, |(record, v)| crate::lanes::set_velocity(record, v));
+    all.with_min_len(TASK).for_each(|(record, v)| crate::lanes::set_velocity(record, v));
 }

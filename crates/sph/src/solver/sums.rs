@@ -1,7 +1,6 @@
 //! The sums over neighbours that give the rates of the particles (sheet: sph §3.3, steps 4 and 6).
 
 use colluvium_constitutive::SymTensor;
-use colluvium_parallel::InPieces;
 use colluvium_points::ROWS;
 use rayon::prelude::*;
 
@@ -80,7 +79,7 @@ fn sum_up<const D: usize>(
     rates.by_obstacles.resize(accelerations.len(), [0.0; D]);
     let both = accelerations.par_chunks_mut(ROWS).zip(rates.by_obstacles.par_chunks_mut(ROWS));
     let blocks = both.zip(weights).zip(neighbours.blocks()).enumerate();
-    blocks.in_pieces(1, |(number, (((all, by_obstacles), weights), rows))| {
+    blocks.with_min_len(1).for_each(|(number, (((all, by_obstacles), weights), rows))| {
         for (k, (a, own)) in all.iter_mut().zip(by_obstacles).enumerate() {
             *a = of(number * ROWS + k, rows.of(k), &mut weights[rows.range(k)], Some(own));
         }
@@ -141,7 +140,7 @@ fn find_gradients<const D: usize>(
     let Derivatives { gradient, divergence, .. } = &mut rates.of;
     let both = gradient.par_chunks_mut(ROWS).zip(divergence.par_chunks_mut(ROWS));
     let blocks = both.zip(&mut lists.weights).zip(lists.neighbours.blocks()).enumerate();
-    blocks.in_pieces(1, |(number, (((gradient, divergence), weights), rows))| {
+    blocks.with_min_len(1).for_each(|(number, (((gradient, divergence), weights), rows))| {
         for k in 0..gradient.len() {
             let i = number * ROWS + k;
             let (row, weights) = (rows.of(k), &mut weights[rows.range(k)]);

@@ -3,7 +3,6 @@
 //! Coulomb's law without one makes the base of a sliding elastic body swing along the face (Adams 1995; Ranjith & Rice 2001): waves
 //! along it grow, the faster the shorter they are, until the base stops at each swing; what stands bears less than its share.
 
-use colluvium_parallel::InPieces;
 use rayon::prelude::*;
 
 use super::Walls;
@@ -52,7 +51,7 @@ impl<const D: usize> Walls<D> {
         let Particles { pressed, position, stress, sound, .. } = &mut bodies.particles;
         let (delay, reach) = (DELAY * setting.options.spacing, setting.smoothing.radius());
         let all = pressed.par_iter_mut().zip(&*position).zip(&*stress).zip(&*sound).enumerate();
-        all.in_pieces(TASK, |(i, (((pressed, x), stress), sound))| {
+        all.with_min_len(TASK).for_each(|(i, (((pressed, x), stress), sound))| {
             let across = |n: [f64; D]| -> f64 {
                 (0..D).map(|a| (0..D).map(|b| n[a] * stress.at(a, b) * n[b]).sum::<f64>()).sum()
             };

@@ -1,7 +1,6 @@
 //! Stress and velocity of walls that take them from the soil around (sheet: sph §2.13 b).
 
 use colluvium_constitutive::SymTensor;
-use colluvium_parallel::InPieces;
 use colluvium_points::NeighbourList;
 use rayon::prelude::*;
 
@@ -135,7 +134,7 @@ impl<const D: usize> Walls<D> {
         let soil = self.soil(setting, &bodies.particles, neighbours);
         let stresses = &mut bodies.shown.wall_stresses;
         stresses.resize(self.planes.particles.len(), SymTensor::ZERO);
-        stresses.par_iter_mut().enumerate().in_pieces(64, |(k, stress)| {
+        stresses.par_iter_mut().enumerate().with_min_len(64).for_each(|(k, stress)| {
             *stress = soil.stress(first + k, &gravity);
         });
         bodies.particles.stress[first..].copy_from_slice(&bodies.shown.wall_stresses);

@@ -22,7 +22,6 @@ mod stand;
 mod two_layers;
 
 use super::Flow;
-use super::compiled::compiled;
 use super::grow::keep;
 use crate::choices::Phases;
 use crate::nodes::{Nodes, Plan};
@@ -95,10 +94,6 @@ impl<const D: usize> Flow<D> {
     /// # Errors
     /// As [`Flow::new`].
     pub fn open_all(&mut self, openings: &[Opening]) -> Result<(), super::Failure> {
-        (compiled()?.open)(self, openings)
-    }
-
-    pub(super) fn add_openings(&mut self, openings: &[Opening]) -> Result<(), super::Failure> {
         let longest = self.sets.iter().flat_map(|set| &set.nodes.first_length).copied().fold(0.0, f64::max);
         let reach = self.reach_beyond(longest);
         let (gravity, time) = (self.settings.gravity, self.time);

@@ -5,9 +5,7 @@ mod rows;
 
 use patches::Patches;
 
-use colluvium_parallel::same;
-
-use super::{Cells, Sample, Sampled, SamplingError};
+use super::{Cells, Sample, SamplingError};
 use crate::Shape;
 use crate::neighbours::CellList;
 use crate::shape::{Place, Side};
@@ -60,13 +58,18 @@ pub fn fitted<const D: usize>(
     origin: [f64; D],
     spacing: f64,
 ) -> Result<Vec<Sample<D>>, SamplingError> {
-    match D {
-        2 => same(in_plane(shape, same(origin), spacing)),
-        _ => Err(SamplingError::NoSides),
+    if D != 2 {
+        return Err(SamplingError::NoSides);
     }
+    let samples = in_plane(shape, [origin[0], origin[1]], spacing)?;
+    let in_space = |sample: Sample<2>| Sample {
+        position: std::array::from_fn(|c| sample.position[c]),
+        volume: sample.volume,
+    };
+    Ok(samples.into_iter().map(in_space).collect())
 }
 
-fn in_plane(shape: &Shape, origin: Place, spacing: f64) -> Sampled<2> {
+fn in_plane(shape: &Shape, origin: Place, spacing: f64) -> Result<Vec<Sample<2>>, SamplingError> {
     let cells = Cells::around(shape, origin, spacing, 1.0)?;
     let sides = shape.sides().ok_or(SamplingError::NoSides)?;
     let region = Region { shape, sides, spacing };
