@@ -1,5 +1,6 @@
 //! What a machine can check of the house rules: lengths of files and functions, which crate may know which, circles between
-//! modules, where modules stand, cases written in code, links of the documentation, and citations of the specification sheets.
+//! modules, where modules are, words of comments and names, cases written in code, links of the documentation, and citations of the specification
+//! sheets.
 //!
 //! A rule that the tree breaks today has a ratchet (`xtask/tidy-ratchet.json`): so many findings per crate are known, more are not
 //! allowed, and `--lower` writes down the new number once there are fewer.
@@ -14,6 +15,7 @@ mod module_files;
 mod ratchet;
 mod sheets;
 mod tree;
+mod words;
 
 use std::path::Path;
 
@@ -94,6 +96,10 @@ fn findings(root: &Path) -> Result<Vec<Finding>, String> {
     findings.extend(circles::circles(&tree)?);
     findings.extend(module_files::module_files(&tree));
     findings.extend(cases_in_code::cases_in_code(&tree));
+    findings.extend(words::openings(&tree));
+    findings.extend(words::phrases(&tree));
+    findings.extend(words::twins(&tree));
+    findings.extend(words::files(&tree));
     findings.extend(links::links(&tree));
     findings.extend(links::pages_without_entry(&tree));
     findings.extend(citations::citations(&tree, &sheets));
