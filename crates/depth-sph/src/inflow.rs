@@ -224,6 +224,11 @@ impl<const D: usize> Inflow<D> {
         shares.map(|(k, share)| (k, whole * share)).collect()
     }
 
+    /// Height (m) of a node behind the line that carries this volume (m³).
+    pub fn height(&self, volume: f64) -> f64 {
+        volume / self.row_volume() * self.count() as f64 * self.state.section.depth
+    }
+
     /// Places along the line where nodes of a row may stand.
     pub fn count(&self) -> usize {
         (self.width() / self.spacing).round().max(1.0) as usize

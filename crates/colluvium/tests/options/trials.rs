@@ -46,7 +46,8 @@ pub struct Trial {
 pub fn trials(families: &[Family], folder: &Path) -> Vec<Trial> {
     let mut all = Vec::new();
     let mut add = |option: &'static str, case: Value, value: Value| {
-        let path = format!("/methods/{}", option.replace("dem.stages.*", "dem.stages.s").replace('.', "/"));
+        let path = option.replace("dem.stages.*", "dem.stages.s").replace("[]", "/0").replace('.', "/");
+        let path = format!("/methods/{path}");
         all.push(Trial { option, case, path, value });
     };
     grains(families, &mut add);
@@ -134,6 +135,9 @@ fn over_terrain(folder: &Path, add: &mut Add<'_>) {
     add("depth-sph.terrain_smoothing", plain(), json!(4));
     let erodes = json!({ "methods": { "depth-sph": { "erosion": { "law": "hungr", "rate": 0.05 } } } });
     add("depth-sph.lower_bed", on_bed(&shape, &erodes), json!(true));
+    let line = json!({ "from": [30, 4], "to": [30, 16], "discharge": [[0, 20], [9, 20]] });
+    let flows_in = json!({ "methods": { "depth-sph": { "inflows": [line] } } });
+    add("depth-sph.inflows[].across", on_bed(&shape, &flows_in), json!("level"));
     // A bed that is no raster is looked up from place to place.
     let ball = json!({ "kind": "ball", "centre": [5, 10, -20], "radius": 40 });
     add("depth-sph.terrain_spacing", on_bed(&ball, &json!({})), json!(2.7));

@@ -5,7 +5,7 @@ use colluvium_constitutive::OrNone;
 use super::{
     ColumnOptions, Confinement, DepthOptions, FluidResistanceOptions, MixtureOptions, SkeletonOptions,
 };
-use crate::choices::{Continuity, Momentum, Phases};
+use crate::choices::{Continuity, Integration, Momentum, Phases};
 use crate::column::{Drainage, LowerBound};
 use crate::drag::Drag;
 use crate::erosion::Erosion;
@@ -61,6 +61,10 @@ impl DepthOptions {
         not_negative("viscosity_linear", self.viscosity_linear, "")?;
         not_negative("viscosity_quadratic", self.viscosity_quadratic, "")?;
         within("xsph", self.xsph, 0.0, 1.0)?;
+        let drifts = self.integration == Integration::Leapfrog || self.xsph == 0.0;
+        check(drifts, "xsph", || {
+            "acts in the drift of `integration` `leapfrog` only: leave one of the two out".to_owned()
+        })?;
         positive("courant", self.courant, "")?;
         within("courant", self.courant, 0.0, 0.5)?;
         if let Some(step) = self.max_time_step {

@@ -58,7 +58,7 @@ pub struct DepthOptions {
     /// Quadratic artificial viscosity, at least 0.
     #[serde(default)]
     pub viscosity_quadratic: f64,
-    /// Share of the neighbours' velocity with which nodes drift (XSPH), 0 to 1. Of two phases it parts the sets of nodes.
+    /// Share of the neighbours' velocity with which nodes drift (XSPH), 0 to 1, with `integration` `leapfrog`. Of two phases it parts the sets of nodes.
     #[serde(default)]
     pub xsph: f64,
     /// How the cells lie that neighbours are looked for in: `turned` gains a few per cent where a long flow is oblique. Sums are then added up in another

@@ -2,7 +2,7 @@
 
 use super::open::{Moments, Stratum};
 use super::set::Set;
-use super::{Failure, Flow, OpenEnd};
+use super::{DEEPEST, Failure, Flow, OpenEnd};
 use crate::inflow::{Arriving, Inflow};
 
 /// How far before a line one looks for what stands there at the start (distances of nodes).
@@ -10,12 +10,15 @@ const NEAR: f64 = 2.0;
 
 impl<const D: usize> Flow<D> {
     /// Brings the rows behind the lines of inflow to where they are now, with new ones behind them.
-    pub(super) fn feed(&mut self) {
+    ///
+    /// # Errors
+    /// When what stands before a line makes what flows in far too deep.
+    pub(super) fn feed(&mut self) -> Result<(), Failure> {
         if self.inflows.is_empty() {
-            return;
+            return Ok(());
         }
         let arriving: Vec<_> = self.inflows.iter().map(|inflow| self.arriving(inflow)).collect();
-        self.feed_with(&arriving);
+        self.feed_with(&arriving)
     }
 
     /// What arrives at a line from the flow before it, as far as kernels reach; `None` where it is dry. Waves along its normal, and one state
@@ -93,7 +96,7 @@ impl<const D: usize> Flow<D> {
         let arriving =
             |found: &Option<(f64, f64)>| found.map(|(depth, speed)| Arriving::of(depth, speed, pull));
         let arriving: Vec<_> = standing.iter().map(arriving).collect();
-        self.feed_with(&arriving);
+        self.feed_with(&arriving)?;
         self.settle_again(Self::settle)
     }
 
@@ -113,13 +116,27 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    fn feed_with(&mut self, arriving: &[Option<Arriving>]) {
+    fn feed_with(&mut self, arriving: &[Option<Arriving>]) -> Result<(), Failure> {
         let mut gone = Vec::new();
         for (inflow, arriving) in self.inflows.iter_mut().zip(arriving) {
+            // Rows of what is so deep would stand without end.
+            let deepest = inflow.section(inflow.discharge(self.time), *arriving).deepest;
+            let most = DEEPEST * inflow.depth.max(inflow.deepest().deepest);
+            if !(deepest <= most) {
+                let reason = format!(
+                    "what flows in across the line that begins here would be {deepest:.3e} m deep, for what arrives there from the flow: try a smaller `courant` or a finer `spacing`"
+                );
+                return Err(Failure { node: self.next_id, position: inflow.from.to_vec(), reason });
+            }
             let (fresh, stale) = inflow.advance(self.time, *arriving, &mut self.next_id);
             gone.extend(stale);
             for (set, id, node) in &fresh {
-                self.sets[*set].nodes.push(*id, node);
+                let Set { nodes, .. } = &mut self.sets[*set];
+                nodes.push(*id, node);
+                // It has a height before the next sum.
+                if let Some(height) = nodes.height.last_mut() {
+                    *height = inflow.height(node.volume);
+                }
                 self.sets[*set].unlist();
                 if *set == 0 {
                     self.heads.push();
@@ -139,6 +156,7 @@ impl<const D: usize> Flow<D> {
                 }
             }
         }
+        Ok(())
     }
 
     /// Columns of pore pressure of what has not flowed in yet begin with the depth that they see when it does.

@@ -117,17 +117,17 @@ impl<const D: usize> Flow<D> {
         if self.settings.phases == Phases::Two {
             self.sets.iter_mut().for_each(|set| set.before.clone_from(&set.nodes.velocity));
         }
+        let rates = self.settings.numerics.continuity.is_rate();
         let mut kept: Vec<Stages<D>> = self.sets.iter().map(Stages::of).collect();
         for (number, (place, weight)) in stages.iter().enumerate() {
             if number > 0 {
                 for (set, kept) in self.sets.iter_mut().zip(&kept) {
-                    kept.put(set, place * dt);
+                    kept.put(set, place * dt, rates);
                 }
                 self.reflect();
             }
             // Pore pressure is that of the beginning of the step.
             self.evaluate(dt, (number == 0).then_some(self.time), Asked::Now)?;
-            let rates = self.settings.numerics.continuity.is_rate();
             if rates {
                 self.find_rates();
             }
@@ -137,7 +137,7 @@ impl<const D: usize> Flow<D> {
             }
         }
         for (set, kept) in self.sets.iter_mut().zip(kept) {
-            kept.finish(set);
+            kept.finish(set, rates);
         }
         self.reflect();
         self.keep_unkicked();
@@ -236,15 +236,17 @@ impl<const D: usize> Stages<D> {
         }
     }
 
-    /// The state after `dt` (s) under the rates of the stage before.
-    fn put(&self, set: &mut Set<D>, dt: f64) {
+    /// The state after `dt` (s) under the rates of the stage before. Heights that are sums are left to the next sum.
+    fn put(&self, set: &mut Set<D>, dt: f64, with_heights: bool) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {
             for c in 0..D {
                 nodes.position[i][c] = self.position[i][c] + dt * nodes.velocity[i][c];
                 nodes.velocity[i][c] = self.velocity[i][c] + dt * set.acceleration[i][c];
             }
-            nodes.height[i] = self.height[i] + dt * set.rate.get(i).copied().unwrap_or(0.0);
+            if with_heights {
+                nodes.height[i] = self.height[i] + dt * set.rate[i];
+            }
         }
     }
 
@@ -261,15 +263,17 @@ impl<const D: usize> Stages<D> {
         }
     }
 
-    /// The end of the step.
-    fn finish(self, set: &mut Set<D>) {
+    /// The end of the step. Heights that are sums stay those of the last stage.
+    fn finish(self, set: &mut Set<D>, with_heights: bool) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {
             for c in 0..D {
                 nodes.position[i][c] = self.position[i][c] + self.rates[0][i][c];
                 nodes.velocity[i][c] = self.velocity[i][c] + self.rates[1][i][c];
             }
-            nodes.height[i] = self.height[i] + self.height_rate[i];
+            if with_heights {
+                nodes.height[i] = self.height[i] + self.height_rate[i];
+            }
         }
     }
 }

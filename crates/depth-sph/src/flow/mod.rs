@@ -31,7 +31,7 @@ use thiserror::Error;
 use crate::bed::Bed;
 use crate::choices::{Continuity, Momentum, Phases};
 use crate::inflow::{Held, Inflow};
-use crate::nodes::{Node, norm};
+use crate::nodes::{Node, Nodes, norm};
 use crate::settings::Settings;
 use set::{TASK, copy};
 
@@ -47,6 +47,8 @@ pub use set::Set;
 const THIN: f64 = 1e-3;
 /// Times the speed that gravity can give a node at which it ends the run.
 const FASTEST: f64 = 3.0;
+/// Times its depth at the largest discharge, or what stood there at the start, at which what flows in across a line ends the run.
+const DEEPEST: f64 = 100.0;
 /// Steps between two sorts by cell.
 const STEPS_PER_SORT: u64 = 20;
 
@@ -229,10 +231,11 @@ impl<const D: usize> Flow<D> {
         self.open_ledger();
         if !(self.inflows.is_empty() && self.opens.is_empty()) {
             self.let_in(|flow| {
-                flow.feed();
+                flow.feed()?;
                 flow.pass_ends(dt);
                 flow.damp_layers(dt);
-            });
+                Ok(())
+            })?;
         }
         self.renew_columns();
         if self.step.is_multiple_of(STEPS_PER_SORT) {
@@ -287,6 +290,7 @@ impl<const D: usize> Flow<D> {
 
     /// Step 1: neighbours and images, where the nodes are.
     fn find_neighbours(&mut self) -> Result<(), Failure> {
+        self.check_numbers()?;
         let support = self.settings.numerics.kernel.support();
         let lists = self.settings.asks_for_neighbours();
         if lists && self.sets.iter().all(|set| set.is_listed(support)) {
@@ -401,6 +405,29 @@ impl<const D: usize> Flow<D> {
             if let Some(i) = found {
                 return Err(failure(set, i, self.failure_of(set, i).unwrap_or_default()));
             }
+        }
+        Ok(())
+    }
+
+    /// The first node, if any, whose place, velocity or smoothing length is no number: lists are not made of such nodes.
+    fn check_numbers(&self) -> Result<(), Failure> {
+        for set in &self.sets {
+            let Nodes { position, velocity, length, .. } = &set.nodes;
+            let failed = |i: usize| {
+                let all = position[i].iter().chain(&velocity[i]).chain([&length[i]]);
+                (!all.fold(0.0, |sum, x| sum + 0.0 * x).is_finite()).then_some(i)
+            };
+            let Some(i) =
+                (0..set.len()).into_par_iter().with_min_len(TASK).map(failed).reduce(|| None, Option::or)
+            else {
+                continue;
+            };
+            let reason = if position[i].iter().all(|x| x.is_finite()) {
+                format!("its velocity is {:?} m/s and its smoothing length {} m", velocity[i], length[i])
+            } else {
+                "its position is not finite".to_owned()
+            };
+            return Err(failure(set, i, reason));
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use colluvium_case::Solver;
 use serde_json::{Value, json};
 
 use crate::common::{build, hash_after, refused, until};
-use crate::inflow::{self, channel, reading};
+use crate::inflow::{self, channel, integrators, reading};
 
 const GRAVITY: f64 = 9.81;
 /// Discharges per width of the lower and the upper layer (m²/s), and their Froude number.
@@ -61,10 +61,16 @@ fn found(solver: &dyn Solver, layer: usize) -> [f64; 3] {
     [sums[0], sums[1] / count, sums[2] / count]
 }
 
-/// Faster than all waves each layer keeps the depth and speed of its own Froude number, and is there with its own volume.
+/// Faster than all waves each layer keeps the depth and speed of its own Froude number, and is there with its own volume, by all integrators.
 #[test]
 fn both_layers_flow_in_each_with_its_own_depth_and_speed() {
-    for (value, width, spacing) in [(plan(), 4.0, 0.25), (profile(), 1.0, 0.1)] {
+    integrators().iter().for_each(both_layers_flow_in);
+}
+
+fn both_layers_flow_in(integrator: &Value) {
+    for (mut value, width, spacing) in [(plan(), 4.0, 0.25), (profile(), 1.0, 0.1)] {
+        let own = value["methods"]["depth-sph"].as_object_mut().unwrap();
+        own.extend(integrator.as_object().unwrap().clone());
         let mut solver = build(&value);
         let before = [0, 1].map(|layer| found(solver.as_ref(), layer)[0]);
         let pond = reading(solver.as_ref(), "flow_volume");
@@ -74,7 +80,7 @@ fn both_layers_flow_in_each_with_its_own_depth_and_speed() {
             let depth = (flux / (FROUDE * GRAVITY.sqrt())).powf(2.0 / 3.0);
             let [volume, height, speed] = found(solver.as_ref(), layer);
             println!(
-                "width {width} m, layer {layer}: {height} of {depth} m, {speed} of {} m/s",
+                "{integrator}, width {width} m, layer {layer}: {height} of {depth} m, {speed} of {} m/s",
                 flux / depth
             );
             assert!((height / depth - 1.0).abs() < 0.03, "layer {layer}: {height} m for {depth} m");

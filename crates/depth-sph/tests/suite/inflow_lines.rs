@@ -4,10 +4,15 @@ use std::path::Path;
 
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
+use colluvium_depth_sph::bed::Bed;
+use colluvium_depth_sph::flow::{Ends, Flow};
+use colluvium_depth_sph::inflow::{Inflow, State};
+use colluvium_depth_sph::nodes::Node;
+use colluvium_depth_sph::settings::Settings;
 use serde_json::{Value, json};
 
 use crate::common::{build, grid, hash_after, until};
-use crate::inflow::{bore, channel, mixture, reading, still_plan};
+use crate::inflow::{bore, channel, integrators, mixture, reading, still_plan};
 
 const GRAVITY: f64 = 9.81;
 
@@ -80,6 +85,126 @@ fn columns_that_flow_in_go_on_after_a_restart_to_the_last_bit_on_any_threads() {
         assert_eq!(run(3, None), whole, "{phases}");
         assert_eq!(run(1, Some(25)), whole, "{phases}");
     }
+}
+
+/// A dry channel, of little friction, into which grains and fluid flow across a line with columns of an excess ratio.
+fn dry_columns(phases: &str, ratio: f64, integrator: &Value) -> Value {
+    let mut value = channel();
+    value["materials"]["water"]["density"] = json!(1600);
+    value["materials"]["water"]["friction_angle"] = json!(0.5);
+    value["boundaries"][2]["wall"]["kind"] = json!("rough");
+    let own = value["methods"]["depth-sph"].as_object_mut().unwrap();
+    own.insert("phases".to_owned(), json!(phases));
+    own.insert("mixture".to_owned(), mixture(0.4));
+    own.insert("column".to_owned(), json!({ "cells": 8, "consolidation": 0, "excess_ratio": ratio }));
+    own.extend(integrator.as_object().unwrap().clone());
+    value
+}
+
+/// What flows in across a line onto a dry bed goes on with its depth and speed, the excess ratio of its columns and all of its volume, by all
+/// integrators and with heights that are integrated too.
+#[test]
+fn an_inflow_across_a_line_onto_a_dry_bed_keeps_its_columns() {
+    let rates = json!({ "continuity": "rate-difference" });
+    let cases = |phases| integrators().into_iter().chain([rates.clone()]).map(move |all| (phases, all));
+    for (phases, integrator) in cases("one").chain(cases("two")) {
+        for ratio in [0.0, 0.8] {
+            let about = format!("{phases} {integrator} {ratio}");
+            let mut solver = build(&dry_columns(phases, ratio, &integrator));
+            let pond = reading(solver.as_ref(), "flow_volume");
+            until(solver.as_mut(), 1.5);
+            let entered = reading(solver.as_ref(), "volume_entered");
+            let depth = (1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0);
+            assert!((entered - 6.0).abs() <= 0.5 * depth * 1.1 + 1e-9, "{about}: {entered}");
+            let flow = reading(solver.as_ref(), "flow_volume");
+            assert!((flow - pond - entered).abs() < 1e-9, "{about}: {flow} {entered}");
+            let (found, velocity) = solver.gauge(&[4.8, 2.0]).unwrap();
+            assert!((found / depth - 1.0).abs() < 0.03, "{about}: {found} m for {depth} m");
+            assert!((velocity[0] * depth - 1.0).abs() < 0.03, "{about}: {velocity:?}");
+            let snapshot = solver.snapshot();
+            let liquefaction = snapshot.scalars("liquefaction").unwrap();
+            let near = |i: &usize| (3.8..5.0).contains(&snapshot.positions[*i][0]);
+            for i in (0..liquefaction.len()).filter(near).filter(|i| liquefaction[*i].is_finite()) {
+                assert!((liquefaction[i] - ratio).abs() < 0.03, "{about}: {}", liquefaction[i]);
+            }
+        }
+    }
+}
+
+/// A heap of grains and fluid on a slope, and an inflow across a line before it, with all that is asked for at once.
+fn heap(integrator: &Value) -> Value {
+    let mut value = json!({
+        "title": "heap", "space": "3d", "gravity": [3, 0, -9.3], "domain": { "min": [0, 0, 0], "max": [20, 10, 5] },
+        "materials": { "debris": {
+            "model": "mohr-coulomb", "density": 1990, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 20
+        } },
+        "bodies": [{ "name": "heap", "material": "debris", "shape": { "kind": "box", "min": [1, 3, 0], "max": [5, 7, 1.5] } }],
+        "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "z-min", "wall": { "kind": "rough" } }],
+        "stages": [{ "name": "release", "duration": 0.5 }],
+        "methods": { "depth-sph": {
+            "spacing": 0.5, "phases": "two", "momentum": "symmetric",
+            "mixture": { "grain_density": 2650, "porosity": 0.4, "drag": { "law": "anderson", "settling_velocity": 0.05 } },
+            "column": { "cells": 8, "consolidation": 0.05, "excess_ratio": 0.8 },
+            "earth_pressure": { "basal_friction_angle": 20, "internal_friction_angle": 30 },
+            "inflows": [{ "from": [8, 2], "to": [8, 6], "discharge": [[0, 9], [9, 9]], "froude": 1.5 }]
+        } }
+    });
+    let own = value["methods"]["depth-sph"].as_object_mut().unwrap();
+    own.extend(integrator.as_object().unwrap().clone());
+    value
+}
+
+#[test]
+fn a_heap_behind_an_inflow_goes_on_with_its_mass_and_after_a_restart_to_the_last_bit() {
+    for integrator in integrators() {
+        let value = heap(&integrator);
+        let mut solver = build(&value);
+        let first = reading(solver.as_ref(), "flow_volume");
+        until(solver.as_mut(), 0.5);
+        let [flow, entered] = ["flow_volume", "volume_entered"].map(|name| reading(solver.as_ref(), name));
+        assert!(entered > 3.0 && (flow - first - entered).abs() < 1e-9, "{integrator}: {flow} {entered}");
+        let speed = reading(solver.as_ref(), "largest_speed");
+        assert!(speed < 10.0, "{integrator}: {speed}");
+        let run = |threads: usize, restart: Option<usize>| hash_after(&value, threads, 20, restart);
+        let whole = run(1, None);
+        assert_eq!(run(3, None), whole, "{integrator}");
+        assert_eq!(run(1, Some(7)), whole, "{integrator}");
+    }
+}
+
+/// Nodes that come at 1 km/s towards a line end the run: what flows in against them would stand in rows without end.
+#[test]
+fn an_inflow_that_would_be_far_too_deep_ends_the_run() {
+    let node = |k: usize| Node {
+        body: 0,
+        position: [0.25 + 0.5 * (k / 4) as f64, 0.25 + 0.5 * (k % 4) as f64],
+        velocity: [-1e3, 0.0],
+        volume: 0.25,
+        length: 0.6,
+        scale: 1.44,
+    };
+    let nodes = (0..16).map(node).collect();
+    let mut flow = Flow::new(Settings::plain(1000.0), Bed::Flat(0.0), Ends::default(), &[nodes]).unwrap();
+    let mut inflow = Inflow {
+        from: [0.0, 0.0],
+        to: [0.0, 2.0],
+        hydrograph: vec![[0.0, 4.0], [9.0, 4.0]],
+        froude: 1.0,
+        depth: 0.0,
+        gravity: GRAVITY,
+        spacing: 0.5,
+        ratio: 1.2,
+        reach: 2.0,
+        body: 0,
+        porosity: None,
+        layer: None,
+        channel: None,
+        state: State::default(),
+    };
+    inflow.depth = inflow.deepest().depth;
+    flow.inflows.push(inflow);
+    let failure = flow.advance(1e-3).unwrap_err();
+    assert!(failure.reason.contains("m deep") && failure.position == [0.0, 0.0], "{failure}");
 }
 
 /// A channel with sides of 1 : 4, which falls by 2 % along x, with its case beside the raster: 6 m³/s flow in across it.

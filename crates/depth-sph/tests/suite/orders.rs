@@ -1,7 +1,7 @@
 //! Order of the time schemes (sheet: depth-sph §3.4, integrators).
 
 use colluvium_depth_sph::bed::{Bed, BedPoint};
-use colluvium_depth_sph::choices::{Frame, Integration};
+use colluvium_depth_sph::choices::{Continuity, Frame, Integration};
 use colluvium_depth_sph::flow::{Ends, Flow};
 use colluvium_depth_sph::kernel::Kernel;
 use colluvium_depth_sph::nodes::Node;
@@ -70,5 +70,23 @@ fn leapfrog_and_the_midpoint_rule_are_of_second_order_and_runge_kutta_of_fourth(
         println!("{integration:?}: errors {errors:.3?}, orders {found:.3?}");
         // Of the finer pair; terms of the next order are a few per cent of it there.
         assert!((found[1] - order).abs() < 0.15, "{integration:?}: {found:?} for {order}, errors {errors:?}");
+    }
+}
+
+/// A node whose velocity is lost between the stages of a step ends the run there, by its number, before lists are made of it.
+#[test]
+fn a_node_that_is_lost_between_stages_ends_the_run() {
+    for integration in [Integration::RungeKutta2, Integration::RungeKutta4] {
+        let mut flow = canal(integration);
+        // So that lists of neighbours are asked for.
+        flow.settings.numerics.continuity = Continuity::RateDifference;
+        flow.advance(1e-3).unwrap();
+        flow.sets[0].nodes.volume[40] = f64::NAN;
+        let failure = flow.advance(1e-3).unwrap_err();
+        assert!(
+            failure.reason.starts_with("its velocity is [NaN] m/s and its smoothing length"),
+            "{failure}"
+        );
+        assert!(failure.position[0].is_finite(), "{failure}");
     }
 }

@@ -4,6 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::nodes::Plan;
 
+/// Least variance of the distances of nodes from a side, over their mean square, from which on a line is drawn through them to the side: that of
+/// a row of grains and fluid that have come apart a little goes anywhere.
+const SPREAD: f64 = 1e-2;
+
 /// Times at which what passes the place before a side is taken, in the time that waves need from there to the side.
 pub(super) const INTERVALS: f64 = 16.0;
 
@@ -187,8 +191,7 @@ impl Moments {
         }
         let spread = weight * second - first * first;
         let line = |[sum, moment]: [f64; 2]| {
-            // Of one node, or of some at one place, there is no slope.
-            let is_line = spread > 1e-6 * weight * second;
+            let is_line = spread > SPREAD * weight * second;
             let slope = if is_line { (weight * moment - first * sum) / spread } else { 0.0 };
             [(sum - slope * first) / weight, slope]
         };
@@ -241,6 +244,17 @@ mod tests {
         let within = moments.within().unwrap();
         assert_eq!(within.depth[0], 0.0);
         assert_eq!(within.at(None, 0.5).depth, 0.0);
+    }
+
+    /// One row, whose grains have been slowed down: its means stand at the side, not a line through what lies side by side.
+    #[test]
+    fn a_row_of_grains_and_fluid_has_no_slope() {
+        let mut moments = Moments::default();
+        for (beyond, speed) in [(-0.0394, 0.0), (-0.0397, -3.7)] {
+            moments.add(1.0, beyond, [speed, 0.0], 0.3, 9.81, 2.0);
+        }
+        let within = moments.within().unwrap();
+        assert!((within.speed[0] + 1.85).abs() < 1e-12 && within.speed[1] == 0.0, "{within:?}");
     }
 
     #[test]
