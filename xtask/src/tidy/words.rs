@@ -110,7 +110,7 @@ fn has_words(text: &str, phrase: &str) -> bool {
     text.match_indices(phrase).any(|(start, _)| {
         let (before, after) =
             (text[..start].chars().next_back(), text[start + phrase.len()..].chars().next());
-        !is_letter(before) && !(ends_in_letter && is_letter(after))
+        !(is_letter(before) || ends_in_letter && is_letter(after))
     })
 }
 
@@ -124,7 +124,7 @@ pub fn twins(tree: &Tree) -> Vec<Finding> {
             let finding = Finding::new("type name twice in a crate", &file.path, number + 1, String::new());
             match known.get(&(finding.part(), name.to_owned())) {
                 Some(first) => {
-                    findings.push(Finding { message: format!("{name} is also in {first}"), ..finding })
+                    findings.push(Finding { message: format!("{name} is also in {first}"), ..finding });
                 }
                 None => drop(known.insert((finding.part(), name.to_owned()), file.path.clone())),
             }

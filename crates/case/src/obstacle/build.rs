@@ -80,9 +80,9 @@ fn of_file(problem: &dyn std::fmt::Display) -> Problem {
 
 /// A surface of `N` coordinates in a space of `D`, which must be as many.
 fn in_space<const N: usize, const D: usize>(surface: Shared<N>) -> Result<Shared<D>, Problem> {
-    let surface: &dyn Any = &surface;
-    let own = surface.downcast_ref::<Shared<D>>().cloned();
-    own.ok_or_else(|| (String::new(), format!("is a shape of {N} dimensions, the space has {D}")))
+    let surface: Box<dyn Any> = Box::new(surface);
+    let own = surface.downcast::<Shared<D>>().map(|own| *own);
+    own.map_err(|_| (String::new(), format!("is a shape of {N} dimensions, the space has {D}")))
 }
 
 /// A vector as one of the space; its length is checked before.
