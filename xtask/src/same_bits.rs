@@ -232,7 +232,7 @@ fn difference(before: &Outcome, after: &Outcome, renamed: &BTreeMap<String, Stri
         .or_else(|| between(&before.fields, &after.fields, renamed, "field"))
 }
 
-fn between<T: PartialEq + std::fmt::Debug>(
+fn between<T: PartialEq>(
     before: &BTreeMap<String, Vec<T>>,
     after: &BTreeMap<String, Vec<T>>,
     renamed: &BTreeMap<String, String>,

@@ -270,15 +270,16 @@ impl<const D: usize> Inflow<D> {
         self.layer.is_none_or(|own| own == number)
     }
 
-    /// Lets rows go that have crossed the line by `time` (s), and finds those behind it: new nodes with their sets and numbers, from
-    /// `next_id` on, and the numbers of those that are no longer needed. Of two phases a row has the nodes of the grains first.
+    /// Releases rows that have crossed the line by `time` (s), and adds rows behind it, where `section` is the state at the line.
+    /// Returns new nodes with their sets and numbers, from `next_id` on, and the numbers of nodes that are no longer needed. A row of two
+    /// phases has the nodes of the grains first.
     pub fn advance(
         &mut self,
         time: f64,
-        arriving: Option<Arriving>,
+        section: Section,
         next_id: &mut u64,
     ) -> (Vec<(usize, u64, Node<D>)>, Vec<u64>) {
-        self.state.section = self.section(self.discharge(time), arriving);
+        self.state.section = section;
         let (volume, Section { depth, speed, .. }) = (self.volume(time), self.state.section);
         let row_volume = self.row_volume();
         while (self.state.crossed as f64 + 0.5) * row_volume <= volume {
@@ -384,7 +385,8 @@ mod tests {
         let mut there = std::collections::BTreeSet::new();
         for step in 0..900 {
             let time = 0.01 * f64::from(step);
-            let (fresh, stale) = inflow.advance(time, None, &mut next_id);
+            let section = inflow.section(inflow.discharge(time), None);
+            let (fresh, stale) = inflow.advance(time, section, &mut next_id);
             there.extend(fresh.iter().map(|(_, id, _)| *id));
             stale.iter().for_each(|id| assert!(there.remove(id)));
             assert!((inflow.entered() - inflow.volume(time)).abs() <= 0.5 * inflow.row_volume() + 1e-9);
@@ -403,7 +405,9 @@ mod tests {
             let mut next_id = 0;
             let mut brought = std::collections::BTreeMap::new();
             for step in 0..400 {
-                let (fresh, stale) = inflow.advance(0.02 * f64::from(step), None, &mut next_id);
+                let time = 0.02 * f64::from(step);
+                let section = inflow.section(inflow.discharge(time), None);
+                let (fresh, stale) = inflow.advance(time, section, &mut next_id);
                 brought.extend(fresh.iter().map(|(_, id, node)| (*id, node.volume)));
                 stale.iter().for_each(|id| assert!(brought.remove(id).is_some()));
             }

@@ -119,7 +119,7 @@ impl Maps {
             let found = bed.at(&std::array::from_fn(|c| centre[c]));
             found.map_or([0.0; 2], |bed| pair(&bed.slope))
         };
-        let slopes = (0..count).into_par_iter().with_min_len(1).map(slope).collect::<Vec<_>>();
+        let slopes = (0..count).into_par_iter().map(slope).collect::<Vec<_>>();
         let bands = vec![Vec::new(); grid.counts[1].div_ceil(BAND)];
         Self {
             threshold,
@@ -142,7 +142,7 @@ impl Maps {
             let centre = grid.centre(k % grid.counts[0], k / grid.counts[0]);
             outline.contains(std::array::from_fn(|c| centre[c] + ON_OUTLINE * grid.spacing[c]))
         };
-        self.mapped = (0..self.cells.len()).into_par_iter().with_min_len(1).map(within).collect::<Vec<_>>();
+        self.mapped = (0..self.cells.len()).into_par_iter().map(within).collect::<Vec<_>>();
         let low: [f64; 2] = std::array::from_fn(|c| grid.origin[c] - 0.5 * grid.spacing[c]);
         let high: [f64; 2] = std::array::from_fn(|c| low[c] + grid.counts[c] as f64 * grid.spacing[c]);
         let ring = vec![low, [high[0], low[1]], high, [low[0], high[1]], low];
@@ -182,7 +182,7 @@ impl Maps {
         let Self { grid, threshold, slopes, cells, over, bands, .. } = self;
         let (width, threshold) = (grid.counts[0] * BAND, *threshold);
         let all = cells.par_chunks_mut(width).zip(over.par_chunks(width)).zip(slopes.par_chunks(width));
-        all.zip(&*bands).with_min_len(1).for_each(|(((cells, over), slopes), band)| {
+        all.zip(&*bands).for_each(|(((cells, over), slopes), band)| {
             if band.is_empty() {
                 return;
             }
@@ -225,7 +225,7 @@ impl Maps {
         }
         let columns = grid.counts[0];
         let chunks = over.par_chunks_mut(columns * BAND).zip(&*bands).enumerate();
-        chunks.with_min_len(1).for_each(|(number, (over, band))| {
+        chunks.for_each(|(number, (over, band))| {
             if band.is_empty() {
                 return;
             }

@@ -63,7 +63,7 @@ impl Scalar {
             };
             (first..end).map(pair).sum()
         };
-        (0..values.len()).into_par_iter().with_min_len(1).map(bend).collect::<Vec<_>>()
+        (0..values.len()).into_par_iter().map(bend).collect::<Vec<_>>()
     }
 
     /// Burgers' equation for `time` (s): every node moves with its own value, and nodes that meet become one.

@@ -296,7 +296,7 @@ impl<const D: usize> Layout<D> {
     ) {
         let row = self.strides[0];
         let lines = first.par_chunks_mut(row).zip(second.par_chunks_mut(row)).zip(results).enumerate();
-        lines.with_min_len(1).for_each(|(row, ((first, second), result))| {
+        lines.for_each(|(row, ((first, second), result))| {
             visit(row, self.active[row].clone(), [first, second], result);
         });
     }
@@ -339,14 +339,14 @@ fn each_row<T: Send, R: Send + Default>(
     results: &mut [R],
     visit: &RowVisitor<'_, T, R>,
 ) {
-    nodes.par_chunks_mut(row).zip(results).enumerate().with_min_len(1).for_each(|(row, (line, result))| {
+    nodes.par_chunks_mut(row).zip(results).enumerate().for_each(|(row, (line, result))| {
         let active = active[row].clone();
         *result = if active.start == active.end { R::default() } else { visit(row, active, line) };
     });
 }
 
 fn reset<T: Send + Default + Clone>(nodes: &mut [T], row: usize, active: &[Range<usize>]) {
-    nodes.par_chunks_mut(row).zip(active).with_min_len(1).for_each(|(line, active)| {
+    nodes.par_chunks_mut(row).zip(active).for_each(|(line, active)| {
         line[active.clone()].fill(T::default());
     });
 }

@@ -128,7 +128,7 @@ impl<const D: usize> FreeSurface<D> {
     fn divide(&mut self, cells: &impl Cells<D>) {
         let Self { layout, sums, occupied, fill, .. } = self;
         let row = layout.strides()[0];
-        fill.par_chunks_mut(row).enumerate().with_min_len(1).for_each(|(number, line)| {
+        fill.par_chunks_mut(row).enumerate().for_each(|(number, line)| {
             for (place, ratio) in line.iter_mut().enumerate() {
                 let node = number * row + place;
                 let held = sums[node].as_array()[0];
@@ -188,21 +188,19 @@ fn relieve<const D: usize>(background: &Background<D>, surface: &FreeSurface<D>,
     let PointSet { points: Columns { stress, volume, mass, position, .. }, domain, extent, .. } = set;
     let points = points(surface.thin.as_deref(), position, domain, extent);
     let own = stress.par_chunks_mut(BLOCK).zip(volume.par_chunks_mut(BLOCK));
-    own.zip(mass.par_chunks(BLOCK)).enumerate().with_min_len(1).for_each(
-        |(number, ((stresses, volumes), masses))| {
-            let first = number * BLOCK;
-            let mut all = [Lanes::ZERO; BLOCK];
-            let ratios = &mut all[..stresses.len()];
-            let points = points.range(first..first + stresses.len());
-            surface.sweeps.interpolate(&ground, &points, &surface.fill, ratios);
-            for (k, ratio) in ratios.iter().enumerate() {
-                if ratio.as_array()[0] <= surface.factor {
-                    stresses[k].0 = [0.0; 6];
-                    volumes[k] = masses[k] / density;
-                }
+    own.zip(mass.par_chunks(BLOCK)).enumerate().for_each(|(number, ((stresses, volumes), masses))| {
+        let first = number * BLOCK;
+        let mut all = [Lanes::ZERO; BLOCK];
+        let ratios = &mut all[..stresses.len()];
+        let points = points.range(first..first + stresses.len());
+        surface.sweeps.interpolate(&ground, &points, &surface.fill, ratios);
+        for (k, ratio) in ratios.iter().enumerate() {
+            if ratio.as_array()[0] <= surface.factor {
+                stresses[k].0 = [0.0; 6];
+                volumes[k] = masses[k] / density;
             }
-        },
-    );
+        }
+    });
 }
 
 #[cfg(test)]

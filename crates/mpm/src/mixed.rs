@@ -245,11 +245,11 @@ fn reset_stresses<const D: usize>(
             stresses.full[cell].then(|| averages(&stresses.cells[cell]))
         };
         let places = || set.points.position.par_iter().enumerate().map(of_cell);
-        set.points.stress.par_iter_mut().zip(places()).with_min_len(1).for_each(|(own, average)| {
+        set.points.stress.par_iter_mut().zip(places()).for_each(|(own, average)| {
             *own = average.map_or(*own, |(total, pressure)| total + SymTensor::isotropic(pressure));
         });
         if let Some(pore) = set.pore.as_mut().filter(|pore| pore.fluid.is_some()) {
-            pore.points.pressure.par_iter_mut().zip(places()).with_min_len(1).for_each(|(own, average)| {
+            pore.points.pressure.par_iter_mut().zip(places()).for_each(|(own, average)| {
                 *own = average.map_or(*own, |(_, pressure)| pressure);
             });
         }

@@ -26,7 +26,7 @@ pub fn in_chunks<const D: usize, T: Send>(
     points: &Points<'_, D>,
     visit: &(dyn Fn(&mut [T], &Points<'_, D>) + Sync),
 ) {
-    values.par_chunks_mut(CHUNK).enumerate().with_min_len(1).for_each(|(number, values)| {
+    values.par_chunks_mut(CHUNK).enumerate().for_each(|(number, values)| {
         let first = number * CHUNK;
         visit(values, &points.range(first..first + values.len()));
     });

@@ -316,30 +316,21 @@ impl<const D: usize> NeighbourList<D> {
         self.blocks.resize_with(self.len.div_ceil(ROWS), Rows::default);
         let (cells, places) = (&self.cells, &self.places);
         let points = targets.par_chunks(ROWS);
-        self.blocks.par_iter_mut().zip(points).enumerate().with_min_len(1).for_each(
-            |(number, (rows, points))| {
-                rows.ends.clear();
-                rows.indices.clear();
-                for (k, x) in points.iter().enumerate() {
-                    let (i, first) = (number * ROWS + k, rows.indices.len());
-                    let radius = radius(i);
-                    cells.runs_within(x, radius, |line| {
-                        let places = std::array::from_fn(|axis| &places[axis][line.clone()]);
-                        let near = |j: u32| keep(i as u32, j);
-                        select(
-                            x,
-                            radius * radius,
-                            places,
-                            &cells.order[line.clone()],
-                            near,
-                            &mut rows.indices,
-                        );
-                    });
-                    rows.indices[first..].sort_unstable();
-                    rows.ends.push(rows.indices.len() as u32);
-                }
-            },
-        );
+        self.blocks.par_iter_mut().zip(points).enumerate().for_each(|(number, (rows, points))| {
+            rows.ends.clear();
+            rows.indices.clear();
+            for (k, x) in points.iter().enumerate() {
+                let (i, first) = (number * ROWS + k, rows.indices.len());
+                let radius = radius(i);
+                cells.runs_within(x, radius, |line| {
+                    let places = std::array::from_fn(|axis| &places[axis][line.clone()]);
+                    let near = |j: u32| keep(i as u32, j);
+                    select(x, radius * radius, places, &cells.order[line.clone()], near, &mut rows.indices);
+                });
+                rows.indices[first..].sort_unstable();
+                rows.ends.push(rows.indices.len() as u32);
+            }
+        });
         Ok(())
     }
 

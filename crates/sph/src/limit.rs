@@ -76,7 +76,7 @@ pub fn find_limit<const D: usize>(setting: &Setting<D>, bodies: &mut Bodies<D>, 
             least
         };
         // Of equal ones the first particle's.
-        least = blocks.with_min_len(1).map(of_block).reduce(|| least, |a, b| if b.0 < a.0 { b } else { a });
+        least = blocks.map(of_block).reduce(|| least, |a, b| if b.0 < a.0 { b } else { a });
     }
     least
 }

@@ -149,7 +149,7 @@ impl<const D: usize> Bodies<D> {
             let positions = &p.position[range.clone()];
             let records = &mut self.shown.records[range.clone()];
             let moving = p.velocity[range].par_iter_mut().zip(records).zip(positions);
-            moving.with_min_len(1).for_each(|((v, record), x)| {
+            moving.for_each(|((v, record), x)| {
                 let turned = times(&about, &mass.arm(&spatial(x)));
                 *v = std::array::from_fn(|c| along[c] + turned[c]);
                 set_velocity(record, v);
@@ -169,7 +169,7 @@ impl<const D: usize> Bodies<D> {
             let (motion, mut mass) = ([vx, vy, vz, wx, wy, wz], body.mass);
             (0..3).for_each(|c| mass.centre[c] += dt * motion[c]);
             let moving = p.velocity[range.clone()].par_iter_mut().zip(&p.position[range]);
-            moving.with_min_len(1).for_each(|(v, x)| {
+            moving.for_each(|(v, x)| {
                 let of_body = velocity_at(&motion, &mass.arm(&spatial(x)));
                 *v = std::array::from_fn(|c| of_body[c]);
             });

@@ -84,7 +84,7 @@ impl<const D: usize> Shifting<D> {
         let (p, neighbours) = (&bodies.particles, &lists.neighbours);
         let pairs = Pairs::new(setting, p, walls);
         let at_surface = |i: usize| pairs.moment_trace(i, neighbours.of(i)) < SURFACE_TRACE[D - 1];
-        (0..p.len()).into_par_iter().with_min_len(1).map(at_surface).collect_into_vec(&mut self.surface);
+        (0..p.len()).into_par_iter().map(at_surface).collect_into_vec(&mut self.surface);
         let surface = &self.surface;
         let fastest = |body: &Group| p.velocity[body.range()].iter().map(square).fold(0.0, f64::max);
         self.fastest.clear();
@@ -99,7 +99,7 @@ impl<const D: usize> Shifting<D> {
             let length = fastest.get(number).copied().unwrap_or_else(|| square(&p.velocity[i])).sqrt() * dt;
             pairs.shift(i, neighbours.of(i), length, (&body.range(), surface))
         };
-        (0..p.len()).into_par_iter().with_min_len(1).map(moves).collect_into_vec(&mut self.shifts);
+        (0..p.len()).into_par_iter().map(moves).collect_into_vec(&mut self.shifts);
     }
 }
 

@@ -95,7 +95,6 @@ pub fn update_stress<const D: usize>(
         let (material, initial) = (&group.material, group.density);
         let all = blocks.zip(stress).zip(density).zip(mass).zip(gradient).zip(divergence).enumerate();
         let error = all
-            .with_min_len(1)
             .map(|(number, (((((states, stress), density), mass), gradient), divergence))| {
                 let mut motions = [Motion::STILL; BLOCK];
                 for k in 0..stress.len() {
@@ -153,7 +152,6 @@ pub fn return_to_yield<const D: usize>(
         let mass = p.mass[range.clone()].par_chunks(BLOCK);
         let all = blocks.zip(stress).zip(density).zip(mass).enumerate();
         let error = all
-            .with_min_len(1)
             .map(|(number, (((states, stress), density), mass))| {
                 let mut motions = [Motion::STILL; BLOCK];
                 for ((motion, density), mass) in motions.iter_mut().zip(density).zip(mass) {

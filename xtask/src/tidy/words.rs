@@ -148,7 +148,7 @@ fn declared_type(line: &str) -> Option<&str> {
 
 /// Files and folders at the root of a crate whose name is neither a term of the glossary nor a plain part.
 pub fn files(tree: &Tree) -> Vec<Finding> {
-    let glossary = tree.get("docs/glossary.md").map_or("", |page| &page.text).to_lowercase();
+    let glossary = terms(tree.get("docs/glossary.md").map_or("", |page| &page.text));
     let mut roots: Vec<(String, String)> = tree.sources().filter_map(root_name).collect();
     roots.sort();
     roots.dedup_by(|a, b| a.0 == b.0);
@@ -163,7 +163,13 @@ pub fn files(tree: &Tree) -> Vec<Finding> {
         .collect()
 }
 
-/// Whether all words of a name are in the glossary, in the singular or the plural.
+/// First cells of the rows of the glossary.
+fn terms(page: &str) -> String {
+    let cells = page.lines().filter_map(|line| line.strip_prefix('|')?.split('|').next());
+    cells.collect::<Vec<_>>().join("\n").to_lowercase()
+}
+
+/// Whether all words of a name are in terms of the glossary, in the singular or the plural.
 fn is_term(glossary: &str, name: &str) -> bool {
     let words = name.split('_').collect::<Vec<_>>();
     words.iter().all(|word| {
@@ -222,7 +228,7 @@ mod tests {
             ("crates/a/src/solver.rs", ""),
             ("crates/a/src/contact_forces.rs", ""),
             ("crates/a/src/rocks/mod.rs", ""),
-            ("docs/glossary.md", "| contact force | f | N |"),
+            ("docs/glossary.md", "On rocks.\n| contact force | f | N | Force of a rock. |"),
         ]);
         assert_eq!(messages(files(&tree)), [("crates/a/src/rocks/mod.rs".to_owned(), 0)]);
     }

@@ -112,7 +112,7 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
-/// Content of a file of a run; the default and a warning where the file cannot be read. The warning says what is left out (`without`).
+/// Content of a file of a run. Where the file cannot be read, prints a warning with the consequence `without` and returns the default.
 fn or_nothing<T: Default>(read: Result<T, OutputError>, without: &str) -> T {
     read.unwrap_or_else(|error| {
         complain!("warning: {error}: {without}");

@@ -63,7 +63,7 @@ impl DepthOptions {
         within("xsph", self.xsph, 0.0, 1.0)?;
         let drifts = self.integration == Integration::Leapfrog || self.xsph == 0.0;
         check(drifts, "xsph", || {
-            "acts in the drift of `integration` `leapfrog` only: leave one of the two out".to_owned()
+            "is part of `integration` `leapfrog` only: leave `xsph` or `integration` out".to_owned()
         })?;
         positive("courant", self.courant, "")?;
         within("courant", self.courant, 0.0, 0.5)?;

@@ -248,7 +248,7 @@ impl<const D: usize> Flow<D> {
             (impulse, left)
         };
         let found: Vec<(Plan<D>, Plan<D>)> =
-            (0..set.len()).into_par_iter().with_min_len(TASK).map(impulse).collect::<Vec<_>>();
+            (0..set.len()).into_par_iter().with_min_len(TASK).map(impulse).collect();
         for (v, (_, left)) in self.sets[0].nodes.velocity.iter_mut().zip(&found) {
             *v = *left;
         }
@@ -270,8 +270,7 @@ impl<const D: usize> Flow<D> {
             let mean = solid.packed.mean(kernel, x, length, &shown).unwrap_or([0.0; D]);
             std::array::from_fn(|c| bond.passed() * mean[c])
         };
-        let taken: Vec<Plan<D>> =
-            (0..fluid.len()).into_par_iter().with_min_len(TASK).map(taken).collect::<Vec<_>>();
+        let taken: Vec<Plan<D>> = (0..fluid.len()).into_par_iter().with_min_len(TASK).map(taken).collect();
         for (v, taken) in self.sets[1].nodes.velocity.iter_mut().zip(&taken) {
             for c in 0..D {
                 v[c] -= taken[c];

@@ -12,7 +12,7 @@ impl<const D: usize> Flow<D> {
     /// Brings the rows behind the lines of inflow to where they are now, with new ones behind them.
     ///
     /// # Errors
-    /// When what stands before a line makes what flows in far too deep.
+    /// When an inflow would be [`DEEPEST`] times too deep.
     pub(super) fn feed(&mut self) -> Result<(), Failure> {
         if self.inflows.is_empty() {
             return Ok(());
@@ -97,21 +97,18 @@ impl<const D: usize> Flow<D> {
             |found: &Option<(f64, f64)>| found.map(|(depth, speed)| Arriving::of(depth, speed, pull));
         let arriving: Vec<_> = standing.iter().map(arriving).collect();
         self.feed_with(&arriving)?;
-        self.settle_again(Self::settle)
+        self.settle_again()
     }
 
     /// First heights once more, with nodes that have been added; columns of pore pressure begin with them.
-    pub(super) fn settle_again(
-        &mut self,
-        settle: impl FnOnce(&mut Self) -> Result<(), Failure>,
-    ) -> Result<(), Failure> {
+    pub(super) fn settle_again(&mut self) -> Result<(), Failure> {
         for set in &mut self.sets {
             set.nodes.length.clone_from(&set.nodes.first_length);
             set.unlist();
         }
         self.heads.depth.fill(f64::NAN);
         let (fastest, top) = (self.fastest_start, self.top);
-        settle(self)?;
+        self.settle()?;
         (self.fastest_start, self.top) = (self.fastest_start.max(fastest), self.top.max(top));
         Ok(())
     }
@@ -119,21 +116,24 @@ impl<const D: usize> Flow<D> {
     fn feed_with(&mut self, arriving: &[Option<Arriving>]) -> Result<(), Failure> {
         let mut gone = Vec::new();
         for (inflow, arriving) in self.inflows.iter_mut().zip(arriving) {
-            // Rows of what is so deep would stand without end.
-            let deepest = inflow.section(inflow.discharge(self.time), *arriving).deepest;
-            let most = DEEPEST * inflow.depth.max(inflow.deepest().deepest);
-            if !(deepest <= most) {
+            let section = inflow.section(inflow.discharge(self.time), *arriving);
+            // The number of rows grows with the depth. The depth at the largest discharge is computed only where the mean depth is exceeded.
+            let deepest = section.deepest;
+            let is_bounded =
+                deepest <= DEEPEST * inflow.depth || deepest <= DEEPEST * inflow.deepest().deepest;
+            if !is_bounded {
                 let reason = format!(
-                    "what flows in across the line that begins here would be {deepest:.3e} m deep, for what arrives there from the flow: try a smaller `courant` or a finer `spacing`"
+                    "the inflow across the line from here would be {deepest:.3e} m deep, more than {DEEPEST} times its depth at the largest \
+                     discharge, because of the flow before the line: take a smaller `courant` or a finer `spacing`"
                 );
                 return Err(Failure { node: self.next_id, position: inflow.from.to_vec(), reason });
             }
-            let (fresh, stale) = inflow.advance(self.time, *arriving, &mut self.next_id);
+            let (fresh, stale) = inflow.advance(self.time, section, &mut self.next_id);
             gone.extend(stale);
             for (set, id, node) in &fresh {
                 let Set { nodes, .. } = &mut self.sets[*set];
                 nodes.push(*id, node);
-                // It has a height before the next sum.
+                // Friction and XSPH divide by it before the next sum.
                 if let Some(height) = nodes.height.last_mut() {
                     *height = inflow.height(node.volume);
                 }

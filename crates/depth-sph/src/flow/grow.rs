@@ -40,7 +40,7 @@ impl<const D: usize> Flow<D> {
                 law.growth(speeds, tangent, nodes.depth[i], concentration, dt)
             };
             let found: Vec<f64> =
-                (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(growth).collect::<Vec<_>>();
+                (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(growth).collect();
             let Set { nodes, bed, .. } = &mut self.sets[number];
             for (i, mut growth) in found.into_iter().enumerate() {
                 if growth <= 0.0 {

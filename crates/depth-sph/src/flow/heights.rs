@@ -39,7 +39,7 @@ impl<const D: usize> Set<D> {
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
         let columns = nodes.height.par_chunks_mut(TASK).zip(nodes.length.par_chunks_mut(TASK));
         let blocks = fours.blocks(position.len()).par_iter_mut().zip(columns).enumerate();
-        blocks.with_min_len(1).for_each_init(
+        blocks.for_each_init(
             || packed.near(),
             |near, (number, (block, (heights, lengths)))| {
                 block.clear();

@@ -47,7 +47,7 @@ pub use set::Set;
 const THIN: f64 = 1e-3;
 /// Times the speed that gravity can give a node at which it ends the run.
 const FASTEST: f64 = 3.0;
-/// Times its depth at the largest discharge, or what stood there at the start, at which what flows in across a line ends the run.
+/// Ratio of the depth of an inflow across a line to that at its largest discharge, or at the start, from which on the run ends.
 const DEEPEST: f64 = 100.0;
 /// Steps between two sorts by cell.
 const STEPS_PER_SORT: u64 = 20;
@@ -397,11 +397,7 @@ impl<const D: usize> Flow<D> {
     fn check(&self) -> Result<(), Failure> {
         for set in &self.sets {
             let failed = |i: usize| self.failure_of(set, i).is_some().then_some(i);
-            let found = (0..set.nodes.len())
-                .into_par_iter()
-                .with_min_len(TASK)
-                .map(failed)
-                .reduce(|| None, Option::or);
+            let found = (0..set.nodes.len()).into_par_iter().with_min_len(TASK).find_map_first(failed);
             if let Some(i) = found {
                 return Err(failure(set, i, self.failure_of(set, i).unwrap_or_default()));
             }
@@ -417,9 +413,7 @@ impl<const D: usize> Flow<D> {
                 let all = position[i].iter().chain(&velocity[i]).chain([&length[i]]);
                 (!all.fold(0.0, |sum, x| sum + 0.0 * x).is_finite()).then_some(i)
             };
-            let Some(i) =
-                (0..set.len()).into_par_iter().with_min_len(TASK).map(failed).reduce(|| None, Option::or)
-            else {
+            let Some(i) = (0..set.len()).into_par_iter().with_min_len(TASK).find_map_first(failed) else {
                 continue;
             };
             let reason = if position[i].iter().all(|x| x.is_finite()) {

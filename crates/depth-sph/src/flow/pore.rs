@@ -82,7 +82,7 @@ impl Heads {
         let advance = |(i, (head, seen)): (usize, (&mut [f64], &mut f64))| {
             usize::from(step(settings, pore, set, i, head, seen, dt))
         };
-        self.clipped = columns.with_min_len(TASK / 4).map(advance).reduce(|| 0, |a, b| a + b);
+        self.clipped = columns.with_min_len(TASK / 4).map(advance).sum();
     }
 }
 

@@ -74,8 +74,7 @@ impl<const D: usize> Flow<D> {
         let densities = self.settings.material.densities;
         // Mean heads of the grains; the fluid has those around it.
         let count = self.sets[0].nodes.len();
-        let heads: Vec<f64> =
-            (0..count).into_par_iter().with_min_len(1).map(|i| self.heads.mean(i)).collect::<Vec<_>>();
+        let heads: Vec<f64> = (0..count).into_par_iter().map(|i| self.heads.mean(i)).collect();
         let of_fluid = self.heads_at_fluid(&heads);
         for role in 0..2 {
             let set = &self.sets[role];
@@ -96,7 +95,7 @@ impl<const D: usize> Flow<D> {
                 (pressure / (height * height), excess)
             };
             let found: Vec<(f64, f64)> =
-                (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(of_node).collect::<Vec<_>>();
+                (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(of_node).collect();
             let set = &mut self.sets[role];
             let (pressures, excesses): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
             copy(&set.images, &pressures, &mut set.seen.pressure);

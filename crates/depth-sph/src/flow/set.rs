@@ -96,7 +96,7 @@ impl<const D: usize> Set<D> {
             let square: f64 = (0..D).map(|c| (x[c] - old[c] - mean[c]).powi(2)).sum();
             square.sqrt() <= 0.25 * SKIN * support * listed && *length <= (1.0 + 0.5 * SKIN) * listed
         };
-        nodes.with_min_len(8 * TASK).map(stays).reduce(|| true, |a, b| a && b)
+        nodes.with_min_len(8 * TASK).all(stays)
     }
 
     /// Makes images.

@@ -220,6 +220,14 @@ fn what_it_cannot_honour_is_refused_by_path() {
     let starts = |text: String, start: &str| assert!(text.starts_with(start), "{text}");
     starts(change(&|v| v["space"] = json!("axisymmetric")), "space: ");
     starts(change(&|v| v["gravity"] = json!([0, 9.81])), "gravity[1]: ");
+    for integration in ["runge-kutta2", "runge-kutta4"] {
+        let options = json!({ "integration": integration, "xsph": 0.1 });
+        let set = |v: &mut Value| {
+            let own = v["methods"]["depth-sph"].as_object_mut().unwrap();
+            own.extend(options.as_object().unwrap().clone());
+        };
+        starts(change(&set), "methods.depth-sph.xsph: ");
+    }
     starts(change(&|v| v["boundaries"] = json!([])), "boundaries: there is no bed");
     starts(change(&|v| v["methods"] = json!({})), "methods.depth-sph: is missing");
     starts(

@@ -101,8 +101,8 @@ fn dry_columns(phases: &str, ratio: f64, integrator: &Value) -> Value {
     value
 }
 
-/// What flows in across a line onto a dry bed goes on with its depth and speed, the excess ratio of its columns and all of its volume, by all
-/// integrators and with heights that are integrated too.
+/// An inflow across a line onto a dry bed keeps depth, speed, excess ratio of pore pressure and volume, with all integrators and with integrated
+/// heights.
 #[test]
 fn an_inflow_across_a_line_onto_a_dry_bed_keeps_its_columns() {
     let rates = json!({ "continuity": "rate-difference" });
@@ -131,7 +131,7 @@ fn an_inflow_across_a_line_onto_a_dry_bed_keeps_its_columns() {
     }
 }
 
-/// A heap of grains and fluid on a slope, and an inflow across a line before it, with all that is asked for at once.
+/// A heap of grains and fluid on a slope and an inflow across a line below it, with pore pressure and earth pressure.
 fn heap(integrator: &Value) -> Value {
     let mut value = json!({
         "title": "heap", "space": "3d", "gravity": [3, 0, -9.3], "domain": { "min": [0, 0, 0], "max": [20, 10, 5] },
@@ -172,7 +172,7 @@ fn a_heap_behind_an_inflow_goes_on_with_its_mass_and_after_a_restart_to_the_last
     }
 }
 
-/// Nodes that come at 1 km/s towards a line end the run: what flows in against them would stand in rows without end.
+/// Nodes that approach a line at 1 km/s end the run: the inflow against them would be hundreds of times too deep.
 #[test]
 fn an_inflow_that_would_be_far_too_deep_ends_the_run() {
     let node = |k: usize| Node {

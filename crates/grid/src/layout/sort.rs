@@ -11,14 +11,8 @@ pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> V
         (0..D).fold(0usize, |key, axis| key * grid.cells[axis] + cell[axis])
     };
     let cells: usize = grid.cells.iter().product();
-    in_order(
-        (0..positions.len())
-            .into_par_iter()
-            .with_min_len(1024)
-            .map(|i| (key(&positions[i]), i as u32))
-            .collect::<Vec<_>>(),
-        cells,
-    )
+    let keyed = positions.par_iter().enumerate().with_min_len(1024).map(|(i, x)| (key(x), i as u32));
+    in_order(keyed.collect(), cells)
 }
 
 /// The numbers of points in order of their cells, of which there are `cells`.

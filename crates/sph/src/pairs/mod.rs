@@ -42,7 +42,7 @@ pub fn over_rows<const D: usize, T: Send>(
     visit: impl Fn(usize, &[u32], &mut [f64], &mut T) + Sync,
 ) {
     let blocks = out.par_chunks_mut(ROWS).zip(weights).zip(neighbours.blocks()).enumerate();
-    blocks.with_min_len(1).for_each(|(number, ((out, weights), rows))| {
+    blocks.for_each(|(number, ((out, weights), rows))| {
         for (k, slot) in out.iter_mut().enumerate() {
             visit(number * ROWS + k, rows.of(k), &mut weights[rows.range(k)], slot);
         }

@@ -220,7 +220,7 @@ impl<const D: usize> RankedSolver<D> {
             return Ok(support);
         }
         let is_sort_due = lists.is_sort_due(clock);
-        self.ranks.par_iter_mut().with_min_len(1).for_each(|rank| {
+        self.ranks.par_iter_mut().for_each(|rank| {
             let SphSolver { bodies, walls, .. } = &mut rank.domain;
             let p = &mut bodies.particles;
             walls.planes.wrap(&mut p.position[..p.id.len()], &mut p.origin);
@@ -228,7 +228,7 @@ impl<const D: usize> RankedSolver<D> {
         if is_sort_due {
             self.sort()?;
         }
-        self.ranks.par_iter_mut().with_min_len(1).for_each(|rank| {
+        self.ranks.par_iter_mut().for_each(|rank| {
             let SphSolver { setting, clock, bodies, lists, rates, .. } = &mut rank.domain;
             lists.list_from_here(setting, clock, &bodies.particles, support);
             rates.current = false;
@@ -293,13 +293,13 @@ impl<const D: usize> RankedSolver<D> {
         // Smoothed stresses go back to yield, by the law and its state.
         let SphSolver { setting, clock, .. } = self.first();
         let whole = is_regularisation_due(setting, clock);
-        self.ranks.par_iter().zip(&mut self.mail).with_min_len(1).for_each(|(rank, parcels)| {
+        self.ranks.par_iter().zip(&mut self.mail).for_each(|(rank, parcels)| {
             for (parcel, indices) in parcels.iter_mut().zip(&rank.sends) {
                 parcel.fill(&rank.domain, &rank.sequence, indices, whole);
             }
         });
         let mail = &self.mail;
-        self.ranks.par_iter_mut().enumerate().with_min_len(1).for_each(|(to, rank)| {
+        self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
             for (parcels, places) in mail.iter().zip(&rank.gets) {
                 parcels[to].renew(&mut rank.domain, places);
             }
@@ -377,7 +377,7 @@ impl<const D: usize> RankedSolver<D> {
 
     /// Every rank keeps the particles in its own part of space and sends the others away.
     fn migrate(&mut self, cuts: &Bisection<D>) {
-        self.ranks.par_iter().zip(&mut self.mail).with_min_len(1).for_each(|(rank, parcels)| {
+        self.ranks.par_iter().zip(&mut self.mail).for_each(|(rank, parcels)| {
             let mut shares = vec![Vec::new(); parcels.len()];
             for i in rank.own() {
                 shares[cuts.owner(&rank.domain.lists.listed.positions[i as usize]) as usize].push(i);
@@ -387,7 +387,7 @@ impl<const D: usize> RankedSolver<D> {
             }
         });
         let mail = &self.mail;
-        self.ranks.par_iter_mut().enumerate().with_min_len(1).for_each(|(to, rank)| {
+        self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
             let parcels: Vec<&Parcel<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
             (rank.sequence, _) = assemble(&mut rank.domain, &parcels);
             rank.domain.bodies.guests.clear();
@@ -413,9 +413,9 @@ impl<const D: usize> RankedSolver<D> {
                 parcel.fill(&rank.domain, &rank.sequence, indices, true);
             }
         };
-        self.ranks.par_iter_mut().zip(&mut self.mail).enumerate().with_min_len(1).for_each(send);
+        self.ranks.par_iter_mut().zip(&mut self.mail).enumerate().for_each(send);
         let mail = &self.mail;
-        self.ranks.par_iter_mut().enumerate().with_min_len(1).for_each(|(to, rank)| {
+        self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
             let parcels: Vec<&Parcel<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
             (rank.sequence, rank.gets) = assemble(&mut rank.domain, &parcels);
             rank.domain.bodies.guests.clear();

@@ -79,7 +79,7 @@ fn sum_up<const D: usize>(
     rates.by_obstacles.resize(accelerations.len(), [0.0; D]);
     let both = accelerations.par_chunks_mut(ROWS).zip(rates.by_obstacles.par_chunks_mut(ROWS));
     let blocks = both.zip(weights).zip(neighbours.blocks()).enumerate();
-    blocks.with_min_len(1).for_each(|(number, (((all, by_obstacles), weights), rows))| {
+    blocks.for_each(|(number, (((all, by_obstacles), weights), rows))| {
         for (k, (a, own)) in all.iter_mut().zip(by_obstacles).enumerate() {
             *a = of(number * ROWS + k, rows.of(k), &mut weights[rows.range(k)], Some(own));
         }
@@ -140,7 +140,7 @@ fn find_gradients<const D: usize>(
     let Derivatives { gradient, divergence, .. } = &mut rates.of;
     let both = gradient.par_chunks_mut(ROWS).zip(divergence.par_chunks_mut(ROWS));
     let blocks = both.zip(&mut lists.weights).zip(lists.neighbours.blocks()).enumerate();
-    blocks.with_min_len(1).for_each(|(number, (((gradient, divergence), weights), rows))| {
+    blocks.for_each(|(number, (((gradient, divergence), weights), rows))| {
         for k in 0..gradient.len() {
             let i = number * ROWS + k;
             let (row, weights) = (rows.of(k), &mut weights[rows.range(k)]);

@@ -287,55 +287,51 @@ impl<const D: usize> Obstacles<D> {
             return;
         }
         blocks.resize_with(positions.len().div_ceil(ROWS), Block::default);
-        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).with_min_len(1).for_each(
-            |(block, positions)| {
-                block.listed.clear();
-                for (k, x) in positions.iter().enumerate() {
-                    for (number, solid) in solids.iter().enumerate() {
-                        let gap = solid.now().gap(x, reach);
-                        if gap.is_some() || solid.now().contains(x) {
-                            let normal = gap.map_or([0.0; D], |gap| gap.normal);
-                            block.listed.push(Meeting { particle: k as u32, solid: number as u32, normal });
-                        }
+        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
+            block.listed.clear();
+            for (k, x) in positions.iter().enumerate() {
+                for (number, solid) in solids.iter().enumerate() {
+                    let gap = solid.now().gap(x, reach);
+                    if gap.is_some() || solid.now().contains(x) {
+                        let normal = gap.map_or([0.0; D], |gap| gap.normal);
+                        block.listed.push(Meeting { particle: k as u32, solid: number as u32, normal });
                     }
                 }
-            },
-        );
+            }
+        });
     }
 
     /// Finds the faces within `support` (m) of the particles at `positions`.
     pub fn find(&mut self, positions: &[[f64; D]], support: f64) {
         let Self { solids, blocks, .. } = self;
-        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).with_min_len(1).for_each(
-            |(block, positions)| {
-                block.faces.clear();
-                block.ends.clear();
-                block.deepest = None;
-                let mut listed = block.listed.iter().peekable();
-                for (k, x) in positions.iter().enumerate() {
-                    while let Some(Meeting { solid: number, .. }) =
-                        listed.next_if(|own| own.particle as usize == k)
+        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
+            block.faces.clear();
+            block.ends.clear();
+            block.deepest = None;
+            let mut listed = block.listed.iter().peekable();
+            for (k, x) in positions.iter().enumerate() {
+                while let Some(Meeting { solid: number, .. }) =
+                    listed.next_if(|own| own.particle as usize == k)
+                {
+                    let solid = &solids[*number as usize];
+                    let surface = solid.now();
+                    block.contacts.clear();
+                    surface.touch(x, support, &mut block.contacts);
+                    let touched = block.contacts.all().iter();
+                    block.faces.extend(touched.map(|near| Face::of(solid, near, x, *number)));
+                    if block.contacts.is_empty()
+                        && let Some(deeper) = surface.gap(x, support).filter(|gap| gap.distance < 0.0)
                     {
-                        let solid = &solids[*number as usize];
-                        let surface = solid.now();
-                        block.contacts.clear();
-                        surface.touch(x, support, &mut block.contacts);
-                        let touched = block.contacts.all().iter();
-                        block.faces.extend(touched.map(|near| Face::of(solid, near, x, *number)));
-                        if block.contacts.is_empty()
-                            && let Some(deeper) = surface.gap(x, support).filter(|gap| gap.distance < 0.0)
-                        {
-                            block.faces.push(Face::of(solid, &deeper, x, *number));
-                            let depth = -deeper.distance;
-                            if block.deepest.is_none_or(|(.., most)| depth > most) {
-                                block.deepest = Some((k as u32, *number, depth));
-                            }
+                        block.faces.push(Face::of(solid, &deeper, x, *number));
+                        let depth = -deeper.distance;
+                        if block.deepest.is_none_or(|(.., most)| depth > most) {
+                            block.deepest = Some((k as u32, *number, depth));
                         }
                     }
-                    block.ends.push(block.faces.len() as u32);
                 }
-            },
-        );
+                block.ends.push(block.faces.len() as u32);
+            }
+        });
     }
 
     /// The obstacles that particle `i` may meet.

@@ -121,7 +121,7 @@ impl<const D: usize> Flow<D> {
             self.opens.push(end);
         }
         self.pass_ends(0.0);
-        self.settle_again(Self::settle)?;
+        self.settle_again()?;
         let kernel = self.settings.numerics.kernel;
         let Self { opens, sets, .. } = self;
         for (number, (end, feed)) in (known..).zip(opens[known..].iter_mut().zip(later)) {

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::nodes::Plan;
 
-/// Least variance of the distances of nodes from a side, over their mean square, from which on a line is drawn through them to the side: that of
-/// a row of grains and fluid that have come apart a little goes anywhere.
+/// Least ratio of the variance of the distances of nodes from a side to their mean square for which depth and speed are extrapolated by a line.
+/// A single row has less; the slope through it is arbitrary.
 const SPREAD: f64 = 1e-2;
 
 /// Times at which what passes the place before a side is taken, in the time that waves need from there to the side.
@@ -246,7 +246,7 @@ mod tests {
         assert_eq!(within.at(None, 0.5).depth, 0.0);
     }
 
-    /// One row, whose grains have been slowed down: its means stand at the side, not a line through what lies side by side.
+    /// Depth and speed of a single row of grains and fluid are its means, without a slope.
     #[test]
     fn a_row_of_grains_and_fluid_has_no_slope() {
         let mut moments = Moments::default();
