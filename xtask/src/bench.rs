@@ -7,10 +7,10 @@ use clap::Args;
 use colluvium::case::{Case, Solver};
 use serde_json::json;
 
-use crate::textbook::{Problem, Shape, Textbook};
+use crate::textbook::{TextbookProblem, TextbookShape, TextbookSolver};
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct BenchArguments {
     /// Only settings whose name contains this.
     filter: Option<String>,
     /// Leave out the runs with a million points.
@@ -24,7 +24,7 @@ pub struct Arguments {
     bandwidth: bool,
     /// Only the race against the textbook kernel.
     #[arg(long)]
-    race: bool,
+    textbook: bool,
     /// Particle-updates per second of smoothed particle hydrodynamics instead.
     #[arg(long)]
     sph: bool,
@@ -39,7 +39,7 @@ pub struct Arguments {
     method: Option<String>,
     /// Steps of the case before the clock starts.
     #[arg(long, requires = "case", default_value_t = 3)]
-    after: usize,
+    warm_up_steps: usize,
     /// Steps of the case, in place of those that the first number of threads makes in the seconds of a setting.
     #[arg(long, requires = "case", value_parser = clap::value_parser!(u32).range(1..))]
     steps: Option<u32>,
@@ -69,7 +69,7 @@ const GRAVITY: f64 = -0.1;
 const SATURATED: &str = "two-phase";
 
 /// What is measured.
-struct Setting {
+struct BenchSetting {
     dimension: usize,
     shape: &'static str,
     scheme: &'static str,
@@ -78,7 +78,7 @@ struct Setting {
     threads: usize,
 }
 
-impl Setting {
+impl BenchSetting {
     fn name(&self) -> String {
         let Self { dimension, shape, scheme, model, points, threads } = self;
         format!("{dimension}d,{shape},{scheme},{model},{points},{threads}")
@@ -134,7 +134,7 @@ impl Setting {
         pool.install(|| {
             let mut solver = self.solver()?;
             let points = solver.points();
-            let rate = rate(points, seconds, || {
+            let rate = updates_per_second(points, seconds, || {
                 let dt = solver.limit().dt;
                 solver.step(dt).map(drop).map_err(|error| error.to_string())
             })?;
@@ -151,10 +151,10 @@ impl Setting {
     }
 
     /// The same problem for the textbook kernel; elastic only.
-    fn textbook<const D: usize>(&self) -> Textbook<D> {
-        Textbook::new(Problem {
+    fn textbook<const D: usize>(&self) -> TextbookSolver<D> {
+        TextbookSolver::new(TextbookProblem {
             cells: self.cells(),
-            shape: if self.shape == "linear" { Shape::Linear } else { Shape::Quadratic },
+            shape: if self.shape == "linear" { TextbookShape::Linear } else { TextbookShape::Quadratic },
             density: DENSITY,
             youngs_modulus: YOUNGS_MODULUS,
             poissons_ratio: POISSONS_RATIO,
@@ -166,14 +166,14 @@ impl Setting {
     fn measure_textbook<const D: usize>(&self, seconds: f64) -> Result<f64, String> {
         let dt = self.solver()?.limit().dt;
         let mut textbook = self.textbook::<D>();
-        rate(textbook.points.len(), seconds, || {
+        updates_per_second(textbook.points.len(), seconds, || {
             textbook.step(dt);
             Ok(())
         })
     }
 
     /// Our solver and the textbook kernel in turn, three times: the best of each.
-    fn race(&self, seconds: f64) -> Result<(usize, f64, f64), String> {
+    fn measure_against_textbook(&self, seconds: f64) -> Result<(usize, f64, f64), String> {
         let (mut points, mut ours, mut textbook) = (0, 0f64, 0f64);
         for _ in 0..3 {
             let (count, rate) = self.measure(seconds / 3.0)?;
@@ -189,7 +189,7 @@ impl Setting {
 }
 
 /// Million point-updates per second of `step`, over about so many seconds.
-pub fn rate(
+pub fn updates_per_second(
     points: usize,
     seconds: f64,
     mut step: impl FnMut() -> Result<(), String>,
@@ -241,7 +241,7 @@ fn peak_memory() -> Option<f64> {
 }
 
 /// Measures and prints a table in CSV.
-pub fn run(arguments: &Arguments) -> Result<bool, String> {
+pub fn run(arguments: &BenchArguments) -> Result<bool, String> {
     if arguments.laws {
         crate::bench_laws::run(arguments.filter.as_deref(), arguments.seconds)?;
         return Ok(true);
@@ -250,11 +250,11 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         println!("# memory bandwidth on {threads} threads: {:.1} GB/s", bandwidth(threads)?);
     }
     if let Some(file) = &arguments.case {
-        crate::bench_case::table(&crate::bench_case::Settings {
+        crate::bench_case::print_table(&crate::bench_case::CaseBenchSettings {
             file,
             method: arguments.method.as_deref(),
             threads: &arguments.threads,
-            after: arguments.after,
+            warm_up_steps: arguments.warm_up_steps,
             steps: arguments.steps.map(|steps| steps as usize),
             seconds: arguments.seconds,
         })?;
@@ -268,13 +268,22 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
     };
     if arguments.sph {
         let middle = if sizes.len() > 1 { vec![sizes[0], 100_000, sizes[1]] } else { sizes };
-        crate::bench_sph::table(&middle, arguments.seconds, &arguments.threads, arguments.filter.as_deref())?;
+        crate::bench_sph::print_table(
+            &middle,
+            arguments.seconds,
+            &arguments.threads,
+            arguments.filter.as_deref(),
+        )?;
         return Ok(true);
     }
-    let wanted = |setting: &Setting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
-    let mut failed =
-        if arguments.race { 0 } else { table(&sizes, arguments.seconds, &arguments.threads, wanted) };
-    failed += race(&sizes, arguments.seconds, wanted);
+    let wanted =
+        |setting: &BenchSetting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
+    let mut failed = if arguments.textbook {
+        0
+    } else {
+        print_table(&sizes, arguments.seconds, &arguments.threads, wanted)
+    };
+    failed += print_textbook_table(&sizes, arguments.seconds, wanted);
     if let Some(memory) = peak_memory() {
         println!("# peak memory {memory:.0} MB");
     }
@@ -285,7 +294,7 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
 }
 
 /// Prints a row, or that its setting failed and why: the table goes on. Returns how many failed.
-fn print(setting: &Setting, row: Result<String, String>) -> usize {
+fn print_row(setting: &BenchSetting, row: Result<String, String>) -> usize {
     match row {
         Ok(row) => {
             println!("{row}");
@@ -299,7 +308,12 @@ fn print(setting: &Setting, row: Result<String, String>) -> usize {
 }
 
 /// Prints the rates of all settings; returns how many failed.
-fn table(sizes: &[usize], seconds: f64, threads: &[usize], wanted: impl Fn(&Setting) -> bool) -> usize {
+fn print_table(
+    sizes: &[usize],
+    seconds: f64,
+    threads: &[usize],
+    wanted: impl Fn(&BenchSetting) -> bool,
+) -> usize {
     let mut failed = 0;
     println!("dimension,shape,stress_update,model,points,threads,million_updates_per_second");
     for dimension in [2, 3] {
@@ -314,14 +328,14 @@ fn table(sizes: &[usize], seconds: f64, threads: &[usize], wanted: impl Fn(&Sett
             ] {
                 for &points in sizes {
                     for &threads in threads {
-                        let setting = Setting { dimension, shape, scheme, model, points, threads };
+                        let setting = BenchSetting { dimension, shape, scheme, model, points, threads };
                         if !wanted(&setting) {
                             continue;
                         }
                         let row = setting.measure(seconds).map(|(points, rate)| {
                             format!("{dimension},{shape},{scheme},{model},{points},{threads},{rate:.3}")
                         });
-                        failed += print(&setting, row);
+                        failed += print_row(&setting, row);
                     }
                 }
             }
@@ -331,7 +345,7 @@ fn table(sizes: &[usize], seconds: f64, threads: &[usize], wanted: impl Fn(&Sett
 }
 
 /// Our solver against the method as a textbook writes it, compiled into the same program; returns how many failed.
-fn race(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> usize {
+fn print_textbook_table(sizes: &[usize], seconds: f64, wanted: impl Fn(&BenchSetting) -> bool) -> usize {
     let mut failed = 0;
     println!("# race against a textbook kernel: array of structs, plain loops, one thread");
     println!("dimension,shape,points,ours,textbook,ratio");
@@ -339,14 +353,14 @@ fn race(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> usi
     for dimension in [2, 3] {
         for shape in ["linear", "quadratic"] {
             for &points in sizes {
-                let setting = Setting { dimension, shape, scheme, model, points, threads };
+                let setting = BenchSetting { dimension, shape, scheme, model, points, threads };
                 if !wanted(&setting) {
                     continue;
                 }
-                let row = setting.race(seconds).map(|(points, ours, textbook)| {
+                let row = setting.measure_against_textbook(seconds).map(|(points, ours, textbook)| {
                     format!("{dimension},{shape},{points},{ours:.3},{textbook:.3},{:.2}", ours / textbook)
                 });
-                failed += print(&setting, row);
+                failed += print_row(&setting, row);
             }
         }
     }
@@ -359,7 +373,7 @@ mod tests {
 
     /// A race between two that do not compute the same is none.
     fn both_end_at_the_same_places<const D: usize>(points: usize) {
-        let setting = Setting {
+        let setting = BenchSetting {
             dimension: D,
             shape: "linear",
             scheme: "usl",

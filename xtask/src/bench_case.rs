@@ -6,28 +6,28 @@ use std::time::Instant;
 use colluvium::case::Case;
 
 /// What is measured of a case.
-pub struct Settings<'a> {
+pub struct CaseBenchSettings<'a> {
     pub file: &'a Path,
     /// Only this method of the case.
     pub method: Option<&'a str>,
     /// Numbers of threads, one after the other.
     pub threads: &'a [usize],
     /// Steps before the clock starts.
-    pub after: usize,
+    pub warm_up_steps: usize,
     /// Steps with the clock; when absent, as many as the first number of threads makes in `seconds`.
     pub steps: Option<usize>,
     pub seconds: f64,
 }
 
 /// Points at the end, steps that were counted, point-updates and the time that they took (s).
-struct Measured {
+struct CaseMeasurement {
     points: usize,
     steps: usize,
     updates: f64,
     seconds: f64,
 }
 
-impl Measured {
+impl CaseMeasurement {
     /// Million point-updates per second.
     fn rate(&self) -> f64 {
         self.updates / self.seconds / 1e6
@@ -35,7 +35,12 @@ impl Measured {
 }
 
 /// Begins the case anew and makes steps of its first stage: `steps` of them, or those of `seconds`.
-fn measure(case: &Case, method: &str, settings: &Settings, steps: Option<usize>) -> Result<Measured, String> {
+fn measure(
+    case: &Case,
+    method: &str,
+    settings: &CaseBenchSettings,
+    steps: Option<usize>,
+) -> Result<CaseMeasurement, String> {
     let method = colluvium::method(method).ok_or_else(|| format!("there is no method {method}"))?;
     let mut solver = method.build(case).map_err(|errors| errors.to_string())?;
     solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
@@ -44,11 +49,11 @@ fn measure(case: &Case, method: &str, settings: &Settings, steps: Option<usize>)
         solver.step(dt).map_err(|error| error.to_string())?;
         Ok(solver.points())
     };
-    for _ in 0..settings.after {
+    for _ in 0..settings.warm_up_steps {
         step()?;
     }
     let start = Instant::now();
-    let mut measured = Measured { points: 0, steps: 0, updates: 0.0, seconds: 0.0 };
+    let mut measured = CaseMeasurement { points: 0, steps: 0, updates: 0.0, seconds: 0.0 };
     while steps.map_or(measured.seconds < settings.seconds, |most| measured.steps < most) {
         measured.points = step()?;
         measured.steps += 1;
@@ -59,7 +64,7 @@ fn measure(case: &Case, method: &str, settings: &Settings, steps: Option<usize>)
 }
 
 /// Prints a row for each method and number of threads. All of a method make the same steps, so that they have the same to do.
-pub fn table(settings: &Settings) -> Result<(), String> {
+pub fn print_table(settings: &CaseBenchSettings) -> Result<(), String> {
     let case = Case::load(settings.file).map_err(|errors| errors.to_string())?;
     let methods: Vec<&str> = match settings.method {
         Some(name) => vec![name],
@@ -74,7 +79,7 @@ pub fn table(settings: &Settings) -> Result<(), String> {
             let measured = pool.install(|| measure(&case, method, settings, steps))?;
             steps.get_or_insert(measured.steps);
             let first = *first.get_or_insert(measured.rate());
-            let Measured { points, steps, seconds, .. } = measured;
+            let CaseMeasurement { points, steps, seconds, .. } = measured;
             let rate = measured.rate();
             println!("{method},{points},{steps},{threads},{seconds:.3},{rate:.3},{:.2}", rate / first);
         }

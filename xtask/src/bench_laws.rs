@@ -4,36 +4,36 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use colluvium::constitutive::{
-    BLOCK, InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor, spectra,
+    BLOCK_SIZE, InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor, spectra,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Points of the measurement: their motions, stresses and states fit the second-level cache.
-const POINTS: usize = 16 * BLOCK;
+const POINTS: usize = 16 * BLOCK_SIZE;
 
 /// Strain of one step.
-const STEP: f64 = 1e-4;
+const STRAIN_STEP: f64 = 1e-4;
 
 /// Steps of the warm-up: every point yields after them.
 const WARM_UP: usize = 100;
 
 /// Steps of a lap.
-const LAP: usize = 20;
+const STEPS_PER_LAP: usize = 20;
 
 /// What was measured.
-struct Measured {
+struct LawMeasurement {
     /// Million updates per second.
     rate: f64,
     /// Share of the points on their yield surface at the end.
     yielding: f64,
     /// Time of one spectral decomposition of these stresses over that of one update: alone, and in a batch.
-    spectrum: [f64; 2],
+    decomposition_share: [f64; 2],
 }
 
 /// Points under way.
 #[derive(Clone)]
-struct Points {
+struct BenchPoints {
     motions: Vec<Motion>,
     stresses: Vec<SymTensor>,
     states: States,
@@ -43,16 +43,17 @@ struct Points {
 pub fn run(filter: Option<&str>, seconds: f64) -> Result<(), String> {
     println!("model,form,million updates per second,share yielding,share of spectral decomposition");
     for spec in MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()) {
-        let form = form(&spec);
+        let form = option_text(&spec);
         if filter.is_some_and(|filter| !format!("{} {form}", spec.name()).contains(filter)) {
             continue;
         }
         let law = spec.build().map_err(|error| error.to_string())?;
-        let Measured { rate, yielding, spectrum: [alone, batch] } = measure(&*law, spec.density(), seconds)?;
+        let LawMeasurement { rate, yielding, decomposition_share: [alone, batch] } =
+            measure(&*law, spec.density(), seconds)?;
         let share = match decomposition(&spec) {
-            Decomposition::None => 0.0,
-            Decomposition::Alone => alone,
-            Decomposition::Batch => batch,
+            DecompositionUse::None => 0.0,
+            DecompositionUse::Alone => alone,
+            DecompositionUse::Batch => batch,
         };
         println!("{},{form},{rate:.2},{yielding:.2},{share:.2}", spec.name());
     }
@@ -60,31 +61,31 @@ pub fn run(filter: Option<&str>, seconds: f64) -> Result<(), String> {
 }
 
 /// Whether a law decomposes a tensor in every step that yields, point by point or a batch at once.
-enum Decomposition {
+enum DecompositionUse {
     None,
     Alone,
     Batch,
 }
 
-fn decomposition(spec: &MaterialSpec) -> Decomposition {
+fn decomposition(spec: &MaterialSpec) -> DecompositionUse {
     if let (Some(inner), false) = (spec.inner(), spec.name() == "saturation-softened") {
         return decomposition(inner);
     }
     let value = serde_json::to_value(spec).unwrap_or_default();
     let softens = value["softening"].is_object() || spec.inner().is_some();
     match spec.name() {
-        "snow" | "fixed-corotated" | "cohesive-cam-clay" => Decomposition::Alone,
-        "hypoplastic" if value["viscous"].is_object() => Decomposition::Alone,
-        _ if value["strain_measure"] == "hencky" => Decomposition::Alone,
-        "mohr-coulomb" | "tresca" if !softens => Decomposition::Batch,
-        "saturation-softened" if value["material"]["model"] == "drucker-prager" => Decomposition::None,
-        "mohr-coulomb" | "tension-cut" | "saturation-softened" => Decomposition::Alone,
-        _ => Decomposition::None,
+        "snow" | "fixed-corotated" | "cohesive-cam-clay" => DecompositionUse::Alone,
+        "hypoplastic" if value["viscous"].is_object() => DecompositionUse::Alone,
+        _ if value["strain_measure"] == "hencky" => DecompositionUse::Alone,
+        "mohr-coulomb" | "tresca" if !softens => DecompositionUse::Batch,
+        "saturation-softened" if value["material"]["model"] == "drucker-prager" => DecompositionUse::None,
+        "mohr-coulomb" | "tension-cut" | "saturation-softened" => DecompositionUse::Alone,
+        _ => DecompositionUse::None,
     }
 }
 
 /// What tells examples of one model apart: its options, not its numbers.
-fn form(spec: &MaterialSpec) -> String {
+fn option_text(spec: &MaterialSpec) -> String {
     let value = serde_json::to_value(spec).unwrap_or_default();
     let mut words = Vec::new();
     for (key, value) in value.as_object().into_iter().flatten() {
@@ -105,24 +106,24 @@ fn form(spec: &MaterialSpec) -> String {
 }
 
 /// A start that the law admits: sheared if it may be, else isotropic compression.
-fn start(law: &dyn Material, density: f64) -> Result<(Vec<SymTensor>, States), String> {
+fn initial_states(law: &dyn Material, density: f64) -> Result<(Vec<SymTensor>, States), String> {
     let sheared = SymTensor([-60e3, -50e3, -45e3, 3e3, -2e3, 1e3]);
     let at = |stress| law.initial(&vec![InitialCondition { stress, density }; POINTS]);
     at(sheared).or_else(|_| at(SymTensor::isotropic(-50e3))).map_err(|error| error.to_string())
 }
 
-fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<Measured, String> {
+fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<LawMeasurement, String> {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let (stresses, states) = start(law, density)?;
+    let (stresses, states) = initial_states(law, density)?;
     let motion = |random: &mut ChaCha8Rng| {
         // Shear in a random direction with some spin, no change of volume.
         let a = Mat3(std::array::from_fn(|_| std::array::from_fn(|_| random.random_range(-1.0..1.0))));
         let a = a - Mat3::IDENTITY * (a.trace() / 3.0);
-        let a = a * (STEP / a.sym().norm());
+        let a = a * (STRAIN_STEP / a.sym().norm());
         Motion::from_velocity_gradient(&(a * 1e4), 1e-4, density, 0.1).ok_or("a step of this size is regular")
     };
     let motions = (0..POINTS).map(|_| motion(&mut random)).collect::<Result<Vec<_>, _>>()?;
-    let mut points = Points { motions, stresses, states };
+    let mut points = BenchPoints { motions, stresses, states };
     for _ in 0..WARM_UP {
         points.step(law)?;
     }
@@ -133,10 +134,10 @@ fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<Measured, S
     while best.is_infinite() || began.elapsed().as_secs_f64() < seconds {
         points.clone_from(&start);
         let lap = Instant::now();
-        for _ in 0..LAP {
+        for _ in 0..STEPS_PER_LAP {
             points.step(law)?;
         }
-        best = best.min(lap.elapsed().as_secs_f64() / (LAP * POINTS) as f64);
+        best = best.min(lap.elapsed().as_secs_f64() / (STEPS_PER_LAP * POINTS) as f64);
         yielding = points.yielding(law);
     }
     let least = |lap: &mut dyn FnMut()| {
@@ -156,12 +157,12 @@ fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<Measured, S
     let mut found = vec![SymTensor::ZERO.spectrum(); POINTS];
     let batch = least(&mut || spectra(black_box(stresses), black_box(&mut found)));
     let spectrum = [alone / best, batch / best];
-    Ok(Measured { rate: 1e-6 / best, yielding, spectrum })
+    Ok(LawMeasurement { rate: 1e-6 / best, yielding, decomposition_share: spectrum })
 }
 
-impl Points {
+impl BenchPoints {
     fn step(&mut self, law: &dyn Material) -> Result<(), String> {
-        let parts = self.stresses.chunks_mut(BLOCK).zip(self.motions.chunks(BLOCK));
+        let parts = self.stresses.chunks_mut(BLOCK_SIZE).zip(self.motions.chunks(BLOCK_SIZE));
         for (block, (stresses, motions)) in self.states.blocks_mut().iter_mut().zip(parts) {
             law.update(motions, stresses, block).map_err(|error| error.to_string())?;
         }
@@ -170,8 +171,8 @@ impl Points {
 
     fn yielding(&self, law: &dyn Material) -> f64 {
         let mut count = 0;
-        for (block, stresses) in self.states.blocks().iter().zip(self.stresses.chunks(BLOCK)) {
-            let mut values = [0.0; BLOCK];
+        for (block, stresses) in self.states.blocks().iter().zip(self.stresses.chunks(BLOCK_SIZE)) {
+            let mut values = [0.0; BLOCK_SIZE];
             law.yield_values(stresses, block, &mut values[..stresses.len()]);
             let close = |(value, stress): (&f64, &SymTensor)| *value > -1e-6 * stress.norm();
             count += values.iter().zip(stresses).filter(|pair| close(*pair)).count();

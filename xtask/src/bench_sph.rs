@@ -3,20 +3,20 @@
 use colluvium::case::{Case, Solver};
 use serde_json::json;
 
-use crate::bench::rate;
+use crate::bench::updates_per_second;
 
 /// What is measured.
-struct Setting {
+struct SphBenchSetting {
     dimension: usize,
     model: &'static str,
-    motion: Motion,
+    motion: BenchMotion,
     points: usize,
     threads: usize,
 }
 
 /// What the particles do meanwhile.
 #[derive(Clone, Copy, PartialEq)]
-enum Motion {
+enum BenchMotion {
     /// They settle: neighbours last.
     Settling,
     /// They shear past each other: neighbours are found again and again. Along the motion the block goes on without
@@ -24,10 +24,10 @@ enum Motion {
     Shearing,
 }
 
-impl Setting {
+impl SphBenchSetting {
     fn name(&self) -> String {
         let Self { dimension, model, points, threads, .. } = self;
-        let motion = if self.motion == Motion::Settling { "settling" } else { "shearing" };
+        let motion = if self.motion == BenchMotion::Settling { "settling" } else { "shearing" };
         format!("sph,{dimension}d,{motion},{model},{points},{threads}")
     }
 
@@ -47,7 +47,7 @@ impl Setting {
         }
         let (mut velocity, mut ceiling) = (json!({ "kind": "rest" }), all(1.0 + 4.0 * spacing));
         let mut periodic = json!([]);
-        if self.motion == Motion::Shearing {
+        if self.motion == BenchMotion::Shearing {
             (floor[0], ceiling[0], periodic) = (0.0, 1.0, json!(["x"]));
             // What is thrown up stays in the domain.
             ceiling[1] = 2.0;
@@ -81,7 +81,7 @@ impl Setting {
                 method.build(&self.case()?).map_err(|error| error.to_string())?;
             solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
             let points = solver.points();
-            let rate = rate(points, seconds, || {
+            let rate = updates_per_second(points, seconds, || {
                 let dt = solver.limit().dt;
                 solver.step(dt).map(drop).map_err(|error| error.to_string())
             })?;
@@ -91,22 +91,27 @@ impl Setting {
 }
 
 /// Prints the table.
-pub fn table(sizes: &[usize], seconds: f64, threads: &[usize], filter: Option<&str>) -> Result<(), String> {
+pub fn print_table(
+    sizes: &[usize],
+    seconds: f64,
+    threads: &[usize],
+    filter: Option<&str>,
+) -> Result<(), String> {
     println!("method,dimension,motion,model,points,threads,million_updates_per_second");
     for dimension in [2, 3] {
         for (motion, model) in [
-            (Motion::Settling, "linear-elastic"),
-            (Motion::Settling, "drucker-prager"),
-            (Motion::Shearing, "drucker-prager"),
+            (BenchMotion::Settling, "linear-elastic"),
+            (BenchMotion::Settling, "drucker-prager"),
+            (BenchMotion::Shearing, "drucker-prager"),
         ] {
             for &points in sizes {
                 for &threads in threads {
-                    let setting = Setting { dimension, model, motion, points, threads };
+                    let setting = SphBenchSetting { dimension, model, motion, points, threads };
                     if filter.is_some_and(|filter| !setting.name().contains(filter)) {
                         continue;
                     }
                     let (points, rate) = setting.measure(seconds)?;
-                    let name = Setting { points, ..setting }.name();
+                    let name = SphBenchSetting { points, ..setting }.name();
                     println!("{name},{rate:.3}");
                 }
             }

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use colluvium::case::Case;
-use colluvium::compare::{self, CompareOptions, Contender, Outcome, Reference};
-use colluvium::pictures::plane_under;
+use colluvium::compare::{self, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles};
+use colluvium::pictures::view_plane_for_gravity;
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct CompareTaskArguments {
     /// The case file.
     case: PathBuf,
     /// The methods, by name and separated by commas; all that can honour the case when absent.
@@ -24,35 +24,39 @@ pub struct Arguments {
 }
 
 /// Runs the case with every method that takes it and writes the page; true when all that began have finished.
-pub fn run(arguments: &Arguments) -> Result<bool, String> {
+pub fn run(arguments: &CompareTaskArguments) -> Result<bool, String> {
     let case = Case::load(&arguments.case).map_err(|errors| errors.to_string())?;
-    let methods = compare::methods(&arguments.methods).map_err(|error| error.to_string())?;
+    let methods = compare::methods_by_name(&arguments.methods).map_err(|error| error.to_string())?;
     let told = |file: &Path| println!("reference: {}", file.display());
-    let reference = Reference::of(&arguments.case, arguments.reference.as_deref(), told);
+    let reference = ReferenceProfiles::read_for_case(&arguments.case, arguments.reference.as_deref(), told);
     let reference = reference.map_err(|error| error.to_string())?;
     let stem = arguments.case.file_stem().unwrap_or_default();
     let out = crate::root().join("target/compare").join(stem);
     let options = CompareOptions {
         out: out.clone(),
         overwrite: true,
-        progress: true,
+        show_progress: true,
         jobs: arguments.jobs.into(),
         free_memory: f64::INFINITY,
         ..CompareOptions::default()
     };
-    let results = compare::run(&case, &methods, &options, &tell).map_err(|error| error.to_string())?;
-    let plane = plane_under(case.gravity.get(2).copied(), None);
-    let file = compare::write(&out, &case, &results, plane, &reference).map_err(|error| error.to_string())?;
+    let results =
+        compare::run(&case, &methods, &options, &print_result).map_err(|error| error.to_string())?;
+    let plane = view_plane_for_gravity(case.gravity.get(2).copied(), None);
+    let file =
+        compare::write_page(&out, &case, &results, plane, &reference).map_err(|error| error.to_string())?;
     println!("comparison: {}", file.display());
-    Ok(!results.iter().any(|result| matches!(result.outcome, Outcome::Failed(_))))
+    Ok(!results.iter().any(|result| matches!(result.outcome, MethodOutcome::Failed(_))))
 }
 
-fn tell(Contender { method, took, outcome, .. }: &Contender) {
+fn print_result(MethodResult { method, chosen_options: took, outcome, .. }: &MethodResult) {
     match outcome {
-        Outcome::Refused(why) => println!("{method}: not for this case: {why}"),
-        Outcome::Failed(why) => println!("{method}: FAILED, {why}"),
-        Outcome::Interrupted => println!("{method}: interrupted"),
-        Outcome::Done(report) => println!("{method}: {} steps in {:.1} s", report.steps, report.wall),
+        MethodOutcome::Refused(why) => println!("{method}: not for this case: {why}"),
+        MethodOutcome::Failed(why) => println!("{method}: FAILED, {why}"),
+        MethodOutcome::Interrupted => println!("{method}: interrupted"),
+        MethodOutcome::Completed(report) => {
+            println!("{method}: {} steps in {:.1} s", report.steps, report.wall_time)
+        }
     }
     if !took.is_empty() {
         println!("{method}: took {took}");

@@ -21,40 +21,40 @@ use clap::{Parser, Subcommand};
 
 /// Work on the project: reproduce the benchmarks, compare methods, measure speed.
 #[derive(Parser)]
-struct Arguments {
+struct CommandLine {
     #[command(subcommand)]
-    command: Command,
+    command: Task,
 }
 
 #[derive(Subcommand)]
-enum Command {
+enum Task {
     /// Runs the benchmarks and writes index.html and report.json under target/validation.
-    Validate(validate::Arguments),
+    Validate(validate::ValidateArguments),
     /// Runs a case with every method that supports it and lays the results side by side.
-    Compare(compare::Arguments),
+    Compare(compare::CompareTaskArguments),
     /// Measures point-updates per second.
-    Bench(bench::Arguments),
+    Bench(bench::BenchArguments),
     /// Writes docs/coverage.md: every row of the checklists of specification sheets, with what implements and what shows it.
-    Coverage(coverage::Arguments),
+    Coverage(coverage::CoverageArguments),
     /// Tries broken case files, or kills runs and takes them up again.
-    Fuzz(fuzz::Arguments),
+    Fuzz(fuzz::FuzzArguments),
     /// Runs short cases over all pairs of options with the program of another revision and with that of the working tree, and compares
     /// all results to the last bit.
-    SameBits(same_bits::Arguments),
+    SameBits(same_bits::SameBitsArguments),
     /// Checks what a machine can check of the house rules.
-    Tidy(tidy::Arguments),
+    Tidy(tidy::TidyArguments),
 }
 
 fn main() -> ExitCode {
-    colluvium::offer_materials();
-    let result = match Arguments::parse().command {
-        Command::Validate(arguments) => validate::run(&arguments),
-        Command::Compare(arguments) => compare::run(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments),
-        Command::Coverage(arguments) => coverage::run(&arguments),
-        Command::Fuzz(arguments) => fuzz::run(&arguments),
-        Command::SameBits(arguments) => same_bits::run(&arguments),
-        Command::Tidy(arguments) => tidy::run(&arguments),
+    colluvium::register_materials();
+    let result = match CommandLine::parse().command {
+        Task::Validate(arguments) => validate::run(&arguments),
+        Task::Compare(arguments) => compare::run(&arguments),
+        Task::Bench(arguments) => bench::run(&arguments),
+        Task::Coverage(arguments) => coverage::run(&arguments),
+        Task::Fuzz(arguments) => fuzz::run(&arguments),
+        Task::SameBits(arguments) => same_bits::run(&arguments),
+        Task::Tidy(arguments) => tidy::run(&arguments),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,

@@ -11,13 +11,13 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use colluvium::case::{Case, FieldData, Snapshot, output};
-use colluvium_testkit::pairwise::{Family, Row};
+use colluvium_testkit::pairwise::{CaseFamily, LevelRow};
 use rayon::prelude::*;
 use serde_json::Value;
 
 /// Arguments of `cargo xtask same-bits`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct SameBitsArguments {
     /// Revision to compare the working tree with, as git names it.
     revision: String,
     /// Only families whose name contains this text.
@@ -31,13 +31,13 @@ pub struct Arguments {
 }
 
 /// Folder of the families below the root of a tree.
-const FAMILIES: &str = "validation/same-bits";
+const FAMILY_FOLDER: &str = "validation/same-bits";
 
 /// Longest time of a run; most take less than a second.
 const LIMIT: Duration = Duration::from_secs(20);
 
 /// A tree of the repository and its program.
-struct Revision {
+struct BuiltRevision {
     tree: PathBuf,
     program: PathBuf,
 }
@@ -46,28 +46,30 @@ struct Revision {
 ///
 /// # Errors
 /// When a revision cannot be built or a file cannot be read.
-pub fn run(arguments: &Arguments) -> Result<bool, String> {
+pub fn run(arguments: &SameBitsArguments) -> Result<bool, String> {
     let root = crate::root();
     let folder = root.join("target/same-bits");
-    let old = checked_out(root, &folder, arguments)?;
-    let new = built(root, &root.join("target"), arguments.release)?;
-    let wanted = |family: &Family| arguments.filter.as_ref().is_none_or(|text| family.name.contains(text));
-    let families: Vec<Family> = Family::read_all(&root.join(FAMILIES))?.into_iter().filter(wanted).collect();
-    let renamed = renamed_columns(&root.join(FAMILIES).join("renamed.csv"))?;
+    let old = checkout_and_build(root, &folder, arguments)?;
+    let new = build(root, &root.join("target"), arguments.release)?;
+    let wanted =
+        |family: &CaseFamily| arguments.filter.as_ref().is_none_or(|text| family.name.contains(text));
+    let families: Vec<CaseFamily> =
+        CaseFamily::read_all(&root.join(FAMILY_FOLDER))?.into_iter().filter(wanted).collect();
+    let renamed = renamed_columns(&root.join(FAMILY_FOLDER).join("renamed.csv"))?;
     let (mut count, mut differences) = (0, Vec::new());
     for family in &families {
-        let file = old.tree.join(FAMILIES).join(format!("{}.json", family.name));
-        let earlier = Family::read(&file)?;
-        let rows = family.pairs(&is_accepted);
+        let file = old.tree.join(FAMILY_FOLDER).join(format!("{}.json", family.name));
+        let earlier = CaseFamily::read(&file)?;
+        let rows = family.pairwise_rows(&is_accepted);
         println!("{}: {} cases", family.name, rows.len());
         if arguments.list {
-            rows.iter().for_each(|row| println!("  {}", family.describe(row)));
+            rows.iter().for_each(|row| println!("  {}", family.description(row)));
         }
         count += rows.len();
-        let compare = |row: &Row| -> Result<(Option<String>, bool), String> {
+        let compare = |row: &LevelRow| -> Result<(Option<String>, bool), String> {
             let before = outcome(&old, &earlier.case(&earlier.row_of(family, row)))?;
             let after = outcome(&new, &family.case(row))?;
-            let name = format!("{} ({})", family.name, family.describe(row));
+            let name = format!("{} ({})", family.name, family.description(row));
             Ok((
                 difference(&before, &after, &renamed).map(|what| format!("{name}: {what}")),
                 after.code == Some(0),
@@ -95,7 +97,11 @@ fn is_accepted(case: &Value) -> bool {
 }
 
 /// A work tree of the revision, built. There is one tree for all revisions, so that a build compiles only what changed.
-fn checked_out(root: &Path, folder: &Path, arguments: &Arguments) -> Result<Revision, String> {
+fn checkout_and_build(
+    root: &Path,
+    folder: &Path,
+    arguments: &SameBitsArguments,
+) -> Result<BuiltRevision, String> {
     let named =
         Command::new("git").args(["rev-parse", "--short=12", &arguments.revision]).current_dir(root).output();
     let named = named.map_err(|error| format!("git: {error}"))?;
@@ -110,14 +116,14 @@ fn checked_out(root: &Path, folder: &Path, arguments: &Arguments) -> Result<Revi
     } else {
         git.args(["worktree", "add", "--detach", "--force"]).arg(&tree).arg(&commit).current_dir(root);
     }
-    finished(&mut git, "git")?;
-    if !tree.join(FAMILIES).is_dir() {
-        return Err(format!("revision {commit} has no folder {FAMILIES}"));
+    run_command(&mut git, "git")?;
+    if !tree.join(FAMILY_FOLDER).is_dir() {
+        return Err(format!("revision {commit} has no folder {FAMILY_FOLDER}"));
     }
-    built(&tree, &folder.join("target"), arguments.release)
+    build(&tree, &folder.join("target"), arguments.release)
 }
 
-fn built(tree: &Path, target: &Path, release: bool) -> Result<Revision, String> {
+fn build(tree: &Path, target: &Path, release: bool) -> Result<BuiltRevision, String> {
     let mut build = Command::new(env!("CARGO"));
     build
         .args(["build", "--package", "colluvium", "--bin", "colluvium"])
@@ -127,12 +133,12 @@ fn built(tree: &Path, target: &Path, release: bool) -> Result<Revision, String> 
     if release {
         build.arg("--release");
     }
-    finished(&mut build, "cargo build")?;
+    run_command(&mut build, "cargo build")?;
     let profile = if release { "release" } else { "debug" };
-    Ok(Revision { tree: tree.to_owned(), program: target.join(profile).join("colluvium") })
+    Ok(BuiltRevision { tree: tree.to_owned(), program: target.join(profile).join("colluvium") })
 }
 
-fn finished(command: &mut Command, name: &str) -> Result<(), String> {
+fn run_command(command: &mut Command, name: &str) -> Result<(), String> {
     let status = command.status().map_err(|error| format!("{name}: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{name} failed")) }
 }
@@ -146,7 +152,7 @@ fn renamed_columns(file: &Path) -> Result<BTreeMap<String, String>, String> {
 
 /// Everything that a run writes, as text and bits.
 #[derive(Default)]
-struct Outcome {
+struct RunFiles {
     /// Exit code.
     code: Option<i32>,
     /// Columns of the measures: heading and cells.
@@ -156,18 +162,18 @@ struct Outcome {
 }
 
 /// Runs a case in a folder of its own and reads what it wrote.
-fn outcome(revision: &Revision, case: &Value) -> Result<Outcome, String> {
+fn outcome(revision: &BuiltRevision, case: &Value) -> Result<RunFiles, String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let (file, out) = (folder.path().join("case.json"), folder.path().join("out"));
     std::fs::write(&file, case.to_string()).map_err(|error| error.to_string())?;
-    let mut outcome = Outcome { code: exit_code(revision, &file, &out)?, ..Outcome::default() };
+    let mut outcome = RunFiles { code: exit_code(revision, &file, &out)?, ..RunFiles::default() };
     read_measures(&out, &mut outcome);
     read_frames(&out, &mut outcome)?;
     Ok(outcome)
 }
 
 /// Exit code of a run; none when it takes longer than [`LIMIT`].
-fn exit_code(revision: &Revision, file: &Path, out: &Path) -> Result<Option<i32>, String> {
+fn exit_code(revision: &BuiltRevision, file: &Path, out: &Path) -> Result<Option<i32>, String> {
     let wrong = |error: std::io::Error| format!("{}: {error}", revision.program.display());
     let mut command = Command::new(&revision.program);
     command.arg("run").arg(file).arg("--out").arg(out).stdout(Stdio::null()).stderr(Stdio::null());
@@ -184,7 +190,7 @@ fn exit_code(revision: &Revision, file: &Path, out: &Path) -> Result<Option<i32>
     }
 }
 
-fn read_measures(out: &Path, outcome: &mut Outcome) {
+fn read_measures(out: &Path, outcome: &mut RunFiles) {
     let Ok(text) = std::fs::read_to_string(out.join("measures.csv")) else { return };
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let headings: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
@@ -195,7 +201,7 @@ fn read_measures(out: &Path, outcome: &mut Outcome) {
     }
 }
 
-fn read_frames(out: &Path, outcome: &mut Outcome) -> Result<(), String> {
+fn read_frames(out: &Path, outcome: &mut RunFiles) -> Result<(), String> {
     let index = out.join("frames.pvd");
     if !index.is_file() {
         return Ok(());
@@ -208,14 +214,14 @@ fn read_frames(out: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn add_fields(frame: &Snapshot, outcome: &mut Outcome) {
+fn add_fields(frame: &Snapshot, outcome: &mut RunFiles) {
     let mut add = |name: &str, values: &mut dyn Iterator<Item = f64>| {
         outcome.fields.entry(name.to_owned()).or_default().extend(values.map(f64::to_bits));
     };
     add("position", &mut frame.positions.iter().flatten().copied());
     for field in &frame.fields {
         match &field.data {
-            FieldData::Whole(values) => add(&field.name, &mut values.iter().map(|value| *value as f64)),
+            FieldData::Integer(values) => add(&field.name, &mut values.iter().map(|value| *value as f64)),
             FieldData::Scalar(values) => add(&field.name, &mut values.iter().copied()),
             FieldData::Vector(values) => add(&field.name, &mut values.iter().flatten().copied()),
             FieldData::Tensor(values) => add(&field.name, &mut values.iter().flat_map(|value| value.0)),
@@ -224,7 +230,7 @@ fn add_fields(frame: &Snapshot, outcome: &mut Outcome) {
 }
 
 /// First difference between two outcomes.
-fn difference(before: &Outcome, after: &Outcome, renamed: &BTreeMap<String, String>) -> Option<String> {
+fn difference(before: &RunFiles, after: &RunFiles, renamed: &BTreeMap<String, String>) -> Option<String> {
     if before.code != after.code {
         return Some(format!("exit code {:?} before and {:?} now", before.code, after.code));
     }
@@ -258,7 +264,7 @@ mod tests {
     #[test]
     fn a_bit_and_a_name_make_a_difference_and_a_name_of_the_table_none() {
         let of = |name: &str, value: f64| BTreeMap::from([(name.to_owned(), vec![value.to_bits()])]);
-        let outcome = |fields| Outcome { fields, ..Outcome::default() };
+        let outcome = |fields| RunFiles { fields, ..RunFiles::default() };
         let (none, table) =
             (BTreeMap::new(), BTreeMap::from([("head".to_owned(), "pore_pressure".to_owned())]));
         let before = outcome(of("head", 1.0));
@@ -271,7 +277,7 @@ mod tests {
 
     #[test]
     fn families_of_the_repository_accept_their_bases() {
-        let families = Family::read_all(&crate::root().join(FAMILIES)).unwrap();
+        let families = CaseFamily::read_all(&crate::root().join(FAMILY_FOLDER)).unwrap();
         assert!(families.len() >= 6);
         for family in families {
             assert!(is_accepted(&family.case(&family.row(&[]))), "{}", family.name);

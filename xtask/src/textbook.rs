@@ -4,7 +4,7 @@
 
 /// Shape functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum TextbookShape {
     /// Hat functions.
     Linear,
     /// Quadratic B-splines, without modification at the ends.
@@ -13,11 +13,11 @@ pub enum Shape {
 
 /// A block that settles on a rough floor: edge 1 m, two points per cell and direction.
 #[derive(Clone, Copy, Debug)]
-pub struct Problem {
+pub struct TextbookProblem {
     /// Cells along an edge of the block.
     pub cells: usize,
     /// Shape functions.
-    pub shape: Shape,
+    pub shape: TextbookShape,
     /// Density (kg/m³).
     pub density: f64,
     /// Young's modulus (Pa).
@@ -30,7 +30,7 @@ pub struct Problem {
 
 /// A material point.
 #[derive(Clone, Copy, Debug)]
-pub struct Point<const D: usize> {
+pub struct TextbookPoint<const D: usize> {
     /// Position (m).
     pub position: [f64; D],
     /// Velocity (m/s).
@@ -41,14 +41,14 @@ pub struct Point<const D: usize> {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Node<const D: usize> {
+struct TextbookNode<const D: usize> {
     mass: f64,
     momentum: [f64; D],
     force: [f64; D],
 }
 
 /// Weights and gradients of the nodes at a point.
-struct Weights<const D: usize> {
+struct TextbookWeights<const D: usize> {
     count: usize,
     node: [usize; 27],
     value: [f64; 27],
@@ -56,11 +56,11 @@ struct Weights<const D: usize> {
 }
 
 /// The solver.
-pub struct Textbook<const D: usize> {
-    problem: Problem,
+pub struct TextbookSolver<const D: usize> {
+    problem: TextbookProblem,
     /// Material points.
-    pub points: Vec<Point<D>>,
-    nodes: Vec<Node<D>>,
+    pub points: Vec<TextbookPoint<D>>,
+    nodes: Vec<TextbookNode<D>>,
     width: usize,
     cell: f64,
 }
@@ -68,9 +68,9 @@ pub struct Textbook<const D: usize> {
 /// Layers of cells around the block; the floor is the node of this number along the second axis.
 const MARGIN: usize = 4;
 
-impl<const D: usize> Textbook<D> {
+impl<const D: usize> TextbookSolver<D> {
     /// The points at rest, without stress.
-    pub fn new(problem: Problem) -> Self {
+    pub fn new(problem: TextbookProblem) -> Self {
         let cell = 1.0 / problem.cells as f64;
         let per_axis = 2 * problem.cells;
         let spacing = 0.5 * cell;
@@ -84,7 +84,7 @@ impl<const D: usize> Textbook<D> {
             position
         };
         let volume = spacing.powi(D as i32);
-        let point = |number: usize| Point {
+        let point = |number: usize| TextbookPoint {
             position: place(number),
             velocity: [0.0; D],
             mass: problem.density * volume,
@@ -92,7 +92,7 @@ impl<const D: usize> Textbook<D> {
             stress: [[0.0; 3]; 3],
         };
         let width = problem.cells + 2 * MARGIN + 1;
-        let node = Node { mass: 0.0, momentum: [0.0; D], force: [0.0; D] };
+        let node = TextbookNode { mass: 0.0, momentum: [0.0; D], force: [0.0; D] };
         Self {
             problem,
             points: (0..per_axis.pow(D as u32)).map(point).collect(),
@@ -102,14 +102,14 @@ impl<const D: usize> Textbook<D> {
         }
     }
 
-    fn weights(&self, position: &[f64; D]) -> Weights<D> {
+    fn weights(&self, position: &[f64; D]) -> TextbookWeights<D> {
         let mut first = [0; D];
         let mut value = [[0.0; 3]; D];
         let mut slope = [[0.0; 3]; D];
-        let per_axis = if self.problem.shape == Shape::Linear { 2 } else { 3 };
+        let per_axis = if self.problem.shape == TextbookShape::Linear { 2 } else { 3 };
         for axis in 0..D {
             let x = position[axis] / self.cell + MARGIN as f64;
-            if self.problem.shape == Shape::Linear {
+            if self.problem.shape == TextbookShape::Linear {
                 first[axis] = x as usize;
                 let s = x - first[axis] as f64;
                 value[axis] = [1.0 - s, s, 0.0];
@@ -121,7 +121,8 @@ impl<const D: usize> Textbook<D> {
                 slope[axis] = [(s - 1.5) / self.cell, -2.0 * (s - 1.0) / self.cell, (s - 0.5) / self.cell];
             }
         }
-        let mut weights = Weights { count: 0, node: [0; 27], value: [0.0; 27], gradient: [[0.0; D]; 27] };
+        let mut weights =
+            TextbookWeights { count: 0, node: [0; 27], value: [0.0; 27], gradient: [[0.0; D]; 27] };
         let last = if D == 3 { per_axis } else { 1 };
         for i in 0..per_axis {
             for j in 0..per_axis {
@@ -155,7 +156,7 @@ impl<const D: usize> Textbook<D> {
     /// One step of `dt` (s).
     pub fn step(&mut self, dt: f64) {
         for node in &mut self.nodes {
-            *node = Node { mass: 0.0, momentum: [0.0; D], force: [0.0; D] };
+            *node = TextbookNode { mass: 0.0, momentum: [0.0; D], force: [0.0; D] };
         }
         // Points to grid.
         for p in 0..self.points.len() {

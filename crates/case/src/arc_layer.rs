@@ -3,15 +3,15 @@
 use crate::description::{ObstacleShape, ProfilePiece};
 
 /// Largest turn of an arc between two corners of the outline (rad).
-const TURN: f64 = 0.004;
+const MAX_TURN: f64 = 0.004;
 
 /// A piece of a line.
-enum Piece {
+enum LinePiece {
     Straight { from: [f64; 2], along: [f64; 2], length: f64 },
     Arc { centre: [f64; 2], radius: f64, from: f64, sweep: f64 },
 }
 
-impl Piece {
+impl LinePiece {
     fn new(from: [f64; 2], piece: &ProfilePiece) -> Self {
         let to = piece.to;
         match piece.centre {
@@ -42,7 +42,7 @@ impl Piece {
     }
 
     /// Place (m) and normal, to the left of the way along the line, at a length from its beginning (m).
-    fn at(&self, length: f64) -> ([f64; 2], [f64; 2]) {
+    fn point_and_normal(&self, length: f64) -> ([f64; 2], [f64; 2]) {
         match self {
             Self::Straight { from, along, .. } => {
                 ([from[0] + length * along[0], from[1] + length * along[1]], [-along[1], along[0]])
@@ -60,7 +60,7 @@ impl Piece {
     fn stations(&self, from: f64, to: f64) -> Vec<f64> {
         let count = match self {
             Self::Straight { .. } => 1,
-            Self::Arc { radius, .. } => (((to - from) / radius / TURN).ceil() as usize).max(1),
+            Self::Arc { radius, .. } => (((to - from) / radius / MAX_TURN).ceil() as usize).max(1),
         };
         (0..=count).map(|k| from + (to - from) * k as f64 / count as f64).collect()
     }
@@ -90,10 +90,10 @@ pub fn outline(
     let mut made = Vec::with_capacity(pieces.len());
     let mut here = first;
     for piece in pieces {
-        made.push(Piece::new(here, piece));
+        made.push(LinePiece::new(here, piece));
         here = piece.to;
     }
-    let length: f64 = made.iter().map(Piece::length).sum();
+    let length: f64 = made.iter().map(LinePiece::length).sum();
     if end > length * (1.0 + 1e-9) {
         return Err(("end", format!("{end} m is beyond the line of the obstacle, which is {length} m long")));
     }
@@ -108,7 +108,7 @@ pub fn outline(
             continue;
         }
         for (number, station) in piece.stations(low, high).into_iter().enumerate() {
-            let (place, normal) = piece.at(station);
+            let (place, normal) = piece.point_and_normal(station);
             let mut normal = normal.map(|n| up * n);
             if let Some(last) = before.filter(|_| number == 0) {
                 // Where pieces meet at an angle the corner lies at the distance from both.
@@ -125,7 +125,7 @@ pub fn outline(
                 side.push([place[0] + distance * normal[0], place[1] + distance * normal[1]]);
             }
         }
-        before = Some(piece.at(high).1.map(|n| up * n));
+        before = Some(piece.point_and_normal(high).1.map(|n| up * n));
     }
     let [mut outline, far] = sides;
     outline.extend(far.into_iter().rev());

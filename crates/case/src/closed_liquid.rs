@@ -6,7 +6,7 @@ use crate::Case;
 use crate::description::{Body, InitialStress};
 
 /// Share of the domain from which on bodies fill it, with no free surface.
-const FULL: f64 = 0.99;
+const FULL_DOMAIN_FRACTION: f64 = 0.99;
 
 impl Case {
     /// Warning for liquids that fill the domain and neither bear tension nor are under pressure: they open where they move.
@@ -22,7 +22,7 @@ impl Case {
         let dimension = self.dimension();
         let size: f64 = self.domain.min.iter().zip(&self.domain.max).map(|(min, max)| max - min).product();
         let filled: f64 = self.bodies.iter().map(|body| body.shape.volume(dimension, false)).sum();
-        (filled >= FULL * size).then(|| {
+        (filled >= FULL_DOMAIN_FRACTION * size).then(|| {
             format!(
                 "materials.{}.cavitation_strength: it is 0, and the liquid fills the domain without a pressure at the start: voids open \
                  where its pressure falls below zero, as soon as it moves. Give a cavitation_strength of several times ρ v², or \

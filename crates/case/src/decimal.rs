@@ -1,7 +1,7 @@
 //! Sums of numbers as their decimals say.
 
 /// Decimal digits by which two numbers may differ in place and their difference be found exactly.
-const PLACES: u32 = 18;
+const MAX_DIGITS: u32 = 18;
 
 /// A number as whole digits and a power of ten: those that are least to tell it from all others.
 fn digits(x: f64) -> Option<(i128, i32)> {
@@ -12,7 +12,7 @@ fn digits(x: f64) -> Option<(i128, i32)> {
 }
 
 /// Sum or, with a `sign` of minus one, difference of two numbers as decimals; with round-off where they are too far apart.
-pub(crate) fn combined(x: f64, by: f64, sign: i128) -> f64 {
+pub(crate) fn decimal_sum(x: f64, by: f64, sign: i128) -> f64 {
     let rounded = x + sign as f64 * by;
     if by == 0.0 || x == 0.0 || !rounded.is_finite() {
         return rounded;
@@ -21,7 +21,7 @@ pub(crate) fn combined(x: f64, by: f64, sign: i128) -> f64 {
         let ((a, p), (b, q)) = (digits(x)?, digits(by)?);
         let least = p.min(q);
         let scaled = |m: i128, power: i32| {
-            let places = u32::try_from(power - least).ok().filter(|places| *places <= PLACES)?;
+            let places = u32::try_from(power - least).ok().filter(|places| *places <= MAX_DIGITS)?;
             m.checked_mul(10i128.pow(places))
         };
         format!("{}e{least}", scaled(a, p)? + sign * scaled(b, q)?).parse::<f64>().ok()
@@ -30,8 +30,8 @@ pub(crate) fn combined(x: f64, by: f64, sign: i128) -> f64 {
 }
 
 /// A coordinate from that of the map.
-pub(crate) fn taken_off(x: f64, origin: f64) -> f64 {
-    combined(x, origin, -1)
+pub(crate) fn relative_to_origin(x: f64, origin: f64) -> f64 {
+    decimal_sum(x, origin, -1)
 }
 
 #[cfg(test)]
@@ -48,9 +48,9 @@ mod tests {
             (500_000.0, 500_000.0, 0.0),
             (0.25, 0.0, 0.25),
         ] {
-            assert_eq!(taken_off(x, origin), exact, "{x} - {origin}");
-            assert_eq!(combined(exact, origin, 1), x, "{exact} + {origin}");
+            assert_eq!(relative_to_origin(x, origin), exact, "{x} - {origin}");
+            assert_eq!(decimal_sum(exact, origin, 1), x, "{exact} + {origin}");
         }
-        assert_eq!(taken_off(1e-30, 5e5), -5e5, "too far apart");
+        assert_eq!(relative_to_origin(1e-30, 5e5), -5e5, "too far apart");
     }
 }

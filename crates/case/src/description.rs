@@ -14,19 +14,19 @@ use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 
 pub use body::{Body, InitialStress, Velocity};
-pub use cut::{Bounds, Cut, CutAction, Sweep, thinnest};
+pub use cut::{AxisBounds, RemovalAction, RemovalShape, SweptRegion, min_extent};
 pub use motion::PrescribedMotion;
 pub use obstacle::{
-    CellsOfRaster, Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall, ProfilePiece,
+    Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall, ProfilePiece, RasterCellSelection,
 };
-pub use output::{Broken, Compression, CrackTip, Measure, Output, Rasters};
+pub use output::{BreakageCriterion, Compression, CrackTip, Measure, Output, Rasters};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use strength::{FactorOfSafety, Weakening};
 
 pub use crate::point_list::PointFile;
 pub use crate::pore_fluid::{PoreFluid, PorePressure};
-pub use crate::surface::{Load, LoadCarrier, LoadProfile, RampShape};
+pub use crate::surface::{Load, LoadProfile, LoadTarget, RampShape};
 
 /// A problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -67,7 +67,8 @@ pub struct Case {
     pub patches: Vec<Patch>,
     /// Shapes that move through bodies and take away what they cover.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub cuts: Vec<Cut>,
+    #[serde(rename = "cuts")]
+    pub removal_shapes: Vec<RemovalShape>,
     /// Stages, run one after another.
     pub stages: Vec<Stage>,
     /// What is written.
@@ -153,7 +154,7 @@ impl Domain {
     }
 
     /// Its size along the longest axis (m).
-    pub fn extent(&self) -> f64 {
+    pub fn max_extent(&self) -> f64 {
         self.min.iter().zip(&self.max).map(|(min, max)| max - min).fold(0.0, f64::max)
     }
 }
@@ -247,10 +248,10 @@ pub enum Wall {
     /// For small motions of bodies that reach to it; it carries no lasting stress.
     Absorbing {
         /// Factor on the dashpot normal to the face, `ρ c_P`; 1 lets plane waves out that arrive at a right angle.
-        #[serde(default = "whole")]
+        #[serde(default = "default_fraction")]
         normal: f64,
         /// Factor on the dashpots along the face, `ρ c_S`.
-        #[serde(default = "whole")]
+        #[serde(default = "default_fraction")]
         tangential: f64,
         /// Thickness of material whose stiffness acts as a spring beside the dashpots, against creep (m); none when
         /// absent.
@@ -261,7 +262,7 @@ pub enum Wall {
 
 impl Wall {
     /// Whether material lifts off it by its nature, with or without `separation`.
-    pub fn lets_go(&self) -> bool {
+    pub fn allows_separation(&self) -> bool {
         matches!(self, Self::Frictional { bilateral: false, .. })
     }
 
@@ -363,7 +364,7 @@ impl Stage {
 
     /// How the rigid body or patch of that name moves.
     pub fn motion_of(&self, name: &str) -> Option<&PrescribedMotion> {
-        self.motions.iter().find(|motion| motion.of == name)
+        self.motions.iter().find(|motion| motion.target == name)
     }
 
     /// Local damping factor of each axis.
@@ -406,7 +407,7 @@ pub enum Reset {
     State,
 }
 
-fn whole() -> f64 {
+fn default_fraction() -> f64 {
     1.0
 }
 

@@ -6,7 +6,7 @@ use colluvium_constitutive::SymTensor;
 const NO_FORCE: f64 = 1e-12;
 /// Share of the energy that the stresses may hold up to which external work is no measure: a stage that begins at rest
 /// does next to none.
-const LITTLE_WORK: f64 = 1e-3;
+const MIN_WORK_RATIO: f64 = 1e-3;
 
 /// How far from static equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,14 +21,14 @@ pub struct Equilibrium {
 
 /// What unbalanced force and kinetic energy are compared with where nothing acts from outside, from the points.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Scales {
+pub struct EquilibriumScales {
     /// Sum of the squares of stress times volume over spacing (N²).
     force_square: f64,
     /// `Σ V |σ|² / 2 M` with the modulus of waves: what the stresses may hold (J).
     energy: f64,
 }
 
-impl Scales {
+impl EquilibriumScales {
     /// Adds a point of `volume` (m³), of the total stress `total` (Pa) and `spacing` (m) from its neighbours, whose skeleton
     /// has the stress `effective` (Pa) and the modulus of waves `modulus` (Pa), zero where it has none.
     pub fn add(&mut self, volume: f64, spacing: f64, total: &SymTensor, effective: &SymTensor, modulus: f64) {
@@ -46,7 +46,7 @@ impl Scales {
 
     /// Kinetic energy (J) over the size of the external work, or over a thousandth of the reference where that is more.
     pub fn energy_ratio(&self, kinetic: f64, work: f64) -> f64 {
-        ratio(kinetic, work.abs().max(LITTLE_WORK * self.energy))
+        ratio(kinetic, work.abs().max(MIN_WORK_RATIO * self.energy))
     }
 }
 
@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn without_external_force_the_stresses_are_the_measure() {
-        let mut scales = Scales::default();
+        let mut scales = EquilibriumScales::default();
         assert_eq!((scales.force_ratio(1.0, 0.0), scales.energy_ratio(0.0, 0.0)), (f64::INFINITY, 0.0));
         let stress = SymTensor::diagonal(3.0, 0.0, 4.0);
         scales.add(2.0, 0.5, &stress, &stress, 10.0);

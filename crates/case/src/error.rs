@@ -33,7 +33,7 @@ pub fn printable(message: &str) -> String {
         match rest[..taken].parse::<f64>() {
             Ok(value) if number > 24 && !inside_word => line.push_str(&format!("{value:e}")),
             _ if number > 0 => line.push_str(&rest[..taken]),
-            _ if first.is_control() || turns(first) => line.extend(first.escape_default()),
+            _ if first.is_control() || breaks_line(first) => line.extend(first.escape_default()),
             _ => line.push(first),
         }
         rest = &rest[taken..];
@@ -42,22 +42,22 @@ pub fn printable(message: &str) -> String {
 }
 
 /// Longest word of a message that is shown whole (characters).
-const WORD: usize = 240;
+const MAX_WORD: usize = 240;
 
 /// Longest message that is shown whole (characters).
-const MESSAGE: usize = 2000;
+const MAX_MESSAGE: usize = 2000;
 
 /// A message of which long words, as names in a file may be, and what is long as a whole lack their middle.
 pub fn shortened(message: &str) -> String {
-    if message.len() <= WORD {
+    if message.len() <= MAX_WORD {
         return message.to_owned();
     }
-    let words: String = message.split_inclusive(' ').map(|word| without_middle(word, WORD)).collect();
-    without_middle(&words, MESSAGE)
+    let words: String = message.split_inclusive(' ').map(|word| shorten_middle(word, MAX_WORD)).collect();
+    shorten_middle(&words, MAX_MESSAGE)
 }
 
 /// A text of at most so many characters, as it is, or two thirds of them from its beginning and a third from its end.
-fn without_middle(text: &str, most: usize) -> String {
+fn shorten_middle(text: &str, most: usize) -> String {
     let count = text.chars().count();
     if count <= most {
         return text.to_owned();
@@ -69,16 +69,16 @@ fn without_middle(text: &str, most: usize) -> String {
 }
 
 /// Whether a character breaks a line or turns the direction of writing.
-fn turns(c: char) -> bool {
+fn breaks_line(c: char) -> bool {
     matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// Everything found wrong in a case file, at least one error; displayed one a line.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{}", lines(.0))]
+#[error("{}", error_lines(.0))]
 pub struct CaseErrors(pub Vec<CaseError>);
 
-fn lines(errors: &[CaseError]) -> String {
+fn error_lines(errors: &[CaseError]) -> String {
     let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }

@@ -9,9 +9,9 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Names of the coordinates in a formula.
 const COORDINATES: [&str; 3] = ["x", "y", "z"];
 /// Length from which a text is no formula that a person wrote (bytes): its parser recurses.
-const LONGEST: usize = 4000;
+const MAX_LENGTH: usize = 4000;
 /// Depth of brackets that its parser may recurse to.
-const DEEPEST: usize = 100;
+const MAX_DEPTH: usize = 100;
 
 /// A formula of the coordinates `x`, `y` and `z` (m, from `domain.origin` where the case has one), as text, or a number.
 /// There are `+ - * / ^`, brackets, `PI`, `E` and `TAU`, and `abs`, `signum`, `sqrt`, `cbrt`, `exp`, `ln`, `log2`, `log10`, `floor`,
@@ -19,20 +19,20 @@ const DEEPEST: usize = 100;
 /// `atan2`: `"0.3 * sin(PI * x) max 0"`. Angles are in radians.
 #[derive(Clone, Debug)]
 pub struct Formula {
-    text: Text,
+    text: FormulaSource,
     /// Kept apart, for it is large, and most of what may hold a formula holds none.
-    tree: Box<Tree>,
+    tree: Box<Expression>,
     /// Axes of its variables, in the order in which it takes them.
     axes: Vec<usize>,
 }
 
-type Tree = FlatEx<f64, FloatOpsFactory<f64>, Numbers>;
+type Expression = FlatEx<f64, FloatOpsFactory<f64>, JsonNumbers>;
 
 /// Numbers as in JSON, `2.5e-3`: the parser's own have no exponents.
 #[derive(Clone, Debug, Default)]
-struct Numbers;
+struct JsonNumbers;
 
-impl MatchLiteral for Numbers {
+impl MatchLiteral for JsonNumbers {
     fn is_literal(text: &str) -> Option<&str> {
         let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
         let whole = digits(0);
@@ -54,7 +54,7 @@ impl MatchLiteral for Numbers {
 /// A formula as the case file has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
-enum Text {
+enum FormulaSource {
     Number(f64),
     Words(String),
 }
@@ -65,13 +65,13 @@ impl Formula {
     /// # Errors
     /// What is wrong with it, or the name in it that is no coordinate.
     pub fn new(text: &str) -> Result<Self, String> {
-        Self::of(Text::Words(text.to_owned()))
+        Self::from_source(FormulaSource::Words(text.to_owned()))
     }
 
-    fn of(text: Text) -> Result<Self, String> {
+    fn from_source(text: FormulaSource) -> Result<Self, String> {
         let words = match &text {
-            Text::Number(value) => Cow::Owned(format!("({value:e})")),
-            Text::Words(words) => Cow::Borrowed(words.as_str()),
+            FormulaSource::Number(value) => Cow::Owned(format!("({value:e})")),
+            FormulaSource::Words(words) => Cow::Borrowed(words.as_str()),
         };
         if !words.is_ascii() {
             return Err(format!(
@@ -86,12 +86,12 @@ impl Formula {
             };
             Some(*open)
         });
-        if words.len() > LONGEST || depth.max().unwrap_or(0) > DEEPEST {
+        if words.len() > MAX_LENGTH || depth.max().unwrap_or(0) > MAX_DEPTH {
             return Err(format!(
-                "a formula has at most {LONGEST} characters and {DEEPEST} brackets within each other"
+                "a formula has at most {MAX_LENGTH} characters and {MAX_DEPTH} brackets within each other"
             ));
         }
-        let tree = Tree::parse(&words).map_err(|error| format!("{words:?} is no formula: {error}"))?;
+        let tree = Expression::parse(&words).map_err(|error| format!("{words:?} is no formula: {error}"))?;
         let axis = |name: &String| {
             COORDINATES.iter().position(|coordinate| coordinate == name).ok_or_else(|| {
                 format!(
@@ -113,7 +113,7 @@ impl Formula {
     }
 
     /// The first coordinate in it that a space of `dimension` axes does not have.
-    pub(crate) fn beyond(&self, dimension: usize) -> Option<&'static str> {
+    pub(crate) fn unknown_coordinate(&self, dimension: usize) -> Option<&'static str> {
         self.axes.iter().find(|axis| **axis >= dimension).map(|axis| COORDINATES[*axis])
     }
 }
@@ -132,10 +132,10 @@ impl Serialize for Formula {
 
 impl<'de> Deserialize<'de> for Formula {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = Text::deserialize(deserializer).map_err(|_| {
+        let text = FormulaSource::deserialize(deserializer).map_err(|_| {
             serde::de::Error::custom("is neither a formula of x, y and z (a text) nor a number")
         })?;
-        Self::of(text).map_err(serde::de::Error::custom)
+        Self::from_source(text).map_err(serde::de::Error::custom)
     }
 }
 

@@ -6,9 +6,9 @@ use crate::Case;
 use crate::description::{Body, InitialStress, PoreFluid};
 
 /// Places per direction at which the weight above a body is compared.
-const PLACES: usize = 24;
+const SAMPLES: usize = 24;
 /// What counts as a difference of weights or of heights, of the largest.
-const SAME: f64 = 1e-6;
+const WEIGHT_TOLERANCE: f64 = 1e-6;
 
 impl Case {
     /// Initial stress of `body` at `x` (Pa, tension-positive): the effective one where it has a pore fluid, the total one
@@ -86,12 +86,12 @@ impl Case {
         for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| !body.rigid) {
             self.warn_of_table((number, body), axis, warnings);
             let InitialStress::K0 { surface, .. } = body.stress else { continue };
-            if up * surface > all + SAME * size {
+            if up * surface > all + WEIGHT_TOLERANCE * size {
                 warnings.push(format!(
                     "bodies[{number}].stress.surface: {surface} m lies above all bodies, and what is not there weighs \
                      nothing"
                 ));
-            } else if up * surface < top(body) - SAME * size {
+            } else if up * surface < top(body) - WEIGHT_TOLERANCE * size {
                 warnings.push(format!(
                     "bodies[{number}].stress.surface: {surface} m lies below the top of the body, and what lies above it \
                      weighs nothing"
@@ -116,7 +116,7 @@ impl Case {
     fn warn_of_table(&self, (number, body): (usize, &Body), axis: usize, warnings: &mut Vec<String>) {
         let Some(table) = body.pore_fluid.as_ref().and_then(PoreFluid::surface) else { return };
         let (low, high) = body.shape.bounds(self.dimension());
-        let slack = SAME * (high[axis] - low[axis]);
+        let slack = WEIGHT_TOLERANCE * (high[axis] - low[axis]);
         if low[axis] + slack < table && table < high[axis] - slack {
             warnings.push(format!(
                 "bodies[{number}].pore_fluid.pressure.surface: {table} m lies within the body, whose pores are full above \
@@ -129,16 +129,16 @@ impl Case {
     fn is_level(&self, body: &Body, axis: usize, surface: f64) -> bool {
         let dimension = self.dimension();
         let (low, high) = body.shape.bounds(dimension);
-        let place = |c: usize, i: usize| low[c] + (i as f64 + 0.5) / PLACES as f64 * (high[c] - low[c]);
+        let place = |c: usize, i: usize| low[c] + (i as f64 + 0.5) / SAMPLES as f64 * (high[c] - low[c]);
         let across: Vec<usize> = (0..dimension).filter(|c| *c != axis).collect();
-        let columns = PLACES.pow(across.len() as u32);
+        let columns = SAMPLES.pow(across.len() as u32);
         let (mut differ, mut largest) = (0.0_f64, 0.0_f64);
-        for height in 0..PLACES {
+        for height in 0..SAMPLES {
             let weights = (0..columns).filter_map(|column| {
                 let mut x = [0.0; 3];
                 x[axis] = place(axis, height);
                 for (k, c) in across.iter().enumerate() {
-                    x[*c] = place(*c, column / PLACES.pow(k as u32) % PLACES);
+                    x[*c] = place(*c, column / SAMPLES.pow(k as u32) % SAMPLES);
                 }
                 body.shape.contains(&x[..dimension]).then(|| self.weight_above(x, axis, surface, body))
             });
@@ -147,7 +147,7 @@ impl Case {
             differ = differ.max(most - least);
             largest = largest.max(most);
         }
-        differ <= SAME * largest
+        differ <= WEIGHT_TOLERANCE * largest
     }
 }
 

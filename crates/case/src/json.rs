@@ -84,7 +84,8 @@ pub fn value(file: &Path) -> Result<Value, CaseErrors> {
 pub fn parse(text: &str) -> Result<Value, CaseError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut deserializer = serde_json::Deserializer::from_str(text);
-    let value = Strict.deserialize(&mut deserializer).and_then(|value| deserializer.end().map(|()| value));
+    let value =
+        StrictJson.deserialize(&mut deserializer).and_then(|value| deserializer.end().map(|()| value));
     value.map_err(|error| {
         let place = format!("line {}, column {}", error.line(), error.column());
         let message = error.to_string();
@@ -93,9 +94,9 @@ pub fn parse(text: &str) -> Result<Value, CaseError> {
     })
 }
 
-struct Strict;
+struct StrictJson;
 
-impl<'de> DeserializeSeed<'de> for Strict {
+impl<'de> DeserializeSeed<'de> for StrictJson {
     type Value = Value;
 
     fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
@@ -103,7 +104,7 @@ impl<'de> DeserializeSeed<'de> for Strict {
     }
 }
 
-impl<'de> Visitor<'de> for Strict {
+impl<'de> Visitor<'de> for StrictJson {
     type Value = Value;
 
     fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -129,7 +130,7 @@ impl<'de> Visitor<'de> for Strict {
     }
     fn visit_seq<A: SeqAccess<'de>>(self, mut access: A) -> Result<Value, A::Error> {
         let mut items = Vec::new();
-        while let Some(item) = access.next_element_seed(Strict)? {
+        while let Some(item) = access.next_element_seed(StrictJson)? {
             items.push(item);
         }
         Ok(Value::Array(items))
@@ -137,7 +138,7 @@ impl<'de> Visitor<'de> for Strict {
     fn visit_map<A: MapAccess<'de>>(self, mut access: A) -> Result<Value, A::Error> {
         let mut map = Map::new();
         while let Some(key) = access.next_key::<String>()? {
-            let value = access.next_value_seed(Strict)?;
+            let value = access.next_value_seed(StrictJson)?;
             if map.contains_key(&key) {
                 return Err(serde::de::Error::custom(format!("the key {key:?} stands twice in one object")));
             }
@@ -154,7 +155,7 @@ struct Checker<'a> {
 }
 
 /// Keys of an object schema, references and variants resolved.
-struct Keys<'a> {
+struct ObjectKeys<'a> {
     properties: Vec<(&'a str, &'a Value)>,
     required: Vec<&'a str>,
     /// Schema of keys that are not listed; `None` where they are errors.
@@ -342,8 +343,8 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn keys(&self, schema: &'a Value) -> Keys<'a> {
-        let mut keys = Keys { properties: Vec::new(), required: Vec::new(), others: None };
+    fn keys(&self, schema: &'a Value) -> ObjectKeys<'a> {
+        let mut keys = ObjectKeys { properties: Vec::new(), required: Vec::new(), others: None };
         let mut closed = false;
         for part in [Some(schema), self.resolve(schema)].into_iter().flatten() {
             let properties = part.get("properties").and_then(Value::as_object);
@@ -384,7 +385,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn unknown_key(&mut self, key: &str, keys: &Keys<'_>, path: &str) {
+    fn unknown_key(&mut self, key: &str, keys: &ObjectKeys<'_>, path: &str) {
         let names: Vec<&str> = keys.properties.iter().map(|(name, _)| *name).collect();
         let hint = closest(key, &names).map_or(String::new(), |name| format!(" did you mean {name:?}?"));
         self.report(path, format!("unknown key;{hint} allowed: {}", names.join(", ")));

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use colluvium_constitutive::{BLOCK, InitialCondition, Material, StateBlock, States, SymTensor};
+use colluvium_constitutive::{BLOCK_SIZE, InitialCondition, Material, StateBlock, States, SymTensor};
 
-use crate::solver::not_reset;
+use crate::solver::reset_error;
 use crate::{Case, CaseError, Field, FieldData, PointList, spatial};
 
 /// The law of a body and what it begins with.
-pub struct Begun {
+pub struct InitialLawState {
     /// The law.
     pub material: Arc<dyn Material>,
     /// Stresses (Pa).
@@ -23,12 +23,12 @@ impl Case {
     /// # Errors
     /// When the law cannot be built, or cannot begin at a point with the stress that the case gives there; when the points have pore
     /// pressures and the body no pore fluid.
-    pub fn begin_law<const D: usize>(
+    pub fn initialise_law<const D: usize>(
         &self,
         number: usize,
         listed: Option<&PointList>,
         positions: &[[f64; D]],
-    ) -> Result<Begun, CaseError> {
+    ) -> Result<InitialLawState, CaseError> {
         let body = &self.bodies[number];
         if body.pore_fluid.is_none() && listed.is_some_and(|list| list.pore_pressures.is_some()) {
             let problem = "the points have pore pressures, and the body no `pore_fluid` that would bear them (an undrained material has its \
@@ -51,7 +51,7 @@ impl Case {
             let place = &positions[error.index];
             CaseError::new(format!("bodies[{number}].stress"), format!("at {place:?} m: {}", error.source))
         })?;
-        Ok(Begun { material, stress, states })
+        Ok(InitialLawState { material, stress, states })
     }
 }
 
@@ -67,19 +67,19 @@ pub struct LawPoints<'a> {
 }
 
 /// Index of a point among those of its body, and what its law says against its state.
-pub type Refused = (usize, String);
+pub type LawRefusal = (usize, String);
 
 impl LawPoints<'_> {
     /// `width` numbers a point, point after point, which `values` writes block by block.
-    pub fn numbers(
+    pub fn law_values(
         &self,
         width: usize,
         mut values: impl FnMut(&[SymTensor], &StateBlock, &mut [f64]),
     ) -> Vec<f64> {
         let mut out = vec![0.0; self.stress.len() * width];
         if width > 0 {
-            let blocks = self.stress.chunks(BLOCK).zip(self.states.blocks());
-            for ((stress, states), out) in blocks.zip(out.chunks_mut(BLOCK * width)) {
+            let blocks = self.stress.chunks(BLOCK_SIZE).zip(self.states.blocks());
+            for ((stress, states), out) in blocks.zip(out.chunks_mut(BLOCK_SIZE * width)) {
                 values(stress, states, out);
             }
         }
@@ -88,15 +88,15 @@ impl LawPoints<'_> {
 
     /// Recoverable energies per unit volume (J/m³), zero where the law defines none.
     pub fn stored_energies(&self) -> Vec<f64> {
-        self.numbers(1, |stress, states, out| {
+        self.law_values(1, |stress, states, out| {
             self.material.stored_energies(stress, states, out);
         })
     }
 
     /// Whether the law tells how much energy it stores.
     pub fn defines_energy(&self) -> bool {
-        let mut out = vec![0.0; BLOCK];
-        let first = self.stress.chunks(BLOCK).zip(self.states.blocks()).next();
+        let mut out = vec![0.0; BLOCK_SIZE];
+        let first = self.stress.chunks(BLOCK_SIZE).zip(self.states.blocks()).next();
         first.is_none_or(|(stress, states)| {
             self.material.stored_energies(stress, states, &mut out[..stress.len()])
         })
@@ -107,12 +107,15 @@ impl LawPoints<'_> {
     ///
     /// # Errors
     /// The first point at which the law cannot.
-    pub fn begun_anew(&self, density: impl Fn(usize) -> f64) -> Result<(Vec<SymTensor>, States), Refused> {
+    pub fn reinitialised(
+        &self,
+        density: impl Fn(usize) -> f64,
+    ) -> Result<(Vec<SymTensor>, States), LawRefusal> {
         let condition =
             |(i, stress): (usize, &SymTensor)| InitialCondition { stress: *stress, density: density(i) };
         let initial: Vec<InitialCondition> = self.stress.iter().enumerate().map(condition).collect();
         let begun = self.material.initial(&initial);
-        begun.map_err(|error| (error.index, not_reset(&error.source.to_string())))
+        begun.map_err(|error| (error.index, reset_error(&error.source.to_string())))
     }
 }
 
@@ -121,7 +124,7 @@ impl LawPoints<'_> {
 pub fn law_fields(bodies: &[LawPoints<'_>], order: &[(usize, usize)]) -> Vec<Field> {
     let names: Vec<&[&'static str]> = bodies.iter().map(|body| body.material.output_names()).collect();
     let table = |(body, names): (&LawPoints<'_>, &&[&'static str])| {
-        body.numbers(names.len(), |stress, states, out| body.material.outputs(stress, states, out))
+        body.law_values(names.len(), |stress, states, out| body.material.outputs(stress, states, out))
     };
     let tables: Vec<Vec<f64>> = bodies.iter().zip(&names).map(table).collect();
     let mut known: Vec<&'static str> = Vec::new();

@@ -2,18 +2,21 @@
 
 use std::path::Path;
 
-use colluvium_points::{Attribute, Depths, Feature, Layer, Outline, Raster, Ring, Shape, Thickness};
+use colluvium_points::{
+    LayerThickness, Outline, OutlineFeature, Raster, Ring, Shape, TerrainLayer, ThicknessAttribute,
+    ThicknessData,
+};
 
-use crate::decimal::taken_off;
+use crate::decimal::relative_to_origin;
 use crate::{Case, CaseError, arc_layer};
 
 /// The files that the layers of a shape name.
-pub fn files(shape: &mut Shape) -> Vec<&mut String> {
+pub fn layer_files(shape: &mut Shape) -> Vec<&mut String> {
     let mut files = Vec::new();
     for (_, layer) in shape.layers_mut(String::new()) {
         let Shape::Layer { outline, thickness, .. } = layer else { continue };
         files.extend(outline);
-        if let Thickness::Raster(file) = thickness {
+        if let LayerThickness::Raster(file) = thickness {
             files.push(file);
         }
     }
@@ -22,8 +25,8 @@ pub fn files(shape: &mut Shape) -> Vec<&mut String> {
 
 impl Case {
     /// Reads the files of layers; the numbers of the bodies that have some.
-    pub(crate) fn lay_layers(&mut self) -> Result<Vec<usize>, CaseError> {
-        self.refuse_layers_elsewhere()?;
+    pub(crate) fn load_layers(&mut self) -> Result<Vec<usize>, CaseError> {
+        self.reject_misplaced_layers()?;
         let mut layered = Vec::new();
         for number in 0..self.bodies.len() {
             let mut shape = self.bodies[number].shape.clone();
@@ -33,7 +36,7 @@ impl Case {
                     let problem = "terrain is of a layer that is the whole shape of its body";
                     return Err(CaseError::new(format!("{path}.rows"), problem));
                 }
-                self.lay(layer, &path)?;
+                self.load_layer(layer, &path)?;
                 layered.push(number);
             }
             self.bodies[number].shape = shape;
@@ -48,22 +51,23 @@ impl Case {
     /// When the file cannot be read or holds none, in a line.
     pub fn outline(&self, file: &str) -> Result<Outline, String> {
         let read = colluvium_terrain::read_outlines(Path::new(file)).map_err(|error| error.to_string())?;
-        self.shifted(&read).map_err(|error| format!("{file}: {error}"))
+        self.relative_outline(&read).map_err(|error| format!("{file}: {error}"))
     }
 
     /// An outline of a map, from `domain.origin`.
-    fn shifted(&self, read: &Outline) -> Result<Outline, String> {
+    fn relative_outline(&self, read: &Outline) -> Result<Outline, String> {
         let origin = self.origin();
         let ring = |ring: &Ring| ring.iter().map(|x| shift(*x, &origin)).collect();
         Outline::new(read.polygons().iter().map(|rings| rings.iter().map(ring).collect()).collect())
     }
 
     /// The features of the outline in a file, with the thickness (m) that each has under a name.
-    fn features_of(&self, file: &str, attribute: &str) -> Result<Vec<Feature>, String> {
+    fn features_of(&self, file: &str, attribute: &str) -> Result<Vec<OutlineFeature>, String> {
         let read = colluvium_terrain::read_features(Path::new(file), attribute);
         let read = read.map_err(|error| error.to_string())?;
-        let shifted =
-            |feature: &Feature| Ok(Feature { outline: self.shifted(&feature.outline)?, ..feature.clone() });
+        let shifted = |feature: &OutlineFeature| {
+            Ok(OutlineFeature { outline: self.relative_outline(&feature.outline)?, ..feature.clone() })
+        };
         read.iter().map(shifted).collect::<Result<_, String>>().map_err(|error| format!("{file}: {error}"))
     }
 
@@ -72,7 +76,7 @@ impl Case {
         for (number, body) in self.bodies.iter().enumerate() {
             for (path, layer) in body.shape.clone().layers_mut(format!("bodies[{number}].shape")) {
                 let Shape::Layer { outline: Some(file), laid, .. } = layer else { continue };
-                let overlaps = laid.layer().map(Layer::overlaps).unwrap_or_default();
+                let overlaps = laid.layer().map(TerrainLayer::overlaps).unwrap_or_default();
                 let Some(first) = overlaps.first() else { continue };
                 let [below, above] = first.features;
                 let others = match overlaps.len() - 1 {
@@ -96,7 +100,7 @@ impl Case {
     /// When the file cannot be read, in a line, and when numbers in it seem to stand for no data without being named so.
     pub fn plan_raster(&self, file: &str) -> Result<Raster, String> {
         let raster = self.raster_of_classes(file)?;
-        match raster.unnamed_marks() {
+        match raster.undeclared_no_data_warning() {
             Some(doubt) => Err(format!("{file}: {doubt}")),
             None => Ok(raster),
         }
@@ -111,10 +115,10 @@ impl Case {
         Ok(Raster { origin: shift(raster.origin, &self.origin()), ..raster })
     }
 
-    fn refuse_layers_elsewhere(&mut self) -> Result<(), CaseError> {
+    fn reject_misplaced_layers(&mut self) -> Result<(), CaseError> {
         let patches = self.patches.iter_mut().enumerate();
         let patches = patches.map(|(number, patch)| (format!("patches[{number}].region"), &mut patch.region));
-        let cuts = self.cuts.iter_mut().enumerate();
+        let cuts = self.removal_shapes.iter_mut().enumerate();
         let cuts = cuts.map(|(number, cut)| (format!("cuts[{number}].shape"), &mut cut.shape));
         let stages = self.stages.iter_mut().enumerate().flat_map(|(stage, of)| {
             let regions = of.excavate.iter_mut().enumerate();
@@ -129,7 +133,7 @@ impl Case {
     }
 
     /// Finds the outline of a layer along the line of an obstacle, which stands at `path`.
-    fn lay_along_arc(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
+    fn load_arc_layer(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
         let Shape::ArcLayer { on, start, end, from, to, outline, .. } = layer else { return Ok(()) };
         let obstacle = self.obstacles.iter().find(|obstacle| obstacle.name == *on).ok_or_else(|| {
             CaseError::new(format!("{path}.on"), format!("{on:?} is not the name of an obstacle"))
@@ -141,9 +145,9 @@ impl Case {
     }
 
     /// Reads the files of one layer, which stands at `path`.
-    fn lay(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
+    fn load_layer(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
         if let Shape::ArcLayer { .. } = layer {
-            return self.lay_along_arc(layer, path);
+            return self.load_arc_layer(layer, path);
         }
         let Shape::Layer { on, outline, thickness, measured, laid, .. } = layer else { return Ok(()) };
         let wrong = |key: &str, problem: String| CaseError::new(format!("{path}.{key}"), problem);
@@ -154,33 +158,34 @@ impl Case {
         })?;
         let origin = self.origin();
         let depths = match (&*thickness, &*outline) {
-            (Thickness::Uniform(depth), _) => Depths::Uniform(*depth),
-            (Thickness::Raster(file), _) => {
-                Depths::Raster(self.plan_raster(file).map_err(|problem| wrong("thickness", problem))?)
+            (LayerThickness::Uniform(depth), _) => ThicknessData::Uniform(*depth),
+            (LayerThickness::Raster(file), _) => {
+                ThicknessData::Raster(self.plan_raster(file).map_err(|problem| wrong("thickness", problem))?)
             }
-            (Thickness::Attribute(Attribute { attribute }), Some(outline)) => Depths::Features(
-                self.features_of(outline, attribute).map_err(|problem| wrong("thickness", problem))?,
-            ),
-            (Thickness::Attribute(_), None) => Depths::Features(Vec::new()),
+            (LayerThickness::Attribute(ThicknessAttribute { attribute }), Some(outline)) => {
+                ThicknessData::Features(
+                    self.features_of(outline, attribute).map_err(|problem| wrong("thickness", problem))?,
+                )
+            }
+            (LayerThickness::Attribute(_), None) => ThicknessData::Features(Vec::new()),
         };
         let area = match (&*outline, &depths) {
             (Some(file), _) => self.outline(file).map_err(|problem| wrong("outline", problem))?,
-            (None, Depths::Raster(raster)) => {
-                Layer::around(raster, &ground).map_err(|problem| wrong("thickness", problem))?
-            }
+            (None, ThicknessData::Raster(raster)) => TerrainLayer::outline_of_thickness(raster, &ground)
+                .map_err(|problem| wrong("thickness", problem))?,
             (None, _) => {
                 let problem = "is missing: only a raster of thickness says by itself where there is a layer";
                 return Err(wrong("outline", problem.to_owned()));
             }
         };
-        let made = Layer::new(ground, area, depths, *measured, [origin[0], origin[1]]);
+        let made = TerrainLayer::new(ground, area, depths, *measured, [origin[0], origin[1]]);
         *laid = made
             .map_err(|error| {
                 let file = match (error.key, &*thickness) {
-                    ("outline", _) | ("thickness", Thickness::Attribute(_)) => {
+                    ("outline", _) | ("thickness", LayerThickness::Attribute(_)) => {
                         outline.as_ref().map_or(String::new(), |outline| format!("{outline}: "))
                     }
-                    ("thickness", Thickness::Raster(file)) => format!("{file}: "),
+                    ("thickness", LayerThickness::Raster(file)) => format!("{file}: "),
                     _ => String::new(),
                 };
                 wrong(error.key, format!("{file}{}", error.problem))
@@ -191,7 +196,7 @@ impl Case {
 }
 
 fn shift(x: [f64; 2], origin: &[f64; 3]) -> [f64; 2] {
-    std::array::from_fn(|c| taken_off(x[c], origin[c]))
+    std::array::from_fn(|c| relative_to_origin(x[c], origin[c]))
 }
 
 #[cfg(test)]
@@ -250,11 +255,11 @@ mod tests {
         let outlined = Case::from_value(&value, folder.path()).unwrap();
         assert_ne!(before, outlined.fingerprint());
         // A file beside the raster, which says more of it.
-        let (before, marks) = (outlined.fingerprint(), outlined.marks_of_files());
+        let (before, marks) = (outlined.fingerprint(), outlined.file_checksums());
         std::fs::write(folder.path().join("slope.asc.aux.xml"), "<PAMDataset></PAMDataset>").unwrap();
         assert_ne!(before, outlined.fingerprint());
         let changed: Vec<String> = outlined
-            .marks_of_files()
+            .file_checksums()
             .into_iter()
             .filter(|(path, mark)| marks[path] != *mark)
             .map(|(path, _)| path)

@@ -40,21 +40,22 @@ mod warnings;
 
 pub use columns::{ColumnFile, ColumnRow, Quantity, read_pairs};
 pub use description::Case;
-pub use equilibrium::{Equilibrium, Scales};
+pub use equilibrium::{Equilibrium, EquilibriumScales};
 pub use error::{CaseError, CaseErrors, printable, shortened};
-pub use features::{Feature, Honours, Needs};
+pub use features::{Capabilities, RequestedFeature, RequiredInput};
 pub use formula::Formula;
 pub use load::spatial;
-pub use manufactured::{Manufactured, Prescribed};
+pub use manufactured::{Manufactured, PrescribedState};
 pub use obstacle::{
-    Covering, MovingObstacle, ObstacleLaw, ObstacleLaws, ObstaclesOnTheirWay, SLACK, Standing, holding,
-    normal_inside, slowed_for_obstacles,
+    MovingObstacle, MovingObstacles, OVERLAP_TOLERANCE, ObstacleLaw, ObstacleLaws, ObstacleOverlap,
+    PlacedObstacle, constraining_obstacles, limit_step_by_obstacles, normal_inside,
 };
 pub use plan_region::PlanRegion;
 pub use point_list::{GrainColumns, PointList};
-pub use run::{RunError, RunOptions, RunReport, Safety, Verdict, run, run_made, run_method};
+pub use run::{RunError, RunOptions, RunReport, SafetyResult, TrialVerdict, run, run_method, run_with_plan};
 pub use solver::{
-    Advance, Budget, Dataset, Field, FieldData, Frame, Lattice, Method, PhaseBudget, Plan, PlanRaster,
-    Reaction, Resolution, Role, Size, Snapshot, Solver, SolverError, StepLimit, Support, TimeStep, Wanted,
+    Advance, Budget, Dataset, DatasetGeometry, Field, FieldData, FieldRole, Frame, FrameRequest, Lattice,
+    Method, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction, Resolution, Snapshot, Solver, SolverError,
+    StepLimit, TimeStep,
 };
-pub use time_scales::{Densities, TimeScales};
+pub use time_scales::{BodyDensities, TimeScales};

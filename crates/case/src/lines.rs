@@ -24,7 +24,10 @@ pub fn value_at<T>(
 
 /// The abscissae that do not come after the one before: number, that one, and the one before. Where `jumps` are allowed
 /// they may be equal. Those that are not finite are passed over.
-pub fn descents(places: impl Iterator<Item = f64>, jumps: bool) -> impl Iterator<Item = (usize, f64, f64)> {
+pub fn non_ascending(
+    places: impl Iterator<Item = f64>,
+    jumps: bool,
+) -> impl Iterator<Item = (usize, f64, f64)> {
     let mut before = f64::NAN;
     places.enumerate().filter_map(move |(number, place)| {
         let last = std::mem::replace(&mut before, place);
@@ -52,7 +55,7 @@ mod tests {
     #[test]
     fn what_comes_before_the_one_before_is_found_and_equals_where_nothing_jumps() {
         let places = [0.0, 1.0, 1.0, f64::NAN, 0.5, 0.25];
-        let found = |jumps| descents(places.into_iter(), jumps).collect::<Vec<_>>();
+        let found = |jumps| non_ascending(places.into_iter(), jumps).collect::<Vec<_>>();
         assert_eq!(found(true), [(5, 0.25, 0.5)]);
         assert_eq!(found(false), [(2, 1.0, 1.0), (5, 0.25, 0.5)]);
     }

@@ -3,13 +3,13 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-use colluvium_terrain::MapSystem;
+use colluvium_terrain::CoordinateReferenceSystem;
 use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::description::{Body, Boundary, Domain, Measure, ObstacleRegion, PrescribedMotion, Velocity};
-use crate::output::Seal;
+use crate::output::FileChecksum;
 use crate::point_list::PointFile;
 use crate::{Case, CaseError, CaseErrors, json, layers, validate};
 
@@ -20,10 +20,10 @@ impl Case {
     /// Everything that is wrong, each with its JSON path.
     pub fn from_json(text: &str) -> Result<Self, CaseErrors> {
         let mut case: Self = json::read(text)?;
-        case.fill_gravity();
+        case.default_gravity();
         case.validate()?;
-        case.take_off_origin()?;
-        case.laid()
+        case.subtract_origin()?;
+        case.with_layers()
     }
 
     /// Checks everything that the schema cannot say: for cases that are made in code.
@@ -49,8 +49,8 @@ impl Case {
     /// When the file cannot be read, or is no case.
     pub fn load_without_files(path: &Path) -> Result<Self, CaseErrors> {
         let mut case: Self = json::from_value(&json::value(path)?, "")?;
-        case.fill_gravity();
-        case.take_off_origin()?;
+        case.default_gravity();
+        case.subtract_origin()?;
         Ok(case)
     }
 
@@ -60,23 +60,23 @@ impl Case {
     /// As [`Case::from_json`].
     pub fn from_value(value: &Value, folder: &Path) -> Result<Self, CaseErrors> {
         let mut case: Self = json::from_value(value, "")?;
-        case.fill_gravity();
+        case.default_gravity();
         case.validate()?;
-        case.take_off_origin()?;
+        case.subtract_origin()?;
         case.resolve_files(folder, value)?;
-        case.laid()
+        case.with_layers()
     }
 
     /// A case that names no gravity has none.
-    fn fill_gravity(&mut self) {
+    fn default_gravity(&mut self) {
         if self.gravity.is_empty() {
             self.gravity = vec![0.0; self.dimension()];
         }
     }
 
     /// The case with what the files of its layers hold, checked.
-    fn laid(mut self) -> Result<Self, CaseErrors> {
-        let layered = self.lay_layers()?;
+    fn with_layers(mut self) -> Result<Self, CaseErrors> {
+        let layered = self.load_layers()?;
         validate::validate_layers(&self, &layered)?;
         Ok(self)
     }
@@ -85,20 +85,20 @@ impl Case {
     /// wherever the case, or the copy of it that a run keeps, is read. What is no file, as a device or a pipe, is refused: reading it
     /// may never end, and so are files of maps in systems of coordinates that differ. `value` is the case as it was written.
     fn resolve_files(&mut self, folder: &Path, value: &Value) -> Result<(), CaseErrors> {
-        let mut systems: Vec<(String, MapSystem)> = Vec::new();
+        let mut systems: Vec<(String, CoordinateReferenceSystem)> = Vec::new();
         for file in self.files() {
             let path = folder.join(&*file);
             if std::fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
                 let problem = format!("{}: is no regular file", path.display());
-                return Err(CaseError::new(place_of(value, file).unwrap_or_default(), problem).into());
+                return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), problem).into());
             }
-            if let Some(system) = colluvium_terrain::read_system(&path) {
+            if let Some(system) = colluvium_terrain::read_reference_system(&path) {
                 if let Some((other, known)) = systems.iter().find(|(_, known)| known.differs(&system)) {
                     let problem = format!(
                         "{}: lies in another coordinate reference system ({system}) than {other} ({known}): project one to that of the other",
                         path.display()
                     );
-                    return Err(CaseError::new(place_of(value, file).unwrap_or_default(), problem).into());
+                    return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), problem).into());
                 }
                 systems.push((file.clone(), system));
             }
@@ -112,7 +112,7 @@ impl Case {
     pub(crate) fn files(&mut self) -> impl Iterator<Item = &mut String> {
         let bodies = self.bodies.iter_mut().flat_map(|body| {
             let Body { shape, points, .. } = body;
-            points.iter_mut().map(|points| &mut points.file).chain(layers::files(shape))
+            points.iter_mut().map(|points| &mut points.file).chain(layers::layer_files(shape))
         });
         let surfaces = self.obstacles.iter_mut().flat_map(|obstacle| {
             let regions = obstacle.regions.iter_mut();
@@ -121,21 +121,21 @@ impl Case {
             });
             obstacle.shape.file_mut().into_iter().chain(places)
         });
-        let mapped = self.output.rasters.iter_mut().filter_map(|rasters| rasters.mapped.as_mut());
+        let mapped = self.output.rasters.iter_mut().filter_map(|rasters| rasters.mapped_outline.as_mut());
         bodies.chain(surfaces).chain(mapped).chain(self.methods.values_mut().flat_map(files_of_options))
     }
 
     /// The case as JSON text, with coordinates of the map.
     pub fn to_json(&self) -> String {
         let mut case = self.clone();
-        case.put_back_origin();
+        case.add_origin();
         serde_json::to_string_pretty(&case).expect("plain data always serialises")
     }
 
     /// A number that differs between cases that differ in anything that matters to a run. Of files that it
     /// names what is in them counts, not where they are.
     pub fn fingerprint(&self) -> u64 {
-        self.fingerprint_with(&self.marks_of_files())
+        self.fingerprint_with(&self.file_checksums())
     }
 
     /// Fingerprint with the marks of the files that the case names, which are not read again.
@@ -154,8 +154,8 @@ impl Case {
 
     /// Marks of what is in the files that the case names, by their paths: they differ where a file, or one beside it that is read with it,
     /// differs.
-    pub fn marks_of_files(&self) -> BTreeMap<String, String> {
-        self.clone().files().filter_map(|file| Some((file.clone(), mark_of(file)?))).collect()
+    pub fn file_checksums(&self) -> BTreeMap<String, String> {
+        self.clone().files().filter_map(|file| Some((file.clone(), file_checksum(file)?))).collect()
     }
 
     /// JSON Schema of a case file with the options of the given methods.
@@ -193,7 +193,7 @@ impl Case {
     }
 
     /// About how many points `spacing` (m) apart fill each body, in their order; of a file of points, how many it has.
-    pub fn points_at(&self, spacing: f64) -> Vec<f64> {
+    pub fn point_counts(&self, spacing: f64) -> Vec<f64> {
         let dimension = self.dimension();
         let filled = |body: &Body| body.shape.volume(dimension, false) / spacing.powi(dimension as i32);
         let count = |body: &Body| body.points.as_ref().map_or_else(|| filled(body), PointFile::count);
@@ -206,7 +206,7 @@ impl Case {
     }
 
     /// Size of gravity (m/s²).
-    pub fn gravity_size(&self) -> f64 {
+    pub fn gravity_magnitude(&self) -> f64 {
         self.gravity.iter().map(|g| g * g).sum::<f64>().sqrt()
     }
 
@@ -228,7 +228,7 @@ impl Case {
     }
 
     /// How long each boundary stands (s), in their order: until the stage that removes it.
-    pub fn standing_times(&self) -> Vec<f64> {
+    pub fn boundary_durations(&self) -> Vec<f64> {
         let mut left: HashMap<&str, f64> = HashMap::new();
         let mut time = 0.0;
         for stage in &self.stages {
@@ -243,14 +243,14 @@ impl Case {
 
     /// Whether nothing that a case can say works on the bodies in stage number `stage`, but for gravity at its full size across
     /// an axis that does not repeat itself.
-    pub fn is_closed(&self, stage: usize) -> bool {
+    pub fn is_isolated(&self, stage: usize) -> bool {
         let moves =
             |velocity: &Option<Vec<f64>>| velocity.as_ref().is_some_and(|v| v.iter().any(|c| *c != 0.0));
         let falls_through = self.domain.periodic.iter().any(|axis| self.gravity[axis.number()] != 0.0);
         let stages = self.stages.iter().take(stage + 1);
         self.loads.is_empty()
             && self.patches.is_empty()
-            && self.cuts.is_empty()
+            && self.removal_shapes.is_empty()
             && !falls_through
             && !self.bodies.iter().any(|body| body.rigid || body.pore_fluid.is_some())
             && !self.boundaries.iter().any(|boundary| moves(&boundary.velocity))
@@ -329,30 +329,30 @@ fn files_of_region(region: &mut Value) -> Vec<&mut Value> {
 }
 
 /// Path of the first text `wanted` in a JSON value.
-fn place_of(value: &Value, wanted: &str) -> Option<String> {
+fn path_of_text(value: &Value, wanted: &str) -> Option<String> {
     match value {
         Value::String(text) => (text == wanted).then(String::new),
         Value::Array(parts) => parts
             .iter()
             .enumerate()
-            .find_map(|(number, part)| Some(format!("[{number}]{}", place_within(part, wanted)?))),
+            .find_map(|(number, part)| Some(format!("[{number}]{}", path_within(part, wanted)?))),
         Value::Object(parts) => {
-            parts.iter().find_map(|(key, part)| Some(format!("{key}{}", place_within(part, wanted)?)))
+            parts.iter().find_map(|(key, part)| Some(format!("{key}{}", path_within(part, wanted)?)))
         }
         _ => None,
     }
 }
 
 /// The same below a key or a number, with the point that parts keys.
-fn place_within(value: &Value, wanted: &str) -> Option<String> {
-    let place = place_of(value, wanted)?;
+fn path_within(value: &Value, wanted: &str) -> Option<String> {
+    let place = path_of_text(value, wanted)?;
     Some(if place.is_empty() || place.starts_with('[') { place } else { format!(".{place}") })
 }
 
 /// A mark of what is in a file and in those beside it that are read with it; `None` where it cannot be read.
-fn mark_of(file: &str) -> Option<String> {
+fn file_checksum(file: &str) -> Option<String> {
     let mut mark = format!("{:016x}", fnv1a(&std::fs::read(file).ok()?));
-    for beside in colluvium_terrain::files_beside(Path::new(file)) {
+    for beside in colluvium_terrain::sidecar_files(Path::new(file)) {
         let ending = beside.extension().unwrap_or_default().to_string_lossy().into_owned();
         let content = std::fs::read(&beside).unwrap_or_default();
         mark += &format!(" {ending} {:016x}", fnv1a(&content));
@@ -362,7 +362,7 @@ fn mark_of(file: &str) -> Option<String> {
 
 /// FNV-1a hash of bytes.
 pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
-    Seal::of(bytes).fnv1a
+    FileChecksum::of_bytes(bytes).fnv1a
 }
 
 /// A vector of one to three components in space; what is not there is zero.
@@ -372,7 +372,7 @@ pub fn spatial(vector: &[f64]) -> [f64; 3] {
 }
 
 /// Shape of the first mode of a cantilever at `x` of its length; the root is that of `cos kL cosh kL = -1`.
-fn cantilever(x: f64) -> f64 {
+fn cantilever_mode(x: f64) -> f64 {
     const ROOT: f64 = 1.875_104_068_711_961_3;
     let (k, kx) = (ROOT, ROOT * x);
     (k.cos() + k.cosh()) * (kx.cosh() - kx.cos()) + (k.sin() - k.sinh()) * (kx.sinh() - kx.sin())
@@ -402,7 +402,7 @@ impl Velocity {
             }
             Self::Bending { along, across, clamp, length, tip } => {
                 let place = ((x[*along] - clamp) / length).max(0.0);
-                let value = tip * cantilever(place) / cantilever(1.0);
+                let value = tip * cantilever_mode(place) / cantilever_mode(1.0);
                 std::array::from_fn(|c| if c == *across { value } else { 0.0 })
             }
         }

@@ -3,16 +3,16 @@
 //! Each of them has a vector: of a traction its force, which stays as it is ("dead load"); of a pressure its force, and of a load on
 //! a curved surface its area, which turn and grow with the motion of the point by Nanson's formula, `dA ← det f f⁻ᵀ dA`.
 
-use colluvium_points::area_vectors;
+use colluvium_points::boundary_area_vectors;
 
 use crate::description::{Load, Side, Space};
 use crate::{Case, CaseError};
 
 /// Distance of the lines that find a surface over that of the points that carry it.
-const LINES: f64 = 0.25;
+const LINE_SPACING: f64 = 0.25;
 
 /// The same for points in rows along the surface, in the plane, where each has an even part of it.
-const FINE_LINES: f64 = 1.0 / 64.0;
+const FINE_LINE_SPACING: f64 = 1.0 / 64.0;
 
 impl Case {
     /// When its loads begin (s): at once, or never as long as their stage has not.
@@ -35,7 +35,7 @@ impl Case {
     ///
     /// # Errors
     /// When a load that is not bound to a side lies on nothing.
-    pub fn carried<const D: usize>(
+    pub fn load_vectors<const D: usize>(
         &self,
         number: usize,
         positions: &[[f64; D]],
@@ -51,8 +51,8 @@ impl Case {
         let Some(body) = self.bodies.iter().find(|own| own.name == *body) else { return Ok(Vec::new()) };
         let spacing = extent.iter().copied().fold(0.0, f64::max);
         let axisymmetric = self.space == Space::Axisymmetric;
-        let share = if body.sampling.is_lattice() { LINES } else { FINE_LINES };
-        let carried = area_vectors(&body.shape, positions, (spacing, share), |place| match within {
+        let share = if body.sampling.is_lattice() { LINE_SPACING } else { FINE_LINE_SPACING };
+        let carried = boundary_area_vectors(&body.shape, positions, (spacing, share), |place| match within {
             Some(region) if !region.contains(place) => 0.0,
             _ if axisymmetric => place[0],
             _ => 1.0,
@@ -85,7 +85,7 @@ impl Case {
                 (Space::Axisymmetric, _) => position[0],
                 _ => 1.0,
             };
-            across * radius * load.share_at(position)
+            across * radius * load.profile_factor(position)
         };
         positions.iter().map(area).collect()
     }
@@ -176,7 +176,7 @@ mod tests {
         let case = Case::from_json(&text.to_string()).unwrap();
         let place = |k: usize| [0.1 * (k % 20) as f64 - 0.95, 0.1 * (k / 20) as f64 - 0.95];
         let points: Vec<[f64; 2]> = (0..400).map(place).filter(|[x, y]| x.hypot(*y) < 1.0).collect();
-        let carried = case.carried(0, &points, &[0.1, 0.1]).unwrap();
+        let carried = case.load_vectors(0, &points, &[0.1, 0.1]).unwrap();
         points.into_iter().zip(carried.iter().map(|vector| case.loads[0].force(vector))).collect()
     }
 

@@ -3,11 +3,11 @@
 //! A method that can run one has a function beside its [`Method`](crate::Method), which takes a case and a [`Manufactured`]: the force
 //! is no key of a case.
 
-use colluvium_constitutive::{Mat3, Motion, Pore};
+use colluvium_constitutive::{Mat3, Motion, PoreFluidState};
 
 /// Where a point is, how fast, and how its surroundings are deformed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prescribed {
+pub struct PrescribedState {
     /// Position (m).
     pub position: [f64; 3],
     /// Velocity (m/s).
@@ -17,24 +17,31 @@ pub struct Prescribed {
 }
 
 /// State at time zero of the point that a body free of stress has at a place (m).
-type Start = dyn Fn([f64; 3]) -> Prescribed + Send + Sync;
+type InitialStateField = dyn Fn([f64; 3]) -> PrescribedState + Send + Sync;
 /// Body force (m/s²) on that point at a time (s).
-type Force = dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync;
+type BodyForceField = dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync;
 
 /// A solution of the equation of motion by choice: points begin as `start` says, and `force` acts on them all along.
 pub struct Manufactured {
     /// State at time zero of the point that a body free of stress has at a place (m).
-    pub start: Box<Start>,
+    pub start: Box<InitialStateField>,
     /// Body force (m/s²) on that point at a time (s).
-    pub force: Box<Force>,
+    pub force: Box<BodyForceField>,
 }
 
-impl Prescribed {
+impl PrescribedState {
     /// The deformation as one step from the state free of stress, of a point that has this density (kg/m³) now, and this size (m).
     pub fn motion(&self, density: f64, size: f64) -> Motion {
         let deformation = Mat3(self.deformation);
         let gradient = deformation - Mat3::IDENTITY;
-        Motion { deformation, gradient, dt: 1.0, density, size, pore: Pore::default() }
+        Motion {
+            deformation,
+            velocity_gradient_dt: gradient,
+            dt: 1.0,
+            density,
+            size,
+            pore: PoreFluidState::default(),
+        }
     }
 }
 
@@ -62,7 +69,7 @@ mod tests {
     fn the_velocity_gradient_is_that_in_the_deformed_body() {
         // Stretched to the double along x, and drawn out further at a rate of 3/s there: v = 3 x = 6 X; sheared by 0.5 y a second.
         let solution = Manufactured {
-            start: Box::new(|[x, y, z]| Prescribed {
+            start: Box::new(|[x, y, z]| PrescribedState {
                 position: [2.0 * x, y, z],
                 velocity: [6.0 * x + 0.5 * y, 0.0, 0.0],
                 deformation: [[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -75,6 +82,9 @@ mod tests {
             assert!((found - exact).abs() < 1e-12, "{gradient:?}");
         }
         let motion = (solution.start)([0.0; 3]).motion(200.0, 0.1);
-        assert_eq!((motion.deformation.0[0][0], motion.gradient.0[0][0], motion.density), (2.0, 1.0, 200.0));
+        assert_eq!(
+            (motion.deformation.0[0][0], motion.velocity_gradient_dt.0[0][0], motion.density),
+            (2.0, 1.0, 200.0)
+        );
     }
 }

@@ -5,66 +5,68 @@
 
 use colluvium_points::Shape;
 
-use crate::decimal::combined;
+use crate::decimal::decimal_sum;
 use crate::description::{
     Body, InitialStress, Load, Measure, ObstacleShape, PorePressure, ProfilePiece, Velocity,
 };
-use crate::validate::FARTHEST;
+use crate::validate::MAX_DISTANCE_RATIO;
 use crate::{Case, CaseError, Snapshot};
 
 /// How far the origin of a map may lie from zero, over the size of the domain: coordinates of the map then have 22 binary digits
 /// and more for places in the domain.
-const FARTHEST_MAP: f64 = 1e9;
+const MAX_ORIGIN_RATIO: f64 = 1e9;
 
-type Visit<'a> = dyn FnMut(usize, &mut f64) + 'a;
+type CoordinateVisitor<'a> = dyn FnMut(usize, &mut f64) + 'a;
 
-fn place(values: &mut [f64], visit: &mut Visit<'_>) {
+fn visit_place(values: &mut [f64], visit: &mut CoordinateVisitor<'_>) {
     values.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
 }
 
-fn shape(of: &mut Shape, visit: &mut Visit<'_>) {
+fn visit_shape(of: &mut Shape, visit: &mut CoordinateVisitor<'_>) {
     match of {
         Shape::Box { min, max } | Shape::Microstructure { min, max, .. } => {
-            place(min, visit);
-            place(max, visit);
+            visit_place(min, visit);
+            visit_place(max, visit);
         }
-        Shape::Ball { centre, .. } => place(centre, visit),
+        Shape::Ball { centre, .. } => visit_place(centre, visit),
         Shape::Polygon { vertices } => {
-            vertices.edit().iter_mut().for_each(|corner| place(corner, visit));
+            vertices.vertices_mut().iter_mut().for_each(|corner| visit_place(corner, visit));
         }
-        Shape::Cylinder { base, .. } => place(base, visit),
+        Shape::Cylinder { base, .. } => visit_place(base, visit),
         // What its files hold is looked at where they are read.
         Shape::Layer { .. } | Shape::ArcLayer { .. } => {}
         Shape::Union { shapes } | Shape::Intersection { shapes } => {
-            shapes.iter_mut().for_each(|inner| shape(inner, visit));
+            shapes.iter_mut().for_each(|inner| visit_shape(inner, visit));
         }
         Shape::Difference { from, cut } => {
-            shape(from, visit);
-            shape(cut, visit);
+            visit_shape(from, visit);
+            visit_shape(cut, visit);
         }
     }
 }
 
 /// Files hold coordinates of the map too: they are looked at where they are read.
-fn obstacle(of: &mut ObstacleShape, visit: &mut Visit<'_>) {
+fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
     match of {
-        ObstacleShape::Plane { point, .. } => place(point, visit),
+        ObstacleShape::Plane { point, .. } => visit_place(point, visit),
         ObstacleShape::Box { min, max } => {
-            place(min, visit);
-            place(max, visit);
+            visit_place(min, visit);
+            visit_place(max, visit);
         }
-        ObstacleShape::Ball { centre, .. } => place(centre, visit),
+        ObstacleShape::Ball { centre, .. } => visit_place(centre, visit),
         ObstacleShape::GroundLine { points, .. } => {
-            points.iter_mut().for_each(|point| place(point, visit));
+            points.iter_mut().for_each(|point| visit_place(point, visit));
         }
         ObstacleShape::Profile { start, pieces } => {
-            place(start, visit);
+            visit_place(start, visit);
             for ProfilePiece { to, centre } in pieces {
-                place(to, visit);
-                centre.iter_mut().for_each(|centre| place(centre, visit));
+                visit_place(to, visit);
+                centre.iter_mut().for_each(|centre| visit_place(centre, visit));
             }
         }
-        ObstacleShape::Polygon { vertices } => vertices.iter_mut().for_each(|corner| place(corner, visit)),
+        ObstacleShape::Polygon { vertices } => {
+            vertices.iter_mut().for_each(|corner| visit_place(corner, visit))
+        }
         ObstacleShape::Extruded { vertices, axis, from, to } => {
             let mut across = (0..3).filter(|other| other != axis);
             let axes = [across.next().unwrap_or(0), across.next().unwrap_or(1)];
@@ -77,23 +79,23 @@ fn obstacle(of: &mut ObstacleShape, visit: &mut Visit<'_>) {
         ObstacleShape::Turned { vertices, axis, centre } => {
             // Distances from the line stay.
             vertices.iter_mut().for_each(|corner| visit(*axis, &mut corner[1]));
-            place(centre, visit);
+            visit_place(centre, visit);
         }
         ObstacleShape::Raster { .. } | ObstacleShape::Mesh { .. } => {}
     }
 }
 
-fn velocity(of: &mut Velocity, visit: &mut Visit<'_>) {
+fn visit_velocity(of: &mut Velocity, visit: &mut CoordinateVisitor<'_>) {
     match of {
-        Velocity::Linear { origin, .. } => place(origin, visit),
+        Velocity::Linear { origin, .. } => visit_place(origin, visit),
         Velocity::Bending { along, clamp, .. } => visit(*along, clamp),
         Velocity::Rest | Velocity::Uniform { .. } | Velocity::Sine { .. } | Velocity::Formula { .. } => {}
     }
 }
 
-fn body(of: &mut Body, vertical: Option<usize>, visit: &mut Visit<'_>) {
-    shape(&mut of.shape, visit);
-    velocity(&mut of.velocity, visit);
+fn visit_body(of: &mut Body, vertical: Option<usize>, visit: &mut CoordinateVisitor<'_>) {
+    visit_shape(&mut of.shape, visit);
+    visit_velocity(&mut of.velocity, visit);
     if let (InitialStress::K0 { surface, .. }, Some(axis)) = (&mut of.stress, vertical) {
         visit(axis, surface);
     }
@@ -101,26 +103,29 @@ fn body(of: &mut Body, vertical: Option<usize>, visit: &mut Visit<'_>) {
     if let (PorePressure::Hydrostatic { surface }, Some(axis)) = (&mut fluid.pressure, vertical) {
         visit(axis, surface);
     }
-    fluid.velocity.iter_mut().for_each(|of| velocity(of, visit));
+    fluid.velocity.iter_mut().for_each(|of| visit_velocity(of, visit));
 }
 
 impl Case {
     /// Calls `visit` with the axis of every coordinate in the case, and the coordinate (m). Options of methods have none.
-    fn each_coordinate(&mut self, visit: &mut Visit<'_>) {
+    fn each_coordinate(&mut self, visit: &mut CoordinateVisitor<'_>) {
         let vertical = self.gravity.iter().position(|g| *g != 0.0);
-        place(&mut self.domain.min, visit);
-        place(&mut self.domain.max, visit);
-        self.bodies.iter_mut().for_each(|of| body(of, vertical, visit));
+        visit_place(&mut self.domain.min, visit);
+        visit_place(&mut self.domain.max, visit);
+        self.bodies.iter_mut().for_each(|of| visit_body(of, vertical, visit));
         for boundary in &mut self.boundaries {
             boundary.position.iter_mut().for_each(|x| visit(boundary.side.axis(), x));
         }
         for of in &mut self.obstacles {
-            obstacle(&mut of.shape, visit);
-            of.motion.iter_mut().for_each(|motion| place(&mut motion.centre, visit));
-            of.regions.iter_mut().filter_map(|region| region.shape.as_mut()).for_each(|of| shape(of, visit));
+            visit_obstacle(&mut of.shape, visit);
+            of.motion.iter_mut().for_each(|motion| visit_place(&mut motion.centre, visit));
+            of.regions
+                .iter_mut()
+                .filter_map(|region| region.shape.as_mut())
+                .for_each(|of| visit_shape(of, visit));
         }
-        self.patches.iter_mut().for_each(|patch| shape(&mut patch.region, visit));
-        self.cuts.iter_mut().for_each(|cut| shape(&mut cut.shape, visit));
+        self.patches.iter_mut().for_each(|patch| visit_shape(&mut patch.region, visit));
+        self.removal_shapes.iter_mut().for_each(|cut| visit_shape(&mut cut.shape, visit));
         for load in &mut self.loads {
             match load {
                 Load::Traction { profile, .. }
@@ -131,21 +136,23 @@ impl Case {
                         profile.shares.iter_mut().for_each(|share| visit(axis, &mut share[0]));
                     }
                 }
-                Load::Surface { within, .. } => within.iter_mut().for_each(|region| shape(region, visit)),
+                Load::Surface { within, .. } => {
+                    within.iter_mut().for_each(|region| visit_shape(region, visit))
+                }
             }
         }
         for stage in &mut self.stages {
-            stage.excavate.iter_mut().for_each(|region| shape(region, visit));
+            stage.excavate.iter_mut().for_each(|region| visit_shape(region, visit));
         }
         for measure in self.measures.values_mut() {
             match measure {
                 Measure::RunOut { side, origin, .. } => visit(side.axis(), origin),
-                Measure::Probe { position, .. } | Measure::Gauge { position } => place(position, visit),
-                Measure::CrackTip(tip) => place(&mut tip.from, visit),
-                Measure::Reaction { about, .. } => place(about, visit),
+                Measure::Probe { position, .. } | Measure::Gauge { position } => visit_place(position, visit),
+                Measure::CrackTip(tip) => visit_place(&mut tip.from, visit),
+                Measure::Reaction { about, .. } => visit_place(about, visit),
                 Measure::Discharge { from, to } => {
-                    place(from, visit);
-                    place(to, visit);
+                    visit_place(from, visit);
+                    visit_place(to, visit);
                 }
                 _ => {}
             }
@@ -156,21 +163,21 @@ impl Case {
     ///
     /// # Errors
     /// When the domain is not near it, or the map is so far away that its coordinates do not tell the domain's points apart.
-    pub(crate) fn take_off_origin(&mut self) -> Result<(), CaseError> {
+    pub(crate) fn subtract_origin(&mut self) -> Result<(), CaseError> {
         self.shift(-1);
         let refuse = |problem: String| Err(CaseError::new("domain.origin", problem));
-        let extent = self.domain.extent();
+        let extent = self.domain.max_extent();
         let farthest = |of: &[f64]| of.iter().fold(0.0_f64, |far, x| far.max(x.abs()));
         let (map, off) =
             (farthest(&self.domain.origin), farthest(&self.domain.min).max(farthest(&self.domain.max)));
-        if map > 0.0 && off > FARTHEST * extent {
+        if map > 0.0 && off > MAX_DISTANCE_RATIO * extent {
             return refuse(format!(
-                "{:?} lies more than {FARTHEST} times the size of the domain, {extent} m, from it, which costs digits of all \
+                "{:?} lies more than {MAX_DISTANCE_RATIO} times the size of the domain, {extent} m, from it, which costs digits of all \
                  positions: give a place near it",
                 self.domain.origin
             ));
         }
-        if map > FARTHEST_MAP * extent {
+        if map > MAX_ORIGIN_RATIO * extent {
             return refuse(format!(
                 "{:?} is so far from zero that results in its coordinates do not tell places in a domain of {extent} m apart",
                 self.domain.origin
@@ -180,7 +187,7 @@ impl Case {
     }
 
     /// The case with the coordinates that stood in its file.
-    pub(crate) fn put_back_origin(&mut self) {
+    pub(crate) fn add_origin(&mut self) {
         self.shift(1);
     }
 
@@ -189,7 +196,7 @@ impl Case {
             return;
         }
         let origin = self.origin();
-        self.each_coordinate(&mut |axis, x| *x = combined(*x, origin[axis], sign));
+        self.each_coordinate(&mut |axis, x| *x = decimal_sum(*x, origin[axis], sign));
     }
 
     /// What has been taken off coordinates (m): `domain.origin`, or zero.
@@ -199,22 +206,22 @@ impl Case {
 
     /// A place (m) at its coordinates of the map, to be told.
     #[must_use]
-    pub fn place_on_map<const D: usize>(&self, place: &[f64; D]) -> [f64; D] {
+    pub fn map_position<const D: usize>(&self, place: &[f64; D]) -> [f64; D] {
         let origin = self.origin();
         std::array::from_fn(|c| place[c] + origin[c])
     }
 
     /// A shape that stands in the options of a method, with coordinates of the map, as one from `domain.origin`.
     #[must_use]
-    pub fn off_origin(&self, mut of: Shape) -> Shape {
+    pub fn relative_to_origin(&self, mut of: Shape) -> Shape {
         let origin = self.origin();
-        shape(&mut of, &mut |axis, x| *x = combined(*x, origin[axis], -1));
+        visit_shape(&mut of, &mut |axis, x| *x = decimal_sum(*x, origin[axis], -1));
         of
     }
 
     /// A snapshot at the coordinates of the map.
     #[must_use]
-    pub fn on_map(&self, mut snapshot: Snapshot) -> Snapshot {
+    pub fn snapshot_on_map(&self, mut snapshot: Snapshot) -> Snapshot {
         if !self.domain.origin.is_empty() {
             let origin = self.origin();
             for x in &mut snapshot.positions {
@@ -233,8 +240,8 @@ mod tests {
 
     /// A case with a coordinate of every kind, moved by `by`.
     fn moved(by: [f64; 2]) -> Value {
-        let at = |x: f64, y: f64| json!([combined(x, by[0], 1), combined(y, by[1], 1)]);
-        let (x, y) = (|x: f64| combined(x, by[0], 1), |y: f64| combined(y, by[1], 1));
+        let at = |x: f64, y: f64| json!([decimal_sum(x, by[0], 1), decimal_sum(y, by[1], 1)]);
+        let (x, y) = (|x: f64| decimal_sum(x, by[0], 1), |y: f64| decimal_sum(y, by[1], 1));
         let elastic =
             json!({ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 });
         let mut case = json!({

@@ -27,7 +27,7 @@ impl Rasters {
     ///
     /// # Errors
     /// For more cells than a machine holds.
-    pub fn divide(
+    pub fn raster_grid(
         low: [f64; 2],
         high: [f64; 2],
         cell: f64,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use colluvium_points::{Outline, Raster, Shape};
 
 use crate::Case;
-use crate::description::CellsOfRaster;
+use crate::description::RasterCellSelection;
 
 /// Most numbers of a raster that a message lists.
 const MOST_LISTED: usize = 12;
@@ -18,31 +18,31 @@ pub enum PlanRegion {
     /// An outline in the two coordinates of a plan.
     Outline(Arc<Outline>),
     /// Cells of a raster over a plan.
-    Cells(Arc<Cells>),
+    Cells(Arc<RasterCells>),
 }
 
 impl PlanRegion {
     /// Whether it holds a place with these coordinates in plan (m).
     #[inline]
-    pub fn holds(&self, place: &[f64]) -> bool {
+    pub fn contains(&self, place: &[f64]) -> bool {
         match self {
             Self::Shape(shape) => shape.contains(place),
             Self::Outline(outline) => matches!(place, [x, y] if outline.contains([*x, *y])),
-            Self::Cells(cells) => matches!(place, [x, y] if cells.hold([*x, *y])),
+            Self::Cells(cells) => matches!(place, [x, y] if cells.contain([*x, *y])),
         }
     }
 }
 
 /// Some of the cells of a raster, each half a spacing to all sides of its node.
 #[derive(Clone, Debug)]
-pub struct Cells {
+pub struct RasterCells {
     counts: [usize; 2],
     low: [f64; 2],
     spacing: [f64; 2],
-    chosen: Vec<bool>,
+    selected: Vec<bool>,
 }
 
-impl Cells {
+impl RasterCells {
     /// The cells of a raster that hold `value`, or any number.
     fn of(raster: &Raster, value: Option<f64>) -> Self {
         let is_chosen = |held: &f64| value.map_or(held.is_finite(), |value| *held == value);
@@ -50,21 +50,21 @@ impl Cells {
             counts: [raster.columns, raster.rows],
             low: std::array::from_fn(|c| raster.origin[c] - 0.5 * raster.spacing[c]),
             spacing: raster.spacing,
-            chosen: raster.values.iter().map(is_chosen).collect(),
+            selected: raster.values.iter().map(is_chosen).collect(),
         }
     }
 
     /// Whether a place in plan (m) lies in one of them; on a line between two the one with the greater coordinate counts.
     #[inline]
-    fn hold(&self, place: [f64; 2]) -> bool {
+    fn contain(&self, place: [f64; 2]) -> bool {
         let [x, y] = std::array::from_fn(|c| (place[c] - self.low[c]) / self.spacing[c]);
         let beyond = x < 0.0 || y < 0.0 || x >= self.counts[0] as f64 || y >= self.counts[1] as f64;
-        !beyond && self.chosen.get(y as usize * self.counts[0] + x as usize).is_some_and(|chosen| *chosen)
+        !beyond && self.selected.get(y as usize * self.counts[0] + x as usize).is_some_and(|chosen| *chosen)
     }
 
     /// Whether one of them reaches between two corners of the plan (m).
-    fn reach_between(&self, low: &[f64], high: &[f64]) -> bool {
-        let chosen = self.chosen.iter().enumerate().filter(|(_, chosen)| **chosen);
+    fn intersect_box(&self, low: &[f64], high: &[f64]) -> bool {
+        let chosen = self.selected.iter().enumerate().filter(|(_, chosen)| **chosen);
         chosen.map(|(number, _)| [number % self.counts[0], number / self.counts[0]]).any(|cell| {
             (0..2).all(|c| {
                 let from = self.low[c] + cell[c] as f64 * self.spacing[c];
@@ -85,14 +85,14 @@ impl Case {
         &self,
         shape: Option<Shape>,
         outline: Option<&str>,
-        raster: Option<&CellsOfRaster>,
+        raster: Option<&RasterCellSelection>,
     ) -> Result<PlanRegion, (String, String)> {
         let wrong = |key: &str, problem: String| Err((key.to_owned(), problem));
         match (shape, outline, raster) {
             (Some(shape), None, None) => match shape.validate(self.dimension() - 1) {
                 Ok(()) => {
                     let (low, high) = shape.bounds(self.dimension() - 1);
-                    match self.beyond(&low, &high) {
+                    match self.outside_domain_problem(&low, &high) {
                         Some(problem) => wrong("shape", problem),
                         None => Ok(PlanRegion::Shape(shape)),
                     }
@@ -105,7 +105,7 @@ impl Case {
             (None, Some(file), None) => match self.outline(file) {
                 Ok(outline) => {
                     let (low, high) = outline.bounds();
-                    match self.beyond(&low, &high) {
+                    match self.outside_domain_problem(&low, &high) {
                         Some(problem) => wrong("outline", format!("{file}: {problem}")),
                         None => Ok(PlanRegion::Outline(Arc::new(outline))),
                     }
@@ -124,8 +124,8 @@ impl Case {
     }
 
     /// The cells of a raster's file that hold its value; the key below that of the raster, and what is wrong.
-    fn cells_of(&self, of: &CellsOfRaster) -> Result<Cells, (&'static str, String)> {
-        let CellsOfRaster { file, value } = of;
+    fn cells_of(&self, of: &RasterCellSelection) -> Result<RasterCells, (&'static str, String)> {
+        let RasterCellSelection { file, value } = of;
         // A class is looked for by its number; any number is one only where it does not stand for no data.
         let raster = match value {
             Some(_) => self.raster_of_classes(file),
@@ -134,16 +134,16 @@ impl Case {
         let raster = raster.map_err(|problem| ("file", problem))?;
         let half = raster.spacing.map(|spacing| 0.5 * spacing);
         let low: [f64; 2] = std::array::from_fn(|c| raster.origin[c] - half[c]);
-        let high: [f64; 2] = std::array::from_fn(|c| raster.end()[c] + half[c]);
-        if let Some(problem) = self.beyond(&low, &high) {
+        let high: [f64; 2] = std::array::from_fn(|c| raster.last_node_position()[c] + half[c]);
+        if let Some(problem) = self.outside_domain_problem(&low, &high) {
             return Err(("file", format!("{file}: {problem}")));
         }
-        let cells = Cells::of(&raster, *value);
+        let cells = RasterCells::of(&raster, *value);
         let what = value.map_or("data".to_owned(), |value| value.to_string());
-        if !cells.chosen.contains(&true) {
-            return Err(("value", format!("no cell of {file} holds {what}: {}", held(&raster))));
+        if !cells.selected.contains(&true) {
+            return Err(("value", format!("no cell of {file} holds {what}: {}", values_text(&raster))));
         }
-        if !cells.reach_between(&self.domain.min, &self.domain.max) {
+        if !cells.intersect_box(&self.domain.min, &self.domain.max) {
             let key = if value.is_some() { "value" } else { "file" };
             return Err((key, format!("none of the cells of {file} that hold {what} lies in the domain")));
         }
@@ -152,14 +152,14 @@ impl Case {
 
     /// What is wrong with a part of space, or of the plan, between corners with coordinates from `domain.origin` (m), where none of
     /// it lies in the domain.
-    pub fn beyond(&self, low: &[f64], high: &[f64]) -> Option<String> {
-        let apart = self.apart(low, high, true)?;
+    pub fn outside_domain_problem(&self, low: &[f64], high: &[f64]) -> Option<String> {
+        let apart = self.outside_extent(low, high, true)?;
         Some(format!("reaches {apart}: none of it lies there"))
     }
 
     /// From where to where what lies between these corners reaches along an axis along which it is apart from the domain, and the domain
     /// too; whether what only `touches` the domain is apart from it.
-    pub(crate) fn apart(&self, low: &[f64], high: &[f64], touches: bool) -> Option<String> {
+    pub(crate) fn outside_extent(&self, low: &[f64], high: &[f64], touches: bool) -> Option<String> {
         let (origin, domain) = (self.origin(), &self.domain);
         let c = (0..low.len()).find(|&c| {
             let gap = (domain.min[c] - high[c]).max(low[c] - domain.max[c]);
@@ -172,7 +172,7 @@ impl Case {
 }
 
 /// What the cells of a raster hold, in words.
-fn held(raster: &Raster) -> String {
+fn values_text(raster: &Raster) -> String {
     let mut values: Vec<f64> = raster.values.iter().copied().filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);
     values.dedup();
@@ -202,7 +202,7 @@ mod tests {
         };
         let mut raster = Raster::from_function([10, 10], [600_001.0, 5_000_001.0], [2.0; 2], value);
         raster.reference.no_data = Some(-9999.0);
-        raster.reference.corner = true;
+        raster.reference.pixel_is_area = true;
         colluvium_terrain::write_raster(&folder.join(name), &raster).unwrap();
     }
 
@@ -222,7 +222,7 @@ mod tests {
 
     fn of(folder: &Path, name: &str, value: Option<f64>) -> Result<PlanRegion, (String, String)> {
         let file = folder.join(name).display().to_string();
-        case(folder).plan_region(None, None, Some(&CellsOfRaster { file, value }))
+        case(folder).plan_region(None, None, Some(&RasterCellSelection { file, value }))
     }
 
     #[test]
@@ -242,7 +242,11 @@ mod tests {
                 ([15.0, 16.1], false, false),
                 ([-0.1, 5.0], false, false),
             ] {
-                assert_eq!((class.holds(&place), any.holds(&place)), (in_class, in_any), "{name} {place:?}");
+                assert_eq!(
+                    (class.contains(&place), any.contains(&place)),
+                    (in_class, in_any),
+                    "{name} {place:?}"
+                );
             }
         }
     }
@@ -303,7 +307,7 @@ mod tests {
         let read = Case::from_value(&value, folder.path()).unwrap();
         let whole = folder.path().join("cover.asc").display().to_string();
         assert_eq!(read.methods["depth-sph"]["regions"][0]["raster"]["file"], json!(whole));
-        let laws = &read.standing::<3>().unwrap()[0].laws;
+        let laws = &read.placed_obstacles::<3>().unwrap()[0].laws;
         assert!(
             laws.at(&[15.0, 5.0, 4.0]).friction().is_infinite()
                 && laws.at(&[5.0, 5.0, 4.0]).friction() == 0.0

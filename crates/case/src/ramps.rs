@@ -14,7 +14,7 @@ impl Case {
 
     /// Whether gravity, the motions of the stage and all loads have their full size at `time` (s). `starts` are when the
     /// stages began (s), the one that runs the last.
-    pub(crate) fn has_grown(&self, starts: &[f64], time: f64) -> bool {
+    pub(crate) fn ramps_are_complete(&self, starts: &[f64], time: f64) -> bool {
         let Some(number) = starts.len().checked_sub(1) else { return false };
         let stage = &self.stages[number];
         let ramps = stage.motions.iter().map(|motion| motion.ramp).chain([stage.gravity_ramp]);

@@ -22,7 +22,7 @@ impl Case {
             Sampling::Fitted => ("sampling", fitted(&body.shape, origin, spacing)),
             Sampling::PoissonDisk => {
                 let samples = poisson_spaced(&body.shape, spacing, body.sampling_seed);
-                ("sampling", samples.map(|samples| self.turned(&body.shape, samples)))
+                ("sampling", samples.map(|samples| self.weighted_by_radius(&body.shape, samples)))
             }
         };
         samples.map_err(|error| CaseError::new(format!("bodies[{number}].{key}"), error.to_string()))
@@ -30,7 +30,11 @@ impl Case {
 
     /// Random points whose areas, the same for all, make up the volume of the shape: where it is turned about an axis the scatter of their
     /// radii would be one of the mass.
-    fn turned<const D: usize>(&self, shape: &Shape, mut samples: Vec<Sample<D>>) -> Vec<Sample<D>> {
+    fn weighted_by_radius<const D: usize>(
+        &self,
+        shape: &Shape,
+        mut samples: Vec<Sample<D>>,
+    ) -> Vec<Sample<D>> {
         if self.space == Space::Axisymmetric {
             let held: f64 = samples.iter().map(|sample| sample.position[0] * sample.volume).sum();
             let scale = shape.volume(D, true) / held;

@@ -15,12 +15,15 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::description::Stage;
-use crate::measure::Reading;
-use crate::{Case, CaseError, Equilibrium, Honours};
+use crate::measure::ScalarOutput;
+use crate::{Capabilities, Case, CaseError, Equilibrium};
 
-pub use frame::{Dataset, Frame, Lattice, Mesh, PlanNodes, PlanRaster, Points, Role, Support, Wanted};
+pub use frame::{
+    Dataset, DatasetGeometry, FieldRole, Frame, FramePoints, FrameRequest, Lattice, PlanNodes, PlanRaster,
+    PolygonMesh,
+};
 pub(crate) use places::on_nodes;
-pub use plan::{Plan, Size};
+pub use plan::{Plan, ProblemSize};
 pub use plan_warnings::Resolution;
 pub use snapshot::{Field, FieldData, Snapshot};
 pub use step::{Advance, StepLimit, TimeStep};
@@ -46,36 +49,36 @@ pub trait Method: Send + Sync {
     ///
     /// # Errors
     /// When its options are wrong.
-    fn size(&self, case: &Case) -> Result<Size, CaseError> {
+    fn problem_size(&self, case: &Case) -> Result<ProblemSize, CaseError> {
         let _ = case;
-        Ok(Size::default())
+        Ok(ProblemSize::default())
     }
 
     /// What the method says to the features of a case, with the options that the case gives it. What it does not name is
-    /// refused. Combinations of its own options are left to [`Method::plan_honoured`] and [`Method::build_honoured`].
+    /// refused. Combinations of its own options are left to [`Method::plan_supported_case`] and [`Method::build_supported_case`].
     ///
     /// # Errors
     /// When its options are wrong.
-    fn honours(&self, case: &Case) -> Result<Honours, CaseError>;
+    fn capabilities(&self, case: &Case) -> Result<Capabilities, CaseError>;
 
     /// [`Method::plan`] of a case whose features it honours.
     ///
     /// # Errors
     /// The first combination of options that it cannot honour.
-    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError>;
+    fn plan_supported_case(&self, case: &Case) -> Result<Plan, CaseError>;
 
     /// [`Method::build`] of a case whose features it honours.
     ///
     /// # Errors
-    /// As [`Method::plan_honoured`].
-    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError>;
+    /// As [`Method::plan_supported_case`].
+    fn build_supported_case(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError>;
 
-    /// [`Method::made`] of a case whose features it honours. Methods whose points take long to place make them once for both.
+    /// [`Method::plan_and_build`] of a case whose features it honours. Methods whose points take long to place make them once for both.
     ///
     /// # Errors
-    /// As [`Method::plan_honoured`].
-    fn made_honoured(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
-        Ok((self.plan_honoured(case)?, self.build_honoured(case)?))
+    /// As [`Method::plan_supported_case`].
+    fn plan_and_build_supported_case(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
+        Ok((self.plan_supported_case(case)?, self.build_supported_case(case)?))
     }
 
     /// What would be solved, without solving it. Refuses, by JSON path, whatever the method cannot honour; what it passes over
@@ -84,19 +87,19 @@ pub trait Method: Send + Sync {
     /// # Errors
     /// The first thing in the case that this method cannot honour.
     fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
-        let honours = self.honours(case)?;
+        let honours = self.capabilities(case)?;
         let notes = honours.check(case)?;
-        self.plan_honoured(case)?.complete(case, notes, honours.has_materials())
+        self.plan_supported_case(case)?.complete(case, notes, honours.has_materials())
     }
 
     /// [`Method::plan`] and [`Method::build`] at once. Not to be overridden.
     ///
     /// # Errors
     /// As [`Method::plan`].
-    fn made(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
-        let honours = self.honours(case)?;
+    fn plan_and_build(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
+        let honours = self.capabilities(case)?;
         let notes = honours.check(case)?;
-        let (plan, solver) = self.made_honoured(case)?;
+        let (plan, solver) = self.plan_and_build_supported_case(case)?;
         Ok((plan.complete(case, notes, honours.has_materials())?, solver))
     }
 
@@ -105,8 +108,8 @@ pub trait Method: Send + Sync {
     /// # Errors
     /// As [`Method::plan`].
     fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
-        self.honours(case)?.check(case)?;
-        self.build_honoured(case)
+        self.capabilities(case)?.check(case)?;
+        self.build_supported_case(case)
     }
 }
 
@@ -187,7 +190,7 @@ impl Reaction {
 }
 
 /// The problem of a body whose law cannot begin anew from the stress it has, for its own `reason`.
-pub fn not_reset(reason: &str) -> String {
+pub fn reset_error(reason: &str) -> String {
     format!(
         "reset of state at the end of the stage: its law cannot begin anew from the stress it has ({reason})"
     )
@@ -227,7 +230,7 @@ pub enum SolverError {
 
 impl SolverError {
     /// The same with its place moved by `origin` (m).
-    pub(crate) fn moved(mut self, origin: [f64; 3]) -> Self {
+    pub(crate) fn on_map(mut self, origin: [f64; 3]) -> Self {
         if let Self::Point { position, .. } = &mut self {
             (0..3).for_each(|c| position[c] += origin[c]);
         }
@@ -249,7 +252,7 @@ pub trait Solver: Send {
     /// The largest step from here, safety factor included, and what limits it: the same until the next step.
     fn limit(&mut self) -> TimeStep;
 
-    /// Advances by one step, of `at_most` so much time (s); explicit solvers take [`TimeStep::towards`] of their limit. A
+    /// Advances by one step, of `at_most` so much time (s); explicit solvers take [`TimeStep::limited_to`] of their limit. A
     /// solver may take less, cut back and try again, or advance an increment of load, and says what it has done.
     ///
     /// # Errors
@@ -284,18 +287,18 @@ pub trait Solver: Send {
     fn equilibrium(&self) -> Option<Equilibrium>;
 
     /// Whether what its own options let grow with time has its full size: before that nothing is at rest.
-    fn has_grown(&self) -> bool {
+    fn ramps_are_complete(&self) -> bool {
         true
     }
 
     /// What else the method tells of itself in each row of the measures; always the same names in the same order, NaN for
     /// what it does not know at the time.
-    fn readings(&self) -> Vec<Reading> {
+    fn scalar_outputs(&self) -> Vec<ScalarOutput> {
         Vec::new()
     }
 
     /// How far each cut of the case has moved (m), in their order; `None` of one that has not begun. Nothing from methods without cuts.
-    fn travels_of_cuts(&self) -> Vec<Option<f64>> {
+    fn removal_shape_travel(&self) -> Vec<Option<f64>> {
         Vec::new()
     }
 
@@ -327,7 +330,7 @@ pub trait Solver: Send {
 
     /// Whether the budget holds all energy there is and nothing works on it from outside in the stage: no loads, nothing that is
     /// driven, materials that all tell what they store. The run then says when energy grows. False where a method cannot tell.
-    fn is_closed(&self) -> bool {
+    fn is_isolated(&self) -> bool {
         false
     }
 
@@ -338,17 +341,17 @@ pub trait Solver: Send {
     }
 
     /// What of the state is worth a word when a run ends: points that are where their law is no longer meant to hold, …
-    fn remarks(&self) -> Vec<String> {
+    fn warnings_at_end(&self) -> Vec<String> {
         Vec::new()
     }
 
     /// What is worth telling of the run with which nothing is wrong: how densely grains were filled in, …
-    fn facts(&self) -> Vec<String> {
+    fn notes(&self) -> Vec<String> {
         Vec::new()
     }
 
     /// The state as it is now, as the datasets that are `wanted`.
-    fn frame(&self, wanted: Wanted) -> Frame;
+    fn frame(&self, wanted: FrameRequest) -> Frame;
 
     /// What a run leaves beside its frames, so far: peaks over the plan and the like, where the case asks for them.
     fn products(&self) -> Vec<Dataset> {
@@ -357,7 +360,7 @@ pub trait Solver: Send {
 
     /// What is measured, as points: what is on points, or else what comes first in such a frame; no point where nothing is.
     fn snapshot(&self) -> Snapshot {
-        self.frame(Wanted::Measured).into_measured()
+        self.frame(FrameRequest::Measured).into_measured()
     }
 
     /// The rasters among the products.

@@ -34,8 +34,9 @@ pub enum Load {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
         /// What carries it.
-        #[serde(default, skip_serializing_if = "LoadCarrier::is_points")]
-        carrier: LoadCarrier,
+        #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
+        #[serde(rename = "carrier")]
+        applied_to: LoadTarget,
     },
     /// A pressure (Pa) on one side of a body, carried by its outermost points: it follows the surface, stays normal to
     /// it and grows with its area. On a body with a pore fluid it is the total one.
@@ -84,8 +85,9 @@ pub enum Load {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
         /// What carries it.
-        #[serde(default, skip_serializing_if = "LoadCarrier::is_points")]
-        carrier: LoadCarrier,
+        #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
+        #[serde(rename = "carrier")]
+        applied_to: LoadTarget,
     },
     /// A pressure and a shear (Pa) on the surface of a body, or on a part of it, straight or curved, carried by the points next to
     /// it: both follow the surface, turn with it and grow with its area. On a body with a pore fluid they are the total ones.
@@ -166,21 +168,23 @@ impl Load {
     }
 
     /// Whether it turns with the surface and grows with its area.
-    pub fn follows(&self) -> bool {
+    pub fn is_follower(&self) -> bool {
         !matches!(self, Self::Traction { .. })
     }
 
     /// What carries it: points, if it follows the surface.
-    pub fn carrier(&self) -> LoadCarrier {
+    pub fn applied_to(&self) -> LoadTarget {
         match self {
-            Self::Traction { carrier, .. } | Self::PorePressure { carrier, .. } => *carrier,
-            Self::Pressure { .. } | Self::Surface { .. } => LoadCarrier::Points,
+            Self::Traction { applied_to: carrier, .. } | Self::PorePressure { applied_to: carrier, .. } => {
+                *carrier
+            }
+            Self::Pressure { .. } | Self::Surface { .. } => LoadTarget::Points,
         }
     }
 
     /// Share of its value that acts at a place (m) on its side.
-    pub fn share_at(&self, place: &[f64]) -> f64 {
-        self.profile().map_or(1.0, |profile| profile.share_at(place))
+    pub fn profile_factor(&self, place: &[f64]) -> f64 {
+        self.profile().map_or(1.0, |profile| profile.factor_at(place))
     }
 
     /// Number of the stage with which it begins; `None` where no stage has its name.
@@ -221,7 +225,7 @@ pub struct LoadProfile {
 
 impl LoadProfile {
     /// Share of the load at a place (m), above a jump on it.
-    fn share_at(&self, place: &[f64]) -> f64 {
+    fn factor_at(&self, place: &[f64]) -> f64 {
         let Some(&x) = place.get(self.axis.number()) else { return 1.0 };
         lines::value_at(&self.shares, |[at, _]| *at, |number| self.shares[number][1], x).unwrap_or(1.0)
     }
@@ -230,7 +234,7 @@ impl LoadProfile {
 /// What carries a load (sheet: mpm §2.11).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum LoadCarrier {
+pub enum LoadTarget {
     /// The outermost points of the body, which take it along. It is smeared over the cells next to the side.
     #[default]
     Points,
@@ -239,7 +243,7 @@ pub enum LoadCarrier {
     Nodes,
 }
 
-impl LoadCarrier {
+impl LoadTarget {
     fn is_points(&self) -> bool {
         *self == Self::Points
     }
@@ -293,7 +297,7 @@ mod tests {
             (6.0, -4.0),
             (9.0, -4.0),
         ] {
-            assert_eq!(strip.share_at(&[7.0, y]), share, "at {y}");
+            assert_eq!(strip.factor_at(&[7.0, y]), share, "at {y}");
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::description::Body;
 
 /// Densities of a body with pore fluid (kg/m³).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Densities {
+pub struct BodyDensities {
     /// Of the skeleton: that of its material.
     pub dry: f64,
     /// Of skeleton and fluid.
@@ -16,7 +16,7 @@ pub struct Densities {
     pub grains: f64,
 }
 
-impl Densities {
+impl BodyDensities {
     /// Densities that the grains of soils and rocks have (kg/m³).
     const OF_GRAINS: [f64; 2] = [2300.0, 3000.0];
 
@@ -36,22 +36,26 @@ pub struct TimeScales {
     /// `h/c` in the softest body, skeleton and fluid moving as one; `None` where laws have no stiffness.
     pub wave: Option<f64>,
     /// `√(h/g)`; `None` without gravity.
-    pub fall: Option<f64>,
+    pub fall_time: Option<f64>,
 }
 
 impl Case {
     /// Densities of a body; `None` without pore fluid.
     #[must_use]
-    pub fn densities(&self, body: &Body) -> Option<Densities> {
+    pub fn densities(&self, body: &Body) -> Option<BodyDensities> {
         let fluid = body.pore_fluid.as_ref()?;
         let dry = self.materials.get(&body.material).map(MaterialSpec::density)?;
-        Some(Densities { dry, saturated: fluid.saturated_density(dry), grains: dry / (1.0 - fluid.porosity) })
+        Some(BodyDensities {
+            dry,
+            saturated: fluid.saturated_density(dry),
+            grains: dry / (1.0 - fluid.porosity),
+        })
     }
 
     /// Times that decide what the case shows.
     #[must_use]
     pub fn time_scales(&self) -> TimeScales {
-        let gravity = self.gravity_size();
+        let gravity = self.gravity_magnitude();
         let height = self.height();
         let own = self.bodies.iter().filter(|body| !body.rigid);
         let (mut consolidation, mut wave) = (None::<f64>, None::<f64>);
@@ -69,7 +73,7 @@ impl Case {
             wave = longer(wave, time);
         }
         let fall = (height / gravity).sqrt();
-        TimeScales { height, consolidation, wave, fall: fall.is_finite().then_some(fall) }
+        TimeScales { height, consolidation, wave, fall_time: fall.is_finite().then_some(fall) }
     }
 
     /// Extent of all bodies along gravity, along the first axis without it; of layers on terrain the largest thickness (m).
@@ -109,12 +113,12 @@ impl Case {
     pub(crate) fn warn_of_grains(&self, warnings: &mut Vec<String>) {
         for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| !body.rigid) {
             let (Some(fluid), Some(densities)) = (&body.pore_fluid, self.densities(body)) else { continue };
-            let Densities { dry, saturated, grains } = densities;
+            let BodyDensities { dry, saturated, grains } = densities;
             if densities.are_usual() || dry <= (1.0 - fluid.porosity) * fluid.density {
                 continue;
             }
             let meant = dry - fluid.porosity * fluid.density;
-            let cure = if grains > Densities::OF_GRAINS[1] && meant > 0.0 {
+            let cure = if grains > BodyDensities::OF_GRAINS[1] && meant > 0.0 {
                 format!(
                     "with a pore fluid it is that of the dry skeleton; where it was meant with the fluid, make it {meant:.0}"
                 )
@@ -126,8 +130,8 @@ impl Case {
                  with the fluid, where grains of soil have {:.0} to {:.0}: {cure}",
                 body.material,
                 fluid.porosity,
-                Densities::OF_GRAINS[0],
-                Densities::OF_GRAINS[1]
+                BodyDensities::OF_GRAINS[0],
+                BodyDensities::OF_GRAINS[1]
             ));
         }
     }
@@ -167,7 +171,7 @@ mod tests {
 
     #[test]
     fn times_are_those_of_closed_forms() {
-        let TimeScales { height, consolidation, wave, fall } = column(1590.0).time_scales();
+        let TimeScales { height, consolidation, wave, fall_time: fall } = column(1590.0).time_scales();
         assert_eq!(height, 2.0);
         // c_v = k / (γ_w (1/M + n/K)), with M = E.
         let exact = 4.0 / (1e-3 / (1e4 * (1e-7 + 0.4 / 2e9)));
@@ -187,7 +191,7 @@ mod tests {
         let doubt = doubts(2000.0).concat();
         assert!(doubt.contains("grains of 3333 kg/m³") && doubt.contains("make it 1600"), "{doubt}");
         assert!(doubts(1200.0).concat().contains("grains of 2000 kg/m³"));
-        let Densities { dry, saturated, grains } =
+        let BodyDensities { dry, saturated, grains } =
             column(1590.0).densities(&column(1590.0).bodies[0]).unwrap();
         assert_eq!([dry, saturated, grains], [1590.0, 1990.0, 2650.0]);
     }

@@ -20,15 +20,15 @@ use crate::{Case, CaseError, CaseErrors};
 pub const OVERLAP_RESOLUTION: usize = 24;
 
 /// How far a domain may lie from zero, over its size: beyond that positions lose more than three of their sixteen digits.
-pub const FARTHEST: f64 = 1e3;
+pub const MAX_DISTANCE_RATIO: f64 = 1e3;
 
 /// More nodes than fit into a file that anyone opens.
-const MOST_NODES: f64 = 1e8;
+const MAX_NODES: f64 = 1e8;
 /// More frames than anyone wants to keep.
-const MOST_FRAMES: f64 = 1e5;
+const MAX_FRAMES: f64 = 1e5;
 
 /// Collects errors under paths.
-struct Findings<'a> {
+struct ErrorCollector<'a> {
     case: &'a Case,
     errors: Vec<CaseError>,
     /// Place of the map (m) from which the coordinates of the case count.
@@ -40,7 +40,7 @@ struct Findings<'a> {
 /// # Errors
 /// Every violation found, with its JSON path.
 pub fn validate(case: &Case) -> Result<(), CaseErrors> {
-    let mut findings = Findings { case, errors: Vec::new(), origin: [0.0; 3] };
+    let mut findings = ErrorCollector { case, errors: Vec::new(), origin: [0.0; 3] };
     findings.space();
     findings.materials();
     findings.bodies();
@@ -48,7 +48,7 @@ pub fn validate(case: &Case) -> Result<(), CaseErrors> {
     findings.obstacles();
     findings.loads();
     findings.patches();
-    findings.cuts();
+    findings.removal_shapes();
     findings.stages();
     findings.output();
     findings.measures();
@@ -61,12 +61,12 @@ pub fn validate(case: &Case) -> Result<(), CaseErrors> {
 /// # Errors
 /// Every violation found, with its JSON path.
 pub(crate) fn validate_layers(case: &Case, layered: &[usize]) -> Result<(), CaseErrors> {
-    let mut findings = Findings { case, errors: Vec::new(), origin: case.origin() };
+    let mut findings = ErrorCollector { case, errors: Vec::new(), origin: case.origin() };
     findings.layers(layered);
     if findings.errors.is_empty() { Ok(()) } else { Err(CaseErrors(findings.errors)) }
 }
 
-impl Findings<'_> {
+impl ErrorCollector<'_> {
     fn report(&mut self, path: impl Into<String>, problem: impl Into<String>) {
         self.errors.push(CaseError::new(path, problem));
     }
@@ -101,7 +101,7 @@ impl Findings<'_> {
     }
 
     /// Ends of the domain along an axis (m); `None` where the case does not say or they make no sense,
-    /// which [`Findings::space`] reports.
+    /// which [`ErrorCollector::space`] reports.
     fn extent(&self, axis: usize) -> Option<(f64, f64)> {
         let domain = &self.case.domain;
         let (min, max) = (*domain.min.get(axis)?, *domain.max.get(axis)?);
@@ -168,13 +168,13 @@ impl Findings<'_> {
             self.require(!radial, "domain.origin[0]", "must be 0: x is the distance from the axis");
             return;
         }
-        let extent = domain.extent();
-        let far = |x: &f64| x.abs() > FARTHEST * extent;
+        let extent = domain.max_extent();
+        let far = |x: &f64| x.abs() > MAX_DISTANCE_RATIO * extent;
         if extent > 0.0 && domain.min.iter().chain(&domain.max).any(far) {
             let round = 10f64.powf(extent.log10().ceil());
             let near: Vec<f64> = domain.min.iter().map(|x| (x / round).round() * round).collect();
             let problem = format!(
-                "lies more than {FARTHEST} times its size of {extent} m from zero, which costs digits of all positions: give \
+                "lies more than {MAX_DISTANCE_RATIO} times its size of {extent} m from zero, which costs digits of all positions: give \
                  domain.origin a place near it, for example {near:?}"
             );
             self.report("domain.min", problem);
@@ -190,9 +190,9 @@ impl Findings<'_> {
                     let flat = matches!(case.space, Space::OneD | Space::PlaneStrain);
                     let problem =
                         "its law knows no strain across the plane: take it in 1d and plane-strain only";
-                    self.require(flat || !law.stays_in_plane(), &path, problem);
+                    self.require(flat || !law.requires_plane_strain(), &path, problem);
                 }
-                Err(error) => match error.about_parameter() {
+                Err(error) => match error.parameter_problem() {
                     Some((field, problem)) => self.report(format!("{path}.{field}"), problem),
                     None => self.report(&path, error.to_string()),
                 },
@@ -329,7 +329,7 @@ impl Findings<'_> {
             let Some(interval) = interval else { continue };
             let path = format!("output.{key}");
             let count = end / interval;
-            let fits = !(count.is_finite() && count > MOST_FRAMES);
+            let fits = !(count.is_finite() && count > MAX_FRAMES);
             self.positive(path.clone(), interval, "s");
             self.require(fits, path, format!("{interval} s would give {count:.1e} outputs"));
         }
@@ -355,7 +355,7 @@ impl Findings<'_> {
             return;
         }
         let nodes = grid_nodes(case, cell);
-        self.require(nodes <= MOST_NODES, path(), format!("cells of {cell} m would give {nodes:.1e} nodes"));
+        self.require(nodes <= MAX_NODES, path(), format!("cells of {cell} m would give {nodes:.1e} nodes"));
         for axis in
             case.domain.periodic.iter().map(|axis| axis.number()).filter(|axis| *axis < case.dimension())
         {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use colluvium_points::overlap;
+use colluvium_points::common_interior_point;
 
 use crate::Case;
 use crate::description::{Body, Boundary, Load, Stage, Wall};
@@ -12,7 +12,7 @@ use crate::validate::OVERLAP_RESOLUTION;
 const SAMPLES: usize = 32;
 
 /// How far from a side one looks for what is there, over the size of the domain.
-const BESIDE: f64 = 1e-6;
+const PROBE_DISTANCE: f64 = 1e-6;
 
 impl Case {
     /// What is allowed but worth a word.
@@ -34,10 +34,10 @@ impl Case {
             }
             warnings.extend(spec.warnings().into_iter().map(|warning| format!("materials.{name}.{warning}")));
         }
-        warnings.extend(self.unknown_systems());
+        warnings.extend(self.reference_system_warning());
         self.warn_of_grains(&mut warnings);
         self.warn_of_weights(&mut warnings);
-        warnings.extend(self.falls_for_ever());
+        warnings.extend(self.unlimited_fall_warning());
         warnings.extend(self.closed_liquid());
         self.warn_of_walls(&mut warnings);
         match self.dimension() {
@@ -47,7 +47,7 @@ impl Case {
         }
         self.warn_of_searches(&mut warnings);
         self.warn_of_excavations(&mut warnings);
-        self.warn_of_cuts(&mut warnings);
+        self.warn_of_removal_shapes(&mut warnings);
         self.warn_of_overlaps(&mut warnings);
         self.warn_of_heights(&mut warnings);
         for (number, load) in self.loads.iter().enumerate() {
@@ -57,12 +57,12 @@ impl Case {
     }
 
     /// A word where two files of maps name coordinate reference systems of which it is not known whether they are one.
-    fn unknown_systems(&self) -> Option<String> {
+    fn reference_system_warning(&self) -> Option<String> {
         let mut case = self.clone();
         let systems: Vec<_> = case
             .files()
             .filter_map(|file| {
-                Some((file.clone(), colluvium_terrain::read_system(Path::new(file.as_str()))?))
+                Some((file.clone(), colluvium_terrain::read_reference_system(Path::new(file.as_str()))?))
             })
             .collect();
         let (first, known) = systems.first()?;
@@ -75,7 +75,7 @@ impl Case {
 
     /// A word where gravity acts and nothing can stop what falls: no wall across its way or with friction along it, no
     /// obstacle, no rigid or held body.
-    fn falls_for_ever(&self) -> Option<String> {
+    fn unlimited_fall_warning(&self) -> Option<String> {
         let stops = |boundary: &Boundary| {
             let outwards = if boundary.side.is_max() { 1.0 } else { -1.0 };
             let against = outwards * self.gravity[boundary.side.axis()] > 0.0;
@@ -103,7 +103,7 @@ impl Case {
     fn warn_of_walls(&self, warnings: &mut Vec<String>) {
         for (number, boundary) in self.boundaries.iter().enumerate() {
             let (axis, place) = (boundary.side.axis(), boundary.position(&self.domain));
-            let slack = BESIDE * (self.domain.max[axis] - self.domain.min[axis]);
+            let slack = PROBE_DISTANCE * (self.domain.max[axis] - self.domain.min[axis]);
             let stands_in = |body: &&Body| {
                 let (low, high) = body.shape.bounds(self.dimension());
                 !body.rigid && low[axis] + slack < place && place < high[axis] - slack
@@ -119,9 +119,10 @@ impl Case {
 
     /// Warns of obstacles at rest that nothing in the domain can meet. What cannot be read is refused elsewhere.
     fn warn_of_obstacles<const D: usize>(&self, warnings: &mut Vec<String>) {
-        for standing in self.standing::<D>().iter().flatten().filter(|s| s.obstacle.motion.is_none()) {
+        for standing in self.placed_obstacles::<D>().iter().flatten().filter(|s| s.obstacle.motion.is_none())
+        {
             let (low, high) = standing.surface.bounds();
-            if let Some(apart) = self.apart(&low, &high, false) {
+            if let Some(apart) = self.outside_extent(&low, &high, false) {
                 let number = standing.number;
                 warnings.push(format!("obstacles[{number}].shape: lies {apart}: nothing meets it"));
             }
@@ -147,7 +148,7 @@ impl Case {
         for (stage, of_stage) in self.stages.iter().enumerate() {
             for (number, region) in of_stage.excavate.iter().enumerate() {
                 let is_there = |body: &Body| {
-                    overlap(&body.shape, region, self.dimension(), OVERLAP_RESOLUTION).is_some()
+                    common_interior_point(&body.shape, region, self.dimension(), OVERLAP_RESOLUTION).is_some()
                 };
                 if !self.bodies.iter().any(is_there) {
                     warnings
@@ -158,15 +159,15 @@ impl Case {
     }
 
     /// Warns of cuts that meet nothing of what is there at the start.
-    fn warn_of_cuts(&self, warnings: &mut Vec<String>) {
-        for (number, cut) in self.cuts.iter().enumerate() {
-            let sweep = cut.sweep(0.0, self.end_time(), &cut.bounds(self.dimension()));
+    fn warn_of_removal_shapes(&self, warnings: &mut Vec<String>) {
+        for (number, cut) in self.removal_shapes.iter().enumerate() {
+            let sweep = cut.swept_region(0.0, self.end_time(), &cut.bounds(self.dimension()));
             let meets = |body: &&Body| {
                 let (low, high) = body.shape.bounds(self.dimension());
                 let overlap = |axis: usize| {
                     low[axis] <= sweep.bounds()[axis][1] && high[axis] >= sweep.bounds()[axis][0]
                 };
-                cut.takes(&body.name) && (0..self.dimension()).all(overlap)
+                cut.applies_to(&body.name) && (0..self.dimension()).all(overlap)
             };
             if !self.bodies.iter().any(|body| meets(&body)) {
                 warnings.push(format!(
@@ -184,13 +185,13 @@ impl Case {
         let (axis, outwards) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
         let (low, high) = body.shape.bounds(dimension);
         let face = if side.is_max() { high[axis] } else { low[axis] };
-        let step = outwards * BESIDE * (self.domain.max[axis] - self.domain.min[axis]);
+        let step = outwards * PROBE_DISTANCE * (self.domain.max[axis] - self.domain.min[axis]);
         let mut warn = |problem: String| warnings.push(format!("loads[{number}].side: {problem}"));
         let holds = |boundary: &&Boundary| {
             let place = boundary.position(&self.domain);
             boundary.side == side
                 && outwards * (place - face) <= step.abs()
-                && bears(&boundary.wall, load, axis)
+                && supports_load(&boundary.wall, load, axis)
         };
         let removed = |boundary: &&Boundary| {
             self.stages.iter().any(|stage| stage.remove_boundaries.iter().any(|name| name == boundary.name()))
@@ -207,7 +208,7 @@ impl Case {
                 at[c] = low[c] + (high[c] - low[c]) * ((rest % SAMPLES) as f64 + 0.5) / SAMPLES as f64;
                 rest /= SAMPLES;
             }
-            if load.share_at(&at) == 0.0 {
+            if load.profile_factor(&at) == 0.0 {
                 continue;
             }
             loaded += 1;
@@ -241,7 +242,7 @@ impl Case {
 }
 
 /// Whether a wall normal to `axis` bears a load on what it holds.
-fn bears(wall: &Wall, load: &Load, axis: usize) -> bool {
+fn supports_load(wall: &Wall, load: &Load, axis: usize) -> bool {
     match (wall, load) {
         (Wall::Absorbing { .. }, _) => false,
         (Wall::Rough, _) => true,

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use colluvium::case::description::Compression;
 use colluvium::case::output::{
-    Table, TableFile, Written, frame_arrays, read_frame, read_npz, write_frame, write_npz,
+    Table, TableFile, WriteOptions, frame_arrays, read_frame, read_npz, write_frame, write_npz,
 };
 use colluvium::case::{Case, RunOptions, Snapshot, run};
 use colluvium::report::{self, ReportOptions};
@@ -33,7 +33,7 @@ fn frames(criterion: &mut Criterion, folder: &Path, snapshot: &Snapshot) {
     group.sample_size(10).throughput(Throughput::Elements(snapshot.ids.len() as u64));
     for compression in [Compression::Fast, Compression::Best, Compression::None] {
         let path = folder.join(format!("{compression:?}.vtu"));
-        let written = Written { compression, ..Written::default() };
+        let written = WriteOptions { compression, ..WriteOptions::default() };
         group.bench_function(format!("write, {compression:?}"), |bencher| {
             bencher.iter(|| write_frame(&path, snapshot, [0.0; 3], written).expect("a file"));
         });

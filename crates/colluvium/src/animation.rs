@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::plots::{Animation, Classes, Ground, SCRIPT, STYLE, View};
+use crate::plots::{Animation, PointClasses, RigidGeometry, SCRIPT, STYLE, View};
 
 /// What is seen of a case, as its file has it: all three axes where it has three, else those of `plane`; points coloured by
 /// `fields`, or by what is usual where there are none, by bodies and by materials.
@@ -17,14 +17,14 @@ pub fn view(case: &Value, plane: [usize; 2], fields: &[String]) -> View {
         up: against.unwrap_or(last),
         axes,
         fields: fields.to_vec(),
-        classes: vec![classes(case, "body", "name"), classes(case, "material", "material")],
-        ground: Ground::default(),
+        classes: vec![body_classes(case, "body", "name"), body_classes(case, "material", "material")],
+        ground: RigidGeometry::default(),
         bytes: 0,
     }
 }
 
 /// The bodies of a case sorted by a text that each has.
-fn classes(case: &Value, name: &str, key: &str) -> Classes {
+fn body_classes(case: &Value, name: &str, key: &str) -> PointClasses {
     let mut names: Vec<String> = Vec::new();
     let mut of_body = Vec::new();
     for (number, body) in case["bodies"].as_array().into_iter().flatten().enumerate() {
@@ -35,7 +35,7 @@ fn classes(case: &Value, name: &str, key: &str) -> Classes {
             names.push(text);
         }
     }
-    Classes { name: name.to_owned(), names, of_body }
+    PointClasses { name: name.to_owned(), names, of_body }
 }
 
 /// The player of an animation with all that a page needs for it. A page that has several takes [`Animation::element`] of each

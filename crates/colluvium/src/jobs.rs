@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 ///
 /// # Errors
 /// The first failure in the order of the threads; of threads that the system does not give or that panic what `lost` makes of it.
-pub(crate) fn side_by_side<E: Send>(
+pub(crate) fn run_in_parallel<E: Send>(
     count: usize,
     (jobs, threads): (usize, usize),
     work: impl Fn(usize) -> Result<(), E> + Sync,
@@ -48,8 +48,8 @@ mod tests {
             done.lock().unwrap()[number] += rayon::current_num_threads();
             if number == 4 { Err("four".to_owned()) } else { Ok(()) }
         };
-        assert_eq!(side_by_side(9, (3, 2), work, |text| text), Err("four".to_owned()));
+        assert_eq!(run_in_parallel(9, (3, 2), work, |text| text), Err("four".to_owned()));
         assert_eq!(*done.lock().unwrap(), [2; 9]);
-        assert_eq!(side_by_side(0, (3, 2), work, |text| text), Ok(()));
+        assert_eq!(run_in_parallel(0, (3, 2), work, |text| text), Ok(()));
     }
 }

@@ -1,7 +1,7 @@
 //! Colluvium: point-based numerical methods for geomechanics.
 //!
 //! This crate gathers the others and holds the command line. A [`case::Case`] describes a problem
-//! once; a [`case::Method`] turns it into a [`case::Solver`]; [`case::run()`] runs it.
+//! once; a [`case::Method`] turns it into a [`case::Solver`]; [`case::run_method()`] runs it.
 //!
 //! ```
 //! use colluvium::case::{Case, Method, RunOptions, run};
@@ -64,13 +64,13 @@ use serde_json::Value;
 pub const COMMIT: Option<&str> = option_env!("COLLUVIUM_COMMIT");
 
 /// Makes the materials that methods bring known to case files; [`methods`] and [`element_test`] do so as well.
-pub fn offer_materials() {
-    constitutive::offer_material(&dem::material::GranularCells);
+pub fn register_materials() {
+    constitutive::register_material(&dem::material::GranularCells);
 }
 
 /// All methods.
 pub fn methods() -> &'static [&'static dyn Method] {
-    offer_materials();
+    register_materials();
     &[&mpm::Mpm, &sph::Sph, &dem::Dem, &depth_sph::DepthSph, &snow_mpm::SnowMpm]
 }
 
@@ -104,7 +104,7 @@ pub fn case_schema() -> Value {
 /// # Errors
 /// Everything wrong in the file, each with its JSON path.
 pub fn element_test(text: &str) -> Result<ElementTest, CaseErrors> {
-    checked(case::json::read(text)?)
+    check_element_test(case::json::read(text)?)
 }
 
 /// An element test from a file.
@@ -112,11 +112,11 @@ pub fn element_test(text: &str) -> Result<ElementTest, CaseErrors> {
 /// # Errors
 /// As [`element_test`], syntax with the file as well, and when it cannot be read.
 pub fn load_element_test(file: &std::path::Path) -> Result<ElementTest, CaseErrors> {
-    checked(case::json::read_file(file)?)
+    check_element_test(case::json::read_file(file)?)
 }
 
-fn checked(test: ElementTest) -> Result<ElementTest, CaseErrors> {
-    offer_materials();
+fn check_element_test(test: ElementTest) -> Result<ElementTest, CaseErrors> {
+    register_materials();
     match test.validate() {
         Ok(()) => Ok(test),
         Err(DriverError::Invalid(problems)) => {
@@ -142,17 +142,21 @@ pub const TEMPLATES: [(&str, &str); 10] = [
 
 /// Names of all starting cases.
 pub fn template_names() -> Vec<&'static str> {
-    TEMPLATES.iter().chain([&debris_flow::CASE]).map(|(name, _)| *name).collect()
+    TEMPLATES.iter().chain([&debris_flow::CASE_TEXT]).map(|(name, _)| *name).collect()
 }
 
 /// The starting case called `name`.
 pub fn template(name: &str) -> Option<&'static str> {
-    TEMPLATES.iter().chain([&debris_flow::CASE]).find(|(known, _)| *known == name).map(|(_, text)| *text)
+    TEMPLATES.iter().chain([&debris_flow::CASE_TEXT]).find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
 /// Names of the files that the starting case called `name` needs beside it.
 pub fn template_files(name: &str) -> Vec<&'static str> {
-    if name == debris_flow::CASE.0 { vec![debris_flow::TERRAIN, debris_flow::RELEASE.0] } else { Vec::new() }
+    if name == debris_flow::CASE_TEXT.0 {
+        vec![debris_flow::TERRAIN_FILES, debris_flow::RELEASE_FILE.0]
+    } else {
+        Vec::new()
+    }
 }
 
 /// Writes the files that the starting case called `name` needs into a folder.
@@ -161,13 +165,13 @@ pub fn template_files(name: &str) -> Vec<&'static str> {
 /// When one cannot be written.
 pub fn write_template_files(name: &str, folder: &std::path::Path) -> Result<(), case::output::OutputError> {
     use case::output::{OutputError, write_atomically};
-    if name != debris_flow::CASE.0 {
+    if name != debris_flow::CASE_TEXT.0 {
         return Ok(());
     }
-    let terrain = folder.join(debris_flow::TERRAIN);
+    let terrain = folder.join(debris_flow::TERRAIN_FILES);
     colluvium_terrain::write_raster(&terrain, &debris_flow::terrain())
         .map_err(|error| OutputError::new(&terrain, error.problem))?;
-    write_atomically(&folder.join(debris_flow::RELEASE.0), debris_flow::RELEASE.1.as_bytes())
+    write_atomically(&folder.join(debris_flow::RELEASE_FILE.0), debris_flow::RELEASE_FILE.1.as_bytes())
 }
 
 #[cfg(doctest)]

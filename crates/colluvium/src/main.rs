@@ -6,7 +6,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    Failure, check, compare, element_test, export, new, plot, report, run, schema, specimen, sweep, verify,
+    CommandError, check, compare, element_test, export, new, plot, report, run, schema, specimen, sweep,
+    verify,
 };
 
 /// Point-based numerical methods for geomechanics.
@@ -15,7 +16,7 @@ use commands::{
 /// file is wrong; 4 interrupted, continue with --resume.
 #[derive(Parser)]
 #[command(version, verbatim_doc_comment)]
-struct Arguments {
+struct CommandLine {
     /// Load the shared libraries that materials of the model `umat` name. They run with your rights: only for files that
     /// you trust. The environment variable COLLUVIUM_ALLOW_LIBRARY=1 does the same.
     #[arg(long, global = true)]
@@ -27,34 +28,34 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Runs a case and writes measures, frames and a summary.
-    Run(run::Arguments),
+    Run(run::RunArguments),
     /// Runs a case with every method that can honour it, and writes one page that sets them side by side.
-    Compare(compare::Arguments),
+    Compare(compare::CompareArguments),
     /// Checks a case without running it and says what would be solved.
-    Check(check::Arguments),
+    Check(check::CheckArguments),
     /// Prints the JSON Schema of a case file, or its reference as Markdown.
-    Schema(schema::Arguments),
+    Schema(schema::SchemaArguments),
     /// Writes a starting case.
-    New(new::Arguments),
+    New(new::NewArguments),
     /// Runs a test of a single material point: table and pictures.
-    ElementTest(element_test::Arguments),
+    ElementTest(element_test::ElementTestArguments),
     /// Draws measures and points of a run.
-    Plot(plot::Arguments),
+    Plot(plot::PlotArguments),
     /// Writes frames and measures of a run as arrays for scripts (NPZ).
-    Export(export::Arguments),
+    Export(export::ExportArguments),
     /// Writes a report of a run: one page with all that it left.
-    Report(report::Arguments),
+    Report(report::ReportArguments),
     /// Prepares the specimen of a case of grains, and writes grains and contacts for other cases to begin with.
-    Specimen(specimen::Arguments),
+    Specimen(specimen::SpecimenArguments),
     /// Runs a case with many values of its parameters: table, misfit, convergence.
-    Sweep(sweep::Arguments),
+    Sweep(sweep::SweepArguments),
     /// Says whether the files of a complete run are still what it wrote.
-    Verify(verify::Arguments),
+    Verify(verify::VerifyArguments),
 }
 
 fn main() -> ExitCode {
-    colluvium::offer_materials();
-    let arguments = Arguments::parse();
+    colluvium::register_materials();
+    let arguments = CommandLine::parse();
     if arguments.allow_library {
         colluvium::constitutive::laws::allow_libraries();
     }
@@ -76,15 +77,15 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.report();
-            ExitCode::from(failure.code())
+            ExitCode::from(failure.exit_code())
         }
     }
 }
 
-impl Failure {
+impl CommandError {
     fn report(&self) {
         for line in self.to_string().lines() {
-            commands::complain(format_args!("error: {line}"));
+            commands::write_stderr(format_args!("error: {line}"));
         }
     }
 }

@@ -1,13 +1,13 @@
 //! The list of material models, made from the facts and the schema of each.
 
-use constitutive::{Kind, MaterialSpec};
+use constitutive::{MaterialSpec, ModelFamily};
 use serde_json::Value;
 
 use crate::constitutive;
-use crate::reference::{keys, line, tagged};
+use crate::reference::{key_table, one_line, variant_tag};
 
 /// Models that the sources name without a law that could be checked: extensions for whoever needs them.
-const NAMED_ONLY: &[&str] = &[
+const UNVERIFIED_MODELS: &[&str] = &[
     "partial fluidisation with an order parameter (Aranson & Tsimring)",
     "volume-fraction model of dense flow (Josserand et al.)",
     "rigid–plastic Coulomb material at the limit state",
@@ -33,13 +33,13 @@ pub fn models_reference() -> String {
          | model | what | source | strain | tangent | who may use it |\n|---|---|---|---|---|---|\n",
     );
     for (name, facts) in MaterialSpec::MODELS {
-        let what = variant(&schema, name).map_or_else(String::new, |v| line(&v["description"]));
+        let what = model_schema(&schema, name).map_or_else(String::new, |v| one_line(&v["description"]));
         text.push_str(&format!(
             "| [`{name}`](#{name}) | {what} | {} | {} | {} | {} |\n",
             facts.source,
             facts.strain,
             facts.tangent,
-            users(name, facts.kind)
+            methods_of_model(name, facts.kind)
         ));
     }
     text.push_str(
@@ -48,10 +48,10 @@ pub fn models_reference() -> String {
     );
     for (name, _) in MaterialSpec::MODELS {
         text.push_str(&format!("## {name}\n\n"));
-        if let Some(variant) = variant(&schema, name) {
+        if let Some(variant) = model_schema(&schema, name) {
             // Types are explained with the case file.
             let mut table = String::new();
-            keys(&mut table, variant);
+            key_table(&mut table, variant);
             text.push_str(&table.replace("](#", "](case-file.md#"));
         }
     }
@@ -59,13 +59,13 @@ pub fn models_reference() -> String {
         "## Named only\n\nThese are mentioned in the sources and not built; the traits of \
          [the contract](theory/constitutive.md#the-contract) take them.\n\n",
     );
-    for extension in NAMED_ONLY {
+    for extension in UNVERIFIED_MODELS {
         text.push_str(&format!("- {extension}\n"));
     }
     text
 }
 
-fn users(name: &str, kind: Kind) -> &'static str {
+fn methods_of_model(name: &str, kind: ModelFamily) -> &'static str {
     match (name, kind) {
         ("umat", _) => "who trusts the library; 3D stress only",
         ("hypoplastic", _) => "all methods; viscous mode `rate-material` in element tests only",
@@ -73,16 +73,16 @@ fn users(name: &str, kind: Kind) -> &'static str {
         ("double-scale", _) => {
             "all methods; a band is as long as a cell (with splines two), in SPH as two spacings"
         }
-        (_, Kind::Solid) => "all methods",
-        (_, Kind::Fluid) => "all methods; no shear stress at the start",
-        (_, Kind::Wrapper) => "who the inner material is for",
+        (_, ModelFamily::Solid) => "all methods",
+        (_, ModelFamily::Fluid) => "all methods; no shear stress at the start",
+        (_, ModelFamily::Wrapper) => "who the inner material is for",
     }
 }
 
 /// Schema of a model, references resolved.
-fn variant<'a>(schema: &'a Value, name: &str) -> Option<&'a Value> {
+fn model_schema<'a>(schema: &'a Value, name: &str) -> Option<&'a Value> {
     let variants = schema["$defs"]["MaterialSpec"]["oneOf"].as_array()?;
     variants
         .iter()
-        .find(|variant| tagged(variant).is_some_and(|(key, value)| key == "model" && value == name))
+        .find(|variant| variant_tag(variant).is_some_and(|(key, value)| key == "model" && value == name))
 }

@@ -4,25 +4,25 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::case::output::{OutputError, Table, heading, read_frame, read_json};
+use crate::case::output::{OutputError, Table, column_heading, read_frame, read_json};
 use crate::case::{Dataset, Field, Snapshot};
 use crate::plots::{ForceChains, LineChart, PointCloud, Series, Style};
 
 /// Columns of the measures that are no result.
-const COUNTS: [&str; 2] = ["time", "step"];
+const COUNT_COLUMNS: [&str; 2] = ["time", "step"];
 
 /// A chart in time of each column of the measures, by its name; those that never have a value are left out.
 pub fn charts(table: &Table) -> Vec<(String, LineChart)> {
-    let columns = table.columns.iter().filter(|(name, _)| !COUNTS.contains(&name.as_str()));
+    let columns = table.columns.iter().filter(|(name, _)| !COUNT_COLUMNS.contains(&name.as_str()));
     let chart = |(name, unit): &(String, String)| {
         let points = table.pairs("time", name)?;
         let seen = points.iter().any(|(_, value)| value.is_finite());
-        seen.then(|| (name.clone(), in_time(name, &heading(name, unit), points)))
+        seen.then(|| (name.clone(), time_chart(name, &column_heading(name, unit), points)))
     };
     columns.filter_map(chart).collect()
 }
 
-fn in_time(name: &str, label: &str, points: Vec<(f64, f64)>) -> LineChart {
+fn time_chart(name: &str, label: &str, points: Vec<(f64, f64)>) -> LineChart {
     LineChart {
         title: name.replace('_', " "),
         x_label: "time (s)".to_owned(),
@@ -33,18 +33,18 @@ fn in_time(name: &str, label: &str, points: Vec<(f64, f64)>) -> LineChart {
 }
 
 /// A change smaller than this share of the largest value is noise.
-const NOISE: f64 = 1e-9;
+const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Whether a series changes by more than noise.
-pub(crate) fn changes(points: &[(f64, f64)]) -> bool {
+pub(crate) fn is_changing(points: &[(f64, f64)]) -> bool {
     let values = || points.iter().map(|p| p.1).filter(|value| value.is_finite());
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-    high - low > NOISE * high.abs().max(low.abs())
+    high - low > ROUNDING_SHARE * high.abs().max(low.abs())
 }
 
 /// A table in which what rounding leaves is zero: values below a billionth of what columns of their kind reach. Columns of one unit
 /// are of a kind; a momentum is also held against that of the whole mass at the kinetic energy that there was.
-pub(crate) fn quiet(mut table: Table) -> Table {
+pub(crate) fn without_rounding_noise(mut table: Table) -> Table {
     let reach =
         |k: usize| table.rows.iter().map(|row| row[k].abs()).filter(|v| v.is_finite()).fold(0.0, f64::max);
     let named = |wanted: &str| table.columns.iter().position(|(name, _)| name == wanted).map(reach);
@@ -56,7 +56,7 @@ pub(crate) fn quiet(mut table: Table) -> Table {
         let (name, unit) = &table.columns[k];
         let of_kind = |j: &usize| table.columns[*j].1 == *unit && !unit.is_empty();
         let kind = (0..table.columns.len()).filter(of_kind).map(reach).fold(reach(k), f64::max);
-        NOISE * if name.starts_with("momentum") { kind.max(momentum) } else { kind }
+        ROUNDING_SHARE * if name.starts_with("momentum") { kind.max(momentum) } else { kind }
     };
     // A time is no noise of a longer one.
     let least: Vec<f64> =
@@ -75,12 +75,12 @@ pub(crate) fn quiet(mut table: Table) -> Table {
 ///
 /// # Errors
 /// When the file cannot be read.
-pub fn frame(folder: &Path, (time, file): &(f64, String)) -> Result<Snapshot, OutputError> {
+pub fn read_collection_frame(folder: &Path, (time, file): &(f64, String)) -> Result<Snapshot, OutputError> {
     read_frame(&folder.join(file), *time)
 }
 
 /// Names the units of forces in frames of a case: N, and N/m in plane strain, where they are those of a metre of thickness.
-pub fn name_forces(fields: &mut [Field], case: &Value) {
+pub fn set_force_units(fields: &mut [Field], case: &Value) {
     let of_thickness = case["space"] == "plane-strain";
     for field in fields.iter_mut().filter(|field| of_thickness && field.unit == "N") {
         field.unit = "N/m";
@@ -92,7 +92,7 @@ pub fn name_forces(fields: &mut [Field], case: &Value) {
 ///
 /// # Errors
 /// The names of the fields there are, where the one asked for is not among them.
-pub fn cloud(
+pub fn point_picture(
     snapshot: &Snapshot,
     field: Option<&str>,
     plane: [usize; 2],
@@ -100,7 +100,7 @@ pub fn cloud(
     let names: Vec<&str> = snapshot.fields.iter().map(|field| field.name.as_str()).collect();
     let usual = names.iter().find(|name| **name == "displacement").or(names.first()).copied();
     let name = field.or(usual).unwrap_or_default();
-    let cloud = PointCloud::of(snapshot, name, plane);
+    let cloud = PointCloud::from_snapshot(snapshot, name, plane);
     cloud.map(|cloud| (name.to_owned(), cloud)).ok_or_else(|| names.join(", "))
 }
 
@@ -109,7 +109,7 @@ pub fn cloud(
 ///
 /// # Errors
 /// The names of the fields there are, where the one asked for is not among them.
-pub fn chains(
+pub fn line_picture(
     contacts: &Dataset,
     grains: &Snapshot,
     field: Option<&str>,
@@ -118,7 +118,7 @@ pub fn chains(
     let names: Vec<&str> = contacts.fields.iter().map(|field| field.name.as_str()).collect();
     let usual = names.iter().find(|name| **name == "force").or(names.first()).copied();
     let name = field.or(usual).unwrap_or_default();
-    let chains = ForceChains::of(contacts, grains, name, plane);
+    let chains = ForceChains::from_dataset(contacts, grains, name, plane);
     chains.map(|chains| (name.to_owned(), chains)).ok_or_else(|| names.join(", "))
 }
 
@@ -127,13 +127,13 @@ pub fn chains(
 ///
 /// # Errors
 /// When that case cannot be read; none need be there.
-pub fn plane(folder: &Path, asked: Option<&str>) -> Result<[usize; 2], OutputError> {
-    let gravity = if asked.is_none() { gravity(folder)? } else { None };
-    Ok(plane_under(gravity, asked))
+pub fn view_plane(folder: &Path, asked: Option<&str>) -> Result<[usize; 2], OutputError> {
+    let gravity = if asked.is_none() { gravity_along_z(folder)? } else { None };
+    Ok(view_plane_for_gravity(gravity, asked))
 }
 
-/// The two axes seen, as [`plane`] has them, where gravity along z is known (m/s²; `None` where there is no z).
-pub fn plane_under(gravity: Option<f64>, asked: Option<&str>) -> [usize; 2] {
+/// The two axes seen, as [`view_plane`] has them, where gravity along z is known (m/s²; `None` where there is no z).
+pub fn view_plane_for_gravity(gravity: Option<f64>, asked: Option<&str>) -> [usize; 2] {
     match asked {
         Some("xz") => [0, 2],
         Some("yz") => [1, 2],
@@ -143,22 +143,22 @@ pub fn plane_under(gravity: Option<f64>, asked: Option<&str>) -> [usize; 2] {
 }
 
 /// Gravity along z of the case in the folder of a run.
-fn gravity(folder: &Path) -> Result<Option<f64>, OutputError> {
-    Ok(case_value(folder)?["gravity"][2].as_f64())
+fn gravity_along_z(folder: &Path) -> Result<Option<f64>, OutputError> {
+    Ok(read_case_value(folder)?["gravity"][2].as_f64())
 }
 
 /// The case in the folder of a run; null where there is none.
 ///
 /// # Errors
 /// When it cannot be read.
-pub fn case_value(folder: &Path) -> Result<Value, OutputError> {
+pub fn read_case_value(folder: &Path) -> Result<Value, OutputError> {
     let path = folder.join("case.json");
     if path.exists() { read_json(&path) } else { Ok(Value::Null) }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{plane, quiet};
+    use super::{view_plane, without_rounding_noise};
     use crate::case::output::Table;
 
     #[test]
@@ -175,7 +175,7 @@ mod tests {
             columns: columns.iter().map(|(name, unit)| ((*name).into(), (*unit).into())).collect(),
             rows: vec![vec![1e-12, 20.0, 0.0, -5.6e-17, 0.1, 1e-17], vec![0.2, 20.0, 40.0, 3e-15, 0.3, 1e-6]],
         };
-        let rows = quiet(table).rows;
+        let rows = without_rounding_noise(table).rows;
         assert_eq!(rows[0], [1e-12, 20.0, 0.0, 0.0, 0.1, 0.0]);
         assert_eq!(rows[1], [0.2, 20.0, 40.0, 0.0, 0.3, 1e-6]);
     }
@@ -183,10 +183,10 @@ mod tests {
     #[test]
     fn what_stands_along_z_is_seen_from_its_side() {
         let folder = tempfile::tempdir().unwrap();
-        assert_eq!(plane(folder.path(), None).unwrap(), [0, 1]);
+        assert_eq!(view_plane(folder.path(), None).unwrap(), [0, 1]);
         let axes = |gravity: &str, asked: Option<&str>| {
             std::fs::write(folder.path().join("case.json"), format!("{{ \"gravity\": {gravity} }}")).unwrap();
-            plane(folder.path(), asked).unwrap()
+            view_plane(folder.path(), asked).unwrap()
         };
         assert_eq!(axes("[0, -9.81]", None), [0, 1]);
         assert_eq!(axes("[0, -9.81, 0]", None), [0, 1]);
@@ -194,7 +194,7 @@ mod tests {
         assert_eq!(axes("[0, 0, -9.81]", Some("xy")), [0, 1]);
         assert_eq!(axes("[0, 0, 0]", Some("yz")), [1, 2]);
         std::fs::write(folder.path().join("case.json"), "{\n  \"gravity\": [0, 0,").unwrap();
-        let error = plane(folder.path(), None).unwrap_err().to_string();
+        let error = view_plane(folder.path(), None).unwrap_err().to_string();
         assert!(error.contains("case.json: line 2, column 19: EOF"), "{error}");
     }
 }

@@ -11,21 +11,21 @@ pub fn case_reference() -> String {
          compression-positive. Unknown keys are errors. An editor that knows JSON Schema completes and checks a case \
          with `docs/case.schema.json`.\n\n",
     );
-    section(&mut text, "Case", &schema);
+    object_section(&mut text, "Case", &schema);
     if let Some(methods) = schema["properties"]["methods"]["properties"].as_object() {
         for (name, options) in methods {
-            section(&mut text, &format!("methods.{name}"), options);
+            object_section(&mut text, &format!("methods.{name}"), options);
         }
     }
     if let Some(definitions) = schema["$defs"].as_object() {
         for (name, definition) in definitions {
-            section(&mut text, name, definition);
+            object_section(&mut text, name, definition);
         }
     }
     text.trim_end().to_owned() + "\n"
 }
 
-fn section(text: &mut String, name: &str, schema: &Value) {
+fn object_section(text: &mut String, name: &str, schema: &Value) {
     text.push_str(&format!("## {name}\n\n"));
     if let Some(about) = schema["description"].as_str() {
         text.push_str(&format!("{about}\n\n"));
@@ -34,35 +34,35 @@ fn section(text: &mut String, name: &str, schema: &Value) {
         Some(variants) if variants.iter().all(|v| v["properties"].is_null()) => {
             for variant in variants {
                 let value = variant["const"].as_str().unwrap_or_default();
-                text.push_str(&format!("- `{value}`: {}\n", line(&variant["description"])));
+                text.push_str(&format!("- `{value}`: {}\n", one_line(&variant["description"])));
             }
             text.push('\n');
         }
         Some(variants) => {
             for variant in variants {
-                let tag = tagged(variant).map(|(key, value)| format!("\"{key}\": \"{value}\""));
+                let tag = variant_tag(variant).map(|(key, value)| format!("\"{key}\": \"{value}\""));
                 // A value under the name of its variant.
                 let name = || variant["required"].as_array()?.first()?.as_str();
                 let tag = tag.or_else(|| name().map(|name| format!("\"{name}\": …"))).unwrap_or_default();
-                text.push_str(&format!("**`{tag}`** — {}\n\n", line(&variant["description"])));
-                if let Some(target) = reference(variant) {
+                text.push_str(&format!("**`{tag}`** — {}\n\n", one_line(&variant["description"])));
+                if let Some(target) = schema_reference(variant) {
                     text.push_str(&format!("Keys of [{target}](#{}).\n\n", target.to_lowercase()));
                 }
-                keys(text, variant);
+                key_table(text, variant);
             }
         }
-        None => keys(text, schema),
+        None => key_table(text, schema),
     }
 }
 
 /// The tag of a variant: its key and its value.
-pub(crate) fn tagged(variant: &Value) -> Option<(&str, &str)> {
+pub(crate) fn variant_tag(variant: &Value) -> Option<(&str, &str)> {
     let (key, schema) = variant["properties"].as_object()?.iter().find(|(_, s)| s["const"].is_string())?;
     Some((key, schema["const"].as_str()?))
 }
 
 /// Table of the keys of an object.
-pub(crate) fn keys(text: &mut String, schema: &Value) {
+pub(crate) fn key_table(text: &mut String, schema: &Value) {
     let Some(properties) = schema["properties"].as_object() else { return };
     let shown: Vec<_> = properties.iter().filter(|(_, s)| s["const"].is_null()).collect();
     if shown.is_empty() {
@@ -79,23 +79,23 @@ pub(crate) fn keys(text: &mut String, schema: &Value) {
         };
         text.push_str(&format!(
             "| `{name}` | {} | {default} | {} |\n",
-            kind(schema),
-            line(&schema["description"])
+            type_text(schema),
+            one_line(&schema["description"])
         ));
     }
     text.push('\n');
 }
 
-fn reference(schema: &Value) -> Option<&str> {
+fn schema_reference(schema: &Value) -> Option<&str> {
     schema["$ref"].as_str()?.strip_prefix("#/$defs/")
 }
 
-fn kind(schema: &Value) -> String {
-    if let Some(target) = reference(schema) {
+fn type_text(schema: &Value) -> String {
+    if let Some(target) = schema_reference(schema) {
         return format!("[{target}](#{})", target.to_lowercase());
     }
     if let Some(variants) = schema["anyOf"].as_array() {
-        let kinds: Vec<String> = variants.iter().map(kind).filter(|k| k != "null").collect();
+        let kinds: Vec<String> = variants.iter().map(type_text).filter(|k| k != "null").collect();
         return kinds.join(" or ");
     }
     let types: Vec<&str> = match &schema["type"] {
@@ -105,14 +105,14 @@ fn kind(schema: &Value) -> String {
     };
     let of = |types: Vec<&str>| types.join(" or ");
     match types.as_slice() {
-        ["array"] => format!("list of {}", kind(&schema["items"])),
+        ["array"] => format!("list of {}", type_text(&schema["items"])),
         ["object"] if schema["additionalProperties"].is_object() => {
-            format!("object of {}", kind(&schema["additionalProperties"]))
+            format!("object of {}", type_text(&schema["additionalProperties"]))
         }
         _ => of(types),
     }
 }
 
-pub(crate) fn line(description: &Value) -> String {
+pub(crate) fn one_line(description: &Value) -> String {
     description.as_str().unwrap_or_default().replace('\n', " ").replace('|', "\\|")
 }

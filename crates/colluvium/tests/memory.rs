@@ -144,7 +144,7 @@ fn a_plan_knows_what_its_run_will_hold() {
     let mut wrong = Vec::new();
     for (name, method, case) in cases {
         let method_of = colluvium::method(method).unwrap();
-        let (size, plan) = (method_of.size(&case).unwrap(), method_of.plan(&case).unwrap());
+        let (size, plan) = (method_of.problem_size(&case).unwrap(), method_of.plan(&case).unwrap());
         let [made, held] = held(&case, method);
         // Grains may take most before they move.
         let most = if method == "dem" { made.max(held) } else { held };

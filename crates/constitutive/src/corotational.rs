@@ -1,23 +1,23 @@
 //! The co-rotational adapter: an objective stress update from a small-strain law.
 
-use crate::lanes::{Lanes, Rotations};
+use crate::lanes::{ComponentArrays, Rotations};
 use crate::laws::Elasticity;
-use crate::laws::substep::{self, Advance, substepped};
+use crate::laws::substep::{self, SubstepResult, substepped};
 use crate::tangent::numerical_tangent;
 use crate::{
-    BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, Motions, Point, Pointwise, SmallStrain,
-    StressUpdate, SymTensor, Tangent,
+    BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, MotionBlock, Point, PointLaw,
+    SmallStrain, StressUpdate, SymTensor, Tangent,
 };
 
 /// Makes a [`SmallStrain`] law objective (sheet: constitutive §3.2): stress is carried by half the
 /// Hughes–Winget rotation of the step, updated with the strain increment in that frame, and carried
 /// by the other half. Second-order accurate, exact for a rigid step, and keeps the yield condition
-/// of isotropic laws. Steps larger than [`SmallStrain::largest_step`] are divided (§3.8).
+/// of isotropic laws. Steps larger than [`SmallStrain::max_strain_increment`] are divided (§3.8).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corotational<L>(pub L);
 
 /// Strain increment that no step reaches.
-const LARGEST: f64 = 1.0 - f64::EPSILON;
+const MAX_STRAIN_INCREMENT: f64 = 1.0 - f64::EPSILON;
 
 /// Half of the Hughes–Winget rotation `Q = (1 - W/2)⁻¹(1 + W/2)` of the spin increment `W = dt W`:
 /// `Q_h² = Q` to machine precision. `None` where there is no spin.
@@ -53,48 +53,52 @@ impl<L: SmallStrain> Corotational<L> {
         motion: &Motion,
         old: &Point<L::State>,
     ) -> Result<Point<L::State>, MaterialError> {
-        let largest = self.0.largest_step();
+        let largest = self.0.max_strain_increment();
         if strain.dot(strain) <= largest * largest {
             match self.0.update(strain, motion, old) {
                 Err(MaterialError::NotConverged { .. }) => {}
                 result => return result,
             }
         }
-        Ok(self.divided(strain, motion, old)?.point)
+        Ok(self.substepped(strain, motion, old)?.point)
     }
 
     /// The same in parts, with the work dissipated.
     #[cold]
-    fn divided(
+    fn substepped(
         &self,
         strain: &SymTensor,
         motion: &Motion,
         old: &Point<L::State>,
-    ) -> Result<Advance<L::State>, MaterialError> {
+    ) -> Result<SubstepResult<L::State>, MaterialError> {
         let whole = strain.norm();
-        substepped(self.0.name(), strain, self.0.largest_step(), old, |part, from| {
+        substepped(self.0.name(), strain, self.0.max_strain_increment(), old, |part, from| {
             let share = part.norm() / whole;
-            let motion = Motion { gradient: motion.gradient * share, dt: motion.dt * share, ..*motion };
+            let motion = Motion {
+                velocity_gradient_dt: motion.velocity_gradient_dt * share,
+                dt: motion.dt * share,
+                ..*motion
+            };
             let point = self.0.update(part, &motion, from)?;
             let dissipated = self.0.dissipation(part, &motion, from, &point).unwrap_or(0.0);
-            Ok(Advance { point, dissipated })
+            Ok(SubstepResult { point, dissipated })
         })
     }
 
-    fn is_divided(&self, strain: &SymTensor) -> bool {
-        substep::count(strain, self.0.largest_step()) > 1
+    fn needs_substeps(&self, strain: &SymTensor) -> bool {
+        substep::substep_count(strain, self.0.max_strain_increment()) > 1
     }
 
     /// The point carried by a rotation.
     #[inline]
-    fn turned(&self, point: &Point<L::State>, rotation: &Mat3) -> Point<L::State> {
+    fn rotated(&self, point: &Point<L::State>, rotation: &Mat3) -> Point<L::State> {
         let mut turned = Point { stress: point.stress.rotated(rotation), state: point.state.clone() };
         self.0.rotate_state(&mut turned.state, rotation);
         turned
     }
 
     #[inline]
-    fn finite(&self, stress: &SymTensor) -> Result<(), MaterialError> {
+    fn check_finite(&self, stress: &SymTensor) -> Result<(), MaterialError> {
         // NaN and infinity make the sum NaN.
         if stress.0.iter().sum::<f64>() * 0.0 == 0.0 {
             Ok(())
@@ -105,7 +109,7 @@ impl<L: SmallStrain> Corotational<L> {
 
     /// A batch in which some motion cannot be used.
     #[cold]
-    fn one_by_one(
+    fn update_each(
         &self,
         motion: &dyn Fn(usize) -> Motion,
         stresses: &[SymTensor],
@@ -119,23 +123,23 @@ impl<L: SmallStrain> Corotational<L> {
     }
 
     /// The rotations of all points at once, component by component; the law too where it can, else one by one.
-    fn together(
+    fn update_all(
         &self,
-        lanes: &mut Lanes,
+        lanes: &mut ComponentArrays,
         motion: &dyn Fn(usize) -> Motion,
         stresses: &mut [SymTensor],
         states: &mut [L::State],
     ) -> Result<(), BatchError> {
         let mut rotations = Rotations::EMPTY;
-        let small = lanes.are_within(self.0.largest_step().min(LARGEST));
-        if !small && !lanes.are_within(LARGEST) {
-            return self.one_by_one(motion, stresses, states);
+        let small = lanes.strains_are_within(self.0.max_strain_increment().min(MAX_STRAIN_INCREMENT));
+        if !small && !lanes.strains_are_within(MAX_STRAIN_INCREMENT) {
+            return self.update_each(motion, stresses, states);
         }
         lanes.half_rotations(&mut rotations);
-        rotations.carry(&mut lanes.stress);
-        if !(small && self.0.update_lanes(lanes, states)) {
+        rotations.rotate_stresses(&mut lanes.stress);
+        if !(small && self.0.update_component_arrays(lanes, states)) {
             for (index, state) in states.iter_mut().enumerate() {
-                let (motion, rotation) = (motion(index), rotations.of(index));
+                let (motion, rotation) = (motion(index), rotations.rotation(index));
                 let mut old = Point { stress: lanes.stress_of(index), state: state.clone() };
                 self.0.rotate_state(&mut old.state, &rotation);
                 let new = self.advance(&motion.strain_increment(), &motion, &old);
@@ -145,10 +149,10 @@ impl<L: SmallStrain> Corotational<L> {
                 *state = new.state;
             }
         }
-        rotations.carry(&mut lanes.stress);
+        rotations.rotate_stresses(&mut lanes.stress);
         for (index, stress) in stresses.iter_mut().enumerate() {
             *stress = lanes.stress_of(index);
-            self.finite(stress).map_err(|source| BatchError { index, source })?;
+            self.check_finite(stress).map_err(|source| BatchError { index, source })?;
         }
         Ok(())
     }
@@ -167,7 +171,7 @@ impl<L: SmallStrain> Law for Corotational<L> {
         self.0.stress_tolerance()
     }
 
-    fn is_in_rate_form(&self) -> bool {
+    fn is_hypoelastic(&self) -> bool {
         true
     }
 
@@ -180,7 +184,7 @@ impl<L: SmallStrain> Law for Corotational<L> {
     }
 }
 
-impl<L: SmallStrain> Pointwise for Corotational<L> {
+impl<L: SmallStrain> PointLaw for Corotational<L> {
     type State = L::State;
 
     fn linear_elasticity(&self) -> Option<&Elasticity> {
@@ -217,7 +221,7 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
     fn update(&self, motion: &Motion, old: &Point<L::State>) -> Result<Point<L::State>, MaterialError> {
         let strain = motion.strain_increment();
         // One comparison for all components: NaN and infinity make the sum NaN.
-        if !((motion.gradient.0.as_flattened().iter().sum::<f64>() * 0.0) == 0.0) {
+        if !((motion.velocity_gradient_dt.0.as_flattened().iter().sum::<f64>() * 0.0) == 0.0) {
             return Err(MaterialError::Motion { model: self.0.name(), reason: "the motion is not finite" });
         }
         if strain.dot(&strain) >= 1.0 {
@@ -226,14 +230,14 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
                 reason: "a strain of more than 1 in one step",
             });
         }
-        let Some(half) = half_rotation(&motion.gradient) else {
+        let Some(half) = half_rotation(&motion.velocity_gradient_dt) else {
             let new = self.advance(&strain, motion, old)?;
-            return self.finite(&new.stress).map(|()| new);
+            return self.check_finite(&new.stress).map(|()| new);
         };
-        let mut new = self.advance(&strain, motion, &self.turned(old, &half))?;
+        let mut new = self.advance(&strain, motion, &self.rotated(old, &half))?;
         new.stress = new.stress.rotated(&half);
         self.0.rotate_state(&mut new.state, &half);
-        self.finite(&new.stress).map(|()| new)
+        self.check_finite(&new.stress).map(|()| new)
     }
 
     #[inline]
@@ -243,30 +247,32 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         stresses: &mut [SymTensor],
         states: &mut [L::State],
     ) -> Result<(), BatchError> {
-        let mut lanes = Lanes::EMPTY;
+        let mut lanes = ComponentArrays::EMPTY;
         lanes.fill(motions, stresses);
-        self.together(&mut lanes, &|index| motions[index], stresses, states)
+        self.update_all(&mut lanes, &|index| motions[index], stresses, states)
     }
 
     #[inline]
     fn update_block(
         &self,
-        motions: &Motions,
+        motions: &MotionBlock,
         stresses: &mut [SymTensor],
         states: &mut [L::State],
     ) -> Result<(), BatchError> {
-        let mut lanes = Lanes::EMPTY;
-        lanes.take(motions, stresses);
-        self.together(&mut lanes, &|index| motions.at(index), stresses, states)
+        let mut lanes = ComponentArrays::EMPTY;
+        lanes.fill_from_block(motions, stresses);
+        self.update_all(&mut lanes, &|index| motions.motion(index), stresses, states)
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<L::State>) -> Result<Tangent, MaterialError> {
         let strain = motion.strain_increment();
-        let analytic = match half_rotation(&motion.gradient) {
-            _ if self.is_divided(&strain) => None,
+        let analytic = match half_rotation(&motion.velocity_gradient_dt) {
+            _ if self.needs_substeps(&strain) => None,
             None => self.0.tangent(&strain, motion, old),
             // The spin is held, so that its rotation is that of the stress rows alone.
-            Some(half) => self.0.tangent(&strain, motion, &self.turned(old, &half)).map(|t| t.rotated(&half)),
+            Some(half) => {
+                self.0.tangent(&strain, motion, &self.rotated(old, &half)).map(|t| t.rotated(&half))
+            }
         };
         match analytic {
             Some(tangent) => Ok(tangent),
@@ -276,11 +282,11 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
 
     fn dissipation(&self, motion: &Motion, old: &Point<L::State>, new: &Point<L::State>) -> Option<f64> {
         let strain = motion.strain_increment();
-        let rotation = half_rotation(&motion.gradient).unwrap_or(Mat3::IDENTITY);
-        let (old, new) = (self.turned(old, &rotation), self.turned(new, &rotation.transpose()));
+        let rotation = half_rotation(&motion.velocity_gradient_dt).unwrap_or(Mat3::IDENTITY);
+        let (old, new) = (self.rotated(old, &rotation), self.rotated(new, &rotation.transpose()));
         let whole = self.0.dissipation(&strain, motion, &old, &new)?;
-        if self.is_divided(&strain) {
-            return Some(self.divided(&strain, motion, &old).ok()?.dissipated);
+        if self.needs_substeps(&strain) {
+            return Some(self.substepped(&strain, motion, &old).ok()?.dissipated);
         }
         Some(whole)
     }
@@ -305,7 +311,7 @@ impl<L: SmallStrain> Law for FirstOrderSpin<L> {
         self.0.stress_tolerance()
     }
 
-    fn is_in_rate_form(&self) -> bool {
+    fn is_hypoelastic(&self) -> bool {
         true
     }
 
@@ -314,7 +320,7 @@ impl<L: SmallStrain> Law for FirstOrderSpin<L> {
     }
 }
 
-impl<L: SmallStrain> Pointwise for FirstOrderSpin<L> {
+impl<L: SmallStrain> PointLaw for FirstOrderSpin<L> {
     type State = L::State;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<L::State>, MaterialError> {
@@ -328,7 +334,7 @@ impl<L: SmallStrain> Pointwise for FirstOrderSpin<L> {
 
 impl<L: SmallStrain> StressUpdate for FirstOrderSpin<L> {
     fn update(&self, motion: &Motion, old: &Point<L::State>) -> Result<Point<L::State>, MaterialError> {
-        let (spin, stress) = (motion.gradient.skew(), old.stress.to_matrix());
+        let (spin, stress) = (motion.velocity_gradient_dt.skew(), old.stress.to_matrix());
         // W σ - σ W is symmetric, and twice the symmetric part of W σ.
         let turned = Point { stress: old.stress + (spin * stress).sym() * 2.0, state: old.state.clone() };
         self.0.update(&motion.strain_increment(), motion, &turned)

@@ -2,14 +2,14 @@
 
 use thiserror::Error;
 
-use crate::driver::{ElementTest, Path, TestStage};
+use crate::driver::{ElementTest, LoadingPath, TestStage};
 use crate::{Mat3, MaterialSpec, Motion, SymTensor};
 
 /// Why a law refused its parameters, its initial state or a step.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum MaterialError {
     /// A parameter lies outside its range.
-    #[error("{field}: {value} {rule}{}", of(model))]
+    #[error("{field}: {value} {rule}{}", model_suffix(model))]
     Parameter {
         /// Name of the model as it stands in a case file; empty where a law is built by itself.
         model: &'static str,
@@ -21,7 +21,7 @@ pub enum MaterialError {
         rule: String,
     },
     /// Options that do not go together, or a part that is missing.
-    #[error("{field}: {rule}{}", of(model))]
+    #[error("{field}: {rule}{}", model_suffix(model))]
     Choice {
         /// Name of the model as it stands in a case file; empty where a law is built by itself.
         model: &'static str,
@@ -56,7 +56,7 @@ pub enum MaterialError {
     },
     /// As [`MaterialError::NotConverged`], with the step it happened in.
     #[error(transparent)]
-    Unsolved(Box<Unsolved>),
+    UnconvergedStep(Box<UnconvergedStep>),
 }
 
 /// A step whose stress no local solve found.
@@ -67,7 +67,7 @@ pub enum MaterialError {
     stress.0,
     gradient.0
 )]
-pub struct Unsolved {
+pub struct UnconvergedStep {
     /// Model name.
     pub model: &'static str,
     /// Where the solve stopped.
@@ -80,7 +80,7 @@ pub struct Unsolved {
     pub dt: f64,
 }
 
-impl Unsolved {
+impl UnconvergedStep {
     /// The step as an element test of `material`, to look at it alone. Internal variables are those of a point that
     /// starts with this stress.
     pub fn element_test(&self, material: MaterialSpec) -> ElementTest {
@@ -89,13 +89,17 @@ impl Unsolved {
             title: self.to_string(),
             material,
             initial_stress: self.stress.0,
-            stages: vec![TestStage { path: Path::Flow { velocity_gradient }, steps: 1, duration: self.dt }],
+            stages: vec![TestStage {
+                path: LoadingPath::Flow { velocity_gradient },
+                steps: 1,
+                duration: self.dt,
+            }],
         }
     }
 }
 
 /// The model's name behind a message.
-fn of(model: &str) -> String {
+fn model_suffix(model: &str) -> String {
     if model.is_empty() { String::new() } else { format!(" ({model})") }
 }
 
@@ -111,7 +115,7 @@ impl MaterialError {
     }
 
     /// The same error of a parameter, said of `name`; an inner material's keeps its own name.
-    pub(crate) fn of_model(mut self, name: &'static str) -> Self {
+    pub(crate) fn with_model(mut self, name: &'static str) -> Self {
         if let Self::Parameter { model, .. } | Self::Choice { model, .. } = &mut self
             && model.is_empty()
         {
@@ -121,7 +125,7 @@ impl MaterialError {
     }
 
     /// The same error of a parameter, of a material that stands under the key `part` of another.
-    pub(crate) fn under(mut self, part: &str) -> Self {
+    pub(crate) fn under_key(mut self, part: &str) -> Self {
         if let Self::Parameter { field, .. } | Self::Choice { field, .. } = &mut self {
             *field = format!("{part}.{field}");
         }
@@ -129,7 +133,7 @@ impl MaterialError {
     }
 
     /// The same error of the parameter `from`, under the key `to`.
-    pub(crate) fn renamed(mut self, from: &str, to: &str) -> Self {
+    pub(crate) fn with_key(mut self, from: &str, to: &str) -> Self {
         if let Self::Parameter { field, .. } | Self::Choice { field, .. } = &mut self
             && field == from
         {
@@ -140,12 +144,12 @@ impl MaterialError {
 
     /// Key of the parameter that the error is about, and what is wrong with it, the model's name included;
     /// `None` for errors about no parameter.
-    pub fn about_parameter(&self) -> Option<(&str, String)> {
+    pub fn parameter_problem(&self) -> Option<(&str, String)> {
         match self {
             Self::Parameter { model, field, value, rule } => {
-                Some((field, format!("{value} {rule}{}", of(model))))
+                Some((field, format!("{value} {rule}{}", model_suffix(model))))
             }
-            Self::Choice { model, field, rule } => Some((field, format!("{rule}{}", of(model)))),
+            Self::Choice { model, field, rule } => Some((field, format!("{rule}{}", model_suffix(model)))),
             _ => None,
         }
     }
@@ -166,7 +170,8 @@ impl BatchError {
     pub(crate) fn with_step(self, motion: impl Fn(usize) -> Motion, stresses: &[SymTensor]) -> Self {
         let MaterialError::NotConverged { model, reason } = self.source else { return self };
         let (stress, motion) = (stresses[self.index], motion(self.index));
-        let unsolved = Unsolved { model, reason, stress, gradient: motion.gradient, dt: motion.dt };
-        Self { source: MaterialError::Unsolved(Box::new(unsolved)), ..self }
+        let unsolved =
+            UnconvergedStep { model, reason, stress, gradient: motion.velocity_gradient_dt, dt: motion.dt };
+        Self { source: MaterialError::UnconvergedStep(Box::new(unsolved)), ..self }
     }
 }

@@ -23,14 +23,14 @@ pub fn contact_stress(
 
 /// Anisotropy of the contacts of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fabric {
+pub struct FabricTensor {
     /// `G = Σ n ⊗ n / N_c`, of trace 1.
     pub tensor: SymTensor,
 }
 
-impl Fabric {
+impl FabricTensor {
     /// Over the unit normals of the contacts; `None` without contacts.
-    pub fn of(normals: impl IntoIterator<Item = [f64; 3]>) -> Option<Self> {
+    pub fn from_normals(normals: impl IntoIterator<Item = [f64; 3]>) -> Option<Self> {
         let (sum, count) = normals.into_iter().fold((SymTensor::ZERO, 0.0), |(sum, count), n| {
             (sum + SymTensor::symmetric_dyad(n, n), count + 1.0)
         });
@@ -120,10 +120,10 @@ mod tests {
     #[test]
     fn fabric_is_isotropic_or_points_where_the_contacts_are() {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let even = Fabric::of(axes).unwrap();
+        let even = FabricTensor::from_normals(axes).unwrap();
         assert!((even.tensor.trace() - 1.0).abs() < 1e-15 && even.anisotropy().norm() < 1e-15);
-        assert_eq!(Fabric::of([]), None);
-        let uneven = Fabric::of([axes[2], axes[2], axes[0], axes[1]]).unwrap();
+        assert_eq!(FabricTensor::from_normals([]), None);
+        let uneven = FabricTensor::from_normals([axes[2], axes[2], axes[0], axes[1]]).unwrap();
         // G = (1/4, 1/4, 1/2): F = 15/2 (-1/12, -1/12, 1/6).
         assert!((uneven.anisotropy() - SymTensor::diagonal(-0.625, -0.625, 1.25)).norm() < 1e-15);
         let compression = SymTensor::diagonal(-1.0, -1.0, -3.0);

@@ -43,7 +43,7 @@ pub trait InterfaceLaw: Send + Sync + 'static {
     ///
     /// # Errors
     /// When the local solve fails.
-    fn relaxed(
+    fn relax_with_surroundings(
         &self,
         trial: [f64; 3],
         resistance: [f64; 2],
@@ -76,7 +76,7 @@ pub trait InterfaceLaw: Send + Sync + 'static {
 
     /// Size (m) above which an elastic body of the given moduli (Pa) around the interface stores more energy
     /// than the interface can take: it snaps back.
-    fn largest_size(&self, youngs_modulus: f64, shear_modulus: f64) -> f64;
+    fn snap_back_size(&self, youngs_modulus: f64, shear_modulus: f64) -> f64;
 
     /// Work dissipated from `old` to `new`, per unit area (J/m²).
     fn dissipation(&self, old: &InterfacePoint<Self::State>, new: &InterfacePoint<Self::State>) -> f64;

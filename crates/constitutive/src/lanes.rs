@@ -1,39 +1,39 @@
 //! A batch of points with each component in an array of its own, so that what is the same for all points is done
 //! for several at once. The operations and their order are those of a single point.
 
-use crate::motion::ACROSS;
-use crate::{BLOCK, Mat3, Motion, Motions, Spectrum, SymTensor};
+use crate::motion::OUT_OF_PLANE_COMPONENTS;
+use crate::{BLOCK_SIZE, Mat3, Motion, MotionBlock, Spectrum, SymTensor};
 
 /// One component of all points.
-type Lane = [f64; BLOCK];
+type BlockArray = [f64; BLOCK_SIZE];
 
 /// Velocity gradients times step, and stresses.
-pub struct Lanes {
-    gradient: [Lane; 9],
-    pub(crate) stress: [Lane; 6],
+pub struct ComponentArrays {
+    gradient: [BlockArray; 9],
+    pub(crate) stress: [BlockArray; 6],
     /// Whether no point moves or is sheared out of the plane of the first two axes: components there are zero.
     in_plane: bool,
 }
 
 /// Rotations, row by row; those in the plane leave the third axis as it is.
 pub(crate) struct Rotations {
-    rows: [Lane; 9],
+    rows: [BlockArray; 9],
     in_plane: bool,
 }
 
-impl Lanes {
+impl ComponentArrays {
     /// A batch with nothing in it.
     pub(crate) const EMPTY: Self =
-        Self { gradient: [[0.0; BLOCK]; 9], stress: [[0.0; BLOCK]; 6], in_plane: false };
+        Self { gradient: [[0.0; BLOCK_SIZE]; 9], stress: [[0.0; BLOCK_SIZE]; 6], in_plane: false };
 
     #[inline]
     pub(crate) fn fill(&mut self, motions: &[Motion], stresses: &[SymTensor]) {
         let [g0, g1, g2, g3, g4, g5, g6, g7, g8] = &mut self.gradient;
         let [xx, yy, zz, xy, yz, zx] = &mut self.stress;
-        let points = || motions.iter().zip(stresses).enumerate().take(BLOCK);
+        let points = || motions.iter().zip(stresses).enumerate().take(BLOCK_SIZE);
         let mut in_plane = true;
         for (i, (motion, stress)) in points() {
-            let [[a, b, c], [d, e, f], [g, h, k]] = motion.gradient.0;
+            let [[a, b, c], [d, e, f], [g, h, k]] = motion.velocity_gradient_dt.0;
             (g0[i], g1[i], g3[i], g4[i], g8[i]) = (a, b, d, e, k);
             let [sxx, syy, szz, sxy, syz, szx] = stress.0;
             (xx[i], yy[i], zz[i], xy[i]) = (sxx, syy, szz, sxy);
@@ -42,7 +42,7 @@ impl Lanes {
         self.in_plane = in_plane;
         if !in_plane {
             for (i, (motion, stress)) in points() {
-                let [[_, _, c], [_, _, f], [g, h, _]] = motion.gradient.0;
+                let [[_, _, c], [_, _, f], [g, h, _]] = motion.velocity_gradient_dt.0;
                 (g2[i], g5[i], g6[i], g7[i]) = (c, f, g, h);
                 (yz[i], zx[i]) = (stress.0[4], stress.0[5]);
             }
@@ -51,17 +51,18 @@ impl Lanes {
 
     /// The same from gradients that stand component by component.
     #[inline]
-    pub(crate) fn take(&mut self, motions: &Motions, stresses: &[SymTensor]) {
-        let count = stresses.len().min(BLOCK);
+    pub(crate) fn fill_from_block(&mut self, motions: &MotionBlock, stresses: &[SymTensor]) {
+        let count = stresses.len().min(BLOCK_SIZE);
         let [xx, yy, zz, xy, yz, zx] = &mut self.stress;
-        for (i, stress) in stresses.iter().enumerate().take(BLOCK) {
+        for (i, stress) in stresses.iter().enumerate().take(BLOCK_SIZE) {
             (xx[i], yy[i], zz[i]) = (stress.0[0], stress.0[1], stress.0[2]);
             (xy[i], yz[i], zx[i]) = (stress.0[3], stress.0[4], stress.0[5]);
         }
-        let is_zero = |lane: &Lane| lane[..count].iter().all(|value| *value == 0.0);
-        let flat = motions.in_plane || ACROSS.iter().all(|c| is_zero(&motions.gradient[*c]));
-        for c in (0..9).filter(|c| !(flat && ACROSS.contains(c))) {
-            self.gradient[c][..count].copy_from_slice(&motions.gradient[c][..count]);
+        let is_zero = |lane: &BlockArray| lane[..count].iter().all(|value| *value == 0.0);
+        let flat = motions.in_plane
+            || OUT_OF_PLANE_COMPONENTS.iter().all(|c| is_zero(&motions.velocity_gradient_dt[*c]));
+        for c in (0..9).filter(|c| !(flat && OUT_OF_PLANE_COMPONENTS.contains(c))) {
+            self.gradient[c][..count].copy_from_slice(&motions.velocity_gradient_dt[c][..count]);
         }
         self.in_plane = flat && is_zero(yz) && is_zero(zx);
     }
@@ -83,12 +84,12 @@ impl Lanes {
     #[inline(always)]
     pub(crate) fn for_each(
         &mut self,
-        out: &mut [f64; BLOCK],
+        out: &mut [f64; BLOCK_SIZE],
         step: impl Fn(&SymTensor, &SymTensor) -> (SymTensor, f64),
     ) {
         let [g0, g1, g2, g3, g4, g5, g6, g7, g8] = &self.gradient;
         let [xx, yy, zz, xy, yz, zx] = &mut self.stress;
-        for i in 0..BLOCK {
+        for i in 0..BLOCK_SIZE {
             let strain = SymTensor([
                 g0[i],
                 g4[i],
@@ -111,7 +112,7 @@ impl Lanes {
         let [xx, yy, zz, xy, yz, zx] = &self.stress;
         let [v0, v1, v2] = &mut spectra.values;
         let [n0, n1, n2, n3, n4, n5, n6, n7, n8] = &mut spectra.directions;
-        for i in 0..BLOCK {
+        for i in 0..BLOCK_SIZE {
             let stress = SymTensor([xx[i], yy[i], zz[i], xy[i], yz[i], zx[i]]);
             let Spectrum { values, directions: [a, b, c] } = stress.spectrum_without_branches();
             (v0[i], v1[i], v2[i]) = (values[0], values[1], values[2]);
@@ -123,10 +124,10 @@ impl Lanes {
 
     /// Whether all gradients are finite and no strain increment is larger than `largest`.
     #[inline(never)]
-    pub(crate) fn are_within(&self, largest: f64) -> bool {
+    pub(crate) fn strains_are_within(&self, largest: f64) -> bool {
         let [g0, g1, g2, g3, g4, g5, g6, g7, g8] = &self.gradient;
         let (mut within, most) = (true, largest * largest);
-        for i in 0..BLOCK {
+        for i in 0..BLOCK_SIZE {
             let (xy, yz, zx) = (g1[i] + g3[i], g5[i] + g7[i], g6[i] + g2[i]);
             let square = g0[i] * g0[i] + g4[i] * g4[i] + g8[i] * g8[i] + 0.5 * (xy * xy + yz * yz + zx * zx);
             let spin = (g1[i] - g3[i]) + (g5[i] - g7[i]) + (g6[i] - g2[i]);
@@ -149,7 +150,7 @@ impl Lanes {
             (factor, 2.0 / (1.0 + factor * factor * square))
         };
         if self.in_plane {
-            for i in 0..BLOCK {
+            for i in 0..BLOCK_SIZE {
                 let z = 0.5 * (g3[i] - g1[i]);
                 let (factor, c) = factors(z * z);
                 let z = factor * z;
@@ -159,7 +160,7 @@ impl Lanes {
             q8.fill(1.0);
             return;
         }
-        for i in 0..BLOCK {
+        for i in 0..BLOCK_SIZE {
             let (x, y, z) = (0.5 * (g7[i] - g5[i]), 0.5 * (g2[i] - g6[i]), 0.5 * (g3[i] - g1[i]));
             let (factor, c) = factors(x * x + y * y + z * z);
             let (x, y, z) = (factor * x, factor * y, factor * z);
@@ -178,17 +179,18 @@ impl Lanes {
 
 /// Principal values and directions of all points.
 pub(crate) struct Spectra {
-    values: [Lane; 3],
-    directions: [Lane; 9],
+    values: [BlockArray; 3],
+    directions: [BlockArray; 9],
 }
 
 impl Spectra {
     /// Spectra to be filled in.
-    pub(crate) const EMPTY: Self = Self { values: [[0.0; BLOCK]; 3], directions: [[0.0; BLOCK]; 9] };
+    pub(crate) const EMPTY: Self =
+        Self { values: [[0.0; BLOCK_SIZE]; 3], directions: [[0.0; BLOCK_SIZE]; 9] };
 
     /// The spectrum of one point.
     #[inline]
-    pub(crate) fn of(&self, index: usize) -> Spectrum {
+    pub(crate) fn spectrum(&self, index: usize) -> Spectrum {
         Spectrum {
             values: [self.values[0][index], self.values[1][index], self.values[2][index]],
             directions: std::array::from_fn(|a| std::array::from_fn(|c| self.directions[3 * a + c][index])),
@@ -198,21 +200,21 @@ impl Spectra {
 
 impl Rotations {
     /// Rotations to be filled in.
-    pub(crate) const EMPTY: Self = Self { rows: [[0.0; BLOCK]; 9], in_plane: false };
+    pub(crate) const EMPTY: Self = Self { rows: [[0.0; BLOCK_SIZE]; 9], in_plane: false };
 
     /// The rotation of one point.
     #[inline]
-    pub(crate) fn of(&self, index: usize) -> Mat3 {
+    pub(crate) fn rotation(&self, index: usize) -> Mat3 {
         Mat3(std::array::from_fn(|row| std::array::from_fn(|column| self.rows[3 * row + column][index])))
     }
 
     /// `Q σ Qᵀ` of all stresses, see [`SymTensor::rotated`].
     #[inline(never)]
-    pub(crate) fn carry(&self, stress: &mut [Lane; 6]) {
+    pub(crate) fn rotate_stresses(&self, stress: &mut [BlockArray; 6]) {
         let [q0, q1, q2, q3, q4, q5, q6, q7, q8] = &self.rows;
         let [sxx, syy, szz, sxy, syz, szx] = stress;
         if self.in_plane {
-            for i in 0..BLOCK {
+            for i in 0..BLOCK_SIZE {
                 let (a, b, d, e) = (q0[i], q1[i], q3[i], q4[i]);
                 let (xx, yy, xy) = (sxx[i], syy[i], sxy[i]);
                 let (t0, t1) = (a * xx + b * xy, a * xy + b * yy);
@@ -226,7 +228,7 @@ impl Rotations {
             }
             return;
         }
-        for i in 0..BLOCK {
+        for i in 0..BLOCK_SIZE {
             let (a, b, c) = (q0[i], q1[i], q2[i]);
             let (d, e, f) = (q3[i], q4[i], q5[i]);
             let (g, h, k) = (q6[i], q7[i], q8[i]);
@@ -247,14 +249,14 @@ impl Rotations {
 
 /// Principal values and directions of many tensors, several at once: what [`SymTensor::spectrum`] gives for each.
 pub fn spectra(tensors: &[SymTensor], out: &mut [Spectrum]) {
-    let (mut lanes, mut found) = (Lanes::EMPTY, Spectra::EMPTY);
-    for (tensors, out) in tensors.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
+    let (mut lanes, mut found) = (ComponentArrays::EMPTY, Spectra::EMPTY);
+    for (tensors, out) in tensors.chunks(BLOCK_SIZE).zip(out.chunks_mut(BLOCK_SIZE)) {
         for (index, tensor) in tensors.iter().enumerate() {
             lanes.set_stress(index, tensor);
         }
         lanes.spectra(&mut found);
         for (index, slot) in out.iter_mut().enumerate() {
-            *slot = found.of(index);
+            *slot = found.spectrum(index);
         }
     }
 }

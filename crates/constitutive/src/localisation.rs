@@ -34,20 +34,20 @@ pub struct Ellipticity {
 /// scan is laid out along `axes` (columns): with the principal axes of stress it turns with the
 /// material.
 pub fn least_ellipticity(stiffness: &Tangent, axes: &Mat3) -> Ellipticity {
-    scanned(stiffness, axes, 72)
+    scan_directions(stiffness, axes, 72)
 }
 
 /// As [`least_ellipticity`], of an isotropic law at its principal `axes` (columns), whose stiffness is the
 /// same on both sides of the planes between them: the one of the like normals whose components along the
 /// axes are not negative.
 pub fn least_isotropic_ellipticity(stiffness: &Tangent, axes: &Mat3) -> Ellipticity {
-    let found = scanned(stiffness, axes, 18);
+    let found = scan_directions(stiffness, axes, 18);
     let along = axes.transpose().apply(found.normal).map(f64::abs);
     Ellipticity { normal: axes.apply(along), ..found }
 }
 
 /// The scan over `azimuths` steps of five degrees from the first axis.
-fn scanned(stiffness: &Tangent, axes: &Mat3, azimuths: u32) -> Ellipticity {
+fn scan_directions(stiffness: &Tangent, axes: &Mat3, azimuths: u32) -> Ellipticity {
     let normal = |polar: f64, azimuth: f64| {
         let (s, c) = polar.sin_cos();
         axes.apply([s * azimuth.cos(), s * azimuth.sin(), c])

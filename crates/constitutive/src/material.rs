@@ -4,18 +4,18 @@ use std::any::Any;
 use std::fmt;
 
 use crate::{
-    BatchError, InitialCondition, Law, MaterialError, Motion, Motions, Point, Pointwise, StressUpdate,
+    BatchError, InitialCondition, Law, MaterialError, Motion, MotionBlock, Point, PointLaw, StressUpdate,
     SymTensor, Tangent,
 };
 
 /// Points per block of [`States`]: the batch for which one virtual call is paid. A block's motions
 /// stay in the first-level cache.
-pub const BLOCK: usize = 64;
+pub const BLOCK_SIZE: usize = 64;
 
-/// States of up to [`BLOCK`] points, with the type erased.
+/// States of up to [`BLOCK_SIZE`] points, with the type erased.
 pub struct StateBlock(Box<dyn ErasedBlock>);
 
-/// States of all points of one material, in blocks of [`BLOCK`].
+/// States of all points of one material, in blocks of [`BLOCK_SIZE`].
 ///
 /// Blocks can be handed to different threads (`blocks_mut`), reordered with the points
 /// ([`States::permuted`]), cloned, and saved through the material that made them.
@@ -28,7 +28,7 @@ pub struct States {
 trait ErasedBlock: Any + Send + Sync {
     fn clone_box(&self) -> Box<dyn ErasedBlock>;
     /// Takes the states of a block of the same kind into its own memory; `false`, and nothing done, for another kind.
-    fn take_from(&mut self, other: &StateBlock) -> bool;
+    fn copy_from(&mut self, other: &StateBlock) -> bool;
     fn len(&self) -> usize;
     /// Points `order` of all `blocks`, in a block of this kind.
     fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock>;
@@ -40,7 +40,7 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
     fn clone_box(&self) -> Box<dyn ErasedBlock> {
         Box::new(self.clone())
     }
-    fn take_from(&mut self, other: &StateBlock) -> bool {
+    fn copy_from(&mut self, other: &StateBlock) -> bool {
         let other = other.0.as_any().downcast_ref::<Self>();
         other.inspect(|other| self.clone_from(other)).is_some()
     }
@@ -50,7 +50,7 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
     fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock> {
         let pick = |&old: &u32| {
             let old = old as usize;
-            typed::<S>(blocks[old / BLOCK])[old % BLOCK].clone()
+            typed::<S>(blocks[old / BLOCK_SIZE])[old % BLOCK_SIZE].clone()
         };
         Box::new(order.iter().map(pick).collect::<Vec<S>>())
     }
@@ -63,16 +63,16 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
 }
 
 /// States of a material around another: its own beside those of the inner one.
-struct Nested<S> {
+struct WrappedStates<S> {
     own: Vec<S>,
     inner: StateBlock,
 }
 
-impl<S: Clone + Send + Sync + 'static> ErasedBlock for Nested<S> {
+impl<S: Clone + Send + Sync + 'static> ErasedBlock for WrappedStates<S> {
     fn clone_box(&self) -> Box<dyn ErasedBlock> {
         Box::new(Self { own: self.own.clone(), inner: self.inner.clone() })
     }
-    fn take_from(&mut self, other: &StateBlock) -> bool {
+    fn copy_from(&mut self, other: &StateBlock) -> bool {
         let Some(other) = other.0.as_any().downcast_ref::<Self>() else { return false };
         self.own.clone_from(&other.own);
         self.inner.clone_from(&other.inner);
@@ -84,7 +84,9 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for Nested<S> {
     fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock> {
         let nested: Vec<&Self> = blocks.iter().map(|block| block.nested::<S>()).collect();
         let inner: Vec<&StateBlock> = nested.iter().map(|block| &block.inner).collect();
-        let own = order.iter().map(|old| nested[*old as usize / BLOCK].own[*old as usize % BLOCK].clone());
+        let own = order
+            .iter()
+            .map(|old| nested[*old as usize / BLOCK_SIZE].own[*old as usize % BLOCK_SIZE].clone());
         Box::new(Self { own: own.collect(), inner: StateBlock(self.inner.0.gather(&inner, order)) })
     }
     fn as_any(&self) -> &dyn Any {
@@ -110,7 +112,7 @@ impl StateBlock {
         Self(Box::new(states))
     }
 
-    fn nested<S: 'static>(&self) -> &Nested<S> {
+    fn nested<S: 'static>(&self) -> &WrappedStates<S> {
         self.0
             .as_any()
             .downcast_ref()
@@ -118,19 +120,19 @@ impl StateBlock {
     }
 
     /// A block of a material around another.
-    pub(crate) fn around<S: Clone + Send + Sync + 'static>(own: Vec<S>, inner: Self) -> Self {
-        Self(Box::new(Nested { own, inner }))
+    pub(crate) fn wrap<S: Clone + Send + Sync + 'static>(own: Vec<S>, inner: Self) -> Self {
+        Self(Box::new(WrappedStates { own, inner }))
     }
 
     /// The own states of a material around another, and the block of the inner one.
-    pub(crate) fn parts<S: 'static>(&self) -> (&[S], &Self) {
+    pub(crate) fn own_and_inner<S: 'static>(&self) -> (&[S], &Self) {
         let nested = self.nested::<S>();
         (&nested.own, &nested.inner)
     }
 
-    /// As [`StateBlock::parts`], to change.
-    pub(crate) fn parts_mut<S: 'static>(&mut self) -> (&mut [S], &mut Self) {
-        let nested = self.0.as_any_mut().downcast_mut::<Nested<S>>();
+    /// As [`StateBlock::own_and_inner`], to change.
+    pub(crate) fn own_and_inner_mut<S: 'static>(&mut self) -> (&mut [S], &mut Self) {
+        let nested = self.0.as_any_mut().downcast_mut::<WrappedStates<S>>();
         let nested = nested.expect("a state block is only ever used with the material that made it");
         (&mut nested.own, &mut nested.inner)
     }
@@ -152,7 +154,7 @@ impl Clone for StateBlock {
     }
 
     fn clone_from(&mut self, other: &Self) {
-        if !self.0.take_from(other) {
+        if !self.0.copy_from(other) {
             *self = other.clone();
         }
     }
@@ -178,11 +180,11 @@ impl fmt::Debug for StateBlock {
 
 impl States {
     fn from_points<S: Clone + Send + Sync + 'static>(states: &[S]) -> Self {
-        let blocks = states.chunks(BLOCK).map(|chunk| StateBlock::new(chunk.to_vec())).collect();
+        let blocks = states.chunks(BLOCK_SIZE).map(|chunk| StateBlock::new(chunk.to_vec())).collect();
         Self { blocks, len: states.len() }
     }
 
-    /// Blocks of [`BLOCK`] points, the last of what is left.
+    /// Blocks of [`BLOCK_SIZE`] points, the last of what is left.
     pub(crate) fn from_blocks(blocks: Vec<StateBlock>) -> Self {
         let len = blocks.iter().map(StateBlock::len).sum();
         Self { blocks, len }
@@ -202,12 +204,12 @@ impl States {
         self.len == 0
     }
 
-    /// The blocks; all but the last hold exactly [`BLOCK`] points.
+    /// The blocks; all but the last hold exactly [`BLOCK_SIZE`] points.
     pub fn blocks(&self) -> &[StateBlock] {
         &self.blocks
     }
 
-    /// The blocks, to be zipped with `chunks_mut(BLOCK)` of the other arrays of the points.
+    /// The blocks, to be zipped with `chunks_mut(BLOCK_SIZE)` of the other arrays of the points.
     pub fn blocks_mut(&mut self) -> &mut [StateBlock] {
         &mut self.blocks
     }
@@ -216,7 +218,7 @@ impl States {
     #[must_use]
     pub fn permuted(&self, order: &[u32]) -> Self {
         let all: Vec<&StateBlock> = self.blocks.iter().collect();
-        Self::picked(&all, order)
+        Self::gather_from_blocks(&all, order)
     }
 
     /// States of points from several places, all of the same material: point `i` of the result is point `k` of
@@ -228,18 +230,18 @@ impl States {
             .iter()
             .scan(0, |next, part| {
                 let start = *next;
-                *next += (part.blocks.len() * BLOCK) as u32;
+                *next += (part.blocks.len() * BLOCK_SIZE) as u32;
                 Some(start)
             })
             .collect();
         let order: Vec<u32> = picks.iter().map(|&(part, k)| starts[part as usize] + k).collect();
-        Self::picked(&all, &order)
+        Self::gather_from_blocks(&all, &order)
     }
 
     /// Points `order` of blocks of one material, counted as if every block were full.
-    fn picked(all: &[&StateBlock], order: &[u32]) -> Self {
+    fn gather_from_blocks(all: &[&StateBlock], order: &[u32]) -> Self {
         let Some(first) = all.first() else { return Self::default() };
-        let blocks = order.chunks(BLOCK).map(|part| StateBlock(first.0.gather(all, part))).collect();
+        let blocks = order.chunks(BLOCK_SIZE).map(|part| StateBlock(first.0.gather(all, part))).collect();
         Self { blocks, len: order.len() }
     }
 }
@@ -247,7 +249,7 @@ impl States {
 /// A law with the type of its state erased, updated a batch at a time. Blanket-implemented for
 /// every [`StressUpdate`]; solvers hold `Arc<dyn Material>`.
 ///
-/// In all batch calls `motions`, `stresses` and the block have the same length, at most [`BLOCK`].
+/// In all batch calls `motions`, `stresses` and the block have the same length, at most [`BLOCK_SIZE`].
 pub trait Material: Law {
     /// Stresses and states of points that start from `initial`.
     ///
@@ -273,12 +275,12 @@ pub trait Material: Law {
     /// As [`Material::update`].
     fn update_block(
         &self,
-        motions: &Motions,
+        motions: &MotionBlock,
         stresses: &mut [SymTensor],
         states: &mut StateBlock,
     ) -> Result<(), BatchError> {
         let count = stresses.len();
-        self.update(&motions.each(count)[..count], stresses, states)
+        self.update(&motions.to_array(count)[..count], stresses, states)
     }
 
     /// Upper bounds on the P-wave modulus (Pa), one per point.
@@ -329,7 +331,7 @@ pub trait Material: Law {
 }
 
 /// Refuses an initial stress that is no number.
-fn finite(model: &'static str, initial: &InitialCondition) -> Result<(), MaterialError> {
+fn check_finite(model: &'static str, initial: &InitialCondition) -> Result<(), MaterialError> {
     if initial.stress.is_finite() {
         return Ok(());
     }
@@ -342,8 +344,8 @@ impl<L: StressUpdate> Material for L {
         let mut stresses = Vec::with_capacity(initial.len());
         let mut states = Vec::with_capacity(initial.len());
         for (index, condition) in initial.iter().enumerate() {
-            let start = || Pointwise::initial(self, condition);
-            let point = finite(self.name(), condition).and_then(|()| start());
+            let start = || PointLaw::initial(self, condition);
+            let point = check_finite(self.name(), condition).and_then(|()| start());
             let point = point.map_err(|source| BatchError { index, source })?;
             stresses.push(point.stress);
             states.push(point.state);
@@ -357,7 +359,7 @@ impl<L: StressUpdate> Material for L {
         stresses: &mut [SymTensor],
         states: &mut StateBlock,
     ) -> Result<(), BatchError> {
-        if !Motion::are_usable(motions) {
+        if !Motion::are_valid(motions) {
             for (index, motion) in motions.iter().enumerate() {
                 motion.check(self.name()).map_err(|source| BatchError { index, source })?;
             }
@@ -368,31 +370,31 @@ impl<L: StressUpdate> Material for L {
 
     fn update_block(
         &self,
-        motions: &Motions,
+        motions: &MotionBlock,
         stresses: &mut [SymTensor],
         states: &mut StateBlock,
     ) -> Result<(), BatchError> {
         let count = stresses.len();
-        if !motions.are_usable(count) {
+        if !motions.are_valid(count) {
             for index in 0..count {
-                motions.at(index).check(self.name()).map_err(|source| BatchError { index, source })?;
+                motions.motion(index).check(self.name()).map_err(|source| BatchError { index, source })?;
             }
         }
         let done = StressUpdate::update_block(self, motions, stresses, typed_mut::<L::State>(states));
-        done.map_err(|error| error.with_step(|index| motions.at(index), stresses))
+        done.map_err(|error| error.with_step(|index| motions.motion(index), stresses))
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
-        Pointwise::wave_moduli_batch(self, stresses, typed::<L::State>(states), out);
+        PointLaw::wave_moduli_batch(self, stresses, typed::<L::State>(states), out);
     }
 
     fn viscosities(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
-        each::<L>(stresses, states, out, |point| self.viscosity(point));
+        update_each::<L>(stresses, states, out, |point| self.viscosity(point));
     }
 
     fn stored_energies(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) -> bool {
         let mut defined = true;
-        each::<L>(stresses, states, out, |point| {
+        update_each::<L>(stresses, states, out, |point| {
             self.stored_energy(point).unwrap_or_else(|| {
                 defined = false;
                 0.0
@@ -402,7 +404,7 @@ impl<L: StressUpdate> Material for L {
     }
 
     fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
-        each::<L>(stresses, states, out, |point| self.yield_value(point).unwrap_or(f64::NEG_INFINITY));
+        update_each::<L>(stresses, states, out, |point| self.yield_value(point).unwrap_or(f64::NEG_INFINITY));
     }
 
     fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
@@ -412,7 +414,7 @@ impl<L: StressUpdate> Material for L {
         }
         let states = typed::<L::State>(states);
         for ((stress, state), row) in stresses.iter().zip(states).zip(out.chunks_mut(width)) {
-            Pointwise::outputs(self, &Point { stress: *stress, state: state.clone() }, row);
+            PointLaw::outputs(self, &Point { stress: *stress, state: state.clone() }, row);
         }
     }
 
@@ -454,7 +456,7 @@ impl<L: StressUpdate> Material for L {
     }
 }
 
-fn each<L: StressUpdate>(
+fn update_each<L: StressUpdate>(
     stresses: &[SymTensor],
     states: &StateBlock,
     out: &mut [f64],

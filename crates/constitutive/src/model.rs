@@ -11,23 +11,23 @@ use crate::{Corotational, Hencky, Material, MaterialError, MaterialSpec, Princip
 /// Parameters of one model as a case file gives them, angles in degrees.
 pub trait Model: Sized {
     /// What a reader of the table of models should know.
-    const FACTS: Facts;
+    const INFO: ModelInfo;
 
-    /// The law, parameters checked and angles converted. Models around another write [`Model::around`] in its place.
+    /// The law, parameters checked and angles converted. Models around another write [`Model::wrap`] in its place.
     ///
     /// # Errors
     /// The first parameter out of range.
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         let inner = self.inner().ok_or_else(|| MaterialError::choice("model", "is not implemented"))?;
-        let law = inner.build().map_err(|error| error.under(Self::INNER))?;
-        self.around(law)
+        let law = inner.build().map_err(|error| error.under_key(Self::INNER))?;
+        self.wrap(law)
     }
 
     /// The law around `inner`, the law of the material this one acts on, which is valid; for models around another.
     ///
     /// # Errors
     /// The first parameter out of range.
-    fn around(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+    fn wrap(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         Err(MaterialError::choice("model", "acts on no other material"))
     }
 
@@ -55,11 +55,11 @@ pub trait Model: Sized {
 
 /// What a reader of the table of models should know about one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Facts {
+pub struct ModelInfo {
     /// Where it comes from.
     pub source: &'static str,
     /// What it is for.
-    pub kind: Kind,
+    pub kind: ModelFamily,
     /// How it measures strain.
     pub strain: &'static str,
     /// How it gets its consistent tangent.
@@ -68,7 +68,7 @@ pub struct Facts {
 
 /// Families of models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ModelFamily {
     /// Keeps shear stress at rest.
     Solid,
     /// Forgets shear: at rest it carries none, or no more than its yield stress.
@@ -121,6 +121,11 @@ pub(crate) fn not_negative(field: &'static str, value: f64, unit: &str) -> Resul
 }
 
 /// `value` must lie between `low` and `high`, both allowed.
-pub(crate) fn between(field: &'static str, value: f64, low: f64, high: f64) -> Result<(), MaterialError> {
+pub(crate) fn within_range(
+    field: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+) -> Result<(), MaterialError> {
     check(field, value, (low..=high).contains(&value), &format!("is not between {low} and {high}"))
 }

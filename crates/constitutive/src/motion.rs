@@ -1,10 +1,10 @@
 //! What a material point undergoes in one step.
 
-use crate::{BLOCK, Mat3, MaterialError, SymTensor};
+use crate::{BLOCK_SIZE, Mat3, MaterialError, SymTensor};
 
 /// Pore fluid at the point; zeros where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pore {
+pub struct PoreFluidState {
     /// Pore pressure (Pa), compression-positive.
     pub pressure: f64,
     /// Degree of saturation, 0 to 1.
@@ -17,7 +17,7 @@ pub struct Motion {
     /// Relative deformation gradient `f = ∂x₊/∂x` of the step.
     pub deformation: Mat3,
     /// Mid-step velocity gradient times the step, `dt L` with `L_ij = ∂v_i/∂x_j`.
-    pub gradient: Mat3,
+    pub velocity_gradient_dt: Mat3,
     /// Step (s).
     pub dt: f64,
     /// Density at the end of the step (kg/m³).
@@ -25,18 +25,18 @@ pub struct Motion {
     /// Effective size of the point, volume over area of its section (m), for laws with a length.
     pub size: f64,
     /// Pore fluid.
-    pub pore: Pore,
+    pub pore: PoreFluidState,
 }
 
 impl Motion {
     /// No motion at all, in a second, of a point of 1 m and 1 kg/m³.
-    pub const STILL: Self = Self {
+    pub const AT_REST: Self = Self {
         deformation: Mat3::IDENTITY,
-        gradient: Mat3::ZERO,
+        velocity_gradient_dt: Mat3::ZERO,
         dt: 1.0,
         density: 1.0,
         size: 1.0,
-        pore: Pore { pressure: 0.0, saturation: 0.0 },
+        pore: PoreFluidState { pressure: 0.0, saturation: 0.0 },
     };
 
     /// Motion with constant velocity gradient `l` (1/s): `f = (1 - A/2)⁻¹ (1 + A/2)`, `A = dt l`.
@@ -45,7 +45,14 @@ impl Motion {
         let a = *l * dt;
         let half = a * 0.5;
         let deformation = (Mat3::IDENTITY - half).inverse()? * (Mat3::IDENTITY + half);
-        Some(Self { deformation, gradient: a, dt, density, size, pore: Pore::default() })
+        Some(Self {
+            deformation,
+            velocity_gradient_dt: a,
+            dt,
+            density,
+            size,
+            pore: PoreFluidState::default(),
+        })
     }
 
     /// Motion with relative deformation gradient `f`: the mid-step gradient is
@@ -53,12 +60,19 @@ impl Motion {
     /// `None` where `f + 1` is singular.
     pub fn from_deformation(f: &Mat3, dt: f64, density: f64, size: f64) -> Option<Self> {
         let gradient = (*f - Mat3::IDENTITY) * (*f + Mat3::IDENTITY).inverse()? * 2.0;
-        Some(Self { deformation: *f, gradient, dt, density, size, pore: Pore::default() })
+        Some(Self {
+            deformation: *f,
+            velocity_gradient_dt: gradient,
+            dt,
+            density,
+            size,
+            pore: PoreFluidState::default(),
+        })
     }
 
     /// The first of `count` equal parts of the step, a power of two; `None` where it turns by more than a right
     /// angle and a half. Density is that of the end of the step.
-    pub(crate) fn part(&self, count: u32) -> Option<Self> {
+    pub(crate) fn equal_part(&self, count: u32) -> Option<Self> {
         let mut deformation = self.deformation;
         for _ in 0..count.trailing_zeros() {
             deformation = deformation.square_root()?;
@@ -88,7 +102,7 @@ impl Motion {
 
     /// Whether [`Motion::check`] passes for all of `motions`, without branches.
     #[inline]
-    pub(crate) fn are_usable(motions: &[Self]) -> bool {
+    pub(crate) fn are_valid(motions: &[Self]) -> bool {
         let mut usable = true;
         for motion in motions {
             let volume = motion.deformation.determinant();
@@ -98,52 +112,52 @@ impl Motion {
         usable
     }
 
-    /// Strain increment of the step, the symmetric part of [`Motion::gradient`].
+    /// Strain increment of the step, the symmetric part of [`Motion::velocity_gradient_dt`].
     #[inline]
     pub fn strain_increment(&self) -> SymTensor {
-        self.gradient.sym()
+        self.velocity_gradient_dt.sym()
     }
 }
 
 /// One component of all points of a block.
-type Lane = [f64; BLOCK];
+type BlockArray = [f64; BLOCK_SIZE];
 
-/// Motions of up to [`BLOCK`] points with each component in an array of its own, so that solvers make them and laws read them for
+/// Motions of up to [`BLOCK_SIZE`] points with each component in an array of its own, so that solvers make them and laws read them for
 /// several points at once. What stands behind the points is not looked at.
 #[derive(Clone, Debug)]
-pub struct Motions {
+pub struct MotionBlock {
     /// See [`Motion::deformation`], row by row.
-    pub deformation: [Lane; 9],
-    /// See [`Motion::gradient`], row by row.
-    pub gradient: [Lane; 9],
+    pub deformation: [BlockArray; 9],
+    /// See [`Motion::velocity_gradient_dt`], row by row.
+    pub velocity_gradient_dt: [BlockArray; 9],
     /// See [`Motion::density`].
-    pub density: Lane,
+    pub density: BlockArray,
     /// See [`Motion::dt`].
     pub dt: f64,
     /// See [`Motion::size`].
-    pub size: Lane,
-    /// See [`Pore::pressure`].
-    pub pore_pressure: Lane,
-    /// See [`Pore::saturation`].
-    pub saturation: Lane,
+    pub size: BlockArray,
+    /// See [`PoreFluidState::pressure`].
+    pub pore_pressure: BlockArray,
+    /// See [`PoreFluidState::saturation`].
+    pub saturation: BlockArray,
     /// Whether nothing moves or is sheared out of the plane of the first two axes. Those components are then not looked at.
     pub in_plane: bool,
 }
 
 /// Rows and columns that leave the plane, of matrices that stand row by row.
-pub(crate) const ACROSS: [usize; 4] = [2, 5, 6, 7];
+pub(crate) const OUT_OF_PLANE_COMPONENTS: [usize; 4] = [2, 5, 6, 7];
 
-impl Motions {
+impl MotionBlock {
     /// Points that do not move in a step of `dt` (s), of effective size `size` (m) and 1 kg/m³.
-    pub const fn still(dt: f64, size: f64, in_plane: bool) -> Self {
-        let (zero, one) = ([0.0; BLOCK], [1.0; BLOCK]);
+    pub const fn at_rest(dt: f64, size: f64, in_plane: bool) -> Self {
+        let (zero, one) = ([0.0; BLOCK_SIZE], [1.0; BLOCK_SIZE]);
         let deformation = [one, zero, zero, zero, one, zero, zero, zero, one];
         Self {
             deformation,
-            gradient: [zero; 9],
+            velocity_gradient_dt: [zero; 9],
             density: one,
             dt,
-            size: [size; BLOCK],
+            size: [size; BLOCK_SIZE],
             pore_pressure: zero,
             saturation: zero,
             in_plane,
@@ -151,10 +165,10 @@ impl Motions {
     }
 
     /// Gives a point its motion, whose step is that of all.
-    pub fn put(&mut self, index: usize, motion: &Motion) {
+    pub fn set(&mut self, index: usize, motion: &Motion) {
         for c in 0..9 {
             self.deformation[c][index] = motion.deformation.0[c / 3][c % 3];
-            self.gradient[c][index] = motion.gradient.0[c / 3][c % 3];
+            self.velocity_gradient_dt[c][index] = motion.velocity_gradient_dt.0[c / 3][c % 3];
         }
         self.density[index] = motion.density;
         self.size[index] = motion.size;
@@ -164,10 +178,10 @@ impl Motions {
     /// Gives the first points the gradients whose columns along the first `D` axes `columns` lists.
     #[inline(always)]
     pub fn set_gradients<const D: usize>(&mut self, columns: impl Iterator<Item = [[f64; 4]; D]>) {
-        for (index, columns) in columns.enumerate().take(BLOCK) {
+        for (index, columns) in columns.enumerate().take(BLOCK_SIZE) {
             for (j, column) in columns.iter().enumerate() {
                 for i in 0..D {
-                    self.gradient[3 * i + j][index] = column[i];
+                    self.velocity_gradient_dt[3 * i + j][index] = column[i];
                 }
             }
         }
@@ -179,7 +193,7 @@ impl Motions {
         for i in 0..D {
             for j in 0..D {
                 let one = if i == j { 1.0 } else { 0.0 };
-                let (to, from) = (&mut self.deformation[3 * i + j], &self.gradient[3 * i + j]);
+                let (to, from) = (&mut self.deformation[3 * i + j], &self.velocity_gradient_dt[3 * i + j]);
                 to.iter_mut().zip(from).for_each(|(to, from)| *to = one + from);
             }
         }
@@ -197,11 +211,11 @@ impl Motions {
         }
     }
 
-    /// Ratio of volume of each point, see [`Motions::volume_ratio`].
+    /// Ratio of volume of each point, see [`MotionBlock::volume_ratio`].
     #[inline(always)]
-    pub fn volume_ratios(&self) -> [f64; BLOCK] {
-        let mut ratios = [1.0; BLOCK];
-        (0..BLOCK).for_each(|p| ratios[p] = self.volume_ratio(p));
+    pub fn volume_ratios(&self) -> [f64; BLOCK_SIZE] {
+        let mut ratios = [1.0; BLOCK_SIZE];
+        (0..BLOCK_SIZE).for_each(|p| ratios[p] = self.volume_ratio(p));
         ratios
     }
 
@@ -210,7 +224,7 @@ impl Motions {
     #[inline(always)]
     pub fn change_volumes(
         &mut self,
-        ratios: &[f64; BLOCK],
+        ratios: &[f64; BLOCK_SIZE],
         volumes: &mut [f64],
         masses: &[f64],
     ) -> Option<(usize, String)> {
@@ -226,32 +240,34 @@ impl Motions {
     }
 
     /// The motion of one point.
-    pub fn at(&self, index: usize) -> Motion {
-        let matrix = |of: &[Lane; 9]| {
-            let component = |c: usize| if self.in_plane && ACROSS.contains(&c) { 0.0 } else { of[c][index] };
+    pub fn motion(&self, index: usize) -> Motion {
+        let matrix = |of: &[BlockArray; 9]| {
+            let component = |c: usize| {
+                if self.in_plane && OUT_OF_PLANE_COMPONENTS.contains(&c) { 0.0 } else { of[c][index] }
+            };
             Mat3(std::array::from_fn(|row| std::array::from_fn(|column| component(3 * row + column))))
         };
         Motion {
             deformation: matrix(&self.deformation),
-            gradient: matrix(&self.gradient),
+            velocity_gradient_dt: matrix(&self.velocity_gradient_dt),
             dt: self.dt,
             density: self.density[index],
             size: self.size[index],
-            pore: Pore { pressure: self.pore_pressure[index], saturation: self.saturation[index] },
+            pore: PoreFluidState { pressure: self.pore_pressure[index], saturation: self.saturation[index] },
         }
     }
 
     /// The motions of the first `count` points one by one, those of a block that does not move behind them.
-    pub(crate) fn each(&self, count: usize) -> [Motion; BLOCK] {
-        std::array::from_fn(|i| if i < count { self.at(i) } else { Motion::STILL })
+    pub(crate) fn to_array(&self, count: usize) -> [Motion; BLOCK_SIZE] {
+        std::array::from_fn(|i| if i < count { self.motion(i) } else { Motion::AT_REST })
     }
 
     /// Whether [`Motion::check`] passes for the first `count` points, without branches.
     #[inline]
-    pub(crate) fn are_usable(&self, count: usize) -> bool {
+    pub(crate) fn are_valid(&self, count: usize) -> bool {
         let density = &self.density;
         let mut usable = (self.dt > 0.0) & (self.dt < f64::INFINITY);
-        for i in 0..count.min(BLOCK) {
+        for i in 0..count.min(BLOCK_SIZE) {
             usable &= (0.5..=2.0).contains(&self.volume_ratio(i));
             usable &= (density[i] > 0.0) & (density[i] < f64::INFINITY);
         }
@@ -260,13 +276,20 @@ impl Motions {
 
     /// Whether no strain increment of the `count` points from `first` on, at most `N`, is larger than `largest`.
     #[inline(always)]
-    pub(crate) fn are_within<const N: usize>(&self, first: usize, count: usize, largest: f64) -> bool {
+    pub(crate) fn strains_are_within<const N: usize>(
+        &self,
+        first: usize,
+        count: usize,
+        largest: f64,
+    ) -> bool {
         let most = largest * largest;
         let small = |strain: &SymTensor| strain.dot(strain) <= most;
         if count < N {
-            return (first..first + count).all(|i| small(&self.at(i).strain_increment()));
+            return (first..first + count).all(|i| small(&self.motion(i).strain_increment()));
         }
-        let lane = |c: usize| self.gradient[c][first..].first_chunk::<N>().expect("a block of whole groups");
+        let lane = |c: usize| {
+            self.velocity_gradient_dt[c][first..].first_chunk::<N>().expect("a block of whole groups")
+        };
         let ([a, b, d, e, k], [c, f, g, h]) =
             ([lane(0), lane(1), lane(3), lane(4), lane(8)], [lane(2), lane(5), lane(6), lane(7)]);
         let mut within = true;
@@ -285,8 +308,13 @@ impl Motions {
 
     /// Deformations of up to `N` points from `first` on, row by row; the last of the `count` points stands for those that are missing.
     #[inline(always)]
-    pub(crate) fn steps<const N: usize>(&self, first: usize, count: usize, to: &mut [[f64; N]; 9]) {
-        for c in (0..9).filter(|c| !(self.in_plane && ACROSS.contains(c))) {
+    pub(crate) fn deformation_components<const N: usize>(
+        &self,
+        first: usize,
+        count: usize,
+        to: &mut [[f64; N]; 9],
+    ) {
+        for c in (0..9).filter(|c| !(self.in_plane && OUT_OF_PLANE_COMPONENTS.contains(c))) {
             let lane = &self.deformation[c][first..];
             if count >= N {
                 to[c].copy_from_slice(&lane[..N]);
@@ -310,20 +338,20 @@ mod tests {
         for dt in wild {
             for density in wild {
                 for stretch in stretches {
-                    let mut motion = Motion { dt, density, ..Motion::STILL };
+                    let mut motion = Motion { dt, density, ..Motion::AT_REST };
                     motion.deformation.0[1][1] = stretch;
                     let passes = motion.check("law").is_ok();
-                    assert_eq!(Motion::are_usable(&[motion]), passes, "{dt} {density} {stretch}");
-                    assert_eq!(Motion::are_usable(&[Motion::STILL, motion, Motion::STILL]), passes);
+                    assert_eq!(Motion::are_valid(&[motion]), passes, "{dt} {density} {stretch}");
+                    assert_eq!(Motion::are_valid(&[Motion::AT_REST, motion, Motion::AT_REST]), passes);
                 }
             }
         }
-        assert!(Motion::are_usable(&[]));
+        assert!(Motion::are_valid(&[]));
     }
 
     #[test]
     fn volumes_follow_the_deformation_and_the_first_point_turned_inside_out_is_named() {
-        let mut motions = Motions::still(1e-3, 1.0, true);
+        let mut motions = MotionBlock::at_rest(1e-3, 1.0, true);
         motions.deformation[0][1] = 1.5;
         (motions.deformation[1][2], motions.deformation[3][2]) = (0.5, 0.4);
         (motions.deformation[4][3], motions.deformation[4][5]) = (-0.25, f64::NAN);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// without drag.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number or \"none\"")]
-pub enum OrNone {
+pub enum MaybeInfinite {
     /// The number.
     Number(f64),
     /// Infinite.
@@ -22,7 +22,7 @@ pub enum NoneWord {
     None,
 }
 
-impl OrNone {
+impl MaybeInfinite {
     /// Infinite.
     pub const NONE: Self = Self::Word(NoneWord::None);
 
@@ -46,7 +46,7 @@ impl OrNone {
     }
 }
 
-impl From<f64> for OrNone {
+impl From<f64> for MaybeInfinite {
     fn from(value: f64) -> Self {
         Self::Number(value)
     }

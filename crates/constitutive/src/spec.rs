@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::*;
-use crate::model::{Facts, Kind, Model};
+use crate::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError};
 
 /// Initial density of a model's parameters: their field `density`, or where else it stands.
@@ -32,7 +32,7 @@ macro_rules! models {
 
         impl MaterialSpec {
             /// Name and facts of every model, in the order of the list.
-            pub const MODELS: &'static [(&'static str, Facts)] = &[$(($name, <$spec as Model>::FACTS),)*];
+            pub const MODELS: &'static [(&'static str, ModelInfo)] = &[$(($name, <$spec as Model>::INFO),)*];
 
             /// Name of the model.
             pub fn name(&self) -> &'static str {
@@ -40,8 +40,8 @@ macro_rules! models {
             }
 
             /// What a reader should know about the model.
-            pub fn facts(&self) -> Facts {
-                match self { $(Self::$variant(_) => <$spec as Model>::FACTS,)* }
+            pub fn facts(&self) -> ModelInfo {
+                match self { $(Self::$variant(_) => <$spec as Model>::INFO,)* }
             }
 
             /// Initial density (kg/m³).
@@ -60,7 +60,7 @@ macro_rules! models {
                     Some(_) => Ok(()),
                 };
                 let law = || match self { $(Self::$variant(spec) => spec.build(),)* };
-                density.and_then(|()| law()).map_err(|error| error.of_model(self.name()))
+                density.and_then(|()| law()).map_err(|error| error.with_model(self.name()))
             }
 
             /// What is allowed but worth a word, each starting with the parameter's name.
@@ -83,7 +83,7 @@ macro_rules! models {
                 match self {
                     $(Self::$variant(spec) => {
                         let reduced = spec.strength_reduced(reduction).ok_or_else(none)?.map(Self::$variant);
-                        reduced.map_err(|error| error.of_model(self.name()))
+                        reduced.map_err(|error| error.with_model(self.name()))
                     })*
                 }
             }
@@ -91,7 +91,7 @@ macro_rules! models {
             /// A sample of every model and every way to run it: what the contract tests run over.
             pub fn examples() -> Vec<Self> {
                 let mut all = Vec::new();
-                $(if <$spec as Model>::FACTS.kind != Kind::Wrapper {
+                $(if <$spec as Model>::INFO.kind != ModelFamily::Wrapper {
                     all.extend(<$spec as Model>::examples().into_iter().map(Self::$variant));
                 })*
                 all
@@ -100,7 +100,7 @@ macro_rules! models {
             /// As [`MaterialSpec::examples`], of the models that act on another.
             pub fn wrapped_examples() -> Vec<Self> {
                 let mut all = Vec::new();
-                $(if <$spec as Model>::FACTS.kind == Kind::Wrapper {
+                $(if <$spec as Model>::INFO.kind == ModelFamily::Wrapper {
                     all.extend(<$spec as Model>::examples().into_iter().map(Self::$variant));
                 })*
                 all
@@ -168,26 +168,26 @@ models! {
     /// Elastic–perfectly plastic soil with pressure from density.
     "cfd-soil" => CfdSoil(CfdSoilSpec),
     /// A law that a method brings, such as a periodic cell of grains.
-    "other" => Other(OtherSpec),
+    "other" => Other(ExternalSpec),
 }
 
 /// Most materials around one another.
-const DEEPEST: usize = 8;
+const MAX_NESTING: usize = 8;
 
 impl MaterialSpec {
     fn check_depth(&self) -> Result<(), MaterialError> {
-        if std::iter::successors(Some(self), |spec| spec.inner()).nth(DEEPEST).is_none() {
+        if std::iter::successors(Some(self), |spec| spec.inner()).nth(MAX_NESTING).is_none() {
             return Ok(());
         }
-        let rule = format!("more than {DEEPEST} materials stand around one another");
+        let rule = format!("more than {MAX_NESTING} materials stand around one another");
         Err(MaterialError::choice("model", rule))
     }
 
     /// The law of a point that a band may cut, where this is one, whatever stands around it.
-    pub fn banded(&self) -> Option<&DoubleScaleSpec> {
+    pub fn double_scale(&self) -> Option<&DoubleScaleSpec> {
         match self {
             Self::DoubleScale(spec) => Some(spec),
-            _ => self.inner().and_then(Self::banded),
+            _ => self.inner().and_then(Self::double_scale),
         }
     }
 
@@ -202,6 +202,6 @@ impl MaterialSpec {
 
     /// True for laws that forget shear: at rest they carry none, or no more than their yield stress.
     pub fn is_fluid(&self) -> bool {
-        self.inner().map_or(self.facts().kind == Kind::Fluid, Self::is_fluid)
+        self.inner().map_or(self.facts().kind == ModelFamily::Fluid, Self::is_fluid)
     }
 }

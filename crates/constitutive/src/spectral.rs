@@ -37,13 +37,13 @@ fn largest_root(c: f64) -> f64 {
 /// Extreme eigenvalue of a deviator: the one farthest from the others, positive where it is the
 /// largest, as multiple `x` of the radius `√(J2/3)`.
 #[derive(Clone, Copy)]
-struct Extreme {
+struct ExtremeEigenvalue {
     radius: f64,
     multiple: f64,
     largest: bool,
 }
 
-fn extreme(deviator: &SymTensor) -> Option<Extreme> {
+fn extreme_eigenvalue(deviator: &SymTensor) -> Option<ExtremeEigenvalue> {
     let j2 = 0.5 * deviator.dot(deviator);
     let radius = (j2 / 3.0).sqrt();
     if radius <= 0.0 {
@@ -51,7 +51,7 @@ fn extreme(deviator: &SymTensor) -> Option<Extreme> {
     }
     let cos3 = deviator.determinant() / (2.0 * radius * radius * radius);
     let multiple = largest_root(cos3.abs().min(1.0));
-    Some(Extreme { radius, multiple, largest: cos3 >= 0.0 })
+    Some(ExtremeEigenvalue { radius, multiple, largest: cos3 >= 0.0 })
 }
 
 /// Rotation `(cos, sin)` to the eigenvector of the larger eigenvalue of `[[a, c], [c, b]]`, and both
@@ -88,7 +88,8 @@ impl SymTensor {
     #[inline]
     pub fn principal_values(&self) -> [f64; 3] {
         let mean = self.trace() / 3.0;
-        let Some(Extreme { radius, multiple, largest }) = extreme(&self.deviator()) else {
+        let Some(ExtremeEigenvalue { radius, multiple, largest }) = extreme_eigenvalue(&self.deviator())
+        else {
             return [mean; 3];
         };
         let far = radius * multiple;

@@ -116,7 +116,7 @@ pub(crate) fn from_spatial(
     jacobian: f64,
     stress: &SymTensor,
 ) -> Option<Tangent> {
-    let half = motion.gradient * 0.5;
+    let half = motion.velocity_gradient_dt * 0.5;
     let before = (Mat3::IDENTITY - half).inverse()?;
     let after = (Mat3::IDENTITY + half).inverse()?;
     let sigma = stress.to_matrix();
@@ -141,15 +141,15 @@ pub(crate) fn numerical_tangent(
     stress: impl Fn(&Motion) -> Result<SymTensor, MaterialError>,
 ) -> Result<Tangent, MaterialError> {
     // Not so small that the last digit of a density, times the stiffness, shows.
-    let step = 1e-6 * motion.gradient.sym().norm().max(1e-2);
+    let step = 1e-6 * motion.velocity_gradient_dt.sym().norm().max(1e-2);
     let mut tangent = [[0.0; 6]; 6];
     for (k, &(i, j)) in PAIRS.iter().enumerate() {
         let perturbed = |sign: f64| {
             let mut m = *motion;
             // Engineering shear: half in each of the two entries, the whole on the diagonal.
-            m.gradient.0[i][j] += 0.5 * sign * step;
-            m.gradient.0[j][i] += 0.5 * sign * step;
-            let half = m.gradient * 0.5;
+            m.velocity_gradient_dt.0[i][j] += 0.5 * sign * step;
+            m.velocity_gradient_dt.0[j][i] += 0.5 * sign * step;
+            let half = m.velocity_gradient_dt * 0.5;
             if let Some(inverse) = (Mat3::IDENTITY - half).inverse() {
                 m.deformation = inverse * (Mat3::IDENTITY + half);
             }

@@ -2,10 +2,10 @@
 
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::lanes::Lanes;
+use crate::lanes::ComponentArrays;
 use crate::laws::Elasticity;
 use crate::tangent::numerical_tangent;
-use crate::{BatchError, MaterialError, Motion, Motions, SymTensor, Tangent};
+use crate::{BatchError, MaterialError, Motion, MotionBlock, SymTensor, Tangent};
 
 /// A material point: Cauchy (effective) stress and the law's internal variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,7 @@ pub trait Law: Send + Sync {
 
     /// Whether the law is in rate form: a step starts from the stress of the point, so that one changed from outside
     /// (smoothed, diffused) is kept. Other laws find their stress from the state or the motion alone.
-    fn is_in_rate_form(&self) -> bool {
+    fn is_hypoelastic(&self) -> bool {
         false
     }
 
@@ -53,16 +53,16 @@ pub trait Law: Send + Sync {
     }
 
     /// What an update takes, of laws that compute more than formulas; `None` where that is little beside the rest of a step.
-    fn cost(&self) -> Option<Cost> {
+    fn cost(&self) -> Option<UpdateCost> {
         None
     }
 
     /// Whether the law refuses strain across the plane of x and y.
-    fn stays_in_plane(&self) -> bool {
+    fn requires_plane_strain(&self) -> bool {
         false
     }
 
-    /// Names of the scalars worth plotting, in the order of [`Pointwise::outputs`].
+    /// Names of the scalars worth plotting, in the order of [`PointLaw::outputs`].
     fn output_names(&self) -> &[&'static str] {
         &[]
     }
@@ -70,7 +70,7 @@ pub trait Law: Send + Sync {
 
 /// What an update of a point takes on one thread, about.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cost {
+pub struct UpdateCost {
     /// Time of an update with motion, at the least (s).
     pub update: f64,
     /// Time over the strain, as soon as that is more (s).
@@ -78,7 +78,7 @@ pub struct Cost {
 }
 
 /// What a law says of one point: stands once for [`StressUpdate`] and [`SmallStrain`].
-pub trait Pointwise: Law + 'static {
+pub trait PointLaw: Law + 'static {
     /// Internal variables of one point (hardening, elastic strain, …): a typed struct.
     type State: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
 
@@ -91,7 +91,7 @@ pub trait Pointwise: Law + 'static {
     /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
 
-    /// [`Pointwise::wave_modulus`] of several points, one by one unless the law does better with the same operations.
+    /// [`PointLaw::wave_modulus`] of several points, one by one unless the law does better with the same operations.
     #[inline]
     fn wave_moduli_batch(&self, stresses: &[SymTensor], states: &[Self::State], out: &mut [f64]) {
         for ((stress, state), slot) in stresses.iter().zip(states).zip(out) {
@@ -128,14 +128,14 @@ pub trait Pointwise: Law + 'static {
 ///
 /// `old` is never touched, so an implicit solver can call [`StressUpdate::update`] once per Newton
 /// iteration. A law never panics: what it cannot do is a [`MaterialError`].
-pub trait StressUpdate: Pointwise {
+pub trait StressUpdate: PointLaw {
     /// One step.
     ///
     /// # Errors
     /// When the motion cannot be used or the local solve fails.
     fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError>;
 
-    /// One step for a batch of at most [`crate::BLOCK`] points, in place: what [`StressUpdate::update`] gives, one by one
+    /// One step for a batch of at most [`crate::BLOCK_SIZE`] points, in place: what [`StressUpdate::update`] gives, one by one
     /// unless the law does better. On error the batch is of no further use.
     ///
     /// # Errors
@@ -163,12 +163,12 @@ pub trait StressUpdate: Pointwise {
     #[inline]
     fn update_block(
         &self,
-        motions: &Motions,
+        motions: &MotionBlock,
         stresses: &mut [SymTensor],
         states: &mut [Self::State],
     ) -> Result<(), BatchError> {
         let count = stresses.len();
-        self.update_batch(&motions.each(count)[..count], stresses, states)
+        self.update_batch(&motions.to_array(count)[..count], stresses, states)
     }
 
     /// Memory of the state of a point (bytes), with what it keeps elsewhere.
@@ -200,7 +200,7 @@ pub trait StressUpdate: Pointwise {
 ///
 /// Implement this and wrap the law in [`crate::Corotational`] to get an objective [`StressUpdate`]. A tensorial internal
 /// variable is carried with the material by [`SmallStrain::rotate_state`].
-pub trait SmallStrain: Pointwise {
+pub trait SmallStrain: PointLaw {
     /// New stress and state after the strain increment `strain` (tension-positive) over `motion.dt`.
     ///
     /// # Errors
@@ -212,17 +212,17 @@ pub trait SmallStrain: Pointwise {
         old: &Point<Self::State>,
     ) -> Result<Point<Self::State>, MaterialError>;
 
-    /// [`SmallStrain::update`] of a whole batch whose steps are no larger than [`SmallStrain::largest_step`], for
+    /// [`SmallStrain::update`] of a whole batch whose steps are no larger than [`SmallStrain::max_strain_increment`], for
     /// laws without tensorial state that can do it for several points at once, with the same operations. Returns
     /// whether it has been done.
     #[inline]
-    fn update_lanes(&self, _lanes: &mut Lanes, _states: &mut [Self::State]) -> bool {
+    fn update_component_arrays(&self, _lanes: &mut ComponentArrays, _states: &mut [Self::State]) -> bool {
         false
     }
 
     /// Norm of the strain increment above which a step is divided (sheet: constitutive §3.8); infinite for laws
     /// that are exact at any size or divide by themselves.
-    fn largest_step(&self) -> f64 {
+    fn max_strain_increment(&self) -> f64 {
         1e-2
     }
 

@@ -6,29 +6,29 @@ use std::sync::Arc;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
-    BLOCK, BatchError, Cost, InitialCondition, Law, Material, MaterialError, Motion, StateBlock, States,
-    SymTensor, Tangent,
+    BLOCK_SIZE, BatchError, InitialCondition, Law, Material, MaterialError, Motion, StateBlock, States,
+    SymTensor, Tangent, UpdateCost,
 };
 
-/// What a material around another adds to it. [`Around`] makes a [`Material`] of it.
+/// What a material around another adds to it. [`WrappedMaterial`] makes a [`Material`] of it.
 pub(crate) trait Wrapper: Send + Sync + 'static {
     /// Own state of one point, beside that of the inner law.
-    type Own: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
+    type OwnState: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
 
     /// Name of the model as it stands in a case file.
     const NAME: &'static str;
 
     /// Own state at the start.
-    fn start(&self) -> Self::Own;
+    fn start(&self) -> Self::OwnState;
 
     /// Stress the inner law sees where the point carries `stress`.
-    fn inner_stress(&self, stress: &SymTensor, own: &Self::Own) -> SymTensor;
+    fn inner_stress(&self, stress: &SymTensor, own: &Self::OwnState) -> SymTensor;
 
     /// Stress the point carries where the inner law carries `inner`.
-    fn outer_stress(&self, inner: &SymTensor, own: &Self::Own) -> SymTensor;
+    fn outer_stress(&self, inner: &SymTensor, own: &Self::OwnState) -> SymTensor;
 
     /// Motion the inner law sees, and own state at the end of the step.
-    fn step(&self, motion: &Motion, own: &Self::Own) -> (Motion, Self::Own);
+    fn step(&self, motion: &Motion, own: &Self::OwnState) -> (Motion, Self::OwnState);
 
     /// Whether the motion that the inner law sees depends on time, see [`crate::Law::is_time_dependent`].
     const TIME_DEPENDENT: bool = false;
@@ -39,12 +39,12 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
     }
 
     /// What becomes of the inner law's tangent in the step `motion` from the own state `own`.
-    fn tangent(&self, inner: Tangent, _motion: &Motion, _own: &Self::Own) -> Tangent {
+    fn tangent(&self, inner: Tangent, _motion: &Motion, _own: &Self::OwnState) -> Tangent {
         inner
     }
 
     /// Energy stored beside that of the inner law (J/m³).
-    fn added_energy(&self, _own: &Self::Own) -> f64 {
+    fn added_energy(&self, _own: &Self::OwnState) -> f64 {
         0.0
     }
 
@@ -52,27 +52,27 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
     const OUTPUT: Option<&'static str> = None;
 
     /// Value of [`Wrapper::OUTPUT`].
-    fn output(&self, _own: &Self::Own) -> f64 {
+    fn output(&self, _own: &Self::OwnState) -> f64 {
         0.0
     }
 }
 
 /// A material around another.
-pub(crate) struct Around<W> {
+pub(crate) struct WrappedMaterial<W> {
     wrapper: W,
     inner: Arc<dyn Material>,
     outputs: Vec<&'static str>,
 }
 
-impl<W: Wrapper> Around<W> {
+impl<W: Wrapper> WrappedMaterial<W> {
     pub(crate) fn new(wrapper: W, inner: Arc<dyn Material>) -> Self {
         let outputs = inner.output_names().iter().copied().chain(W::OUTPUT).collect();
         Self { wrapper, inner, outputs }
     }
 
     /// Stresses of the inner law, on the stack.
-    fn inner_stresses(&self, stresses: &[SymTensor], own: &[W::Own]) -> [SymTensor; BLOCK] {
-        let mut inner = [SymTensor::ZERO; BLOCK];
+    fn inner_stresses(&self, stresses: &[SymTensor], own: &[W::OwnState]) -> [SymTensor; BLOCK_SIZE] {
+        let mut inner = [SymTensor::ZERO; BLOCK_SIZE];
         for ((slot, stress), own) in inner.iter_mut().zip(stresses).zip(own) {
             *slot = self.wrapper.inner_stress(stress, own);
         }
@@ -80,7 +80,7 @@ impl<W: Wrapper> Around<W> {
     }
 }
 
-impl<W: Wrapper> Law for Around<W> {
+impl<W: Wrapper> Law for WrappedMaterial<W> {
     fn name(&self) -> &'static str {
         W::NAME
     }
@@ -89,8 +89,8 @@ impl<W: Wrapper> Law for Around<W> {
         self.inner.is_isotropic()
     }
 
-    fn is_in_rate_form(&self) -> bool {
-        self.inner.is_in_rate_form()
+    fn is_hypoelastic(&self) -> bool {
+        self.inner.is_hypoelastic()
     }
 
     fn is_time_dependent(&self) -> bool {
@@ -101,12 +101,12 @@ impl<W: Wrapper> Law for Around<W> {
         self.inner.stress_tolerance()
     }
 
-    fn cost(&self) -> Option<Cost> {
+    fn cost(&self) -> Option<UpdateCost> {
         self.inner.cost()
     }
 
-    fn stays_in_plane(&self) -> bool {
-        self.inner.stays_in_plane()
+    fn requires_plane_strain(&self) -> bool {
+        self.inner.requires_plane_strain()
     }
 
     fn output_names(&self) -> &[&'static str] {
@@ -114,7 +114,7 @@ impl<W: Wrapper> Law for Around<W> {
     }
 }
 
-impl<W: Wrapper> Material for Around<W> {
+impl<W: Wrapper> Material for WrappedMaterial<W> {
     fn initial(&self, initial: &[InitialCondition]) -> Result<(Vec<SymTensor>, States), BatchError> {
         let own = self.wrapper.start();
         let inside = |condition: &InitialCondition| InitialCondition {
@@ -124,7 +124,7 @@ impl<W: Wrapper> Material for Around<W> {
         let inside: Vec<InitialCondition> = initial.iter().map(inside).collect();
         let (stresses, states) = self.inner.initial(&inside)?;
         let stresses = stresses.iter().map(|stress| self.wrapper.outer_stress(stress, &own)).collect();
-        let around = |block: StateBlock| StateBlock::around(vec![own.clone(); block.len()], block);
+        let around = |block: StateBlock| StateBlock::wrap(vec![own.clone(); block.len()], block);
         Ok((stresses, States::from_blocks(states.into_blocks().into_iter().map(around).collect())))
     }
 
@@ -137,10 +137,10 @@ impl<W: Wrapper> Material for Around<W> {
         for (index, motion) in motions.iter().enumerate() {
             motion.check(W::NAME).map_err(|source| BatchError { index, source })?;
         }
-        let (own, block) = states.parts_mut::<W::Own>();
+        let (own, block) = states.own_and_inner_mut::<W::OwnState>();
         let count = stresses.len();
         let mut inner = self.inner_stresses(stresses, own);
-        let mut inside = [Motion::STILL; BLOCK];
+        let mut inside = [Motion::AT_REST; BLOCK_SIZE];
         for ((slot, motion), own) in inside.iter_mut().zip(motions).zip(own.iter_mut()) {
             (*slot, *own) = self.wrapper.step(motion, own);
         }
@@ -156,18 +156,18 @@ impl<W: Wrapper> Material for Around<W> {
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
-        let (own, block) = states.parts::<W::Own>();
+        let (own, block) = states.own_and_inner::<W::OwnState>();
         self.inner.wave_moduli(&self.inner_stresses(stresses, own)[..stresses.len()], block, out);
         out.iter_mut().for_each(|modulus| *modulus += self.wrapper.added_modulus());
     }
 
     fn viscosities(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
-        let (own, block) = states.parts::<W::Own>();
+        let (own, block) = states.own_and_inner::<W::OwnState>();
         self.inner.viscosities(&self.inner_stresses(stresses, own)[..stresses.len()], block, out);
     }
 
     fn stored_energies(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) -> bool {
-        let (own, block) = states.parts::<W::Own>();
+        let (own, block) = states.own_and_inner::<W::OwnState>();
         let inner = self.inner_stresses(stresses, own);
         let defined = self.inner.stored_energies(&inner[..stresses.len()], block, out);
         if defined {
@@ -177,12 +177,12 @@ impl<W: Wrapper> Material for Around<W> {
     }
 
     fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
-        let (own, block) = states.parts::<W::Own>();
+        let (own, block) = states.own_and_inner::<W::OwnState>();
         self.inner.yield_values(&self.inner_stresses(stresses, own)[..stresses.len()], block, out);
     }
 
     fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
-        let (own, block) = states.parts::<W::Own>();
+        let (own, block) = states.own_and_inner::<W::OwnState>();
         let inner = self.inner_stresses(stresses, own);
         let width = self.inner.output_names().len();
         if W::OUTPUT.is_none() {
@@ -203,7 +203,7 @@ impl<W: Wrapper> Material for Around<W> {
         states: &StateBlock,
         index: usize,
     ) -> Result<Tangent, MaterialError> {
-        let (own, block) = states.parts::<W::Own>();
+        let (own, block) = states.own_and_inner::<W::OwnState>();
         let inner = self.wrapper.inner_stress(stress, &own[index]);
         let (inside, _) = self.wrapper.step(motion, &own[index]);
         let tangent = self.inner.tangent(&inside, &inner, block, index)?;
@@ -216,8 +216,8 @@ impl<W: Wrapper> Material for Around<W> {
         old: (&SymTensor, &StateBlock),
         new: (&SymTensor, &StateBlock),
     ) -> Option<f64> {
-        let (own, block) = old.1.parts::<W::Own>();
-        let (own_new, block_new) = new.1.parts::<W::Own>();
+        let (own, block) = old.1.own_and_inner::<W::OwnState>();
+        let (own_new, block_new) = new.1.own_and_inner::<W::OwnState>();
         let (before, after) = (
             self.wrapper.inner_stress(old.0, own.first()?),
             self.wrapper.inner_stress(new.0, own_new.first()?),
@@ -227,24 +227,26 @@ impl<W: Wrapper> Material for Around<W> {
     }
 
     fn state_size(&self) -> usize {
-        size_of::<W::Own>() + self.inner.state_size()
+        size_of::<W::OwnState>() + self.inner.state_size()
     }
 
     fn save(&self, states: &States) -> Vec<u8> {
-        let own: Vec<&W::Own> = states.blocks().iter().flat_map(|block| block.parts::<W::Own>().0).collect();
-        let inner =
-            States::from_blocks(states.blocks().iter().map(|b| b.parts::<W::Own>().1.clone()).collect());
+        let own: Vec<&W::OwnState> =
+            states.blocks().iter().flat_map(|block| block.own_and_inner::<W::OwnState>().0).collect();
+        let inner = States::from_blocks(
+            states.blocks().iter().map(|b| b.own_and_inner::<W::OwnState>().1.clone()).collect(),
+        );
         postcard::to_stdvec(&(own, self.inner.save(&inner)))
             .expect("states of plain numbers always serialise")
     }
 
     fn load(&self, bytes: &[u8]) -> Option<States> {
-        let (own, inner): (Vec<W::Own>, Vec<u8>) = postcard::from_bytes(bytes).ok()?;
+        let (own, inner): (Vec<W::OwnState>, Vec<u8>) = postcard::from_bytes(bytes).ok()?;
         let inner = self.inner.load(&inner)?;
         if inner.len() != own.len() {
             return None;
         }
-        let parts = own.chunks(BLOCK).zip(inner.into_blocks());
-        Some(States::from_blocks(parts.map(|(own, block)| StateBlock::around(own.to_vec(), block)).collect()))
+        let parts = own.chunks(BLOCK_SIZE).zip(inner.into_blocks());
+        Some(States::from_blocks(parts.map(|(own, block)| StateBlock::wrap(own.to_vec(), block)).collect()))
     }
 }

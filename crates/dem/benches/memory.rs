@@ -1,7 +1,7 @@
 //! The most memory that a few steps of many spheres take, a row of the measures, and a run that writes frames: bytes a sphere. Their
 //! number is the argument, about, a million without one. Where the system does not tell what a program takes, nothing is measured.
 
-use colluvium_case::{Case, RunOptions, Solver, run_made};
+use colluvium_case::{Case, RunOptions, Solver, run_with_plan};
 use colluvium_dem::{Dem, spheres};
 use serde_json::json;
 
@@ -62,7 +62,7 @@ fn main() {
     tell("steps");
     let seen = solver.snapshot();
     tell("what a row is read off");
-    let numbers = solver.readings().len() + usize::from(solver.budget().is_some());
+    let numbers = solver.scalar_outputs().len() + usize::from(solver.budget().is_some());
     tell(&format!("row of {numbers} readings"));
     drop(seen);
     drop(solver);
@@ -70,6 +70,6 @@ fn main() {
     let options = RunOptions { out: Some(folder.path().to_owned()), ..RunOptions::default() };
     let solver = Box::new(spheres(&case).expect("a solver"));
     tell("made again");
-    let report = run_made(&Dem, &case, solver, &options).expect("a run");
+    let report = run_with_plan(&Dem, &case, solver, &options).expect("a run");
     tell(&format!("run of {} steps with frames", report.steps));
 }

@@ -32,7 +32,7 @@ fn all(criterion: &mut Criterion) {
         for name in ["classes", "cells of one width"] {
             let mut solver = specimen(side);
             if name != "classes" {
-                solver.search_in_cells_of_one_width();
+                solver.use_uniform_cells();
             }
             let grains = solver.points();
             group.throughput(Throughput::Elements(grains as u64));

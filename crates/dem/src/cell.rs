@@ -12,9 +12,9 @@ pub struct PeriodicCell<const D: usize> {
     /// Along which of them it repeats itself.
     pub periodic: [bool; D],
     /// Velocity gradient with which it deforms (1/s).
-    pub rate: [[f64; D]; D],
+    pub velocity_gradient: [[f64; D]; D],
     /// Mean of the entries of `rate` that follow a stress, against which they are damped; 0 for the others (1/s).
-    pub mean_rate: [[f64; D]; D],
+    pub mean_velocity_gradient: [[f64; D]; D],
 }
 
 /// Product of a matrix with a vector.
@@ -58,7 +58,13 @@ impl<const D: usize> PeriodicCell<D> {
         for c in 0..D {
             h[c][c] = high[c] - low[c];
         }
-        Self { origin: low, h, periodic, rate: [[0.0; D]; D], mean_rate: [[0.0; D]; D] }
+        Self {
+            origin: low,
+            h,
+            periodic,
+            velocity_gradient: [[0.0; D]; D],
+            mean_velocity_gradient: [[0.0; D]; D],
+        }
     }
 
     /// Whether it repeats itself along some axis.
@@ -67,8 +73,8 @@ impl<const D: usize> PeriodicCell<D> {
     }
 
     /// Whether it deforms.
-    pub fn moves(&self) -> bool {
-        self.rate.iter().flatten().any(|rate| *rate != 0.0)
+    pub fn is_deforming(&self) -> bool {
+        self.velocity_gradient.iter().flatten().any(|rate| *rate != 0.0)
     }
 
     /// Area or volume (m², m³).
@@ -78,7 +84,7 @@ impl<const D: usize> PeriodicCell<D> {
 
     /// Coordinates along its vectors, 0 to 1 within.
     pub fn reduced(&self, inverse: &[[f64; D]; D], x: &[f64; D]) -> [f64; D] {
-        apply(inverse, &crate::vector::minus(x, &self.origin))
+        apply(inverse, &crate::vector::difference(x, &self.origin))
     }
 
     /// Widths between opposite sides (m).
@@ -92,7 +98,7 @@ impl<const D: usize> PeriodicCell<D> {
     }
 
     /// Lattice steps of image number `code`.
-    pub fn steps(code: u8) -> [i32; D] {
+    pub fn image_steps(code: u8) -> [i32; D] {
         let mut rest = i32::from(code);
         std::array::from_fn(|_| {
             let step = rest % 3;
@@ -102,7 +108,7 @@ impl<const D: usize> PeriodicCell<D> {
     }
 
     /// Number of the image with these lattice steps.
-    pub fn code(steps: &[i32; D]) -> u8 {
+    pub fn image_index(steps: &[i32; D]) -> u8 {
         steps.iter().rev().fold(0, |code, step| 3 * code + step.rem_euclid(3) as u8)
     }
 
@@ -115,14 +121,14 @@ impl<const D: usize> PeriodicCell<D> {
     pub fn shifts(&self, out: &mut Vec<([f64; D], [f64; D])>) {
         out.clear();
         out.extend((0..Self::images()).map(|code| {
-            let shift = self.shift(&Self::steps(code as u8));
-            (shift, apply(&self.rate, &shift))
+            let shift = self.shift(&Self::image_steps(code as u8));
+            (shift, apply(&self.velocity_gradient, &shift))
         }));
     }
 
     /// Goes on over a step of `dt` (s).
     pub fn advance(&mut self, dt: f64) {
-        let change = product(&self.rate, &self.h);
+        let change = product(&self.velocity_gradient, &self.h);
         for i in 0..D {
             for j in 0..D {
                 self.h[i][j] += dt * change[i][j];
@@ -160,7 +166,7 @@ mod tests {
         // Sheet: dem §2.11. Shear of 3.7 in a cell of 2 m × 1 m: images above are 3.7 mod 2 m ahead, and 3 m/s faster.
         let (wide, high, rate) = (2.0, 1.0, 3.0);
         let mut cell = PeriodicCell::new([0.0; 2], [wide, high], [true; 2]);
-        cell.rate[0][1] = rate;
+        cell.velocity_gradient[0][1] = rate;
         cell.h[0][1] = 3.7;
         cell.reduce();
         let ahead = 3.7f64.rem_euclid(wide);
@@ -181,7 +187,7 @@ mod tests {
                     (near[0] - exact[0]).abs() + (near[1] - exact[1]).abs() < 1e-12,
                     "{near:?} {exact:?}"
                 );
-                let jump = apply(&cell.rate, &apply(&cell.h, &steps));
+                let jump = apply(&cell.velocity_gradient, &apply(&cell.h, &steps));
                 assert!((jump[0] - rows * rate * high).abs() < 1e-12 && jump[1] == 0.0);
             }
         }
@@ -190,7 +196,7 @@ mod tests {
     #[test]
     fn codes_name_their_steps_and_shear_is_reduced() {
         for code in 0..27 {
-            assert_eq!(PeriodicCell::<3>::code(&PeriodicCell::<3>::steps(code)), code);
+            assert_eq!(PeriodicCell::<3>::image_index(&PeriodicCell::<3>::image_steps(code)), code);
         }
         let mut cell = PeriodicCell::new([0.0; 2], [2.0, 1.0], [true; 2]);
         cell.h[0][1] = 1.3;

@@ -6,16 +6,16 @@
 //! fine the fields are. Below two mean diameters they show single grains. Contacts with walls are spread from the place on
 //! the wall to the centre.
 
-use colluvium_case::{Dataset, Field, FieldData, Lattice, Support, spatial};
+use colluvium_case::{Dataset, DatasetGeometry, Field, FieldData, Lattice, spatial};
 use colluvium_constitutive::SymTensor;
 
 use crate::cell::PeriodicCell;
 use crate::contact::Contact;
 use crate::solver::DemSolver;
-use crate::vector::{dot, minus};
+use crate::vector::{difference, dot};
 
 /// Places and weights of the rule of Gauss and Legendre along a branch, on 0 to 1.
-const LINE: [(f64, f64); 5] = [
+const GAUSS_RULE: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_094_5),
     (0.230_765_344_947_158_5, 0.239_314_335_249_683_2),
     (0.5, 0.284_444_444_444_444_4),
@@ -25,7 +25,7 @@ const LINE: [(f64, f64); 5] = [
 
 /// Nodes at equal distances along the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nodes<const D: usize> {
+pub struct CoarseGrainingNodes<const D: usize> {
     /// The first node (m).
     pub origin: [f64; D],
     /// Distance of the nodes (m).
@@ -36,7 +36,7 @@ pub struct Nodes<const D: usize> {
 
 /// Fields at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Averages<const D: usize> {
+pub struct CoarseFields<const D: usize> {
     /// Mass over volume (kg/m³; in the plane kg/m³ of a slice one metre thick).
     pub density: f64,
     /// Momentum over mass (m/s); zero where there is no grain.
@@ -47,7 +47,7 @@ pub struct Averages<const D: usize> {
     pub contact: SymTensor,
 }
 
-impl<const D: usize> Averages<D> {
+impl<const D: usize> CoarseFields<D> {
     /// Where there is nothing.
     const EMPTY: Self =
         Self { density: 0.0, velocity: [0.0; D], kinetic: SymTensor::ZERO, contact: SymTensor::ZERO };
@@ -55,12 +55,12 @@ impl<const D: usize> Averages<D> {
 
 /// The kernel of Lucy, `c (1 + 3 q) (1 - q)³` with `q` the distance over its width.
 #[derive(Clone, Copy, Debug)]
-struct Kernel<const D: usize> {
+struct CoarseGrainingKernel<const D: usize> {
     width: f64,
     scale: f64,
 }
 
-impl<const D: usize> Kernel<D> {
+impl<const D: usize> CoarseGrainingKernel<D> {
     fn new(width: f64) -> Self {
         let pi = std::f64::consts::PI;
         let scale = if D == 2 { 5.0 / (pi * width * width) } else { 105.0 / (16.0 * pi * width.powi(3)) };
@@ -73,7 +73,7 @@ impl<const D: usize> Kernel<D> {
     }
 }
 
-impl<const D: usize> Nodes<D> {
+impl<const D: usize> CoarseGrainingNodes<D> {
     /// Number of nodes.
     pub fn len(&self) -> usize {
         self.count.iter().product()
@@ -95,7 +95,12 @@ impl<const D: usize> Nodes<D> {
     }
 
     /// Calls `visit(node, W)` for the nodes within the width of the kernel around `x`.
-    fn around(&self, kernel: &Kernel<D>, x: &[f64; D], mut visit: impl FnMut(usize, f64)) {
+    fn for_each_node_around(
+        &self,
+        kernel: &CoarseGrainingKernel<D>,
+        x: &[f64; D],
+        mut visit: impl FnMut(usize, f64),
+    ) {
         let mut first = [0usize; D];
         let mut number = [0usize; D];
         for c in 0..D {
@@ -114,7 +119,7 @@ impl<const D: usize> Nodes<D> {
                 rest /= number[c];
                 stride *= self.count[c];
             }
-            let weight = kernel.value(&minus(&self.place(node), x));
+            let weight = kernel.value(&difference(&self.place(node), x));
             if weight > 0.0 {
                 visit(node, weight);
             }
@@ -134,7 +139,7 @@ fn images<const D: usize>(cell: &PeriodicCell<D>) -> Vec<([f64; D], [f64; D])> {
     let mut all = Vec::new();
     cell.shifts(&mut all);
     let allowed = |code: usize| {
-        let steps = PeriodicCell::<D>::steps(code as u8);
+        let steps = PeriodicCell::<D>::image_steps(code as u8);
         steps.iter().zip(&cell.periodic).all(|(step, periodic)| *step == 0 || *periodic)
     };
     all.into_iter().enumerate().filter(|(code, _)| allowed(*code)).map(|(_, shift)| shift).collect()
@@ -143,15 +148,15 @@ fn images<const D: usize>(cell: &PeriodicCell<D>) -> Vec<([f64; D], [f64; D])> {
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Continuum fields at `nodes` from the grains as they are now, by a kernel of Lucy of this `width` (m), over the ends of
     /// periods too. Velocities are those half a step before the positions, as they are kept.
-    pub fn coarse_grained(&self, nodes: &Nodes<D>, width: f64) -> Vec<Averages<D>> {
-        let kernel = Kernel::<D>::new(width);
+    pub fn coarse_grained(&self, nodes: &CoarseGrainingNodes<D>, width: f64) -> Vec<CoarseFields<D>> {
+        let kernel = CoarseGrainingKernel::<D>::new(width);
         let images = images(&self.cell);
-        let mut fields = vec![Averages::EMPTY; nodes.len()];
+        let mut fields = vec![CoarseFields::EMPTY; nodes.len()];
         let g = &self.grains;
         let spread = |x: &[f64; D], visit: &mut dyn FnMut(usize, f64, &[f64; D])| {
             for (shift, lift) in &images {
                 let image = std::array::from_fn(|c| x[c] + shift[c]);
-                nodes.around(&kernel, &image, |node, weight| visit(node, weight, lift));
+                nodes.for_each_node_around(&kernel, &image, |node, weight| visit(node, weight, lift));
             }
         };
         for i in 0..g.len() {
@@ -175,7 +180,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         for Contact { grain, branch, force, .. } in self.contacts() {
             let stress = outer(&force, &branch);
-            for (along, share) in LINE {
+            for (along, share) in GAUSS_RULE {
                 let x: [f64; D] = std::array::from_fn(|c| g.position[grain][c] - along * branch[c]);
                 spread(&x, &mut |node, weight, _| fields[node].contact -= stress * (share * weight));
             }
@@ -186,17 +191,21 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// The fields at the nodes of `output.grid`.
-    pub(crate) fn take_lattice(&self, lattice: Lattice) -> Dataset {
-        let nodes = Nodes {
+    pub(crate) fn coarse_grained_dataset(&self, lattice: Lattice) -> Dataset {
+        let nodes = CoarseGrainingNodes {
             origin: std::array::from_fn(|c| lattice.low[c]),
             spacing: lattice.spacing,
             count: std::array::from_fn(|c| lattice.count[c]),
         };
         let mean = 2.0 * self.grains.radius.iter().sum::<f64>() / self.grains.len().max(1) as f64;
         let width = self.options.coarse_graining * mean;
-        let fields =
-            if mean > 0.0 { self.coarse_grained(&nodes, width) } else { vec![Averages::EMPTY; nodes.len()] };
-        let tensor = |of: fn(&Averages<D>) -> SymTensor| FieldData::Tensor(fields.iter().map(of).collect());
+        let fields = if mean > 0.0 {
+            self.coarse_grained(&nodes, width)
+        } else {
+            vec![CoarseFields::EMPTY; nodes.len()]
+        };
+        let tensor =
+            |of: fn(&CoarseFields<D>) -> SymTensor| FieldData::Tensor(fields.iter().map(of).collect());
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
         let fields = vec![
             field("density", "kg/m3", FieldData::Scalar(fields.iter().map(|own| own.density).collect())),
@@ -208,8 +217,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             field("stress", "Pa", tensor(|own| own.contact + own.kinetic)),
             field("kinetic_stress", "Pa", tensor(|own| own.kinetic)),
         ];
-        let support = Support::Lattice { nodes: lattice, mask: Vec::new() };
-        Dataset { name: Dataset::GRID.to_owned(), support, fields }
+        let support = DatasetGeometry::Lattice { nodes: lattice, mask: Vec::new() };
+        Dataset { name: Dataset::GRID.to_owned(), geometry: support, fields }
     }
 }
 
@@ -219,14 +228,18 @@ mod tests {
 
     #[test]
     fn the_kernel_integrates_to_one() {
-        let nodes = Nodes::<2> { origin: [-1.0; 2], spacing: 0.02, count: [101; 2] };
+        let nodes = CoarseGrainingNodes::<2> { origin: [-1.0; 2], spacing: 0.02, count: [101; 2] };
         let mut sum = 0.0;
-        nodes.around(&Kernel::new(0.7), &[0.013, -0.04], |_, weight| sum += weight * 4e-4);
+        nodes.for_each_node_around(&CoarseGrainingKernel::new(0.7), &[0.013, -0.04], |_, weight| {
+            sum += weight * 4e-4
+        });
         assert!((sum - 1.0).abs() < 1e-4, "{sum}");
-        let nodes = Nodes::<3> { origin: [-1.0; 3], spacing: 0.04, count: [51; 3] };
+        let nodes = CoarseGrainingNodes::<3> { origin: [-1.0; 3], spacing: 0.04, count: [51; 3] };
         let mut sum = 0.0;
-        nodes.around(&Kernel::new(0.7), &[0.013, -0.04, 0.02], |_, weight| sum += weight * 6.4e-5);
+        nodes.for_each_node_around(&CoarseGrainingKernel::new(0.7), &[0.013, -0.04, 0.02], |_, weight| {
+            sum += weight * 6.4e-5
+        });
         assert!((sum - 1.0).abs() < 1e-3, "{sum}");
-        assert!((LINE.iter().map(|(_, share)| share).sum::<f64>() - 1.0).abs() < 1e-15);
+        assert!((GAUSS_RULE.iter().map(|(_, share)| share).sum::<f64>() - 1.0).abs() < 1e-15);
     }
 }

@@ -2,14 +2,14 @@
 //!
 //! All of it is of contacts between grains; those with walls count for whether a grain bears something.
 
-use colluvium_case::measure::Reading;
-use colluvium_case::solver::{Mesh, Points};
-use colluvium_case::{Dataset, Field, FieldData, Support, spatial};
+use colluvium_case::measure::ScalarOutput;
+use colluvium_case::solver::{FramePoints, PolygonMesh};
+use colluvium_case::{Dataset, DatasetGeometry, Field, FieldData, spatial};
 use colluvium_constitutive::SymTensor;
 
-use crate::contact::{Contact, Met};
+use crate::contact::{Contact, FabricSample};
 use crate::solver::DemSolver;
-use crate::vector::{dot, minus, norm, times};
+use crate::vector::{difference, dot, norm, scaled};
 
 /// What contacts between grains are on average.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub struct Fabric<const D: usize> {
     /// Mean force along the normal (N).
     pub mean_force: f64,
     /// Share of the contacts whose force along the normal is below the mean.
-    pub weak: f64,
+    pub weak_fraction: f64,
 }
 
 /// Which grains bear nothing, of `count` grains with these contacts; `None` stands for a wall.
@@ -74,7 +74,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// How contacts lie now; `None` where no grains touch. Held grains bear something always and are not counted.
     pub fn fabric(&self) -> Option<Fabric<D>> {
         let held = &self.grains.held;
-        let Met { pairs, forces, dyads, pressed } = self.take_met();
+        let FabricSample { pairs, forces, dyads, stress_volume: pressed } = self.fabric_sample();
         if forces.is_empty() {
             return None;
         }
@@ -105,18 +105,18 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             alignment: alignment(&tensor, &pressed),
             anisotropy: if D == 2 { 4.0 } else { 7.5 } * square.sqrt(),
             mean_force,
-            weak: weak / count,
+            weak_fraction: weak / count,
         })
     }
 
     /// What contacts leave for it.
-    pub(crate) fn take_met(&self) -> Met<D> {
+    pub(crate) fn fabric_sample(&self) -> FabricSample<D> {
         let held = &self.grains.held;
         // As many as in the last step, and no list of whole contacts: of many grains that would be as much as all else.
-        let all = self.contact_count() as usize + self.near.grain.len();
+        let all = self.contact_count() as usize + self.wall_list.grain.len();
         let (mut pairs, mut forces) = (Vec::with_capacity(all), Vec::with_capacity(all));
         let (mut dyads, mut pressed) = (SymTensor::ZERO, [[0.0; D]; D]);
-        self.visit(|contact, _, _| {
+        self.for_each_contact(|contact, _, _| {
             pairs.push(match contact.other {
                 Some(j) if held[contact.grain] => (j as u32, None),
                 other => (contact.grain as u32, other.filter(|j| !held[*j]).map(|j| j as u32)),
@@ -124,7 +124,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             if contact.other.is_none() {
                 return;
             }
-            let normal = spatial(&times(1.0 / norm(&contact.branch), &contact.branch));
+            let normal = spatial(&scaled(1.0 / norm(&contact.branch), &contact.branch));
             dyads += SymTensor::symmetric_dyad(normal, normal);
             forces.push(contact.normal);
             let (f, l) = (&contact.force, &contact.branch);
@@ -134,11 +134,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 }
             }
         });
-        Met { pairs, forces, dyads, pressed }
+        FabricSample { pairs, forces, dyads, stress_volume: pressed }
     }
 
     /// What goes into the rows of the measures: not-a-number where no grains touch.
-    pub(crate) fn fabric_readings(&self) -> Vec<Reading> {
+    pub(crate) fn fabric_outputs(&self) -> Vec<ScalarOutput> {
         let fabric = self.fabric();
         let number = |of: &dyn Fn(&Fabric<D>) -> f64| fabric.as_ref().map_or(f64::NAN, of);
         let mut all = vec![
@@ -147,7 +147,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             ("fabric.anisotropy".to_owned(), "", number(&|f| f.anisotropy)),
             ("fabric.alignment".to_owned(), "", number(&|f| f.alignment)),
             ("fabric.mean_force".to_owned(), "N", number(&|f| f.mean_force)),
-            ("fabric.weak".to_owned(), "", number(&|f| f.weak)),
+            ("fabric.weak".to_owned(), "", number(&|f| f.weak_fraction)),
         ];
         let axes = ["x", "y", "z"];
         for i in 0..D {
@@ -160,24 +160,26 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// The bonds that have broken, in the order in which they did: where, when, and between which grains.
-    pub(crate) fn take_broken(&self) -> Dataset {
+    pub(crate) fn broken_bonds_dataset(&self) -> Dataset {
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
-        let ids = |k: usize| FieldData::Whole(self.broken.iter().map(|one| i64::from(one.ids[k])).collect());
-        let times = FieldData::Scalar(self.broken.iter().map(|one| one.time).collect());
-        let points = Points {
-            ids: (0..self.broken.len() as u64).collect(),
-            positions: self.broken.iter().map(|one| one.place).collect(),
-            ..Points::default()
+        let ids = |k: usize| {
+            FieldData::Integer(self.broken_bonds.iter().map(|one| i64::from(one.ids[k])).collect())
+        };
+        let times = FieldData::Scalar(self.broken_bonds.iter().map(|one| one.time).collect());
+        let points = FramePoints {
+            ids: (0..self.broken_bonds.len() as u64).collect(),
+            positions: self.broken_bonds.iter().map(|one| one.place).collect(),
+            ..FramePoints::default()
         };
         Dataset {
             name: "broken-bonds".to_owned(),
-            support: Support::Points(points),
+            geometry: DatasetGeometry::Points(points),
             fields: vec![field("time", "s", times), field("first", "", ids(0)), field("second", "", ids(1))],
         }
     }
 
     /// Contacts as lines: from the other centre, or the place on a wall, to that of the first grain.
-    pub(crate) fn take_contacts(&self) -> Dataset {
+    pub(crate) fn contacts_dataset(&self) -> Dataset {
         let all = self.contacts();
         let across = |contact: &Contact<D>| {
             (dot(&contact.force, &contact.force) - contact.normal * contact.normal).max(0.0).sqrt()
@@ -189,12 +191,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         };
         let ends = all.iter().map(|contact| {
             let to = &self.grains.position[contact.grain];
-            [spatial(&minus(to, &contact.branch)), spatial(to)]
+            [spatial(&difference(to, &contact.branch)), spatial(to)]
         });
         let force = FieldData::Vector(all.iter().map(|contact| spatial(&contact.force)).collect());
         Dataset {
             name: Dataset::CONTACTS.to_owned(),
-            support: Support::Mesh(Mesh::of_lines(&ends.collect::<Vec<_>>())),
+            geometry: DatasetGeometry::Mesh(PolygonMesh::of_lines(&ends.collect::<Vec<_>>())),
             fields: vec![
                 Field { name: "force".to_owned(), unit: "N", data: force },
                 scalar("normal_force", "N", &|contact| contact.normal),
@@ -207,7 +209,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// Share of the contacts between grains in each of `bins` equal parts of the half turn from the x axis towards y, normals
     /// seen along z; all zero where no grains touch.
-    pub fn rose(&self, bins: usize) -> Vec<f64> {
+    pub fn contact_rose(&self, bins: usize) -> Vec<f64> {
         let mut counts = vec![0.0; bins];
         let mut total = 0.0;
         for contact in self.contacts().iter().filter(|contact| contact.other.is_some()) {

@@ -1,11 +1,11 @@
 //! Grains: one column per quantity.
 
-use colluvium_points::columns;
+use colluvium_points::struct_of_arrays;
 
 /// Grains that a task takes at least.
-pub const TASK: usize = 1024;
+pub const MIN_GRAINS_PER_TASK: usize = 1024;
 
-columns! {
+struct_of_arrays! {
     /// Grains in `D` dimensions with rotations of `R` components.
     pub struct Grains<const D: usize, const R: usize> {
         /// Numbers, for life.
@@ -41,7 +41,7 @@ columns! {
 
 /// What contacts see of grains, column by column; see [`Grains`] for what they are.
 #[derive(Clone, Copy)]
-pub struct Shown<'a, const D: usize, const R: usize> {
+pub struct GrainView<'a, const D: usize, const R: usize> {
     /// Kinds.
     pub kind: &'a [u32],
     /// Whether a grain is held.
@@ -59,7 +59,7 @@ pub struct Shown<'a, const D: usize, const R: usize> {
 }
 
 /// What contacts do to grains: forces (N) and moments (N m).
-pub type Acting<'a, const D: usize, const R: usize> = (&'a mut [[f64; D]], &'a mut [[f64; R]]);
+pub type GrainForces<'a, const D: usize, const R: usize> = (&'a mut [[f64; D]], &'a mut [[f64; R]]);
 
 /// Moment of inertia over mass and square of the radius.
 pub const fn inertia(dimension: usize) -> f64 {
@@ -91,15 +91,15 @@ impl<const D: usize, const R: usize> Grains<D, R> {
     }
 
     /// What contacts see.
-    pub fn shown(&self) -> Shown<'_, D, R> {
+    pub fn view(&self) -> GrainView<'_, D, R> {
         let Self { kind, held, radius, mass, position, velocity, spin, .. } = self;
-        Shown { kind, held, radius, mass, position, velocity, spin }
+        GrainView { kind, held, radius, mass, position, velocity, spin }
     }
 
     /// What contacts see, and what they change.
-    pub fn apart(&mut self) -> (Shown<'_, D, R>, Acting<'_, D, R>) {
+    pub fn view_and_forces(&mut self) -> (GrainView<'_, D, R>, GrainForces<'_, D, R>) {
         let Self { kind, held, radius, mass, position, velocity, spin, force, torque, .. } = self;
-        (Shown { kind, held, radius, mass, position, velocity, spin }, (force, torque))
+        (GrainView { kind, held, radius, mass, position, velocity, spin }, (force, torque))
     }
 
     /// Moment of inertia (kg m²).

@@ -4,7 +4,7 @@ use crate::solver::DemSolver;
 
 /// What the bands of a packing say.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Homogeneity {
+pub struct VoidRatioBands {
     /// Void ratio of each band, from below; infinite where a band is empty.
     pub bands: Vec<f64>,
     /// Void ratio of all of them together.
@@ -14,7 +14,7 @@ pub struct Homogeneity {
 }
 
 /// Area of a disk of radius `r` below a line at height `h` over its centre.
-fn below(r: f64, h: f64) -> f64 {
+fn segment_area(r: f64, h: f64) -> f64 {
     let h = h.clamp(-r, r);
     let half = (h / r).asin();
     r * r * (half + std::f64::consts::FRAC_PI_2) + h * (r * r - h * h).max(0.0).sqrt()
@@ -23,12 +23,12 @@ fn below(r: f64, h: f64) -> f64 {
 impl DemSolver<2, 1> {
     /// Void ratios of horizontal bands of equal height between `low` and `high` (m), in the box from `left` to `right` (m), which
     /// holds the disks or repeats itself; `None` for fewer than two bands, for no width, and where there are no disks.
-    pub fn homogeneity(
+    pub fn void_ratio_bands(
         &self,
         [left, right]: [f64; 2],
         [low, high]: [f64; 2],
         bands: usize,
-    ) -> Option<Homogeneity> {
+    ) -> Option<VoidRatioBands> {
         let height = (high - low) / bands as f64;
         if bands < 2 || !(height > 0.0 && right > left) {
             return None;
@@ -37,7 +37,7 @@ impl DemSolver<2, 1> {
         for (x, r) in self.grains.position.iter().zip(&self.grains.radius) {
             for (k, sum) in solid.iter_mut().enumerate() {
                 let floor = low + height * k as f64;
-                *sum += below(*r, floor + height - x[1]) - below(*r, floor - x[1]);
+                *sum += segment_area(*r, floor + height - x[1]) - segment_area(*r, floor - x[1]);
             }
         }
         let area = (right - left) * height;
@@ -49,22 +49,26 @@ impl DemSolver<2, 1> {
         let void_ratio = ratio(total, area * bands as f64);
         let bands: Vec<f64> = solid.iter().map(|solid| ratio(*solid, area)).collect();
         let squares: f64 = bands.iter().map(|e| (e - void_ratio).powi(2)).sum();
-        Some(Homogeneity { variance: squares / (bands.len() - 1) as f64, bands, void_ratio })
+        Some(VoidRatioBands { variance: squares / (bands.len() - 1) as f64, bands, void_ratio })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::below;
-    use colluvium_testkit::near;
+    use super::segment_area;
+    use colluvium_testkit::assert_near;
 
     #[test]
     fn a_line_cuts_a_disk_into_segments() {
         let area = std::f64::consts::PI * 4.0;
-        near(below(2.0, 0.0), 0.5 * area, 1e-12);
-        near(below(2.0, 5.0), area, 1e-12);
-        near(below(2.0, -2.0), 0.0, 1e-12);
+        assert_near(segment_area(2.0, 0.0), 0.5 * area, 1e-12);
+        assert_near(segment_area(2.0, 5.0), area, 1e-12);
+        assert_near(segment_area(2.0, -2.0), 0.0, 1e-12);
         // A segment of half the radius: r² (π/3 - √3/4) is cut off.
-        near(below(2.0, 1.0), area - 4.0 * (std::f64::consts::PI / 3.0 - 3f64.sqrt() / 4.0), 1e-12);
+        assert_near(
+            segment_area(2.0, 1.0),
+            area - 4.0 * (std::f64::consts::PI / 3.0 - 3f64.sqrt() / 4.0),
+            1e-12,
+        );
     }
 }

@@ -1,14 +1,14 @@
 //! The energy balance (sheet: dem §2.14): what there is, what came in, what went, all at the time of the last forces.
 
-use colluvium_case::measure::Reading;
+use colluvium_case::measure::ScalarOutput;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::Tally;
-use crate::motion::Sums;
+use crate::contact::ContactEnergies;
+use crate::motion::GrainSums;
 
 /// A bond that has broken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Broken {
+pub struct BrokenBond {
     /// When (s).
     pub time: f64,
     /// Ids of its grains.
@@ -19,7 +19,7 @@ pub struct Broken {
 
 /// Energies (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Ledger {
+pub struct EnergyBalance {
     /// Kinetic energy of centres.
     pub kinetic: f64,
     /// Kinetic energy of rotations.
@@ -27,7 +27,7 @@ pub struct Ledger {
     /// Energy of overlaps.
     pub elastic: f64,
     /// Energy of springs across.
-    pub elastic_across: f64,
+    pub elastic_tangential: f64,
     /// Energy of springs against rolling and twisting.
     pub elastic_rolling: f64,
     /// Energy of bonds.
@@ -41,7 +41,7 @@ pub struct Ledger {
     /// Kinetic energy of grains that entered since the start.
     pub entered: f64,
     /// Changes between stages: other laws, velocities set.
-    pub switches: f64,
+    pub stage_changes: f64,
     /// Taken by friction.
     pub friction: f64,
     /// Taken by dashpots.
@@ -59,9 +59,9 @@ pub struct Ledger {
     /// What there was at the start.
     pub start: Option<f64>,
     /// What of gravity, damping, held grains and applied forces belongs to the half step that follows.
-    ahead: [f64; 4],
+    next_half_step: [f64; 4],
     /// The balance to go on from when a stage begins.
-    going_on: Option<f64>,
+    carried_balance: Option<f64>,
     /// Contacts with a force, and those that slip.
     pub contacts: [u64; 2],
     /// Bonds that have broken since the start.
@@ -72,7 +72,7 @@ pub struct Ledger {
     pub overlap: f64,
 }
 
-impl Ledger {
+impl EnergyBalance {
     /// What there is.
     pub fn stored(&self) -> f64 {
         self.kinetic + self.rotation + self.recoverable()
@@ -80,7 +80,7 @@ impl Ledger {
 
     /// What contacts hold.
     pub fn recoverable(&self) -> f64 {
-        self.elastic + self.elastic_across + self.elastic_rolling + self.elastic_bonds
+        self.elastic + self.elastic_tangential + self.elastic_rolling + self.elastic_bonds
     }
 
     /// What has been taken out.
@@ -101,7 +101,7 @@ impl Ledger {
             + self.applied
             + self.boundary
             + self.entered
-            + self.switches;
+            + self.stage_changes;
         self.stored() + self.dissipated() - came
     }
 
@@ -112,25 +112,25 @@ impl Ledger {
             + self.applied.abs()
             + self.boundary.abs()
             + self.entered
-            + self.switches.abs()
+            + self.stage_changes.abs()
     }
 
     /// When a stage begins what changes with it is no error.
     pub fn begin_stage(&mut self) {
         if self.start.is_some() {
-            self.going_on = Some(self.balance());
+            self.carried_balance = Some(self.balance());
         }
     }
 
     /// What happened before belongs to another run: the balance is that from the first step on.
-    pub fn goes_on(&mut self) {
-        self.going_on = Some(0.0);
+    pub fn continue_from_other_run(&mut self) {
+        self.carried_balance = Some(0.0);
     }
 
     /// Sums over contacts of a step.
-    pub fn contacts(&mut self, tally: &Tally) {
+    pub fn add_contacts(&mut self, tally: &ContactEnergies) {
         self.elastic = tally.elastic;
-        self.elastic_across = tally.elastic_across;
+        self.elastic_tangential = tally.elastic_tangential;
         self.elastic_rolling = tally.elastic_rolling;
         self.elastic_bonds = tally.elastic_bonds;
         self.friction += tally.friction;
@@ -147,40 +147,40 @@ impl Ledger {
     }
 
     /// Sums over grains of a step, of which `share` lies before the time of the forces.
-    pub fn grains<const D: usize>(&mut self, sums: &Sums<D>, share: f64) {
+    pub fn add_grains<const D: usize>(&mut self, sums: &GrainSums<D>, share: f64) {
         let now = [sums.gravity, sums.damping, sums.held, sums.applied];
-        let sum = |k: usize| self.ahead[k] + share * now[k];
+        let sum = |k: usize| self.next_half_step[k] + share * now[k];
         let [gravity, damping, held, applied] = [sum(0), sum(1), sum(2), sum(3)];
         self.gravity += gravity;
         self.applied += applied;
         self.damping += damping;
         self.boundary += held;
-        self.ahead = now.map(|value| (1.0 - share) * value);
+        self.next_half_step = now.map(|value| (1.0 - share) * value);
         // Velocities at the time of the forces are those before the cell changed them.
-        self.ahead[2] += sums.cell;
+        self.next_half_step[2] += sums.cell;
         (self.kinetic, self.rotation) = (sums.kinetic, sums.rotation);
         self.squares[0] = sums.squares;
         if self.start.is_none() {
             self.start = Some(self.stored());
         }
-        if let Some(balance) = self.going_on.take() {
-            self.switches += self.balance() - balance;
+        if let Some(balance) = self.carried_balance.take() {
+            self.stage_changes += self.balance() - balance;
         }
     }
 
     /// What goes into the rows of the measures.
-    pub fn readings(&self) -> Vec<Reading> {
+    pub fn scalar_outputs(&self) -> Vec<ScalarOutput> {
         let error = if self.input() > 0.0 { self.balance() / self.input() } else { 0.0 };
         [
             ("rotational_energy", self.rotation),
-            ("energy.tangential", self.elastic_across),
+            ("energy.tangential", self.elastic_tangential),
             ("energy.rolling", self.elastic_rolling),
             ("energy.bonds", self.elastic_bonds),
             ("work.gravity", self.gravity),
             ("work.forces", self.applied),
             ("work.boundaries", self.boundary),
             ("energy.entered", self.entered),
-            ("work.stages", self.switches),
+            ("work.stages", self.stage_changes),
             ("dissipated.friction", self.friction),
             ("dissipated.dashpots", self.dashpots),
             ("dissipated.rolling", self.rolling),

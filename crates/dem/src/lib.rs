@@ -39,17 +39,17 @@ mod vector;
 pub mod voronoi;
 mod walls;
 
-use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
+use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;
 
 pub use config::{
     Adhesion, BodyGrains, BondSpec, CellControl, CellEntry, ContactVelocity, CyclicStrain, CyclicStress,
-    DampingForm, DemOptions, Diameters, Fill, Friction, GrainKind, GrainStage, LeverArm, MeasuringRegion,
-    Membrane, NormalLaw, Packing, PairOverride, PairSpec, Press, Rain, RollingSpec, Shaking, SpringReset,
-    TangentialSpec,
+    DampingForm, DemOptions, Diameters, Fill, Friction, GrainKind, GrainStage, LatticePacking, LeverArm,
+    MeasuringRegion, Membrane, NormalLaw, PairOverride, PairSpec, Pluviation, RollingSpec, Shaking,
+    SpringReset, TangentialSpec, WallServo,
 };
 pub use contact::Contact;
-pub use homogeneity::Homogeneity;
+pub use homogeneity::VoidRatioBands;
 pub use solver::DemSolver;
 pub use specimen::Specimen;
 
@@ -70,24 +70,24 @@ impl Method for Dem {
         schemars::schema_for!(DemOptions)
     }
 
-    fn size(&self, case: &Case) -> Result<Size, CaseError> {
-        setup::size(case)
+    fn problem_size(&self, case: &Case) -> Result<ProblemSize, CaseError> {
+        setup::problem_size(case)
     }
 
-    fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
+    fn capabilities(&self, case: &Case) -> Result<Capabilities, CaseError> {
         setup::options(case)?;
-        Ok(setup::honours())
+        Ok(setup::capabilities())
     }
 
-    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
+    fn plan_supported_case(&self, case: &Case) -> Result<Plan, CaseError> {
         setup::plan(case)
     }
 
-    fn made_honoured(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
-        setup::made(case)
+    fn plan_and_build_supported_case(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
+        setup::plan_and_build(case)
     }
 
-    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    fn build_supported_case(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case)
     }
 }

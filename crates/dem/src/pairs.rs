@@ -1,23 +1,23 @@
 //! Pairs of grains near each other, each once, with what their contacts remember.
 
-use colluvium_points::columns;
+use colluvium_points::struct_of_arrays;
 
 use crate::contact::bond::Bond;
-use crate::contact::{APART, Law, Memory};
+use crate::contact::{CONTACT_APART, ContactHistory, PairLaw};
 
 /// Numbers of a spring across with its dashpot: as many as are read at once.
-pub const SPRING: usize = 4;
+pub const SPRING_WIDTH: usize = 4;
 
-columns! {
+struct_of_arrays! {
     /// What contacts remember, column by column. Columns that no law needs are empty.
-    pub struct Memories<const R: usize> {
+    pub struct ContactHistories<const R: usize> {
         /// State of each contact.
         pub state: u8,
-        /// The first `R`: see [`Memory::slide`]. The last: see [`Memory::dash`].
-        pub spring: [f64; SPRING],
-        /// See [`Memory::roll`].
+        /// The first `R`: see [`ContactHistory::shear_displacement`]. The last: see [`ContactHistory::damping_force`].
+        pub spring: [f64; SPRING_WIDTH],
+        /// See [`ContactHistory::rolling_angle`].
         pub roll: [f64; R],
-        /// See [`Memory::twist`].
+        /// See [`ContactHistory::torsion_angle`].
         pub twist: f64,
         /// Bonds.
         pub bond: Bond<R>,
@@ -26,50 +26,50 @@ columns! {
 
 /// Which columns there are beside those that all laws need.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Columns {
+pub struct HistoryColumns {
     /// Springs against rolling and twisting.
-    pub rolls: bool,
+    pub has_rolling: bool,
     /// Bonds.
     pub bonds: bool,
 }
 
-impl Columns {
+impl HistoryColumns {
     /// Those that these laws need.
-    pub fn of(laws: &[Law]) -> Self {
+    pub fn of(laws: &[PairLaw]) -> Self {
         Self {
-            rolls: laws.iter().any(|law| law.rolling.is_some() || law.twisting.is_some()),
+            has_rolling: laws.iter().any(|law| law.rolling.is_some() || law.twisting.is_some()),
             bonds: laws.iter().any(|law| law.bond.is_some()),
         }
     }
 }
 
-impl<const R: usize> Memories<R> {
+impl<const R: usize> ContactHistories<R> {
     /// Forgets all, for `count` contacts.
-    pub fn clear(&mut self, count: usize, columns: Columns) {
+    pub fn clear(&mut self, count: usize, columns: HistoryColumns) {
         let of = |on: bool| if on { count } else { 0 };
-        fill(&mut self.state, count, APART);
-        fill(&mut self.spring, count, [0.0; SPRING]);
-        fill(&mut self.roll, of(columns.rolls), [0.0; R]);
-        fill(&mut self.twist, of(columns.rolls && R == 3), 0.0);
+        fill(&mut self.state, count, CONTACT_APART);
+        fill(&mut self.spring, count, [0.0; SPRING_WIDTH]);
+        fill(&mut self.roll, of(columns.has_rolling), [0.0; R]);
+        fill(&mut self.twist, of(columns.has_rolling && R == 3), 0.0);
         fill(&mut self.bond, of(columns.bonds), Bond::default());
     }
 
     /// What contact `k` remembers.
     #[inline]
-    pub fn get(&self, k: usize) -> Memory<R> {
-        Memory {
+    pub fn get(&self, k: usize) -> ContactHistory<R> {
+        ContactHistory {
             state: self.state[k],
-            slide: slide_of(&self.spring[k]),
-            dash: self.spring[k][SPRING - 1],
-            roll: self.roll.get(k).copied().unwrap_or([0.0; R]),
-            twist: self.twist.get(k).copied().unwrap_or(0.0),
+            shear_displacement: shear_displacement(&self.spring[k]),
+            damping_force: self.spring[k][SPRING_WIDTH - 1],
+            rolling_angle: self.roll.get(k).copied().unwrap_or([0.0; R]),
+            torsion_angle: self.twist.get(k).copied().unwrap_or(0.0),
         }
     }
 
     /// Whether contact `k` has something to remember.
     #[inline]
     pub fn is_kept(&self, k: usize) -> bool {
-        self.state[k] != APART || self.bond.get(k).is_some_and(|bond| bond.strength != 0.0)
+        self.state[k] != CONTACT_APART || self.bond.get(k).is_some_and(|bond| bond.strength != 0.0)
     }
 
     /// Takes what another contact remembers, seen from the other side where `flip`.
@@ -82,7 +82,7 @@ impl<const R: usize> Memories<R> {
         };
         self.state[k] = from.state[of];
         self.spring[k] = from.spring[of].map(|c| slide * c);
-        self.spring[k][SPRING - 1] = from.spring[of][SPRING - 1];
+        self.spring[k][SPRING_WIDTH - 1] = from.spring[of][SPRING_WIDTH - 1];
         if !self.roll.is_empty() {
             self.roll[k] = from.roll[of].map(|c| turn * c);
         }
@@ -101,8 +101,8 @@ impl<const R: usize> Memories<R> {
     }
 
     /// All of it, to be changed.
-    pub fn view(&mut self) -> MemoriesMut<'_, R> {
-        MemoriesMut {
+    pub fn view(&mut self) -> ContactHistoriesMut<'_, R> {
+        ContactHistoriesMut {
             state: &mut self.state,
             spring: &mut self.spring,
             roll: &mut self.roll,
@@ -121,7 +121,7 @@ impl<const R: usize> Memories<R> {
     }
 }
 
-fn slide_of<const R: usize>(spring: &[f64; SPRING]) -> [f64; R] {
+fn shear_displacement<const R: usize>(spring: &[f64; SPRING_WIDTH]) -> [f64; R] {
     std::array::from_fn(|c| spring[c])
 }
 
@@ -131,11 +131,11 @@ fn fill<T: Clone>(column: &mut Vec<T>, count: usize, value: T) {
 }
 
 /// Part of what contacts remember, to be changed.
-pub struct MemoriesMut<'a, const R: usize> {
+pub struct ContactHistoriesMut<'a, const R: usize> {
     /// State of each contact.
     pub state: &'a mut [u8],
-    /// See [`Memories::spring`].
-    pub spring: &'a mut [[f64; SPRING]],
+    /// See [`ContactHistories::spring`].
+    pub spring: &'a mut [[f64; SPRING_WIDTH]],
     /// Springs against rolling; empty where there are none.
     pub roll: &'a mut [[f64; R]],
     /// Springs against twisting; empty where there are none.
@@ -149,10 +149,10 @@ fn cut<T>(column: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
     column.split_at_mut(at)
 }
 
-impl<'a, const R: usize> MemoriesMut<'a, R> {
+impl<'a, const R: usize> ContactHistoriesMut<'a, R> {
     /// The same for a while.
-    pub fn again(&mut self) -> MemoriesMut<'_, R> {
-        MemoriesMut {
+    pub fn reborrow(&mut self) -> ContactHistoriesMut<'_, R> {
+        ContactHistoriesMut {
             state: self.state,
             spring: self.spring,
             roll: self.roll,
@@ -176,34 +176,34 @@ impl<'a, const R: usize> MemoriesMut<'a, R> {
 
     /// What contact `k` remembers.
     #[inline]
-    pub fn get(&self, k: usize) -> Memory<R> {
-        Memory {
+    pub fn get(&self, k: usize) -> ContactHistory<R> {
+        ContactHistory {
             state: self.state[k],
-            slide: slide_of(&self.spring[k]),
-            dash: self.spring[k][SPRING - 1],
-            roll: if self.roll.is_empty() { [0.0; R] } else { self.roll[k] },
-            twist: if self.twist.is_empty() { 0.0 } else { self.twist[k] },
+            shear_displacement: shear_displacement(&self.spring[k]),
+            damping_force: self.spring[k][SPRING_WIDTH - 1],
+            rolling_angle: if self.roll.is_empty() { [0.0; R] } else { self.roll[k] },
+            torsion_angle: if self.twist.is_empty() { 0.0 } else { self.twist[k] },
         }
     }
 
     /// Sets what contact `k` remembers.
     #[inline]
-    pub fn set(&mut self, k: usize, memory: &Memory<R>) {
+    pub fn set(&mut self, k: usize, memory: &ContactHistory<R>) {
         self.state[k] = memory.state;
-        self.spring[k][..R].copy_from_slice(&memory.slide);
-        self.spring[k][SPRING - 1] = memory.dash;
+        self.spring[k][..R].copy_from_slice(&memory.shear_displacement);
+        self.spring[k][SPRING_WIDTH - 1] = memory.damping_force;
         if !self.roll.is_empty() {
-            self.roll[k] = memory.roll;
+            self.roll[k] = memory.rolling_angle;
         }
         if !self.twist.is_empty() {
-            self.twist[k] = memory.twist;
+            self.twist[k] = memory.torsion_angle;
         }
     }
 }
 
 /// Pairs under their first grain.
 #[derive(Clone, Debug, Default)]
-pub struct Pairs<const R: usize> {
+pub struct PairList<const R: usize> {
     /// Where the pairs of each grain begin, and their number.
     pub starts: Vec<u32>,
     /// The other grain.
@@ -211,12 +211,12 @@ pub struct Pairs<const R: usize> {
     /// Which image of it; empty in a cell that does not repeat itself.
     pub image: Vec<u8>,
     /// What their contacts remember.
-    pub memory: Memories<R>,
+    pub histories: ContactHistories<R>,
 }
 
-/// Pairs without what their contacts remember; see [`Pairs`].
+/// Pairs without what their contacts remember; see [`PairList`].
 #[derive(Clone, Copy)]
-pub struct Listed<'a> {
+pub struct PairListView<'a> {
     /// Where the pairs of each grain begin, and their number.
     pub starts: &'a [u32],
     /// The other grain.
@@ -225,11 +225,11 @@ pub struct Listed<'a> {
     pub image: &'a [u8],
 }
 
-impl<const R: usize> Pairs<R> {
+impl<const R: usize> PairList<R> {
     /// The pairs, and what their contacts remember.
-    pub fn apart(&mut self) -> (Listed<'_>, MemoriesMut<'_, R>) {
-        let Self { starts, other, image, memory } = self;
-        (Listed { starts, other, image }, memory.view())
+    pub fn view_and_histories(&mut self) -> (PairListView<'_>, ContactHistoriesMut<'_, R>) {
+        let Self { starts, other, image, histories: memory } = self;
+        (PairListView { starts, other, image }, memory.view())
     }
 
     /// The first grain of each pair, with the number of the pair.

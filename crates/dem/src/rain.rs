@@ -6,17 +6,17 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{DemOptions, Diameters, Rain};
+use crate::config::{DemOptions, Diameters, Pluviation};
 use crate::grains::volume;
 
 /// A body whose grains enter during the run.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct GrainSource {
     /// Index into the bodies of the case.
     pub body: u32,
     /// Index into the kinds.
     pub kind: u32,
-    rain: Rain,
+    pluviation: Pluviation,
     /// Where they enter.
     pub shape: Shape,
     sizes: Diameters,
@@ -25,40 +25,40 @@ pub struct Source {
     /// Angular velocity with which they enter (rad/s).
     pub spin: Vec<f64>,
     /// What has entered.
-    pub entered: Entered,
+    pub entered: EnteredGrains,
 }
 
 /// What has entered of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Entered {
+pub struct EnteredGrains {
     /// Grains.
     pub count: u64,
     /// Mass (kg).
     pub mass: f64,
     /// Mass that waits for room (kg).
-    pub waits: f64,
+    pub waiting_mass: f64,
 }
 
 /// The sources of a case; the options are checked.
-pub fn sources(case: &Case, options: &DemOptions) -> Vec<Source> {
+pub fn sources(case: &Case, options: &DemOptions) -> Vec<GrainSource> {
     let source = |(number, body): (usize, &colluvium_case::description::Body)| {
         let own = options.bodies.get(&body.name)?;
         let kind = options.grains.get(&body.material)?;
-        Some(Source {
+        Some(GrainSource {
             body: number as u32,
             kind: options.grains.keys().position(|name| *name == body.material)? as u32,
-            rain: own.rain?,
+            pluviation: own.pluviation?,
             shape: body.shape.clone(),
             sizes: kind.diameter.clone()?,
             density: kind.density,
             spin: own.spin.clone(),
-            entered: Entered::default(),
+            entered: EnteredGrains::default(),
         })
     };
     case.bodies.iter().enumerate().filter_map(source).collect()
 }
 
-impl Source {
+impl GrainSource {
     /// Kind, and radius and mass of its smallest and largest grains.
     pub fn extremes<const D: usize>(&self) -> (usize, [(f64, f64); 2]) {
         let (low, high) = self.sizes.range();
@@ -79,17 +79,17 @@ impl Source {
 
     /// Mass that should have entered by `time` (s).
     pub fn due(&self, time: f64) -> f64 {
-        let end = self.rain.end.map_or(time, |end| end.min(time));
-        self.rain.rate * (end - self.rain.start).max(0.0)
+        let end = self.pluviation.end.map_or(time, |end| end.min(time));
+        self.pluviation.rate * (end - self.pluviation.start).max(0.0)
     }
 
     /// Radius of the next grain (m).
     pub fn radius(&self, dimension: usize, seed: u64) -> f64 {
-        0.5 * self.sizes.draw(dimension, &mut self.draws(seed, 0))
+        0.5 * self.sizes.draw(dimension, &mut self.random_draws(seed, 0))
     }
 
     /// Draws of grain number `count`: the size by themselves, places anew in each step.
-    pub fn draws(&self, seed: u64, step: u64) -> ChaCha8Rng {
+    pub fn random_draws(&self, seed: u64, step: u64) -> ChaCha8Rng {
         let body = seed.wrapping_add(u64::from(self.body)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let count = self.entered.count.wrapping_add(1).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         ChaCha8Rng::seed_from_u64(body ^ count ^ step.wrapping_mul(0x94d0_49bb_1331_11eb))
@@ -97,7 +97,7 @@ impl Source {
 }
 
 /// Whether a ball lies in a shape: its centre and its ends along the axes do.
-pub fn holds<const D: usize>(shape: &Shape, x: &[f64; D], radius: f64) -> bool {
+pub fn contains_ball<const D: usize>(shape: &Shape, x: &[f64; D], radius: f64) -> bool {
     let inner = radius * (1.0 - 1e-9);
     shape.contains(x)
         && (0..2 * D).all(|end| {

@@ -2,17 +2,17 @@
 
 use std::f64::consts::PI;
 
-use colluvium_case::measure::Reading;
+use colluvium_case::measure::ScalarOutput;
 use colluvium_case::spatial;
 use colluvium_points::Shape;
 
 use crate::cell::{PeriodicCell, apply, inverse};
 use crate::grains::volume;
 use crate::solver::DemSolver;
-use crate::vector::{add, minus, norm};
+use crate::vector::{add, difference, norm};
 
 /// Area of two disks, or volume of two balls, in common (m², m³): radii (m) and distance of the centres (m).
-pub fn lens(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 {
+pub fn overlap_volume(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 {
     if distance >= a + b {
         return 0.0;
     }
@@ -57,7 +57,7 @@ impl<const D: usize> PeriodicCell<D> {
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Porosity, coordination, velocity and stress in each region of the options.
-    pub(crate) fn region_readings(&self) -> Vec<Reading> {
+    pub(crate) fn region_outputs(&self) -> Vec<ScalarOutput> {
         if self.options.regions.is_empty() {
             return Vec::new();
         }
@@ -66,7 +66,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let mut readings = Vec::new();
         for (name, region) in &self.options.regions {
             let ball = Shape::Ball { centre: region.centre.clone(), radius: region.radius };
-            let Shape::Ball { centre, radius } = self.case.off_origin(ball) else { continue };
+            let Shape::Ball { centre, radius } = self.case.relative_to_origin(ball) else { continue };
             let centre: [f64; D] = std::array::from_fn(|c| centre[c]);
             // Area or volume of grains in the region; of those with their centre there number, contacts, mass, momentum and stress.
             let (mut solid, mut inside, mut touching, mut mass) = (0.0, 0.0, 0.0, 0.0);
@@ -76,8 +76,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 for shift in &shifts {
                     let mut place = g.position[i];
                     add(&mut place, 1.0, shift);
-                    let distance = norm(&minus(&place, &centre));
-                    solid += lens(D, [radius, g.radius[i]], distance);
+                    let distance = norm(&difference(&place, &centre));
+                    solid += overlap_volume(D, [radius, g.radius[i]], distance);
                     if distance > radius {
                         continue;
                     }
@@ -85,7 +85,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                     (inside, touching, own) = (inside + 1.0, touching + counts[i], own + v);
                     mass += g.mass[i];
                     add(&mut momentum, g.mass[i], &g.velocity[i]);
-                    add(&mut momentum, g.mass[i], &apply(&self.cell.rate, shift));
+                    add(&mut momentum, g.mass[i], &apply(&self.cell.velocity_gradient, shift));
                     (0..6).for_each(|c| stress[c] += v * stresses[i][c]);
                 }
             }
@@ -113,19 +113,19 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use colluvium_testkit::near;
+    use colluvium_testkit::assert_near;
 
     #[test]
     fn a_lens_has_the_area_and_the_volume_of_the_textbook() {
         // Radii and distance 1: 2π/3 - √3/2, and 5π/12.
-        near(lens(2, [1.0, 1.0], 1.0), 2.0 * PI / 3.0 - 0.75f64.sqrt(), 1e-14);
-        near(lens(3, [1.0, 1.0], 1.0), 5.0 * PI / 12.0, 1e-14);
+        assert_near(overlap_volume(2, [1.0, 1.0], 1.0), 2.0 * PI / 3.0 - 0.75f64.sqrt(), 1e-14);
+        assert_near(overlap_volume(3, [1.0, 1.0], 1.0), 5.0 * PI / 12.0, 1e-14);
         // A plane cuts a small one off at its middle.
-        near(lens(2, [1e5, 1.0], 1e5), 0.5 * PI, 1e-4);
-        near(lens(3, [1e4, 1.0], 1e4), 2.0 / 3.0 * PI, 1e-3);
+        assert_near(overlap_volume(2, [1e5, 1.0], 1e5), 0.5 * PI, 1e-4);
+        assert_near(overlap_volume(3, [1e4, 1.0], 1e4), 2.0 / 3.0 * PI, 1e-3);
         for dimension in [2, 3] {
-            near(lens(dimension, [2.0, 0.5], 1.2), volume(dimension, 0.5), 1e-14);
-            near(lens(dimension, [2.0, 0.5], 2.5), 0.0, 1e-14);
+            assert_near(overlap_volume(dimension, [2.0, 0.5], 1.2), volume(dimension, 0.5), 1e-14);
+            assert_near(overlap_volume(dimension, [2.0, 0.5], 2.5), 0.0, 1e-14);
         }
     }
 }

@@ -1,56 +1,61 @@
 //! What the solver tells: contacts, fields, totals.
 
-use colluvium_case::measure::Reading;
-use colluvium_case::{Budget, Field, FieldData, Frame, Reaction, Snapshot, Wanted, spatial};
+use colluvium_case::measure::ScalarOutput;
+use colluvium_case::{Budget, Field, FieldData, Frame, FrameRequest, Reaction, Snapshot, spatial};
 use colluvium_constitutive::SymTensor;
-use colluvium_points::surface::Contacts;
+use colluvium_points::surface::ContactQuery;
 
 use crate::config::LeverArm;
 use crate::contact::bond::Bond;
-use crate::contact::{Contact, Push, Tally};
+use crate::contact::{Contact, ContactEnergies, ContactForce};
 use crate::grains::volume;
-use crate::pairs::Pairs;
+use crate::pairs::PairList;
 use crate::solver::DemSolver;
-use crate::sweep::{Scene, look};
-use crate::vector::{add, dot, minus, spread, times};
+use crate::sweep::{ContactInput, probe_contact};
+use crate::vector::{add, difference, dot, from_tangential, scaled};
 use crate::voronoi::Tessellation;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Calls `visit` for every contact as it is now, with what it does and holds.
-    pub(crate) fn visit(&self, mut visit: impl FnMut(Contact<D>, &Push<R>, &Tally)) {
+    pub(crate) fn for_each_contact(
+        &self,
+        mut visit: impl FnMut(Contact<D>, &ContactForce<R>, &ContactEnergies),
+    ) {
         let mut shifts = Vec::new();
         self.cell.shifts(&mut shifts);
-        let mut scene = Scene::new(self.grains.shown(), &self.laws.pairs, self.kinds.len());
+        let mut scene = ContactInput::new(self.grains.view(), &self.laws.pairs, self.kinds.len());
         scene.shifts = &shifts;
         scene.radii = self.options.lever_arm == LeverArm::Radius;
-        for pairs in [&self.lists.inner, &self.lists.seam] {
+        for pairs in [&self.lists.slab_pairs, &self.lists.periodic_pairs] {
             self.visit_pairs(&scene, pairs, &mut visit);
         }
-        let mut facets = Contacts::default();
-        for k in 0..self.near.grain.len() {
-            let (i, wall) = (self.near.grain[k] as usize, &self.walls[self.near.wall[k] as usize]);
-            let seen = match wall.now() {
+        let mut facets = ContactQuery::default();
+        for k in 0..self.wall_list.grain.len() {
+            let (i, wall) = (self.wall_list.grain[k] as usize, &self.walls[self.wall_list.wall[k] as usize]);
+            let seen = match wall.current_surface() {
                 None => wall.distance(&self.grains.position[i]),
                 Some(surface) => {
                     facets.clear();
-                    surface.touch(
+                    surface.query_contacts(
                         &self.grains.position[i],
-                        self.grains.radius[i] + self.laws.bridge,
+                        self.grains.radius[i] + self.laws.rupture_distance,
                         &mut facets,
                     );
-                    let own = facets.all().iter().find(|place| place.key == self.near.key[k]);
+                    let own = facets.all().iter().find(|place| place.feature_id == self.wall_list.key[k]);
                     let Some(place) = own else { continue };
                     (place.distance, place.normal)
                 }
             };
-            let (touch, _) = scene.touch_wall(i, wall, seen);
+            let (touch, _) = scene.wall_contact_geometry(i, wall, seen);
             let law = wall.law(self.grains.kind[i] as usize, &self.grains.position[i], &seen);
-            let Some((push, tally)) = look(law, &touch, self.near.memory.get(k), None, self.last) else {
+            let Some((push, tally)) =
+                probe_contact(law, &touch, self.wall_list.memory.get(k), None, self.last_step)
+            else {
                 continue;
             };
-            let mut force = spread(&push.across, &touch.normal);
+            let mut force = from_tangential(&push.tangential, &touch.normal);
             add(&mut force, push.normal, &touch.normal);
-            let branch = times(self.grains.radius[i] - touch.overlap, &touch.normal);
+            let branch = scaled(self.grains.radius[i] - touch.overlap, &touch.normal);
             let (normal, overlap) = (push.normal, touch.overlap);
             visit(Contact { grain: i, other: None, branch, force, normal, overlap }, &push, &tally);
         }
@@ -58,23 +63,24 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     fn visit_pairs(
         &self,
-        scene: &Scene<'_, D, R>,
-        pairs: &Pairs<R>,
-        visit: &mut impl FnMut(Contact<D>, &Push<R>, &Tally),
+        scene: &ContactInput<'_, D, R>,
+        pairs: &PairList<R>,
+        visit: &mut impl FnMut(Contact<D>, &ContactForce<R>, &ContactEnergies),
     ) {
         for (i, k) in pairs.firsts() {
             let j = pairs.other[k] as usize;
             let code = pairs.image.get(k).map_or(0, |code| *code as usize);
-            let mut apart = minus(&self.grains.position[i], &self.grains.position[j]);
-            apart = minus(&apart, &scene.shifts[code].0);
+            let mut apart = difference(&self.grains.position[i], &self.grains.position[j]);
+            apart = difference(&apart, &scene.shifts[code].0);
             let distance = dot(&apart, &apart).sqrt();
-            let (touch, _) = scene.touch(i, j, &apart, distance, code);
-            let bond: Option<&Bond<R>> = pairs.memory.bond.get(k);
-            let Some((push, tally)) = look(scene.law(i, j), &touch, pairs.memory.get(k), bond, self.last)
+            let (touch, _) = scene.contact_geometry(i, j, &apart, distance, code);
+            let bond: Option<&Bond<R>> = pairs.histories.bond.get(k);
+            let Some((push, tally)) =
+                probe_contact(scene.law(i, j), &touch, pairs.histories.get(k), bond, self.last_step)
             else {
                 continue;
             };
-            let mut force = spread(&push.across, &touch.normal);
+            let mut force = from_tangential(&push.tangential, &touch.normal);
             add(&mut force, push.normal, &touch.normal);
             let (normal, overlap) = (push.normal, touch.overlap);
             visit(Contact { grain: i, other: Some(j), branch: apart, force, normal, overlap }, &push, &tally);
@@ -90,13 +96,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// Contacts that bore a force in the last step.
     pub fn contact_count(&self) -> u64 {
-        self.ledger.contacts[0]
+        self.energy_balance.contacts[0]
     }
 
     /// All contacts as they are now.
     pub fn contacts(&self) -> Vec<Contact<D>> {
         let mut all = Vec::new();
-        self.visit(|contact, _, _| all.push(contact));
+        self.for_each_contact(|contact, _, _| all.push(contact));
         all
     }
 
@@ -126,7 +132,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn grain_stresses(&self) -> (Vec<SymTensor>, Vec<f64>) {
         let g = &self.grains;
         let (mut sums, mut counts) = (vec![[[0.0; 3]; 3]; g.len()], vec![0.0; g.len()]);
-        self.visit(|contact, _, _| {
+        self.for_each_contact(|contact, _, _| {
             let (force, branch) = (spatial(&contact.force), spatial(&contact.branch));
             let i = contact.grain;
             let mut take = |grain: usize, share: f64| {
@@ -156,7 +162,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// Everything on the grains, in the order of ids.
-    pub(crate) fn take_snapshot(&self) -> Snapshot {
+    pub(crate) fn collect_snapshot(&self) -> Snapshot {
         let g = &self.grains;
         let mut order: Vec<usize> = (0..g.len()).collect();
         order.sort_unstable_by_key(|&i| g.id[i]);
@@ -166,7 +172,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             order.iter().map(|&i| spatial(&value(i))).collect()
         };
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
-        let (ahead, gravity, applied) = (0.5 * self.last, self.gravity_at(0.0), self.applied());
+        let (ahead, gravity, applied) = (0.5 * self.last_step, self.gravity_at(0.0), self.applied());
         let pull = (&gravity, applied.as_slice());
         let (stresses, counts) = self.grain_stresses();
         let spin = match R {
@@ -176,7 +182,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let cells = if self.options.voronoi { self.tessellation() } else { Tessellation::default() };
         let mut fields = vec![
             field("velocity", "m/s", FieldData::Vector(vector(&|i| self.velocity(i, pull, ahead)))),
-            field("displacement", "m", FieldData::Vector(vector(&|i| minus(&g.position[i], &g.origin[i])))),
+            field(
+                "displacement",
+                "m",
+                FieldData::Vector(vector(&|i| difference(&g.position[i], &g.origin[i]))),
+            ),
             field("stress", "Pa", FieldData::Tensor(order.iter().map(|&i| stresses[i]).collect())),
             field("pressure", "Pa", scalar(&|i| -stresses[i].0[..D].iter().sum::<f64>() / D as f64)),
             field("mass", "kg", scalar(&|i| g.mass[i])),
@@ -218,28 +228,29 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// Grains, and where they are to be written what the case asks for besides.
-    pub(crate) fn take_frame(&self, wanted: Wanted) -> Frame {
-        let mut frame = Frame::from(self.take_snapshot());
-        if wanted == Wanted::Written {
-            frame.datasets.extend(self.case.lattice().map(|nodes| self.take_lattice(nodes)));
-            frame.datasets.extend(self.case.output.contacts.then(|| self.take_contacts()));
-            let lists_broken = self.case.output.contacts && !self.broken.is_empty();
-            frame.datasets.extend(lists_broken.then(|| self.take_broken()));
+    pub(crate) fn collect_frame(&self, wanted: FrameRequest) -> Frame {
+        let mut frame = Frame::from(self.collect_snapshot());
+        if wanted == FrameRequest::Written {
+            frame.datasets.extend(self.case.lattice().map(|nodes| self.coarse_grained_dataset(nodes)));
+            frame.datasets.extend(self.case.output.contacts.then(|| self.contacts_dataset()));
+            let lists_broken = self.case.output.contacts && !self.broken_bonds.is_empty();
+            frame.datasets.extend(lists_broken.then(|| self.broken_bonds_dataset()));
         }
         frame
     }
 
     /// Totals at the time of the last forces, a step before the positions.
-    pub(crate) fn take_budget(&self) -> Budget {
+    pub(crate) fn collect_budget(&self) -> Budget {
         let g = &self.grains;
         let mut budget = Budget::default();
         let (gravity, applied) = (self.gravity_at(0.0), self.applied());
         let pull = (&gravity, applied.as_slice());
-        let (behind, reach) = (-0.5 * self.last, spatial(&self.case.gravity));
+        let (behind, reach) = (-0.5 * self.last_step, spatial(&self.case.gravity));
         for i in 0..g.len() {
             let m = g.mass[i];
             budget.mass += m;
-            let then: [f64; D] = std::array::from_fn(|c| g.position[i][c] - self.last * g.velocity[i][c]);
+            let then: [f64; D] =
+                std::array::from_fn(|c| g.position[i][c] - self.last_step * g.velocity[i][c]);
             let (x, v) = (spatial(&then), spatial(&self.velocity(i, pull, behind)));
             let mut turn = [x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]];
             turn.iter_mut().for_each(|component| *component *= m);
@@ -257,8 +268,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let (kinetic, elastic) = self.energies();
             (budget.kinetic, budget.elastic) = (kinetic, elastic);
         } else {
-            budget.kinetic = self.ledger.kinetic + self.ledger.rotation;
-            budget.elastic = self.ledger.recoverable();
+            budget.kinetic = self.energy_balance.kinetic + self.energy_balance.rotation;
+            budget.elastic = self.energy_balance.recoverable();
         }
         budget
     }
@@ -282,20 +293,20 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 + 0.5 * g.inertia(i) * dot(&g.spin[i], &g.spin[i])
         };
         let mut elastic = 0.0;
-        self.visit(|_, _, tally| {
-            elastic += tally.elastic + tally.elastic_across + tally.elastic_rolling + tally.elastic_bonds;
+        self.for_each_contact(|_, _, tally| {
+            elastic += tally.elastic + tally.elastic_tangential + tally.elastic_rolling + tally.elastic_bonds;
         });
         (free.map(of).sum(), elastic)
     }
 
     /// What goes into the rows beside the totals.
-    pub(crate) fn take_readings(&self) -> Vec<Reading> {
-        let mut readings = self.ledger.readings();
+    pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
+        let mut readings = self.energy_balance.scalar_outputs();
         let mut read = |name: &str, unit: &str, value: f64| {
             readings.push((name.to_owned(), unit.to_owned(), value));
         };
         let count = self.grains.held.iter().filter(|held| !**held).count() as f64;
-        read("coordination", "", 2.0 * self.ledger.contacts[0] as f64 / count);
+        read("coordination", "", 2.0 * self.energy_balance.contacts[0] as f64 / count);
         if self.options.voronoi {
             read("inner_solid_fraction", "", self.inner_solid_fraction());
         }
@@ -314,24 +325,24 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 read(&format!("cell.{}", axes[i]), "m", self.cell.h[i][i]);
             }
         }
-        readings.extend(self.wall_readings());
-        readings.extend(self.sleeve_readings());
-        readings.extend(self.fabric_readings());
-        readings.extend(self.chain_readings());
-        readings.extend(self.region_readings());
+        readings.extend(self.wall_outputs());
+        readings.extend(self.sleeve_outputs());
+        readings.extend(self.fabric_outputs());
+        readings.extend(self.chain_outputs());
+        readings.extend(self.region_outputs());
         readings
     }
 
     /// Mean unbalanced force over the mean contact force (Ng 2006; sheet: dem §3.1).
     pub(crate) fn unbalanced(&self) -> f64 {
         let free = self.grains.held.iter().filter(|held| !**held).count() as f64;
-        let [grains, contacts] = self.ledger.squares;
+        let [grains, contacts] = self.energy_balance.squares;
         if grains == 0.0 {
             return 0.0;
         }
         if contacts == 0.0 {
             return f64::INFINITY;
         }
-        (grains / free).sqrt() / (contacts / self.ledger.contacts[0] as f64).sqrt()
+        (grains / free).sqrt() / (contacts / self.energy_balance.contacts[0] as f64).sqrt()
     }
 }

@@ -188,7 +188,7 @@ impl Diameters {
             // By rejection: numbers are as mass over volume.
             Self::CumulativeBeta { .. } | Self::Curve { .. } => {
                 for _ in 0..DRAWS {
-                    let diameter = self.of_mass(random.random());
+                    let diameter = self.diameter_at_mass(random.random());
                     if random.random::<f64>() < (min / diameter).powi(dimension as i32) {
                         return diameter;
                     }
@@ -220,7 +220,7 @@ impl Diameters {
     }
 
     /// Diameter (m) below which this share of the mass lies.
-    fn of_mass(&self, share: f64) -> f64 {
+    fn diameter_at_mass(&self, share: f64) -> f64 {
         let (mut low, mut high) = self.range();
         for _ in 0..60 {
             let middle = 0.5 * (low + high);

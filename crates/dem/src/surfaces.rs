@@ -1,12 +1,12 @@
 //! Facets of obstacles as grains see them (sheet: dem §2.10).
 
-use colluvium_points::surface::Nearest;
+use colluvium_points::surface::NearestPoint;
 
 /// Facets of an obstacle that a grain can touch at once; of more the nearest count.
-pub const SLOTS: usize = 6;
+pub const MAX_FACETS: usize = 6;
 
 /// Key of a contact that has no facet.
-pub const FREE: u64 = u64::MAX;
+pub const NO_FACET: u64 = u64::MAX;
 
 /// Where an entry of the list sees its facet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,13 +22,13 @@ impl Facet {
     pub const NONE: Self = Self { distance: f64::INFINITY, normal: [0.0; 3] };
 
     /// What is known of a place.
-    pub fn of<const D: usize>(place: &Nearest<D>) -> Self {
+    pub fn of<const D: usize>(place: &NearestPoint<D>) -> Self {
         let normal = std::array::from_fn(|c| place.normal.get(c).copied().unwrap_or(0.0));
         Self { distance: place.distance, normal }
     }
 
     /// Distance and normal in space.
-    pub fn seen<const D: usize>(&self) -> (f64, [f64; D]) {
+    pub fn distance_and_normal<const D: usize>(&self) -> (f64, [f64; D]) {
         (self.distance, std::array::from_fn(|c| self.normal[c]))
     }
 }

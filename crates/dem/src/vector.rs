@@ -3,7 +3,7 @@
 //! What lies across a contact normal `n` is kept in *tangent coordinates*, of `R` components as well: in the plane the
 //! component along `t = (-n_y, n_x)`, in space the vector itself.
 //!
-//! A component is a [`Number`]: one, or those of four contacts side by side.
+//! A component is a [`SimdNumber`]: one, or those of four contacts side by side.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -13,7 +13,7 @@ use wide::f64x4;
 pub const WIDTH: usize = 4;
 
 /// What a component is.
-pub trait Number:
+pub trait SimdNumber:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -33,7 +33,7 @@ pub trait Number:
     fn above(self, limit: Self, one: Self, two: Self) -> Self;
 }
 
-impl Number for f64 {
+impl SimdNumber for f64 {
     #[inline(always)]
     fn of(value: f64) -> Self {
         value
@@ -52,7 +52,7 @@ impl Number for f64 {
     }
 }
 
-impl Number for f64x4 {
+impl SimdNumber for f64x4 {
     #[inline(always)]
     fn of(value: f64) -> Self {
         Self::splat(value)
@@ -72,7 +72,7 @@ impl Number for f64x4 {
 }
 
 #[inline(always)]
-pub fn dot<const N: usize, T: Number>(a: &[T; N], b: &[T; N]) -> T {
+pub fn dot<const N: usize, T: SimdNumber>(a: &[T; N], b: &[T; N]) -> T {
     let mut sum = a[0] * b[0];
     for c in 1..N {
         sum += a[c] * b[c];
@@ -86,24 +86,27 @@ pub fn norm<const N: usize>(a: &[f64; N]) -> f64 {
 }
 
 #[inline(always)]
-pub fn minus<const N: usize, T: Number>(a: &[T; N], b: &[T; N]) -> [T; N] {
+pub fn difference<const N: usize, T: SimdNumber>(a: &[T; N], b: &[T; N]) -> [T; N] {
     std::array::from_fn(|c| a[c] - b[c])
 }
 
 #[inline(always)]
-pub fn times<const N: usize, T: Number>(s: T, a: &[T; N]) -> [T; N] {
+pub fn scaled<const N: usize, T: SimdNumber>(s: T, a: &[T; N]) -> [T; N] {
     std::array::from_fn(|c| s * a[c])
 }
 
 #[inline(always)]
-pub fn add<const N: usize, T: Number>(a: &mut [T; N], s: T, b: &[T; N]) {
+pub fn add<const N: usize, T: SimdNumber>(a: &mut [T; N], s: T, b: &[T; N]) {
     for c in 0..N {
         a[c] += s * b[c];
     }
 }
 
 #[inline(always)]
-pub fn cross<const A: usize, const B: usize, const C: usize, T: Number>(a: &[T; A], b: &[T; B]) -> [T; C] {
+pub fn cross<const A: usize, const B: usize, const C: usize, T: SimdNumber>(
+    a: &[T; A],
+    b: &[T; B],
+) -> [T; C] {
     let mut out = [T::of(0.0); C];
     out[0] = a[1] * b[2] - a[2] * b[1];
     out[1] = a[2] * b[0] - a[0] * b[2];
@@ -113,7 +116,7 @@ pub fn cross<const A: usize, const B: usize, const C: usize, T: Number>(a: &[T; 
 
 /// What of a vector lies across `n`, in tangent coordinates.
 #[inline(always)]
-pub fn across<const D: usize, const R: usize, T: Number>(v: &[T; D], n: &[T; D]) -> [T; R] {
+pub fn tangential_part<const D: usize, const R: usize, T: SimdNumber>(v: &[T; D], n: &[T; D]) -> [T; R] {
     let mut out = [T::of(0.0); R];
     if D == 2 {
         out[0] = v[1] * n[0] - v[0] * n[1];
@@ -128,19 +131,19 @@ pub fn across<const D: usize, const R: usize, T: Number>(v: &[T; D], n: &[T; D])
 
 /// `ω × n` in tangent coordinates.
 #[inline(always)]
-pub fn turned<const D: usize, const R: usize, T: Number>(spin: &[T; R], n: &[T; D]) -> [T; R] {
+pub fn spin_cross_normal<const D: usize, const R: usize, T: SimdNumber>(spin: &[T; R], n: &[T; D]) -> [T; R] {
     if D == 2 { *spin } else { cross(spin, n) }
 }
 
 /// `n × f` of a force in tangent coordinates.
 #[inline(always)]
-pub fn moment<const D: usize, const R: usize, T: Number>(n: &[T; D], f: &[T; R]) -> [T; R] {
+pub fn moment<const D: usize, const R: usize, T: SimdNumber>(n: &[T; D], f: &[T; R]) -> [T; R] {
     if D == 2 { *f } else { cross(n, f) }
 }
 
 /// The vector with these tangent coordinates.
 #[inline(always)]
-pub fn spread<const D: usize, const R: usize, T: Number>(f: &[T; R], n: &[T; D]) -> [T; D] {
+pub fn from_tangential<const D: usize, const R: usize, T: SimdNumber>(f: &[T; R], n: &[T; D]) -> [T; D] {
     let mut out = [T::of(0.0); D];
     if D == 2 {
         out[0] = -f[0] * n[1];
@@ -153,7 +156,7 @@ pub fn spread<const D: usize, const R: usize, T: Number>(f: &[T; R], n: &[T; D])
 
 /// Component along `n` of a rotation; none in the plane.
 #[inline(always)]
-pub fn along<const D: usize, const R: usize, T: Number>(spin: &[T; R], n: &[T; D]) -> T {
+pub fn normal_spin<const D: usize, const R: usize, T: SimdNumber>(spin: &[T; R], n: &[T; D]) -> T {
     if D == 2 {
         return T::of(0.0);
     }
@@ -168,11 +171,15 @@ pub fn along<const D: usize, const R: usize, T: Number>(spin: &[T; R], n: &[T; D
 /// (rad): in the plane it keeps its coordinate (sheet: dem §2.4). The angle is right but for its fifth power, the length
 /// exact.
 #[inline(always)]
-pub fn follow<const D: usize, const R: usize, T: Number>(v: &[T; R], n: &[T; D], angle: T) -> [T; R] {
+pub fn rotate_with_normal<const D: usize, const R: usize, T: SimdNumber>(
+    v: &[T; R],
+    n: &[T; D],
+    angle: T,
+) -> [T; R] {
     if D == 2 {
         return *v;
     }
-    let (square, off) = (dot(v, v), along(v, n));
+    let (square, off) = (dot(v, v), normal_spin(v, n));
     // What is left of the square of its length in the plane, and the tangent of the angle.
     let left = square - off * off;
     let tangent = angle + angle * angle * angle * T::of(1.0 / 3.0);
@@ -194,15 +201,15 @@ mod tests {
             v in prop::array::uniform2(-1.0..1.0f64), angle in 0.0..6.0f64, spin in -2.0..2.0f64,
         ) {
             let n = [angle.cos(), angle.sin()];
-            let flat = spread(&across::<2, 1, f64>(&v, &n), &n);
-            let solid: [f64; 3] = across(&[v[0], v[1], 0.0], &[n[0], n[1], 0.0]);
+            let flat = from_tangential(&tangential_part::<2, 1, f64>(&v, &n), &n);
+            let solid: [f64; 3] = tangential_part(&[v[0], v[1], 0.0], &[n[0], n[1], 0.0]);
             for c in 0..2 {
                 prop_assert!((flat[c] - solid[c]).abs() < 1e-14);
             }
-            let flat = spread(&turned(&[spin], &n), &n);
-            let solid: [f64; 3] = turned(&[0.0, 0.0, spin], &[n[0], n[1], 0.0]);
+            let flat = from_tangential(&spin_cross_normal(&[spin], &n), &n);
+            let solid: [f64; 3] = spin_cross_normal(&[0.0, 0.0, spin], &[n[0], n[1], 0.0]);
             prop_assert!((flat[0] - solid[0]).abs() + (flat[1] - solid[1]).abs() < 1e-14);
-            let force = across::<2, 1, f64>(&v, &n);
+            let force = tangential_part::<2, 1, f64>(&v, &n);
             let solid: [f64; 3] = moment(&[n[0], n[1], 0.0], &[v[0], v[1], 0.0]);
             prop_assert!((moment(&n, &force)[0] - solid[2]).abs() < 1e-14);
         }
@@ -212,9 +219,9 @@ mod tests {
             v in prop::array::uniform3(-1.0..1.0f64), n in prop::array::uniform3(-1.0..1.0f64), angle in -0.5..0.5f64,
         ) {
             prop_assume!(norm(&n) > 0.1 && norm(&v) > 0.1);
-            let n = times(1.0 / norm(&n), &n);
+            let n = scaled(1.0 / norm(&n), &n);
             prop_assume!(dot(&v, &n).abs() < 0.9 * norm(&v));
-            let out = follow(&v, &n, angle);
+            let out = rotate_with_normal(&v, &n, angle);
             prop_assert!((norm(&out) - norm(&v)).abs() < 1e-12 && dot(&out, &n).abs() < 1e-12);
         }
     }

@@ -7,13 +7,13 @@ use rayon::prelude::*;
 
 use crate::cell::{PeriodicCell, inverse};
 use crate::solver::DemSolver;
-use crate::vector::{dot, minus};
+use crate::vector::{difference, dot};
 
 /// Farthest corner of a cell over the mean diameter beyond which it is one of a surface.
 const SURFACE: f64 = 3.0;
 
 /// Width of the bins of the search over the mean diameter.
-const BIN: f64 = 2.0;
+const BIN_WIDTH: f64 = 2.0;
 
 /// Cells and triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Tessellation {
 
 /// What bounds an edge of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Side {
+enum CellEdge {
     /// A wall, or the end of the domain.
     End,
     /// Another grain, or an image of it.
@@ -36,10 +36,16 @@ enum Side {
 }
 
 /// A corner, from the centre of the grain (m), and what bounds the edge from there on, anticlockwise.
-type Corner = ([f64; 2], Side);
+type CellCorner = ([f64; 2], CellEdge);
 
 /// Keeps what of a polygon has `normal · x ≤ limit`.
-fn clip(polygon: &mut Vec<Corner>, room: &mut Vec<Corner>, normal: &[f64; 2], limit: f64, side: Side) {
+fn clip(
+    polygon: &mut Vec<CellCorner>,
+    room: &mut Vec<CellCorner>,
+    normal: &[f64; 2],
+    limit: f64,
+    side: CellEdge,
+) {
     let over = |x: &[f64; 2]| dot(normal, x) - limit;
     if polygon.iter().all(|(x, _)| over(x) <= 0.0) {
         return;
@@ -66,7 +72,7 @@ fn clip(polygon: &mut Vec<Corner>, room: &mut Vec<Corner>, normal: &[f64; 2], li
 }
 
 /// Grains by bins.
-struct Bins<'a> {
+struct GrainBins<'a> {
     /// Places, brought back into the periods.
     position: Vec<[f64; 2]>,
     cell: &'a PeriodicCell<2>,
@@ -78,18 +84,18 @@ struct Bins<'a> {
     order: Vec<usize>,
 }
 
-impl<'a> Bins<'a> {
+impl<'a> GrainBins<'a> {
     fn new(position: &[[f64; 2]], cell: &'a PeriodicCell<2>, mean: f64) -> Self {
         let unit = inverse(&cell.h).0;
         let back = |x: &[f64; 2]| {
             let s = cell.reduced(&unit, x);
             let steps = [0, 1].map(|c| if cell.periodic[c] { s[c].floor() as i32 } else { 0 });
-            minus(x, &cell.shift(&steps))
+            difference(x, &cell.shift(&steps))
         };
         let position: Vec<[f64; 2]> = position.iter().map(back).collect();
         let widths = cell.widths();
         let most = (position.len() as f64).sqrt().ceil().max(1.0) * 4.0;
-        let count = widths.map(|width| (width / (BIN * mean)).floor().clamp(1.0, most) as i64);
+        let count = widths.map(|width| (width / (BIN_WIDTH * mean)).floor().clamp(1.0, most) as i64);
         let width = (widths[0] / count[0] as f64).min(widths[1] / count[1] as f64);
         let (starts, order) = (vec![0; (count[0] * count[1]) as usize + 1], vec![0; position.len()]);
         let mut bins = Self { position, cell, unit, count, width, starts, order };
@@ -133,7 +139,7 @@ impl<'a> Bins<'a> {
                 let inner: [i64; 2] = std::array::from_fn(|c| place[c].rem_euclid(self.count[c]));
                 let key = (inner[1] * self.count[0] + inner[0]) as usize;
                 for &j in &self.order[self.starts[key]..self.starts[key + 1]] {
-                    let apart = minus(&self.position[j], x);
+                    let apart = difference(&self.position[j], x);
                     visit(j, [apart[0] + shift[0], apart[1] + shift[1]], steps != [0; 2]);
                 }
             }
@@ -142,14 +148,20 @@ impl<'a> Bins<'a> {
 }
 
 /// The cell of grain `i` among disks of these radii (m); `ends` are half-planes `normal · x ≤ limit` that hold all of them.
-fn polygon(i: usize, bins: &Bins<'_>, radius: &[f64], largest: f64, ends: &[([f64; 2], f64)]) -> Vec<Corner> {
+fn polygon(
+    i: usize,
+    bins: &GrainBins<'_>,
+    radius: &[f64],
+    largest: f64,
+    ends: &[([f64; 2], f64)],
+) -> Vec<CellCorner> {
     let x = bins.position[i];
     let half = 2.0 * (bins.cell.widths()[0] + bins.cell.widths()[1]);
     let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
-    let mut polygon: Vec<Corner> = corners.map(|corner| (corner, Side::End)).to_vec();
+    let mut polygon: Vec<CellCorner> = corners.map(|corner| (corner, CellEdge::End)).to_vec();
     let mut room = Vec::new();
     for (normal, limit) in ends {
-        clip(&mut polygon, &mut room, normal, limit - dot(normal, &x), Side::End);
+        clip(&mut polygon, &mut room, normal, limit - dot(normal, &x), CellEdge::End);
     }
     let most = 2 * bins.count[0].max(bins.count[1]) + 2;
     for ring in 0..=most {
@@ -163,7 +175,7 @@ fn polygon(i: usize, bins: &Bins<'_>, radius: &[f64], largest: f64, ends: &[([f6
             let square = dot(&apart, &apart);
             if square > 0.0 && (j != i || image) {
                 let limit = 0.5 * (square + radius[i].powi(2) - radius[j].powi(2));
-                clip(&mut polygon, &mut room, &apart, limit, Side::Grain { number: j, image });
+                clip(&mut polygon, &mut room, &apart, limit, CellEdge::Grain { number: j, image });
             }
         });
     }
@@ -182,7 +194,7 @@ pub fn tessellate(
     }
     let mean = 2.0 * radius.iter().sum::<f64>() / radius.len() as f64;
     let largest = radius.iter().copied().fold(0.0, f64::max);
-    let bins = Bins::new(position, cell, mean);
+    let bins = GrainBins::new(position, cell, mean);
     let cells: Vec<(f64, bool, Vec<[usize; 3]>)> = (0..position.len())
         .into_par_iter()
         .map(|i| {
@@ -191,12 +203,11 @@ pub fn tessellate(
             let pairs = || (0..count).map(|k| (&polygon[k], &polygon[(k + 1) % count]));
             let twice: f64 = pairs().map(|((a, _), (b, _))| a[0] * b[1] - a[1] * b[0]).sum();
             let reach = polygon.iter().map(|(x, _)| dot(x, x)).fold(0.0, f64::max).sqrt();
-            let meet = |((_, before), (_, after)): (&Corner, &Corner)| match (before, after) {
-                (Side::Grain { number: j, image: false }, Side::Grain { number: k, image: false })
-                    if i < *j && i < *k =>
-                {
-                    Some([i, *j, *k])
-                }
+            let meet = |((_, before), (_, after)): (&CellCorner, &CellCorner)| match (before, after) {
+                (
+                    CellEdge::Grain { number: j, image: false },
+                    CellEdge::Grain { number: k, image: false },
+                ) if i < *j && i < *k => Some([i, *j, *k]),
                 _ => None,
             };
             (0.5 * twice, count == 0 || reach > SURFACE * mean, pairs().filter_map(meet).collect())
@@ -213,8 +224,8 @@ pub fn tessellate(
 
 /// Gradient of what has these values at the corners of a triangle, row by row: `∂u_a/∂x_b`; `None` without area.
 pub fn gradient(corners: [[f64; 2]; 3], values: [[f64; 2]; 3]) -> Option<[[f64; 2]; 2]> {
-    let (p, q) = (minus(&corners[1], &corners[0]), minus(&corners[2], &corners[0]));
-    let (u, v) = (minus(&values[1], &values[0]), minus(&values[2], &values[0]));
+    let (p, q) = (difference(&corners[1], &corners[0]), difference(&corners[2], &corners[0]));
+    let (u, v) = (difference(&values[1], &values[0]), difference(&values[2], &values[0]));
     let twice = p[0] * q[1] - p[1] * q[0];
     (twice != 0.0).then(|| {
         std::array::from_fn(|a| [(u[a] * q[1] - v[a] * p[1]) / twice, (v[a] * p[0] - u[a] * q[0]) / twice])
@@ -233,8 +244,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             origin: flat(&own.origin),
             h: [flat(&own.h[0]), flat(&own.h[1])],
             periodic: [own.periodic[0], own.periodic[1]],
-            rate: [[0.0; 2]; 2],
-            mean_rate: [[0.0; 2]; 2],
+            velocity_gradient: [[0.0; 2]; 2],
+            mean_velocity_gradient: [[0.0; 2]; 2],
         };
         let mut ends = Vec::new();
         for axis in (0..2).filter(|axis| !cell.periodic[*axis]) {
@@ -267,7 +278,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
 #[cfg(test)]
 mod tests {
-    use colluvium_testkit::near;
+    use colluvium_testkit::assert_near;
 
     use super::*;
 
@@ -289,25 +300,25 @@ mod tests {
         let sites: Vec<[f64; 2]> =
             (0..36).map(|k| [0.5 + f64::from(k % 6), 0.5 + f64::from(k / 6)]).collect();
         let cells = tessellate(&sites, &[0.5; 36], &square(6.0, true), &[]);
-        cells.area.iter().for_each(|area| near(0.25 * pi / area, std::f64::consts::FRAC_PI_4, 1e-6));
+        cells.area.iter().for_each(|area| assert_near(0.25 * pi / area, std::f64::consts::FRAC_PI_4, 1e-6));
         let row = 0.75f64.sqrt();
         let hexagonal: Vec<[f64; 2]> = (0..36)
             .map(|k| [0.25 + f64::from(k % 6) + 0.5 * f64::from(k / 6 % 2), row * (0.5 + f64::from(k / 6))])
             .collect();
         let cell = PeriodicCell::new([0.0; 2], [6.0, 6.0 * row], [true; 2]);
         let cells = tessellate(&hexagonal, &[0.5; 36], &cell, &[]);
-        cells.area.iter().for_each(|area| near(0.25 * pi / area, 0.906_900, 1e-6));
+        cells.area.iter().for_each(|area| assert_near(0.25 * pi / area, 0.906_900, 1e-6));
     }
 
     #[test]
     fn cells_fill_a_period_and_a_box_and_a_sheared_cell() {
         let (places, radii) = scattered(90, 10.0);
-        near(tessellate(&places, &radii, &square(10.0, true), &[]).area.iter().sum(), 100.0, 1e-10);
+        assert_near(tessellate(&places, &radii, &square(10.0, true), &[]).area.iter().sum(), 100.0, 1e-10);
         let ends = [([-1.0, 0.0], 0.0), ([1.0, 0.0], 10.0), ([0.0, -1.0], 0.0), ([0.0, 1.0], 10.0)];
-        near(tessellate(&places, &radii, &square(10.0, false), &ends).area.iter().sum(), 100.0, 1e-10);
+        assert_near(tessellate(&places, &radii, &square(10.0, false), &ends).area.iter().sum(), 100.0, 1e-10);
         let mut sheared = square(10.0, true);
         sheared.h[0][1] = 4.0;
-        near(tessellate(&places, &radii, &sheared, &[]).area.iter().sum(), 100.0, 1e-10);
+        assert_near(tessellate(&places, &radii, &sheared, &[]).area.iter().sum(), 100.0, 1e-10);
     }
 
     #[test]
@@ -316,8 +327,8 @@ mod tests {
         let cell = PeriodicCell::new([-1.0, -1.0], [3.0, 1.0], [false; 2]);
         let cells = tessellate(&[[0.0; 2], [1.5, 0.0]], &[1.0, 0.5], &cell, &ends);
         // The contact is at x = 1: 2 m on its left, 2 m on its right, 2 m high.
-        near(cells.area[0], 4.0, 1e-12);
-        near(cells.area[1], 4.0, 1e-12);
+        assert_near(cells.area[0], 4.0, 1e-12);
+        assert_near(cells.area[1], 4.0, 1e-12);
     }
 
     #[test]
@@ -331,17 +342,17 @@ mod tests {
         let mut inner = 0.0;
         for triangle in &cells.triangles {
             let corners = triangle.map(|i| places[i]);
-            let (p, q) = (minus(&corners[1], &corners[0]), minus(&corners[2], &corners[0]));
+            let (p, q) = (difference(&corners[1], &corners[0]), difference(&corners[2], &corners[0]));
             let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
             assert!(area > -1e-12, "{triangle:?}");
             inner += area;
             if let Some(gradient) = gradient(corners, corners.map(field)) {
                 for (found, exact) in gradient.as_flattened().iter().zip([2.0, -1.0, 0.5, 3.0]) {
-                    near(*found, exact, 1e-9);
+                    assert_near(*found, exact, 1e-9);
                 }
             }
         }
-        near(inner, 16.0, 1e-9);
+        assert_near(inner, 16.0, 1e-9);
         assert!(cells.surface.iter().filter(|surface| !**surface).count() >= 9);
     }
 }

@@ -7,15 +7,17 @@ use colluvium_case::{MovingObstacle, ObstacleLaws, spatial};
 use colluvium_points::Surface;
 use colluvium_points::surface::cross;
 
-use crate::contact::{APART, Law, Tally, Touch, act, end};
-use crate::pairs::{Columns, Memories, MemoriesMut};
-use crate::surfaces::{FREE, Facet, SLOTS};
-use crate::sweep::{AtPlane, Laws, Planes, Scene, Virial, Way, count};
-use crate::vector::{WIDTH, add, along, dot, minus, moment, spread};
+use crate::contact::{
+    CONTACT_APART, ContactEnergies, ContactGeometry, PairLaw, contact_force, release_contact,
+};
+use crate::pairs::{ContactHistories, ContactHistoriesMut, HistoryColumns};
+use crate::surfaces::{Facet, MAX_FACETS, NO_FACET};
+use crate::sweep::{ContactInput, ForceKernel, PlaneContact, PlaneSums, SimdLaws, Virial, count_contact};
+use crate::vector::{WIDTH, add, difference, dot, from_tangential, moment, normal_spin};
 
 /// A plane beyond which no grain goes, or an obstacle.
 #[derive(Clone, Debug)]
-pub struct Wall<const D: usize> {
+pub struct RigidWall<const D: usize> {
     /// The surface of an obstacle, where it is at the start; `None` for a plane across an axis.
     pub surface: Option<Arc<dyn Surface<D>>>,
     /// The way of an obstacle that moves.
@@ -33,11 +35,11 @@ pub struct Wall<const D: usize> {
     /// Its velocity (m/s).
     pub velocity: [f64; D],
     /// Law for each kind; at an obstacle with regions, of the rest.
-    pub laws: Vec<Law>,
+    pub laws: Vec<PairLaw>,
     /// Of an obstacle with regions, which of them rules where.
-    pub places: Option<ObstacleLaws>,
+    pub obstacle_laws: Option<ObstacleLaws>,
     /// Law for each kind in each of the regions.
-    pub regions: Vec<Vec<Law>>,
+    pub regions: Vec<Vec<PairLaw>>,
     /// Force on it in the last step (N), and impulse since the start (N s).
     pub reaction: [[f64; D]; 2],
     /// Of an obstacle, the moment of that force about the zero of the coordinates (N m).
@@ -46,19 +48,19 @@ pub struct Wall<const D: usize> {
 
 /// What a wall bears.
 #[derive(Clone, Copy, Debug)]
-pub struct Borne<const D: usize> {
+pub struct WallReaction<const D: usize> {
     /// Force (N).
     pub force: [f64; D],
     /// Of an obstacle, its moment about the zero of the coordinates (N m).
     pub moment: [f64; 3],
 }
 
-impl<const D: usize> Borne<D> {
+impl<const D: usize> WallReaction<D> {
     /// Nothing.
     pub const NONE: Self = Self { force: [0.0; D], moment: [0.0; 3] };
 }
 
-impl<const D: usize> Wall<D> {
+impl<const D: usize> RigidWall<D> {
     /// Distance of a place (m) from a plane, and the normal from it.
     #[inline]
     pub fn distance(&self, x: &[f64; D]) -> (f64, [f64; D]) {
@@ -69,7 +71,7 @@ impl<const D: usize> Wall<D> {
     }
 
     /// The surface of an obstacle where it is; `None` for a plane across an axis.
-    pub fn now(&self) -> Option<&dyn Surface<D>> {
+    pub fn current_surface(&self) -> Option<&dyn Surface<D>> {
         match &self.moving {
             Some(moving) => Some(&moving.placed),
             None => self.surface.as_deref(),
@@ -78,8 +80,11 @@ impl<const D: usize> Wall<D> {
 
     /// The law between it and a grain of this kind at `x` (m), which sees it at this distance along the normal.
     #[inline]
-    pub fn law(&self, kind: usize, x: &[f64; D], (distance, normal): &(f64, [f64; D])) -> &Law {
-        let region = self.places.as_ref().map_or(0, |places| places.region(&place(x, *distance, normal)));
+    pub fn law(&self, kind: usize, x: &[f64; D], (distance, normal): &(f64, [f64; D])) -> &PairLaw {
+        let region = self
+            .obstacle_laws
+            .as_ref()
+            .map_or(0, |places| places.region(&contact_position(x, *distance, normal)));
         self.regions.get(region).map_or(&self.laws[kind], |laws| &laws[kind])
     }
 
@@ -91,7 +96,7 @@ impl<const D: usize> Wall<D> {
 
     /// Whether a place is nearer than `reach` (m).
     fn is_near(&self, x: &[f64; D], reach: f64) -> bool {
-        match self.now() {
+        match self.current_surface() {
             None => self.distance(x).0 < reach,
             Some(surface) => surface.gap(x, reach).is_some(),
         }
@@ -108,7 +113,7 @@ pub struct WallList<const R: usize> {
     /// First entry of each slab, and their number.
     pub slabs: Vec<u32>,
     /// What contacts remember.
-    pub memory: Memories<R>,
+    pub memory: ContactHistories<R>,
     /// Facet of each entry at an obstacle, which has several in a row; empty without obstacles.
     pub key: Vec<u64>,
     /// Where each entry at an obstacle sees its facet.
@@ -116,18 +121,18 @@ pub struct WallList<const R: usize> {
     kept: Vec<(u32, u32, u64)>,
     /// Normals of the contacts that are kept.
     normals: Vec<Facet>,
-    carried: Memories<R>,
+    carried: ContactHistories<R>,
 }
 
 impl<const R: usize> WallList<R> {
     /// Keeps what contacts remember before grains are sorted, by the ids of their grains.
-    pub fn carry(&mut self, ids: &[u32], columns: Columns) {
+    pub fn store_histories(&mut self, ids: &[u32], columns: HistoryColumns) {
         self.kept.clear();
         self.normals.clear();
         self.carried.clear(0, columns);
         for k in 0..self.grain.len() {
             if self.memory.is_kept(k) {
-                let key = self.key.get(k).copied().unwrap_or(FREE);
+                let key = self.key.get(k).copied().unwrap_or(NO_FACET);
                 self.kept.push((ids[self.grain[k] as usize], self.wall[k], key));
                 self.normals.extend(self.facet.get(k));
                 self.carried.push(&self.memory, k);
@@ -136,7 +141,7 @@ impl<const R: usize> WallList<R> {
     }
 
     /// Forgets grains and walls that go, whose new number is `u32::MAX`; the list is to be made anew.
-    pub fn forget(&mut self, grains: &[u32], walls: &[u32], columns: Columns) {
+    pub fn remove(&mut self, grains: &[u32], walls: &[u32], columns: HistoryColumns) {
         let mut left = Self::default();
         left.memory.clear(0, columns);
         for k in 0..self.grain.len() {
@@ -155,12 +160,12 @@ impl<const R: usize> WallList<R> {
     /// Lists grains within `gap` (m) of walls, slab by slab.
     pub fn build<const D: usize>(
         &mut self,
-        scene: &Scene<'_, D, R>,
+        scene: &ContactInput<'_, D, R>,
         ids: &[u32],
-        walls: &[Wall<D>],
+        walls: &[RigidWall<D>],
         gap: f64,
         slabs: &[u32],
-        columns: Columns,
+        columns: HistoryColumns,
     ) {
         self.grain.clear();
         self.wall.clear();
@@ -172,7 +177,7 @@ impl<const R: usize> WallList<R> {
                     if scene.held[i] || !wall.is_near(&scene.position[i], scene.radius[i] + gap) {
                         continue;
                     }
-                    for _ in 0..if wall.surface.is_some() { SLOTS } else { 1 } {
+                    for _ in 0..if wall.surface.is_some() { MAX_FACETS } else { 1 } {
                         self.grain.push(i as u32);
                         self.wall.push(number as u32);
                     }
@@ -184,7 +189,7 @@ impl<const R: usize> WallList<R> {
         let facetted = walls.iter().any(|wall| wall.surface.is_some());
         let entries = if facetted { self.grain.len() } else { 0 };
         self.key.clear();
-        self.key.resize(entries, FREE);
+        self.key.resize(entries, NO_FACET);
         self.facet.clear();
         self.facet.resize(entries, Facet::NONE);
         if self.kept.is_empty() {
@@ -212,19 +217,19 @@ impl<const R: usize> WallList<R> {
 }
 
 /// What wall contacts change, slab by slab.
-struct Shares<'a, const D: usize, const R: usize> {
+struct WallForceAccumulators<'a, const D: usize, const R: usize> {
     first: usize,
     force: &'a mut [[f64; D]],
     torque: &'a mut [[f64; R]],
     entry: usize,
-    memory: MemoriesMut<'a, R>,
+    memory: ContactHistoriesMut<'a, R>,
     slab: usize,
-    tallies: &'a mut [(Tally, Virial<D>)],
+    tallies: &'a mut [(ContactEnergies, Virial<D>)],
     /// Forces on the walls, wall after wall for each slab.
-    reactions: &'a mut [Borne<D>],
+    reactions: &'a mut [WallReaction<D>],
 }
 
-impl<'a, const D: usize, const R: usize> Shares<'a, D, R> {
+impl<'a, const D: usize, const R: usize> WallForceAccumulators<'a, D, R> {
     fn split_at(self, grain: usize, entry: usize, slab: usize, walls: usize) -> (Self, Self) {
         let (force, more_force) = self.force.split_at_mut(grain - self.first);
         let (torque, more_torque) = self.torque.split_at_mut(grain - self.first);
@@ -247,46 +252,51 @@ impl<'a, const D: usize, const R: usize> Shares<'a, D, R> {
     }
 }
 
-impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
+impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     /// What a grain and a wall see of each other, and the lever arm (m).
-    pub fn touch_wall(
+    pub fn wall_contact_geometry(
         &self,
         i: usize,
-        wall: &Wall<D>,
+        wall: &RigidWall<D>,
         (distance, normal): (f64, [f64; D]),
-    ) -> (Touch<D, R>, f64) {
+    ) -> (ContactGeometry<D, R>, f64) {
         let arm = if self.radii { self.radius[i] } else { distance };
-        let of_wall = wall.velocity_at(&place(&self.position[i], arm, &normal));
-        let (mut touch, arm) =
-            Touch::against((&self.side(i), self.mass[i]), (distance, &normal), &of_wall, self.radii);
+        let of_wall = wall.velocity_at(&contact_position(&self.position[i], arm, &normal));
+        let (mut touch, arm) = ContactGeometry::with_wall(
+            (&self.contact_body(i), self.mass[i]),
+            (distance, &normal),
+            &of_wall,
+            self.radii,
+        );
         if let Some(moving) = &wall.moving {
-            touch.turning = minus(&self.spin[i], &moving.spin());
-            touch.spin += 0.5 * along(&moving.spin::<R>(), &normal);
+            touch.relative_spin = difference(&self.spin[i], &moving.angular_velocity());
+            touch.spin += 0.5 * normal_spin(&moving.angular_velocity::<R>(), &normal);
         }
         (touch, arm)
     }
 
     /// Forces of all walls; `reactions` are those on each wall, slab after slab.
-    pub fn walls(
+    pub fn wall_forces(
         &self,
-        walls: &[Wall<D>],
+        walls: &[RigidWall<D>],
         list: (&WallListView<'_>, &[u32]),
-        memory: MemoriesMut<'_, R>,
+        memory: ContactHistoriesMut<'_, R>,
         (force, torque): (&mut [[f64; D]], &mut [[f64; R]]),
-        tallies: &mut [(Tally, Virial<D>)],
-        reactions: &mut [Borne<D>],
+        tallies: &mut [(ContactEnergies, Virial<D>)],
+        reactions: &mut [WallReaction<D>],
     ) {
         let slabs = list.1.len() - 1;
-        let shares = Shares { first: 0, force, torque, entry: 0, memory, slab: 0, tallies, reactions };
+        let shares =
+            WallForceAccumulators { first: 0, force, torque, entry: 0, memory, slab: 0, tallies, reactions };
         self.wall_slabs(walls, list, 0..slabs, shares);
     }
 
     fn wall_slabs(
         &self,
-        walls: &[Wall<D>],
+        walls: &[RigidWall<D>],
         list: (&WallListView<'_>, &[u32]),
         slabs: Range<usize>,
-        mut shares: Shares<'_, D, R>,
+        mut shares: WallForceAccumulators<'_, D, R>,
     ) {
         if slabs.len() > 1 {
             let middle = slabs.start + slabs.len() / 2;
@@ -299,31 +309,40 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             return;
         }
         let slab = slabs.start;
-        match self.way_at_planes {
-            Way::Single => {
+        match self.plane_kernel {
+            ForceKernel::Scalar => {
                 for k in list.0.slabs[slab] as usize..list.0.slabs[slab + 1] as usize {
                     self.wall_contact(walls, list.0, k, slab, &mut shares);
                 }
             }
-            Way::Linear(false) => self.wall_lanes::<false, false>(walls, list.0, slab, &mut shares),
-            Way::Linear(true) => self.wall_lanes::<false, true>(walls, list.0, slab, &mut shares),
-            Way::Hertz(false) => self.wall_lanes::<true, false>(walls, list.0, slab, &mut shares),
-            Way::Hertz(true) => self.wall_lanes::<true, true>(walls, list.0, slab, &mut shares),
+            ForceKernel::SimdLinear(false) => {
+                self.simd_wall_forces::<false, false>(walls, list.0, slab, &mut shares)
+            }
+            ForceKernel::SimdLinear(true) => {
+                self.simd_wall_forces::<false, true>(walls, list.0, slab, &mut shares)
+            }
+            ForceKernel::SimdHertz(false) => {
+                self.simd_wall_forces::<true, false>(walls, list.0, slab, &mut shares)
+            }
+            ForceKernel::SimdHertz(true) => {
+                self.simd_wall_forces::<true, true>(walls, list.0, slab, &mut shares)
+            }
         }
     }
 
     /// Forces of the walls on the grains of a slab: of planes four at a time, with what is between them in order.
-    fn wall_lanes<const HERTZ: bool, const TURNS: bool>(
+    fn simd_wall_forces<const HERTZ: bool, const TURNS: bool>(
         &self,
-        walls: &[Wall<D>],
+        walls: &[RigidWall<D>],
         list: &WallListView<'_>,
         slab: usize,
-        shares: &mut Shares<'_, D, R>,
+        shares: &mut WallForceAccumulators<'_, D, R>,
     ) {
         let mut laws = walls.iter().flat_map(|wall| &wall.laws);
         let first = laws.next();
-        let common = first.filter(|first| laws.all(|law| law == *first)).map(|law| Laws::of([law; WIDTH]));
-        let (mut waiting, mut count, mut sums) = ([0; WIDTH], 0, Planes::default());
+        let common =
+            first.filter(|first| laws.all(|law| law == *first)).map(|law| SimdLaws::of([law; WIDTH]));
+        let (mut waiting, mut count, mut sums) = ([0; WIDTH], 0, PlaneSums::default());
         for k in list.slabs[slab] as usize..list.slabs[slab + 1] as usize {
             let (i, wall) = (list.grain[k] as usize, &walls[list.wall[k] as usize]);
             let plane = wall.surface.is_none();
@@ -335,32 +354,32 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
                     self.planes::<HERTZ, TURNS>(walls, list, &waiting, of, (&mut *shares, &mut sums));
                     count = 0;
                 }
-            } else if !plane || shares.memory.state[k - shares.entry] != APART {
+            } else if !plane || shares.memory.state[k - shares.entry] != CONTACT_APART {
                 waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, shares));
                 count = 0;
                 self.wall_contact(walls, list, k, slab, shares);
             }
         }
         waiting[..count].iter().for_each(|&k| self.wall_contact(walls, list, k, slab, shares));
-        shares.tallies[slab - shares.slab].0.join(&sums.tally(self.dt));
+        shares.tallies[slab - shares.slab].0.add(&sums.tally(self.dt));
     }
 
     /// Forces of planes on four grains that touch them.
     fn planes<const HERTZ: bool, const TURNS: bool>(
         &self,
-        walls: &[Wall<D>],
+        walls: &[RigidWall<D>],
         list: &WallListView<'_>,
         entries: &[usize; WIDTH],
-        (slab, common): (usize, Option<&Laws>),
-        (shares, sums): (&mut Shares<'_, D, R>, &mut Planes<D>),
+        (slab, common): (usize, Option<&SimdLaws>),
+        (shares, sums): (&mut WallForceAccumulators<'_, D, R>, &mut PlaneSums<D>),
     ) {
         let four = entries.map(|k| {
             let (i, wall) = (list.grain[k] as usize, &walls[list.wall[k] as usize]);
             let law = &wall.laws[self.kind[i] as usize];
             let seen = wall.distance(&self.position[i]);
-            AtPlane { grain: i, slot: k - shares.entry, seen, velocity: wall.velocity, law }
+            PlaneContact { grain: i, slot: k - shares.entry, seen, velocity: wall.velocity, law }
         });
-        let forces = self.at_planes::<HERTZ, TURNS>(&four, common, shares.memory.again(), sums);
+        let forces = self.plane_forces::<HERTZ, TURNS>(&four, common, shares.memory.reborrow(), sums);
         for ((own, k), (on, moments)) in four.iter().zip(entries).zip(&forces) {
             let at = own.grain - shares.first;
             add(&mut shares.force[at], 1.0, on);
@@ -372,11 +391,11 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
 
     fn wall_contact(
         &self,
-        walls: &[Wall<D>],
+        walls: &[RigidWall<D>],
         list: &WallListView<'_>,
         k: usize,
         slab: usize,
-        shares: &mut Shares<'_, D, R>,
+        shares: &mut WallForceAccumulators<'_, D, R>,
     ) {
         let (i, number) = (list.grain[k] as usize, list.wall[k] as usize);
         let wall = &walls[number];
@@ -384,51 +403,52 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         let state = shares.memory.state[slot];
         let seen = match &wall.surface {
             None => wall.distance(&self.position[i]),
-            Some(_) => list.facet[k].seen(),
+            Some(_) => list.facet[k].distance_and_normal(),
         };
-        if seen.0 - self.radius[i] >= 0.0 && state == APART {
+        if seen.0 - self.radius[i] >= 0.0 && state == CONTACT_APART {
             return;
         }
-        let (touch, arm) = self.touch_wall(i, wall, seen);
+        let (touch, arm) = self.wall_contact_geometry(i, wall, seen);
         let law = wall.law(self.kind[i] as usize, &self.position[i], &seen);
         let tally = &mut shares.tallies[slab - shares.slab].0;
         let mut memory = shares.memory.get(slot);
-        if touch.overlap > 0.0 || touch.overlap > -law.bridge(state, touch.radius) {
-            let push = act(law, &touch, &mut memory, &self.steps(), tally);
-            let mut on = spread(&push.across, &touch.normal);
+        if touch.overlap > 0.0 || touch.overlap > -law.rupture_distance(state, touch.radius) {
+            let push = contact_force(law, &touch, &mut memory, &self.steps(), tally);
+            let mut on = from_tangential(&push.tangential, &touch.normal);
             add(&mut on, push.normal, &touch.normal);
             let at = i - shares.first;
             add(&mut shares.force[at], 1.0, &on);
-            add(&mut shares.torque[at], -arm, &moment(&touch.normal, &push.across));
+            add(&mut shares.torque[at], -arm, &moment(&touch.normal, &push.tangential));
             add(&mut shares.torque[at], 1.0, &push.moment);
             let borne = &mut shares.reactions[(slab - shares.slab) * walls.len() + number];
             add(&mut borne.force, -1.0, &on);
             // The work of planes follows from their whole force, and nobody asks for its moment.
             if wall.surface.is_some() {
-                let at = place(&self.position[i], arm, &touch.normal);
-                let (turn, own) = (cross(&spatial(&at), &spatial(&on)), turned(&push.moment));
+                let at = contact_position(&self.position[i], arm, &touch.normal);
+                let (turn, own) = (cross(&spatial(&at), &spatial(&on)), moment_in_space(&push.moment));
                 (0..3).for_each(|c| borne.moment[c] -= turn[c] + own[c]);
                 if let Some(moving) = &wall.moving {
-                    tally.boundary +=
-                        (dot(&on, &moving.velocity(&at)) + dot(&push.moment, &moving.spin())) * self.dt;
+                    tally.boundary += (dot(&on, &moving.velocity(&at))
+                        + dot(&push.moment, &moving.angular_velocity()))
+                        * self.dt;
                 }
             }
-            count(tally, &touch, &on, i);
+            count_contact(tally, &touch, &on, i);
         } else {
-            end(law, &touch, &mut memory, self.dt, tally);
+            release_contact(law, &touch, &mut memory, self.dt, tally);
         }
         shares.memory.set(slot, &memory);
     }
 }
 
 /// A moment in space (N m); in the plane it is the one out of it.
-fn turned<const R: usize>(moment: &[f64; R]) -> [f64; 3] {
+fn moment_in_space<const R: usize>(moment: &[f64; R]) -> [f64; 3] {
     if R == 1 { [0.0, 0.0, moment[0]] } else { std::array::from_fn(|c| moment[c]) }
 }
 
 /// Where a lever arm (m) of a grain at `x` (m) ends on a wall with this normal.
 #[inline]
-fn place<const D: usize>(x: &[f64; D], arm: f64, normal: &[f64; D]) -> [f64; D] {
+fn contact_position<const D: usize>(x: &[f64; D], arm: f64, normal: &[f64; D]) -> [f64; D] {
     std::array::from_fn(|c| x[c] - arm * normal[c])
 }
 

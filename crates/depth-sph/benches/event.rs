@@ -10,10 +10,10 @@ use std::time::Instant;
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
-use colluvium_depth_sph::choices::Search;
-use colluvium_depth_sph::flow::{Ends, Flow};
-use colluvium_depth_sph::nodes::Node;
-use colluvium_depth_sph::settings::Settings;
+use colluvium_depth_sph::choices::SearchOrientation;
+use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
+use colluvium_depth_sph::nodes::NewNode;
+use colluvium_depth_sph::settings::FlowSettings;
 use serde_json::{Value, json};
 
 /// Area of the outline of the release, an ellipse (m²).
@@ -92,13 +92,13 @@ fn fine_terrain() -> String {
 }
 
 /// A strip of water of 500 m by 10 m and 1 m deep that spreads for 300 steps, at an angle (degrees) to the axes.
-fn strip(degrees: f64, search: Search) {
+fn strip(degrees: f64, search: SearchOrientation) {
     let (spacing, (sin, cos)) = (0.6, degrees.to_radians().sin_cos());
     let mut nodes = Vec::new();
     for i in 0..833 {
         for j in 0..17 {
             let [along, across] = [i, j].map(|k| spacing * f64::from(k));
-            nodes.push(Node {
+            nodes.push(NewNode {
                 body: 0,
                 position: [cos * along - sin * across, sin * along + cos * across],
                 velocity: [5.0 * cos, 5.0 * sin],
@@ -108,9 +108,9 @@ fn strip(degrees: f64, search: Search) {
             });
         }
     }
-    let mut settings = Settings::<2>::plain(1000.0);
+    let mut settings = FlowSettings::<2>::plain(1000.0);
     settings.numerics.search = search;
-    let mut flow = Flow::new(settings, Bed::Flat(0.0), Ends::default(), &[nodes]).expect("a flow");
+    let mut flow = Flow::new(settings, Bed::Flat(0.0), PlanBoundaries::default(), &[nodes]).expect("a flow");
     let (used, mut updates) = (processor(), 0.0);
     for _ in 0..300 {
         flow.advance(flow.limit().dt).expect("a stable step");
@@ -148,7 +148,12 @@ fn main() {
         pool.install(|| run("event, cells turned", &case, 60.0));
     }
     if asked("strip") {
-        for search in [Search::Axes, Search::Turned, Search::Axes, Search::Turned] {
+        for search in [
+            SearchOrientation::Axes,
+            SearchOrientation::Turned,
+            SearchOrientation::Axes,
+            SearchOrientation::Turned,
+        ] {
             pool.install(|| [0.0, 45.0, 90.0].map(|degrees| strip(degrees, search)));
         }
     }

@@ -19,7 +19,7 @@ pub enum Phases {
 /// How what flows in across a line stands along it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Across {
+pub enum InflowDistribution {
     /// As deep everywhere.
     #[default]
     Even,
@@ -30,7 +30,7 @@ pub enum Across {
 /// One of two layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Layer {
+pub enum FlowLayer {
     /// The one on the bed.
     Lower,
     /// The one on top of it.
@@ -40,7 +40,7 @@ pub enum Layer {
 /// The axes that depth is measured in (sheet: depth-sph §2.9).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Frame {
+pub enum DepthFrame {
     /// Horizontal axes and vertical depth over steep terrain: effective gravity follows slope and curvature.
     #[default]
     Horizontal,
@@ -67,7 +67,7 @@ pub enum Metric {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthMomentum")]
-pub enum Momentum {
+pub enum PressureForceForm {
     /// `Σ m (P_I/h_I² + P_J/h_J²) ∇W`; of two phases, corrected differences at nodes whose drag is weak.
     #[default]
     Automatic,
@@ -86,7 +86,7 @@ pub enum Momentum {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthContinuity")]
-pub enum Continuity {
+pub enum ThicknessEquation {
     /// `h = Σ m W`: mass exact, fronts free.
     #[default]
     Summation,
@@ -100,7 +100,7 @@ pub enum Continuity {
     RateVolume,
 }
 
-impl Continuity {
+impl ThicknessEquation {
     /// Whether heights are integrated in time.
     pub fn is_rate(self) -> bool {
         matches!(self, Self::RateBasic | Self::RateDifference | Self::RateVolume)
@@ -111,7 +111,7 @@ impl Continuity {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthIntegration")]
-pub enum Integration {
+pub enum TimeScheme {
     /// Half a drift, a kick, half a drift: second order, one evaluation of forces.
     #[default]
     Leapfrog,
@@ -125,7 +125,7 @@ pub enum Integration {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthSearch")]
-pub enum Search {
+pub enum SearchOrientation {
     /// Along the axes of the plan.
     #[default]
     Axes,

@@ -27,7 +27,7 @@ pub enum Drainage {
 /// How a column carries its pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Profile {
+pub enum PressureProfile {
     /// Finite differences over the depth.
     #[default]
     FiniteDifference,
@@ -57,7 +57,7 @@ impl Default for LowerBound {
 
 /// The base as the difference scheme sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Base {
+pub enum BaseCondition {
     /// No flow.
     Sealed,
     /// A given head (m).
@@ -68,16 +68,16 @@ pub enum Base {
 
 /// One step of `∂ψ/∂T = ∂²ψ/∂ζ²` over the time factor `step` = `c_v Δt / h²`, by the θ-scheme: `weight` 1 is backward
 /// Euler, ½ Crank–Nicolson. `scratch` is as long as the column.
-pub fn diffuse(head: &mut [f64], step: f64, weight: f64, base: Base, scratch: &mut [f64]) {
+pub fn diffuse_head(head: &mut [f64], step: f64, weight: f64, base: BaseCondition, scratch: &mut [f64]) {
     let last = head.len() - 1;
     let r = step * (last * last) as f64;
     let (implicit, explicit) = (weight * r, (1.0 - weight) * r);
     let width = 1.0 / last as f64;
     // The row of the base: ψ₋₁ = ψ₁ - 2 Δζ B ψ₀.
-    let leak = if let Base::Partly(leak) = base { 2.0 * width * leak } else { 0.0 };
+    let leak = if let BaseCondition::Partly(leak) = base { 2.0 * width * leak } else { 0.0 };
     head[last] = 0.0;
     let mut below = head[0];
-    if let Base::Head(value) = base {
+    if let BaseCondition::Head(value) = base {
         head[0] = value;
         scratch[0] = 0.0;
         below = value;
@@ -101,11 +101,11 @@ pub fn diffuse(head: &mut [f64], step: f64, weight: f64, base: Base, scratch: &m
 }
 
 /// One step of the amplitude of the shape function `ψ_b cos(πζ/2)`, over the time factor `step` = `c_v Δt / h²`.
-pub fn relax(head: &mut [f64], step: f64, base: Base) {
+pub fn relax_amplitude(head: &mut [f64], step: f64, base: BaseCondition) {
     use std::f64::consts::FRAC_PI_2;
     let amplitude = match base {
-        Base::Head(_) => 0.0,
-        Base::Sealed | Base::Partly(_) => head[0] * (-FRAC_PI_2 * FRAC_PI_2 * step).exp(),
+        BaseCondition::Head(_) => 0.0,
+        BaseCondition::Sealed | BaseCondition::Partly(_) => head[0] * (-FRAC_PI_2 * FRAC_PI_2 * step).exp(),
     };
     let last = (head.len() - 1) as f64;
     for (k, value) in head.iter_mut().enumerate() {
@@ -117,7 +117,7 @@ pub fn relax(head: &mut [f64], step: f64, base: Base) {
 }
 
 /// Loading without drainage: the column grows by `growth` (m).
-pub fn load(head: &mut [f64], growth: f64) {
+pub fn load_undrained(head: &mut [f64], growth: f64) {
     let last = (head.len() - 1) as f64;
     for (k, value) in head.iter_mut().enumerate() {
         *value += growth * (1.0 - k as f64 / last);
@@ -125,7 +125,7 @@ pub fn load(head: &mut [f64], growth: f64) {
 }
 
 /// Holds the column of depth `depth` (m) between liquefaction and `lowest(1 - ζ)` (m); tells whether anything was changed.
-pub fn bound(head: &mut [f64], depth: f64, lowest: impl Fn(f64) -> f64) -> bool {
+pub fn limit_head(head: &mut [f64], depth: f64, lowest: impl Fn(f64) -> f64) -> bool {
     let last = (head.len() - 1) as f64;
     let mut changed = false;
     for (k, value) in head.iter_mut().enumerate() {
@@ -146,9 +146,9 @@ pub fn mean(head: &[f64]) -> f64 {
 }
 
 /// A linear profile with `base` (m) at the base and nothing at the surface.
-pub fn triangle(head: &mut [f64], base: f64) {
+pub fn set_linear_profile(head: &mut [f64], base: f64) {
     head.fill(0.0);
-    load(head, base);
+    load_undrained(head, base);
 }
 
 #[cfg(test)]
@@ -185,7 +185,7 @@ mod tests {
         cells: usize,
         weight: f64,
         step: f64,
-        base: Base,
+        base: BaseCondition,
         start: fn(f64) -> f64,
         exact: fn(f64, f64) -> f64,
     ) -> f64 {
@@ -194,7 +194,7 @@ mod tests {
         let mut scratch = vec![0.0; cells + 1];
         let (mut worst, mut time) = (0.0f64, 0.0);
         for number in 1..=(0.5 / step).round() as usize {
-            diffuse(&mut head, step, weight, base, &mut scratch);
+            diffuse_head(&mut head, step, weight, base, &mut scratch);
             time += step;
             if number % (0.05 / step).round() as usize == 0 {
                 let errors = head.iter().enumerate().map(|(k, p)| (p - exact(zeta(k), time)).abs());
@@ -208,21 +208,22 @@ mod tests {
     #[test]
     fn consolidation_is_that_of_the_series() {
         let start = |z: f64| 1.0 - z;
-        let sealed = |cells, weight, step| worst(cells, weight, step, Base::Sealed, start, triangular);
+        let sealed =
+            |cells, weight, step| worst(cells, weight, step, BaseCondition::Sealed, start, triangular);
         let (fine, coarse) = (sealed(40, 0.5, 1e-3), sealed(20, 0.5, 1e-3));
         assert!(coarse < 1e-3 && fine < 2.5e-4, "{coarse} {fine}");
         assert!((coarse / fine).log2() > 1.8, "second order in depth: {coarse} {fine}");
         let (long, short) = (sealed(20, 1.0, 1e-3), sealed(80, 1.0, 5e-4));
         assert!(long < 3.5e-3, "{long}");
         assert!(short < 0.6 * long, "first order in time: {long} {short}");
-        let open = worst(40, 0.5, 1e-3, Base::Head(0.0), start, drained);
+        let open = worst(40, 0.5, 1e-3, BaseCondition::Head(0.0), start, drained);
         assert!(open < 1e-3, "{open}");
     }
 
     /// V13a: a uniform pressure, whose jump at the surface Crank–Nicolson does not forget within the first steps.
     #[test]
     fn a_uniform_pressure_drains_as_the_series() {
-        let found = worst(20, 1.0, 1e-3, Base::Sealed, |_| 1.0, uniform);
+        let found = worst(20, 1.0, 1e-3, BaseCondition::Sealed, |_| 1.0, uniform);
         assert!(found < 7e-3, "{found}");
     }
 
@@ -232,10 +233,10 @@ mod tests {
         let cells = 40;
         let mut head = vec![0.0; cells + 1];
         let mut scratch = head.clone();
-        triangle(&mut head, 1.0);
+        set_linear_profile(&mut head, 1.0);
         let step = 1e-4;
         let mut shape = head.clone();
-        relax(&mut shape, 0.0, Base::Sealed);
+        relax_amplitude(&mut shape, 0.0, BaseCondition::Sealed);
         let table = [
             (500, [0.747_695, 0.484_632, 0.450_022]),
             (600, [0.0, 0.476_617, 0.357_542]),
@@ -245,9 +246,10 @@ mod tests {
             (2000, [0.325_922, 0.242_470, 0.214_684]),
         ];
         for number in 1..=2000 {
-            let base = if (501..=700).contains(&number) { Base::Head(0.0) } else { Base::Sealed };
-            diffuse(&mut head, step, 1.0, base, &mut scratch);
-            relax(&mut shape, step, base);
+            let base =
+                if (501..=700).contains(&number) { BaseCondition::Head(0.0) } else { BaseCondition::Sealed };
+            diffuse_head(&mut head, step, 1.0, base, &mut scratch);
+            relax_amplitude(&mut shape, step, base);
             if let Some((_, exact)) = table.iter().find(|(at, _)| *at == number) {
                 let found = [head[0], head[cells / 2], mean(&head)];
                 for (found, exact) in found.iter().zip(exact) {
@@ -264,16 +266,16 @@ mod tests {
     #[test]
     fn an_undrained_column_keeps_its_liquefaction() {
         let mut head = vec![0.0; 21];
-        triangle(&mut head, 2.0);
+        set_linear_profile(&mut head, 2.0);
         let mut depth = 2.0;
         for growth in [-0.5, 0.7, -1.9, 4.0] {
-            load(&mut head, growth);
+            load_undrained(&mut head, growth);
             depth += growth;
-            assert!(!bound(&mut head, depth, |_| 0.0));
+            assert!(!limit_head(&mut head, depth, |_| 0.0));
             assert!((head[0] / depth - 1.0).abs() < 1e-12);
         }
-        triangle(&mut head, 0.3);
-        load(&mut head, 1.25);
+        set_linear_profile(&mut head, 0.3);
+        load_undrained(&mut head, 1.25);
         assert!((head[0] - 1.55).abs() < 1e-12);
     }
 
@@ -283,13 +285,19 @@ mod tests {
         let run = |steps: usize, cells: usize| {
             let mut head = vec![0.0; cells + 1];
             let mut scratch = head.clone();
-            triangle(&mut head, 2.0);
+            set_linear_profile(&mut head, 2.0);
             let (dt, depth) = (5.0 / steps as f64, |t: f64| 2.0 * (-t / 5.0f64).exp());
             let mut found = Vec::new();
             for number in 0..steps {
                 let t = number as f64 * dt;
-                load(&mut head, depth(t + dt) - depth(t));
-                diffuse(&mut head, 0.5 * dt / depth(t + 0.5 * dt).powi(2), 1.0, Base::Sealed, &mut scratch);
+                load_undrained(&mut head, depth(t + dt) - depth(t));
+                diffuse_head(
+                    &mut head,
+                    0.5 * dt / depth(t + 0.5 * dt).powi(2),
+                    1.0,
+                    BaseCondition::Sealed,
+                    &mut scratch,
+                );
                 if [1, 2, 5].iter().any(|second| number + 1 == second * steps / 5) {
                     found.push([head[0], mean(&head)]);
                 }
@@ -307,17 +315,18 @@ mod tests {
 
     #[test]
     fn a_leaking_base_lies_between_sealed_and_open() {
-        let base = |base: Base| {
+        let base = |base: BaseCondition| {
             let mut head = vec![0.0; 21];
             let mut scratch = head.clone();
-            triangle(&mut head, 1.0);
+            set_linear_profile(&mut head, 1.0);
             for _ in 0..100 {
-                diffuse(&mut head, 1e-3, 1.0, base, &mut scratch);
+                diffuse_head(&mut head, 1e-3, 1.0, base, &mut scratch);
             }
             head[0]
         };
-        let (sealed, weak, strong) = (base(Base::Sealed), base(Base::Partly(1.0)), base(Base::Partly(1e6)));
+        let (sealed, weak, strong) =
+            (base(BaseCondition::Sealed), base(BaseCondition::Partly(1.0)), base(BaseCondition::Partly(1e6)));
         assert!(sealed > weak && weak > 0.1 && strong.abs() < 1e-4, "{sealed} {weak} {strong}");
-        assert!((base(Base::Partly(0.0)) - sealed).abs() < 1e-15);
+        assert!((base(BaseCondition::Partly(0.0)) - sealed).abs() < 1e-15);
     }
 }

@@ -1,7 +1,7 @@
 //! The bed along a line of inflow, and how far a discharge fills it (sheet: depth-sph §3.9).
 
 /// Depths below this share of the largest are left to their neighbours: nodes of next to nothing are none.
-const SHALLOW: f64 = 0.02;
+const MIN_DEPTH_RATIO: f64 = 0.02;
 /// Halvings of the stretch that the level lies in.
 const HALVINGS: usize = 60;
 
@@ -22,7 +22,7 @@ impl CrossSection {
     }
 
     /// Area (m²) and width (m) of what stands up to a level (m above the lowest place).
-    pub fn wetted(&self, level: f64) -> (f64, f64) {
+    pub fn wetted_area_and_width(&self, level: f64) -> (f64, f64) {
         let part = self.width / self.beds.len() as f64;
         let depths = self.beds.iter().map(|bed| level - bed).filter(|depth| *depth > 0.0);
         let (sum, count) = depths.fold((0.0, 0), |(sum, count), depth| (sum + depth, count + 1));
@@ -36,7 +36,7 @@ impl CrossSection {
             return 0.0;
         }
         let is_short = |level: f64| {
-            let (area, width) = self.wetted(level);
+            let (area, width) = self.wetted_area_and_width(level);
             !(width > 0.0) || area / width < depth(width)
         };
         let (mut low, mut high) = (0.0, 1e-3);
@@ -53,7 +53,7 @@ impl CrossSection {
     /// Places that stand in a flow up to a level (m above the lowest place), and the share of each in its area.
     pub fn shares(&self, level: f64) -> Vec<(usize, f64)> {
         let depths = self.beds.iter().map(|bed| level - bed).enumerate();
-        let wet: Vec<(usize, f64)> = depths.filter(|(_, depth)| *depth > SHALLOW * level).collect();
+        let wet: Vec<(usize, f64)> = depths.filter(|(_, depth)| *depth > MIN_DEPTH_RATIO * level).collect();
         let whole: f64 = wet.iter().map(|(_, depth)| depth).sum();
         wet.into_iter().map(|(k, depth)| (k, depth / whole)).collect()
     }
@@ -69,7 +69,7 @@ mod tests {
         let heights: Vec<f64> =
             (0..4000).map(|k| 7.0 + 0.5 * (f64::from(k) * 0.01 + 0.005 - 20.0).abs()).collect();
         let section = CrossSection::new(40.0, &heights);
-        let (area, width) = section.wetted(3.0);
+        let (area, width) = section.wetted_area_and_width(3.0);
         assert!((area - 18.0).abs() < 0.05 && (width - 12.0).abs() < 0.05, "{area} m² {width} m");
         // Critical flow of 20 m³/s: `Q² b = g A³`, level `(8 Q² / (g 4))^(1/5)` with m = ½.
         let critical = |width: f64| ((20.0 / width).powi(2) / 9.81).cbrt();

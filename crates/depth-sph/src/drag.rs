@@ -1,6 +1,6 @@
 //! Drag between grains and pore fluid, `R = C_d (v_w - v_s)` per unit of total volume (sheet: depth-sph §2.4).
 
-use colluvium_constitutive::OrNone;
+use colluvium_constitutive::MaybeInfinite;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -10,14 +10,14 @@ const POROSITIES: (f64, f64) = (1e-3, 1.0 - 1e-3);
 /// A law of drag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Drag {
+pub enum InterphaseDrag {
     /// None: the phases pass each other freely.
     #[default]
     None,
     /// Anderson and Jackson, Pitman and Le: `C_d = n (1 - n) (ρ_s - ρ_w) g / (V_T n^m)`.
     Anderson {
         /// Speed at which a grain settles in the fluid, `V_T` (m/s), > 0; `"none"` is without drag.
-        settling_velocity: OrNone,
+        settling_velocity: MaybeInfinite,
         /// Exponent `m` of the porosity, 0 to 10: that of Richardson and Zaki less one.
         #[serde(default = "one")]
         exponent: f64,
@@ -49,7 +49,7 @@ const fn one() -> f64 {
 
 /// Densities of what a mixture is made of, and gravity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Densities {
+pub struct MixtureDensities {
     /// Of the grains, `ρ_s` (kg/m³).
     pub grain: f64,
     /// Of the fluid, `ρ_w` (kg/m³).
@@ -58,7 +58,7 @@ pub struct Densities {
     pub gravity: f64,
 }
 
-impl Densities {
+impl MixtureDensities {
     /// Density of the mixture at porosity `n` (kg/m³).
     #[inline]
     pub fn mixture(&self, n: f64) -> f64 {
@@ -72,7 +72,7 @@ impl Densities {
     }
 }
 
-impl Drag {
+impl InterphaseDrag {
     /// Checks the parameters: the name of the first that is out of range, and why.
     ///
     /// # Errors
@@ -85,7 +85,7 @@ impl Drag {
         match *self {
             Self::None => Ok(()),
             Self::Anderson { settling_velocity, exponent } => {
-                if let OrNone::Number(velocity) = settling_velocity {
+                if let MaybeInfinite::Number(velocity) = settling_velocity {
                     positive("settling_velocity", velocity, "m/s")?;
                 }
                 let problem = || ("exponent", format!("{exponent} is not in 0..=10"));
@@ -100,15 +100,15 @@ impl Drag {
     }
 
     /// Whether the coefficient depends on the relative speed.
-    pub fn knows_slip(&self) -> bool {
+    pub fn depends_on_slip(&self) -> bool {
         matches!(self, Self::Ergun { .. })
     }
 
     /// `C_d` (kg m⁻³ s⁻¹) at porosity `n` and a relative speed (m/s).
     #[inline]
-    pub fn coefficient(&self, n: f64, slip: f64, densities: &Densities) -> f64 {
+    pub fn coefficient(&self, n: f64, slip: f64, densities: &MixtureDensities) -> f64 {
         let n = n.clamp(POROSITIES.0, POROSITIES.1);
-        let Densities { grain, fluid, gravity } = *densities;
+        let MixtureDensities { grain, fluid, gravity } = *densities;
         match *self {
             Self::None => 0.0,
             Self::Anderson { settling_velocity, exponent } => {
@@ -127,14 +127,14 @@ impl Drag {
     }
 
     /// Permeability `k_w = n²/C_d` (m³ s/kg) at porosity `n` of fluid that hardly moves; infinite without drag.
-    pub fn permeability(&self, n: f64, densities: &Densities) -> f64 {
+    pub fn permeability(&self, n: f64, densities: &MixtureDensities) -> f64 {
         let n = n.clamp(POROSITIES.0, POROSITIES.1);
         n * n / self.coefficient(n, 0.0, densities)
     }
 
     /// Rate `β` (1/s) at which a relative velocity relaxes at porosity `n`.
     #[inline]
-    pub fn relaxation(&self, n: f64, slip: f64, densities: &Densities) -> f64 {
+    pub fn relaxation(&self, n: f64, slip: f64, densities: &MixtureDensities) -> f64 {
         let n = n.clamp(POROSITIES.0, POROSITIES.1);
         let inertia = 1.0 / ((1.0 - n) * densities.grain) + 1.0 / (n * densities.fluid);
         self.coefficient(n, slip, densities) * inertia
@@ -144,7 +144,7 @@ impl Drag {
 /// How drag relaxes slip within a step of `β Δt`: the share `f` of the slip that was there at its beginning, and the
 /// share `f̄` of what the forces of the step add (sheet: depth-sph §3.4, as amended).
 #[inline]
-pub fn shares(beta_dt: f64) -> (f64, f64) {
+pub fn relaxation_shares(beta_dt: f64) -> (f64, f64) {
     if beta_dt <= 0.0 {
         return (0.0, 0.0);
     }
@@ -162,31 +162,31 @@ pub fn shares(beta_dt: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    const SHEET: Densities = Densities { grain: 2500.0, fluid: 1000.0, gravity: 9.81 };
+    const SHEET: MixtureDensities = MixtureDensities { grain: 2500.0, fluid: 1000.0, gravity: 9.81 };
 
     #[test]
     fn drag_is_that_of_the_sheet() {
-        let drag = Drag::Anderson { settling_velocity: 1e-3.into(), exponent: 1.0 };
+        let drag = InterphaseDrag::Anderson { settling_velocity: 1e-3.into(), exponent: 1.0 };
         assert!((drag.coefficient(0.3, 0.0, &SHEET) / 1.030_05e7 - 1.0).abs() < 1e-6);
         assert!((drag.permeability(0.3, &SHEET) / 8.7374e-9 - 1.0).abs() < 1e-5);
         assert!((drag.relaxation(0.3, 0.0, &SHEET) / 4.0221e4 - 1.0).abs() < 1e-5);
         let conductivity = drag.permeability(0.3, &SHEET) * 1000.0 * 9.81;
-        let darcy = Drag::Darcy { permeability: conductivity };
+        let darcy = InterphaseDrag::Darcy { permeability: conductivity };
         assert!((darcy.coefficient(0.3, 0.0, &SHEET) / 1.030_05e7 - 1.0).abs() < 1e-6);
     }
 
     #[test]
     fn laminar_ergun_is_five_sixths_of_kozeny_carman() {
         let (diameter, viscosity) = (2e-3, 1e-3);
-        let ergun = Drag::Ergun { diameter, viscosity }.coefficient(0.4, 0.0, &SHEET);
-        let kozeny = Drag::KozenyCarman { diameter, viscosity }.coefficient(0.4, 0.0, &SHEET);
+        let ergun = InterphaseDrag::Ergun { diameter, viscosity }.coefficient(0.4, 0.0, &SHEET);
+        let kozeny = InterphaseDrag::KozenyCarman { diameter, viscosity }.coefficient(0.4, 0.0, &SHEET);
         assert!((ergun / kozeny - 150.0 / 180.0).abs() < 1e-12);
     }
 
     /// V15: one solid and one fluid parcel; any step gives the exact result.
     #[test]
     fn slip_relaxes_as_the_closed_form() {
-        let drag = Drag::Anderson { settling_velocity: 0.1.into(), exponent: 1.0 };
+        let drag = InterphaseDrag::Anderson { settling_velocity: 0.1.into(), exponent: 1.0 };
         let beta = drag.relaxation(0.3, 1.0, &SHEET);
         assert!((beta - 402.21).abs() < 5e-3, "{beta}");
         let (solid, fluid) = (0.7 * 2500.0, 0.3 * 1000.0);
@@ -194,7 +194,7 @@ mod tests {
             for steps in [1, 7] {
                 let (mut v, mut w) = (0.0, 1.0);
                 for _ in 0..steps {
-                    let (f, _) = shares(beta * time / f64::from(steps));
+                    let (f, _) = relaxation_shares(beta * time / f64::from(steps));
                     let u = w - v;
                     v += fluid / (solid + fluid) * f * u;
                     w -= solid / (solid + fluid) * f * u;
@@ -210,7 +210,7 @@ mod tests {
     fn forces_of_a_step_relax_by_their_own_share() {
         // u' = a - β u from u₀ over Δt.
         for x in [1e-6, 1e-3, 0.1, 3.0, 400.0] {
-            let (f, mean) = shares(x);
+            let (f, mean) = relaxation_shares(x);
             let exact = (1.0 - (-x).exp()) / x;
             assert!((1.0 - mean - exact).abs() < 1e-9, "{x}: {mean}");
             assert!((f - (1.0 - (-x).exp())).abs() < 1e-12);
@@ -219,11 +219,11 @@ mod tests {
 
     #[test]
     fn wrong_parameters_are_named() {
-        let free = Drag::Anderson { settling_velocity: OrNone::NONE, exponent: 1.0 };
+        let free = InterphaseDrag::Anderson { settling_velocity: MaybeInfinite::NONE, exponent: 1.0 };
         assert!(free.validate().is_ok() && free.coefficient(0.4, 1.0, &SHEET) == 0.0);
-        let wrong = Drag::Anderson { settling_velocity: (-1.0).into(), exponent: 1.0 };
+        let wrong = InterphaseDrag::Anderson { settling_velocity: (-1.0).into(), exponent: 1.0 };
         assert_eq!(wrong.validate().unwrap_err().0, "settling_velocity");
-        let wrong = Drag::Anderson { settling_velocity: 1.0.into(), exponent: 11.0 };
+        let wrong = InterphaseDrag::Anderson { settling_velocity: 1.0.into(), exponent: 11.0 };
         assert_eq!(wrong.validate().unwrap_err().0, "exponent");
     }
 }

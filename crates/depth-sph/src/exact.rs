@@ -2,12 +2,12 @@
 
 /// Ritter's dam break on a dry bed: depth and velocity at `x` (m) after `t` (s), of a reservoir of depth `h0` (m) at `x < 0`.
 pub fn ritter(gravity: f64, h0: f64, x: f64, t: f64) -> (f64, f64) {
-    dressler(gravity, h0, 0.0, x, t)
+    frictional_dam_break(gravity, h0, 0.0, x, t)
 }
 
 /// The dam break of a frictional material on an incline: as [`ritter`] with a net acceleration `pull` = `g'(tan θ - tan δ)`
 /// (m/s²) along a bed whose normal gravity is `gravity`.
-pub fn dressler(gravity: f64, h0: f64, pull: f64, x: f64, t: f64) -> (f64, f64) {
+pub fn frictional_dam_break(gravity: f64, h0: f64, pull: f64, x: f64, t: f64) -> (f64, f64) {
     let celerity = (gravity * h0).sqrt();
     let fall = 0.5 * pull * t * t;
     if x < fall - celerity * t {
@@ -157,7 +157,7 @@ impl LockedDam {
 
 /// The parabolic cap of Savage and Hutter on an incline, from rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cap {
+pub struct ParabolicCap {
     /// Half of its first length (m).
     pub half: f64,
     /// Its area (m²).
@@ -168,7 +168,7 @@ pub struct Cap {
     pub coefficient: f64,
 }
 
-impl Cap {
+impl ParabolicCap {
     /// Half of its length (m) and the speed with which that grows (m/s) after `t` (s).
     pub fn half_length(&self, t: f64) -> (f64, f64) {
         let strength = 1.5 * self.coefficient * self.gravity * self.area;
@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn cap_and_frictional_dam_have_the_values_of_the_sheet() {
-        let cap = Cap { half: 10.0, area: 80.0 / 3.0, gravity: 8.035_882, coefficient: 1.0 };
+        let cap = ParabolicCap { half: 10.0, area: 80.0 / 3.0, gravity: 8.035_882, coefficient: 1.0 };
         for (t, half, speed) in [(1.0, 11.529_904, 2.920_660), (5.0, 33.418_348, 6.711_930)] {
             let found = cap.half_length(t);
             near(found.0, half, 1e-5);
@@ -263,7 +263,7 @@ mod tests {
         }
         let gravity = 9.81 * 22f64.to_radians().cos();
         let pull = gravity * (22f64.to_radians().tan() - 12f64.to_radians().tan());
-        let (h, u) = dressler(gravity, 10.0, pull, 10.0, 2.0);
+        let (h, u) = frictional_dam_break(gravity, 10.0, pull, 10.0, 2.0);
         near(h, 3.055_66, 1e-5);
         near(u, 12.013_48, 1e-5);
     }

@@ -17,7 +17,7 @@ use crate::setup;
 ///
 /// # Errors
 /// When the frame is not one of depth-integrated flow of one phase, or of grains and fluid.
-pub fn stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> {
+pub fn point_stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> {
     let options = setup::options(case)?;
     let wrong = |problem: &str| CaseError::new("methods.depth-sph.phases", problem);
     if options.phases == Phases::Layers {
@@ -25,11 +25,11 @@ pub fn stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> 
             "two layers are no material of a model in depth: points of them are not handed over",
         ));
     }
-    let scalars = |name: &str| snapshot.scalars(name).ok_or_else(|| lacks(name));
+    let scalars = |name: &str| snapshot.scalars(name).ok_or_else(|| missing_field(name));
     let (depth, volume, mass) = (scalars("depth")?, scalars("volume")?, scalars("mass")?);
-    let velocity = snapshot.vectors("velocity").ok_or_else(|| lacks("velocity"))?;
-    let stress = snapshot.tensors("stress").ok_or_else(|| lacks("stress"))?;
-    let columns = columns(case, &options, snapshot)?;
+    let velocity = snapshot.vectors("velocity").ok_or_else(|| missing_field("velocity"))?;
+    let stress = snapshot.tensors("stress").ok_or_else(|| missing_field("stress"))?;
+    let columns = column_nodes(case, &options, snapshot)?;
     let pore = match options.column {
         Some(_) => Some([
             scalars("pore_pressure")?,
@@ -44,7 +44,7 @@ pub fn stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> 
     for (i, fluid) in columns {
         let x = &snapshot.positions[i];
         let (whole, weighs) = (volume[i] + fluid.volume, mass[i] + fluid.mass);
-        let moves = fluid.together(mass[i], &velocity[i]);
+        let moves = fluid.mean_velocity(mass[i], &velocity[i]);
         let width = (whole / depth[i]).powf(1.0 / up as f64);
         let count = (depth[i] / width).round().max(1.0);
         for k in 0..count as usize {
@@ -72,27 +72,27 @@ pub fn stacks(case: &Case, snapshot: &Snapshot) -> Result<PointList, CaseError> 
 }
 
 /// A frame that has no field of that name.
-fn lacks(name: &str) -> CaseError {
+fn missing_field(name: &str) -> CaseError {
     CaseError::new("output.fields", format!("the frame has no {name:?}"))
 }
 
 /// The nodes that become stacks, those of the grains where there are two phases, with what they have of the fluid.
-fn columns(
+fn column_nodes(
     case: &Case,
     options: &DepthOptions,
     snapshot: &Snapshot,
-) -> Result<Vec<(usize, Share)>, CaseError> {
+) -> Result<Vec<(usize, FluidShare)>, CaseError> {
     // What has not flowed in yet, or has left through an open side, is not of the flow.
     let outside = snapshot.scalars("outside");
     let is_inside = |node: &usize| outside.is_none_or(|outside| outside[*node] == 0.0);
     let all = (0..snapshot.positions.len()).filter(is_inside);
     if options.phases != Phases::Two {
-        return Ok(all.map(|node| (node, Share::default())).collect());
+        return Ok(all.map(|node| (node, FluidShare::default())).collect());
     }
-    let scalars = |name: &str| snapshot.scalars(name).ok_or_else(|| lacks(name));
+    let scalars = |name: &str| snapshot.scalars(name).ok_or_else(|| missing_field(name));
     let phase = scalars("phase")?;
     let (grains, fluid): (Vec<usize>, Vec<usize>) = all.partition(|node| phase[*node] == 0.0);
-    let pores = Pores {
+    let pores = GrainsAndFluid {
         kernel: options.kernel,
         grains: &grains,
         fluid: &fluid,
@@ -101,11 +101,11 @@ fn columns(
         depths: scalars("depth")?,
         lengths: scalars("smoothing_length")?,
         masses: scalars("mass")?,
-        velocities: snapshot.vectors("velocity").ok_or_else(|| lacks("velocity"))?,
+        velocities: snapshot.vectors("velocity").ok_or_else(|| missing_field("velocity"))?,
     };
     let shares = match case.dimension() {
-        3 => pores.around::<2>(snapshot),
-        _ => pores.around::<1>(snapshot),
+        3 => pores.fluid_shares::<2>(snapshot),
+        _ => pores.fluid_shares::<1>(snapshot),
     };
     let shares = shares.map_err(|problem| CaseError::new("output.fields", problem.to_string()))?;
     Ok(grains.into_iter().zip(shares).collect())
@@ -113,7 +113,7 @@ fn columns(
 
 /// What a node of the grains has of the pore fluid.
 #[derive(Clone, Copy, Default)]
-struct Share {
+struct FluidShare {
     /// Volume (m³; m² in a profile).
     volume: f64,
     /// Mass (kg).
@@ -122,9 +122,9 @@ struct Share {
     momentum: [f64; 3],
 }
 
-impl Share {
+impl FluidShare {
     /// Velocity of it and grains of that mass (kg) and velocity (m/s) together.
-    fn together(&self, mass: f64, velocity: &[f64; 3]) -> [f64; 3] {
+    fn mean_velocity(&self, mass: f64, velocity: &[f64; 3]) -> [f64; 3] {
         if self.mass == 0.0 {
             return *velocity;
         }
@@ -133,10 +133,10 @@ impl Share {
 }
 
 /// Rounds in which what grains are given of the fluid comes near to what stands around them.
-const ROUNDS: usize = 40;
+const MAX_ITERATIONS: usize = 40;
 
 /// The nodes of grains and of their pore fluid.
-struct Pores<'a> {
+struct GrainsAndFluid<'a> {
     kernel: Kernel,
     /// Numbers of the grains, and of the fluid.
     grains: &'a [usize],
@@ -149,7 +149,7 @@ struct Pores<'a> {
     velocities: &'a [[f64; 3]],
 }
 
-impl Pores<'_> {
+impl GrainsAndFluid<'_> {
     /// Grains within the kernel of each node of the fluid, with their weights.
     fn near<const D: usize>(&self, snapshot: &Snapshot) -> Result<Vec<Vec<(usize, f64)>>, SearchError> {
         let place = |node: &usize| -> [f64; D] { std::array::from_fn(|c| snapshot.positions[*node][c]) };
@@ -178,7 +178,7 @@ impl Pores<'_> {
     /// What each node of the grains has of the fluid: a node of the fluid gives all that it has to the grains within its kernel, so that nothing
     /// is lost, and these get, as near as that allows, what the heights of both phases there are (scaling of rows and columns in turn, after
     /// Sinkhorn). Where there are no grains it keeps it.
-    fn around<const D: usize>(&self, snapshot: &Snapshot) -> Result<Vec<Share>, SearchError> {
+    fn fluid_shares<const D: usize>(&self, snapshot: &Snapshot) -> Result<Vec<FluidShare>, SearchError> {
         let near = self.near::<D>(snapshot)?;
         let stands = |&node: &usize| self.volumes[node] * (self.depths[node] / self.heights[node] - 1.0);
         let mut wanted: Vec<f64> = self.grains.iter().map(stands).collect();
@@ -189,7 +189,7 @@ impl Pores<'_> {
         let sum = |scale: &[f64], near: &[(usize, f64)]| -> f64 {
             near.iter().map(|(k, weight)| scale[*k] * weight).sum()
         };
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ITERATIONS {
             let mut got = vec![0.0; scale.len()];
             for (node, near) in self.fluid.iter().zip(&near) {
                 let all = sum(&scale, near);
@@ -199,7 +199,7 @@ impl Pores<'_> {
                 *scale *= if got > 0.0 && *wanted > 0.0 { wanted / got } else { 1.0 };
             }
         }
-        let mut shares = vec![Share::default(); self.grains.len()];
+        let mut shares = vec![FluidShare::default(); self.grains.len()];
         for (&node, near) in self.fluid.iter().zip(&near) {
             let all = sum(&scale, near);
             for (k, weight) in near {

@@ -4,7 +4,7 @@ use crate::column::mean;
 
 /// Pore pressure over the depth of a node, as the points above its square have it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Handed {
+pub struct TransferredPressure {
     /// Depth of these points (m).
     pub depth: f64,
     /// Pore pressure (Pa) at equal distances from the base to the surface, where it is zero.
@@ -12,13 +12,13 @@ pub struct Handed {
 }
 
 /// A point above a square: its volume (m³; m² in a profile), its height above the bed (m), and its pore pressure (Pa).
-pub type Above = [f64; 3];
+pub type PointAboveSquare = [f64; 3];
 
-impl Handed {
+impl TransferredPressure {
     /// The profile on `cells` intervals: `(1 - ζ)(a + b ζ)` of the height `ζ` over the depth by least squares over means of layers, and what
     /// these are off it, by straight lines between them and to the surface. Its mean is that of the points, by a part that is linear over
     /// the depth. Linear profiles come out as they are. Points whose middle lies in the bed stand for no column.
-    pub fn of(points: &[Above], cells: usize) -> Self {
+    pub fn from_points(points: &[PointAboveSquare], cells: usize) -> Self {
         let volume: f64 = points.iter().map(|point| point[0]).sum();
         let over = |value: usize| points.iter().map(|point| point[0] * point[value]).sum::<f64>() / volume;
         // Twice the height of the middle: whatever the size of the points is.
@@ -71,7 +71,7 @@ fn smooth(layers: &[[f64; 3]]) -> (f64, f64) {
 }
 
 /// Volume, mean height over the depth and mean pressure of layers as thick as the points, `cells` at most.
-fn layers(points: &[Above], depth: f64, cells: usize) -> Vec<[f64; 3]> {
+fn layers(points: &[PointAboveSquare], depth: f64, cells: usize) -> Vec<[f64; 3]> {
     let levels = {
         // As many as there are heights, by their differences: points of one layer stand at about one height.
         let mut heights: Vec<f64> = points.iter().map(|point| point[1]).collect();
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     /// A column of points at these numbers of layers, 2 m high.
-    fn points(layers: usize, pressure: impl Fn(f64) -> f64) -> Vec<Above> {
+    fn points(layers: usize, pressure: impl Fn(f64) -> f64) -> Vec<PointAboveSquare> {
         let zeta = |k: usize| (k as f64 + 0.5) / layers as f64;
         (0..2 * layers).map(|k| [0.3, 2.0 * zeta(k / 2), pressure(zeta(k / 2))]).collect()
     }
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn a_linear_profile_comes_out_as_it_is() {
         for layers in [1, 3, 20, 64] {
-            let handed = Handed::of(&points(layers, |zeta| 7e3 * (1.0 - zeta)), 20);
+            let handed = TransferredPressure::from_points(&points(layers, |zeta| 7e3 * (1.0 - zeta)), 20);
             assert!((handed.depth - 2.0).abs() < 1e-12);
             for (k, value) in handed.pressure.iter().enumerate() {
                 assert!((value - 350.0 * (20 - k) as f64).abs() < 1e-8, "{layers} layers: {k} {value}");
@@ -120,7 +120,7 @@ mod tests {
         for (shape, bound) in shapes {
             let error = |layers: usize| {
                 let points = points(layers, shape);
-                let handed = Handed::of(&points, 20);
+                let handed = TransferredPressure::from_points(&points, 20);
                 let whole = points.iter().map(|point| point[2]).sum::<f64>() / points.len() as f64;
                 assert!((mean(&handed.pressure) / whole - 1.0).abs() < 1e-12, "{layers} layers");
                 let each = handed.pressure.iter().enumerate();
@@ -139,7 +139,7 @@ mod tests {
             point[1] += 0.03 * (3.0 * k as f64).sin();
         }
         all.push([0.1, -0.01, 4e3]);
-        let handed = Handed::of(&all, 12);
+        let handed = TransferredPressure::from_points(&all, 12);
         let volume: f64 = all.iter().map(|point| point[0]).sum();
         let over = |value: usize| all.iter().map(|point| point[0] * point[value]).sum::<f64>() / volume;
         assert!((handed.depth - 2.0 * over(1)).abs() < 1e-12);

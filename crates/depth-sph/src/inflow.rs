@@ -7,10 +7,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::cross_section::CrossSection;
-use crate::nodes::{Node, Plan};
+use crate::nodes::{NewNode, PlanVector};
 
 /// Nodes behind the line are kept this far beyond their reach (rows), so that none comes and goes.
-const SLACK: f64 = 1.0;
+const MARGIN_ROWS: f64 = 1.0;
 
 /// Value of a hydrograph at a time (s): linear between its pairs, none before the first and after the last.
 pub fn at_time(hydrograph: &[[f64; 2]], time: f64) -> f64 {
@@ -32,30 +32,30 @@ pub fn volume(hydrograph: &[[f64; 2]], time: f64) -> f64 {
 }
 
 /// Depth (m) and speed (m/s) of a discharge per width (m²/s) that has a Froude number under gravity (m/s²).
-pub fn section(flux: f64, froude: f64, gravity: f64) -> (f64, f64) {
+pub fn section_by_froude(flux: f64, froude: f64, gravity: f64) -> (f64, f64) {
     let depth = (flux / (froude * gravity.sqrt())).powf(2.0 / 3.0);
     (depth, if depth > 0.0 { flux / depth } else { 0.0 })
 }
 
 /// What arrives at a section from the flow before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Arriving {
+pub struct ArrivingFlow {
     /// `u + 2c` of the outward speed `u` (m/s).
     pub outgoing: f64,
     /// Effective gravity (m/s²).
-    pub pull: f64,
+    pub effective_gravity: f64,
 }
 
-impl Arriving {
+impl ArrivingFlow {
     /// Of a depth (m) and an outward speed (m/s) under effective gravity `pull` (m/s²).
     pub fn of(depth: f64, speed: f64, pull: f64) -> Self {
-        Self { outgoing: speed + 2.0 * (pull * depth.max(0.0)).sqrt(), pull }
+        Self { outgoing: speed + 2.0 * (pull * depth.max(0.0)).sqrt(), effective_gravity: pull }
     }
 
     /// Depth (m) and outward speed (m/s) of a discharge per width (m²/s) that flows in slower than its waves: `c² (2c - R) = g q` with what
     /// arrives, `R`. `None` where it is faster, or nothing stands there.
-    pub fn met(&self, flux: f64) -> Option<(f64, f64)> {
-        let Self { outgoing, pull } = *self;
+    pub fn depth_and_speed(&self, flux: f64) -> Option<(f64, f64)> {
+        let Self { outgoing, effective_gravity: pull } = *self;
         // Above the root, from where Newton's steps fall to it.
         let mut celerity = (0.5 * outgoing).max(0.0) + (pull * flux).cbrt();
         if celerity <= 0.0 {
@@ -76,12 +76,12 @@ impl Arriving {
 
 /// Depth (m) and speed inward (m/s) of a discharge per width (m²/s): as it meets what arrives, and by the Froude number under `gravity` (m/s²)
 /// where nothing does or where it is faster than its waves, 1 at least against a flow.
-pub fn meeting(flux: f64, arriving: Option<Arriving>, froude: f64, gravity: f64) -> (f64, f64) {
+pub fn inflow_section(flux: f64, arriving: Option<ArrivingFlow>, froude: f64, gravity: f64) -> (f64, f64) {
     match arriving {
-        None => section(flux, froude, gravity),
-        Some(arriving) => match arriving.met(flux) {
+        None => section_by_froude(flux, froude, gravity),
+        Some(arriving) => match arriving.depth_and_speed(flux) {
             Some((depth, outward)) => (depth, -outward),
-            None => section(flux, froude.max(1.0), gravity),
+            None => section_by_froude(flux, froude.max(1.0), gravity),
         },
     }
 }
@@ -90,9 +90,9 @@ pub fn meeting(flux: f64, arriving: Option<Arriving>, froude: f64, gravity: f64)
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inflow<const D: usize> {
     /// Where the line begins (m).
-    pub from: Plan<D>,
+    pub from: PlanVector<D>,
     /// Where it ends (m); the flow goes to the right of who walks along it.
-    pub to: Plan<D>,
+    pub to: PlanVector<D>,
     /// Times (s) and discharges (m³/s), linear between them; none before the first and after the last.
     pub hydrograph: Vec<[f64; 2]>,
     /// Froude number `u/√(g h)` at the line where nothing stands before it, or where the flow is faster than its waves.
@@ -116,41 +116,41 @@ pub struct Inflow<const D: usize> {
     /// The bed along the line, over which it has one level; none where it is as deep everywhere.
     pub channel: Option<CrossSection>,
     /// What has happened.
-    pub state: State,
+    pub state: InflowState,
 }
 
 /// Where the rows of an inflow stand.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct State {
+pub struct InflowState {
     /// Rows that have crossed the line.
     pub crossed: u64,
     /// Rows behind the line, the nearest first: its number, and the places along the line and numbers of its nodes.
-    pub held: Vec<(u64, Vec<(usize, u64)>)>,
+    pub waiting_rows: Vec<(u64, Vec<(usize, u64)>)>,
     /// What stands at the line.
-    pub section: Section,
+    pub section: InflowSection,
 }
 
 /// What stands at a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Section {
+pub struct InflowSection {
     /// Mean depth over all of the line (m).
     pub depth: f64,
     /// Speed (m/s).
     pub speed: f64,
     /// Largest depth (m).
-    pub deepest: f64,
+    pub max_depth: f64,
 }
 
 /// Places and velocity of the nodes behind the line.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Held<const D: usize> {
+pub struct WaitingNodes<const D: usize> {
     /// Number, place (m) and velocity (m/s) of each, by number.
-    pub nodes: Vec<(u64, Plan<D>, Plan<D>)>,
+    pub nodes: Vec<(u64, PlanVector<D>, PlanVector<D>)>,
 }
 
-impl<const D: usize> Held<D> {
+impl<const D: usize> WaitingNodes<D> {
     /// Place and velocity of a node; `None` where it is free.
-    pub fn of(&self, id: u64) -> Option<(Plan<D>, Plan<D>)> {
+    pub fn of(&self, id: u64) -> Option<(PlanVector<D>, PlanVector<D>)> {
         let found = self.nodes.binary_search_by_key(&id, |node| node.0).ok()?;
         let (_, place, velocity) = self.nodes[found];
         Some((place, velocity))
@@ -158,7 +158,7 @@ impl<const D: usize> Held<D> {
 }
 
 impl<const D: usize> Inflow<D> {
-    fn along(&self) -> Plan<D> {
+    fn along(&self) -> PlanVector<D> {
         std::array::from_fn(|c| self.to[c] - self.from[c])
     }
 
@@ -168,7 +168,7 @@ impl<const D: usize> Inflow<D> {
     }
 
     /// Direction of the flow: the normal to the right.
-    pub fn normal(&self) -> Plan<D> {
+    pub fn normal(&self) -> PlanVector<D> {
         let (along, width) = (self.along(), self.width());
         std::array::from_fn(|c| if c == 0 { along[D - 1] / width } else { -along[0] / width })
     }
@@ -184,34 +184,34 @@ impl<const D: usize> Inflow<D> {
     }
 
     /// How far before the line (m) and how far along it (m) a place is.
-    pub fn before(&self, x: &Plan<D>) -> (f64, f64) {
-        let [normal, along] = self.parts(&std::array::from_fn(|c| x[c] - self.from[c]));
+    pub fn distances(&self, x: &PlanVector<D>) -> (f64, f64) {
+        let [normal, along] = self.normal_and_tangential(&std::array::from_fn(|c| x[c] - self.from[c]));
         (normal, along)
     }
 
     /// Direction outward and along the line: parts of a velocity.
-    pub fn turned(&self, velocity: &Plan<D>) -> [f64; 2] {
-        let [normal, along] = self.parts(velocity);
+    pub fn outward_and_tangential(&self, velocity: &PlanVector<D>) -> [f64; 2] {
+        let [normal, along] = self.normal_and_tangential(velocity);
         [-normal, along]
     }
 
     /// Parts of a vector along the normal, inward, and along the line.
-    fn parts(&self, vector: &Plan<D>) -> [f64; 2] {
-        let dot = |a: &Plan<D>| -> f64 { (0..D).map(|c| a[c] * vector[c]).sum() };
+    fn normal_and_tangential(&self, vector: &PlanVector<D>) -> [f64; 2] {
+        let dot = |a: &PlanVector<D>| -> f64 { (0..D).map(|c| a[c] * vector[c]).sum() };
         [dot(&self.normal()), dot(&self.along()) / self.width()]
     }
 
     /// What stands at the line at a discharge (m³/s) that meets what arrives, by the Froude number where nothing does.
-    pub fn section(&self, discharge: f64, arriving: Option<Arriving>) -> Section {
-        let met = |width: f64| meeting(discharge / width, arriving, self.froude, self.gravity);
+    pub fn section(&self, discharge: f64, arriving: Option<ArrivingFlow>) -> InflowSection {
+        let met = |width: f64| inflow_section(discharge / width, arriving, self.froude, self.gravity);
         let Some(channel) = &self.channel else {
             let (depth, speed) = met(self.width());
-            return Section { depth, speed, deepest: depth };
+            return InflowSection { depth, speed, max_depth: depth };
         };
         let deepest = channel.level(|width| met(width).0);
-        let (area, _) = channel.wetted(deepest);
+        let (area, _) = channel.wetted_area_and_width(deepest);
         let speed = if area > 0.0 { discharge / area } else { 0.0 };
-        Section { depth: area / self.width(), speed, deepest }
+        InflowSection { depth: area / self.width(), speed, max_depth: deepest }
     }
 
     /// The places along the line where nodes of a row stand, and the volume of each, of all phases (m³).
@@ -220,7 +220,7 @@ impl<const D: usize> Inflow<D> {
         let Some(channel) = &self.channel else {
             return (0..count).map(|k| (k, whole / count as f64)).collect();
         };
-        let shares = channel.shares(self.state.section.deepest).into_iter();
+        let shares = channel.shares(self.state.section.max_depth).into_iter();
         shares.map(|(k, share)| (k, whole * share)).collect()
     }
 
@@ -241,12 +241,12 @@ impl<const D: usize> Inflow<D> {
     }
 
     /// What stands at the line by the Froude number at the largest discharge.
-    pub fn deepest(&self) -> Section {
+    pub fn max_section(&self) -> InflowSection {
         self.section(self.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max), None)
     }
 
     /// Place of node `k` of a row `behind` the line (m).
-    pub fn place(&self, k: usize, behind: f64) -> Plan<D> {
+    pub fn place(&self, k: usize, behind: f64) -> PlanVector<D> {
         let (share, along, normal) = ((k as f64 + 0.5) / self.count() as f64, self.along(), self.normal());
         std::array::from_fn(|c| self.from[c] + share * along[c] - behind * normal[c])
     }
@@ -276,29 +276,30 @@ impl<const D: usize> Inflow<D> {
     pub fn advance(
         &mut self,
         time: f64,
-        section: Section,
+        section: InflowSection,
         next_id: &mut u64,
-    ) -> (Vec<(usize, u64, Node<D>)>, Vec<u64>) {
+    ) -> (Vec<(usize, u64, NewNode<D>)>, Vec<u64>) {
         self.state.section = section;
-        let (volume, Section { depth, speed, .. }) = (self.volume(time), self.state.section);
+        let (volume, InflowSection { depth, speed, .. }) = (self.volume(time), self.state.section);
         let row_volume = self.row_volume();
         while (self.state.crossed as f64 + 0.5) * row_volume <= volume {
             let row = self.state.crossed;
-            self.state.held.retain(|(held, _)| *held != row);
+            self.state.waiting_rows.retain(|(held, _)| *held != row);
             self.state.crossed += 1;
         }
         let (mut fresh, mut stale) = (Vec::new(), Vec::new());
-        let farthest = self.reach + SLACK * self.spacing;
+        let farthest = self.reach + MARGIN_ROWS * self.spacing;
         let far = |inflow: &Self, row: u64| !(depth > 0.0) || inflow.behind(row, volume, depth) > farthest;
-        while let Some((row, _)) = self.state.held.last()
+        while let Some((row, _)) = self.state.waiting_rows.last()
             && far(self, *row)
         {
-            stale.extend(self.state.held.pop().into_iter().flat_map(|(_, own)| own).map(|(_, id)| id));
+            stale
+                .extend(self.state.waiting_rows.pop().into_iter().flat_map(|(_, own)| own).map(|(_, id)| id));
         }
-        let mut row = self.state.held.last().map_or(self.state.crossed, |(row, _)| row + 1);
+        let mut row = self.state.waiting_rows.last().map_or(self.state.crossed, |(row, _)| row + 1);
         while depth > 0.0 && self.behind(row, volume, depth) <= self.reach {
             let (behind, normal) = (self.behind(row, volume, depth), self.normal());
-            let node = |k: usize, volume: f64| Node {
+            let node = |k: usize, volume: f64| NewNode {
                 body: self.body,
                 position: self.place(k, behind),
                 velocity: normal.map(|c| c * speed),
@@ -314,22 +315,22 @@ impl<const D: usize> Inflow<D> {
                     *next_id += 1;
                 }
             }
-            self.state.held.push((row, own));
+            self.state.waiting_rows.push((row, own));
             row += 1;
         }
         (fresh, stale)
     }
 
     /// Where the nodes behind the line are at `time` (s).
-    pub fn held(&self, time: f64) -> Vec<(u64, Plan<D>, Plan<D>)> {
-        let (volume, Section { depth, speed, .. }) = (self.volume(time), self.state.section);
+    pub fn waiting_nodes(&self, time: f64) -> Vec<(u64, PlanVector<D>, PlanVector<D>)> {
+        let (volume, InflowSection { depth, speed, .. }) = (self.volume(time), self.state.section);
         let velocity = self.normal().map(|c| c * speed);
         let row = |(row, own): &(u64, Vec<(usize, u64)>)| {
             let behind = self.behind(*row, volume, depth);
             let place = move |(k, id): &(usize, u64)| (*id, self.place(*k, behind), velocity);
             own.iter().map(place).collect::<Vec<_>>()
         };
-        self.state.held.iter().flat_map(row).collect()
+        self.state.waiting_rows.iter().flat_map(row).collect()
     }
 
     /// Volume that has crossed the line as nodes (m³).
@@ -338,8 +339,8 @@ impl<const D: usize> Inflow<D> {
     }
 
     /// Volume of the nodes behind the line (m³).
-    pub fn waiting(&self) -> f64 {
-        self.state.held.len() as f64 * self.row_volume()
+    pub fn waiting_volume(&self) -> f64 {
+        self.state.waiting_rows.len() as f64 * self.row_volume()
     }
 }
 
@@ -362,9 +363,9 @@ mod tests {
             porosity: None,
             layer: None,
             channel: None,
-            state: State::default(),
+            state: InflowState::default(),
         };
-        inflow.depth = inflow.deepest().depth;
+        inflow.depth = inflow.max_section().depth;
         inflow
     }
 
@@ -375,7 +376,7 @@ mod tests {
         for (time, volume) in [(0.0, 0.0), (2.0, 2.0), (3.0, 8.0), (5.0, 20.0), (9.0, 24.0)] {
             assert!((inflow.volume(time) - volume).abs() < 1e-12, "{time}");
         }
-        let Section { depth, speed, .. } = inflow.section(8.0, None);
+        let InflowSection { depth, speed, .. } = inflow.section(8.0, None);
         assert!((depth * speed - 2.0).abs() < 1e-12 && (speed / (9.81 * depth).sqrt() - 2.0).abs() < 1e-12);
     }
 
@@ -390,10 +391,12 @@ mod tests {
             there.extend(fresh.iter().map(|(_, id, _)| *id));
             stale.iter().for_each(|id| assert!(there.remove(id)));
             assert!((inflow.entered() - inflow.volume(time)).abs() <= 0.5 * inflow.row_volume() + 1e-9);
-            assert!(inflow.held(time).iter().all(|(_, x, _)| x[0] <= 1e-9 && x[0] >= -2.0 - 0.5 - 1e-9));
+            assert!(
+                inflow.waiting_nodes(time).iter().all(|(_, x, _)| x[0] <= 1e-9 && x[0] >= -2.0 - 0.5 - 1e-9)
+            );
         }
         assert_eq!(there.len() as u64, 8 * inflow.state.crossed, "no more and no less than have crossed");
-        assert!(inflow.state.held.is_empty(), "{:?}", inflow.state);
+        assert!(inflow.state.waiting_rows.is_empty(), "{:?}", inflow.state);
         assert!((inflow.entered() - 24.0).abs() < 1e-12, "{} m³", inflow.entered());
     }
 

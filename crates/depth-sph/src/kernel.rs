@@ -49,7 +49,7 @@ impl Kernel {
 
     /// Shape `f(q)`, without its factor.
     #[inline]
-    pub fn shape<const D: usize>(self, q: f64) -> f64 {
+    pub fn profile<const D: usize>(self, q: f64) -> f64 {
         let part = |edge: f64| (edge - q).max(0.0);
         match self {
             Self::CubicSpline => {
@@ -91,9 +91,9 @@ impl Kernel {
     // The two forms for four arguments stand beside those for one: they need not vanish beyond the support, take inverses that are known
     // and choose among lanes in place of branches, so that one form for both would be slower for either or change results.
 
-    /// [`Kernel::shape`] of four arguments; not to be used beyond the support.
+    /// [`Kernel::profile`] of four arguments; not to be used beyond the support.
     #[inline(always)]
-    pub fn shapes<const D: usize>(self, q: f64x4) -> f64x4 {
+    pub fn profile_of_four<const D: usize>(self, q: f64x4) -> f64x4 {
         let part = |edge: f64| (f64x4::splat(edge) - q).fast_max(f64x4::ZERO);
         match self {
             Self::CubicSpline => {
@@ -115,7 +115,7 @@ impl Kernel {
 
     /// [`Kernel::slope`] of four arguments, which are not zero, and their inverses; not to be used beyond the support.
     #[inline(always)]
-    pub fn slopes<const D: usize>(self, q: f64x4, inverse: f64x4) -> f64x4 {
+    pub fn slope_of_four<const D: usize>(self, q: f64x4, inverse: f64x4) -> f64x4 {
         let part = |edge: f64| (f64x4::splat(edge) - q).fast_max(f64x4::ZERO);
         match self {
             Self::CubicSpline => {
@@ -140,7 +140,7 @@ impl Kernel {
     /// `W(r, ℓ)` (1/m in one dimension, 1/m² in two).
     #[inline]
     pub fn value<const D: usize>(self, distance: f64, length: f64) -> f64 {
-        self.factor::<D>() / length.powi(D as i32) * self.shape::<D>(distance / length)
+        self.factor::<D>() / length.powi(D as i32) * self.profile::<D>(distance / length)
     }
 
     /// `(∂W/∂r) / r`: times `x_I - x_J` it is the gradient with respect to node `I`.
@@ -221,10 +221,10 @@ mod tests {
                     }
                 };
                 let inverse = f64x4::new(q.map(f64::recip));
-                near(kernel.shapes::<1>(f64x4::new(q)), q.map(|q| kernel.shape::<1>(q)));
-                near(kernel.shapes::<2>(f64x4::new(q)), q.map(|q| kernel.shape::<2>(q)));
-                near(kernel.slopes::<1>(f64x4::new(q), inverse), q.map(|q| kernel.slope::<1>(q)));
-                near(kernel.slopes::<2>(f64x4::new(q), inverse), q.map(|q| kernel.slope::<2>(q)));
+                near(kernel.profile_of_four::<1>(f64x4::new(q)), q.map(|q| kernel.profile::<1>(q)));
+                near(kernel.profile_of_four::<2>(f64x4::new(q)), q.map(|q| kernel.profile::<2>(q)));
+                near(kernel.slope_of_four::<1>(f64x4::new(q), inverse), q.map(|q| kernel.slope::<1>(q)));
+                near(kernel.slope_of_four::<2>(f64x4::new(q), inverse), q.map(|q| kernel.slope::<2>(q)));
             }
         }
     }

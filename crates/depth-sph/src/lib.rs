@@ -2,7 +2,7 @@
 //!
 //! A column of flowing material is a node that moves in plan. Its depth is a sum over the nodes around it ([`kernel`]), and
 //! depth gradients, the slope of the bed ([`bed`]) and the resistance of the bed ([`friction`]) accelerate it. Grains and pore
-//! fluid may be two sets of nodes that [`drag`] couples; excess pore pressure lives on a [`column`](mod@column) of finite differences at
+//! fluid may be two sets of nodes that [`drag`] couples; excess pore pressure lives on a [`body_column`](mod@column) of finite differences at
 //! every node of the grains. [`flow::Flow`] holds nodes and step, without a case; [`DepthSph`] is the way in from one.
 
 pub mod bed;
@@ -27,12 +27,12 @@ mod setup;
 mod solver;
 mod stages;
 
-use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
+use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;
 
 pub use config::{
-    ColumnOptions, Confinement, DepthOptions, DilatancyOptions, EarthPressureOptions, FluidResistanceOptions,
-    InflowOptions, MixtureOptions, Region, SkeletonOptions, StopOptions,
+    BedRegion, ColumnOptions, DepthOptions, DilatancyOptions, EarthPressureOptions, FluidResistanceOptions,
+    InflowOptions, MixtureOptions, SkeletonConfinement, SkeletonOptions, StopOptions,
 };
 pub use solver::DepthSolver;
 
@@ -56,24 +56,24 @@ impl Method for DepthSph {
         schemars::schema_for!(DepthOptions)
     }
 
-    fn size(&self, case: &Case) -> Result<Size, CaseError> {
-        setup::size(case)
+    fn problem_size(&self, case: &Case) -> Result<ProblemSize, CaseError> {
+        setup::problem_size(case)
     }
 
     fn has_elasticity(&self) -> bool {
         false
     }
 
-    fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
+    fn capabilities(&self, case: &Case) -> Result<Capabilities, CaseError> {
         setup::options(case)?;
-        Ok(setup::honours())
+        Ok(setup::capabilities())
     }
 
-    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
+    fn plan_supported_case(&self, case: &Case) -> Result<Plan, CaseError> {
         setup::plan(case)
     }
 
-    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    fn build_supported_case(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case)
     }
 }

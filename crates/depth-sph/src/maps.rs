@@ -10,17 +10,17 @@ use serde::{Deserialize, Serialize};
 use crate::bed::Bed;
 use crate::flow::Flow;
 use crate::kernel::Kernel;
-use crate::nodes::Plan;
+use crate::nodes::PlanVector;
 
 /// Rows of cells that one task looks after.
-const BAND: usize = 8;
+const ROWS_PER_TASK: usize = 8;
 
 /// Shift of centres of cells against a mapped outline (cells), so that one on the outline itself is on one side of it.
 const ON_OUTLINE: f64 = 1e-6;
 
 /// A regular grid of cells in plan.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grid {
+pub struct PlanCells {
     /// Cells along x and y.
     pub counts: [usize; 2],
     /// Centre of the cell with the least x and y (m).
@@ -31,7 +31,7 @@ pub struct Grid {
     pub reference: Georeference,
 }
 
-impl Grid {
+impl PlanCells {
     fn area(&self) -> f64 {
         self.spacing[0] * self.spacing[1]
     }
@@ -60,7 +60,7 @@ impl Grid {
 
 /// What one cell has seen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
+pub struct HazardCell {
     /// Largest thickness (m).
     pub thickness: f64,
     /// Largest speed along the bed while the thickness was that of the threshold or more (m/s).
@@ -71,13 +71,13 @@ pub struct Cell {
     pub arrival: f64,
 }
 
-const UNTOUCHED: Cell = Cell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
+const UNTOUCHED: HazardCell = HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
 
 /// What is over a cell now: thickness (m), mass over area (kg/m²), momentum in plan over area (kg/(m s)).
-type Over = [f64; 4];
+type CellContent = [f64; 4];
 
 /// The share of a node in the cells around it.
-struct Patch {
+struct NodeFootprint {
     place: [f64; 2],
     columns: [usize; 2],
     rows: [usize; 2],
@@ -89,45 +89,45 @@ struct Patch {
 }
 
 /// Rasters of a flow.
-pub struct Maps {
-    grid: Grid,
+pub struct HazardRasters {
+    grid: PlanCells,
     /// Thickness from which on a cell counts as reached (m).
     threshold: f64,
     /// Slope of the bed at each cell.
     slopes: Vec<[f64; 2]>,
-    cells: Vec<Cell>,
+    cells: Vec<HazardCell>,
     /// Cells whose centres lie within a mapped outline; empty without one.
-    mapped: Vec<bool>,
+    in_mapped_outline: Vec<bool>,
     /// Area of the mapped outline beyond the cells (m²).
     mapped_beyond_cells: f64,
-    over: Vec<Over>,
-    patches: Vec<Patch>,
+    contents: Vec<CellContent>,
+    patches: Vec<NodeFootprint>,
     bands: Vec<Vec<u32>>,
 }
 
 /// The two coordinates of a place in plan; of one in a profile the second is zero.
-fn pair<const D: usize>(x: &Plan<D>) -> [f64; 2] {
+fn to_2d<const D: usize>(x: &PlanVector<D>) -> [f64; 2] {
     std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0))
 }
 
-impl Maps {
+impl HazardRasters {
     /// Rasters over a bed that nothing has reached yet.
-    pub fn new<const D: usize>(grid: Grid, threshold: f64, bed: &Bed<D>) -> Self {
+    pub fn new<const D: usize>(grid: PlanCells, threshold: f64, bed: &Bed<D>) -> Self {
         let count = grid.counts[0] * grid.counts[1];
         let slope = |number: usize| {
             let centre = grid.centre(number % grid.counts[0], number / grid.counts[0]);
             let found = bed.at(&std::array::from_fn(|c| centre[c]));
-            found.map_or([0.0; 2], |bed| pair(&bed.slope))
+            found.map_or([0.0; 2], |bed| to_2d(&bed.slope))
         };
         let slopes = (0..count).into_par_iter().map(slope).collect::<Vec<_>>();
-        let bands = vec![Vec::new(); grid.counts[1].div_ceil(BAND)];
+        let bands = vec![Vec::new(); grid.counts[1].div_ceil(ROWS_PER_TASK)];
         Self {
             threshold,
             slopes,
             cells: vec![UNTOUCHED; count],
-            mapped: Vec::new(),
+            in_mapped_outline: Vec::new(),
             mapped_beyond_cells: 0.0,
-            over: vec![[0.0; 4]; count],
+            contents: vec![[0.0; 4]; count],
             patches: Vec::new(),
             bands,
             grid,
@@ -142,7 +142,7 @@ impl Maps {
             let centre = grid.centre(k % grid.counts[0], k / grid.counts[0]);
             outline.contains(std::array::from_fn(|c| centre[c] + ON_OUTLINE * grid.spacing[c]))
         };
-        self.mapped = (0..self.cells.len()).into_par_iter().map(within).collect::<Vec<_>>();
+        self.in_mapped_outline = (0..self.cells.len()).into_par_iter().map(within).collect::<Vec<_>>();
         let low: [f64; 2] = std::array::from_fn(|c| grid.origin[c] - 0.5 * grid.spacing[c]);
         let high: [f64; 2] = std::array::from_fn(|c| low[c] + grid.counts[c] as f64 * grid.spacing[c]);
         let ring = vec![low, [high[0], low[1]], high, [low[0], high[1]], low];
@@ -154,7 +154,7 @@ impl Maps {
     /// Areas (m²) of the cells reached within the mapped outline, not reached within it, and reached beyond it; `None` without one.
     pub fn score(&self) -> Option<[f64; 3]> {
         let mut counts = [0.0; 3];
-        for (cell, within) in self.cells.iter().zip(&self.mapped) {
+        for (cell, within) in self.cells.iter().zip(&self.in_mapped_outline) {
             match (!cell.arrival.is_nan(), within) {
                 (true, true) => counts[0] += 1.0,
                 (false, true) => counts[1] += 1.0,
@@ -163,24 +163,24 @@ impl Maps {
             }
         }
         let [hit, missed, beyond] = counts.map(|count| count * self.grid.area());
-        (!self.mapped.is_empty()).then_some([hit, missed + self.mapped_beyond_cells, beyond])
+        (!self.in_mapped_outline.is_empty()).then_some([hit, missed + self.mapped_beyond_cells, beyond])
     }
 
     /// What the cells have seen, row by row from the least y.
-    pub fn cells(&self) -> &[Cell] {
+    pub fn cells(&self) -> &[HazardCell] {
         &self.cells
     }
 
     /// Takes back what the cells have seen; `None` where it is that of another grid.
-    pub fn restore(&mut self, cells: Vec<Cell>) -> Option<()> {
+    pub fn restore(&mut self, cells: Vec<HazardCell>) -> Option<()> {
         (cells.len() == self.cells.len()).then(|| self.cells = cells)
     }
 
     /// Looks at the flow as it is.
-    pub fn follow<const D: usize>(&mut self, flow: &Flow<D>) {
+    pub fn update<const D: usize>(&mut self, flow: &Flow<D>) {
         self.spread(flow);
-        let Self { grid, threshold, slopes, cells, over, bands, .. } = self;
-        let (width, threshold) = (grid.counts[0] * BAND, *threshold);
+        let Self { grid, threshold, slopes, cells, contents: over, bands, .. } = self;
+        let (width, threshold) = (grid.counts[0] * ROWS_PER_TASK, *threshold);
         let all = cells.par_chunks_mut(width).zip(over.par_chunks(width)).zip(slopes.par_chunks(width));
         all.zip(&*bands).for_each(|(((cells, over), slopes), band)| {
             if band.is_empty() {
@@ -203,7 +203,7 @@ impl Maps {
     /// Spreads the nodes over the cells; those of bands without a node keep what they had.
     fn spread<const D: usize>(&mut self, flow: &Flow<D>) {
         let kernel = flow.settings.numerics.kernel;
-        let Self { grid, over, patches, bands, .. } = self;
+        let Self { grid, contents: over, patches, bands, .. } = self;
         patches.clear();
         for (number, set) in flow.sets.iter().enumerate() {
             let density = flow.density(number);
@@ -212,27 +212,27 @@ impl Maps {
                 if flow.is_outside(nodes.id[i]) {
                     return None;
                 }
-                let of = (pair(&nodes.position[i]), nodes.length[i], nodes.volume[i]);
-                patch(grid, kernel, of, density, pair(&nodes.velocity[i]))
+                let of = (to_2d(&nodes.position[i]), nodes.length[i], nodes.volume[i]);
+                patch(grid, kernel, of, density, to_2d(&nodes.velocity[i]))
             };
             patches.par_extend((0..nodes.len()).into_par_iter().filter_map(patch));
         }
         bands.iter_mut().for_each(Vec::clear);
         for (number, patch) in patches.iter().enumerate() {
-            for band in patch.rows[0] / BAND..=patch.rows[1] / BAND {
+            for band in patch.rows[0] / ROWS_PER_TASK..=patch.rows[1] / ROWS_PER_TASK {
                 bands[band].push(number as u32);
             }
         }
         let columns = grid.counts[0];
-        let chunks = over.par_chunks_mut(columns * BAND).zip(&*bands).enumerate();
+        let chunks = over.par_chunks_mut(columns * ROWS_PER_TASK).zip(&*bands).enumerate();
         chunks.for_each(|(number, (over, band))| {
             if band.is_empty() {
                 return;
             }
             over.fill([0.0; 4]);
-            let first = number * BAND;
+            let first = number * ROWS_PER_TASK;
             for patch in band.iter().map(|&patch| &patches[patch as usize]) {
-                for row in patch.rows[0].max(first)..=patch.rows[1].min(first + BAND - 1) {
+                for row in patch.rows[0].max(first)..=patch.rows[1].min(first + ROWS_PER_TASK - 1) {
                     for column in patch.columns[0]..=patch.columns[1] {
                         let thickness = patch.factor * patch.weight(grid, kernel, column, row);
                         let mass = patch.density * thickness;
@@ -263,7 +263,7 @@ impl Maps {
             values: (0..self.slopes.len()).map(value).collect(),
             reference: self.grid.reference.clone(),
         };
-        let seen = |value: fn(&Cell) -> f64| {
+        let seen = |value: fn(&HazardCell) -> f64| {
             raster(&|k| {
                 let cell = &self.cells[k];
                 if cell.thickness >= self.threshold { value(cell) } else { f64::NAN }
@@ -271,21 +271,22 @@ impl Maps {
         };
         // Where nothing is left at all that is known of every cell.
         let beyond = if now.patches.is_empty() { 0.0 } else { f64::NAN };
-        let left =
-            |value: &dyn Fn(usize) -> f64| raster(&|k| if now.over[k][0] > 0.0 { value(k) } else { beyond });
+        let left = |value: &dyn Fn(usize) -> f64| {
+            raster(&|k| if now.contents[k][0] > 0.0 { value(k) } else { beyond })
+        };
         let mut rasters = vec![
             (format!("peak_thickness_{along}"), "m", seen(|cell| cell.thickness)),
             ("peak_velocity".to_owned(), "m/s", seen(|cell| cell.speed)),
             ("peak_dynamic_pressure".to_owned(), "Pa", seen(|cell| cell.pressure)),
             ("arrival_time".to_owned(), "s", seen(|cell| cell.arrival)),
-            (format!("final_thickness_{along}"), "m", left(&|k| now.over[k][0])),
-            ("final_velocity".to_owned(), "m/s", left(&|k| speed(&now.over[k], &now.slopes[k]))),
+            (format!("final_thickness_{along}"), "m", left(&|k| now.contents[k][0])),
+            ("final_velocity".to_owned(), "m/s", left(&|k| speed(&now.contents[k], &now.slopes[k]))),
         ];
-        if let Some(worn) = flow.worn() {
+        if let Some(worn) = flow.erodible_bed() {
             let centre = |k: usize| self.grid.centre(k % self.grid.counts[0], k / self.grid.counts[0]);
             let change = raster(&|k| {
                 let [x, y] = centre(k);
-                let taken = worn.taken_at(x, y);
+                let taken = worn.eroded_depth_at(x, y);
                 if taken > 0.0 { -taken } else { f64::NAN }
             });
             rasters.push(("bed_change".to_owned(), "m", change));
@@ -300,37 +301,37 @@ impl Maps {
 }
 
 /// Speed along the bed of what is over a cell (m/s).
-fn speed(over: &Over, slope: &[f64; 2]) -> f64 {
+fn speed(over: &CellContent, slope: &[f64; 2]) -> f64 {
     let v = [over[2] / over[1], over[3] / over[1]];
     let rise = v[0] * slope[0] + v[1] * slope[1];
     (v[0] * v[0] + v[1] * v[1] + rise * rise).sqrt()
 }
 
-impl Patch {
+impl NodeFootprint {
     /// Share of a cell; of a node whose kernel reaches no centre the cell around it has all.
     #[inline]
-    fn weight(&self, grid: &Grid, kernel: Kernel, column: usize, row: usize) -> f64 {
+    fn weight(&self, grid: &PlanCells, kernel: Kernel, column: usize, row: usize) -> f64 {
         if self.length == 0.0 {
             return 1.0;
         }
         let centre = grid.centre(column, row);
         let square = (centre[0] - self.place[0]).powi(2) + (centre[1] - self.place[1]).powi(2);
-        kernel.shape::<2>(square.sqrt() / self.length)
+        kernel.profile::<2>(square.sqrt() / self.length)
     }
 }
 
 fn patch(
-    grid: &Grid,
+    grid: &PlanCells,
     kernel: Kernel,
     (place, length, volume): ([f64; 2], f64, f64),
     density: f64,
     velocity: [f64; 2],
-) -> Option<Patch> {
+) -> Option<NodeFootprint> {
     let cell = grid.cell(place)?;
     let reach = kernel.support() * length;
     let around = |c: usize| grid.window(c, place[c], reach).unwrap_or([cell[c]; 2]);
     let mut patch =
-        Patch { place, columns: around(0), rows: around(1), length, factor: 0.0, density, velocity };
+        NodeFootprint { place, columns: around(0), rows: around(1), length, factor: 0.0, density, velocity };
     let mut sum = 0.0;
     for row in patch.rows[0]..=patch.rows[1] {
         for column in patch.columns[0]..=patch.columns[1] {

@@ -1,9 +1,9 @@
 //! Nodes of one phase: columns of material that move over the bed (sheet: depth-sph §3.1).
 
-use colluvium_points::columns;
+use colluvium_points::struct_of_arrays;
 
 /// A vector in plan.
-pub type Plan<const D: usize> = [f64; D];
+pub type PlanVector<const D: usize> = [f64; D];
 
 /// `Σ a_c b_c`.
 #[inline]
@@ -17,9 +17,9 @@ pub fn norm<const D: usize>(a: &[f64; D]) -> f64 {
     dot(a, a).sqrt()
 }
 
-columns! {
+struct_of_arrays! {
     /// The nodes of one phase.
-    pub struct Nodes<const D: usize> {
+    pub struct PhaseNodes<const D: usize> {
         /// Number of a node for its whole life.
         pub id: u64,
         /// Body it came from.
@@ -33,7 +33,7 @@ columns! {
         /// Volume that it carries (m³; m² per metre of width in one dimension).
         pub volume: f64,
         /// Height of its phase (m): `(1 - n) h` of a solid, `n h` of a fluid, `h` where there is one phase.
-        pub height: f64,
+        pub partial_thickness: f64,
         /// Total depth, of all phases (m).
         pub depth: f64,
         /// Smoothing length (m).
@@ -45,7 +45,7 @@ columns! {
         /// Slope of the bed in whose tangent plane the velocity lies; not-a-number until the bed has been looked at.
         pub slope: [f64; D],
         /// Effective gravity `g_*` on pressure where the step last looked (m/s²).
-        pub pull: f64,
+        pub effective_gravity: f64,
         /// Effective gravity on what the bed bears, with the turning of the velocity: friction and pore pressure (m/s²).
         pub bearing: f64,
         /// Path travelled over the bed (m).
@@ -57,13 +57,13 @@ columns! {
 
 /// A node as it is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Node<const D: usize> {
+pub struct NewNode<const D: usize> {
     /// Body.
     pub body: u32,
     /// Place (m).
-    pub position: Plan<D>,
+    pub position: PlanVector<D>,
     /// Velocity (m/s).
-    pub velocity: Plan<D>,
+    pub velocity: PlanVector<D>,
     /// Volume of the phase (m³; m² in one dimension).
     pub volume: f64,
     /// Smoothing length (m).
@@ -72,9 +72,9 @@ pub struct Node<const D: usize> {
     pub scale: f64,
 }
 
-impl<const D: usize> Nodes<D> {
+impl<const D: usize> PhaseNodes<D> {
     /// Adds a node with this number; its height is found with the next sum.
-    pub fn push(&mut self, id: u64, node: &Node<D>) {
+    pub fn push(&mut self, id: u64, node: &NewNode<D>) {
         self.id.push(id);
         self.body.push(node.body);
         self.origin.push(node.position);
@@ -85,7 +85,8 @@ impl<const D: usize> Nodes<D> {
         self.first_length.push(node.length);
         self.scale.push(node.scale);
         self.slope.push([f64::NAN; D]);
-        let Self { height, depth, pull, bearing, path, eroded, .. } = self;
+        let Self { partial_thickness: height, depth, effective_gravity: pull, bearing, path, eroded, .. } =
+            self;
         for column in [height, depth, pull, bearing, path, eroded] {
             column.push(0.0);
         }
@@ -97,9 +98,9 @@ impl<const D: usize> Nodes<D> {
     }
 }
 
-columns! {
+struct_of_arrays! {
     /// What neighbours read of the nodes: these first, then their images in walls and periods.
-    pub struct Seen<const D: usize> {
+    pub struct NeighbourData<const D: usize> {
         /// Place (m).
         pub position: [f64; D],
         /// Velocity (m/s).

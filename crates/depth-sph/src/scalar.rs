@@ -9,14 +9,14 @@ use crate::kernel::Kernel;
 
 /// Nodes of a line in ascending order, with a value each.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Scalar {
+pub struct ScalarNodes {
     /// Places (m), ascending.
     pub places: Vec<f64>,
     /// Values; velocities (m/s) in Burgers' equation.
     pub values: Vec<f64>,
 }
 
-impl Scalar {
+impl ScalarNodes {
     /// Nodes at `places` (m), ascending, with the values of a formula.
     pub fn new(places: impl Iterator<Item = f64>, value: impl Fn(f64) -> f64) -> Self {
         let places: Vec<f64> = places.collect();
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn a_parabola_has_its_second_derivative() {
         // Two spacings: the second moment of the cubic spline on a lattice is then that of the integral.
-        let line = Scalar::new((0..60).map(|k| 0.1 * f64::from(k)), |x| 3.0 * x * x - x);
+        let line = ScalarNodes::new((0..60).map(|k| 0.1 * f64::from(k)), |x| 3.0 * x * x - x);
         let bends = line.laplacian(&line.values, 0.2, 0.1);
         assert!(bends[10..50].iter().all(|bend| (bend - 6.0).abs() < 1e-10), "{bends:?}");
     }
@@ -140,7 +140,10 @@ mod tests {
     #[test]
     fn a_shock_moves_with_the_mean_and_keeps_the_area() {
         let mut line =
-            Scalar::new((0..80).map(|k| 0.05 * f64::from(k) - 1.975), |x| if x < 0.0 { 1.2 } else { 0.2 });
+            ScalarNodes::new(
+                (0..80).map(|k| 0.05 * f64::from(k) - 1.975),
+                |x| if x < 0.0 { 1.2 } else { 0.2 },
+            );
         let before = line.area();
         line.steepen(1.0);
         // What has come in at the left end and left at the right one.

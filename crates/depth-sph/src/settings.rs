@@ -5,23 +5,25 @@ use std::fmt;
 use colluvium_case::PlanRegion;
 use colluvium_constitutive::basal::BasalRheology;
 
-use crate::choices::{Continuity, Frame, Integration, Metric, Momentum, Phases, Search};
-use crate::column::{Drainage, LowerBound, Profile};
-use crate::drag::{Densities, Drag};
+use crate::choices::{
+    DepthFrame, Metric, Phases, PressureForceForm, SearchOrientation, ThicknessEquation, TimeScheme,
+};
+use crate::column::{Drainage, LowerBound, PressureProfile};
+use crate::drag::{InterphaseDrag, MixtureDensities};
 use crate::erosion::Erosion;
 use crate::kernel::Kernel;
 
 /// Everything that stays while a flow moves.
 #[derive(Clone, Debug)]
-pub struct Settings<const D: usize> {
+pub struct FlowSettings<const D: usize> {
     /// Sets of nodes.
     pub phases: Phases,
     /// Gravity normal to the plan (m/s²).
     pub gravity: f64,
     /// Gravity along the plan (m/s²), in the frame of a tilted bed.
-    pub drive: [f64; D],
+    pub plan_gravity: [f64; D],
     /// Axes.
-    pub frame: Frame,
+    pub frame: DepthFrame,
     /// How depth gradients act over steep terrain.
     pub metric: Metric,
     /// Whether curvature of the bed acts on friction and pore pressure. It always turns the velocity along the bed.
@@ -29,11 +31,11 @@ pub struct Settings<const D: usize> {
     /// What the material is made of.
     pub material: Mixture,
     /// Drag between two phases.
-    pub drag: Drag,
+    pub drag: InterphaseDrag,
     /// Excess pore pressure; none when absent.
     pub column: Option<PoreColumn>,
     /// The bed: the first zone that holds a place rules there, the last one everywhere else.
-    pub zones: Vec<Zone>,
+    pub zones: Vec<BedZone>,
     /// Earth-pressure coefficients; isotropic stress when absent.
     pub earth_pressure: Option<EarthPressure>,
     /// Friction between two layers, `C_f`.
@@ -47,7 +49,7 @@ pub struct Settings<const D: usize> {
 pub struct Mixture {
     /// Densities of grains and fluid (kg/m³); of two layers those of the lower and the upper one. A single phase without
     /// pore fluid has its own as that of grains, and no porosity.
-    pub densities: Densities,
+    pub densities: MixtureDensities,
     /// Porosity at the start.
     pub porosity: f64,
     /// Whether pore fluid bears a part of the weight.
@@ -57,7 +59,7 @@ pub struct Mixture {
 impl Mixture {
     /// A single phase without pore fluid, of this density (kg/m³).
     pub fn plain(density: f64, gravity: f64) -> Self {
-        let densities = Densities { grain: density, fluid: 0.0, gravity };
+        let densities = MixtureDensities { grain: density, fluid: 0.0, gravity };
         Self { densities, porosity: 0.0, saturated: false }
     }
 
@@ -75,7 +77,7 @@ pub struct PoreColumn {
     /// Weight of the new time level, ½ to 1.
     pub weight: f64,
     /// How a column carries its pressure.
-    pub profile: Profile,
+    pub profile: PressureProfile,
     /// How fast it drains.
     pub consolidation: Consolidation,
     /// How low it may fall.
@@ -152,7 +154,7 @@ impl FluidResistance {
 
 /// A part of the bed.
 #[derive(Clone)]
-pub struct Zone {
+pub struct BedZone {
     /// Where: in all of these at once; everywhere without one.
     pub parts: Vec<PlanRegion>,
     /// Resistance; none when absent.
@@ -167,14 +169,14 @@ pub struct Zone {
     pub erodible_depth: f64,
 }
 
-impl fmt::Debug for Zone {
+impl fmt::Debug for BedZone {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let law = self.law.as_ref().map(|law| law.name);
         write!(f, "Zone {{ {:?}, {law:?}, {:?}, {:?} }}", self.parts, self.drainage, self.erosion)
     }
 }
 
-impl Zone {
+impl BedZone {
     /// A sealed bed of one law everywhere, which nothing is taken from.
     pub fn everywhere(law: Option<BasalRheology>) -> Self {
         Self {
@@ -189,8 +191,8 @@ impl Zone {
 
     /// Whether it holds a place.
     #[inline]
-    pub fn holds(&self, x: &[f64]) -> bool {
-        self.parts.iter().all(|part| part.holds(x))
+    pub fn contains(&self, x: &[f64]) -> bool {
+        self.parts.iter().all(|part| part.contains(x))
     }
 }
 
@@ -208,19 +210,19 @@ pub struct Numerics {
     /// Smoothing length that none falls below (m).
     pub shortest: f64,
     /// Heights.
-    pub continuity: Continuity,
+    pub continuity: ThicknessEquation,
     /// Pressure force.
-    pub momentum: Momentum,
+    pub momentum: PressureForceForm,
     /// Whether gradients are those of the free surface, level by construction.
     pub surface_gradient: bool,
     /// Integration in time.
-    pub integration: Integration,
+    pub integration: TimeScheme,
     /// Linear and quadratic artificial viscosity.
     pub viscosity: (f64, f64),
     /// Share of the neighbours' velocity with which nodes drift.
     pub xsph: f64,
     /// How the cells of the search lie.
-    pub search: Search,
+    pub search: SearchOrientation,
     /// Courant number.
     pub courant: f64,
     /// Friction acts along -x whatever the motion: for similarity solutions that assume it.
@@ -236,34 +238,34 @@ impl Numerics {
             passes: 2,
             length_range: (0.5, if D == 1 { 50.0 } else { 3.0 }),
             shortest: 0.0,
-            continuity: Continuity::Summation,
-            momentum: Momentum::Automatic,
+            continuity: ThicknessEquation::Summation,
+            momentum: PressureForceForm::Automatic,
             surface_gradient: false,
-            integration: Integration::Leapfrog,
+            integration: TimeScheme::Leapfrog,
             viscosity: (1.0, 0.0),
             xsph: 0.0,
-            search: Search::Axes,
+            search: SearchOrientation::Axes,
             courant: 0.3,
             friction_along_x: false,
         }
     }
 }
 
-impl<const D: usize> Settings<D> {
+impl<const D: usize> FlowSettings<D> {
     /// One phase of this material on a horizontal bed without resistance, gravity 9.81 m/s².
     pub fn plain(density: f64) -> Self {
         let gravity = 9.81;
         Self {
             phases: Phases::One,
             gravity,
-            drive: [0.0; D],
-            frame: Frame::Horizontal,
+            plan_gravity: [0.0; D],
+            frame: DepthFrame::Horizontal,
             metric: Metric::Blended,
             curvature_in_friction: true,
             material: Mixture::plain(density, gravity),
-            drag: Drag::None,
+            drag: InterphaseDrag::None,
             column: None,
-            zones: vec![Zone::everywhere(None)],
+            zones: vec![BedZone::everywhere(None)],
             earth_pressure: None,
             interface_friction: 0.0,
             numerics: Numerics::defaults::<D>(),
@@ -273,18 +275,18 @@ impl<const D: usize> Settings<D> {
     /// Size of gravity, that along a tilted frame included (m/s²).
     #[inline]
     pub fn whole_gravity(&self) -> f64 {
-        (self.gravity * self.gravity + self.drive.iter().map(|g| g * g).sum::<f64>()).sqrt()
+        (self.gravity * self.gravity + self.plan_gravity.iter().map(|g| g * g).sum::<f64>()).sqrt()
     }
 
     /// The zone at a place.
     #[inline]
-    pub fn zone(&self, x: &[f64; D]) -> &Zone {
+    pub fn zone(&self, x: &[f64; D]) -> &BedZone {
         let last = self.zones.len() - 1;
-        self.zones[..last].iter().find(|zone| zone.holds(x)).unwrap_or(&self.zones[last])
+        self.zones[..last].iter().find(|zone| zone.contains(x)).unwrap_or(&self.zones[last])
     }
 
     /// Depth of the bed that can be taken up at a place (m): none where there is no erosion.
-    pub fn erodible(&self, x: &[f64; D]) -> f64 {
+    pub fn erodible_depth(&self, x: &[f64; D]) -> f64 {
         let zone = self.zone(x);
         if zone.erosion.is_some() { zone.erodible_depth } else { 0.0 }
     }
@@ -295,7 +297,7 @@ impl<const D: usize> Settings<D> {
         self.phases == Phases::Layers
             || self.earth_pressure.is_some()
             || numerics.xsph > 0.0
-            || numerics.continuity != Continuity::Summation
+            || numerics.continuity != ThicknessEquation::Summation
     }
 
     /// Whether anything bears on the bed so that its turning matters: friction or pore pressure.

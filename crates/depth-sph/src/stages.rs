@@ -3,7 +3,7 @@
 use colluvium_case::Case;
 use colluvium_case::description::{Stage, Wall};
 
-use crate::flow::Ends;
+use crate::flow::PlanBoundaries;
 
 /// Whether a stage only brings stress into balance.
 pub(crate) fn is_passed_over(stage: &Stage) -> bool {
@@ -11,8 +11,8 @@ pub(crate) fn is_passed_over(stage: &Stage) -> bool {
 }
 
 /// Side walls of a stage, and periods.
-pub(crate) fn ends<const D: usize>(case: &Case, stage: usize) -> Ends<D> {
-    let mut ends = Ends::default();
+pub(crate) fn plan_boundaries<const D: usize>(case: &Case, stage: usize) -> PlanBoundaries<D> {
+    let mut ends = PlanBoundaries::default();
     for (_, boundary) in case.active_boundaries(stage) {
         let axis = boundary.side.axis();
         if axis >= D || matches!(boundary.wall, Wall::Absorbing { .. }) {

@@ -3,8 +3,8 @@
 use std::hint::black_box;
 
 use colluvium_grid::{
-    Basis, CubicSpline, Gimp, Grid, Lanes, Layout, Linear, Node, QuadraticSpline, Stencil, Support, WideGimp,
-    sort_by_cell,
+    Basis, ContiguousGimpBasis, CubicSpline, GimpBasis, Grid, Layout, LinearBasis, NodalState, NodeSupport,
+    QuadraticSpline, Stencil, Vector4, sort_by_cell,
 };
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
@@ -30,17 +30,17 @@ fn transfer<const D: usize, const S: usize, B: Basis<S>>(criterion: &mut Criteri
     let mut layout = Layout::new::<S, B>(&grid);
     let bounds = layout.add_points(&points);
     let strides = layout.strides();
-    let mut nodes = vec![Node::default(); layout.len()];
+    let mut nodes = vec![NodalState::default(); layout.len()];
     let mut group = criterion.benchmark_group(format!("{D}d"));
     group.sample_size(20).throughput(Throughput::Elements(points.len() as u64));
-    let motion = Lanes::new([1.0, 2.0, 3.0, 1.0]);
+    let motion = Vector4::new([1.0, 2.0, 3.0, 1.0]);
     group.bench_function(BenchmarkId::new("scatter", B::NAME), |bencher| {
         bencher.iter(|| {
             layout.reset(&mut nodes);
-            layout.scatter(&mut nodes, |slab, window, offset| {
+            layout.for_each_slab(&mut nodes, |slab, window, offset| {
                 for x in &points[bounds[slab]..bounds[slab + 1]] {
                     let stencil = Stencil::<D, S>::new::<B>(&grid, x, &extent);
-                    stencil.deposit(window, offset, &strides, motion, &[motion; D], None);
+                    stencil.p2g(window, offset, &strides, motion, &[motion; D], None);
                 }
             });
         });
@@ -49,7 +49,7 @@ fn transfer<const D: usize, const S: usize, B: Basis<S>>(criterion: &mut Criteri
         bencher.iter(|| {
             for x in &points {
                 let stencil = Stencil::<D, S>::new::<B>(&grid, x, &extent);
-                black_box(stencil.gather(&nodes, &strides));
+                black_box(stencil.g2p(&nodes, &strides));
             }
         });
     });
@@ -59,14 +59,14 @@ fn transfer<const D: usize, const S: usize, B: Basis<S>>(criterion: &mut Criteri
 fn all(criterion: &mut Criterion) {
     // Rayon would use all cores.
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first and only pool");
-    transfer::<2, 2, Linear>(criterion, 128);
-    transfer::<2, 3, Gimp>(criterion, 128);
-    transfer::<2, 4, WideGimp>(criterion, 128);
+    transfer::<2, 2, LinearBasis>(criterion, 128);
+    transfer::<2, 3, GimpBasis>(criterion, 128);
+    transfer::<2, 4, ContiguousGimpBasis>(criterion, 128);
     transfer::<2, 3, QuadraticSpline>(criterion, 128);
     transfer::<2, 4, CubicSpline>(criterion, 128);
-    transfer::<3, 2, Linear>(criterion, 32);
-    transfer::<3, 3, Gimp>(criterion, 32);
-    transfer::<3, 4, WideGimp>(criterion, 32);
+    transfer::<3, 2, LinearBasis>(criterion, 32);
+    transfer::<3, 3, GimpBasis>(criterion, 32);
+    transfer::<3, 4, ContiguousGimpBasis>(criterion, 32);
     transfer::<3, 3, QuadraticSpline>(criterion, 32);
     transfer::<3, 4, CubicSpline>(criterion, 32);
 }

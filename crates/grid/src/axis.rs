@@ -3,11 +3,11 @@
 use crate::Basis;
 
 /// Most nodes of an axis that a point has.
-const MOST: usize = 4;
+const MAX_NODES: usize = 4;
 
 /// What a [`Basis`] says, at run time.
 #[derive(Clone, Copy, Debug)]
-pub struct Axis {
+pub struct Basis1d {
     /// Name of the family.
     pub name: &'static str,
     /// Layers of nodes outside the domain, at each end.
@@ -17,24 +17,24 @@ pub struct Axis {
     /// How many nodes above the lower node of its cell a point may touch.
     pub above: usize,
     /// Whether holding the nodes on a grid line within the domain holds the material there.
-    pub walls_inside: bool,
+    pub allows_interior_walls: bool,
     nodes: fn(usize) -> usize,
     coordinate: fn(usize, usize) -> f64,
-    evaluate: fn(f64, f64, usize) -> OnAxis,
+    evaluate: fn(f64, f64, usize) -> BasisValues1d,
 }
 
 /// The nodes of a point along an axis, with weights and gradients.
 #[derive(Clone, Copy, Debug)]
-pub struct OnAxis {
+pub struct BasisValues1d {
     /// First node.
     pub first: usize,
     /// Number of nodes.
     pub count: usize,
-    weights: [f64; MOST],
-    gradients: [f64; MOST],
+    weights: [f64; MAX_NODES],
+    gradients: [f64; MAX_NODES],
 }
 
-impl OnAxis {
+impl BasisValues1d {
     /// Weights of the nodes.
     pub fn weights(&self) -> &[f64] {
         &self.weights[..self.count]
@@ -51,22 +51,22 @@ impl OnAxis {
     }
 }
 
-impl Axis {
+impl Basis1d {
     /// The facts of a basis.
-    pub fn of<const S: usize, B: Basis<S>>() -> Self {
+    pub fn from_basis<const S: usize, B: Basis<S>>() -> Self {
         Self {
             name: B::NAME,
             ghosts: B::GHOSTS,
             below: B::BELOW,
             above: B::ABOVE,
-            walls_inside: B::WALLS_INSIDE,
+            allows_interior_walls: B::ALLOWS_INTERIOR_WALLS,
             nodes: B::nodes,
             coordinate: B::coordinate,
             evaluate: |x, width, cells| {
                 let (first, w, g) = B::evaluate(x, width, cells);
                 let four = |values: [f64; S]| std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0));
                 // What has more of them in all, at the corners of its domain, has two along an axis.
-                OnAxis { first, count: S.min(MOST), weights: four(w), gradients: four(g) }
+                BasisValues1d { first, count: S.min(MAX_NODES), weights: four(w), gradients: four(g) }
             },
         }
     }
@@ -82,12 +82,12 @@ impl Axis {
     }
 
     /// The nodes at `x`, for a point of full width `width` (both in cells).
-    pub fn evaluate(&self, x: f64, width: f64, cells: usize) -> OnAxis {
+    pub fn evaluate(&self, x: f64, width: f64, cells: usize) -> BasisValues1d {
         (self.evaluate)(x, width, cells)
     }
 
     /// Index of the nodes on the face between cells `face - 1` and `face` of so many.
-    pub fn node_on(&self, face: usize, cells: usize) -> usize {
+    pub fn face_node(&self, face: usize, cells: usize) -> usize {
         if face == cells { self.nodes(cells) - 1 - self.ghosts } else { face + self.ghosts }
     }
 }
@@ -95,11 +95,11 @@ impl Axis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{CubicSpline, Linear};
+    use crate::{CubicSpline, LinearBasis};
 
     #[test]
     fn the_value_says_what_the_type_says() {
-        let axis = Axis::of::<4, CubicSpline>();
+        let axis = Basis1d::from_basis::<4, CubicSpline>();
         let (first, w, g) = CubicSpline::evaluate(3.3, 0.1, 9);
         let on = axis.evaluate(3.3, 0.1, 9);
         assert_eq!((on.first, on.weights(), on.gradients()), (first, &w[..], &g[..]));
@@ -108,6 +108,6 @@ mod tests {
             (axis.nodes(9), axis.coordinate(5, 9)),
             (CubicSpline::nodes(9), CubicSpline::coordinate(5, 9))
         );
-        assert_eq!(Axis::of::<2, Linear>().evaluate(0.25, 1.0, 2).weights(), [0.75, 0.25]);
+        assert_eq!(Basis1d::from_basis::<2, LinearBasis>().evaluate(0.25, 1.0, 2).weights(), [0.75, 0.25]);
     }
 }

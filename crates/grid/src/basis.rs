@@ -15,7 +15,7 @@ pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
     /// How many nodes above the lower node of its cell a point may touch.
     const ABOVE: usize;
     /// Whether holding the nodes on a grid line within the domain holds the material there.
-    const WALLS_INSIDE: bool = true;
+    const ALLOWS_INTERIOR_WALLS: bool = true;
 
     /// Number of nodes of an axis with `cells` cells, ghosts included.
     fn nodes(cells: usize) -> usize;
@@ -46,9 +46,9 @@ fn cell_index(x: f64, cells: usize) -> usize {
 
 /// Hat functions (GT eq. 3.25).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Linear;
+pub struct LinearBasis;
 
-impl Basis<2> for Linear {
+impl Basis<2> for LinearBasis {
     const NAME: &'static str = "linear";
     const GHOSTS: usize = 0;
     const BELOW: usize = 0;
@@ -73,9 +73,9 @@ impl Basis<2> for Linear {
 /// Generalised interpolation (GIMP) for point widths up to one cell: the hat functions averaged
 /// over the point's domain (GT eq. 3.27, in the general form of the sheet).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Gimp;
+pub struct GimpBasis;
 
-impl Basis<3> for Gimp {
+impl Basis<3> for GimpBasis {
     const NAME: &'static str = "gimp";
     const GHOSTS: usize = 1;
     const BELOW: usize = 1;
@@ -111,9 +111,9 @@ impl Basis<3> for Gimp {
 /// Generalised interpolation for point widths up to two cells: what contiguous-particle GIMP
 /// needs, whose domains grow and shrink with the deformation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct WideGimp;
+pub struct ContiguousGimpBasis;
 
-impl Basis<4> for WideGimp {
+impl Basis<4> for ContiguousGimpBasis {
     const NAME: &'static str = "contiguous-particle gimp";
     const GHOSTS: usize = 2;
     const BELOW: usize = 1;
@@ -187,7 +187,7 @@ fn open_spline<const S: usize>(x: f64, cell: usize, cells: usize) -> ([f64; S], 
 
 /// `N` numbers that rise by one from `start` on.
 #[inline(always)]
-fn counted<const N: usize>(start: f64) -> [f64; N] {
+fn consecutive<const N: usize>(start: f64) -> [f64; N] {
     let mut numbers = [start; N];
     for k in 0..N {
         numbers[k] += k as f64;
@@ -197,7 +197,7 @@ fn counted<const N: usize>(start: f64) -> [f64; N] {
 
 /// Coordinates of nodes of which one is near an end.
 #[inline(never)]
-fn near_ends<const S: usize, B: Basis<S>>(first: usize, cells: usize) -> [f64; S] {
+fn coordinates_near_ends<const S: usize, B: Basis<S>>(first: usize, cells: usize) -> [f64; S] {
     std::array::from_fn(|k| B::coordinate(first + k, cells))
 }
 
@@ -212,7 +212,7 @@ pub struct QuadraticSpline;
 
 impl Basis<3> for QuadraticSpline {
     const NAME: &'static str = "quadratic B-spline";
-    const WALLS_INSIDE: bool = false;
+    const ALLOWS_INTERIOR_WALLS: bool = false;
     const GHOSTS: usize = 0;
     const BELOW: usize = 0;
     const ABOVE: usize = 2;
@@ -230,9 +230,9 @@ impl Basis<3> for QuadraticSpline {
     #[inline(always)]
     fn coordinates(first: usize, cells: usize) -> [f64; 3] {
         if first >= 1 && first + 2 <= cells {
-            counted(first as f64 - 0.5)
+            consecutive(first as f64 - 0.5)
         } else {
-            near_ends::<3, Self>(first, cells)
+            coordinates_near_ends::<3, Self>(first, cells)
         }
     }
 
@@ -260,7 +260,7 @@ pub struct CubicSpline;
 
 impl Basis<4> for CubicSpline {
     const NAME: &'static str = "cubic B-spline";
-    const WALLS_INSIDE: bool = false;
+    const ALLOWS_INTERIOR_WALLS: bool = false;
     const GHOSTS: usize = 0;
     const BELOW: usize = 0;
     const ABOVE: usize = 3;
@@ -278,9 +278,9 @@ impl Basis<4> for CubicSpline {
     #[inline(always)]
     fn coordinates(first: usize, cells: usize) -> [f64; 4] {
         if first >= 2 && first + 3 <= cells {
-            counted((first - 1) as f64)
+            consecutive((first - 1) as f64)
         } else {
-            near_ends::<4, Self>(first, cells)
+            coordinates_near_ends::<4, Self>(first, cells)
         }
     }
 
@@ -340,9 +340,9 @@ mod tests {
         ];
         for (width, offset, value, gradient) in table {
             for sign in [1.0, -1.0] {
-                let (w, g) = value_at::<3, Gimp>(6, 5.0 + sign * offset, width, 10);
+                let (w, g) = value_at::<3, GimpBasis>(6, 5.0 + sign * offset, width, 10);
                 assert!((w - value).abs() < 1e-14 && (g - sign * gradient).abs() < 1e-13, "{width} {offset}");
-                let (w, g) = value_at::<4, WideGimp>(7, 5.0 + sign * offset, width, 10);
+                let (w, g) = value_at::<4, ContiguousGimpBasis>(7, 5.0 + sign * offset, width, 10);
                 assert!((w - value).abs() < 1e-14 && (g - sign * gradient).abs() < 1e-13, "{width} {offset}");
             }
         }
@@ -413,9 +413,9 @@ mod tests {
     proptest! {
         #[test]
         fn every_basis_reproduces_linear_fields(x in 0.0..9.0f64, width in 1e-3..1.0f64, wide in 1e-3..2.0f64) {
-            reproduces::<2, Linear>(x, width, 9);
-            reproduces::<3, Gimp>(x, width, 9);
-            reproduces::<4, WideGimp>(x, wide, 9);
+            reproduces::<2, LinearBasis>(x, width, 9);
+            reproduces::<3, GimpBasis>(x, width, 9);
+            reproduces::<4, ContiguousGimpBasis>(x, wide, 9);
             reproduces::<3, QuadraticSpline>(x, width, 9);
             reproduces::<4, CubicSpline>(x, width, 9);
             reproduces::<3, QuadraticSpline>(x / 9.0, width, 1);
@@ -431,8 +431,8 @@ mod tests {
             }
             for node in 0..12 {
                 for (difference, g) in [
-                    slope::<3, Gimp>(node, x, width, step),
-                    slope::<4, WideGimp>(node, x, 2.0 * width, step),
+                    slope::<3, GimpBasis>(node, x, width, step),
+                    slope::<4, ContiguousGimpBasis>(node, x, 2.0 * width, step),
                     slope::<3, QuadraticSpline>(node, x, width, step),
                     slope::<4, CubicSpline>(node, x, width, step),
                 ] {

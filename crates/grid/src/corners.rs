@@ -1,15 +1,15 @@
 //! Shape functions of convected particle domains (Sadeghirad et al. 2011; sheet: mpm §2.5e).
 
-use crate::{Basis, Grid, Lanes, NodeList};
+use crate::{Basis, Grid, NodeList, Vector4};
 
 /// Linear functions of the grid, read at the corners of the points' domains (CPDI). `S` is the number of nodes of a
 /// point in all, those of its `2^D` corners: `4^D`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Corners;
+pub struct CpdiBasis;
 
 const GHOSTS: usize = 2;
 
-impl<const S: usize> Basis<S> for Corners {
+impl<const S: usize> Basis<S> for CpdiBasis {
     const NAME: &'static str = "cpdi";
     const GHOSTS: usize = GHOSTS;
     const BELOW: usize = 2;
@@ -25,7 +25,7 @@ impl<const S: usize> Basis<S> for Corners {
 
     #[inline]
     fn evaluate(x: f64, _width: f64, cells: usize) -> (usize, [f64; S], [f64; S]) {
-        let (first, s) = Corners::locate(x, cells);
+        let (first, s) = CpdiBasis::cell_and_offset(x, cells);
         let (mut w, mut g) = ([0.0; S], [0.0; S]);
         (w[0], w[1]) = (1.0 - s, s);
         (g[0], g[1]) = (-1.0, 1.0);
@@ -33,12 +33,12 @@ impl<const S: usize> Basis<S> for Corners {
     }
 }
 
-impl Corners {
+impl CpdiBasis {
     /// How far from its point, along an axis and in cells, a corner may lie: as far as the layers of ghost nodes go.
-    pub const REACH: f64 = GHOSTS as f64;
+    pub const MAX_CORNER_DISTANCE: f64 = GHOSTS as f64;
 
     #[inline(always)]
-    fn locate(x: f64, cells: usize) -> (usize, f64) {
+    fn cell_and_offset(x: f64, cells: usize) -> (usize, f64) {
         let local = (x + GHOSTS as f64).max(0.0);
         let first = (local as usize).min(cells + 2 * GHOSTS - 1);
         (first, local - first as f64)
@@ -49,13 +49,13 @@ impl Corners {
     /// With `s = ±1` for the two ends of each edge and the vectors `d_a` dual to the edges, a corner has the weight
     /// `1/2^D` and the gradient `Σ_a s_a d_a / 2^D`.
     #[inline(always)]
-    pub fn nodes<const D: usize, const S: usize>(
+    pub fn parallelogram_nodes<const D: usize, const S: usize>(
         grid: &Grid<D>,
         centre: &[f64; D],
         edges: &[[f64; D]; D],
     ) -> NodeList<D, S> {
         let share = 0.5f64.powi(D as i32);
-        let dual = dual(edges);
+        let dual = dual_basis(edges);
         let mut list = NodeList::EMPTY;
         for corner in 0..1 << D {
             let sign = |axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
@@ -66,7 +66,7 @@ impl Corners {
                     slope[c] += sign(axis) * share * dual[axis][c];
                 }
             }
-            Self::corner(grid, &place, share, &slope, &mut list, corner << D);
+            Self::write_corner_nodes(grid, &place, share, &slope, &mut list, corner << D);
         }
         list
     }
@@ -74,30 +74,34 @@ impl Corners {
     /// The nodes of a quadrilateral with `corners` (m) at `(--), (+-), (++), (-+)` (CPDI2; Sadeghirad et al. 2013): the
     /// corners weigh in the mean over it as its own shape functions do.
     #[inline(always)]
-    pub fn quadrilateral<const D: usize, const S: usize>(
+    pub fn quadrilateral_nodes<const D: usize, const S: usize>(
         grid: &Grid<D>,
         corners: &[[f64; 2]; 4],
     ) -> NodeList<D, S> {
-        let (weights, slopes) = shares(corners);
+        let (weights, slopes) = corner_weights(corners);
         let mut list = NodeList::EMPTY;
         for corner in 0..4 {
-            let (place, slope) = (in_space(&corners[corner]), in_space(&slopes[corner]));
-            Self::corner(grid, &place, weights[corner], &slope, &mut list, 4 * corner);
+            let (place, slope) = (embed_plane_vector(&corners[corner]), embed_plane_vector(&slopes[corner]));
+            Self::write_corner_nodes(grid, &place, weights[corner], &slope, &mut list, 4 * corner);
         }
         list
     }
 
     /// Sum of what `of` finds at the nodes around a place (m), with linear weights.
     #[inline(always)]
-    pub fn at<const D: usize>(grid: &Grid<D>, place: &[f64; D], of: impl Fn(usize) -> Lanes) -> Lanes {
-        let mut sum = Lanes::ZERO;
-        Self::around(grid, place, |_, number, weight, _| sum += of(number) * weight);
+    pub fn interpolate_linear<const D: usize>(
+        grid: &Grid<D>,
+        place: &[f64; D],
+        of: impl Fn(usize) -> Vector4,
+    ) -> Vector4 {
+        let mut sum = Vector4::ZERO;
+        Self::visit_cell_nodes(grid, place, |_, number, weight, _| sum += of(number) * weight);
         sum
     }
 
     /// Writes the `2^D` nodes of a corner from entry `first` on.
     #[inline(always)]
-    fn corner<const D: usize, const S: usize>(
+    fn write_corner_nodes<const D: usize, const S: usize>(
         grid: &Grid<D>,
         place: &[f64; D],
         share: f64,
@@ -105,8 +109,8 @@ impl Corners {
         list: &mut NodeList<D, S>,
         first: usize,
     ) {
-        Self::around(grid, place, |k, number, weight, node| {
-            list.places[first + k] = node;
+        Self::visit_cell_nodes(grid, place, |k, number, weight, node| {
+            list.positions[first + k] = node;
             list.nodes[first + k] = number as u32;
             list.weights[first + k] = share * weight;
             list.gradients[first + k] = slope.map(|c| c * weight);
@@ -115,13 +119,14 @@ impl Corners {
 
     /// Calls `visit(k, number, linear weight, place)` for the `2^D` nodes around a place (m).
     #[inline(always)]
-    fn around<const D: usize>(
+    fn visit_cell_nodes<const D: usize>(
         grid: &Grid<D>,
         place: &[f64; D],
         mut visit: impl FnMut(usize, usize, f64, [f64; D]),
     ) {
         let local = grid.local(place);
-        let found: [(usize, f64); D] = std::array::from_fn(|a| Self::locate(local[a], grid.cells[a]));
+        let found: [(usize, f64); D] =
+            std::array::from_fn(|a| Self::cell_and_offset(local[a], grid.cells[a]));
         for k in 0..1 << D {
             let (mut number, mut weight, mut node) = (0, 1.0, [0.0; D]);
             for axis in 0..D {
@@ -139,7 +144,7 @@ impl Corners {
 /// What each corner `(--), (+-), (++), (-+)` of a quadrilateral weighs in the mean of its bilinear shape functions over it
 /// and in the mean of their gradients (1/m) (sheet: mpm §2.5e).
 #[inline(always)]
-fn shares(corners: &[[f64; 2]; 4]) -> ([f64; 4], [[f64; 2]; 4]) {
+fn corner_weights(corners: &[[f64; 2]; 4]) -> ([f64; 4], [[f64; 2]; 4]) {
     let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] = *corners;
     let area = 0.5 * ((x3 - x1) * (y4 - y2) - (x4 - x2) * (y3 - y1));
     let a = (x4 - x1) * (y2 - y3) - (x2 - x3) * (y4 - y1);
@@ -154,7 +159,7 @@ fn shares(corners: &[[f64; 2]; 4]) -> ([f64; 4], [[f64; 2]; 4]) {
 
 /// The vectors dual to `edges`: `d_a · r_b = 1` for `a = b`, else zero.
 #[inline(always)]
-fn dual<const D: usize>(edges: &[[f64; D]; D]) -> [[f64; D]; D] {
+fn dual_basis<const D: usize>(edges: &[[f64; D]; D]) -> [[f64; D]; D] {
     let r = |a: usize, c: usize| edges[a][c];
     let mut dual = [[0.0; D]; D];
     match D {
@@ -184,21 +189,21 @@ fn dual<const D: usize>(edges: &[[f64; D]; D]) -> [[f64; D]; D] {
 
 /// A vector of the plane of quadrilaterals.
 #[inline(always)]
-pub(crate) fn in_space<const D: usize>(vector: &[f64; 2]) -> [f64; D] {
+pub(crate) fn embed_plane_vector<const D: usize>(vector: &[f64; 2]) -> [f64; D] {
     std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Layout, Support};
+    use crate::{Layout, NodeSupport};
     use proptest::prelude::*;
 
     /// Sums over the nodes: weights, gradients, `N x`, `x ⊗ ∇N`.
     fn reproduces<const D: usize, const S: usize>(centre: [f64; D], edges: [[f64; D]; D]) {
         let grid = Grid::new([0.0; D], [0.9; D], 0.1).unwrap();
-        let list: NodeList<D, S> = Corners::nodes(&grid, &centre, &edges);
-        let strides = Layout::<D>::new::<S, Corners>(&grid).strides();
+        let list: NodeList<D, S> = CpdiBasis::parallelogram_nodes(&grid, &centre, &edges);
+        let strides = Layout::<D>::new::<S, CpdiBasis>(&grid).strides();
         let (mut one, mut zero, mut place, mut unit) = (0.0, [0.0; D], [0.0; D], [[0.0; D]; D]);
         let mut k = 0;
         list.for_each(&strides, |number, w, g| {
@@ -206,15 +211,15 @@ mod tests {
             for axis in 0..D {
                 let index = rest / strides[axis];
                 rest %= strides[axis];
-                let x = <Corners as Basis<S>>::coordinate(index, 9) * 0.1;
-                assert!((x - list.places[k][axis]).abs() < 1e-14, "the list knows where its nodes are");
+                let x = <CpdiBasis as Basis<S>>::coordinate(index, 9) * 0.1;
+                assert!((x - list.positions[k][axis]).abs() < 1e-14, "the list knows where its nodes are");
             }
             one += w;
             for i in 0..D {
                 zero[i] += g[i];
-                place[i] += w * list.places[k][i];
+                place[i] += w * list.positions[k][i];
                 for j in 0..D {
-                    unit[i][j] += list.places[k][i] * g[j];
+                    unit[i][j] += list.positions[k][i] * g[j];
                 }
             }
             k += 1;
@@ -262,7 +267,7 @@ mod tests {
                 slope[k][1] += local[k][1] * xs - local[k][0] * xt;
             }
         }
-        let (weights, slopes) = shares(&corners);
+        let (weights, slopes) = corner_weights(&corners);
         for k in 0..4 {
             assert!((weights[k] - mean[k] / area).abs() < 1e-14, "{weights:?}");
             assert!((0..2).all(|c| (slopes[k][c] - slope[k][c] / area).abs() < 1e-14), "{slopes:?}");
@@ -283,7 +288,10 @@ mod tests {
             });
             sums
         };
-        let (free, convected) = (Corners::quadrilateral(&grid, &corners), Corners::nodes(&grid, &centre, &r));
+        let (free, convected) = (
+            CpdiBasis::quadrilateral_nodes(&grid, &corners),
+            CpdiBasis::parallelogram_nodes(&grid, &centre, &r),
+        );
         for (a, b) in sums(free).iter().zip(&sums(convected)) {
             assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-12), "{a:?}, {b:?}");
         }
@@ -294,7 +302,7 @@ mod tests {
         // sheet: mpm §2.5e: corners 1..4 = (--), (+-), (++), (-+), V = 4 |r1 × r2|.
         let grid = Grid::new([0.0; 2], [1.0; 2], 0.25).unwrap();
         let (centre, r) = ([0.43, 0.58], [[0.11, 0.03], [-0.02, 0.09]]);
-        let list: NodeList<2, 16> = Corners::nodes(&grid, &centre, &r);
+        let list: NodeList<2, 16> = CpdiBasis::parallelogram_nodes(&grid, &centre, &r);
         let volume = 4.0 * (r[0][0] * r[1][1] - r[0][1] * r[1][0]);
         let hat = |node: &[f64; 2], sign: [f64; 2]| -> f64 {
             let distance =
@@ -311,7 +319,7 @@ mod tests {
                     ((n1 - n3) * (r[1][0] - r[0][0]) - (n2 - n4) * (r[0][0] + r[1][0])) / volume,
                 ];
                 let mut sum = (0.0, [0.0; 2]);
-                for k in (0..16).filter(|&k| (0..2).all(|c| (list.places[k][c] - node[c]).abs() < 1e-12)) {
+                for k in (0..16).filter(|&k| (0..2).all(|c| (list.positions[k][c] - node[c]).abs() < 1e-12)) {
                     sum.0 += list.weights[k];
                     (0..2).for_each(|c| sum.1[c] += list.gradients[k][c]);
                 }

@@ -13,7 +13,7 @@ pub enum GridError {
         "along axis {axis} the domain is {width} m wide, {cells} cells of {cell} m: not a whole number; \
          choose a cell size that divides it, e.g. {suggestion}"
     )]
-    NotWhole {
+    NotDivisible {
         /// Axis, 0 to 2.
         axis: usize,
         /// Width of the domain (m).
@@ -60,7 +60,7 @@ impl<const D: usize> Grid<D> {
             let whole = count.round();
             if whole < 1.0 || (count - whole).abs() > 1e-6 * whole.max(1.0) {
                 let suggestion = width / whole.max(1.0);
-                return Err(GridError::NotWhole { axis, width, cells: count, cell, suggestion });
+                return Err(GridError::NotDivisible { axis, width, cells: count, cell, suggestion });
             }
             total *= whole + 5.0;
             if total > 2f64.powi(28) {

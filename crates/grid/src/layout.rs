@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 pub use sort::sort_by_cell;
 
-use crate::{Axis, Basis, Grid};
+use crate::{Basis, Basis1d, Grid};
 
 /// Order of nodes in memory and of points in a scatter.
 ///
@@ -31,7 +31,7 @@ pub struct Layout<const D: usize> {
     slab_cells: usize,
     active: Vec<Range<usize>>,
     /// First entry of the window of each slab of a mesh; empty on a structured grid.
-    starts: Vec<usize>,
+    window_starts: Vec<usize>,
     /// Nodes from one to its image, along axes along which the grid repeats itself; zero along others.
     period: [usize; D],
 }
@@ -39,25 +39,25 @@ pub struct Layout<const D: usize> {
 /// What is called for a row: with its number, its active nodes and the row.
 type RowVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, &mut [T]) -> R + Sync + 'a;
 /// The same for rows of two sets of nodes, with what comes out in the end.
-type TwoRowVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, [&mut [T]; 2], &mut R) + Sync + 'a;
+type RowPairVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, [&mut [T]; 2], &mut R) + Sync + 'a;
 
 /// Cells a point may move along an axis before the points must be sorted again.
-const MARGIN: usize = 1;
+const SORT_MARGIN: usize = 1;
 
 impl<const D: usize> Layout<D> {
     /// The layout of the nodes of `basis` on `grid`, without points.
     pub fn new<const S: usize, B: Basis<S>>(grid: &Grid<D>) -> Self {
-        Self::of(grid, &Axis::of::<S, B>())
+        Self::with_basis(grid, &Basis1d::from_basis::<S, B>())
     }
 
     /// The same of a basis that is chosen at run time.
-    pub fn of(grid: &Grid<D>, basis: &Axis) -> Self {
+    pub fn with_basis(grid: &Grid<D>, basis: &Basis1d) -> Self {
         let nodes = std::array::from_fn(|axis| basis.nodes(grid.cells[axis]));
         let mut strides = [1; D];
         for axis in (0..D - 1).rev() {
             strides[axis] = strides[axis + 1] * nodes[axis + 1];
         }
-        let slab_cells = (basis.above + basis.below + 2 * MARGIN).max(4);
+        let slab_cells = (basis.above + basis.below + 2 * SORT_MARGIN).max(4);
         Self {
             grid: *grid,
             nodes,
@@ -67,7 +67,7 @@ impl<const D: usize> Layout<D> {
             above: basis.above,
             slab_cells,
             active: vec![0..0; nodes[0]],
-            starts: Vec::new(),
+            window_starts: Vec::new(),
             period: [0; D],
         }
     }
@@ -82,27 +82,27 @@ impl<const D: usize> Layout<D> {
     /// The same grid, repeating itself along the given axes; `None` where it has too few cells for that, or nodes that
     /// are not the same at both ends (splines with open knots).
     #[must_use]
-    pub fn repeating(self, periodic: [bool; D]) -> Option<Self> {
+    pub fn periodic(self, periodic: [bool; D]) -> Option<Self> {
         let cells = self.grid.cells;
         let ends_alike = |axis: usize| self.nodes[axis] == cells[axis] + 1 + 2 * self.ghosts;
         if (0..D).any(|axis| periodic[axis] && !ends_alike(axis)) {
             return None;
         }
-        self.repeating_every(std::array::from_fn(|axis| if periodic[axis] { cells[axis] } else { 0 }))
+        self.with_period(std::array::from_fn(|axis| if periodic[axis] { cells[axis] } else { 0 }))
     }
 
     /// The same grid, in which nodes so many apart are the same node, zero along axes along which it does not repeat itself: a grid
     /// that is wider than its period on both sides. Points stand within the period, so far from the ends of the grid that functions
     /// are the same all over it. `None` where a node would have more than one image.
     #[must_use]
-    pub fn repeating_every(mut self, period: [usize; D]) -> Option<Self> {
+    pub fn with_period(mut self, period: [usize; D]) -> Option<Self> {
         self.period = period;
-        let fits = |axis: usize| self.repeated(axis) <= period[axis];
+        let fits = |axis: usize| self.periodic_image_count(axis) <= period[axis];
         (0..D).all(fits).then_some(self)
     }
 
     /// How many nodes along an axis are the image of one of lower index.
-    fn repeated(&self, axis: usize) -> usize {
+    fn periodic_image_count(&self, axis: usize) -> usize {
         if self.period[axis] == 0 { 0 } else { self.nodes[axis].saturating_sub(self.period[axis]) }
     }
 
@@ -112,12 +112,12 @@ impl<const D: usize> Layout<D> {
     }
 
     /// Gives nodes that are the same in a periodic grid the sum of what each of them has; `add` adds to a node.
-    pub fn fold<T: Copy>(&self, nodes: &mut [T], add: impl Fn(&mut T, &T)) {
+    pub fn sum_periodic_images<T: Copy>(&self, nodes: &mut [T], add: impl Fn(&mut T, &T)) {
         for axis in (0..D).filter(|axis| self.is_periodic(*axis)) {
             let (stride, period) = (self.strides[axis], self.period[axis]);
             let line = stride * self.nodes[axis];
             for block in nodes.chunks_exact_mut(line) {
-                for place in 0..self.repeated(axis) * stride {
+                for place in 0..self.periodic_image_count(axis) * stride {
                     let mut sum = block[place];
                     add(&mut sum, &block[place + period * stride]);
                     block[place] = sum;
@@ -129,12 +129,12 @@ impl<const D: usize> Layout<D> {
 
     /// The node at `index` and those that are the same node in a periodic grid.
     #[must_use]
-    pub fn images(&self, index: [usize; 3]) -> Vec<[usize; 3]> {
+    pub fn periodic_images(&self, index: [usize; 3]) -> Vec<[usize; 3]> {
         let mut images = vec![index];
         for axis in (0..D).filter(|axis| self.is_periodic(*axis)) {
             let period = self.period[axis];
             let other = match index[axis] {
-                near if near < self.repeated(axis) => near + period,
+                near if near < self.periodic_image_count(axis) => near + period,
                 far if far >= period => far - period,
                 _ => continue,
             };
@@ -150,12 +150,12 @@ impl<const D: usize> Layout<D> {
     /// Whether the node at `index` is one that another of lower index is too, in a periodic grid: sums over nodes leave
     /// such ones out.
     #[inline]
-    pub fn is_repeated(&self, index: &[usize; 3]) -> bool {
+    pub fn is_periodic_image(&self, index: &[usize; 3]) -> bool {
         (0..D).any(|axis| self.is_periodic(axis) && index[axis] >= self.period[axis])
     }
 
     /// Makes the images of active nodes active.
-    fn wake_images(&mut self) {
+    fn activate_images(&mut self) {
         if (1..D).any(|axis| self.is_periodic(axis)) {
             let whole = 0..self.strides[0];
             self.active
@@ -164,7 +164,7 @@ impl<const D: usize> Layout<D> {
                 .for_each(|range| *range = whole.clone());
         }
         if self.is_periodic(0) {
-            for row in 0..self.repeated(0) {
+            for row in 0..self.periodic_image_count(0) {
                 let image = row + self.period[0];
                 let (a, b) = (self.active[row].clone(), self.active[image].clone());
                 let both = match (Range::is_empty(&a), Range::is_empty(&b)) {
@@ -184,7 +184,7 @@ impl<const D: usize> Layout<D> {
     }
 
     fn is_mesh(&self) -> bool {
-        !self.starts.is_empty()
+        !self.window_starts.is_empty()
     }
 
     /// Nodes per axis, ghosts included.
@@ -225,7 +225,7 @@ impl<const D: usize> Layout<D> {
     /// [`Layout::slabs`]).
     pub fn add_points(&mut self, positions: &[[f64; D]]) -> Vec<usize> {
         let mut bounds = vec![0; self.slabs() + 1];
-        let (below, above) = (self.below + MARGIN, self.above + MARGIN);
+        let (below, above) = (self.below + SORT_MARGIN, self.above + SORT_MARGIN);
         let reach = |cell: usize, nodes: usize| {
             let node = cell + self.ghosts;
             node.saturating_sub(below)..(node + above + 1).min(nodes)
@@ -248,7 +248,7 @@ impl<const D: usize> Layout<D> {
                 };
             }
         }
-        self.wake_images();
+        self.activate_images();
         for slab in 1..bounds.len() {
             bounds[slab] += bounds[slab - 1];
         }
@@ -272,27 +272,31 @@ impl<const D: usize> Layout<D> {
 
     /// Calls `visit(row, node range within the row, the row)` for every row of nodes along the first
     /// axis with active nodes, in parallel, and collects what it returns, row by row.
-    pub fn rows<T: Send, R: Send + Default>(
+    pub fn for_each_row<T: Send, R: Send + Default>(
         &self,
         nodes: &mut [T],
         results: &mut [R],
         visit: impl Fn(usize, Range<usize>, &mut [T]) -> R + Sync,
     ) {
-        each_row(nodes, self.strides[0], &self.active, results, &visit);
+        visit_rows(nodes, self.strides[0], &self.active, results, &visit);
     }
 
-    /// As [`Layout::rows`], for a `visit` with nothing to report.
-    pub fn each<T: Send>(&self, nodes: &mut [T], visit: impl Fn(usize, Range<usize>, &mut [T]) + Sync) {
-        each_row(nodes, self.strides[0], &self.active, &mut vec![(); self.nodes[0]], &visit);
+    /// As [`Layout::for_each_row`], for a `visit` with nothing to report.
+    pub fn for_each_active_node_range<T: Send>(
+        &self,
+        nodes: &mut [T],
+        visit: impl Fn(usize, Range<usize>, &mut [T]) + Sync,
+    ) {
+        visit_rows(nodes, self.strides[0], &self.active, &mut vec![(); self.nodes[0]], &visit);
     }
 
     /// Runs `visit(row, active, lines of both sets, result of the row)` for the same rows of two sets of nodes, in
     /// parallel. The results keep what they are left with.
-    pub fn two_rows<T: Send, R: Send>(
+    pub fn for_each_row_pair<T: Send, R: Send>(
         &self,
         [first, second]: [&mut [T]; 2],
         results: &mut [R],
-        visit: &TwoRowVisitor<'_, T, R>,
+        visit: &RowPairVisitor<'_, T, R>,
     ) {
         let row = self.strides[0];
         let lines = first.par_chunks_mut(row).zip(second.par_chunks_mut(row)).zip(results).enumerate();
@@ -308,11 +312,11 @@ impl<const D: usize> Layout<D> {
 
     /// Runs `scatter(slab, window, number of the window's first node)` for every slab: first the even
     /// ones in parallel, then the odd ones. The window holds every node the slab's points may touch.
-    pub fn scatter<T: Send>(&self, nodes: &mut [T], scatter: impl Fn(usize, &mut [T], usize) + Sync) {
+    pub fn for_each_slab<T: Send>(&self, nodes: &mut [T], scatter: impl Fn(usize, &mut [T], usize) + Sync) {
         let slabs = self.slabs();
         for colour in 0..2.min(slabs) {
             let start = if colour == 0 { 0 } else { self.window_start(1) };
-            let windows = Windows { numbers: 0..(slabs - colour).div_ceil(2), start };
+            let windows = SlabWindows { numbers: 0..(slabs - colour).div_ceil(2), start };
             let slab = |window: usize| colour + 2 * window;
             let first = |window: usize| self.window_start(slab(window));
             let each = |window: usize, nodes: &mut [T], start: usize| scatter(slab(window), nodes, start);
@@ -323,16 +327,16 @@ impl<const D: usize> Layout<D> {
     /// First node of the window of a slab, cut at the grid's end.
     fn window_start(&self, slab: usize) -> usize {
         if self.is_mesh() {
-            return self.starts[slab];
+            return self.window_starts[slab];
         }
-        let row = (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + MARGIN);
+        let row = (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + SORT_MARGIN);
         row.min(self.nodes[0]) * self.strides[0]
     }
 }
 
 // Loops that do not know the dimension, nor what is done with a row: a call a row costs nothing beside the row.
 
-fn each_row<T: Send, R: Send + Default>(
+fn visit_rows<T: Send, R: Send + Default>(
     nodes: &mut [T],
     row: usize,
     active: &[Range<usize>],
@@ -352,7 +356,7 @@ fn reset<T: Send + Default + Clone>(nodes: &mut [T], row: usize, active: &[Range
 }
 
 /// Windows of every other slab, the first of which starts at node `start`.
-struct Windows {
+struct SlabWindows {
     numbers: Range<usize>,
     start: usize,
 }
@@ -361,7 +365,7 @@ struct Windows {
 /// of windows this allocates nothing.
 fn scatter_windows<T: Send>(
     nodes: &mut [T],
-    Windows { numbers, start }: Windows,
+    SlabWindows { numbers, start }: SlabWindows,
     first: &(dyn Fn(usize) -> usize + Sync),
     scatter: &(dyn Fn(usize, &mut [T], usize) + Sync),
 ) {
@@ -372,7 +376,7 @@ fn scatter_windows<T: Send>(
     let cut = first(middle);
     let (lower, upper) = nodes.split_at_mut(cut - start);
     let half = |nodes: &mut [T], numbers: Range<usize>, start: usize| {
-        scatter_windows(nodes, Windows { numbers, start }, first, scatter);
+        scatter_windows(nodes, SlabWindows { numbers, start }, first, scatter);
     };
     rayon::join(|| half(lower, numbers.start..middle, start), || half(upper, middle..numbers.end, cut));
 }
@@ -380,8 +384,10 @@ fn scatter_windows<T: Send>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Support;
-    use crate::{CubicSpline, Gimp, Linear, Node, QuadraticSpline, Stencil, WideGimp};
+    use crate::NodeSupport;
+    use crate::{
+        ContiguousGimpBasis, CubicSpline, GimpBasis, LinearBasis, NodalState, QuadraticSpline, Stencil,
+    };
     use proptest::prelude::*;
 
     fn mass_is_conserved<const S: usize, B: Basis<S>>(points: &[[f64; 2]], drift: f64) {
@@ -392,60 +398,63 @@ mod tests {
         let bounds = layout.add_points(&sorted);
         let moved: Vec<_> =
             sorted.iter().map(|p| [(p[0] + drift).clamp(0.0, 2.3), (p[1] - drift).clamp(0.0, 0.9)]).collect();
-        let mut nodes = vec![Node::default(); layout.len()];
+        let mut nodes = vec![NodalState::default(); layout.len()];
         let strides = layout.strides();
-        layout.scatter(&mut nodes, |slab, window, offset| {
+        layout.for_each_slab(&mut nodes, |slab, window, offset| {
             for x in &moved[bounds[slab]..bounds[slab + 1]] {
                 let stencil = Stencil::<2, S>::new::<B>(&grid, x, &[0.05; 2]);
-                let zero = crate::Lanes::ZERO;
-                stencil.deposit(window, offset, &strides, crate::Lanes::ONE, &[zero; 2], None);
+                let zero = crate::Vector4::ZERO;
+                stencil.p2g(window, offset, &strides, crate::Vector4::ONE, &[zero; 2], None);
             }
         });
-        let everywhere: f64 = nodes.iter().map(|n| n.motion.to_array()[3]).sum();
+        let everywhere: f64 = nodes.iter().map(|n| n.momentum_and_mass.to_array()[3]).sum();
         let mut sums = vec![0.0; layout.nodes()[0]];
-        layout.rows(&mut nodes, &mut sums, |_, active, row| {
-            row[active].iter().map(|n| n.motion.to_array()[3]).sum()
+        layout.for_each_row(&mut nodes, &mut sums, |_, active, row| {
+            row[active].iter().map(|n| n.momentum_and_mass.to_array()[3]).sum()
         });
         let active: f64 = sums.iter().sum();
         let exact = points.len() as f64;
         assert!((everywhere - exact).abs() < 1e-11 * exact, "{}: {everywhere}", B::NAME);
         assert!((active - exact).abs() < 1e-11 * exact, "{}: active nodes hold {active}", B::NAME);
         layout.reset(&mut nodes);
-        assert!(nodes.iter().all(|n| *n == Node::default()), "reset clears everything touched");
+        assert!(nodes.iter().all(|n| *n == NodalState::default()), "reset clears everything touched");
     }
 
     #[test]
     fn a_periodic_grid_gives_images_the_sum_of_both() {
         let grid = Grid::new([0.0; 2], [0.5, 0.3], 0.1).unwrap();
-        assert!(Layout::new::<3, QuadraticSpline>(&grid).repeating([true, false]).is_none());
-        assert!(Layout::new::<4, WideGimp>(&grid).repeating([false, true]).is_none(), "too few cells");
-        let layout = Layout::new::<3, Gimp>(&grid);
-        let mut layout = layout.repeating([true, true]).unwrap();
+        assert!(Layout::new::<3, QuadraticSpline>(&grid).periodic([true, false]).is_none());
+        assert!(
+            Layout::new::<4, ContiguousGimpBasis>(&grid).periodic([false, true]).is_none(),
+            "too few cells"
+        );
+        let layout = Layout::new::<3, GimpBasis>(&grid);
+        let mut layout = layout.periodic([true, true]).unwrap();
         let points = [[0.01, 0.02], [0.26, 0.29]];
         let bounds = layout.add_points(&points);
-        let mut nodes = vec![Node::default(); layout.len()];
+        let mut nodes = vec![NodalState::default(); layout.len()];
         let strides = layout.strides();
-        layout.scatter(&mut nodes, |slab, window, offset| {
+        layout.for_each_slab(&mut nodes, |slab, window, offset| {
             for x in &points[bounds[slab]..bounds[slab + 1]] {
-                let stencil = Stencil::<2, 3>::new::<Gimp>(&grid, x, &[0.05; 2]);
-                stencil.deposit(window, offset, &strides, crate::Lanes::ONE, &[crate::Lanes::ZERO; 2], None);
+                let stencil = Stencil::<2, 3>::new::<GimpBasis>(&grid, x, &[0.05; 2]);
+                stencil.p2g(window, offset, &strides, crate::Vector4::ONE, &[crate::Vector4::ZERO; 2], None);
             }
         });
-        layout.fold(&mut nodes, |sum, node| sum.motion += node.motion);
+        layout.sum_periodic_images(&mut nodes, |sum, node| sum.momentum_and_mass += node.momentum_and_mass);
         // Nodes -1 to 6 along x and -1 to 4 along y: -1, 0, 1 are 4, 5, 6 and 2, 3, 4.
-        let mass = |i: usize, j: usize| nodes[i * strides[0] + j].motion.to_array()[3];
+        let mass = |i: usize, j: usize| nodes[i * strides[0] + j].momentum_and_mass.to_array()[3];
         for i in 0..8 {
             assert!((0..3).all(|j| mass(i, j) == mass(i, j + 3)), "{i}");
         }
         assert!((0..6).all(|j| (0..3).all(|i| mass(i, j) == mass(i + 5, j))));
-        let mut images = layout.images([6, 0, 0]);
+        let mut images = layout.periodic_images([6, 0, 0]);
         images.sort_unstable();
         assert_eq!(images, [[1, 0, 0], [1, 3, 0], [6, 0, 0], [6, 3, 0]]);
-        assert_eq!(layout.images([3, 1, 0]), [[3, 1, 0], [3, 4, 0]]);
+        assert_eq!(layout.periodic_images([3, 1, 0]), [[3, 1, 0], [3, 4, 0]]);
         let each_once: f64 = (1..6).flat_map(|i| (1..4).map(move |j| (i, j))).map(|(i, j)| mass(i, j)).sum();
         assert!((each_once - 2.0).abs() < 1e-14, "{each_once}");
         layout.reset(&mut nodes);
-        assert!(nodes.iter().all(|node| *node == Node::default()), "images are active");
+        assert!(nodes.iter().all(|node| *node == NodalState::default()), "images are active");
     }
 
     proptest! {
@@ -455,9 +464,9 @@ mod tests {
             drift in -0.1..0.1f64,
         ) {
             let points: Vec<_> = points.into_iter().map(|(x, y)| [x, y]).collect();
-            mass_is_conserved::<2, Linear>(&points, drift);
-            mass_is_conserved::<3, Gimp>(&points, drift);
-            mass_is_conserved::<4, WideGimp>(&points, drift);
+            mass_is_conserved::<2, LinearBasis>(&points, drift);
+            mass_is_conserved::<3, GimpBasis>(&points, drift);
+            mass_is_conserved::<4, ContiguousGimpBasis>(&points, drift);
             mass_is_conserved::<3, QuadraticSpline>(&points, drift);
             mass_is_conserved::<4, CubicSpline>(&points, drift);
         }

@@ -2,12 +2,12 @@
 //!
 //! A [`Grid`] is a box of equal square (cubic) cells in one, two or three dimensions. A [`Basis`]
 //! gives the shape functions of one axis (linear, GIMP, quadratic and cubic B-splines); a
-//! [`Stencil`] is their product at a point, with [`Support::deposit`] (point to grid) and
-//! [`Support::gather`] (grid to point). What is no such product ([`Corners`] of convected domains,
-//! the elements of a [`Mesh`]) offers the same transfers as a [`Support`]. [`Layout`] keeps points sorted by cell and lets slabs of
+//! [`Stencil`] is their product at a point, with [`NodeSupport::p2g`] (point to grid) and
+//! [`NodeSupport::g2p`] (grid to point). What is no such product ([`CpdiBasis`] of convected domains,
+//! the elements of a [`Mesh`]) offers the same transfers as a [`NodeSupport`]. [`Layout`] keeps points sorted by cell and lets slabs of
 //! cells scatter in parallel in an order fixed by the data: results are the same on any number of
-//! threads. Solvers go through [`Sweeps`], which are compiled here for each kind of shape functions and point domains, and chosen
-//! at run time by a [`Shape`]. [`Walls`] imposes the boundary conditions on the nodes.
+//! threads. Solvers go through [`Transfers`], which are compiled here for each kind of shape functions and point domains, and chosen
+//! at run time by a [`ShapeFunctionKind`]. [`NodeWalls`] imposes the boundary conditions on the nodes.
 
 mod axis;
 mod basis;
@@ -26,22 +26,23 @@ mod sweeps;
 mod walls;
 mod wrap;
 
-pub use axis::{Axis, OnAxis};
-pub use basis::{Basis, CubicSpline, Gimp, Linear, QuadraticSpline, WideGimp};
-pub use corners::Corners;
+pub use axis::{Basis1d, BasisValues1d};
+pub use basis::{Basis, ContiguousGimpBasis, CubicSpline, GimpBasis, LinearBasis, QuadraticSpline};
+pub use corners::CpdiBasis;
 pub use domain::{
-    ConvectedCorners, ConvectedDomain, DomainSlice, Domains, DomainsMut, FixedDomain, Ground, InElement,
-    PointDomain, ReferencePoint, RightStretch, Square, StretchingDomain, TurningDomain,
+    ConvectedDomain, ConvectedQuadrilateral, DomainSlice, Domains, DomainsMut, ElementDomain, FixedDomain,
+    GridView, PointDomain, ReferenceDomain, RightStretchDiagonal, RightStretchDomain, SquareMatrix,
+    StretchingDomain,
 };
 pub use grid::{Grid, GridError};
 pub use layout::{Layout, sort_by_cell};
-pub use mesh::{Element, Mesh, MeshError, Simplex};
+pub use mesh::{Element, Mesh, MeshError, SimplexBasis};
 pub use msh::MshError;
-pub use node::{Gathered, Lanes, Node};
-pub use pulled::Pulled;
-pub use shape::Shape;
+pub use node::{InterpolatedMotion, NodalState, Vector4};
+pub use pulled::ReferenceStencil;
+pub use shape::ShapeFunctionKind;
 pub use stencil::Stencil;
-pub use support::{NodeList, Support};
-pub use sweeps::{Affine, Deposit, PhaseDeposit, Points, Sweeps, Window};
-pub use walls::{Face, Faces, Wall, WallKind, Walls};
+pub use support::{NodeList, NodeSupport};
+pub use sweeps::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, PointSlice, Transfers};
+pub use walls::{NodeFace, NodeFaces, NodeWall, NodeWalls, WallKind};
 pub use wrap::wrap;

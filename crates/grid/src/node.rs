@@ -3,68 +3,68 @@
 use wide::{f64x4, f64x8};
 
 /// Four numbers handled at once: three components of a vector and one more.
-pub type Lanes = f64x4;
+pub type Vector4 = f64x4;
 
 /// What a node holds. While points scatter: momentum and, in the fourth lane, mass; internal and
 /// other forces. After the momentum solve: velocity (mass stays in the fourth lane); acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(64))]
-pub struct Node {
+pub struct NodalState {
     /// Momentum (kg m/s) and mass (kg), later velocity (m/s) and mass.
-    pub motion: Lanes,
+    pub momentum_and_mass: Vector4,
     /// Force (N), later acceleration (m/s²).
-    pub force: Lanes,
+    pub force: Vector4,
 }
 
-impl Node {
+impl NodalState {
     /// Changes a solved velocity (m/s), and the acceleration of the step of `dt` (s) with it.
     #[inline(always)]
-    pub fn change_velocity(&mut self, change: Lanes, dt: f64) {
-        self.motion += change;
+    pub fn change_velocity(&mut self, change: Vector4, dt: f64) {
+        self.momentum_and_mass += change;
         self.force += change * (1.0 / dt);
     }
 
     /// Both at once.
     #[inline(always)]
-    pub(crate) fn whole(&self) -> f64x8 {
-        join(self.motion, self.force)
+    pub(crate) fn as_f64x8(&self) -> f64x8 {
+        join_halves(self.momentum_and_mass, self.force)
     }
 
     #[inline(always)]
     pub(crate) fn add(&mut self, value: f64x8) {
-        [self.motion, self.force] = split(self.whole() + value);
+        [self.momentum_and_mass, self.force] = split_halves(self.as_f64x8() + value);
     }
 }
 
 /// A lane for each of the first `D` axes, and zeros.
 #[inline(always)]
-pub(crate) fn lanes_of<const D: usize>(of: impl Fn(usize) -> f64) -> Lanes {
+pub(crate) fn vector4<const D: usize>(of: impl Fn(usize) -> f64) -> Vector4 {
     let mut lanes = [0.0; 4];
     (0..D).for_each(|axis| lanes[axis] = of(axis));
-    Lanes::new(lanes)
+    Vector4::new(lanes)
 }
 
 /// Two sets of lanes at once.
 #[inline(always)]
-pub(crate) fn join(first: Lanes, second: Lanes) -> f64x8 {
+pub(crate) fn join_halves(first: Vector4, second: Vector4) -> f64x8 {
     let ([a, b, c, d], [e, f, g, h]) = (first.to_array(), second.to_array());
     f64x8::new([a, b, c, d, e, f, g, h])
 }
 
-/// The two sets of lanes of [`join`].
+/// The two sets of lanes of [`join_halves`].
 #[inline(always)]
-pub(crate) fn split(both: f64x8) -> [Lanes; 2] {
+pub(crate) fn split_halves(both: f64x8) -> [Vector4; 2] {
     let [a, b, c, d, e, f, g, h] = both.to_array();
-    [Lanes::new([a, b, c, d]), Lanes::new([e, f, g, h])]
+    [Vector4::new([a, b, c, d]), Vector4::new([e, f, g, h])]
 }
 
 /// What a point reads off the grid.
 #[derive(Clone, Copy, Debug)]
-pub struct Gathered<const D: usize> {
+pub struct InterpolatedMotion<const D: usize> {
     /// `Σ N v`.
-    pub velocity: Lanes,
+    pub velocity: Vector4,
     /// `Σ N a`.
-    pub acceleration: Lanes,
+    pub acceleration: Vector4,
     /// `gradient[j] = Σ v ∂N/∂x_j`: column `j` of the velocity gradient.
-    pub gradient: [Lanes; D],
+    pub gradient: [Vector4; D],
 }

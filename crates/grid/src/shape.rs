@@ -3,15 +3,18 @@
 use std::marker::PhantomData;
 
 use crate::domain::{
-    ConvectedCorners, ConvectedDomain, FixedDomain, InElement, ReferencePoint, StretchingDomain,
-    TurningDomain,
+    ConvectedDomain, ConvectedQuadrilateral, ElementDomain, FixedDomain, ReferenceDomain, RightStretchDomain,
+    StretchingDomain,
 };
-use crate::sweeps::Of;
-use crate::{Corners, CubicSpline, Gimp, Linear, QuadraticSpline, Simplex, Sweeps, WideGimp};
+use crate::sweeps::CompiledTransfers;
+use crate::{
+    ContiguousGimpBasis, CpdiBasis, CubicSpline, GimpBasis, LinearBasis, QuadraticSpline, SimplexBasis,
+    Transfers,
+};
 
 /// Shape functions with the domains of points that they are evaluated over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum ShapeFunctionKind {
     /// Hat functions.
     Linear,
     /// Hat functions averaged over domains that keep their size (uGIMP).
@@ -19,7 +22,7 @@ pub enum Shape {
     /// The same over domains that stretch with the diagonal of the deformation gradient (cpGIMP).
     StretchingGimp,
     /// The same over domains that stretch with the diagonal of the right stretch tensor.
-    TurningGimp,
+    RightStretchGimp,
     /// Quadratic B-splines.
     Quadratic,
     /// Cubic B-splines.
@@ -27,7 +30,7 @@ pub enum Shape {
     /// Hat functions at the corners of parallelograms (CPDI).
     Convected,
     /// Hat functions at the corners of quadrilaterals (CPDI2); in the plane only.
-    ConvectedCorners,
+    ConvectedQuadrilateral,
     /// Hat functions of the places at the start (total-Lagrangian).
     ReferenceLinear,
     /// Quadratic B-splines of the places at the start.
@@ -36,22 +39,22 @@ pub enum Shape {
     Elements,
 }
 
-macro_rules! in_space {
+macro_rules! for_dimension {
     ($(#[$meta:meta])* $name:ident, $d:literal, $corners:literal $(, $more:ident: $sweeps:expr)*) => {
         $(#[$meta])*
         // Compiled here: what calls it would compile each of them again.
         #[inline(never)]
-        pub fn $name(self) -> Option<&'static dyn Sweeps<$d>> {
+        pub fn $name(self) -> Option<&'static dyn Transfers<$d>> {
             Some(match self {
-                Self::Linear => &Of::<2, Linear, FixedDomain>(PhantomData),
-                Self::Gimp => &Of::<3, Gimp, FixedDomain>(PhantomData),
-                Self::StretchingGimp => &Of::<4, WideGimp, StretchingDomain<$d>>(PhantomData),
-                Self::TurningGimp => &Of::<4, WideGimp, TurningDomain<$d>>(PhantomData),
-                Self::Quadratic => &Of::<3, QuadraticSpline, FixedDomain>(PhantomData),
-                Self::Cubic => &Of::<4, CubicSpline, FixedDomain>(PhantomData),
-                Self::Convected => &Of::<$corners, Corners, ConvectedDomain<$d>>(PhantomData),
-                Self::ReferenceLinear => &Of::<2, Linear, ReferencePoint<$d>>(PhantomData),
-                Self::ReferenceQuadratic => &Of::<3, QuadraticSpline, ReferencePoint<$d>>(PhantomData),
+                Self::Linear => &CompiledTransfers::<2, LinearBasis, FixedDomain>(PhantomData),
+                Self::Gimp => &CompiledTransfers::<3, GimpBasis, FixedDomain>(PhantomData),
+                Self::StretchingGimp => &CompiledTransfers::<4, ContiguousGimpBasis, StretchingDomain<$d>>(PhantomData),
+                Self::RightStretchGimp => &CompiledTransfers::<4, ContiguousGimpBasis, RightStretchDomain<$d>>(PhantomData),
+                Self::Quadratic => &CompiledTransfers::<3, QuadraticSpline, FixedDomain>(PhantomData),
+                Self::Cubic => &CompiledTransfers::<4, CubicSpline, FixedDomain>(PhantomData),
+                Self::Convected => &CompiledTransfers::<$corners, CpdiBasis, ConvectedDomain<$d>>(PhantomData),
+                Self::ReferenceLinear => &CompiledTransfers::<2, LinearBasis, ReferenceDomain<$d>>(PhantomData),
+                Self::ReferenceQuadratic => &CompiledTransfers::<3, QuadraticSpline, ReferenceDomain<$d>>(PhantomData),
                 $(Self::$more => $sweeps,)*
                 #[allow(unreachable_patterns, reason = "the plane has them all")]
                 _ => return None,
@@ -60,20 +63,20 @@ macro_rules! in_space {
     };
 }
 
-impl Shape {
-    in_space! {
+impl ShapeFunctionKind {
+    for_dimension! {
         /// The sweeps in one dimension; `None` where there are none.
         on_line, 1, 4
     }
-    in_space! {
+    for_dimension! {
         /// The sweeps in two dimensions.
         in_plane, 2, 16,
-        ConvectedCorners: &Of::<16, Corners, ConvectedCorners>(PhantomData),
-        Elements: &Of::<3, Simplex, InElement>(PhantomData)
+        ConvectedQuadrilateral: &CompiledTransfers::<16, CpdiBasis, ConvectedQuadrilateral>(PhantomData),
+        Elements: &CompiledTransfers::<3, SimplexBasis, ElementDomain>(PhantomData)
     }
-    in_space! {
+    for_dimension! {
         /// The sweeps in three dimensions; `None` where there are none.
         in_space, 3, 64,
-        Elements: &Of::<4, Simplex, InElement>(PhantomData)
+        Elements: &CompiledTransfers::<4, SimplexBasis, ElementDomain>(PhantomData)
     }
 }

@@ -6,8 +6,8 @@ mod faces;
 
 use std::sync::Arc;
 
-use edge::Edge;
-pub use faces::{Face, Faces};
+use edge::FrictionEdge;
+pub use faces::{NodeFace, NodeFaces};
 
 /// How a wall acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,17 +23,17 @@ pub enum WallKind {
     },
     /// Coulomb friction in acceleration form, with a larger coefficient for what is at rest (GT
     /// Algorithm 3.1 as corrected in `sheet: mpm §3.7`).
-    Plane {
+    StaticAndSliding {
         /// Coefficient for a node at rest.
-        resting: f64,
+        static_coefficient: f64,
         /// Coefficient for a node that slides.
-        sliding: f64,
+        sliding_coefficient: f64,
     },
 }
 
 /// A half-space of nodes beyond a plane normal to an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wall {
+pub struct NodeWall {
     /// Axis normal to the wall.
     pub axis: usize,
     /// True for a wall above its plane (material below), false for one below.
@@ -50,22 +50,22 @@ pub struct Wall {
 
 /// All walls of a grid, looked up by node index.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Walls {
-    walls: Vec<Wall>,
+pub struct NodeWalls {
+    walls: Vec<NodeWall>,
     /// `lookup[axis][index]`: number of the wall plus one, zero for none.
     lookup: [Vec<u32>; 3],
     /// Whether walls that move set off in this step: what they hold is not yet as fast as they are.
-    sets_off: bool,
+    starts_moving: bool,
     /// On a mesh: distance between neighbouring entries of a node's index, and `lookup` is by node.
     strides: Option<[usize; 3]>,
     /// Rigid geometry of any shape.
-    faces: Arc<Faces>,
+    faces: Arc<NodeFaces>,
 }
 
-impl Walls {
+impl NodeWalls {
     /// The walls of a grid with `nodes` nodes per axis. Where two walls normal to the same axis claim
     /// a node, the later one has it.
-    pub fn new(nodes: &[usize], walls: Vec<Wall>) -> Self {
+    pub fn new(nodes: &[usize], walls: Vec<NodeWall>) -> Self {
         let mut lookup: [Vec<u32>; 3] = Default::default();
         for (axis, &count) in nodes.iter().enumerate() {
             lookup[axis] = vec![0; count];
@@ -75,11 +75,15 @@ impl Walls {
             let range = if wall.upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
             nodes[range].fill(number as u32 + 1);
         }
-        Self { walls, lookup, sets_off: false, strides: None, faces: Arc::default() }
+        Self { walls, lookup, starts_moving: false, strides: None, faces: Arc::default() }
     }
 
     /// The walls of a mesh with `count` nodes (of a layout with `strides`), each with the nodes it holds.
-    pub fn of_nodes<const D: usize>(strides: [usize; D], count: usize, walls: Vec<(Wall, Vec<u32>)>) -> Self {
+    pub fn for_mesh_nodes<const D: usize>(
+        strides: [usize; D],
+        count: usize,
+        walls: Vec<(NodeWall, Vec<u32>)>,
+    ) -> Self {
         let mut lookup: [Vec<u32>; 3] = Default::default();
         lookup[..D].fill(vec![0; count]);
         for (number, (wall, nodes)) in walls.iter().enumerate() {
@@ -87,28 +91,28 @@ impl Walls {
         }
         let strides = std::array::from_fn(|axis| strides.get(axis).copied().unwrap_or(0));
         let walls = walls.into_iter().map(|(wall, _)| wall).collect();
-        Self { walls, lookup, sets_off: false, strides: Some(strides), faces: Arc::default() }
+        Self { walls, lookup, starts_moving: false, strides: Some(strides), faces: Arc::default() }
     }
 
     /// The same walls beside rigid geometry of any shape.
     #[must_use]
-    pub fn with_faces(self, faces: Arc<Faces>) -> Self {
+    pub fn with_faces(self, faces: Arc<NodeFaces>) -> Self {
         Self { faces, ..self }
     }
 
     /// The rigid geometry of any shape.
-    pub fn faces(&self) -> &Arc<Faces> {
+    pub fn faces(&self) -> &Arc<NodeFaces> {
         &self.faces
     }
 
     /// The same, to be changed; copied where others hold it too.
-    pub fn faces_mut(&mut self) -> &mut Faces {
+    pub fn faces_mut(&mut self) -> &mut NodeFaces {
         Arc::make_mut(&mut self.faces)
     }
 
     /// The wall normal to `axis` that holds the node with an index along each axis.
     #[inline]
-    pub fn at(&self, axis: usize, index: &[usize; 3]) -> Option<&Wall> {
+    pub fn at(&self, axis: usize, index: &[usize; 3]) -> Option<&NodeWall> {
         let entry = match self.strides {
             None => index[axis],
             Some(strides) => (0..3).map(|a| index[a] * strides[a]).sum(),
@@ -120,15 +124,15 @@ impl Walls {
     }
 
     /// The walls that hold a node, axis by axis.
-    fn of_node(&self, index: &[usize; 3]) -> impl Iterator<Item = &Wall> {
+    fn walls_of_node(&self, index: &[usize; 3]) -> impl Iterator<Item = &NodeWall> {
         let axes = (0..3).filter(|axis| !self.lookup[*axis].is_empty());
         axes.filter_map(|axis| self.at(axis, index))
     }
 
     /// Says whether walls that move set off in this step. Then they take along what they hold, as a prescribed motion that
     /// begins does: without an acceleration the points beside would never have the speed of the wall.
-    pub fn set_off(&mut self, sets_off: bool) {
-        self.sets_off = sets_off;
+    pub fn set_starts_moving(&mut self, sets_off: bool) {
+        self.starts_moving = sets_off;
     }
 
     /// Lets the walls of a node act: `start` is its velocity before the step, `end` the one after the momentum solve. With
@@ -151,20 +155,20 @@ impl Walls {
         keep_start: bool,
         lift: &[f64; 3],
     ) {
-        self.constrain_and_tell(index, start, end, keep_start, lift, |_, _, _| {});
+        self.constrain_and_record(index, start, end, keep_start, lift, |_, _, _| {});
     }
 
     /// The same; `tell` is called with each change of the velocity (m/s) at the end and at the start of the step by rigid geometry
     /// of any shape.
     #[inline]
-    pub fn constrain_and_tell(
+    pub fn constrain_and_record(
         &self,
         index: &[usize; 3],
         start: &mut [f64; 3],
         end: &mut [f64; 3],
         keep_start: bool,
         lift: &[f64; 3],
-        mut tell: impl FnMut(&Face, [f64; 3], [f64; 3]),
+        mut tell: impl FnMut(&NodeFace, [f64; 3], [f64; 3]),
     ) {
         let faces = self.faces.at(index);
         match faces {
@@ -178,17 +182,17 @@ impl Walls {
         }
         self.constrain_by_walls(index, start, end, keep_start, lift);
         // Where faces or walls meet, what one gives may run into another.
-        if faces.len() > 1 || (!faces.is_empty() && self.of_node(index).next().is_some()) {
-            let held = self.of_node(index).fold([false; 3], |held, wall| {
-                let own = wall.holding(end);
+        if faces.len() > 1 || (!faces.is_empty() && self.walls_of_node(index).next().is_some()) {
+            let held = self.walls_of_node(index).fold([false; 3], |held, wall| {
+                let own = wall.constrained_components(end);
                 std::array::from_fn(|c| held[c] || own[c])
             });
             if let [face] = faces {
                 let before = *end;
-                face.keep_out(end, held);
+                face.remove_penetration(end, held);
                 tell(face, minus(end, &before), [0.0; 3]);
             } else {
-                corner::keep_out(faces, end, held, &mut tell);
+                corner::remove_penetration(faces, end, held, &mut tell);
             }
         }
     }
@@ -201,23 +205,24 @@ impl Walls {
         keep_start: bool,
         lift: &[f64; 3],
     ) {
-        let walls = |held: bool| self.of_node(index).filter(move |wall| wall.holds() == held);
-        let keep = |wall: &Wall| keep_start || (self.sets_off && wall.velocity != [0.0; 3]);
-        walls(true).for_each(|wall| wall.hold(start, end, keep(wall)));
+        let walls =
+            |held: bool| self.walls_of_node(index).filter(move |wall| wall.is_unconditional() == held);
+        let keep = |wall: &NodeWall| keep_start || (self.starts_moving && wall.velocity != [0.0; 3]);
+        walls(true).for_each(|wall| wall.impose_velocity(start, end, keep(wall)));
         let (mut pushes, [begun, free]) = ([None; 3], [*start, *end]);
         walls(false).for_each(|wall| pushes[wall.axis] = wall.stop(start, end, keep(wall), lift));
         if pushes == [None; 3] {
             return;
         }
         if walls(false).any(|wall| walls(false).any(|other| other.velocity != wall.velocity)) {
-            let edge = Edge {
+            let edge = FrictionEdge {
                 walls: std::array::from_fn(|axis| walls(false).find(|wall| wall.axis == axis)),
-                held: walls(true).fold([false; 3], |held, wall| {
-                    std::array::from_fn(|c| held[c] || wall.held_components().contains(&c))
+                constrained: walls(true).fold([false; 3], |held, wall| {
+                    std::array::from_fn(|c| held[c] || wall.unconditional_components().contains(&c))
                 }),
                 start: *start,
-                free,
-                lift: *lift,
+                free_velocity: free,
+                pore_pressure_part: *lift,
             };
             *end = edge.solve(pushes);
             // What others rubbed off a wall is not held there.
@@ -227,43 +232,44 @@ impl Walls {
         } else {
             for wall in walls(false) {
                 if let Some(push) = pushes[wall.axis] {
-                    wall.rub(start, end, push);
+                    wall.apply_friction(start, end, push);
                 }
             }
         }
-        walls(true).for_each(|wall| wall.hold(start, end, keep(wall)));
+        walls(true).for_each(|wall| wall.impose_velocity(start, end, keep(wall)));
     }
 
     /// Which components of the velocity of a node its walls hold now that it has ended with `end`.
-    pub fn holding(&self, index: &[usize; 3], end: &[f64; 3]) -> [bool; 3] {
-        if self.faces.at(index).iter().any(|face| face.has_stopped(end)) {
+    pub fn constrained_components(&self, index: &[usize; 3], end: &[f64; 3]) -> [bool; 3] {
+        if self.faces.at(index).iter().any(|face| face.is_in_contact(end)) {
             return [true; 3];
         }
-        self.of_node(index).fold([false; 3], |held, wall| {
-            let own = wall.holding(end);
+        self.walls_of_node(index).fold([false; 3], |held, wall| {
+            let own = wall.constrained_components(end);
             std::array::from_fn(|c| held[c] || own[c])
         })
     }
 
     /// Lets the walls of a node act on its re-mapped velocity (MUSL): no penetration; what they stopped in the momentum
     /// solve (`solved`) does not lift off, and what stuck sticks.
-    pub fn constrain_again(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
+    pub fn constrain_remapped(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
         match self.faces.at(index) {
             [] => {}
-            [face] => face.constrain_again(solved, velocity),
-            faces => corner::constrain_again(faces, solved, velocity),
+            [face] => face.constrain_remapped(solved, velocity),
+            faces => corner::constrain_remapped(faces, solved, velocity),
         }
-        let walls = |held: bool| self.of_node(index).filter(move |wall| wall.holds() == held);
-        walls(false).for_each(|wall| wall.constrain_again(solved, velocity));
-        walls(true).for_each(|wall| wall.hold(&mut [0.0; 3], velocity, true));
+        let walls =
+            |held: bool| self.walls_of_node(index).filter(move |wall| wall.is_unconditional() == held);
+        walls(false).for_each(|wall| wall.constrain_remapped(solved, velocity));
+        walls(true).for_each(|wall| wall.impose_velocity(&mut [0.0; 3], velocity, true));
     }
 
     /// One for each component of velocity that no wall of a node holds whatever happens, else zero.
     pub fn free_components(&self, index: &[usize; 3]) -> [f64; 3] {
-        if self.faces.at(index).iter().any(Face::holds_all) {
+        if self.faces.at(index).iter().any(NodeFace::is_fully_bonded) {
             return [0.0; 3];
         }
-        self.of_node(index).fold([1.0; 3], |mut free, wall| {
+        self.walls_of_node(index).fold([1.0; 3], |mut free, wall| {
             let own = wall.free_components();
             (0..3).for_each(|c| free[c] *= own[c]);
             free
@@ -273,8 +279,8 @@ impl Walls {
     /// True when no wall is normal to `axis` at `index` and, for the first axis, no rigid geometry holds a node of that row: the
     /// quick test of a node's row. On a mesh with walls no row is known to be free.
     #[inline]
-    pub fn is_free(&self, axis: usize, index: usize) -> bool {
-        !(self.has_wall(axis, index) || axis == 0 && self.faces.in_row(index))
+    pub fn is_row_free(&self, axis: usize, index: usize) -> bool {
+        !(self.has_wall(axis, index) || axis == 0 && self.faces.has_faces_in_row(index))
     }
 
     /// Whether a wall normal to `axis` stands at `index`; on a mesh, whether there is any.
@@ -295,27 +301,27 @@ fn length(vector: &[f64; 3]) -> f64 {
     vector.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
-impl Wall {
-    fn approach(&self, velocity: &[f64; 3]) -> f64 {
+impl NodeWall {
+    fn approach_velocity(&self, velocity: &[f64; 3]) -> f64 {
         let normal = velocity[self.axis] - self.velocity[self.axis];
         if self.upper { normal } else { -normal }
     }
 
     /// True when the wall fixes all that it acts on whatever the material does (no separation, no friction).
-    fn holds(&self) -> bool {
+    fn is_unconditional(&self) -> bool {
         !self.separation && matches!(self.kind, WallKind::Rough | WallKind::Smooth)
     }
 
     /// One for each component of velocity that the wall leaves to the material whatever happens, else zero.
     fn free_components(&self) -> [f64; 3] {
-        let held = if self.separation { 0..0 } else { self.held_components() };
+        let held = if self.separation { 0..0 } else { self.unconditional_components() };
         std::array::from_fn(|c| if held.contains(&c) { 0.0 } else { 1.0 })
     }
 
     /// Which components it holds of a node that it has left with `end`.
-    fn holding(&self, end: &[f64; 3]) -> [bool; 3] {
-        if self.holds() {
-            let held = self.held_components();
+    fn constrained_components(&self, end: &[f64; 3]) -> [bool; 3] {
+        if self.is_unconditional() {
+            let held = self.unconditional_components();
             return std::array::from_fn(|c| held.contains(&c));
         }
         let stopped = end[self.axis] == self.velocity[self.axis];
@@ -325,8 +331,8 @@ impl Wall {
 
     /// Gives a node the velocity of the wall in the components that it holds.
     #[inline]
-    fn hold(&self, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
-        for component in self.held_components() {
+    fn impose_velocity(&self, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
+        for component in self.unconditional_components() {
             end[component] = self.velocity[component];
             if !keep_start {
                 start[component] = self.velocity[component];
@@ -345,15 +351,15 @@ impl Wall {
         keep_start: bool,
         lift: &[f64; 3],
     ) -> Option<f64> {
-        if self.separation && self.approach(end) <= 0.0 {
+        if self.separation && self.approach_velocity(end) <= 0.0 {
             return None;
         }
         let dry: [f64; 3] = std::array::from_fn(|c| end[c] + lift[c]);
         end[self.axis] = self.velocity[self.axis];
-        let plane = matches!(self.kind, WallKind::Plane { .. });
+        let plane = matches!(self.kind, WallKind::StaticAndSliding { .. });
         // Of a plane a_n dt of the sheet: a node that only runs into it, without being pushed, has none, and then no friction
         // (step 1).
-        let push = self.approach(&dry) - if plane { self.approach(start) } else { 0.0 };
+        let push = self.approach_velocity(&dry) - if plane { self.approach_velocity(start) } else { 0.0 };
         // Step 4. The force variant does not see the momentum that points carry into the wall.
         if (plane || !self.separation) && !keep_start {
             start[self.axis] = self.velocity[self.axis];
@@ -363,16 +369,16 @@ impl Wall {
 
     /// Friction on a stopped node, by the `push` into the wall (m/s); none where it is pulled.
     #[inline]
-    fn rub(&self, start: &[f64; 3], end: &mut [f64; 3], push: f64) {
+    fn apply_friction(&self, start: &[f64; 3], end: &mut [f64; 3], push: f64) {
         match self.kind {
             WallKind::Smooth => return,
             WallKind::Rough => {
                 *end = self.velocity;
                 return;
             }
-            WallKind::Frictional { .. } | WallKind::Plane { .. } => {}
+            WallKind::Frictional { .. } | WallKind::StaticAndSliding { .. } => {}
         }
-        let slip = self.along(end);
+        let slip = self.tangential_velocity(end);
         let speed = length(&slip);
         let bound = self.coefficient(start, speed) * push.max(0.0);
         let keep = if speed <= bound { 0.0 } else { 1.0 - bound / speed };
@@ -383,7 +389,7 @@ impl Wall {
 
     /// What a velocity has along the wall, relative to it (m/s).
     #[inline]
-    fn along(&self, velocity: &[f64; 3]) -> [f64; 3] {
+    fn tangential_velocity(&self, velocity: &[f64; 3]) -> [f64; 3] {
         std::array::from_fn(|c| if c == self.axis { 0.0 } else { velocity[c] - self.velocity[c] })
     }
 
@@ -396,17 +402,21 @@ impl Wall {
             WallKind::Frictional { coefficient } => coefficient,
             // Steps 2 and 3: from rest the slip is a_t dt, sliding it is v_t + a_t dt, and in both the bound on the friction
             // is along it. At rest is what round-off cannot tell from it.
-            WallKind::Plane { resting, .. } if length(&self.along(start)) <= 1e-14 * speed => resting,
-            WallKind::Plane { sliding, .. } => sliding,
+            WallKind::StaticAndSliding { static_coefficient: resting, .. }
+                if length(&self.tangential_velocity(start)) <= 1e-14 * speed =>
+            {
+                resting
+            }
+            WallKind::StaticAndSliding { sliding_coefficient: sliding, .. } => sliding,
         }
     }
 
     /// Constrains the re-mapped velocity of MUSL: no penetration; what the wall stopped in the momentum solve (`solved`)
     /// does not lift off, or the force of the wall would do work; and what stuck sticks.
     #[inline]
-    fn constrain_again(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
-        let held = self.holding(solved);
-        if !self.separation || held[self.axis] || self.approach(velocity) > 0.0 {
+    fn constrain_remapped(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
+        let held = self.constrained_components(solved);
+        if !self.separation || held[self.axis] || self.approach_velocity(velocity) > 0.0 {
             velocity[self.axis] = self.velocity[self.axis];
             if held == [true; 3] {
                 *velocity = self.velocity;
@@ -414,7 +424,7 @@ impl Wall {
         }
     }
 
-    fn held_components(&self) -> std::ops::Range<usize> {
+    fn unconditional_components(&self) -> std::ops::Range<usize> {
         if self.kind == WallKind::Rough { 0..3 } else { self.axis..self.axis + 1 }
     }
 }

@@ -10,10 +10,10 @@ use std::collections::BTreeMap;
 
 use colluvium_case::description::{Boundary, Wall as CaseWall};
 use colluvium_case::spatial;
-use colluvium_constitutive::{BLOCK, Motion};
-use colluvium_grid::{Grid, Lanes, Node, OnAxis, Walls};
+use colluvium_constitutive::{BLOCK_SIZE, Motion};
+use colluvium_grid::{BasisValues1d, Grid, NodalState, NodeWalls, Vector4};
 
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::clock::Clock;
 use crate::points::PointSet;
 use crate::pore::{LIQUID, SOLID};
@@ -21,16 +21,16 @@ use crate::solver::MpmSolver;
 
 /// The absorbing faces of a stage.
 #[derive(Debug, Default)]
-pub struct Absorbing {
-    faces: Vec<Face>,
+pub struct AbsorbingBoundaries {
+    faces: Vec<AbsorbingFace>,
     /// How far the nodes of each face have moved (m), by the number of the boundary.
-    pub moved: BTreeMap<usize, Vec<[f64; 3]>>,
+    pub displacements: BTreeMap<usize, Vec<[f64; 3]>>,
     /// Where the points behind the faces of all stages were at the start (m), by id.
-    starts: BTreeMap<u32, [f64; 3]>,
+    initial_positions: BTreeMap<u32, [f64; 3]>,
 }
 
 #[derive(Debug)]
-struct Face {
+struct AbsorbingFace {
     /// Index into `Case::boundaries`.
     number: usize,
     nodes: Vec<FaceNode>,
@@ -52,7 +52,7 @@ struct FaceNode {
 
 impl FaceNode {
     /// Adds the dashpots and springs of a part of the face, `share` (m²) in size.
-    fn add(&mut self, law: &Law, impedance: &Impedance, share: f64) {
+    fn add(&mut self, law: &DashpotLaw, impedance: &Impedance, share: f64) {
         for c in 0..3 {
             let (dashpot, modulus) = if c == law.axis {
                 self.liquid[c] += law.normal * impedance.liquid * share;
@@ -82,17 +82,18 @@ pub struct Impedance {
 impl Impedance {
     /// From the points of a body at the start: the mean of their moduli. Mass scaling `inertia` slows waves and is in what
     /// answers them.
-    pub fn of<const D: usize>(set: &PointSet<D>, inertia: f64) -> Self {
+    pub fn of_body<const D: usize>(set: &PointSet<D>, inertia: f64) -> Self {
         let (mut modulus, mut shear_modulus) = (0.0, 0.0);
         let share = 1.0 / set.points.stress.len() as f64;
-        for (block, (stress, states)) in set.points.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate()
+        for (block, (stress, states)) in
+            set.points.stress.chunks(BLOCK_SIZE).zip(set.states.blocks()).enumerate()
         {
-            let mut moduli = [0.0; BLOCK];
+            let mut moduli = [0.0; BLOCK_SIZE];
             set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
             for (k, stress) in stress.iter().enumerate() {
-                let p = block * BLOCK + k;
+                let p = block * BLOCK_SIZE + k;
                 let density = set.points.mass[p] / set.points.volume[p];
-                let motion = Motion { density, size: set.extent[0], ..Motion::STILL };
+                let motion = Motion { density, size: set.extent[0], ..Motion::AT_REST };
                 modulus += share * moduli[k];
                 let tangent = set.material.tangent(&motion, stress, states, k);
                 shear_modulus += share * tangent.map_or(0.0, |tangent| tangent.0[3][3].max(0.0));
@@ -117,7 +118,7 @@ impl Impedance {
 
 /// The dashpot of a face as the case has it.
 #[derive(Clone, Copy)]
-struct Law {
+struct DashpotLaw {
     axis: usize,
     upper: bool,
     /// Grid line of the face, counted in cells.
@@ -129,26 +130,26 @@ struct Law {
 
 impl<const D: usize> MpmSolver<D> {
     /// Remembers the points behind absorbing faces, before anything moves.
-    pub(crate) fn remember_starts(&mut self) {
-        let laws: Vec<Law> =
+    pub(crate) fn store_initial_positions(&mut self) {
+        let laws: Vec<DashpotLaw> =
             self.clock.case.boundaries.iter().filter_map(|boundary| self.law(boundary)).collect();
         for set in &self.bodies.sets {
             for (id, x) in set.points.id.iter().zip(&set.points.position) {
-                if laws.iter().any(|law| behind(&self.background.grid, law, x)) {
-                    self.boundary.absorbing.starts.insert(*id, spatial(x));
+                if laws.iter().any(|law| is_behind_face(&self.background.grid, law, x)) {
+                    self.boundary.absorbing.initial_positions.insert(*id, spatial(x));
                 }
             }
         }
     }
 
     /// The dashpot of a boundary, if it has one.
-    fn law(&self, boundary: &Boundary) -> Option<Law> {
+    fn law(&self, boundary: &Boundary) -> Option<DashpotLaw> {
         let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return None };
         let axis = boundary.side.axis();
         let line = (boundary.position(&self.clock.case.domain) - self.background.grid.origin[axis])
             / self.background.grid.cell;
         let (face, upper) = (line.round() as usize, boundary.side.is_max());
-        Some(Law { axis, upper, face, normal, tangential, spring_length })
+        Some(DashpotLaw { axis, upper, face, normal, tangential, spring_length })
     }
 
     /// Takes the absorbing boundaries of a stage; what stood before keeps the displacements of its springs.
@@ -156,9 +157,9 @@ impl<const D: usize> MpmSolver<D> {
         let mut faces = Vec::new();
         for (number, boundary) in self.clock.case.active_boundaries(stage) {
             let Some(law) = self.law(boundary) else { continue };
-            faces.push(Face { number, nodes: self.face_nodes(&law) });
+            faces.push(AbsorbingFace { number, nodes: self.face_nodes(&law) });
         }
-        let moved = &mut self.boundary.absorbing.moved;
+        let moved = &mut self.boundary.absorbing.displacements;
         moved.retain(|number, _| faces.iter().any(|face| face.number == *number));
         for face in &faces {
             let nodes = moved.entry(face.number).or_default();
@@ -170,9 +171,9 @@ impl<const D: usize> MpmSolver<D> {
     }
 
     /// Nodes of a face with their dashpots, in the order of their numbers.
-    fn face_nodes(&self, law: &Law) -> Vec<FaceNode> {
+    fn face_nodes(&self, law: &DashpotLaw) -> Vec<FaceNode> {
         let (grid, strides) = (&self.background.grid, self.background.layout.strides());
-        let normal_index = self.background.axis.node_on(law.face, grid.cells[law.axis]);
+        let normal_index = self.background.basis_1d.face_node(law.face, grid.cells[law.axis]);
         let mut found: BTreeMap<usize, FaceNode> = BTreeMap::new();
         for (_, start, number, p) in self.points_behind(law) {
             let (set, impedance) = (
@@ -186,7 +187,7 @@ impl<const D: usize> MpmSolver<D> {
             }
             for_each_across(&self.background, &start, &set.extent, law.axis, |mut index, weight| {
                 index[law.axis] = normal_index;
-                for index in self.background.layout.images(index) {
+                for index in self.background.layout.periodic_images(index) {
                     let place = (0..D).map(|axis| index[axis] * strides[axis]).sum();
                     let node = found.entry(place).or_insert(FaceNode { place, index, ..FaceNode::default() });
                     node.add(law, impedance, area * weight);
@@ -198,13 +199,13 @@ impl<const D: usize> MpmSolver<D> {
 
     /// The points behind a face: id, place at the start (m), set and number there. By id, so that sums do not depend on how
     /// they are sorted at the time.
-    fn points_behind(&self, law: &Law) -> Vec<(u32, [f64; D], usize, usize)> {
+    fn points_behind(&self, law: &DashpotLaw) -> Vec<(u32, [f64; D], usize, usize)> {
         let mut points = Vec::new();
         for (number, set) in self.bodies.sets.iter().enumerate() {
             for (p, id) in set.points.id.iter().enumerate() {
-                let Some(start) = self.boundary.absorbing.starts.get(id) else { continue };
+                let Some(start) = self.boundary.absorbing.initial_positions.get(id) else { continue };
                 let start: [f64; D] = std::array::from_fn(|c| start[c]);
-                if behind(&self.background.grid, law, &start) {
+                if is_behind_face(&self.background.grid, law, &start) {
                     points.push((*id, start, number, p));
                 }
             }
@@ -214,60 +215,71 @@ impl<const D: usize> MpmSolver<D> {
     }
 }
 
-impl Absorbing {
+impl AbsorbingBoundaries {
     /// Dashpots and springs on the solved nodes of one phase.
-    pub fn absorb(&mut self, clock: &Clock, solved: &mut [Node], walls: &Walls) {
+    pub fn apply(&mut self, clock: &Clock, solved: &mut [NodalState], walls: &NodeWalls) {
         let (dt, inertia) = (clock.dt, clock.options.mass_scaling);
         for face in &self.faces {
-            let Some(moved) = self.moved.get_mut(&face.number) else { continue };
+            let Some(moved) = self.displacements.get_mut(&face.number) else { continue };
             for (at, moved) in face.nodes.iter().zip(moved) {
                 let node = &mut solved[at.place];
-                let mass = inertia * node.motion.as_array()[3];
+                let mass = inertia * node.momentum_and_mass.as_array()[3];
                 if mass > 0.0 {
                     let free = walls.free_components(&at.index);
-                    brake(node, mass, &at.solid, &at.spring, moved, &free, dt);
+                    dashpot_velocity(node, mass, &at.solid, &at.spring, moved, &free, dt);
                 }
             }
         }
     }
 
     /// Dashpots and springs on the solved nodes of both phases, each with its walls.
-    pub fn absorb_phases(
+    pub fn apply_to_phases(
         &mut self,
         clock: &Clock,
-        nodes: &mut [[Node; 2]],
-        [walls, walls_of_liquid]: [&Walls; 2],
+        nodes: &mut [[NodalState; 2]],
+        [walls, walls_of_liquid]: [&NodeWalls; 2],
     ) {
         let (dt, inertia) = (clock.dt, clock.options.mass_scaling);
         for face in &self.faces {
-            let Some(moved) = self.moved.get_mut(&face.number) else { continue };
+            let Some(moved) = self.displacements.get_mut(&face.number) else { continue };
             for (at, moved) in face.nodes.iter().zip(moved) {
                 let node = &mut nodes[at.place];
-                let [solid, liquid] = [SOLID, LIQUID].map(|phase| node[phase].motion.as_array()[3]);
+                let [solid, liquid] =
+                    [SOLID, LIQUID].map(|phase| node[phase].momentum_and_mass.as_array()[3]);
                 if solid <= 0.0 {
                     continue;
                 }
                 let free_solid = walls.free_components(&at.index);
                 if liquid > 0.0 {
-                    let before = node[LIQUID].motion;
+                    let before = node[LIQUID].momentum_and_mass;
                     let free = walls_of_liquid.free_components(&at.index);
                     let (moving, inert) = (&mut node[LIQUID], inertia * liquid);
-                    brake(moving, inert, &at.liquid, &[0.0; 3], &mut [0.0; 3], &free, dt);
+                    dashpot_velocity(moving, inert, &at.liquid, &[0.0; 3], &mut [0.0; 3], &free, dt);
                     // What the liquid no longer takes of the force on the mixture is the skeleton's.
                     let [x, y, z] = free_solid;
-                    let back = (before - node[LIQUID].motion) * Lanes::new([x, y, z, 0.0]) * (liquid / solid);
-                    node[SOLID].motion += back;
+                    let back = (before - node[LIQUID].momentum_and_mass)
+                        * Vector4::new([x, y, z, 0.0])
+                        * (liquid / solid);
+                    node[SOLID].momentum_and_mass += back;
                     node[SOLID].force += back * (1.0 / dt);
                 }
-                brake(&mut node[SOLID], inertia * solid, &at.solid, &at.spring, moved, &free_solid, dt);
+                dashpot_velocity(
+                    &mut node[SOLID],
+                    inertia * solid,
+                    &at.solid,
+                    &at.spring,
+                    moved,
+                    &free_solid,
+                    dt,
+                );
             }
         }
     }
 }
 
 /// Solves `m (v - v*)/dt = -D v - k (u + dt v)` for the velocity `v` of a node that would end with `v*`.
-fn brake(
-    node: &mut Node,
+fn dashpot_velocity(
+    node: &mut NodalState,
     mass: f64,
     dashpot: &[f64; 3],
     spring: &[f64; 3],
@@ -275,7 +287,7 @@ fn brake(
     free: &[f64; 3],
     dt: f64,
 ) {
-    let (mut motion, mut rate) = (node.motion.to_array(), node.force.to_array());
+    let (mut motion, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
     for c in 0..3 {
         if free[c] > 0.0 {
             let pull = dt * spring[c] * moved[c];
@@ -285,26 +297,26 @@ fn brake(
         }
         moved[c] += dt * motion[c];
     }
-    node.motion = Lanes::new(motion);
-    node.force = Lanes::new(rate);
+    node.momentum_and_mass = Vector4::new(motion);
+    node.force = Vector4::new(rate);
 }
 
 /// Whether a place lies in the layer of cells behind a face.
-fn behind<const D: usize>(grid: &Grid<D>, law: &Law, position: &[f64; D]) -> bool {
+fn is_behind_face<const D: usize>(grid: &Grid<D>, law: &DashpotLaw, position: &[f64; D]) -> bool {
     let place = (position[law.axis] - grid.origin[law.axis]) / grid.cell - law.face as f64;
     if law.upper { place > -1.0 && place < 0.0 } else { place > 0.0 && place < 1.0 }
 }
 
 /// Calls `visit` for the nodes at `position` (m) across an axis, with their weights in the other directions.
 pub fn for_each_across<const D: usize>(
-    Background { grid, axis: basis, .. }: &Background<D>,
+    BackgroundGrid { grid, basis_1d: basis, .. }: &BackgroundGrid<D>,
     position: &[f64; D],
     extent: &[f64; D],
     axis: usize,
     mut visit: impl FnMut([usize; 3], f64),
 ) {
     let inverse = 1.0 / grid.cell;
-    let on: [OnAxis; D] = std::array::from_fn(|axis| {
+    let on: [BasisValues1d; D] = std::array::from_fn(|axis| {
         let x = (position[axis] - grid.origin[axis]) * inverse;
         basis.evaluate(x, extent[axis] * inverse, grid.cells[axis])
     });

@@ -1,23 +1,27 @@
 //! Affine transfers, APIC and TPIC (sheet: mpm §2.6): points carry the moment or the gradient of the velocity, over the
 //! places from which they look at the grid: those of the start in the total-Lagrangian form.
 
-use colluvium_grid::Points;
+use colluvium_grid::PointSlice;
 
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
-use crate::config::Transfer;
-use crate::nodes::Nodes;
-use crate::points::in_chunks;
+use crate::config::VelocityTransfer;
+use crate::nodes::VelocityFields;
+use crate::points::par_for_each_chunk;
 
 /// Moments or gradients of the initial velocities, from differences over a cell.
-pub fn start_affine<const D: usize>(clock: &Clock, background: &Background<D>, bodies: &mut Bodies<D>) {
-    let ground = background.ground();
+pub fn initialise_affine<const D: usize>(
+    clock: &Clock,
+    background: &BackgroundGrid<D>,
+    bodies: &mut Bodies<D>,
+) {
+    let ground = background.grid_view();
     let cell = ground.grid.cell;
     for set in bodies.sets.iter_mut().filter(|set| !set.points.affine.is_empty()) {
         let field = &clock.case.bodies[set.body as usize].velocity;
         let mut moments = vec![[0.0; D]; set.points.affine.len()];
-        background.sweeps.second_moments(&ground, &set.places(), &mut moments);
+        background.transfers.second_moments(&ground, &set.point_slice(), &mut moments);
         for ((affine, squares), position) in
             set.points.affine.iter_mut().zip(&moments).zip(&set.points.position)
         {
@@ -27,7 +31,7 @@ pub fn start_affine<const D: usize>(clock: &Clock, background: &Background<D>, b
                     field.at(std::array::from_fn(|c| place(c) + if c == j { shift } else { 0.0 }))
                 };
                 let (above, below) = (at(0.5 * cell), at(-0.5 * cell));
-                let scale = if clock.options.transfer == Transfer::Apic { squares[j] } else { 1.0 };
+                let scale = if clock.options.transfer == VelocityTransfer::Apic { squares[j] } else { 1.0 };
                 for i in 0..D {
                     affine[i][j] = scale * (above[i] - below[i]) / cell;
                 }
@@ -37,20 +41,20 @@ pub fn start_affine<const D: usize>(clock: &Clock, background: &Background<D>, b
 }
 
 /// Moments (APIC) or gradients (TPIC) of the solved velocities, at the positions at the start of the step.
-pub fn gather_affine<const D: usize>(
+pub fn g2p_affine<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    nodes: &Nodes,
+    nodes: &VelocityFields,
 ) {
-    let (ground, sweeps) = (background.ground(), background.sweeps);
-    let moments = clock.options.transfer == Transfer::Apic;
+    let (ground, sweeps) = (background.grid_view(), background.transfers);
+    let moments = clock.options.transfer == VelocityTransfer::Apic;
     for set in bodies.sets.iter_mut().filter(|set| !set.points.affine.is_empty()) {
         let nodes = &nodes.solved[set.field * background.layout.len()..];
         let points =
-            Points { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
-        in_chunks(&mut set.points.affine, &points, &|affine, points| {
-            sweeps.gather_affine(&ground, points, nodes, moments, affine);
+            PointSlice { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
+        par_for_each_chunk(&mut set.points.affine, &points, &|affine, points| {
+            sweeps.g2p_affine(&ground, points, nodes, moments, affine);
         });
     }
 }
@@ -60,18 +64,18 @@ pub fn gather_affine<const D: usize>(
 /// (sheet: snow-mpm §2.11). What turns and stretches within points.
 pub fn affine_energies<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
 ) -> [f64; D] {
-    let (ground, mut energies) = (background.ground(), [0.0; D]);
+    let (ground, mut energies) = (background.grid_view(), [0.0; D]);
     let carrying = bodies.sets.iter().filter(|set| set.rigid.is_none() && !set.points.affine.is_empty());
     for set in carrying {
         let mut moments = vec![[0.0; D]; set.len()];
-        background.sweeps.second_moments(&ground, &set.places(), &mut moments);
+        background.transfers.second_moments(&ground, &set.point_slice(), &mut moments);
         for ((affine, squares), mass) in set.points.affine.iter().zip(&moments).zip(&set.points.mass) {
             for (energy, row) in energies.iter_mut().zip(affine) {
                 let each = row.iter().zip(squares).map(|(c, square)| match clock.options.transfer {
-                    Transfer::Apic => c * c / square,
+                    VelocityTransfer::Apic => c * c / square,
                     _ => c * c * square,
                 });
                 *energy += 0.5 * mass * each.sum::<f64>();

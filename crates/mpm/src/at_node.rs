@@ -1,52 +1,54 @@
 //! What two velocity fields do to each other at a node (sheet: mpm §3.6).
 
-use colluvium_grid::{Lanes, Node, Walls};
+use colluvium_grid::{NodalState, NodeWalls, Vector4};
 
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::clock::Clock;
-use crate::contact::{ContactLaw, Contacts, Given, Interface, Pair};
+use crate::contact::{ContactImpulse, ContactLaw, FieldContacts, FieldPair, Interface};
 use crate::gap::SurfaceDistance;
-use crate::vectors::{dot, norm, three};
+use crate::vectors::{dot, first_three, norm};
 
 /// Change of velocity over velocity below which a sweep changes nothing.
-const SETTLED: f64 = 1e-12;
+const CONVERGENCE_TOLERANCE: f64 = 1e-12;
 
 /// What the contact of a pair of fields needs at every node.
-pub struct Touch<'a> {
+pub struct ContactNode<'a> {
     /// Their law; `None`: they stick.
     pub law: Option<ContactLaw>,
     /// Fields of rigid bodies.
     rigid: [bool; 2],
     /// Surface integrals of the two fields, node by node.
-    surfaces: [&'a [Lanes]; 2],
+    surfaces: [&'a [Vector4]; 2],
     distance: &'a SurfaceDistance,
-    walls: &'a Walls,
-    keep_start: bool,
-    light: f64,
+    walls: &'a NodeWalls,
+    keep_initial_velocity: bool,
+    mass_cutoff: f64,
     inertia: f64,
     /// Volume over the cell size (m²) from which a rigid body holds a node, node by node.
-    filled: &'a [f64],
+    rigid_volume_threshold: &'a [f64],
     /// Radii of the nodes (m) in axisymmetry; empty elsewhere.
     radii: &'a [f64],
     cell: f64,
     dt: f64,
 }
 
-impl Touch<'_> {
+impl ContactNode<'_> {
     /// Inertias (kg) of the two sides: infinite for a rigid body.
     pub fn inertias(&self, masses: [f64; 2]) -> [f64; 2] {
         std::array::from_fn(|side| if self.rigid[side] { f64::INFINITY } else { self.inertia * masses[side] })
     }
 
     /// Whether there is enough of both bodies at the node.
-    pub fn present(&self, place: usize, masses: [f64; 2]) -> bool {
-        let filled = |side: usize| self.surfaces[side][place].as_array()[3] >= self.filled[place];
-        masses.iter().all(|mass| *mass > self.light) && (0..2).all(|side| !self.rigid[side] || filled(side))
+    pub fn are_both_present(&self, place: usize, masses: [f64; 2]) -> bool {
+        let filled =
+            |side: usize| self.surfaces[side][place].as_array()[3] >= self.rigid_volume_threshold[place];
+        masses.iter().all(|mass| *mass > self.mass_cutoff)
+            && (0..2).all(|side| !self.rigid[side] || filled(side))
     }
 
     /// The interface at a node, by a law.
     pub fn interface(&self, place: usize, law: &ContactLaw) -> Option<Interface> {
-        let surface = law.surface(self.surfaces.map(|surfaces| surfaces[place]), self.distance)?;
+        let surface = law.interface(self.surfaces.map(|surfaces| surfaces[place]), self.distance)?;
         // Of the section until here.
         let around = self.radii.get(place).copied().unwrap_or(1.0);
         Some(Interface { area: around * surface.area, ..surface })
@@ -54,33 +56,33 @@ impl Touch<'_> {
 
     /// Lets two solved nodes act on each other; says whether that changes anything, and which impulse (N s) the first
     /// one takes.
-    pub fn solved(
+    pub fn correct_velocities(
         &self,
         place: usize,
         index: &[usize; 3],
-        pair: [&mut Node; 2],
-        given: &mut Given,
+        pair: [&mut NodalState; 2],
+        given: &mut ContactImpulse,
     ) -> Option<(bool, [f64; 3])> {
-        let masses = [pair[0].motion.as_array()[3], pair[1].motion.as_array()[3]];
-        if !self.present(place, masses) {
+        let masses = [pair[0].momentum_and_mass.as_array()[3], pair[1].momentum_and_mass.as_array()[3]];
+        if !self.are_both_present(place, masses) {
             return None;
         }
-        let ends = [three(pair[0].motion), three(pair[1].motion)];
+        let ends = [first_three(pair[0].momentum_and_mass), first_three(pair[1].momentum_and_mass)];
         let inertias = self.inertias(masses);
         let touched = self.velocities(place, inertias, [&ends[0], &ends[1]], given)?;
         let side = usize::from(self.rigid[0]);
         let moved: [f64; 3] = std::array::from_fn(|c| touched[side][c] - ends[side][c]);
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let impulse = moved.map(|v| sign * inertias[side] * v);
-        let changed = norm(&moved) > SETTLED * norm(&ends[side]).max(norm(&touched[side]));
+        let changed = norm(&moved) > CONVERGENCE_TOLERANCE * norm(&ends[side]).max(norm(&touched[side]));
         for (side, node) in pair.into_iter().enumerate().filter(|(side, _)| !self.rigid[*side]) {
-            let rate = three(node.force);
+            let rate = first_three(node.force);
             let mut start: [f64; 3] = std::array::from_fn(|c| ends[side][c] - self.dt * rate[c]);
             let mut end = touched[side];
-            self.walls.constrain(index, &mut start, &mut end, self.keep_start);
-            node.motion = Lanes::new([end[0], end[1], end[2], masses[side]]);
+            self.walls.constrain(index, &mut start, &mut end, self.keep_initial_velocity);
+            node.momentum_and_mass = Vector4::new([end[0], end[1], end[2], masses[side]]);
             let rate = |c: usize| (end[c] - start[c]) / self.dt;
-            node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
+            node.force = Vector4::new([rate(0), rate(1), rate(2), 0.0]);
         }
         Some((changed, impulse))
     }
@@ -91,13 +93,13 @@ impl Touch<'_> {
         place: usize,
         inertias: [f64; 2],
         ends: [&[f64; 3]; 2],
-        given: &mut Given,
+        given: &mut ContactImpulse,
     ) -> Option<[[f64; 3]; 2]> {
         let surface = match &self.law {
             Some(law) => Some(self.interface(place, law)?),
             None => None,
         };
-        self.answer(surface, inertias, ends, given)
+        self.velocities_at_interface(surface, inertias, ends, given)
     }
 
     /// How much the impulse on a rigid body falls (kg) with its velocity at a node, where the other has an inertia (kg).
@@ -106,7 +108,7 @@ impl Touch<'_> {
         surface: Option<Interface>,
         inertia: f64,
         ends: [&[f64; 3]; 2],
-        given: &Given,
+        given: &ContactImpulse,
     ) -> [[f64; 3]; 3] {
         match self.law.as_ref().zip(surface) {
             Some((law, surface)) => law.stiffness(inertia, ends, surface, [self.cell, self.dt], given),
@@ -115,14 +117,14 @@ impl Touch<'_> {
     }
 
     /// Velocities after contact at a surface, which is needed where there is a law; `None` without contact.
-    pub fn answer(
+    pub fn velocities_at_interface(
         &self,
         surface: Option<Interface>,
         inertias: [f64; 2],
         ends: [&[f64; 3]; 2],
-        given: &mut Given,
+        given: &mut ContactImpulse,
     ) -> Option<[[f64; 3]; 2]> {
-        let common = together(inertias, ends);
+        let common = common_velocity(inertias, ends);
         let Some(law) = &self.law else { return Some([common; 2]) };
         let impulse = law.impulse(inertias, ends, surface?, [self.cell, self.dt], given)?;
         let moved = |side: usize, sign: f64| -> [f64; 3] {
@@ -137,14 +139,14 @@ impl Touch<'_> {
 
     /// Re-mapped velocities: no approach; what touched does not part, or the force between the bodies would do work; and
     /// what stuck sticks.
-    pub fn again(&self, place: usize, solved: [&Node; 2], pair: [&mut Lanes; 2]) {
-        let masses = [solved[0].motion.as_array()[3], solved[1].motion.as_array()[3]];
-        if !self.present(place, masses) {
+    pub fn correct_remapped(&self, place: usize, solved: [&NodalState; 2], pair: [&mut Vector4; 2]) {
+        let masses = [solved[0].momentum_and_mass.as_array()[3], solved[1].momentum_and_mass.as_array()[3]];
+        if !self.are_both_present(place, masses) {
             return;
         }
-        let velocities = [three(*pair[0]), three(*pair[1])];
-        let common = together(self.inertias(masses), [&velocities[0], &velocities[1]]);
-        let ends = [three(solved[0].motion), three(solved[1].motion)];
+        let velocities = [first_three(*pair[0]), first_three(*pair[1])];
+        let common = common_velocity(self.inertias(masses), [&velocities[0], &velocities[1]]);
+        let ends = [first_three(solved[0].momentum_and_mass), first_three(solved[1].momentum_and_mass)];
         let apart: [f64; 3] = std::array::from_fn(|c| ends[0][c] - ends[1][c]);
         let slight = 1e-9 * norm(&ends[0]);
         let stuck = norm(&apart) <= slight;
@@ -169,39 +171,39 @@ impl Touch<'_> {
             }
         }
         for (velocity, after) in pair.into_iter().zip(after) {
-            *velocity = Lanes::new([after[0], after[1], after[2], 0.0]);
+            *velocity = Vector4::new([after[0], after[1], after[2], 0.0]);
         }
     }
 }
 
 /// The velocity of two masses together, one of which may be infinite.
-fn together(masses: [f64; 2], velocities: [&[f64; 3]; 2]) -> [f64; 3] {
+fn common_velocity(masses: [f64; 2], velocities: [&[f64; 3]; 2]) -> [f64; 3] {
     let inverse = masses.map(f64::recip);
     let sum = inverse[0] + inverse[1];
     std::array::from_fn(|c| (inverse[1] * velocities[0][c] + inverse[0] * velocities[1][c]) / sum)
 }
 
 /// The contact of a pair in a step of `dt` (s).
-pub fn touching<'a, const D: usize>(
+pub fn contact_node<'a, const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     light: f64,
-    walls: &'a Walls,
-    contacts: &'a Contacts,
-    pair: &Pair,
+    walls: &'a NodeWalls,
+    contacts: &'a FieldContacts,
+    pair: &FieldPair,
     dt: f64,
-) -> Touch<'a> {
+) -> ContactNode<'a> {
     let len = background.layout.len();
-    Touch {
+    ContactNode {
         law: pair.law,
         surfaces: pair.fields.map(|field| &contacts.surfaces[field * len..(field + 1) * len]),
         rigid: pair.fields.map(|field| contacts.rigid[field].is_some()),
         distance: &contacts.distance,
         walls,
-        keep_start: clock.keeps_start(),
-        light,
+        keep_initial_velocity: clock.keeps_initial_velocity(),
+        mass_cutoff: light,
         inertia: clock.options.mass_scaling,
-        filled: &contacts.filled,
+        rigid_volume_threshold: &contacts.rigid_volume_threshold,
         radii: &contacts.radii,
         cell: background.grid.cell,
         dt,

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use colluvium_case::Case;
 use colluvium_case::description::Space;
-use colluvium_grid::{Axis, DomainSlice, Gathered, Grid, Ground, Layout, Mesh, Sweeps};
+use colluvium_grid::{Basis1d, DomainSlice, Grid, GridView, InterpolatedMotion, Layout, Mesh, Transfers};
 
 use crate::cells::{GridCells, MeshCells};
-use crate::dispatch::Chosen;
+use crate::dispatch::SelectedTransfers;
 
 /// The background of all points.
-pub struct Background<const D: usize> {
+pub struct BackgroundGrid<const D: usize> {
     /// The grid; with a mesh the box of cells around it.
     pub grid: Grid<D>,
     /// The mesh; empty on a structured grid.
@@ -20,11 +20,11 @@ pub struct Background<const D: usize> {
     /// The elements of the mesh; `None` on a structured grid, whose cells are named by their lowest nodes.
     pub elements: Option<Layout<D>>,
     /// The transfers.
-    pub sweeps: &'static dyn Sweeps<D>,
+    pub transfers: &'static dyn Transfers<D>,
     /// Those of linear functions, whatever the shape; on a grid.
-    pub linear: &'static dyn Sweeps<D>,
+    pub linear_transfers: &'static dyn Transfers<D>,
     /// The shape functions along an axis.
-    pub axis: Axis,
+    pub basis_1d: Basis1d,
     /// Upper corner of the grid (m).
     pub upper: [f64; D],
     /// Axes along which the domain repeats itself.
@@ -33,21 +33,21 @@ pub struct Background<const D: usize> {
     pub axisymmetric: bool,
 }
 
-impl<const D: usize> Background<D> {
+impl<const D: usize> BackgroundGrid<D> {
     /// The background of a case.
     pub fn new(
         case: &Case,
-        Chosen { sweeps, linear }: Chosen<D>,
+        SelectedTransfers { transfers: sweeps, linear }: SelectedTransfers<D>,
         (grid, mesh, layout): (Grid<D>, Arc<Mesh<D>>, Layout<D>),
     ) -> Self {
         Self {
             elements: (!mesh.is_empty()).then(|| Layout::of_elements(&mesh, &grid)),
-            axis: sweeps.axis(),
+            basis_1d: sweeps.basis_1d(),
             upper: grid.upper(),
             periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
             axisymmetric: case.space == Space::Axisymmetric,
-            sweeps,
-            linear,
+            transfers: sweeps,
+            linear_transfers: linear,
             grid,
             mesh,
             layout,
@@ -56,8 +56,8 @@ impl<const D: usize> Background<D> {
 
     /// Where points find their nodes.
     #[inline(always)]
-    pub fn ground(&self) -> Ground<'_, D> {
-        Ground::new(&self.grid, &self.mesh, &self.layout)
+    pub fn grid_view(&self) -> GridView<'_, D> {
+        GridView::new(&self.grid, &self.mesh, &self.layout)
     }
 
     /// Whether points stand in elements of a mesh.
@@ -74,7 +74,7 @@ impl<const D: usize> Background<D> {
 
     /// The cells of the grid.
     pub fn grid_cells(&self) -> GridCells<'_, D> {
-        let (strides, ghosts) = (self.layout.strides(), self.axis.ghosts);
+        let (strides, ghosts) = (self.layout.strides(), self.basis_1d.ghosts);
         GridCells { grid: &self.grid, strides, ghosts, axisymmetric: self.axisymmetric }
     }
 
@@ -91,7 +91,7 @@ impl<const D: usize> Background<D> {
         if !self.is_meshed() {
             return self.grid.cell;
         }
-        let volume = self.mesh.elements()[domains.cell(p, &self.ground(), position)].volume;
+        let volume = self.mesh.elements()[domains.cell(p, &self.grid_view(), position)].volume;
         if D == 2 { (2.0 * volume).sqrt() } else { (6.0 * volume).cbrt() }
     }
 
@@ -103,7 +103,7 @@ impl<const D: usize> Background<D> {
 
     /// Rate of volumetric strain (1/s) from what a point at a radius (m; of use in axisymmetry) reads.
     #[inline(always)]
-    pub fn dilation(&self, read: &Gathered<D>, radius: f64) -> f64 {
+    pub fn dilation(&self, read: &InterpolatedMotion<D>, radius: f64) -> f64 {
         let trace: f64 = (0..D).map(|j| read.gradient[j].as_array()[j]).sum();
         trace + if self.axisymmetric { read.velocity.as_array()[0] / radius } else { 0.0 }
     }
@@ -119,7 +119,7 @@ impl<const D: usize> Background<D> {
         }
         for a in 0..D {
             place[a] =
-                self.grid.origin[a] + self.grid.cell * self.axis.coordinate(index[a], self.grid.cells[a]);
+                self.grid.origin[a] + self.grid.cell * self.basis_1d.coordinate(index[a], self.grid.cells[a]);
         }
         place
     }

@@ -2,19 +2,19 @@
 
 use std::sync::atomic::AtomicBool;
 
-use colluvium_constitutive::{BLOCK, Motions, StateBlock, SymTensor};
-use colluvium_grid::{DomainsMut, Points};
+use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, StateBlock, SymTensor};
+use colluvium_grid::{DomainsMut, PointSlice};
 
 use crate::points::PointSet;
-use crate::pore::Fluid;
-use crate::soaked::Soaked;
+use crate::pore::PoreFluidConstants;
+use crate::soaked::PoreContactState;
 use crate::stretch::right_stretch;
 
 /// What a block of points reports: the largest move along an axis (m), or its first failure.
-pub type BlockReport = Result<f64, Failure>;
+pub type BlockReport = Result<f64, PointFailure>;
 
 /// A point that failed.
-pub struct Failure {
+pub struct PointFailure {
     /// Index within its set.
     pub index: usize,
     /// Why.
@@ -23,7 +23,7 @@ pub struct Failure {
 
 /// Some points, borrowed from the arrays of their set; see [`PointSet`] for what they are. An update gets blocks of
 /// [`BLOCK`] or fewer.
-pub struct Block<'a, const D: usize> {
+pub struct PointBlock<'a, const D: usize> {
     /// Index of the first point within its set.
     pub first: usize,
     /// Positions (m).
@@ -33,7 +33,7 @@ pub struct Block<'a, const D: usize> {
     /// Velocities (m/s).
     pub velocity: &'a mut [[f64; D]],
     /// Velocities of the grid (m/s); empty where points carry no others.
-    pub seen: &'a mut [[f64; D]],
+    pub grid_velocity: &'a mut [[f64; D]],
     /// Volumes.
     pub volume: &'a mut [f64],
     /// Stresses (Pa).
@@ -49,61 +49,62 @@ pub struct Block<'a, const D: usize> {
     /// Displacement gradients that the domains follow later; empty where they follow at once.
     pub pending: &'a mut [[[f64; D]; D]],
     /// Work of the stresses (J); empty where nothing measures it.
-    pub work: &'a mut [f64],
+    pub stress_work: &'a mut [f64],
     /// Velocities of the liquid (m/s); empty without.
     pub liquid_velocity: &'a mut [[f64; D]],
     /// Pore pressures (Pa); empty without liquid.
     pub pressure: &'a mut [f64],
     /// What the liquid knows of obstacles; empty unless those act on points.
-    pub soaked: &'a mut [Soaked<D>],
+    pub pore_contact: &'a mut [PoreContactState<D>],
 }
 
 /// Fewest blocks that a thread takes at once, and pieces for each thread where there are more.
-const GRAIN: usize = 4;
-const PIECES: usize = 8;
+const MIN_BLOCKS_PER_TASK: usize = 4;
+const TASKS_PER_THREAD: usize = 8;
 
 /// What an update of blocks works with, one block after the other: what points read off the grid (`R`), and how they move.
-pub struct Bench<R> {
+pub struct Workspace<R> {
     /// What the points read.
-    pub reads: [R; BLOCK],
+    pub interpolated: [R; BLOCK_SIZE],
     /// Their motions.
-    pub motions: Motions,
+    pub motions: MotionBlock,
 }
 
-impl<R: Copy> Bench<R> {
+impl<R: Copy> Workspace<R> {
     /// Points that read `nothing` and do not move, in a step (s), with bands of some length (m), of a space of `D` axes.
     pub fn at_rest<const D: usize>(nothing: R, dt: f64, band: f64) -> Self {
-        Self { reads: [nothing; BLOCK], motions: Motions::still(dt, band, D < 3) }
+        Self { interpolated: [nothing; BLOCK_SIZE], motions: MotionBlock::at_rest(dt, band, D < 3) }
     }
 }
 
 /// What is done to blocks: where to begin, and what to do to each.
-pub struct Update<'a, R, const D: usize> {
+pub struct BlockUpdateTask<'a, R, const D: usize> {
     /// What threads work with at the start.
-    pub bench: &'a (dyn Fn() -> Bench<R> + Sync),
+    pub new_workspace: &'a (dyn Fn() -> Workspace<R> + Sync),
     /// What is done to a block.
     pub block: &'a BlockUpdate<'a, R, D>,
 }
 
 /// What is done to a block.
-type BlockUpdate<'a, R, const D: usize> = dyn Fn(&mut Block<'_, D>, &mut Bench<R>) -> BlockReport + Sync + 'a;
+type BlockUpdate<'a, R, const D: usize> =
+    dyn Fn(&mut PointBlock<'_, D>, &mut Workspace<R>) -> BlockReport + Sync + 'a;
 
-impl<'a, const D: usize> Block<'a, D> {
+impl<'a, const D: usize> PointBlock<'a, D> {
     /// Takes the first `blocks` blocks off.
     fn take(&mut self, blocks: usize) -> Self {
-        let points = blocks * BLOCK;
+        let points = blocks * BLOCK_SIZE;
         // Arrays that there are none of stay empty.
         fn front<'a, T>(values: &mut &'a mut [T], count: usize) -> &'a mut [T] {
             values.split_off_mut(..count).unwrap_or_default()
         }
         let first = self.first;
         self.first += points;
-        Block {
+        PointBlock {
             first,
             position: front(&mut self.position, points),
             origin: front(&mut self.origin, points),
             velocity: front(&mut self.velocity, points),
-            seen: front(&mut self.seen, points),
+            grid_velocity: front(&mut self.grid_velocity, points),
             volume: front(&mut self.volume, points),
             stress: front(&mut self.stress, points),
             states: front(&mut self.states, blocks),
@@ -111,69 +112,78 @@ impl<'a, const D: usize> Block<'a, D> {
             mass: self.mass.split_off(..points).unwrap_or_default(),
             initial_volume: self.initial_volume.split_off(..points).unwrap_or_default(),
             pending: front(&mut self.pending, points),
-            work: front(&mut self.work, points),
+            stress_work: front(&mut self.stress_work, points),
             liquid_velocity: front(&mut self.liquid_velocity, points),
             pressure: front(&mut self.pressure, points),
-            soaked: front(&mut self.soaked, points),
+            pore_contact: front(&mut self.pore_contact, points),
         }
     }
 
     /// Calls `update` for every block, in parallel; returns the largest move or the first failure. A call a block costs
     /// nothing beside the block, and the loop is compiled once for all updates that read the same.
-    pub fn update<R>(self, update: &Update<'_, R, D>) -> BlockReport {
+    pub fn update<R>(self, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
         let (blocks, threads) = (self.states.len(), rayon::current_num_threads());
         // One thread shares with no other.
-        let grain = if threads > 1 { (blocks / (PIECES * threads)).max(GRAIN) } else { blocks };
+        let grain = if threads > 1 {
+            (blocks / (TASKS_PER_THREAD * threads)).max(MIN_BLOCKS_PER_TASK)
+        } else {
+            blocks
+        };
         self.update_pieces(grain, update)
     }
 
-    fn update_pieces<R>(mut self, grain: usize, update: &Update<'_, R, D>) -> BlockReport {
+    fn update_pieces<R>(mut self, grain: usize, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
         let blocks = self.states.len();
         if blocks > grain {
             let lower = self.take(blocks.div_ceil(2));
             let (lower, upper) =
                 rayon::join(|| lower.update_pieces(grain, update), || self.update_pieces(grain, update));
-            return worst(lower, upper);
+            return combine_reports(lower, upper);
         }
-        let (mut report, mut bench) = (Ok(0.0), (update.bench)());
+        let (mut report, mut bench) = (Ok(0.0), (update.new_workspace)());
         for _ in 1..blocks {
-            report = worst(report, (update.block)(&mut self.take(1), &mut bench));
+            report = combine_reports(report, (update.block)(&mut self.take(1), &mut bench));
         }
-        if blocks > 0 { worst(report, (update.block)(&mut self, &mut bench)) } else { report }
+        if blocks > 0 { combine_reports(report, (update.block)(&mut self, &mut bench)) } else { report }
     }
 }
 
-impl<const D: usize> Block<'_, D> {
+impl<const D: usize> PointBlock<'_, D> {
     /// The points, for a sweep.
     #[inline(always)]
-    pub fn points<'b>(&'b self, extent: &'b [f64; D]) -> Points<'b, D> {
-        Points { position: self.position, domain: self.domain.as_slice(), extent }
+    pub fn point_slice<'b>(&'b self, extent: &'b [f64; D]) -> PointSlice<'b, D> {
+        PointSlice { position: self.position, domain: self.domain.as_slice(), extent }
     }
 
     /// The domains of the points follow their motions in the step, now or when the step is over.
-    pub fn stretch(&mut self, motions: &Motions) {
+    pub fn update_domains(&mut self, motions: &MotionBlock) {
         let (later, count) = (!self.pending.is_empty(), self.position.len());
-        if !later && !self.domain.deform() {
+        if !later && !self.domain.are_deformable() {
             return;
         }
-        let mut own = [[[0.0; D]; D]; BLOCK];
+        let mut own = [[[0.0; D]; D]; BLOCK_SIZE];
         let gradients = if later { &mut self.pending[..count] } else { &mut own[..count] };
         for (p, gradient) in gradients.iter_mut().enumerate() {
             for i in 0..D {
                 for j in 0..D {
-                    gradient[i][j] = motions.gradient[3 * i + j][p];
+                    gradient[i][j] = motions.velocity_gradient_dt[3 * i + j][p];
                 }
             }
         }
         if !later {
-            self.domain.follow(&own[..count], right_stretch);
+            self.domain.update_deformation(&own[..count], right_stretch);
         }
     }
 
     /// The failure of the first point that has one: `failure`, or a domain that can no longer be honoured.
-    pub fn refuse(&self, failure: Option<Failure>, extent: &[f64; D], cell: f64) -> Result<(), Failure> {
-        let fault = self.domain.as_slice().first_fault(extent, cell);
-        let fault = fault.map(|(p, reason)| Failure { index: self.first + p, reason });
+    pub fn first_failure(
+        &self,
+        failure: Option<PointFailure>,
+        extent: &[f64; D],
+        cell: f64,
+    ) -> Result<(), PointFailure> {
+        let fault = self.domain.as_slice().first_invalid(extent, cell);
+        let fault = fault.map(|(p, reason)| PointFailure { index: self.first + p, reason });
         match (failure, fault) {
             (None, None) => Ok(()),
             (Some(failure), Some(fault)) if fault.index < failure.index => Err(fault),
@@ -181,15 +191,15 @@ impl<const D: usize> Block<'_, D> {
         }
     }
 
-    /// The domains follow the motion that [`Block::stretch`] kept, if it did.
-    pub fn stretch_at_last(&mut self) {
-        self.domain.follow(self.pending, right_stretch);
+    /// The domains follow the motion that [`PointBlock::update_domains`] kept, if it did.
+    pub fn apply_pending_domains(&mut self) {
+        self.domain.update_deformation(self.pending, right_stretch);
     }
 }
 
 impl<const D: usize> PointSet<D> {
     /// All points.
-    pub fn whole(&mut self) -> Block<'_, D> {
+    pub fn as_block(&mut self) -> PointBlock<'_, D> {
         let (liquid_velocity, pressure, soaked) = match &mut self.pore {
             Some(pore) => {
                 let points = &mut pore.points;
@@ -197,12 +207,12 @@ impl<const D: usize> PointSet<D> {
             }
             None => Default::default(),
         };
-        Block {
+        PointBlock {
             first: 0,
             position: &mut self.points.position,
             origin: &mut self.points.origin,
             velocity: &mut self.points.velocity,
-            seen: &mut self.points.seen,
+            grid_velocity: &mut self.points.seen,
             volume: &mut self.points.volume,
             stress: &mut self.points.stress,
             states: self.states.blocks_mut(),
@@ -210,16 +220,16 @@ impl<const D: usize> PointSet<D> {
             mass: &self.points.mass,
             initial_volume: &self.points.initial_volume,
             pending: &mut self.points.pending,
-            work: &mut self.points.work,
+            stress_work: &mut self.points.work,
             liquid_velocity,
             pressure,
-            soaked,
+            pore_contact: soaked,
         }
     }
 }
 
 /// What all points of a set share.
-pub struct OfSet<'a, const D: usize> {
+pub struct SetProperties<'a, const D: usize> {
     /// The law.
     pub material: &'a dyn colluvium_constitutive::Material,
     /// Initial full widths (m).
@@ -229,21 +239,21 @@ pub struct OfSet<'a, const D: usize> {
     /// Velocity field of the grid.
     pub field: usize,
     /// Whether points carry an affine velocity field.
-    pub affine: bool,
+    pub has_affine_field: bool,
     /// Whether points look at the grid from where they were at the start.
-    pub anchored: bool,
+    pub reference_configuration: bool,
     /// The pore fluid, if any.
-    pub fluid: Option<Fluid>,
+    pub fluid: Option<PoreFluidConstants>,
     /// Whether the law is one of fluids.
-    pub flows: bool,
+    pub is_fluid: bool,
     /// Whether points that leave are taken away.
-    pub drop_outside: bool,
+    pub remove_outside: bool,
     /// Where it is noted that points have left.
-    pub left: &'a AtomicBool,
+    pub any_outside: &'a AtomicBool,
 }
 
 /// Keeps the larger move, or the failure with the lowest index.
-fn worst(a: BlockReport, b: BlockReport) -> BlockReport {
+fn combine_reports(a: BlockReport, b: BlockReport) -> BlockReport {
     match (a, b) {
         (Ok(a), Ok(b)) => Ok(a.max(b)),
         (Err(a), Err(b)) => Err(if a.index <= b.index { a } else { b }),

@@ -6,7 +6,7 @@
 use colluvium_grid::{Grid, Mesh};
 
 /// Cells by entry, and the nodes at their corners.
-pub trait Cells<const D: usize>: Sync {
+pub trait AveragingCells<const D: usize>: Sync {
     /// Corners of a cell.
     const CORNERS: usize;
 
@@ -15,7 +15,7 @@ pub trait Cells<const D: usize>: Sync {
 
     /// Calls `visit(cell, which of its corners the node is)` for the cells around a node. On a grid there may be some that
     /// lie outside of it, which hold nothing.
-    fn around(&self, node: usize, visit: impl FnMut(usize, usize));
+    fn for_each_cell_around(&self, node: usize, visit: impl FnMut(usize, usize));
 
     /// Calls `visit(node)` for the corners of a cell.
     fn corners(&self, cell: usize, visit: impl FnMut(usize));
@@ -25,7 +25,7 @@ pub trait Cells<const D: usize>: Sync {
 
     /// Integrals over a cell of the gradient of the function of a corner (m²; m in the plane, m² per radian in axisymmetry),
     /// and in axisymmetry of the function over the radius (m² per radian), else zero.
-    fn slopes(&self, cell: usize, corner: usize) -> ([f64; D], f64);
+    fn gradient_integrals(&self, cell: usize, corner: usize) -> ([f64; D], f64);
 }
 
 /// The cells of a structured grid.
@@ -55,14 +55,14 @@ impl<const D: usize> GridCells<'_, D> {
     }
 }
 
-impl<const D: usize> Cells<D> for GridCells<'_, D> {
+impl<const D: usize> AveragingCells<D> for GridCells<'_, D> {
     const CORNERS: usize = 1 << D;
 
     fn volume(&self, cell: usize) -> f64 {
         self.grid.cell.powi(D as i32) * self.radius(cell)
     }
 
-    fn around(&self, node: usize, mut visit: impl FnMut(usize, usize)) {
+    fn for_each_cell_around(&self, node: usize, mut visit: impl FnMut(usize, usize)) {
         for corner in 0..Self::CORNERS {
             if let Some(cell) = node.checked_sub(self.offset(corner)) {
                 visit(cell, corner);
@@ -88,7 +88,7 @@ impl<const D: usize> Cells<D> for GridCells<'_, D> {
         }
     }
 
-    fn slopes(&self, cell: usize, corner: usize) -> ([f64; D], f64) {
+    fn gradient_integrals(&self, cell: usize, corner: usize) -> ([f64; D], f64) {
         let half = 0.5 * self.grid.cell;
         let share = half.powi(D as i32 - 1) * self.radius(cell);
         let slope = |axis: usize| if corner >> axis & 1 == 1 { share } else { -share };
@@ -111,7 +111,7 @@ impl<const D: usize> MeshCells<'_, D> {
     }
 }
 
-impl<const D: usize> Cells<D> for MeshCells<'_, D> {
+impl<const D: usize> AveragingCells<D> for MeshCells<'_, D> {
     const CORNERS: usize = D + 1;
 
     fn volume(&self, cell: usize) -> f64 {
@@ -123,7 +123,7 @@ impl<const D: usize> Cells<D> for MeshCells<'_, D> {
         section * radii.sum::<f64>() / Self::CORNERS as f64
     }
 
-    fn around(&self, node: usize, mut visit: impl FnMut(usize, usize)) {
+    fn for_each_cell_around(&self, node: usize, mut visit: impl FnMut(usize, usize)) {
         for &cell in self.mesh.elements_around(node as u32) {
             let corner = self.nodes(cell as usize).iter().position(|&n| n as usize == node);
             visit(cell as usize, corner.unwrap_or(0));
@@ -138,7 +138,7 @@ impl<const D: usize> Cells<D> for MeshCells<'_, D> {
         self.mesh.neighbours(cell as u32).for_each(|other| visit(other as usize));
     }
 
-    fn slopes(&self, cell: usize, corner: usize) -> ([f64; D], f64) {
+    fn gradient_integrals(&self, cell: usize, corner: usize) -> ([f64; D], f64) {
         let element = &self.mesh.elements()[cell];
         let volume = self.volume(cell);
         let section = if self.axisymmetric { element.volume / Self::CORNERS as f64 } else { 0.0 };
@@ -149,14 +149,14 @@ impl<const D: usize> Cells<D> for MeshCells<'_, D> {
 #[cfg(test)]
 mod tests {
     use crate::dispatch::tests::begun;
-    use crate::nodes::Velocities;
+    use crate::nodes::VelocitySource;
     use crate::points::PointSet;
     use crate::solver::MpmSolver;
-    use crate::strain::share_strains_of_one_phase;
-    use crate::update::{PointUpdate, update_points};
-    use crate::vectors::lanes;
+    use crate::strain::average_strains_of_one_phase;
+    use crate::update::{UpdateSelection, update_points};
+    use crate::vectors::vector4;
     use colluvium_case::Case;
-    use colluvium_points::Spare;
+    use colluvium_points::ScratchBuffers;
     use serde_json::{Value, json};
 
     /// A block of the material "m" that fills the domain of two cells of 1 m a side, and above it one of "n"; `options` are
@@ -190,20 +190,20 @@ mod tests {
     fn strain<const D: usize>(solver: &mut MpmSolver<D>, velocity: impl Fn(&[f64; D]) -> [f64; D]) {
         let mesh = solver.background.mesh.clone();
         for (node, x) in mesh.nodes().iter().enumerate() {
-            solver.nodes.remapped[node] = lanes(&velocity(x), 0.0);
+            solver.nodes.remapped[node] = vector4(&velocity(x), 0.0);
         }
         let MpmSolver { clock, background, bodies, nodes, boundary, averages, .. } = solver;
         clock.dt = 1.0;
         let strains = &mut averages.strains;
-        share_strains_of_one_phase(clock, background, bodies, (nodes, Velocities::Remapped), strains);
-        let what = PointUpdate::STRESS;
-        update_points(clock, background, bodies, (nodes, Velocities::Remapped), boundary, averages, what)
+        average_strains_of_one_phase(clock, background, bodies, (nodes, VelocitySource::Remapped), strains);
+        let what = UpdateSelection::STRESS;
+        update_points(clock, background, bodies, (nodes, VelocitySource::Remapped), boundary, averages, what)
             .unwrap();
     }
 
     /// Shared volumetric strains of skeleton and liquid at a point.
     fn shared_strain<const D: usize>(solver: &MpmSolver<D>, set: &PointSet<D>, p: usize) -> [f64; 2] {
-        let cell = set.domain.as_slice().cell(p, &solver.background.ground(), &set.points.position[p]);
+        let cell = set.domain.as_slice().cell(p, &solver.background.grid_view(), &set.points.position[p]);
         solver.averages.strains.at(set.body, solver.background.cell_layout().len(), cell)
     }
 
@@ -256,7 +256,7 @@ mod tests {
             .collect();
         let trace = |e: usize| (0..D).map(|c| own[e][c][c]).sum::<f64>();
         let mut differs = false;
-        let material = |e: usize| mesh.place(e as u32, &[1.0 / (D + 1) as f64; 4][..=D])[D - 1] > 2.0;
+        let material = |e: usize| mesh.position(e as u32, &[1.0 / (D + 1) as f64; 4][..=D])[D - 1] > 2.0;
         for set in &solver.bodies.sets {
             for p in 0..set.len() {
                 let element = mesh.locate(&set.points.position[p]).unwrap() as usize;
@@ -296,9 +296,9 @@ mod tests {
     fn forces<const D: usize>(options: &Value, gap: impl Fn(&[f64; D]) -> bool) -> Vec<[f64; 4]> {
         let stress = json!({ "stress": { "kind": "uniform", "value": [7, 7, 7, 0, 0, 0] } });
         let mut solver = solver::<D>(options, &stress);
-        solver.bodies.sets.iter_mut().for_each(|set| set.retain(|x| !gap(x), &mut Spare::default()));
+        solver.bodies.sets.iter_mut().for_each(|set| set.retain(|x| !gap(x), &mut ScratchBuffers::default()));
         solver.sort();
-        solver.scatter_all();
+        solver.p2g_for_tests();
         solver.nodes.solved.iter().map(|node| node.force.to_array()).collect()
     }
 

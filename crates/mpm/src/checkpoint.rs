@@ -3,32 +3,34 @@
 use std::io::{Read, Write};
 
 use colluvium_case::description::{Reset, Stage};
-use colluvium_case::measure::Reading;
-use colluvium_case::rigid::remark_on_unsettled;
+use colluvium_case::measure::ScalarOutput;
+use colluvium_case::rigid::unconverged_warning;
 use colluvium_case::solver::{restore_value, save_value};
-use colluvium_case::{Advance, Budget, Equilibrium, Frame, Reaction, Solver, SolverError, TimeStep, Wanted};
+use colluvium_case::{
+    Advance, Budget, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep,
+};
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::failed;
-use crate::driven::DrivenState;
-use crate::momentum::RowSums;
-use crate::obstacles::borne::Borne;
-use crate::obstacles::rocks::{Passed, RockState};
+use crate::bodies::point_error;
+use crate::driven::DrivenObjectState;
+use crate::momentum::EquilibriumTerms;
+use crate::obstacles::borne::Reactions;
+use crate::obstacles::rocks::{ObstacleHistory, ObstacleReaction};
 use crate::points::PointSet;
-use crate::pressing::{forget_displacements, remark_on_obstacles};
-use crate::rigid::stop_loose;
+use crate::pressing::{penetration_warning, reset_displacements};
+use crate::rigid::stop_free_rigid_bodies;
 use crate::solver::MpmSolver;
-use crate::two_phase::PhaseSums;
+use crate::two_phase::PhaseEquilibriumTerms;
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 18;
 
 /// Depth of a point under an obstacle of which is told (cells).
-const SUNK: f64 = 0.1;
+const REPORTED_DEPTH: f64 = 0.1;
 
 /// What is no column of points.
 #[derive(Serialize, Deserialize)]
-struct Saved {
+struct CheckpointState {
     format: u32,
     dimension: usize,
     shape: String,
@@ -39,18 +41,18 @@ struct Saved {
     courant: f64,
     limit_age: u64,
     external_work: f64,
-    sums: RowSums,
-    driven: Vec<DrivenState>,
+    sums: EquilibriumTerms,
+    driven: Vec<DrivenObjectState>,
     load_starts: Vec<f64>,
     /// Sums of mixture and liquid in a case with pore fluid.
-    phase_sums: Option<PhaseSums>,
+    phase_sums: Option<PhaseEquilibriumTerms>,
     /// Displacements at absorbing boundaries, by their number.
-    absorbed: Vec<(usize, Vec<[f64; 3]>)>,
+    absorbing_displacements: Vec<(usize, Vec<[f64; 3]>)>,
     /// What obstacles on nodes have borne.
-    borne: Option<Borne>,
+    reactions: Option<Reactions>,
     /// What obstacles on points have borne, and what has changed of them.
-    rocks: Vec<RockState>,
-    passed: Passed,
+    obstacle_reactions: Vec<ObstacleReaction>,
+    obstacle_history: ObstacleHistory,
     /// Index of the body of each set of points.
     bodies: Vec<u32>,
 }
@@ -74,7 +76,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
 
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.critical_step();
-        let dt = limit.towards(at_most);
+        let dt = limit.limited_to(at_most);
         self.advance(dt)?;
         Ok(Advance { dt, limit: limit.limit })
     }
@@ -89,7 +91,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         self.bodies.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));
         if fresh {
             let pits = &case.stages[stage].excavate;
-            self.bodies.keep(|x| !pits.iter().any(|pit| pit.contains(x)));
+            self.bodies.retain(|x| !pits.iter().any(|pit| pit.contains(x)));
         }
         self.set_stage_walls(stage).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
         if fresh {
@@ -107,7 +109,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         for reset in &stage.reset {
             match reset {
                 Reset::Velocity => {
-                    stop_loose(&mut self.boundary.driven);
+                    stop_free_rigid_bodies(&mut self.boundary.driven);
                     self.bodies.sets.iter_mut().for_each(|set| {
                         set.points.velocity.fill([0.0; D]);
                         set.points.seen.fill([0.0; D]);
@@ -118,7 +120,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
                     });
                 }
                 Reset::Displacement => {
-                    forget_displacements(&mut self.bodies);
+                    reset_displacements(&mut self.bodies);
                     self.bodies
                         .sets
                         .iter_mut()
@@ -138,18 +140,24 @@ impl<const D: usize> Solver for MpmSolver<D> {
         self.measure_equilibrium()
     }
 
-    fn readings(&self) -> Vec<Reading> {
-        self.take_readings()
+    fn scalar_outputs(&self) -> Vec<ScalarOutput> {
+        self.collect_scalar_outputs()
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
-        if let Some(rock) =
-            self.boundary.rocks.iter().flat_map(|rocks| &rocks.rocks).find(|rock| rock.name == name)
+        if let Some(rock) = self
+            .boundary
+            .penalty_obstacles
+            .iter()
+            .flat_map(|rocks| &rocks.obstacles)
+            .find(|rock| rock.name == name)
         {
-            let RockState { force, impulse, moment, .. } = rock.state;
+            let ObstacleReaction { force, impulse, moment, .. } = rock.state;
             return Some(Reaction { force, impulse, moment: Some(moment) });
         }
-        if let Some(reaction) = self.boundary.bearing.as_ref().and_then(|bearing| bearing.reaction(name)) {
+        if let Some(reaction) =
+            self.boundary.reaction_recorder.as_ref().and_then(|bearing| bearing.reaction(name))
+        {
             return Some(reaction);
         }
         let driven = self.boundary.driven.iter().find(|driven| driven.name == name)?;
@@ -160,16 +168,16 @@ impl<const D: usize> Solver for MpmSolver<D> {
         self.clock.case.measures_dissipation().then(|| self.dissipated_energy())
     }
 
-    fn is_closed(&self) -> bool {
-        self.is_left_alone()
+    fn is_isolated(&self) -> bool {
+        self.is_energetically_closed()
     }
 
     fn warning(&self) -> Option<String> {
-        self.word_on_tension()
+        self.tension_warning()
     }
 
-    fn remarks(&self) -> Vec<String> {
-        let crushed: usize = self.soft_sets().map(PointSet::crushed).sum();
+    fn warnings_at_end(&self) -> Vec<String> {
+        let crushed: usize = self.deformable_sets().map(PointSet::points_at_min_volume).sum();
         let remark = format!(
             "{crushed} of {} points are compressed to a tenth of their initial volume, the least that is allowed: their \
              material is far outside of what its law is for (look at its stiffness, at the loads and at what is held)",
@@ -178,27 +186,27 @@ impl<const D: usize> Solver for MpmSolver<D> {
         (crushed > 0)
             .then_some(remark)
             .into_iter()
-            .chain(remark_on_obstacles(self.boundary.rocks.as_deref()))
-            .chain(self.remark_on_nodes())
-            .chain(remark_on_unsettled(self.boundary.grips.unsettled))
-            .chain(self.remark_on_unseen_motion())
-            .chain(self.remark_on_points_apart())
+            .chain(penetration_warning(self.boundary.penalty_obstacles.as_deref()))
+            .chain(self.node_obstacle_warning())
+            .chain(unconverged_warning(self.boundary.rigid_contacts.unconverged_steps))
+            .chain(self.null_space_warning())
+            .chain(self.detached_points_warning())
             .collect()
     }
 
-    fn frame(&self, _: Wanted) -> Frame {
-        self.take_snapshot().into()
+    fn frame(&self, _: FrameRequest) -> Frame {
+        self.collect_snapshot().into()
     }
 
     fn budget(&self) -> Option<Budget> {
-        Some(self.take_budget())
+        Some(self.collect_budget())
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
-        let saved = Saved {
+        let saved = CheckpointState {
             format: FORMAT,
             dimension: D,
-            shape: self.background.axis.name.to_owned(),
+            shape: self.background.basis_1d.name.to_owned(),
             time: self.clock.time,
             step: self.clock.step,
             travel: self.bodies.travel,
@@ -210,10 +218,20 @@ impl<const D: usize> Solver for MpmSolver<D> {
             load_starts: self.boundary.load_starts.clone(),
             sums: self.nodes.sums,
             phase_sums: self.two_phase.as_ref().map(|phases| phases.sums),
-            absorbed: self.boundary.absorbing.moved.clone().into_iter().collect(),
-            borne: self.boundary.bearing.as_ref().map(|bearing| bearing.state.clone()),
-            rocks: self.boundary.rocks.iter().flat_map(|rocks| &rocks.rocks).map(|rock| rock.state).collect(),
-            passed: self.boundary.rocks.as_ref().map_or(Passed::default(), |rocks| rocks.passed),
+            absorbing_displacements: self.boundary.absorbing.displacements.clone().into_iter().collect(),
+            reactions: self.boundary.reaction_recorder.as_ref().map(|bearing| bearing.state.clone()),
+            obstacle_reactions: self
+                .boundary
+                .penalty_obstacles
+                .iter()
+                .flat_map(|rocks| &rocks.obstacles)
+                .map(|rock| rock.state)
+                .collect(),
+            obstacle_history: self
+                .boundary
+                .penalty_obstacles
+                .as_ref()
+                .map_or(ObstacleHistory::default(), |rocks| rocks.history),
             bodies: self.bodies.sets.iter().map(|set| set.body).collect(),
         };
         save_value(&saved, out)?;
@@ -223,8 +241,8 @@ impl<const D: usize> Solver for MpmSolver<D> {
 
     fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
         let wrong = |what: &str| SolverError::Checkpoint(what.to_owned());
-        let saved: Saved = restore_value(input)?;
-        if saved.format != FORMAT || saved.dimension != D || saved.shape != self.background.axis.name {
+        let saved: CheckpointState = restore_value(input)?;
+        if saved.format != FORMAT || saved.dimension != D || saved.shape != self.background.basis_1d.name {
             return Err(wrong("was written by another version or for another case"));
         }
         self.bodies.sets.retain(|set| saved.bodies.contains(&set.body));
@@ -238,14 +256,20 @@ impl<const D: usize> Solver for MpmSolver<D> {
         if saved.load_starts.len() != self.boundary.load_starts.len() {
             return Err(wrong("names loads that the case does not have"));
         }
-        if saved.rocks.len() != self.boundary.rocks.as_ref().map_or(0, |rocks| rocks.rocks.len()) {
+        if saved.obstacle_reactions.len()
+            != self.boundary.penalty_obstacles.as_ref().map_or(0, |rocks| rocks.obstacles.len())
+        {
             return Err(wrong("names obstacles that the case does not have"));
         }
-        if let Some(rocks) = &mut self.boundary.rocks {
-            rocks.rocks.iter_mut().zip(saved.rocks).for_each(|(rock, state)| rock.state = state);
-            rocks.passed = saved.passed;
+        if let Some(rocks) = &mut self.boundary.penalty_obstacles {
+            rocks
+                .obstacles
+                .iter_mut()
+                .zip(saved.obstacle_reactions)
+                .for_each(|(rock, state)| rock.state = state);
+            rocks.history = saved.obstacle_history;
         }
-        if let (Some(bearing), Some(borne)) = (&mut self.boundary.bearing, saved.borne) {
+        if let (Some(bearing), Some(borne)) = (&mut self.boundary.reaction_recorder, saved.reactions) {
             bearing.state = borne;
         }
         self.boundary.load_starts = saved.load_starts;
@@ -259,7 +283,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         }
         (self.clock.limit, self.clock.limit_age) = (saved.limit, saved.limit_age);
         self.clock.courant = saved.courant;
-        self.boundary.absorbing.moved = saved.absorbed.into_iter().collect();
+        self.boundary.absorbing.displacements = saved.absorbing_displacements.into_iter().collect();
         self.restore_layout(saved.travel);
         Ok(())
     }
@@ -267,14 +291,15 @@ impl<const D: usize> Solver for MpmSolver<D> {
 
 impl<const D: usize> MpmSolver<D> {
     /// What is to be said of points that lie in obstacles which act on the nodes.
-    fn remark_on_nodes(&self) -> Option<String> {
-        if self.clock.case.obstacles.is_empty() || self.boundary.rocks.is_some() {
+    fn node_obstacle_warning(&self) -> Option<String> {
+        if self.clock.case.obstacles.is_empty() || self.boundary.penalty_obstacles.is_some() {
             return None;
         }
-        let places: Vec<[f64; D]> = self.soft_sets().flat_map(|set| &set.points.position).copied().collect();
+        let places: Vec<[f64; D]> =
+            self.deformable_sets().flat_map(|set| &set.points.position).copied().collect();
         let reason = "obstacles act on the nodes here, and what is within a cell is not seen (take smaller cells, or \
                       `methods.mpm.obstacles` `points`, which keeps points out)";
-        self.clock.case.remark_on_covered(&places, SUNK * self.background.grid.cell, reason)
+        self.clock.case.overlap_warning(&places, REPORTED_DEPTH * self.background.grid.cell, reason)
     }
 
     /// Active nodes and slabs after a restart. Slab bounds come from the checkpoint: since the sort
@@ -291,9 +316,9 @@ impl<const D: usize> MpmSolver<D> {
     fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.bodies.sets.len() {
             let set = &self.bodies.sets[number];
-            let begun = set.law_points().begun_anew(|i| set.points.mass[i] / set.points.volume[i]);
+            let begun = set.law_points().reinitialised(|i| set.points.mass[i] / set.points.volume[i]);
             let (stress, states) =
-                begun.map_err(|(index, reason)| failed(&self.clock, set, index, reason))?;
+                begun.map_err(|(index, reason)| point_error(&self.clock, set, index, reason))?;
             self.bodies.sets[number].points.stress = stress;
             self.bodies.sets[number].states = states;
         }

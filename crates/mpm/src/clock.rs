@@ -56,7 +56,7 @@ impl Clock {
     }
 
     /// Whether a node that is held keeps its momentum at the start of the step.
-    pub fn keeps_start(&self) -> bool {
+    pub fn keeps_initial_velocity(&self) -> bool {
         self.options.fixed_nodes == crate::FixedNodes::Momentum
     }
 
@@ -84,14 +84,14 @@ impl Clock {
     /// Where the case fixes a step that the state no longer allows.
     pub fn begin(&mut self, dt: f64) -> Result<(), SolverError> {
         self.dt = dt;
-        match self.limit.as_ref().and_then(|limit| limit.too_long(self.options.time_step)) {
-            Some(problem) => Err(self.failed(format!("methods.mpm.time_step: {problem}"))),
+        match self.limit.as_ref().and_then(|limit| limit.fixed_step_problem(self.options.time_step)) {
+            Some(problem) => Err(self.step_error(format!("methods.mpm.time_step: {problem}"))),
             None => Ok(()),
         }
     }
 
     /// The error of a step.
-    pub fn failed(&self, reason: String) -> SolverError {
+    pub fn step_error(&self, reason: String) -> SolverError {
         SolverError::Step { step: self.step, time: self.time, reason }
     }
 }

@@ -11,14 +11,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use choices::{
-    DomainStretch, FixedNodes, Formulation, Integration, Mass, ObstacleContact, ShapeFunctions,
-    StepCriterion, StressScheme, Transfer, VolumetricStrain, WallFriction,
+    DomainStretch, FixedNodes, InternalForceIntegration, LagrangianFormulation, NodalMass, ObstacleCoupling,
+    ShapeFunctions, StepCriterion, StressScheme, VelocityTransfer, VolumetricStrain, WallFriction,
 };
-pub use contact::{Contact, ContactTest, Penalty};
+pub use contact::{BodyContact, ContactTest, PenaltyContact};
 
 /// What the steps of a run go by.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct StepBounds {
+pub(crate) struct StepCoefficients {
     /// Step times wave speed over cell size.
     pub courant: f64,
     /// Step times viscosity over density and the square of the cell size.
@@ -37,7 +37,7 @@ pub struct MpmOptions {
     pub mesh: Option<MeshSource>,
     /// Points per cell and direction: 2 without an entry, 3 where all bodies that deform are Newtonian liquids and there is no `mesh`. With a `mesh`, 1, 2 or 3 stand for 1, 3 or 6 points a triangle, and 1, 4 or 10 a
     /// tetrahedron.
-    #[serde(default = "two")]
+    #[serde(default = "default_points_per_cell")]
     pub points_per_cell: usize,
     /// Shape functions.
     #[serde(default)]
@@ -49,7 +49,7 @@ pub struct MpmOptions {
     /// liquids with `volumetric_strain` `point` and no option of FLIP or XPIC is given: FLIP leaves liquids with motion of the points that the grid does not see. Liquid bodies
     /// in velocity fields of their own (`contacts`) have `tpic` beside bodies that have `flip`.
     #[serde(default)]
-    pub transfer: Transfer,
+    pub transfer: VelocityTransfer,
     /// With `transfer` `xpic`, or `flip` with a `residual_time`: order of the filter, 1 to 20. With 1 XPIC is PIC; the higher, the less is
     /// dissipated, at the cost of one more sweep over the grid each.
     #[serde(default = "xpic_order")]
@@ -60,7 +60,7 @@ pub struct MpmOptions {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_time: Option<f64>,
     /// With `transfer` `flip`: share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
-    #[serde(default = "one")]
+    #[serde(default = "default_one")]
     pub flip: f64,
     /// The same in single stages, by their names, in place of `flip`: bodies may come to rest with less of it than
     /// they flow with.
@@ -83,12 +83,12 @@ pub struct MpmOptions {
     pub step_criterion: StepCriterion,
     /// Factor on inertia, at least 1, but not on weight: the stable step grows with its square root. For quasi-static
     /// stages only, and with a study of how much the result depends on it.
-    #[serde(default = "one")]
+    #[serde(default = "default_one")]
     pub mass_scaling: f64,
     /// Contacts between bodies. Bodies that no contact names share one velocity field and stick where they touch;
     /// each body named here has a field of its own.
     #[serde(default)]
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<BodyContact>,
     /// How a held degree of freedom treats the momentum that arrives there. What runs into a wall that may let go is always
     /// stopped with its momentum, but for `wall_friction` `acceleration`.
     #[serde(default)]
@@ -105,7 +105,7 @@ pub struct MpmOptions {
     pub wall_friction: WallFriction,
     /// Where obstacles act on bodies. Without an entry on `nodes`, and on `points` where all bodies that deform are Newtonian liquids.
     #[serde(default)]
-    pub obstacles: ObstacleContact,
+    pub obstacles: ObstacleCoupling,
     /// With `obstacles` `points`: stiffness of a point on an obstacle over the wave modulus of its material times its volume over the
     /// square of the cell size, above 0 and at most 1000. Points sink in by about their stress over wave modulus and stiffness, in
     /// cells, and the step is shorter by the root of one and a quarter of the stiffness.
@@ -113,25 +113,25 @@ pub struct MpmOptions {
     pub obstacle_stiffness: f64,
     /// With `wall_friction` `acceleration`: coefficient of friction of a node at rest over that of a node that
     /// slides, at least 1. At rest is a node without any speed along the wall.
-    #[serde(default = "one")]
+    #[serde(default = "default_one")]
     pub static_friction_ratio: f64,
     /// Mass of the nodes.
     #[serde(default)]
-    pub mass: Mass,
+    pub mass: NodalMass,
     /// With `mass` `consistent`: share of the lumped mass in the matrix, 0 to 1 (0 excluded), without which few points
     /// leave it singular. From `3^-d` on, in `d` dimensions, the step is safe however the points lie; `ugimp` and `cpgimp` need
     /// that.
-    #[serde(default = "thousandth")]
+    #[serde(default = "default_lumped_share")]
     pub lumped_share: f64,
     /// What the domains of `cpgimp` points follow.
     #[serde(default)]
     pub domain_stretch: DomainStretch,
     /// Whether gradients are taken where points are or where they were at the start.
     #[serde(default)]
-    pub formulation: Formulation,
+    pub formulation: LagrangianFormulation,
     /// Over what the internal force is summed.
     #[serde(default)]
-    pub integration: Integration,
+    pub integration: InternalForceIntegration,
     /// With `integration` `mixed` or `gauss`: whether the points of full cells take the average stress as their own at the
     /// beginning of each step, with a `pore_fluid` the average pore pressure too; by default only the internal force goes by
     /// it. Internal variables stay the points' own. For materials whose stress is no function of these, the same in all
@@ -157,7 +157,7 @@ pub struct MpmOptions {
     /// Numbers of the liquid bodies in velocity fields of their own, which have `tpic` whatever the others have.
     #[serde(skip)]
     #[schemars(skip)]
-    pub liquids: Vec<usize>,
+    pub liquid_bodies: Vec<usize>,
 }
 
 /// Where a mesh of triangles (in the plane) or tetrahedra comes from (sheet: mpm §2.5b).
@@ -197,7 +197,7 @@ impl MpmOptions {
         rule("mass_scaling", scaling, scaling.is_finite() && scaling >= 1.0, "must be at least 1")?;
         let share = self.lumped_share;
         rule("lumped_share", share, share > 0.0 && share <= 1.0, "is not in 0..=1 (0 excluded)")?;
-        if share != thousandth() && self.mass != Mass::Consistent {
+        if share != default_lumped_share() && self.mass != NodalMass::Consistent {
             return Err(("lumped_share", "needs mass consistent".to_owned()));
         }
         if let Some(cutoff) = self.node_mass_cutoff {
@@ -215,15 +215,15 @@ impl MpmOptions {
         let stiffness = self.obstacle_stiffness;
         let holds = stiffness > 0.0 && stiffness <= 1000.0;
         rule("obstacle_stiffness", stiffness, holds, "is not in 0..=1000 (0 excluded)")?;
-        if stiffness != obstacle_stiffness() && self.obstacles != ObstacleContact::Points {
+        if stiffness != obstacle_stiffness() && self.obstacles != ObstacleCoupling::Points {
             return Err(("obstacle_stiffness", "needs obstacles points".to_owned()));
         }
         let fill = self.full_cell;
         rule("full_cell", fill, fill > 0.0 && fill <= 1.0, "is not in 0..=1 (0 excluded)")?;
-        if fill != full_cell() && self.integration != Integration::Mixed {
+        if fill != full_cell() && self.integration != InternalForceIntegration::Mixed {
             return Err(("full_cell", "needs integration mixed".to_owned()));
         }
-        if self.mixed_reset && self.integration == Integration::Points {
+        if self.mixed_reset && self.integration == InternalForceIntegration::Points {
             return Err(("mixed_reset", "needs integration mixed or gauss".to_owned()));
         }
         if let Some(factor) = self.free_surface {
@@ -234,14 +234,14 @@ impl MpmOptions {
     }
 
     fn validate_formulation(&self) -> Result<(), (&'static str, String)> {
-        if self.formulation == Formulation::SmallDisplacement {
+        if self.formulation == LagrangianFormulation::SmallDisplacement {
             let deforms =
                 matches!(self.shape, ShapeFunctions::Cpgimp | ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2);
             let problem = "small-displacement needs points whose domains stay as they are: linear, dual-domain, ugimp, \
                            quadratic, cubic or a mesh";
             return if deforms { Err(("formulation", problem.to_owned())) } else { Ok(()) };
         }
-        if self.formulation == Formulation::UpdatedLagrangian {
+        if self.formulation == LagrangianFormulation::UpdatedLagrangian {
             return Ok(());
         }
         if !matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::Quadratic) {
@@ -274,12 +274,12 @@ impl MpmOptions {
             }
         }
         for (name, none) in [("flip", self.flip == 1.0), ("stage_flip", self.stage_flip.is_empty())] {
-            if !none && self.transfer != Transfer::Flip {
+            if !none && self.transfer != VelocityTransfer::Flip {
                 return refuse(name, "needs transfer flip: the other transfers have no share of it");
             }
         }
         let spline = matches!(self.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic);
-        if self.transfer == Transfer::Apic && !spline {
+        if self.transfer == VelocityTransfer::Apic && !spline {
             return refuse("transfer", "apic needs shape quadratic or cubic; with other shapes use tpic");
         }
         Ok(())
@@ -294,8 +294,8 @@ impl MpmOptions {
         let axes = dimension as f64;
         match (self.stress_update, self.half_width()) {
             // Within material the reach is a half: at this one nodes have all of their force.
-            _ if self.weakens_light_nodes() => {
-                (0.5 * ((axes * axes + 8.0 * MOST_REACH).sqrt() - axes)).sqrt().min(1.0)
+            _ if self.rescales_small_mass_forces() => {
+                (0.5 * ((axes * axes + 8.0 * MAX_REACH).sqrt() - axes)).sqrt().min(1.0)
             }
             (StressScheme::Usl, Some(half)) => (0.95 * (2.0 * half / axes).sqrt()).min(1.0),
             _ => 1.0,
@@ -304,22 +304,22 @@ impl MpmOptions {
 
     /// Whether a node that material reaches only just strains it without bound: with stress last and gradients that do not
     /// fall with their weights.
-    pub(crate) fn overshoots(&self) -> bool {
+    pub(crate) fn has_unbounded_small_node_strain(&self) -> bool {
         matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain)
             && self.stress_update == StressScheme::Usl
-            && self.mass == Mass::Lumped
+            && self.mass == NodalMass::Lumped
     }
 
     /// The reach of material into a cell, from which on a node has all of its force (`light.rs`), in `dimension` axes at the
     /// Courant number of a step: `C²/2` for the node on the far side along each axis, and `C⁴/2` for those on the near side.
-    pub(crate) fn least_reach(courant: f64, dimension: usize) -> f64 {
+    pub(crate) fn min_reach(courant: f64, dimension: usize) -> f64 {
         let square = courant * courant;
         0.5 * square * (dimension as f64 + square)
     }
 
     /// Whether nodes that material reaches only just get less force.
-    pub(crate) fn weakens_light_nodes(&self) -> bool {
-        self.overshoots() && self.node_mass_cutoff.is_none()
+    pub(crate) fn rescales_small_mass_forces(&self) -> bool {
+        self.has_unbounded_small_node_strain() && self.node_mass_cutoff.is_none()
     }
 
     /// Share of the heaviest point up to which a node is too light for forces to mean anything.
@@ -357,12 +357,12 @@ impl MpmOptions {
     /// What steps go by in `dimension` axes at a Courant number of `courant`. A cell with consistent mass whose points
     /// integrate it exactly has a mode with a third of the lumped mass for each axis along which its nodes move against each
     /// other; none has less than the share of the lumped mass.
-    pub(crate) fn step_bounds(&self, dimension: usize, courant: f64) -> StepBounds {
+    pub(crate) fn step_bounds(&self, dimension: usize, courant: f64) -> StepCoefficients {
         let inertia = match self.mass {
-            Mass::Lumped => 1.0,
-            Mass::Consistent => self.lumped_share.max(3f64.powi(-(dimension as i32))),
+            NodalMass::Lumped => 1.0,
+            NodalMass::Consistent => self.lumped_share.max(3f64.powi(-(dimension as i32))),
         };
-        StepBounds {
+        StepCoefficients {
             courant: courant.min(self.surface_courant(dimension)) * inertia.sqrt(),
             diffusion: (2.0 * courant).min(1.0) * self.surface_diffusion(dimension) * inertia,
         }
@@ -370,10 +370,10 @@ impl MpmOptions {
 
     /// Factor on the wave modulus of a point in the step: at worst the springs of obstacles on points add to the square of the
     /// largest frequency of a cell, `4 M/(ρ h²)`, the `obstacle_stiffness` times `M/(ρ h²)`.
-    pub(crate) fn stiffening(&self) -> f64 {
+    pub(crate) fn obstacle_stiffness_factor(&self) -> f64 {
         match self.obstacles {
-            ObstacleContact::Nodes => 1.0,
-            ObstacleContact::Points => 1.0 + 0.25 * self.obstacle_stiffness,
+            ObstacleCoupling::Nodes => 1.0,
+            ObstacleCoupling::Points => 1.0 + 0.25 * self.obstacle_stiffness,
         }
     }
 
@@ -393,13 +393,13 @@ impl MpmOptions {
     }
 
     /// Transfer of a body, by its number.
-    pub(crate) fn transfer_of(&self, body: usize) -> Transfer {
-        if self.liquids.contains(&body) { Transfer::Tpic } else { self.transfer }
+    pub(crate) fn transfer_of(&self, body: usize) -> VelocityTransfer {
+        if self.liquid_bodies.contains(&body) { VelocityTransfer::Tpic } else { self.transfer }
     }
 
     /// Whether points lose what the grid does not see of their velocities.
     pub(crate) fn filters_velocities(&self) -> bool {
-        self.transfer == Transfer::Xpic || self.residual_time.is_some()
+        self.transfer == VelocityTransfer::Xpic || self.residual_time.is_some()
     }
 
     /// Length of a band in cells (docs/theory/mpm.md, bands). A crack opens one cell of linear functions and point domains; splines
@@ -412,18 +412,18 @@ impl MpmOptions {
     /// velocity.
     pub(crate) fn flip_share(&self, stage: &Stage) -> f64 {
         match self.transfer {
-            Transfer::Flip => self.stage_flip.get(&stage.name).copied().unwrap_or(self.flip),
+            VelocityTransfer::Flip => self.stage_flip.get(&stage.name).copied().unwrap_or(self.flip),
             // Its velocities are filtered before.
-            Transfer::Xpic => 1.0,
-            Transfer::Apic | Transfer::Tpic => 0.0,
+            VelocityTransfer::Xpic => 1.0,
+            VelocityTransfer::Apic | VelocityTransfer::Tpic => 0.0,
         }
     }
 }
 
-fn one() -> f64 {
+fn default_one() -> f64 {
     1.0
 }
-fn thousandth() -> f64 {
+fn default_lumped_share() -> f64 {
     1e-3
 }
 fn xpic_order() -> usize {
@@ -435,11 +435,11 @@ pub(crate) const COURANT: f64 = 0.5;
 fn courant() -> f64 {
     COURANT
 }
-fn two() -> usize {
+fn default_points_per_cell() -> usize {
     2
 }
 /// The largest reach of material into a cell below which nodes get less force.
-const MOST_REACH: f64 = 0.375;
+const MAX_REACH: f64 = 0.375;
 /// Share of the heaviest point that round-off leaves (sheet: mpm §3.2).
 const ROUND_OFF: f64 = 1e-12;
 

@@ -9,43 +9,43 @@
 //! `M_L` and a small `θ`, the option `lumped_share` (the partly consistent matrix of Burgess, Sulsky & Brackbill 1992): it is
 //! never singular, and has the row sums of both, so that momentum is conserved.
 
-use colluvium_case::damping::{sign, slowed};
+use colluvium_case::damping::{rayleigh_damped_velocity, sign_or_zero};
 use colluvium_case::description::{Boundary, Wall};
 use colluvium_case::{Case, CaseError, SolverError};
-use colluvium_constitutive::BLOCK;
-use colluvium_grid::{Lanes, Layout, Node, Walls, Window};
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{Layout, NodalState, NodeRange, NodeWalls, Vector4};
 
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
-use crate::config::{Mass, ShapeFunctions};
-use crate::vectors::three;
-use crate::{FixedNodes, MpmOptions, StressScheme, Transfer};
+use crate::config::{NodalMass, ShapeFunctions};
+use crate::vectors::first_three;
+use crate::{FixedNodes, MpmOptions, StressScheme, VelocityTransfer};
 
 /// Size of what is left of the right side when a system counts as solved, in the norm of the preconditioner.
 const TOLERANCE: f64 = 1e-12;
 /// Most iterations.
-const ITERATIONS: usize = 1000;
+const MAX_ITERATIONS: usize = 1000;
 
 /// What the solves need, by node; empty with lumped mass.
 #[derive(Clone, Debug, Default)]
 pub struct ConsistentMass {
     /// `Σ_p m_p N_ip²` (kg).
-    squares: Vec<f64>,
+    mass_squares: Vec<f64>,
     /// One over the diagonal of the matrix, zero for components without an equation.
-    inverse: Vec<Lanes>,
-    velocity: Vec<Lanes>,
-    acceleration: Vec<Lanes>,
-    residual: Vec<Lanes>,
-    direction: Vec<Lanes>,
-    product: Vec<Lanes>,
+    inverse: Vec<Vector4>,
+    velocity: Vec<Vector4>,
+    acceleration: Vec<Vector4>,
+    residual: Vec<Vector4>,
+    direction: Vec<Vector4>,
+    product: Vec<Vector4>,
     /// What the rows of nodes report.
-    rows: Vec<Lanes>,
+    rows: Vec<Vector4>,
 }
 
 /// Refuses what goes by the mass of single nodes.
-pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
-    if options.mass == Mass::Lumped {
+pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    if options.mass == NodalMass::Lumped {
         return Ok(());
     }
     let refuse =
@@ -54,7 +54,7 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
         let problem = "only usl is available: the re-mapped velocity of musl is the solved one";
         return refuse("methods.mpm.stress_update", problem);
     }
-    if options.transfer != Transfer::Flip {
+    if options.transfer != VelocityTransfer::Flip {
         return refuse("methods.mpm.transfer", "only flip (or a share of it) is available");
     }
     if options.fixed_nodes != FixedNodes::Force {
@@ -100,30 +100,31 @@ impl ConsistentMass {
             &self.direction,
             &self.product,
         ];
-        vectors.map(|vector| size_of_val(&vector[..])).iter().sum::<usize>() + size_of_val(&self.squares[..])
+        vectors.map(|vector| size_of_val(&vector[..])).iter().sum::<usize>()
+            + size_of_val(&self.mass_squares[..])
     }
 
     /// Empty arrays for what the options ask for.
     pub fn new<const D: usize>(options: &MpmOptions, layout: &Layout<D>) -> Self {
-        if options.mass == Mass::Lumped {
+        if options.mass == NodalMass::Lumped {
             return Self::default();
         }
-        let vectors = || vec![Lanes::ZERO; layout.len()];
+        let vectors = || vec![Vector4::ZERO; layout.len()];
         Self {
-            squares: vec![0.0; layout.len()],
+            mass_squares: vec![0.0; layout.len()],
             inverse: vectors(),
             velocity: vectors(),
             acceleration: vectors(),
             residual: vectors(),
             direction: vectors(),
             product: vectors(),
-            rows: vec![Lanes::ZERO; layout.nodes()[0]],
+            rows: vec![Vector4::ZERO; layout.nodes()[0]],
         }
     }
 
     /// Whether mass is consistent.
     pub fn is_used(&self) -> bool {
-        !self.squares.is_empty()
+        !self.mass_squares.is_empty()
     }
 
     /// Empties the active entries.
@@ -131,7 +132,7 @@ impl ConsistentMass {
         if !self.is_used() {
             return;
         }
-        layout.reset(&mut self.squares);
+        layout.reset(&mut self.mass_squares);
         for values in [
             &mut self.inverse,
             &mut self.velocity,
@@ -148,46 +149,46 @@ impl ConsistentMass {
 /// Sum over the active nodes, in their order, of what `of` gives for each, which may change it.
 fn sum_over<const D: usize>(
     layout: &Layout<D>,
-    values: &mut [Lanes],
-    rows: &mut [Lanes],
-    of: &(dyn Fn(usize, &mut Lanes) -> Lanes + Sync),
-) -> Lanes {
+    values: &mut [Vector4],
+    rows: &mut [Vector4],
+    of: &(dyn Fn(usize, &mut Vector4) -> Vector4 + Sync),
+) -> Vector4 {
     let row_length = layout.strides()[0];
-    layout.rows(values, rows, |row, active, line| {
-        let mut sum = Lanes::ZERO;
+    layout.for_each_row(values, rows, |row, active, line| {
+        let mut sum = Vector4::ZERO;
         for number in active {
             sum += of(row * row_length + number, &mut line[number]);
         }
         sum
     });
-    rows.iter().fold(Lanes::ZERO, |sum, row| sum + *row)
+    rows.iter().fold(Vector4::ZERO, |sum, row| sum + *row)
 }
 
 /// `a / b` lane by lane, zero where there is nothing to divide by.
-fn quotient(a: Lanes, b: Lanes) -> Lanes {
+fn quotient(a: Vector4, b: Vector4) -> Vector4 {
     let (a, b) = (a.to_array(), b.to_array());
-    Lanes::new(std::array::from_fn(|c| if b[c] > 0.0 { a[c] / b[c] } else { 0.0 }))
+    Vector4::new(std::array::from_fn(|c| if b[c] > 0.0 { a[c] / b[c] } else { 0.0 }))
 }
 
 /// The arrays of one solve, by node.
-struct System<'a> {
-    solution: &'a mut [Lanes],
-    residual: &'a mut [Lanes],
-    direction: &'a mut [Lanes],
-    product: &'a mut [Lanes],
-    inverse: &'a [Lanes],
-    rows: &'a mut [Lanes],
+struct ConjugateGradientSystem<'a> {
+    solution: &'a mut [Vector4],
+    residual: &'a mut [Vector4],
+    direction: &'a mut [Vector4],
+    product: &'a mut [Vector4],
+    inverse: &'a [Vector4],
+    rows: &'a mut [Vector4],
 }
 
 /// Conjugate gradients for all components at once, from the guess in the solution, whose components without an equation stay.
 /// `multiply` is the matrix, `right` the right side at a node. Returns whether it has converged.
 fn solve<const D: usize>(
     layout: &Layout<D>,
-    system: System<'_>,
-    multiply: &dyn Fn(&[Lanes], &mut [Lanes]),
-    right: &(dyn Fn(usize) -> Lanes + Sync),
+    system: ConjugateGradientSystem<'_>,
+    multiply: &dyn Fn(&[Vector4], &mut [Vector4]),
+    right: &(dyn Fn(usize) -> Vector4 + Sync),
 ) -> bool {
-    let System { solution, residual, direction, product, inverse, rows } = system;
+    let ConjugateGradientSystem { solution, residual, direction, product, inverse, rows } = system;
     multiply(solution, product);
     let scale = sum_over(layout, residual, rows, &|node, _| right(node) * right(node) * inverse[node]);
     let left = &*product;
@@ -198,12 +199,12 @@ fn solve<const D: usize>(
     let rest = &*residual;
     sum_over(layout, direction, rows, &|node, along| {
         *along = rest[node] * inverse[node];
-        Lanes::ZERO
+        Vector4::ZERO
     });
     // Of the right side, or of what the walls' motion makes of it.
     let (given, begun) = (scale.to_array(), squared.to_array());
     let scale: [f64; 4] = std::array::from_fn(|c| given[c].max(begun[c]));
-    for _ in 0..ITERATIONS {
+    for _ in 0..MAX_ITERATIONS {
         let now = squared.to_array();
         if (0..4).all(|c| now[c] <= TOLERANCE * TOLERANCE * scale[c]) {
             return true;
@@ -214,7 +215,7 @@ fn solve<const D: usize>(
         let step = quotient(squared, stiffness);
         sum_over(layout, solution, rows, &|node, solution| {
             *solution += along[node] * step;
-            Lanes::ZERO
+            Vector4::ZERO
         });
         let product = &*product;
         let next = sum_over(layout, residual, rows, &|node, rest| {
@@ -225,7 +226,7 @@ fn solve<const D: usize>(
         let rest = &*residual;
         sum_over(layout, direction, rows, &|node, along| {
             *along = rest[node] * inverse[node] + *along * turn;
-            Lanes::ZERO
+            Vector4::ZERO
         });
         squared = next;
     }
@@ -233,52 +234,52 @@ fn solve<const D: usize>(
 }
 
 /// `out = ((1 - θ) M + θ M_L) x`; the masses of the nodes are in their fourth lane.
-fn mass_times<const D: usize>(
+fn multiply_mass<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    solved: &[Node],
-    x: &[Lanes],
-    out: &mut [Lanes],
+    solved: &[NodalState],
+    x: &[Vector4],
+    out: &mut [Vector4],
 ) {
-    let Background { layout, sweeps, .. } = background;
-    let (ground, strides) = (background.ground(), layout.strides());
+    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
+    let (ground, strides) = (background.grid_view(), layout.strides());
     let share = clock.options.lumped_share;
     let own = 1.0 - share;
     layout.reset(out);
-    layout.scatter(out, |slab, window, offset| {
-        let mut all = [Lanes::ZERO; BLOCK];
+    layout.for_each_slab(out, |slab, window, offset| {
+        let mut all = [Vector4::ZERO; BLOCK_SIZE];
         for set in &bodies.sets {
             for block in set.blocks_of(slab) {
-                let (points, values) = (set.places().range(block.clone()), &mut all[..block.len()]);
-                sweeps.interpolate(&ground, &points, x, values);
+                let (points, values) = (set.point_slice().range(block.clone()), &mut all[..block.len()]);
+                sweeps.g2p_values(&ground, &points, x, values);
                 let masses = &set.points.mass[block];
                 values.iter_mut().zip(masses).for_each(|(value, mass)| *value *= own * mass);
-                let to = Window { nodes: &mut *window, first: offset };
-                sweeps.deposit_values(&ground, &points, to, values, None);
+                let to = NodeRange { nodes: &mut *window, first: offset };
+                sweeps.p2g_values(&ground, &points, to, values, None);
             }
         }
     });
-    layout.each(out, |row, active, line| {
+    layout.for_each_active_node_range(out, |row, active, line| {
         for number in active {
             let node = row * strides[0] + number;
-            line[number] += x[node] * (share * solved[node].motion.as_array()[3]);
+            line[number] += x[node] * (share * solved[node].momentum_and_mass.as_array()[3]);
         }
     });
 }
 
 /// `Σ_p m_p N_ip²`.
-fn mass_squares<const D: usize>(background: &Background<D>, bodies: &Bodies<D>, squares: &mut [f64]) {
-    let Background { layout, sweeps, .. } = background;
-    let ground = background.ground();
+fn mass_squares<const D: usize>(background: &BackgroundGrid<D>, bodies: &Bodies<D>, squares: &mut [f64]) {
+    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
+    let ground = background.grid_view();
     layout.reset(squares);
-    layout.scatter(squares, |slab, window, offset| {
+    layout.for_each_slab(squares, |slab, window, offset| {
         for set in &bodies.sets {
             let points = set.slabs[slab]..set.slabs[slab + 1];
-            let to = Window { nodes: &mut *window, first: offset };
-            sweeps.deposit_squares(
+            let to = NodeRange { nodes: &mut *window, first: offset };
+            sweeps.p2g_squared_weights(
                 &ground,
-                &set.places().range(points.clone()),
+                &set.point_slice().range(points.clone()),
                 to,
                 &set.points.mass[points],
             );
@@ -289,62 +290,71 @@ fn mass_squares<const D: usize>(background: &Background<D>, bodies: &Bodies<D>, 
 /// The momentum solve with the consistent mass (steps 2 to 4): velocity at the end of the step and acceleration.
 pub fn solve_momentum<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    solved: &mut [Node],
-    walls: &Walls,
+    solved: &mut [NodalState],
+    walls: &NodeWalls,
     mass: &mut ConsistentMass,
 ) -> Result<(), SolverError> {
     if solve_with(clock, background, bodies, solved, walls, mass) {
         return Ok(());
     }
-    Err(clock.failed(format!(
-        "the consistent mass matrix has not been solved with in {ITERATIONS} iterations: use mass lumped, or \
+    Err(clock.step_error(format!(
+        "the consistent mass matrix has not been solved with in {MAX_ITERATIONS} iterations: use mass lumped, or \
          more points per cell"
     )))
 }
 
 fn solve_with<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    solved: &mut [Node],
-    walls: &Walls,
+    solved: &mut [NodalState],
+    walls: &NodeWalls,
     mass: &mut ConsistentMass,
 ) -> bool {
     let layout = &background.layout;
     let row_length = layout.strides()[0];
-    let (light, share) = (bodies.light(clock), clock.options.lumped_share);
-    mass_squares(background, bodies, &mut mass.squares);
-    let ConsistentMass { squares, inverse, velocity, acceleration, residual, direction, product, rows } =
-        mass;
+    let (light, share) = (bodies.mass_cutoff(clock), clock.options.lumped_share);
+    mass_squares(background, bodies, &mut mass.mass_squares);
+    let ConsistentMass {
+        mass_squares: squares,
+        inverse,
+        velocity,
+        acceleration,
+        residual,
+        direction,
+        product,
+        rows,
+    } = mass;
     // 2: guess of the velocities, what walls hold, and the diagonal.
     let nodes = &*solved;
     let at = |node: usize| -> [f64; 3] {
-        let lumped = nodes[node].motion.as_array()[3];
-        three(nodes[node].motion).map(|p| if lumped > 0.0 { p / lumped } else { 0.0 })
+        let lumped = nodes[node].momentum_and_mass.as_array()[3];
+        first_three(nodes[node].momentum_and_mass).map(|p| if lumped > 0.0 { p / lumped } else { 0.0 })
     };
     sum_over(layout, velocity, rows, &|node, velocity| {
         let mut start = at(node);
         let index = layout.index(node / row_length, node % row_length);
         walls.constrain(&index, &mut start, &mut [0.0; 3], false);
-        *velocity = Lanes::new([start[0], start[1], start[2], 0.0]);
-        Lanes::ZERO
+        *velocity = Vector4::new([start[0], start[1], start[2], 0.0]);
+        Vector4::ZERO
     });
     sum_over(layout, inverse, rows, &|node, inverse| {
-        let lumped = nodes[node].motion.as_array()[3];
+        let lumped = nodes[node].momentum_and_mass.as_array()[3];
         let index = layout.index(node / row_length, node % row_length);
         let diagonal = (1.0 - share) * squares[node] + share * lumped;
         let own = if lumped > light { 1.0 / diagonal } else { 0.0 };
         let [x, y, z] = walls.free_components(&index);
         let in_space = |axis: usize| if axis < D { own } else { 0.0 };
-        *inverse = Lanes::new([x * in_space(0), y * in_space(1), z * in_space(2), 0.0]);
-        Lanes::ZERO
+        *inverse = Vector4::new([x * in_space(0), y * in_space(1), z * in_space(2), 0.0]);
+        Vector4::ZERO
     });
-    let multiply = |x: &[Lanes], out: &mut [Lanes]| mass_times(clock, background, bodies, nodes, x, out);
-    let spatial = Lanes::new([1.0, 1.0, 1.0, 0.0]);
-    let system = System { solution: velocity, residual, direction, product, inverse, rows };
-    if !solve(layout, system, &multiply, &|node| nodes[node].motion * spatial) {
+    let multiply =
+        |x: &[Vector4], out: &mut [Vector4]| multiply_mass(clock, background, bodies, nodes, x, out);
+    let spatial = Vector4::new([1.0, 1.0, 1.0, 0.0]);
+    let system = ConjugateGradientSystem { solution: velocity, residual, direction, product, inverse, rows };
+    if !solve(layout, system, &multiply, &|node| nodes[node].momentum_and_mass * spatial) {
         return false;
     }
     // 3: forces.
@@ -352,39 +362,40 @@ fn solve_with<const D: usize>(
     let (damping, scaling) = (stage.damping_of_axes(), clock.options.mass_scaling);
     let (gravity, dt) = (clock.gravity_at_end(), clock.dt);
     let start = &*velocity;
-    let force = |node: usize| -> Lanes {
-        let (force, lumped) = (nodes[node].force.to_array(), nodes[node].motion.as_array()[3]);
+    let force = |node: usize| -> Vector4 {
+        let (force, lumped) = (nodes[node].force.to_array(), nodes[node].momentum_and_mass.as_array()[3]);
         let start = start[node].to_array();
         let along = |c: usize| {
             let total = force[c] + lumped * gravity[c];
-            (total - damping[c] * total.abs() * sign(start[c])) / scaling
+            (total - damping[c] * total.abs() * sign_or_zero(start[c])) / scaling
         };
-        Lanes::new([along(0), along(1), along(2), 0.0])
+        Vector4::new([along(0), along(1), along(2), 0.0])
     };
     sum_over(layout, acceleration, rows, &|_, acceleration| {
-        *acceleration = Lanes::ZERO;
-        Lanes::ZERO
+        *acceleration = Vector4::ZERO;
+        Vector4::ZERO
     });
-    let system = System { solution: acceleration, residual, direction, product, inverse, rows };
+    let system =
+        ConjugateGradientSystem { solution: acceleration, residual, direction, product, inverse, rows };
     if !solve(layout, system, &multiply, &force) {
         return false;
     }
     // 4.
     let (velocity, acceleration, rayleigh) = (&*velocity, &*acceleration, stage.rayleigh_damping * dt);
-    layout.each(solved, |row, active, line| {
+    layout.for_each_active_node_range(solved, |row, active, line| {
         for number in active {
             let node = row * row_length + number;
             let (start, rate) = (velocity[node].to_array(), acceleration[node].to_array());
-            let lumped = line[number].motion.as_array()[3];
+            let lumped = line[number].momentum_and_mass.as_array()[3];
             let moves = inverse[node].to_array();
             let mut end: [f64; 4] = std::array::from_fn(|c| start[c] + dt * rate[c]);
             for c in (0..3).filter(|c| rayleigh > 0.0 && moves[*c] > 0.0) {
-                end[c] = slowed(start[c], end[c], rayleigh);
+                end[c] = rayleigh_damped_velocity(start[c], end[c], rayleigh);
             }
             let rate = |c: usize| (end[c] - start[c]) / dt;
-            line[number] = Node {
-                motion: Lanes::new([end[0], end[1], end[2], lumped]),
-                force: Lanes::new([rate(0), rate(1), rate(2), 0.0]),
+            line[number] = NodalState {
+                momentum_and_mass: Vector4::new([end[0], end[1], end[2], lumped]),
+                force: Vector4::new([rate(0), rate(1), rate(2), 0.0]),
             };
         }
     });
@@ -408,16 +419,16 @@ mod tests {
         });
         let case = Case::from_json(&text.to_string()).unwrap();
         let mut solver = begun::<2>(&case);
-        solver.scatter_all();
+        solver.p2g_for_tests();
         let count = solver.background.layout.len();
-        let mut out = vec![Lanes::ZERO; count];
-        let times = |x: &[Lanes], out: &mut [Lanes]| {
-            mass_times(&solver.clock, &solver.background, &solver.bodies, &solver.nodes.solved, x, out);
+        let mut out = vec![Vector4::ZERO; count];
+        let times = |x: &[Vector4], out: &mut [Vector4]| {
+            multiply_mass(&solver.clock, &solver.background, &solver.bodies, &solver.nodes.solved, x, out);
         };
-        times(&vec![Lanes::ONE; count], &mut out);
+        times(&vec![Vector4::ONE; count], &mut out);
         let mut total = 0.0;
         for (node, row) in solver.nodes.solved.iter().zip(&out) {
-            let lumped = node.motion.as_array()[3];
+            let lumped = node.momentum_and_mass.as_array()[3];
             total += lumped;
             assert!(
                 row.to_array().iter().all(|sum| (sum - lumped).abs() < 1e-14),
@@ -425,10 +436,10 @@ mod tests {
             );
         }
         assert!(total > 1.0);
-        let wave = |phase: f64| -> Vec<Lanes> {
-            (0..count).map(|n| Lanes::splat((n as f64 * 1.3 + phase).sin())).collect()
+        let wave = |phase: f64| -> Vec<Vector4> {
+            (0..count).map(|n| Vector4::splat((n as f64 * 1.3 + phase).sin())).collect()
         };
-        let mut product = |x: &[Lanes], y: &[Lanes]| -> f64 {
+        let mut product = |x: &[Vector4], y: &[Vector4]| -> f64 {
             times(x, &mut out);
             out.iter().zip(y).map(|(a, b)| a.as_array()[0] * b.as_array()[0]).sum()
         };

@@ -10,19 +10,19 @@
 //! act on each other only where their surfaces touch ([`crate::gap`]).
 
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::Lanes;
+use colluvium_grid::Vector4;
 
-use crate::gap::{SurfaceDistance, TOUCHING};
+use crate::gap::{CONTACT_TOLERANCE, SurfaceDistance};
 use crate::points::PointSet;
-use crate::vectors::{dot, norm, three};
-use crate::{ContactTest, MpmOptions, Penalty};
+use crate::vectors::{dot, first_three, norm};
+use crate::{ContactTest, MpmOptions, PenaltyContact};
 
 /// Gradients of volume within a body, over the largest possible: what points make that no longer lie in rows.
-const NOISE: f64 = 0.1;
+const GRADIENT_NOISE: f64 = 0.1;
 
 /// How two velocity fields act on each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
+pub struct FieldPair {
     /// The fields, the lower number first.
     pub fields: [usize; 2],
     /// `None`: they stick.
@@ -41,7 +41,7 @@ pub struct ContactLaw {
     /// When the bodies act on each other.
     pub test: ContactTest,
     /// With a force that grows with the overlap in place of a velocity without approach.
-    pub penalty: Option<Penalty>,
+    pub penalty: Option<PenaltyContact>,
 }
 
 /// The interface of two bodies at a node.
@@ -57,54 +57,56 @@ pub struct Interface {
 
 /// Impulses (N s) that two bodies have given each other at a node in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Given {
+pub struct ContactImpulse {
     /// Along the normal.
-    pub push: f64,
+    pub normal: f64,
     /// Along the surface, all lengths added.
-    pub rub: f64,
+    pub tangential: f64,
 }
 
 /// What a row of nodes reports of a pair.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct RowTouch {
+pub struct RowContact {
     /// Whether velocities changed.
     pub changed: bool,
     /// Impulse (N s) that the first field took.
     pub impulse: [f64; 3],
     /// What the two have given each other in the step, node by node; empty where no law asks for it.
-    pub given: Vec<Given>,
+    pub impulses: Vec<ContactImpulse>,
 }
 
-impl RowTouch {
+impl RowContact {
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
-        size_of::<Self>() + size_of_val(&self.given[..])
+        size_of::<Self>() + size_of_val(&self.impulses[..])
     }
 }
 
 /// All contacts of a case.
 #[derive(Clone, Debug, Default)]
-pub struct Contacts {
+pub struct FieldContacts {
     /// Every pair of fields, in order; empty for a single field.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<FieldPair>,
     /// `Σ_p Ω_p ∇N_i` of each field (m²), and in the fourth lane `Σ_p Ω_p N_i` over the cell size (on a mesh the heights
     /// of the elements), field after field;
     /// empty for a single field.
-    pub surfaces: Vec<Lanes>,
+    pub surfaces: Vec<Vector4>,
     /// Distances of surfaces from nodes.
     pub distance: SurfaceDistance,
     /// For each field, the number of the rigid body it belongs to among what is driven; empty for a single field.
     pub rigid: Vec<Option<usize>>,
     /// Volume over the cell size (m²) from which a rigid body holds a node, node by node; empty for a single field.
-    pub filled: Vec<f64>,
+    pub rigid_volume_threshold: Vec<f64>,
     /// Radii of the nodes (m) in axisymmetry, where areas are per radian; empty elsewhere.
     pub radii: Vec<f64>,
 }
 
-impl Contacts {
+impl FieldContacts {
     /// Memory of the nodes (bytes).
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.surfaces[..]) + size_of_val(&self.filled[..]) + size_of_val(&self.radii[..])
+        size_of_val(&self.surfaces[..])
+            + size_of_val(&self.rigid_volume_threshold[..])
+            + size_of_val(&self.radii[..])
     }
 
     /// Whether a velocity field is that of a rigid body.
@@ -119,12 +121,12 @@ impl Contacts {
 }
 
 /// Gives each body that a contact names, and each rigid one, a field of its own, and lists the pairs.
-pub fn contacts<const D: usize>(
+pub fn field_contacts<const D: usize>(
     case: &Case,
     options: &MpmOptions,
     sets: &mut [PointSet<D>],
-) -> Result<Contacts, CaseError> {
-    let laws = laws::<D>(case, options)?;
+) -> Result<FieldContacts, CaseError> {
+    let laws = contact_laws::<D>(case, options)?;
     let mut bodies: Vec<usize> = laws.iter().flat_map(|(pair, _)| *pair).collect();
     for set in sets.iter() {
         let body = set.body as usize;
@@ -133,7 +135,7 @@ pub fn contacts<const D: usize>(
         }
     }
     if bodies.is_empty() {
-        return Ok(Contacts::default());
+        return Ok(FieldContacts::default());
     }
     bodies.sort_unstable();
     bodies.dedup();
@@ -152,16 +154,16 @@ pub fn contacts<const D: usize>(
                 }
                 _ => None,
             });
-            pairs.push(Pair { fields: [first, second], law });
+            pairs.push(FieldPair { fields: [first, second], law });
         }
     }
     let mut rigid = vec![None; bodies.len() + shared];
     sets.iter().filter(|set| set.rigid.is_some()).for_each(|set| rigid[set.field] = set.rigid);
-    Ok(Contacts { pairs, rigid, ..Contacts::default() })
+    Ok(FieldContacts { pairs, rigid, ..FieldContacts::default() })
 }
 
 /// The contacts that the case names: two bodies and their law.
-fn laws<const D: usize>(
+fn contact_laws<const D: usize>(
     case: &Case,
     options: &MpmOptions,
 ) -> Result<Vec<([usize; 2], ContactLaw)>, CaseError> {
@@ -202,7 +204,7 @@ fn unit<const D: usize>(vector: &[f64]) -> Option<[f64; 3]> {
 impl ContactLaw {
     /// The interface at a node, from the surface integrals of the two bodies (in the fourth lane: volumes over the cell
     /// size); `None` where there is no telling, or where they do not touch.
-    pub fn surface(&self, surfaces: [Lanes; 2], distance: &SurfaceDistance) -> Option<Interface> {
+    pub fn interface(&self, surfaces: [Vector4; 2], distance: &SurfaceDistance) -> Option<Interface> {
         let normal = match self.normal {
             Some(normal) => normal,
             None => {
@@ -217,11 +219,11 @@ impl ContactLaw {
             }
         };
         // Both outward.
-        let areas = [dot(&three(surfaces[0]), &normal), -dot(&three(surfaces[1]), &normal)];
+        let areas = [dot(&first_three(surfaces[0]), &normal), -dot(&first_three(surfaces[1]), &normal)];
         let volumes = surfaces.map(|surface| surface.as_array()[3]);
         let overlap = if self.test == ContactTest::Gap { distance.overlap(volumes, areas) } else { 0.0 };
         let area = 0.5 * (areas[0] + areas[1]).abs();
-        (overlap >= -TOUCHING).then_some(Interface { normal, area, overlap })
+        (overlap >= -CONTACT_TOLERANCE).then_some(Interface { normal, area, overlap })
     }
 
     /// How much the impulse on either body falls (kg) with its own velocity, where one of the bodies has an infinite mass and the
@@ -232,7 +234,7 @@ impl ContactLaw {
         velocities: [&[f64; 3]; 2],
         Interface { normal, area, overlap }: Interface,
         [cell, dt]: [f64; 2],
-        given: &Given,
+        given: &ContactImpulse,
     ) -> [[f64; 3]; 3] {
         let relative: [f64; 3] = std::array::from_fn(|c| mass * (velocities[0][c] - velocities[1][c]));
         let approach = dot(&relative, &normal);
@@ -241,7 +243,7 @@ impl ContactLaw {
             Some(penalty) => {
                 let overlap = cell * overlap;
                 let (spring, parting) =
-                    (penalty.stiffness * overlap * area * dt - given.push, approach + mass * overlap / dt);
+                    (penalty.stiffness * overlap * area * dt - given.normal, approach + mass * overlap / dt);
                 if spring < parting { (spring, 0.0) } else { (parting, 1.0) }
             }
         };
@@ -252,8 +254,8 @@ impl ContactLaw {
         let shear = norm(&along);
         let most =
             self.penalty.and_then(|penalty| penalty.shear_strength).unwrap_or(f64::INFINITY) * area * dt;
-        let grown = self.friction * (given.push + push) + self.adhesion * area * dt;
-        let left = (grown.min(most) - given.rub).max(0.0);
+        let grown = self.friction * (given.normal + push) + self.adhesion * area * dt;
+        let left = (grown.min(most) - given.tangential).max(0.0);
         let slips = shear > left;
         let held = if slips { left / shear } else { 1.0 };
         let slope = if slips && grown < most && left > 0.0 { self.friction * follows } else { 0.0 };
@@ -278,7 +280,7 @@ impl ContactLaw {
         velocities: [&[f64; 3]; 2],
         Interface { normal, area, overlap }: Interface,
         [cell, dt]: [f64; 2],
-        given: &mut Given,
+        given: &mut ContactImpulse,
     ) -> Option<[f64; 3]> {
         // m_a (v_a - v) with the velocity v of the two together.
         let reduced = 1.0 / (1.0 / masses[0] + 1.0 / masses[1]);
@@ -289,7 +291,8 @@ impl ContactLaw {
             // No more than parts them by the end of the step.
             Some(penalty) => {
                 let overlap = cell * overlap;
-                (penalty.stiffness * overlap * area * dt - given.push).min(approach + reduced * overlap / dt)
+                (penalty.stiffness * overlap * area * dt - given.normal)
+                    .min(approach + reduced * overlap / dt)
             }
         };
         // Written so that NaN separates; the run then stops by itself.
@@ -299,19 +302,19 @@ impl ContactLaw {
         let along: [f64; 3] = std::array::from_fn(|c| relative[c] - approach * normal[c]);
         let shear = norm(&along);
         let most = self.penalty.and_then(|penalty| penalty.shear_strength).unwrap_or(f64::INFINITY);
-        given.push += push;
-        let strength = (self.friction * given.push + self.adhesion * area * dt).min(most * area * dt);
-        let rub = shear.min((strength - given.rub).max(0.0));
-        given.rub += rub;
+        given.normal += push;
+        let strength = (self.friction * given.normal + self.adhesion * area * dt).min(most * area * dt);
+        let rub = shear.min((strength - given.tangential).max(0.0));
+        given.tangential += rub;
         let held = if shear > 0.0 { rub / shear } else { 1.0 };
         Some(std::array::from_fn(|c| -push * normal[c] - held * along[c]))
     }
 }
 
-/// Direction of a surface integral, shorter than a unit vector where it is noise: less than `NOISE` of what the volume
+/// Direction of a surface integral, shorter than a unit vector where it is noise: less than `GRADIENT_NOISE` of what the volume
 /// at the node could make.
-fn direction(surface: Lanes) -> [f64; 3] {
-    let vector = three(surface);
-    let length = norm(&vector).max(NOISE * surface.as_array()[3]);
+fn direction(surface: Vector4) -> [f64; 3] {
+    let vector = first_three(surface);
+    let length = norm(&vector).max(GRADIENT_NOISE * surface.as_array()[3]);
     vector.map(|c| if length > 0.0 { c / length } else { 0.0 })
 }

@@ -1,66 +1,75 @@
 //! From the run-time choice of dimension and shape functions to a dimension that the compiler knows.
 
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Shape, Sweeps};
+use colluvium_grid::{ShapeFunctionKind, Transfers};
 
 use crate::MpmOptions;
-use crate::config::{DomainStretch, Formulation, ShapeFunctions};
+use crate::config::{DomainStretch, LagrangianFormulation, ShapeFunctions};
 
 /// The transfers of a case.
 #[derive(Clone, Copy, Debug)]
-pub struct Chosen<const D: usize> {
+pub struct SelectedTransfers<const D: usize> {
     /// Those of its shape functions.
-    pub sweeps: &'static dyn Sweeps<D>,
+    pub transfers: &'static dyn Transfers<D>,
     /// Those of linear functions.
-    pub linear: &'static dyn Sweeps<D>,
+    pub linear: &'static dyn Transfers<D>,
 }
 
 /// Something done in a space of a dimension that the compiler knows.
-pub trait Visitor {
+pub trait DimensionVisitor {
     /// What comes out.
     type Output;
 
     /// Does it.
-    fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output;
+    fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output;
 }
 
 /// Calls `visitor` in the space that `case` asks for, with the transfers of `options`.
 pub fn dispatch<T>(
     case: &Case,
     options: &MpmOptions,
-    visitor: impl Visitor<Output = Result<T, CaseError>>,
+    visitor: impl DimensionVisitor<Output = Result<T, CaseError>>,
 ) -> Result<T, CaseError> {
-    let shape = shape(options);
+    let shape = shape_function_kind(options);
     let refuse = || CaseError::new("methods.mpm.shape", "is not available in so many dimensions");
     match case.dimension() {
-        1 => visitor.visit(chosen(shape.on_line(), Shape::Linear.on_line()).ok_or_else(refuse)?),
-        2 => visitor.visit(chosen(shape.in_plane(), Shape::Linear.in_plane()).ok_or_else(refuse)?),
-        _ => visitor.visit(chosen(shape.in_space(), Shape::Linear.in_space()).ok_or_else(refuse)?),
+        1 => visitor.visit(
+            selected_transfers(shape.on_line(), ShapeFunctionKind::Linear.on_line()).ok_or_else(refuse)?,
+        ),
+        2 => visitor.visit(
+            selected_transfers(shape.in_plane(), ShapeFunctionKind::Linear.in_plane()).ok_or_else(refuse)?,
+        ),
+        _ => visitor.visit(
+            selected_transfers(shape.in_space(), ShapeFunctionKind::Linear.in_space()).ok_or_else(refuse)?,
+        ),
     }
 }
 
-type MaybeSweeps<const D: usize> = Option<&'static dyn Sweeps<D>>;
+type MaybeTransfers<const D: usize> = Option<&'static dyn Transfers<D>>;
 
-fn chosen<const D: usize>(sweeps: MaybeSweeps<D>, linear: MaybeSweeps<D>) -> Option<Chosen<D>> {
-    Some(Chosen { sweeps: sweeps?, linear: linear? })
+fn selected_transfers<const D: usize>(
+    sweeps: MaybeTransfers<D>,
+    linear: MaybeTransfers<D>,
+) -> Option<SelectedTransfers<D>> {
+    Some(SelectedTransfers { transfers: sweeps?, linear: linear? })
 }
 
-fn shape(options: &MpmOptions) -> Shape {
-    let total = options.formulation == Formulation::TotalLagrangian;
+fn shape_function_kind(options: &MpmOptions) -> ShapeFunctionKind {
+    let total = options.formulation == LagrangianFormulation::TotalLagrangian;
     match options.shape {
-        _ if options.mesh.is_some() => Shape::Elements,
-        ShapeFunctions::Linear if total => Shape::ReferenceLinear,
-        ShapeFunctions::Quadratic if total => Shape::ReferenceQuadratic,
-        ShapeFunctions::Linear | ShapeFunctions::DualDomain => Shape::Linear,
-        ShapeFunctions::Ugimp => Shape::Gimp,
+        _ if options.mesh.is_some() => ShapeFunctionKind::Elements,
+        ShapeFunctions::Linear if total => ShapeFunctionKind::ReferenceLinear,
+        ShapeFunctions::Quadratic if total => ShapeFunctionKind::ReferenceQuadratic,
+        ShapeFunctions::Linear | ShapeFunctions::DualDomain => ShapeFunctionKind::Linear,
+        ShapeFunctions::Ugimp => ShapeFunctionKind::Gimp,
         ShapeFunctions::Cpgimp => match options.domain_stretch {
-            DomainStretch::Diagonal => Shape::StretchingGimp,
-            DomainStretch::RightStretch => Shape::TurningGimp,
+            DomainStretch::Diagonal => ShapeFunctionKind::StretchingGimp,
+            DomainStretch::RightStretch => ShapeFunctionKind::RightStretchGimp,
         },
-        ShapeFunctions::Quadratic => Shape::Quadratic,
-        ShapeFunctions::Cubic => Shape::Cubic,
-        ShapeFunctions::Cpdi => Shape::Convected,
-        ShapeFunctions::Cpdi2 => Shape::ConvectedCorners,
+        ShapeFunctions::Quadratic => ShapeFunctionKind::Quadratic,
+        ShapeFunctions::Cubic => ShapeFunctionKind::Cubic,
+        ShapeFunctions::Cpdi => ShapeFunctionKind::Convected,
+        ShapeFunctions::Cpdi2 => ShapeFunctionKind::ConvectedQuadrilateral,
     }
 }
 
@@ -74,10 +83,10 @@ pub mod tests {
 
     struct Begin<'a>(&'a Case, &'a MpmOptions);
 
-    impl Visitor for Begin<'_> {
+    impl DimensionVisitor for Begin<'_> {
         type Output = Result<Box<dyn Any>, CaseError>;
 
-        fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output {
+        fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
             Ok(Box::new(setup::solver(self.0, self.1, chosen)?))
         }
     }

@@ -6,23 +6,23 @@ use std::ops::Range;
 use colluvium_case::Case;
 use colluvium_case::description::Patch;
 use colluvium_case::rigid::{RigidState, RigidStep};
-use colluvium_grid::{Lanes, Node};
+use colluvium_grid::{NodalState, Vector4};
 use serde::{Deserialize, Serialize};
 
 use crate::MpmOptions;
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::clock::Clock;
-use crate::config::Formulation;
-use crate::contact::Contacts;
+use crate::config::LagrangianFormulation;
+use crate::contact::FieldContacts;
 use crate::pore::{LIQUID, SOLID};
 
 /// Distance (cells; least heights of the elements of a mesh) from the surface of a patch within which nodes still belong
 /// to it: round-off.
-const ON_SURFACE: f64 = 1e-6;
+const SURFACE_TOLERANCE: f64 = 1e-6;
 
 /// Something driven, with what acts on it.
 #[derive(Clone, Debug)]
-pub struct Driven {
+pub struct DrivenObject {
     /// Name of the body or patch.
     pub name: String,
     /// Index into `Case::patches`; `None` for a rigid body.
@@ -30,31 +30,31 @@ pub struct Driven {
     /// Corners of a box around the patch at the start (m).
     pub bounds: [[f64; 3]; 2],
     /// Velocity at the start of the step (m/s); `None` where nothing was prescribed.
-    pub before: [Option<f64>; 3],
+    pub previous_velocity: [Option<f64>; 3],
     /// What it does in the step where it is a rigid body that moves freely.
-    pub loose: Option<RigidStep>,
+    pub free_rigid_body: Option<RigidStep>,
     /// What a restart needs.
-    pub state: DrivenState,
+    pub state: DrivenObjectState,
 }
 
-/// What changes of a [`Driven`] in the course of a run.
+/// What changes of a [`DrivenObject`] in the course of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct DrivenState {
+pub struct DrivenObjectState {
     /// Velocity of a patch at the end of the step (m/s); `None` where nothing is prescribed.
     pub velocity: [Option<f64>; 3],
     /// How a rigid body moves at the end of the step.
     pub rigid: RigidState,
     /// Way since the start (m).
-    pub way: [f64; 3],
+    pub displacement: [f64; 3],
     /// Force of the material on it in the last step (N).
     pub force: [f64; 3],
     /// Impulse of the material on it since the start (N s).
     pub impulse: [f64; 3],
 }
 
-impl Driven {
+impl DrivenObject {
     /// Takes an impulse (N s) of the material in a step of `dt`.
-    pub fn take(&mut self, impulse: [f64; 3], dt: f64) {
+    pub fn add_impulse(&mut self, impulse: [f64; 3], dt: f64) {
         for c in 0..3 {
             self.state.impulse[c] += impulse[c];
             self.state.force[c] += impulse[c] / dt;
@@ -62,43 +62,43 @@ impl Driven {
     }
 
     /// The patch where it is now; `None` for a rigid body. Where points keep their places it does.
-    fn place<'a>(&self, case: &'a Case, options: &MpmOptions) -> Option<Place<'a>> {
+    fn placed_patch<'a>(&self, case: &'a Case, options: &MpmOptions) -> Option<PlacedPatch<'a>> {
         let patch = &case.patches[self.patch?];
-        let moves = patch.moves && options.formulation != Formulation::SmallDisplacement;
-        let way = if moves { self.state.way } else { [0.0; 3] };
-        Some(Place { patch, bounds: self.bounds, way })
+        let moves = patch.moves && options.formulation != LagrangianFormulation::SmallDisplacement;
+        let way = if moves { self.state.displacement } else { [0.0; 3] };
+        Some(PlacedPatch { patch, bounds: self.bounds, displacement: way })
     }
 
     /// Gives a solved node the velocity and acceleration of the prescribed motion; returns the impulse (N s) of the material
     /// on what drives, without mass scaling.
-    fn hold(&self, node: &mut Node, keep_start: bool, dt: f64) -> [f64; 3] {
-        let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
+    fn impose_on_node(&self, node: &mut NodalState, keep_start: bool, dt: f64) -> [f64; 3] {
+        let (mut end, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
         let mut taken = [0.0; 3];
         for c in 0..3 {
             let Some(held) = self.state.velocity[c] else { continue };
             let own = end[c] - dt * rate[c];
-            let start = if keep_start { own } else { self.before[c].unwrap_or(own) };
+            let start = if keep_start { own } else { self.previous_velocity[c].unwrap_or(own) };
             let given = (held - start) / dt;
             taken[c] = end[3] * dt * (rate[c] - given);
             end[c] = held;
             rate[c] = given;
         }
-        *node = Node { motion: Lanes::new(end), force: Lanes::new(rate) };
+        *node = NodalState { momentum_and_mass: Vector4::new(end), force: Vector4::new(rate) };
         taken
     }
 
     /// Gives a velocity (m/s) the components that are prescribed.
-    fn hold_velocity(&self, lanes: &mut Lanes) {
+    fn impose_velocity(&self, lanes: &mut Vector4) {
         let mut velocity = lanes.to_array();
         for c in 0..3 {
             velocity[c] = self.state.velocity[c].unwrap_or(velocity[c]);
         }
-        *lanes = Lanes::new(velocity);
+        *lanes = Vector4::new(velocity);
     }
 
     /// The velocity of a rigid body at a place (m/s).
     pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
-        self.loose.as_ref().map_or(self.velocity(), |loose| loose.velocity_at(x))
+        self.free_rigid_body.as_ref().map_or(self.velocity(), |loose| loose.velocity_at(x))
     }
 
     /// Its velocity (m/s), zero along what is not prescribed of a patch; of a rigid body that turns that of its centre of mass.
@@ -112,17 +112,17 @@ impl Driven {
 }
 
 /// Rigid bodies and patches of the case.
-pub fn driven(case: &Case) -> Vec<Driven> {
-    let new = |name: &String, patch| Driven {
+pub fn driven_objects(case: &Case) -> Vec<DrivenObject> {
+    let new = |name: &String, patch| DrivenObject {
         name: name.clone(),
         patch,
         bounds: patch.map_or([[0.0; 3]; 2], |patch: usize| {
             let (low, high) = case.patches[patch].region.bounds(case.dimension());
             [low, high].map(|corner| std::array::from_fn(|c| corner.get(c).copied().unwrap_or(0.0)))
         }),
-        before: [None; 3],
-        loose: None,
-        state: DrivenState::default(),
+        previous_velocity: [None; 3],
+        free_rigid_body: None,
+        state: DrivenObjectState::default(),
     };
     let bodies = case.bodies.iter().filter(|body| body.rigid).map(|body| new(&body.name, None));
     let patches = case.patches.iter().enumerate().map(|(number, patch)| new(&patch.name, Some(number)));
@@ -130,16 +130,16 @@ pub fn driven(case: &Case) -> Vec<Driven> {
 }
 
 /// A patch where it is now.
-struct Place<'a> {
+struct PlacedPatch<'a> {
     patch: &'a Patch,
     bounds: [[f64; 3]; 2],
-    way: [f64; 3],
+    displacement: [f64; 3],
 }
 
-impl Place<'_> {
+impl PlacedPatch<'_> {
     /// Corners of the box around it (m).
     fn ends(&self) -> [[f64; 3]; 2] {
-        self.bounds.map(|corner| std::array::from_fn(|c| corner[c] + self.way[c]))
+        self.bounds.map(|corner| std::array::from_fn(|c| corner[c] + self.displacement[c]))
     }
 
     /// The phases that it holds, of so many.
@@ -148,9 +148,9 @@ impl Place<'_> {
     }
 
     /// Whether it holds a place (m) in the box around it. What lies on the box up to round-off lies on it.
-    fn holds<const D: usize>(&self, x: &[f64; D]) -> bool {
+    fn contains<const D: usize>(&self, x: &[f64; D]) -> bool {
         let [low, high] = self.bounds;
-        let start: [f64; D] = std::array::from_fn(|c| (x[c] - self.way[c]).clamp(low[c], high[c]));
+        let start: [f64; D] = std::array::from_fn(|c| (x[c] - self.displacement[c]).clamp(low[c], high[c]));
         self.patch.region.contains(&start)
     }
 
@@ -158,15 +158,15 @@ impl Place<'_> {
     /// it reaches a side of the domain, the nodes beyond that side are its own.
     fn nodes<const D: usize>(
         &self,
-        Background { grid, mesh, layout, axis: basis, .. }: &Background<D>,
+        BackgroundGrid { grid, mesh, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
         mut visit: impl FnMut(usize, bool),
     ) {
         let [low, high] = self.ends();
-        let slack = ON_SURFACE * if mesh.is_empty() { grid.cell } else { mesh.height() };
+        let slack = SURFACE_TOLERANCE * if mesh.is_empty() { grid.cell } else { mesh.height() };
         let inside = |axis: usize, x: f64| (low[axis] - slack..=high[axis] + slack).contains(&x);
         if !mesh.is_empty() {
             for (number, x) in mesh.nodes().iter().enumerate() {
-                if (0..D).all(|axis| inside(axis, x[axis])) && self.holds(x) {
+                if (0..D).all(|axis| inside(axis, x[axis])) && self.contains(x) {
                     visit(number, true);
                 }
             }
@@ -203,9 +203,9 @@ impl Place<'_> {
             for j in range[1].clone() {
                 for k in range[2].clone() {
                     let index = [i, j, k];
-                    if place(&index).is_some_and(|x| self.holds(&x)) {
+                    if place(&index).is_some_and(|x| self.contains(&x)) {
                         let number = (0..D).map(|axis| index[axis] * strides[axis]).sum();
-                        visit(number, !layout.is_repeated(&index));
+                        visit(number, !layout.is_periodic_image(&index));
                     }
                 }
             }
@@ -216,12 +216,12 @@ impl Place<'_> {
 /// Numbers of the patches that hold no node where they begin.
 pub fn empty_patches<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
-    driven: &[Driven],
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
 ) -> Vec<usize> {
-    let is_empty = |driven: &&Driven| {
+    let is_empty = |driven: &&DrivenObject| {
         let mut nodes = 0;
-        let Some(place) = driven.place(&clock.case, &clock.options) else { return false };
+        let Some(place) = driven.placed_patch(&clock.case, &clock.options) else { return false };
         place.nodes(background, |_, _| nodes += 1);
         nodes == 0
     };
@@ -230,126 +230,126 @@ pub fn empty_patches<const D: usize>(
 
 /// Gives the solved nodes of the patches their velocity, and the acceleration of the prescribed motion, and `books` the
 /// force that takes. What motion begins with, nodes take from what they have.
-pub fn hold_patches<const D: usize>(
+pub fn impose_patch_velocity<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
-    driven: &mut [Driven],
-    contacts: &Contacts,
-    solved: &mut [Node],
+    background: &BackgroundGrid<D>,
+    driven: &mut [DrivenObject],
+    contacts: &FieldContacts,
+    solved: &mut [NodalState],
     books: bool,
 ) {
-    hold_solved(clock, background, driven, contacts, one_phase(solved), books);
+    impose_on_solved(clock, background, driven, contacts, one_phase(solved), books);
 }
 
 /// The same of the nodes of two phases: of the skeleton, and of the pore fluid that a patch does not let through.
-pub fn hold_phases<const D: usize>(
+pub fn impose_phase_patch_velocity<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
-    driven: &mut [Driven],
-    contacts: &Contacts,
-    nodes: &mut [[Node; 2]],
+    background: &BackgroundGrid<D>,
+    driven: &mut [DrivenObject],
+    contacts: &FieldContacts,
+    nodes: &mut [[NodalState; 2]],
 ) {
-    hold_solved(clock, background, driven, contacts, nodes, true);
+    impose_on_solved(clock, background, driven, contacts, nodes, true);
 }
 
-fn hold_solved<const N: usize, const D: usize>(
+fn impose_on_solved<const N: usize, const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
-    driven: &mut [Driven],
-    contacts: &Contacts,
-    nodes: &mut [[Node; N]],
+    background: &BackgroundGrid<D>,
+    driven: &mut [DrivenObject],
+    contacts: &FieldContacts,
+    nodes: &mut [[NodalState; N]],
     books: bool,
 ) {
-    let keep_start = clock.keeps_start();
+    let keep_start = clock.keeps_initial_velocity();
     let inertia = if books { clock.options.mass_scaling } else { 0.0 };
     for driven in driven {
         let mut total = [0.0; 3];
-        at_patch(clock, background, contacts, driven, nodes, |node, first| {
-            let given = driven.hold(node, keep_start, clock.dt);
+        for_nodes_of_patch(clock, background, contacts, driven, nodes, |node, first| {
+            let given = driven.impose_on_node(node, keep_start, clock.dt);
             if first {
                 (0..D).for_each(|c| total[c] += inertia * given[c]);
             }
         });
-        driven.take(total, clock.dt);
+        driven.add_impulse(total, clock.dt);
     }
 }
 
 /// Marks the components of velocity that patches hold, of both phases: one bit an axis.
-pub fn mark_held<const D: usize>(
+pub fn mark_constrained<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
-    driven: &[Driven],
-    contacts: &Contacts,
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+    contacts: &FieldContacts,
     held: &mut [[u8; 2]],
 ) {
-    at_patches(clock, background, driven, contacts, held, |driven, held| {
+    for_patch_nodes(clock, background, driven, contacts, held, |driven, held| {
         let axes = (0..D).filter(|c| driven.state.velocity[*c].is_some());
         *held |= axes.map(|c| 1 << c).sum::<u8>();
     });
 }
 
 /// Gives the nodes of the patches their velocity where it is re-mapped.
-pub fn hold_patches_again<const D: usize>(
+pub fn impose_patch_velocity_remapped<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
-    driven: &[Driven],
-    contacts: &Contacts,
-    remapped: &mut [Lanes],
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+    contacts: &FieldContacts,
+    remapped: &mut [Vector4],
 ) {
-    at_patches(clock, background, driven, contacts, one_phase(remapped), Driven::hold_velocity);
+    for_patch_nodes(clock, background, driven, contacts, one_phase(remapped), DrivenObject::impose_velocity);
 }
 
 /// The same of two phases.
-pub fn hold_phases_again<const D: usize>(
+pub fn impose_phase_patch_velocity_remapped<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
-    driven: &[Driven],
-    contacts: &Contacts,
-    nodes: &mut [[Lanes; 2]],
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+    contacts: &FieldContacts,
+    nodes: &mut [[Vector4; 2]],
 ) {
-    at_patches(clock, background, driven, contacts, nodes, Driven::hold_velocity);
+    for_patch_nodes(clock, background, driven, contacts, nodes, DrivenObject::impose_velocity);
 }
 
 /// Leaves nothing of what is re-mapped in the components that patches hold.
-pub fn clear_patches<const D: usize>(
+pub fn clear_patch_components<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
-    driven: &[Driven],
-    contacts: &Contacts,
-    remapped: &mut [Lanes],
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+    contacts: &FieldContacts,
+    remapped: &mut [Vector4],
 ) {
-    at_patches(clock, background, driven, contacts, one_phase(remapped), |driven, rest| {
+    for_patch_nodes(clock, background, driven, contacts, one_phase(remapped), |driven, rest| {
         let free = driven.state.velocity.map(|v| f64::from(u8::from(v.is_none())));
-        *rest *= Lanes::new([free[0], free[1], free[2], 1.0]);
+        *rest *= Vector4::new([free[0], free[1], free[2], 1.0]);
     });
 }
 
-fn at_patches<T, const N: usize, const D: usize>(
+fn for_patch_nodes<T, const N: usize, const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
-    driven: &[Driven],
-    contacts: &Contacts,
+    background: &BackgroundGrid<D>,
+    driven: &[DrivenObject],
+    contacts: &FieldContacts,
     nodes: &mut [[T; N]],
-    act: impl Fn(&Driven, &mut T),
+    act: impl Fn(&DrivenObject, &mut T),
 ) {
     for driven in driven {
-        at_patch(clock, background, contacts, driven, nodes, |held, _| act(driven, held));
+        for_nodes_of_patch(clock, background, contacts, driven, nodes, |held, _| act(driven, held));
     }
 }
 
 /// Calls `act(what it holds, whether it is the first of those that are one node)` for each node of a patch, in each field
 /// of a body that deforms and each phase that it holds.
-fn at_patch<T, const N: usize, const D: usize>(
+fn for_nodes_of_patch<T, const N: usize, const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
-    contacts: &Contacts,
-    driven: &Driven,
+    background: &BackgroundGrid<D>,
+    contacts: &FieldContacts,
+    driven: &DrivenObject,
     nodes: &mut [[T; N]],
     mut act: impl FnMut(&mut T, bool),
 ) {
-    let Some(place) = driven.place(&clock.case, &clock.options) else { return };
+    let Some(place) = driven.placed_patch(&clock.case, &clock.options) else { return };
     let len = background.layout.len();
-    for field in soft_fields(nodes.len() / len, &contacts.rigid) {
+    for field in deformable_fields(nodes.len() / len, &contacts.rigid) {
         place.nodes(background, |number, first| {
             let held = &mut nodes[field * len + number][place.phases(N)];
             held.iter_mut().for_each(|held| act(held, first));
@@ -363,6 +363,6 @@ fn one_phase<T>(nodes: &mut [T]) -> &mut [[T; 1]] {
 }
 
 /// The velocity fields of bodies that deform.
-fn soft_fields(fields: usize, rigid: &[Option<usize>]) -> impl Iterator<Item = usize> {
+fn deformable_fields(fields: usize, rigid: &[Option<usize>]) -> impl Iterator<Item = usize> {
     (0..fields).filter(|field| rigid.get(*field).is_none_or(Option::is_none))
 }

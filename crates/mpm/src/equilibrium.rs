@@ -1,10 +1,10 @@
 //! How far a stage is from static equilibrium (sheet: mpm §2.14).
 
-use colluvium_case::{Equilibrium, Scales};
-use colluvium_constitutive::BLOCK;
+use colluvium_case::{Equilibrium, EquilibriumScales};
+use colluvium_constitutive::BLOCK_SIZE;
 
-use crate::boundary::Boundary;
-use crate::nodal::nodal_squares;
+use crate::boundary::BoundaryConditions;
+use crate::nodal::nodal_load_squares;
 use crate::points::PointSet;
 use crate::solver::MpmSolver;
 use crate::vectors::square_sum;
@@ -13,7 +13,7 @@ impl<const D: usize> MpmSolver<D> {
     /// Unbalanced force and kinetic energy over what acts from outside; `None` where the stage does not ask.
     pub(crate) fn measure_equilibrium(&self) -> Option<Equilibrium> {
         self.clock.stage().equilibrium?;
-        let (scales, traction) = (self.scales(), self.traction_square());
+        let (scales, traction) = (self.equilibrium_scales(), self.traction_square());
         if let Some(phases) = &self.two_phase {
             return Some(self.phase_equilibrium(phases, traction, scales));
         }
@@ -25,17 +25,17 @@ impl<const D: usize> MpmSolver<D> {
         })
     }
 
-    fn scales(&self) -> Scales {
-        let mut scales = Scales::default();
-        for set in self.soft_sets() {
-            let mut moduli = [0.0; BLOCK];
+    fn equilibrium_scales(&self) -> EquilibriumScales {
+        let mut scales = EquilibriumScales::default();
+        for set in self.deformable_sets() {
+            let mut moduli = [0.0; BLOCK_SIZE];
             for (block, (stresses, states)) in
-                set.points.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate()
+                set.points.stress.chunks(BLOCK_SIZE).zip(set.states.blocks()).enumerate()
             {
                 set.material.wave_moduli(stresses, states, &mut moduli[..stresses.len()]);
                 for (k, stress) in stresses.iter().enumerate() {
-                    let p = block * BLOCK + k;
-                    let spacing = set.domain.as_slice().spacing(p, &self.background.ground());
+                    let p = block * BLOCK_SIZE + k;
+                    let spacing = set.domain.as_slice().spacing(p, &self.background.grid_view());
                     scales.add(set.points.volume[p], spacing, &set.total_stress(p), stress, moduli[k]);
                 }
             }
@@ -45,8 +45,8 @@ impl<const D: usize> MpmSolver<D> {
 
     /// Sum of the squares of the tractions (N²).
     fn traction_square(&self) -> f64 {
-        let Boundary { nodal, load_starts, .. } = &self.boundary;
-        let [on_nodes, _] = nodal_squares(&self.clock, &self.bodies, nodal, load_starts);
+        let BoundaryConditions { nodal_loads: nodal, load_starts, .. } = &self.boundary;
+        let [on_nodes, _] = nodal_load_squares(&self.clock, &self.bodies, nodal, load_starts);
         self.bodies.sets.iter().map(|set| square_sum(&set.points.traction)).sum::<f64>() + on_nodes
     }
 }

@@ -6,15 +6,17 @@
 
 use colluvium_case::description::{Body, Space};
 use colluvium_case::{Case, CaseError};
-use colluvium_constitutive::BLOCK;
-use colluvium_grid::{DomainSlice, Domains, FixedDomain, Ground, Lanes, Layout, Points, Sweeps, Window};
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{
+    DomainSlice, Domains, FixedDomain, GridView, Layout, NodeRange, PointSlice, Transfers, Vector4,
+};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
-use crate::cells::{Cells, GridCells};
-use crate::points::{Columns, PointSet};
+use crate::cells::{AveragingCells, GridCells};
+use crate::points::{PointColumns, PointSet};
 
 /// What detection needs.
 pub struct FreeSurface<const D: usize> {
@@ -23,15 +25,15 @@ pub struct FreeSurface<const D: usize> {
     /// Nodes of the cells.
     layout: Layout<D>,
     /// `Σ N m_p/ρ_0` (m³) of the nodes, in every lane.
-    sums: Vec<Lanes>,
+    sums: Vec<Vector4>,
     /// Whether a cell holds a point.
     occupied: Vec<bool>,
     /// Fill ratios of the nodes, in every lane.
-    fill: Vec<Lanes>,
+    fill: Vec<Vector4>,
     /// With linear functions, whatever the solver uses.
-    sweeps: &'static dyn Sweeps<D>,
+    transfers: &'static dyn Transfers<D>,
     /// On a grid, domains of no width, one for each point.
-    thin: Option<Vec<FixedDomain>>,
+    zero_width_domains: Option<Vec<FixedDomain>>,
     /// Of the bodies of the case: density at rest (kg/m³).
     densities: Vec<f64>,
     /// Of the bodies of the case: whether it is a liquid.
@@ -42,7 +44,7 @@ pub struct FreeSurface<const D: usize> {
 pub fn free_surface<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     most: usize,
 ) -> Result<Option<Box<FreeSurface<D>>>, CaseError> {
     let Some(factor) = options.free_surface else { return Ok(None) };
@@ -57,17 +59,18 @@ pub fn free_surface<const D: usize>(
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("methods.mpm.free_surface", "is not available in axisymmetry"));
     }
-    let Background { grid, layout: own, elements, sweeps, linear, .. } = background;
-    let on_grid = || Layout::of(grid, &linear.axis()).with_slabs_of(own);
+    let BackgroundGrid { grid, layout: own, elements, transfers: sweeps, linear_transfers: linear, .. } =
+        background;
+    let on_grid = || Layout::with_basis(grid, &linear.basis_1d()).with_slabs_of(own);
     let layout = elements.as_ref().map_or_else(on_grid, |_| own.clone());
     Ok(Some(Box::new(FreeSurface {
         factor,
-        sums: vec![Lanes::ZERO; layout.len()],
+        sums: vec![Vector4::ZERO; layout.len()],
         occupied: vec![false; elements.as_ref().unwrap_or(&layout).len()],
-        fill: vec![Lanes::ZERO; layout.len()],
+        fill: vec![Vector4::ZERO; layout.len()],
         layout,
-        sweeps: if background.is_meshed() { *sweeps } else { *linear },
-        thin: (!background.is_meshed()).then(|| vec![FixedDomain; most]),
+        transfers: if background.is_meshed() { *sweeps } else { *linear },
+        zero_width_domains: (!background.is_meshed()).then(|| vec![FixedDomain; most]),
         densities: case.bodies.iter().map(|body| spec(body).density()).collect(),
         liquid,
     })))
@@ -75,8 +78,8 @@ pub fn free_surface<const D: usize>(
 
 impl<const D: usize> FreeSurface<D> {
     /// Where points find the nodes of the ratios.
-    fn ground<'a>(&self, background: &'a Background<D>) -> Ground<'a, D> {
-        Ground::new(&background.grid, &background.mesh, &self.layout)
+    fn grid_view<'a>(&self, background: &'a BackgroundGrid<D>) -> GridView<'a, D> {
+        GridView::new(&background.grid, &background.mesh, &self.layout)
     }
 
     /// Memory (bytes).
@@ -85,14 +88,15 @@ impl<const D: usize> FreeSurface<D> {
     }
 
     /// Finds the fill ratios of the nodes.
-    fn find(&mut self, background: &Background<D>, sets: &[PointSet<D>]) {
-        let Self { layout, sums, occupied, sweeps, thin, densities, .. } = self;
+    fn find(&mut self, background: &BackgroundGrid<D>, sets: &[PointSet<D>]) {
+        let Self { layout, sums, occupied, transfers: sweeps, zero_width_domains: thin, densities, .. } =
+            self;
         let (layout, thin) = (&*layout, thin.as_deref());
-        let ground = Ground::new(&background.grid, &background.mesh, layout);
-        sums.fill(Lanes::ZERO);
+        let ground = GridView::new(&background.grid, &background.mesh, layout);
+        sums.fill(Vector4::ZERO);
         occupied.fill(false);
-        layout.scatter(sums, |slab, window, offset| {
-            let mut volumes = [Lanes::ZERO; BLOCK];
+        layout.for_each_slab(sums, |slab, window, offset| {
+            let mut volumes = [Vector4::ZERO; BLOCK_SIZE];
             for set in sets {
                 let scale = 1.0 / densities[set.body as usize];
                 let points = points(thin, &set.points.position, &set.domain, &set.extent);
@@ -101,14 +105,14 @@ impl<const D: usize> FreeSurface<D> {
                     volumes
                         .iter_mut()
                         .zip(masses)
-                        .for_each(|(value, mass)| *value = Lanes::splat(scale * mass));
+                        .for_each(|(value, mass)| *value = Vector4::splat(scale * mass));
                     let (to, volumes) =
-                        (Window { nodes: &mut *window, first: offset }, &volumes[..block.len()]);
-                    sweeps.deposit_values(&ground, &points.range(block), to, volumes, None);
+                        (NodeRange { nodes: &mut *window, first: offset }, &volumes[..block.len()]);
+                    sweeps.p2g_values(&ground, &points.range(block), to, volumes, None);
                 }
             }
         });
-        background.elements.as_ref().unwrap_or(layout).scatter(occupied, |slab, window, offset| {
+        background.elements.as_ref().unwrap_or(layout).for_each_slab(occupied, |slab, window, offset| {
             for set in sets {
                 let points = points(thin, &set.points.position, &set.domain, &set.extent);
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
@@ -117,15 +121,15 @@ impl<const D: usize> FreeSurface<D> {
             }
         });
         if background.is_meshed() {
-            self.divide(&background.mesh_cells());
+            self.fill_ratios_from_sums(&background.mesh_cells());
         } else {
             let (grid, strides) = (&background.grid, self.layout.strides());
-            self.divide(&GridCells { grid, strides, ghosts: 0, axisymmetric: false });
+            self.fill_ratios_from_sums(&GridCells { grid, strides, ghosts: 0, axisymmetric: false });
         }
     }
 
     /// Fill ratios from the sums.
-    fn divide(&mut self, cells: &impl Cells<D>) {
+    fn fill_ratios_from_sums(&mut self, cells: &impl AveragingCells<D>) {
         let Self { layout, sums, occupied, fill, .. } = self;
         let row = layout.strides()[0];
         fill.par_chunks_mut(row).enumerate().for_each(|(number, line)| {
@@ -133,16 +137,16 @@ impl<const D: usize> FreeSurface<D> {
                 let node = number * row + place;
                 let held = sums[node].as_array()[0];
                 if held == 0.0 {
-                    *ratio = Lanes::ZERO;
+                    *ratio = Vector4::ZERO;
                     continue;
                 }
                 let mut around = 0.0;
-                cells.around(node, |cell, _| {
+                cells.for_each_cell_around(node, |cell, _| {
                     if occupied[cell] {
                         around += cells.volume(cell);
                     }
                 });
-                *ratio = Lanes::splat(held / around * corners(cells) as f64);
+                *ratio = Vector4::splat(held / around * corners(cells) as f64);
             }
         });
     }
@@ -154,46 +158,50 @@ fn points<'a, const D: usize>(
     position: &'a [[f64; D]],
     domain: &'a Domains<D>,
     extent: &'a [f64; D],
-) -> Points<'a, D> {
+) -> PointSlice<'a, D> {
     match thin {
-        None => Points { position, domain: domain.as_slice(), extent },
+        None => PointSlice { position, domain: domain.as_slice(), extent },
         Some(thin) => {
-            Points { position, domain: DomainSlice::Fixed(&thin[..position.len()]), extent: &[0.0; D] }
+            PointSlice { position, domain: DomainSlice::Fixed(&thin[..position.len()]), extent: &[0.0; D] }
         }
     }
 }
 
 /// Corners of one of the cells.
-fn corners<const D: usize, C: Cells<D>>(_cells: &C) -> usize {
+fn corners<const D: usize, C: AveragingCells<D>>(_cells: &C) -> usize {
     C::CORNERS
 }
 
 /// Takes the stress off the liquid points on the free surface.
-pub fn relieve_surface<const D: usize>(
-    background: &Background<D>,
+pub fn free_surface_correction<const D: usize>(
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
     surface: &mut Option<Box<FreeSurface<D>>>,
 ) {
     let Some(surface) = surface else { return };
     surface.find(background, &bodies.sets);
     for set in bodies.sets.iter_mut().filter(|set| surface.liquid[set.body as usize]) {
-        relieve(background, surface, set);
+        remove_surface_stress(background, surface, set);
     }
 }
 
 /// Takes the stress off the points of a set where the fill ratio is small.
-fn relieve<const D: usize>(background: &Background<D>, surface: &FreeSurface<D>, set: &mut PointSet<D>) {
-    let ground = surface.ground(background);
+fn remove_surface_stress<const D: usize>(
+    background: &BackgroundGrid<D>,
+    surface: &FreeSurface<D>,
+    set: &mut PointSet<D>,
+) {
+    let ground = surface.grid_view(background);
     let density = surface.densities[set.body as usize];
-    let PointSet { points: Columns { stress, volume, mass, position, .. }, domain, extent, .. } = set;
-    let points = points(surface.thin.as_deref(), position, domain, extent);
-    let own = stress.par_chunks_mut(BLOCK).zip(volume.par_chunks_mut(BLOCK));
-    own.zip(mass.par_chunks(BLOCK)).enumerate().for_each(|(number, ((stresses, volumes), masses))| {
-        let first = number * BLOCK;
-        let mut all = [Lanes::ZERO; BLOCK];
+    let PointSet { points: PointColumns { stress, volume, mass, position, .. }, domain, extent, .. } = set;
+    let points = points(surface.zero_width_domains.as_deref(), position, domain, extent);
+    let own = stress.par_chunks_mut(BLOCK_SIZE).zip(volume.par_chunks_mut(BLOCK_SIZE));
+    own.zip(mass.par_chunks(BLOCK_SIZE)).enumerate().for_each(|(number, ((stresses, volumes), masses))| {
+        let first = number * BLOCK_SIZE;
+        let mut all = [Vector4::ZERO; BLOCK_SIZE];
         let ratios = &mut all[..stresses.len()];
         let points = points.range(first..first + stresses.len());
-        surface.sweeps.interpolate(&ground, &points, &surface.fill, ratios);
+        surface.transfers.g2p_values(&ground, &points, &surface.fill, ratios);
         for (k, ratio) in ratios.iter().enumerate() {
             if ratio.as_array()[0] <= surface.factor {
                 stresses[k].0 = [0.0; 6];
@@ -245,7 +253,7 @@ mod tests {
         let mut solver = stack();
         solver.bodies.sets[0].points.volume.iter_mut().for_each(|volume| *volume *= 0.9);
         let MpmSolver { background, bodies, averages, .. } = &mut solver;
-        relieve_surface(background, bodies, &mut averages.free_surface);
+        free_surface_correction(background, bodies, &mut averages.free_surface);
         // Between 0.875 and 0.25 the ratio falls to 0.7 at 0.28 of the cell.
         let set = &solver.bodies.sets[0];
         for p in 0..set.len() {
@@ -283,7 +291,7 @@ mod tests {
             };
             assert!((ratio.as_array()[0] - exact).abs() < 1e-12, "{x:?}: {ratio:?} for {exact}");
         }
-        relieve_surface(&solver.background, &mut solver.bodies, &mut Some(surface));
+        free_surface_correction(&solver.background, &mut solver.bodies, &mut Some(surface));
         let set = &solver.bodies.sets[0];
         let relieved = |p: usize| set.points.stress[p].0 == [0.0; 6];
         let within = |p: &usize| set.points.position[*p][0] > 1.0 && set.points.position[*p][0] < 2.0;

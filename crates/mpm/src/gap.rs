@@ -6,21 +6,21 @@
 //! that their ratio tells `s`; an edge that cuts both by the same share leaves the ratio as it is. Two bodies touch
 //! where their distances, counted outward from each, add up to nothing.
 
-use colluvium_grid::Axis;
+use colluvium_grid::Basis1d;
 
 /// Intervals of the table: a multiple of three, so that the kink of the hat functions (a third, the node on the surface)
 /// is at an end of one.
 const INTERVALS: usize = 1536;
 /// Distances over which the shape function is summed, in cells: the half-width of the widest.
-const REACH: f64 = 2.0;
+const SUM_RANGE: f64 = 2.0;
 /// Steps of the sum.
 const STEPS: usize = 4000;
 /// Cells of the line on which the shape function is looked at.
 const CELLS: usize = 16;
 /// Width of a point's domain (cells) for the shape functions that look at it.
-pub const THIN: f64 = 1e-4;
+pub const ZERO_WIDTH: f64 = 1e-4;
 /// Gap (cells) within which bodies count as touching: what the table and round-off leave.
-pub const TOUCHING: f64 = 1e-3;
+pub const CONTACT_TOLERANCE: f64 = 1e-3;
 
 /// Distance from a node to a flat surface, from what the node knows of the body.
 #[derive(Clone, Debug, Default)]
@@ -31,16 +31,16 @@ pub struct SurfaceDistance {
 
 impl SurfaceDistance {
     /// The table of a family of shape functions.
-    pub fn new(basis: &Axis) -> Self {
+    pub fn new(basis: &Basis1d) -> Self {
         let node = basis.nodes(CELLS) / 2;
         let place = basis.coordinate(node, CELLS);
-        let weight = |distance: f64| basis.evaluate(place + distance, THIN, CELLS).weight_of(node);
-        let step = 2.0 * REACH / STEPS as f64;
+        let weight = |distance: f64| basis.evaluate(place + distance, ZERO_WIDTH, CELLS).weight_of(node);
+        let step = 2.0 * SUM_RANGE / STEPS as f64;
         let mut below = 0.0;
         let mut last = 0.0;
         let samples: Vec<(f64, f64)> = (0..=STEPS)
             .map(|k| {
-                let distance = k as f64 * step - REACH;
+                let distance = k as f64 * step - SUM_RANGE;
                 // Round-off where the function has ended would count as all there is of the body.
                 let here = Some(weight(distance)).filter(|w| *w > 1e-9).unwrap_or(0.0);
                 below += 0.5 * step * (last + here);
@@ -68,7 +68,7 @@ impl SurfaceDistance {
     /// Distance (cells) from the node to the surface, counted outward: negative where the node lies outside. `volume`
     /// is `∫ N` over the body over the cell size, `surface` that over its surface along the outward normal (m²); a
     /// body without a surface that can be told from here counts as far on all sides.
-    pub fn of(&self, volume: f64, surface: f64) -> f64 {
+    pub fn distance(&self, volume: f64, surface: f64) -> f64 {
         let share = volume / (volume + surface.max(0.0));
         let place = share.clamp(0.0, 1.0) * INTERVALS as f64;
         let at = (place as usize).min(INTERVALS - 1);
@@ -76,16 +76,16 @@ impl SurfaceDistance {
     }
 
     /// How far two bodies overlap (cells; negative: the gap between them), from their volumes and surfaces as for
-    /// [`SurfaceDistance::of`].
+    /// [`SurfaceDistance::distance`].
     pub fn overlap(&self, volumes: [f64; 2], surfaces: [f64; 2]) -> f64 {
-        self.of(volumes[0], surfaces[0]) + self.of(volumes[1], surfaces[1])
+        self.distance(volumes[0], surfaces[0]) + self.distance(volumes[1], surfaces[1])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use colluvium_grid::{Basis, CubicSpline, Gimp, Linear, QuadraticSpline, WideGimp};
+    use colluvium_grid::{Basis, ContiguousGimpBasis, CubicSpline, GimpBasis, LinearBasis, QuadraticSpline};
 
     /// Covered volume and surface of hat functions for a surface at `s` cells, by hand.
     fn hat(s: f64) -> (f64, f64) {
@@ -95,15 +95,16 @@ mod tests {
 
     #[test]
     fn the_distance_of_a_flat_surface_is_found_again() {
-        for distance in
-            [SurfaceDistance::new(&Axis::of::<2, Linear>()), SurfaceDistance::new(&Axis::of::<3, Gimp>())]
-        {
+        for distance in [
+            SurfaceDistance::new(&Basis1d::from_basis::<2, LinearBasis>()),
+            SurfaceDistance::new(&Basis1d::from_basis::<3, GimpBasis>()),
+        ] {
             for k in -9..=9 {
                 let s = 0.1 * f64::from(k);
                 let (volume, surface) = hat(s);
                 // An edge halves both.
                 for share in [1.0, 0.5, 1e-3] {
-                    let found = distance.of(share * volume, share * surface);
+                    let found = distance.distance(share * volume, share * surface);
                     assert!((found - s).abs() < 5e-4, "{s}: {found}");
                 }
             }
@@ -111,11 +112,11 @@ mod tests {
     }
 
     fn neighbours_touch<const S: usize, B: Basis<S>>() {
-        let distance = SurfaceDistance::new(&Axis::of::<S, B>());
+        let distance = SurfaceDistance::new(&Basis1d::from_basis::<S, B>());
         let node = B::nodes(CELLS) / 2;
         let place = B::coordinate(node, CELLS);
         let weight = |x: f64| {
-            let (first, weights, _) = B::evaluate(place + x, THIN, CELLS);
+            let (first, weights, _) = B::evaluate(place + x, ZERO_WIDTH, CELLS);
             if (first..first + S).contains(&node) { weights[node - first] } else { 0.0 }
         };
         let below = |s: f64| (0..3000).map(|k| weight(s - 1e-3 * (f64::from(k) + 0.5))).sum::<f64>() * 1e-3;
@@ -125,27 +126,34 @@ mod tests {
             let volumes = |gap: f64| [below(s - 0.5 * gap), 1.0 - below(s + 0.5 * gap)];
             let surfaces = |gap: f64| [weight(s - 0.5 * gap), weight(s + 0.5 * gap)];
             assert!(
-                distance.overlap(volumes(-shift), surfaces(-shift)) > TOUCHING,
+                distance.overlap(volumes(-shift), surfaces(-shift)) > CONTACT_TOLERANCE,
                 "{}: overlap at {s}",
                 B::NAME
             );
-            assert!(distance.overlap(volumes(shift), surfaces(shift)) < -TOUCHING, "{}: gap at {s}", B::NAME);
+            assert!(
+                distance.overlap(volumes(shift), surfaces(shift)) < -CONTACT_TOLERANCE,
+                "{}: gap at {s}",
+                B::NAME
+            );
         }
     }
 
     #[test]
     fn a_gap_of_a_twentieth_of_a_cell_is_seen_by_every_family() {
-        neighbours_touch::<2, Linear>();
-        neighbours_touch::<3, Gimp>();
-        neighbours_touch::<4, WideGimp>();
+        neighbours_touch::<2, LinearBasis>();
+        neighbours_touch::<3, GimpBasis>();
+        neighbours_touch::<4, ContiguousGimpBasis>();
         neighbours_touch::<3, QuadraticSpline>();
         neighbours_touch::<4, CubicSpline>();
     }
 
     #[test]
     fn a_body_without_a_surface_in_reach_counts_as_far() {
-        let distance = SurfaceDistance::new(&Axis::of::<2, Linear>());
-        assert!((distance.of(1.0, 0.0) - 1.0).abs() < 1e-3 && (distance.of(1.0, -0.3) - 1.0).abs() < 1e-3);
-        assert!((distance.of(1e-12, 1.0) + 1.0).abs() < 1e-3);
+        let distance = SurfaceDistance::new(&Basis1d::from_basis::<2, LinearBasis>());
+        assert!(
+            (distance.distance(1.0, 0.0) - 1.0).abs() < 1e-3
+                && (distance.distance(1.0, -0.3) - 1.0).abs() < 1e-3
+        );
+        assert!((distance.distance(1e-12, 1.0) + 1.0).abs() < 1e-3);
     }
 }

@@ -67,13 +67,13 @@ mod walls;
 mod work;
 mod xpic;
 
-use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
+use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, Mass, MeshSource, MpmOptions,
-    ObstacleContact, Penalty, ShapeFunctions, StepCriterion, StressScheme, Transfer, VolumetricStrain,
-    WallFriction,
+    BodyContact, ContactTest, DomainStretch, FixedNodes, InternalForceIntegration, LagrangianFormulation,
+    MeshSource, MpmOptions, NodalMass, ObstacleCoupling, PenaltyContact, ShapeFunctions, StepCriterion,
+    StressScheme, VelocityTransfer, VolumetricStrain, WallFriction,
 };
 pub use solver::MpmSolver;
 
@@ -95,19 +95,19 @@ impl Method for Mpm {
         schemars::schema_for!(MpmOptions)
     }
 
-    fn size(&self, case: &Case) -> Result<Size, CaseError> {
-        size::size(case)
+    fn problem_size(&self, case: &Case) -> Result<ProblemSize, CaseError> {
+        size::problem_size(case)
     }
 
-    fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
-        setup::honours(case)
+    fn capabilities(&self, case: &Case) -> Result<Capabilities, CaseError> {
+        setup::capabilities(case)
     }
 
-    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
+    fn plan_supported_case(&self, case: &Case) -> Result<Plan, CaseError> {
         setup::plan(case)
     }
 
-    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    fn build_supported_case(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case)
     }
 }

@@ -7,66 +7,67 @@
 
 use std::ops::Range;
 
-use colluvium_constitutive::BLOCK;
-use colluvium_grid::{Lanes, Node, Window};
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{NodalState, NodeRange, Vector4};
 
 use crate::MpmOptions;
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
-use crate::nodes::Nodes;
+use crate::nodes::VelocityFields;
 
-/// Weakens the force on nodes that points reach by less than [`MpmOptions::least_reach`] of a cell, with the square of the reach over that: the strain that it
+/// Weakens the force on nodes that points reach by less than [`MpmOptions::min_reach`] of a cell, with the square of the reach over that: the strain that it
 /// adds then falls with the reach, and nothing jumps as points come and go. Weight and walls stay. The reach along an axis is the
 /// mass of the node over `h Σ m |∂N/∂x|`: `ξ` at a plane surface, however many points stand abreast and whatever their
 /// masses, and about a half within material.
-pub fn weaken_light_nodes<const D: usize>(
+pub fn rescale_small_mass_forces<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    nodes: &mut Nodes,
+    nodes: &mut VelocityFields,
 ) {
-    let Nodes { solved, slopes, .. } = nodes;
+    let VelocityFields { solved, mass_gradients: slopes, .. } = nodes;
     if slopes.is_empty() {
         return;
     }
-    let Background { layout, sweeps, .. } = background;
-    let ground = background.ground();
-    let least = MpmOptions::least_reach(clock.courant, D);
+    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
+    let ground = background.grid_view();
+    let least = MpmOptions::min_reach(clock.courant, D);
     let row_length = layout.strides()[0];
     let fields = slopes.chunks_exact_mut(layout.len()).zip(solved.chunks_exact_mut(layout.len()));
     for (field, (slopes, nodes)) in fields.enumerate() {
         layout.reset(slopes);
-        mark_edges(background, least, nodes, slopes);
-        layout.scatter(slopes, |slab, window, offset| {
-            let mut moments = [Lanes::ZERO; BLOCK];
+        mark_small_mass_nodes(background, least, nodes, slopes);
+        layout.for_each_slab(slopes, |slab, window, offset| {
+            let mut moments = [Vector4::ZERO; BLOCK_SIZE];
             for set in bodies.sets.iter().filter(|set| set.field == field) {
                 let position = &set.points.position;
                 for block in set.blocks_of(slab) {
                     let mut rest = block;
                     while let Some(run) =
-                        next_run(&mut rest, |p| reaches_edge(background, &position[p], window, offset))
+                        next_run(&mut rest, |p| reaches_marked_node(background, &position[p], window, offset))
                     {
                         for (moments, p) in moments.iter_mut().zip(run.clone()) {
                             let cell = set.domain.as_slice().spacing(p, &ground);
-                            *moments = slope_moments(background, &position[p], set.points.mass[p] * cell);
+                            *moments = gradient_moments(background, &position[p], set.points.mass[p] * cell);
                         }
-                        let to = Window { nodes: &mut *window, first: offset };
-                        let (values, moments) = (&[Lanes::ZERO; BLOCK][..run.len()], &moments[..run.len()]);
-                        sweeps.deposit_gradients(&ground, &set.places().range(run), to, values, moments);
+                        let to = NodeRange { nodes: &mut *window, first: offset };
+                        let (values, moments) =
+                            (&[Vector4::ZERO; BLOCK_SIZE][..run.len()], &moments[..run.len()]);
+                        sweeps.p2g_moments(&ground, &set.point_slice().range(run), to, values, moments);
                     }
                 }
             }
         });
-        layout.fold(slopes, |sum, node| *sum += *node);
+        layout.sum_periodic_images(slopes, |sum, node| *sum += *node);
         let slopes = &*slopes;
-        layout.each(nodes, |row, active, line| {
+        layout.for_each_active_node_range(nodes, |row, active, line| {
             for number in active {
                 let [slopes @ .., mark] = slopes[row * row_length + number].to_array();
                 if mark == 0.0 {
                     continue;
                 }
-                let mass = line[number].motion.as_array()[3];
+                let mass = line[number].momentum_and_mass.as_array()[3];
                 let wanted = least * slopes[..D].iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
                 if mass < wanted {
                     line[number].force *= (mass / wanted).powi(2);
@@ -79,12 +80,17 @@ pub fn weaken_light_nodes<const D: usize>(
 /// Marks, in the fourth lane of their slopes, the nodes that may be reached by less than `least` of a cell: on a grid along some axis those
 /// with less than that share of their own mass and their two neighbours', as `h |∂N/∂x|` is what a point gives to the two
 /// nodes of its cell. Those within material are not among them, and what points give to those need not be summed.
-fn mark_edges<const D: usize>(background: &Background<D>, least: f64, nodes: &[Node], slopes: &mut [Lanes]) {
-    const MARK: Lanes = Lanes::new([0.0, 0.0, 0.0, 1.0]);
+fn mark_small_mass_nodes<const D: usize>(
+    background: &BackgroundGrid<D>,
+    least: f64,
+    nodes: &[NodalState],
+    slopes: &mut [Vector4],
+) {
+    const MARK: Vector4 = Vector4::new([0.0, 0.0, 0.0, 1.0]);
     let layout = &background.layout;
     let (strides, counts) = (layout.strides(), layout.nodes());
-    let mass = |number: usize| nodes[number].motion.as_array()[3];
-    layout.each(slopes, |row, active, line| {
+    let mass = |number: usize| nodes[number].momentum_and_mass.as_array()[3];
+    layout.for_each_active_node_range(slopes, |row, active, line| {
         for number in active {
             let (index, node) = (layout.index(row, number), row * strides[0] + number);
             let is_light = |axis: usize| {
@@ -104,10 +110,10 @@ fn mark_edges<const D: usize>(background: &Background<D>, least: f64, nodes: &[N
 
 /// Whether a point gives to a node that is marked.
 #[inline(always)]
-fn reaches_edge<const D: usize>(
-    background: &Background<D>,
+fn reaches_marked_node<const D: usize>(
+    background: &BackgroundGrid<D>,
     position: &[f64; D],
-    window: &[Lanes],
+    window: &[Vector4],
     offset: usize,
 ) -> bool {
     if background.is_meshed() {
@@ -131,12 +137,16 @@ fn next_run(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<R
 
 /// What a point of mass times cell size `moment` (kg m) gives: the derivative along each axis in a lane of its own. On a grid
 /// the sign turns from cell to cell, as that of the derivative at a node does: there sizes are summed.
-fn slope_moments<const D: usize>(background: &Background<D>, position: &[f64; D], moment: f64) -> Lanes {
+fn gradient_moments<const D: usize>(
+    background: &BackgroundGrid<D>,
+    position: &[f64; D],
+    moment: f64,
+) -> Vector4 {
     let cell = (!background.is_meshed()).then(|| background.grid.cell_of(position));
     let mut lanes = [0.0; 4];
     for axis in 0..D {
         let turned = cell.is_some_and(|cell| cell[axis] % 2 == 1);
         lanes[axis] = if turned { -moment } else { moment };
     }
-    Lanes::new(lanes)
+    Vector4::new(lanes)
 }

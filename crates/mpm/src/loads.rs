@@ -7,14 +7,14 @@ use std::ops::Range;
 use colluvium_case::description::Load;
 use colluvium_case::loads::nanson;
 use colluvium_case::{Case, CaseError};
-use colluvium_constitutive::BLOCK;
-use colluvium_grid::{Gathered, Mesh, Points};
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{InterpolatedMotion, Mesh, PointSlice};
 
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
 use crate::mesh;
-use crate::nodes::{Nodes, Velocities};
+use crate::nodes::{VelocityFields, VelocitySource};
 use crate::points::PointSet;
 use crate::surface_load::SurfaceLoad;
 
@@ -24,7 +24,11 @@ pub fn factor(case: &Case, number: usize, starts: &[f64], time: f64) -> f64 {
 }
 
 /// The set of points that load `number` is on.
-pub fn loaded<const D: usize>(case: &Case, number: usize, sets: &[PointSet<D>]) -> Result<usize, CaseError> {
+pub fn loaded_set<const D: usize>(
+    case: &Case,
+    number: usize,
+    sets: &[PointSet<D>],
+) -> Result<usize, CaseError> {
     let body = case.loads[number].body();
     sets.iter()
         .position(|set| case.bodies[set.body as usize].name == body)
@@ -33,7 +37,7 @@ pub fn loaded<const D: usize>(case: &Case, number: usize, sets: &[PointSet<D>]) 
 
 /// Area (m²; m in the plane, per radian in axisymmetry) of the domain of each point of a regular set on the loaded side, with
 /// the share of the load at its place; zero within the body.
-pub fn areas<const D: usize>(case: &Case, load: &Load, set: &PointSet<D>) -> Vec<f64> {
+pub fn loaded_areas<const D: usize>(case: &Case, load: &Load, set: &PointSet<D>) -> Vec<f64> {
     load.side().map_or(Vec::new(), |side| case.side_areas(load, side, &set.points.position, &set.extent))
 }
 
@@ -45,9 +49,9 @@ pub fn apply<const D: usize>(
     sets: &mut [PointSet<D>],
 ) -> Result<(), CaseError> {
     let load = &case.loads[number];
-    let set = &mut sets[loaded(case, number, sets)?];
+    let set = &mut sets[loaded_set(case, number, sets)?];
     let carried = if mesh.is_empty() || load.side().is_none() {
-        case.carried(number, &set.points.position, &set.extent)?
+        case.load_vectors(number, &set.points.position, &set.extent)?
     } else {
         let per_area = load.per_area::<D>();
         mesh::loaded_areas(case, number, mesh, set)?
@@ -58,8 +62,8 @@ pub fn apply<const D: usize>(
     set.loads.push(SurfaceLoad {
         number,
         liquid: load.is_of_fluid(),
-        follows: load.follows(),
-        carried,
+        is_follower: load.is_follower(),
+        vectors: carried,
         applied: f64::NAN,
     });
     set.points.traction.resize(set.points.position.len(), [0.0; D]);
@@ -73,7 +77,7 @@ impl<const D: usize> PointSet<D> {
     /// Forces of all loads of the set at `time` (s) on its points; `starts` are when the loads of the case begin (s).
     fn apply_loads(&mut self, case: &Case, starts: &[f64], time: f64) {
         let factor = |load: &SurfaceLoad<D>| factor(case, load.number, starts, time);
-        if self.loads.iter().all(|load| !load.follows && load.applied == factor(load)) {
+        if self.loads.iter().all(|load| !load.is_follower && load.applied == factor(load)) {
             return;
         }
         self.points.traction.fill([0.0; D]);
@@ -87,7 +91,7 @@ impl<const D: usize> PointSet<D> {
                 _ => &mut self.points.traction,
             };
             let of_case = &case.loads[load.number];
-            for (sum, carried) in forces.iter_mut().zip(&load.carried) {
+            for (sum, carried) in forces.iter_mut().zip(&load.vectors) {
                 let force = of_case.force(carried);
                 for c in 0..D {
                     sum[c] += load.applied * force[c];
@@ -106,25 +110,25 @@ pub fn apply_loads<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, starts
 
 /// Turns and stretches what follows the surface with the motion that `read` finds on the nodes of a velocity
 /// field, before the points move.
-pub fn follow_surfaces<const D: usize>(
+pub fn update_follower_vectors<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    read: &Read<'_, D>,
+    read: &GridReader<'_, D>,
 ) {
-    if !bodies.sets.iter().any(|set| set.loads.iter().any(|load| load.follows)) {
+    if !bodies.sets.iter().any(|set| set.loads.iter().any(|load| load.is_follower)) {
         return;
     }
     let dt = clock.dt;
-    let mut all = [Gathered::ZERO; BLOCK];
+    let mut all = [InterpolatedMotion::ZERO; BLOCK_SIZE];
     for set in &mut bodies.sets {
         let points =
-            Points { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
-        for load in set.loads.iter_mut().filter(|load| load.follows) {
-            for run in runs(&load.carried) {
+            PointSlice { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
+        for load in set.loads.iter_mut().filter(|load| load.is_follower) {
+            for run in loaded_ranges(&load.vectors) {
                 let (points, reads) = (points.range(run.clone()), &mut all[..run.len()]);
                 read(set.field, &points, reads);
-                let vectors = load.carried[run].iter_mut();
+                let vectors = load.vectors[run].iter_mut();
                 for ((vector, motion), position) in vectors.zip(&*reads).zip(points.position) {
                     let step: [[f64; D]; D] = std::array::from_fn(|i| {
                         std::array::from_fn(|j| dt * motion.gradient[j].as_array()[i])
@@ -143,26 +147,26 @@ pub fn follow_surfaces<const D: usize>(
 }
 
 /// Lets the loads follow the motion of the nodes of one phase.
-pub fn follow_loads<const D: usize>(
+pub fn update_follower_loads<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    (nodes, read): (&Nodes, Velocities),
+    (nodes, read): (&VelocityFields, VelocitySource),
 ) {
-    follow_surfaces(clock, background, bodies, &|field, points, reads| {
-        nodes.gather(read, background, field, points, reads);
+    update_follower_vectors(clock, background, bodies, &|field, points, reads| {
+        nodes.g2p(read, background, field, points, reads);
     });
 }
 
 /// Finds what points of a velocity field read off the nodes.
-type Read<'a, const D: usize> = dyn Fn(usize, &Points<'_, D>, &mut [Gathered<D>]) + 'a;
+type GridReader<'a, const D: usize> = dyn Fn(usize, &PointSlice<'_, D>, &mut [InterpolatedMotion<D>]) + 'a;
 
 /// Runs of points that carry something, of [`BLOCK`] or fewer.
-fn runs<const D: usize>(vectors: &[[f64; D]]) -> Vec<Range<usize>> {
+fn loaded_ranges<const D: usize>(vectors: &[[f64; D]]) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     for p in (0..vectors.len()).filter(|p| vectors[*p] != [0.0; D]) {
         match runs.last_mut() {
-            Some(run) if run.end == p && run.len() < BLOCK => run.end += 1,
+            Some(run) if run.end == p && run.len() < BLOCK_SIZE => run.end += 1,
             _ => runs.push(p..p + 1),
         }
     }

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use colluvium_case::{Case, CaseError, Manufactured, Solver, spatial};
-use colluvium_constitutive::{BLOCK, Mat3};
-use colluvium_grid::Square;
+use colluvium_constitutive::{BLOCK_SIZE, Mat3};
+use colluvium_grid::SquareMatrix;
 
-use crate::affine::start_affine;
+use crate::affine::initialise_affine;
 use crate::bodies::Bodies;
-use crate::dispatch::Chosen;
+use crate::dispatch::SelectedTransfers;
 use crate::solver::MpmSolver;
 use crate::stretch::right_stretch;
 use crate::{Mpm, MpmOptions, dispatch, setup};
@@ -21,32 +21,36 @@ impl Mpm {
     /// As for building the case itself; and when the law refuses the deformation at the start.
     pub fn manufactured(&self, case: &Case, solution: Manufactured) -> Result<Box<dyn Solver>, CaseError> {
         let options = setup::options(case)?;
-        dispatch::dispatch(case, &options, Build { case, options: &options, solution: Arc::new(solution) })
+        dispatch::dispatch(
+            case,
+            &options,
+            BuildManufactured { case, options: &options, solution: Arc::new(solution) },
+        )
     }
 }
 
-struct Build<'a> {
+struct BuildManufactured<'a> {
     case: &'a Case,
     options: &'a MpmOptions,
     solution: Arc<Manufactured>,
 }
 
-impl dispatch::Visitor for Build<'_> {
+impl dispatch::DimensionVisitor for BuildManufactured<'_> {
     type Output = Result<Box<dyn Solver>, CaseError>;
 
-    fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output {
+    fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
         let mut solver = setup::solver(self.case, self.options, chosen)?;
-        solver.start_manufactured(&self.solution).map_err(|reason| CaseError::new("bodies", reason))?;
+        solver.initialise_manufactured(&self.solution).map_err(|reason| CaseError::new("bodies", reason))?;
         solver.manufactured = Some(self.solution);
         Ok(Box::new(solver))
     }
 }
 
 impl<const D: usize> MpmSolver<D> {
-    fn start_manufactured(&mut self, solution: &Manufactured) -> Result<(), String> {
+    fn initialise_manufactured(&mut self, solution: &Manufactured) -> Result<(), String> {
         for set in &mut self.bodies.sets {
             let mut motions = Vec::with_capacity(set.len());
-            let mut gradients: Vec<Square<D>> = Vec::with_capacity(set.len());
+            let mut gradients: Vec<SquareMatrix<D>> = Vec::with_capacity(set.len());
             for p in 0..set.len() {
                 let begun = (solution.start)(spatial(&set.points.origin[p]));
                 set.points.position[p] = std::array::from_fn(|c| begun.position[c]);
@@ -54,11 +58,13 @@ impl<const D: usize> MpmSolver<D> {
                 set.points.volume[p] *= Mat3(begun.deformation).determinant();
                 let density = set.points.mass[p] / set.points.volume[p];
                 let motion = begun.motion(density, self.background.grid.cell);
-                gradients.push(std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j])));
+                gradients.push(std::array::from_fn(|i| {
+                    std::array::from_fn(|j| motion.velocity_gradient_dt.0[i][j])
+                }));
                 motions.push(motion);
             }
-            set.domain.as_mut().follow(&gradients, right_stretch);
-            let blocks = motions.chunks(BLOCK).zip(set.points.stress.chunks_mut(BLOCK));
+            set.domain.as_mut().update_deformation(&gradients, right_stretch);
+            let blocks = motions.chunks(BLOCK_SIZE).zip(set.points.stress.chunks_mut(BLOCK_SIZE));
             for ((motions, stress), states) in blocks.zip(set.states.blocks_mut()) {
                 set.material.update(motions, stress, states).map_err(|error| error.source.to_string())?;
             }
@@ -66,13 +72,13 @@ impl<const D: usize> MpmSolver<D> {
         }
         self.clock.limit = None;
         self.sort();
-        start_affine(&self.clock, &self.background, &mut self.bodies);
+        initialise_affine(&self.clock, &self.background, &mut self.bodies);
         Ok(())
     }
 }
 
 /// Sets the body forces of a step from `time` (s) on.
-pub(crate) fn push<const D: usize>(solution: &Manufactured, bodies: &mut Bodies<D>, time: f64) {
+pub(crate) fn set_body_forces<const D: usize>(solution: &Manufactured, bodies: &mut Bodies<D>, time: f64) {
     for set in &mut bodies.sets {
         for p in 0..set.len() {
             let force = (solution.force)(spatial(&set.points.origin[p]), time);

@@ -8,63 +8,64 @@
 
 use colluvium_case::description::Wall;
 use colluvium_case::rigid::{
-    Planks, RigidStep, Side, Six, Touched, Touching, add_impulses, add_stiffness, resultant, velocity_at,
+    ContactLawAtPoint, ContactSystem, RigidStep, SupportPoints, Twist, WallPlane, add_impulses,
+    add_stiffness, velocity_at, wrench_at,
 };
 use colluvium_case::spatial;
-use colluvium_grid::{Lanes, Node, Walls};
+use colluvium_grid::{NodalState, NodeWalls, Vector4};
 
-use crate::at_node::{Touch, touching};
-use crate::background::Background;
+use crate::at_node::{ContactNode, contact_node};
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
-use crate::contact::{Contacts, Given, Interface, RowTouch};
-use crate::driven::Driven;
-use crate::obstacles::rocks::Rock;
-use crate::vectors::three;
+use crate::contact::{ContactImpulse, FieldContacts, Interface, RowContact};
+use crate::driven::DrivenObject;
+use crate::obstacles::rocks::PenaltyObstacle;
+use crate::vectors::first_three;
 
 /// A node at which a rigid body touches a body that deforms.
 #[derive(Clone, Copy, Debug)]
-pub struct Grip {
+pub struct ContactPoint {
     /// Number of the pair of fields, and the side of the rigid one.
     pair: usize,
     side: usize,
-    place: usize,
+    node: usize,
     /// From the centre of mass (m).
     arm: [f64; 3],
     /// Of the node of what deforms (kg, m/s).
     masses: [f64; 2],
     velocity: [f64; 3],
-    surface: Option<Interface>,
-    given: Given,
+    interface: Option<Interface>,
+    impulse: ContactImpulse,
 }
 
 /// Room for what a rigid body touches.
 #[derive(Clone, Debug, Default)]
-pub struct Grips {
-    nodes: Vec<Grip>,
-    planks: Planks,
+pub struct ContactSet {
+    nodes: Vec<ContactPoint>,
+    support_points: SupportPoints,
     /// How often the laws were not met to the last digit.
-    pub unsettled: u64,
+    pub unconverged_steps: u64,
 }
 
 /// What a rigid body meets in a step.
-struct Meeting<'a> {
-    touches: &'a [Touch<'a>],
-    nodes: &'a [Grip],
-    planks: &'a Planks,
+struct RigidContactSystem<'a> {
+    touches: &'a [ContactNode<'a>],
+    nodes: &'a [ContactPoint],
+    planks: &'a SupportPoints,
 }
 
-impl Grip {
+impl ContactPoint {
     /// Velocities (m/s) of the two sides where the rigid body has the velocity `w`.
-    fn ends<'a>(&'a self, w: &'a [f64; 3]) -> [&'a [f64; 3]; 2] {
+    fn side_velocities<'a>(&'a self, w: &'a [f64; 3]) -> [&'a [f64; 3]; 2] {
         if self.side == 0 { [w, &self.velocity] } else { [&self.velocity, w] }
     }
 }
 
 /// A node that a rigid body touches, with the law there.
-struct At<'a>(&'a Grip, &'a Touch<'a>);
+struct ContactPointLaw<'a>(&'a ContactPoint, &'a ContactNode<'a>);
 
-impl Touching for At<'_> {
+impl ContactLawAtPoint for ContactPointLaw<'_> {
     fn arm(&self) -> &[f64; 3] {
         &self.0.arm
     }
@@ -72,8 +73,9 @@ impl Touching for At<'_> {
     fn impulse(&self, w: &[f64; 3]) -> [f64; 3] {
         let Self(grip, touch) = self;
         let soft = 1 - grip.side;
-        let (inertias, mut given) = (touch.inertias(grip.masses), grip.given);
-        let touched = touch.answer(grip.surface, inertias, grip.ends(w), &mut given);
+        let (inertias, mut given) = (touch.inertias(grip.masses), grip.impulse);
+        let touched =
+            touch.velocities_at_interface(grip.interface, inertias, grip.side_velocities(w), &mut given);
         touched.map_or([0.0; 3], |touched| {
             std::array::from_fn(|c| inertias[soft] * (grip.velocity[c] - touched[soft][c]))
         })
@@ -82,25 +84,25 @@ impl Touching for At<'_> {
     fn stiffness(&self, w: &[f64; 3]) -> [[f64; 3]; 3] {
         let Self(grip, touch) = self;
         let inertia = touch.inertias(grip.masses)[1 - grip.side];
-        touch.stiffness(grip.surface, inertia, grip.ends(w), &grip.given)
+        touch.stiffness(grip.interface, inertia, grip.side_velocities(w), &grip.impulse)
     }
 }
 
-impl Meeting<'_> {
-    fn nodes(&self) -> impl Iterator<Item = At<'_>> {
-        self.nodes.iter().map(|grip| At(grip, &self.touches[grip.pair]))
+impl RigidContactSystem<'_> {
+    fn nodes(&self) -> impl Iterator<Item = ContactPointLaw<'_>> {
+        self.nodes.iter().map(|grip| ContactPointLaw(grip, &self.touches[grip.pair]))
     }
 }
 
-impl Touched for Meeting<'_> {
-    fn impulse(&self, motion: &Six, stuck: bool) -> Six {
+impl ContactSystem for RigidContactSystem<'_> {
+    fn impulse(&self, motion: &Twist, stuck: bool) -> Twist {
         let mut sum = [0.0; 6];
         add_impulses(self.nodes(), motion, &mut sum);
         self.planks.add_impulses(motion, stuck, &mut sum);
         sum
     }
 
-    fn stiffness(&self, motion: &Six, stuck: bool) -> [Six; 6] {
+    fn stiffness(&self, motion: &Twist, stuck: bool) -> [Twist; 6] {
         let mut sum = [[0.0; 6]; 6];
         add_stiffness(self.nodes(), motion, &mut sum);
         self.planks.add_stiffness(motion, stuck, &mut sum);
@@ -109,10 +111,10 @@ impl Touched for Meeting<'_> {
 }
 
 /// The walls of the stage that rigid bodies stand on.
-fn sides<'a, const D: usize>(
+fn supporting_walls<'a, const D: usize>(
     clock: &'a Clock,
-    background: &'a Background<D>,
-) -> impl Iterator<Item = Side> + 'a {
+    background: &'a BackgroundGrid<D>,
+) -> impl Iterator<Item = WallPlane> + 'a {
     clock.case.active_boundaries(clock.stage).into_iter().filter_map(|(_, boundary)| {
         let (axis, wall) = (boundary.side.axis(), &boundary.wall);
         // The axis of rotation holds nothing.
@@ -120,7 +122,7 @@ fn sides<'a, const D: usize>(
         if matches!(wall, Wall::Absorbing { .. }) || boundary.group.is_some() || of_axis {
             return None;
         }
-        Some(Side {
+        Some(WallPlane {
             axis,
             off: if boundary.side.is_max() { -1.0 } else { 1.0 },
             face: boundary.position(&clock.case.domain),
@@ -131,132 +133,148 @@ fn sides<'a, const D: usize>(
 }
 
 /// What rigid bodies meet.
-pub struct Around<'a, const D: usize> {
+pub struct ContactContext<'a, const D: usize> {
     /// The step.
     pub clock: &'a Clock,
     /// Where the nodes are.
-    pub background: &'a Background<D>,
+    pub background: &'a BackgroundGrid<D>,
     /// The points.
     pub bodies: &'a Bodies<D>,
     /// Mass (kg) up to which a node does not count.
-    pub light: f64,
+    pub mass_cutoff: f64,
     /// Walls on nodes.
-    pub walls: &'a Walls,
+    pub walls: &'a NodeWalls,
     /// The pairs of fields.
-    pub contacts: &'a Contacts,
+    pub contacts: &'a FieldContacts,
 }
 
-impl<const D: usize> Around<'_, D> {
+impl<const D: usize> ContactContext<'_, D> {
     /// Lists the corners of the points of rigid body `number` that can reach walls and obstacles in the step.
-    fn find(&self, number: usize, loose: &RigidStep, rocks: &[Rock<D>], planks: &mut Planks) {
+    fn find(
+        &self,
+        number: usize,
+        loose: &RigidStep,
+        rocks: &[PenaltyObstacle<D>],
+        planks: &mut SupportPoints,
+    ) {
         let Some(set) = self.bodies.sets.iter().find(|set| set.rigid == Some(number)) else { return };
         let points = (set.points.position.as_slice(), 0.5 * set.extent[0]);
-        let sides = sides(self.clock, self.background);
-        planks.list((loose, self.clock.dt), points, sides, rocks.iter().map(Rock::ground));
+        let sides = supporting_walls(self.clock, self.background);
+        planks.list((loose, self.clock.dt), points, sides, rocks.iter().map(PenaltyObstacle::rigid_contact));
     }
 }
 
 /// Lets the rigid bodies that move freely act on what deforms, on walls and on obstacles; says whether that changes any node.
-pub fn meet<const D: usize>(
-    around: &Around<'_, D>,
-    solved: &mut [Node],
-    driven: &mut [Driven],
-    touched: &mut [RowTouch],
-    (grips, rocks): (&mut Grips, &mut [Rock<D>]),
+pub fn solve_rigid_contact<const D: usize>(
+    around: &ContactContext<'_, D>,
+    solved: &mut [NodalState],
+    driven: &mut [DrivenObject],
+    touched: &mut [RowContact],
+    (grips, rocks): (&mut ContactSet, &mut [PenaltyObstacle<D>]),
 ) -> bool {
-    let Around { clock, background, light, walls, contacts, .. } = *around;
+    let ContactContext { clock, background, mass_cutoff: light, walls, contacts, .. } = *around;
     let mut changed = false;
     for (field, number) in contacts.rigid.iter().enumerate() {
         let Some(number) = *number else { continue };
-        let Some(mut loose) = driven[number].loose else { continue };
-        let touches: Vec<Touch<'_>> = contacts
+        let Some(mut loose) = driven[number].free_rigid_body else { continue };
+        let touches: Vec<ContactNode<'_>> = contacts
             .pairs
             .iter()
-            .map(|pair| touching(clock, background, light, walls, contacts, pair, clock.dt))
+            .map(|pair| contact_node(clock, background, light, walls, contacts, pair, clock.dt))
             .collect();
         grips.nodes.clear();
-        gather(background, contacts, field, &loose, solved, (&touches, touched), &mut grips.nodes);
-        around.find(number, &loose, rocks, &mut grips.planks);
-        let meeting = Meeting { touches: &touches, nodes: &grips.nodes, planks: &grips.planks };
-        let (motion, done) = loose.settled(&meeting);
-        grips.unsettled += u64::from(!done);
+        collect_contact_points(
+            background,
+            contacts,
+            field,
+            &loose,
+            solved,
+            (&touches, touched),
+            &mut grips.nodes,
+        );
+        around.find(number, &loose, rocks, &mut grips.support_points);
+        let meeting =
+            RigidContactSystem { touches: &touches, nodes: &grips.nodes, planks: &grips.support_points };
+        let (motion, done) = loose.solve_contact(&meeting);
+        grips.unconverged_steps += u64::from(!done);
         let mut impulse = [0.0; 6];
         let mut taken = [0.0; 3];
         for grip in &grips.nodes {
             let w = velocity_at(&motion, &grip.arm);
             let touch = &touches[grip.pair];
-            let Some((moved, own)) = act(background, contacts, touch, grip, &w, solved, touched) else {
+            let Some((moved, own)) = apply_contact(background, contacts, touch, grip, &w, solved, touched)
+            else {
                 continue;
             };
             changed |= moved;
-            let of = resultant(&own, &grip.arm);
+            let of = wrench_at(&own, &grip.arm);
             (0..6).for_each(|k| impulse[k] += of[k]);
             (0..3).for_each(|c| taken[c] += own[c]);
         }
         // Walls take what is left of the balance: found from their inertia it would carry the round-off of that.
-        if grips.planks.is_empty() {
-            loose.push(&impulse);
+        if grips.support_points.is_empty() {
+            loose.add_impulse(&impulse);
         } else {
             loose.motion = motion;
-            for stood in grips.planks.stood(&loose, !done) {
-                rocks[stood.obstacle].state.take(&stood, clock.dt);
+            for stood in grips.support_points.reactions(&loose, !done) {
+                rocks[stood.obstacle].state.add_support_reaction(&stood, clock.dt);
             }
         }
-        driven[number].loose = Some(loose);
-        driven[number].take(taken, clock.dt);
+        driven[number].free_rigid_body = Some(loose);
+        driven[number].add_impulse(taken, clock.dt);
     }
     changed
 }
 
 /// Lets a rigid body of the velocity `w` (m/s) at a node act there; says whether that changes anything, and which impulse
 /// (N s) the rigid body takes.
-fn act<const D: usize>(
-    background: &Background<D>,
-    contacts: &Contacts,
-    touch: &Touch<'_>,
-    grip: &Grip,
+fn apply_contact<const D: usize>(
+    background: &BackgroundGrid<D>,
+    contacts: &FieldContacts,
+    touch: &ContactNode<'_>,
+    grip: &ContactPoint,
     w: &[f64; 3],
-    solved: &mut [Node],
-    touched: &mut [RowTouch],
+    solved: &mut [NodalState],
+    touched: &mut [RowContact],
 ) -> Option<(bool, [f64; 3])> {
     let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
-    let (row, number) = (grip.place / row_length, grip.place % row_length);
+    let (row, number) = (grip.node / row_length, grip.node % row_length);
     let index = background.layout.index(row, number);
     let [first, second] = contacts.pairs[grip.pair].fields;
     let (low, high) = solved.split_at_mut(second * len);
-    let pair = [&mut low[first * len + grip.place], &mut high[grip.place]];
-    pair[grip.side].motion = Lanes::new([w[0], w[1], w[2], grip.masses[grip.side]]);
-    let mut alone = Given::default();
+    let pair = [&mut low[first * len + grip.node], &mut high[grip.node]];
+    pair[grip.side].momentum_and_mass = Vector4::new([w[0], w[1], w[2], grip.masses[grip.side]]);
+    let mut alone = ContactImpulse::default();
     let rows = background.layout.nodes()[0];
-    let given = touched[grip.pair * rows + row].given.get_mut(number).unwrap_or(&mut alone);
-    let (changed, impulse) = touch.solved(grip.place, &index, pair, given)?;
+    let given = touched[grip.pair * rows + row].impulses.get_mut(number).unwrap_or(&mut alone);
+    let (changed, impulse) = touch.correct_velocities(grip.node, &index, pair, given)?;
     let sign = if grip.side == 0 { 1.0 } else { -1.0 };
     Some((changed, impulse.map(|i| sign * i)))
 }
 
 /// The nodes at which a rigid body touches what deforms.
-fn gather<const D: usize>(
-    background: &Background<D>,
-    contacts: &Contacts,
+fn collect_contact_points<const D: usize>(
+    background: &BackgroundGrid<D>,
+    contacts: &FieldContacts,
     field: usize,
     loose: &RigidStep,
-    solved: &[Node],
-    (touches, touched): (&[Touch<'_>], &[RowTouch]),
-    nodes: &mut Vec<Grip>,
+    solved: &[NodalState],
+    (touches, touched): (&[ContactNode<'_>], &[RowContact]),
+    nodes: &mut Vec<ContactPoint>,
 ) {
     let (layout, len) = (&background.layout, background.layout.len());
     let (rows, row_length) = (layout.nodes()[0], layout.strides()[0]);
     for row in 0..rows {
         for number in layout.active(row) {
             let place = row * row_length + number;
-            if !(solved[field * len + place].motion.as_array()[3] > 0.0) {
+            if !(solved[field * len + place].momentum_and_mass.as_array()[3] > 0.0) {
                 continue;
             }
-            for (pair, Pairing { side, other }) in pairings(contacts, field) {
+            for (pair, RigidPair { side, other }) in rigid_pairs(contacts, field) {
                 let soft = &solved[other * len + place];
-                let mut masses = [soft.motion.as_array()[3]; 2];
-                masses[side] = solved[field * len + place].motion.as_array()[3];
-                if !touches[pair].present(place, masses) {
+                let mut masses = [soft.momentum_and_mass.as_array()[3]; 2];
+                masses[side] = solved[field * len + place].momentum_and_mass.as_array()[3];
+                if !touches[pair].are_both_present(place, masses) {
                     continue;
                 }
                 let surface = match &touches[pair].law {
@@ -267,15 +285,15 @@ fn gather<const D: usize>(
                     None => None,
                 };
                 let index = layout.index(row, number);
-                nodes.push(Grip {
+                nodes.push(ContactPoint {
                     pair,
                     side,
-                    place,
+                    node: place,
                     arm: loose.mass.arm(&background.node_at(place, &index)),
                     masses,
-                    velocity: three(soft.motion),
-                    surface,
-                    given: touched[pair * rows + row].given.get(number).copied().unwrap_or_default(),
+                    velocity: first_three(soft.momentum_and_mass),
+                    interface: surface,
+                    impulse: touched[pair * rows + row].impulses.get(number).copied().unwrap_or_default(),
                 });
             }
         }
@@ -283,16 +301,16 @@ fn gather<const D: usize>(
 }
 
 /// A pair of fields, seen from a rigid one.
-struct Pairing {
+struct RigidPair {
     side: usize,
     other: usize,
 }
 
 /// The pairs of a rigid field with fields that deform.
-fn pairings(contacts: &Contacts, field: usize) -> impl Iterator<Item = (usize, Pairing)> {
+fn rigid_pairs(contacts: &FieldContacts, field: usize) -> impl Iterator<Item = (usize, RigidPair)> {
     contacts.pairs.iter().enumerate().filter_map(move |(number, pair)| {
         let side = pair.fields.iter().position(|own| *own == field)?;
         let other = pair.fields[1 - side];
-        (!contacts.is_rigid(other)).then_some((number, Pairing { side, other }))
+        (!contacts.is_rigid(other)).then_some((number, RigidPair { side, other }))
     })
 }

@@ -6,16 +6,16 @@ use std::sync::Arc;
 
 use colluvium_case::description::{Body, Boundary, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Axis, Grid, Layout, Mesh, Wall, WallKind, Walls};
+use colluvium_grid::{Basis1d, Grid, Layout, Mesh, NodeWall, NodeWalls, WallKind};
 use colluvium_points::Sample;
 
-use crate::config::{Integration, MeshSource, ShapeFunctions, VolumetricStrain};
+use crate::config::{InternalForceIntegration, MeshSource, ShapeFunctions, VolumetricStrain};
 use crate::points::PointSet;
-use crate::{Formulation, MpmOptions, Transfer};
+use crate::{LagrangianFormulation, MpmOptions, VelocityTransfer};
 use crate::{setup, walls};
 
 /// Refuses what elements cannot honour.
-pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
     not_axis_by_axis(case, options)?;
     let grouped = case.boundaries.iter().position(|boundary| boundary.group.is_some());
@@ -40,10 +40,10 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
              a structured grid";
         return refuse("shape", problem);
     }
-    if options.transfer == Transfer::Apic {
+    if options.transfer == VelocityTransfer::Apic {
         return refuse("transfer", "apic is not available on a mesh: use tpic");
     }
-    if options.formulation == Formulation::TotalLagrangian {
+    if options.formulation == LagrangianFormulation::TotalLagrangian {
         return refuse("formulation", "total-lagrangian is not available on a mesh");
     }
     if !(1..=3).contains(&options.points_per_cell) {
@@ -61,31 +61,31 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
 fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
     let special = options.mesh.is_some()
-        || options.formulation == Formulation::TotalLagrangian
+        || options.formulation == LagrangianFormulation::TotalLagrangian
         || matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2);
     let absorbing = |boundary: &Boundary| matches!(boundary.wall, CaseWall::Absorbing { .. });
     if let Some(number) = case.boundaries.iter().position(absorbing).filter(|_| special) {
         let problem = "an absorbing boundary needs a structured grid with shape linear, ugimp, cpgimp, quadratic or cubic";
         return refuse(&format!("boundaries[{number}].wall"), problem);
     }
-    let shared =
-        options.volumetric_strain == VolumetricStrain::Nodal || options.integration != Integration::Points;
+    let shared = options.volumetric_strain == VolumetricStrain::Nodal
+        || options.integration != InternalForceIntegration::Points;
     if !case.domain.periodic.is_empty() && (special || shared) {
         let problem = "is not available with a mesh, total-lagrangian, cpdi, cpdi2, nodal volumetric strain or \
                        integration by cells";
         return refuse("domain.periodic", problem);
     }
-    if options.free_surface.is_some() && options.formulation == Formulation::TotalLagrangian {
+    if options.free_surface.is_some() && options.formulation == LagrangianFormulation::TotalLagrangian {
         return refuse("methods.mpm.free_surface", "is not available with total-lagrangian");
     }
     Ok(())
 }
 
 /// Grid, mesh and order of the nodes of a case; without a mesh it is empty.
-pub fn terrain<const D: usize>(
+pub fn grid_mesh_and_layout<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-    axis: &Axis,
+    axis: &Basis1d,
 ) -> Result<(Grid<D>, Arc<Mesh<D>>, Layout<D>), CaseError> {
     let Some(source) = &options.mesh else {
         let grid = setup::grid::<D>(case, options)?;
@@ -122,7 +122,7 @@ fn read<const D: usize>(file: &Path) -> Result<Mesh<D>, CaseError> {
 
 /// Barycentric coordinates of the points of an element, `count (count + 1) …` of them on a lattice: 1, 3 or 6 in a
 /// triangle, 1, 4 or 10 in a tetrahedron.
-fn lattice<const D: usize>(count: usize) -> Vec<[f64; 4]> {
+fn lattice_coordinates<const D: usize>(count: usize) -> Vec<[f64; 4]> {
     // Of the rules of second order with three and four points.
     let inset = if D == 2 { 1.0 / 3.0 } else { 0.5 * (5f64.sqrt() - 1.0) / 2.0 };
     let sum = (count - 1) as f64 + (D + 1) as f64 * inset;
@@ -147,16 +147,16 @@ fn lattice<const D: usize>(count: usize) -> Vec<[f64; 4]> {
 
 /// Points of a body in each element.
 pub fn points_per_element<const D: usize>(options: &MpmOptions) -> usize {
-    lattice::<D>(options.points_per_cell).len()
+    lattice_coordinates::<D>(options.points_per_cell).len()
 }
 
 /// Points of a body: those of every element that lie in its shape.
-pub fn samples<const D: usize>(mesh: &Mesh<D>, options: &MpmOptions, body: &Body) -> Vec<Sample<D>> {
-    let points = lattice::<D>(options.points_per_cell);
+pub fn sample_body<const D: usize>(mesh: &Mesh<D>, options: &MpmOptions, body: &Body) -> Vec<Sample<D>> {
+    let points = lattice_coordinates::<D>(options.points_per_cell);
     let mut samples = Vec::new();
     for (number, element) in mesh.elements().iter().enumerate() {
         for local in &points {
-            let position = mesh.place(number as u32, &local[..=D]);
+            let position = mesh.position(number as u32, &local[..=D]);
             if body.shape.contains(&position) {
                 samples.push(Sample { position, volume: element.volume / points.len() as f64 });
             }
@@ -166,18 +166,18 @@ pub fn samples<const D: usize>(mesh: &Mesh<D>, options: &MpmOptions, body: &Body
 }
 
 /// The walls of a stage: the nodes of a group, or those on and beyond a plane.
-pub fn walls<const D: usize>(
+pub fn mesh_walls<const D: usize>(
     case: &Case,
     stage: usize,
     mesh: &Mesh<D>,
     layout: &Layout<D>,
     options: &MpmOptions,
-) -> Result<Walls, CaseError> {
+) -> Result<NodeWalls, CaseError> {
     let mut walls = Vec::new();
     if case.space == Space::Axisymmetric {
-        let on_axis = numbered(mesh, |x| x[0] <= 1e-9 * mesh.height());
+        let on_axis = nodes_where(mesh, |x| x[0] <= 1e-9 * mesh.height());
         let kind = WallKind::Smooth;
-        let axis = Wall { axis: 0, upper: false, node: 0, kind, separation: false, velocity: [0.0; 3] };
+        let axis = NodeWall { axis: 0, upper: false, node: 0, kind, separation: false, velocity: [0.0; 3] };
         walls.push((axis, on_axis));
     }
     for (number, boundary) in case.active_boundaries(stage) {
@@ -185,18 +185,18 @@ pub fn walls<const D: usize>(
             Some(name) => group(mesh, number, name)?,
             None => on_plane(case, mesh, number, boundary)?,
         };
-        if let Some(kind) = walls::kind(boundary, options) {
+        if let Some(kind) = walls::wall_kind(boundary, options) {
             if kind != WallKind::Rough {
-                refuse_leaning(mesh, number, boundary, &nodes)?;
+                reject_oblique_group(mesh, number, boundary, &nodes)?;
             }
-            walls.push((walls::wall(boundary, 0, kind), nodes));
+            walls.push((walls::node_wall(boundary, 0, kind), nodes));
         }
     }
-    Ok(Walls::of_nodes(layout.strides(), layout.len(), walls))
+    Ok(NodeWalls::for_mesh_nodes(layout.strides(), layout.len(), walls))
 }
 
 /// Refuses a group with a face that is not normal to the axis of its side, along which alone such a wall acts.
-fn refuse_leaning<const D: usize>(
+fn reject_oblique_group<const D: usize>(
     mesh: &Mesh<D>,
     number: usize,
     boundary: &Boundary,
@@ -222,7 +222,7 @@ fn refuse_leaning<const D: usize>(
     Ok(())
 }
 
-fn numbered<const D: usize>(mesh: &Mesh<D>, picks: impl Fn(&[f64; D]) -> bool) -> Vec<u32> {
+fn nodes_where<const D: usize>(mesh: &Mesh<D>, picks: impl Fn(&[f64; D]) -> bool) -> Vec<u32> {
     (0u32..).zip(mesh.nodes()).filter(|(_, x)| picks(x)).map(|(number, _)| number).collect()
 }
 
@@ -243,7 +243,7 @@ fn on_plane<const D: usize>(
     let (axis, face) = (boundary.side.axis(), boundary.position(&case.domain));
     let slack = 1e-6 * mesh.height();
     let sign = if boundary.side.is_max() { 1.0 } else { -1.0 };
-    let nodes = numbered(mesh, |x| sign * (x[axis] - face) >= -slack);
+    let nodes = nodes_where(mesh, |x| sign * (x[axis] - face) >= -slack);
     let touches = nodes.iter().any(|&n| (mesh.nodes()[n as usize][axis] - face).abs() <= slack);
     if touches {
         return Ok(nodes);
@@ -325,7 +325,7 @@ fn loaded_facets<const D: usize>(
     let slack = 1e-6 * mesh.height();
     let share = |x: &[f64; D]| {
         let radius = if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
-        load.share_at(x) * radius
+        load.profile_factor(x) * radius
     };
     let mut facets = Vec::new();
     for (element, opposite) in mesh.boundary(filled) {
@@ -334,7 +334,7 @@ fn loaded_facets<const D: usize>(
         let corners = nodes.map(place);
         if corners.iter().all(|x| sign * x[axis] >= outermost - slack) {
             let area = mesh.facet_area(element, opposite);
-            let areas = means(&corners, share).map(|mean| area * mean);
+            let areas = facet_means(&corners, share).map(|mean| area * mean);
             facets.push(LoadedFacet { element, nodes, areas });
         }
     }
@@ -347,7 +347,7 @@ fn loaded_facets<const D: usize>(
 
 /// Means over a facet of the linear function of each corner times `share`, from as many places within it as there are
 /// corners: those of Gauss on an edge, and halfway between centre and corners in a triangle. Exact where `share` is linear.
-fn means<const D: usize>(corners: &[[f64; D]; D], share: impl Fn(&[f64; D]) -> f64) -> [f64; D] {
+fn facet_means<const D: usize>(corners: &[[f64; D]; D], share: impl Fn(&[f64; D]) -> f64) -> [f64; D] {
     let way = if D == 2 { 1.0 / 3f64.sqrt() } else { 0.5 };
     let mut means = [0.0; D];
     for near in 0..D {
@@ -369,27 +369,27 @@ mod tests {
     #[test]
     fn loads_on_facets_are_the_integrals_of_their_nodal_functions() {
         // ∫ N_i (2 + x) over an edge of unit length: 2/2 + 1/6 and 2/2 + 1/3.
-        let [first, second] = means(&[[0.0, 5.0], [1.0, 5.0]], |x| 2.0 + x[0]);
+        let [first, second] = facet_means(&[[0.0, 5.0], [1.0, 5.0]], |x| 2.0 + x[0]);
         assert!((first - 7.0 / 6.0).abs() < 1e-15 && (second - 8.0 / 6.0).abs() < 1e-15);
         // ∫ N_i y over a triangle, over its area: (1 + δ)/12 for the corner where y is one.
         let triangle = [[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
-        let found = means(&triangle, |x| x[1]);
+        let found = facet_means(&triangle, |x| x[1]);
         assert!(found.iter().zip([1.0, 1.0, 2.0]).all(|(f, e)| (f - e / 12.0).abs() < 1e-15), "{found:?}");
     }
 
     #[test]
     fn points_lie_where_the_sheet_says() {
-        assert_eq!([1, 2, 3].map(|n| lattice::<2>(n).len()), [1, 3, 6]);
-        assert_eq!([1, 2, 3].map(|n| lattice::<3>(n).len()), [1, 4, 10]);
+        assert_eq!([1, 2, 3].map(|n| lattice_coordinates::<2>(n).len()), [1, 3, 6]);
+        assert_eq!([1, 2, 3].map(|n| lattice_coordinates::<3>(n).len()), [1, 4, 10]);
         let close = |a: f64, b: f64| (a - b).abs() < 1e-7;
-        for point in lattice::<2>(2) {
+        for point in lattice_coordinates::<2>(2) {
             assert!(point[..3].iter().all(|c| close(*c, 1.0 / 6.0) || close(*c, 2.0 / 3.0)), "{point:?}");
         }
-        for point in lattice::<3>(2) {
+        for point in lattice_coordinates::<3>(2) {
             assert!(point.iter().all(|c| close(*c, 0.585_410_2) || close(*c, 0.138_196_6)), "{point:?}");
         }
         for count in 1..=3 {
-            for point in lattice::<3>(count) {
+            for point in lattice_coordinates::<3>(count) {
                 assert!((point.iter().sum::<f64>() - 1.0).abs() < 1e-15 && point.iter().all(|c| *c > 0.0));
             }
         }

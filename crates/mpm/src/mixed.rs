@@ -7,15 +7,15 @@
 
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
-use colluvium_grid::{Lanes, Layout, Node};
+use colluvium_grid::{Layout, NodalState, Vector4};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
-use crate::cells::Cells;
+use crate::cells::AveragingCells;
 use crate::clock::Clock;
-use crate::config::{Integration, ShapeFunctions};
+use crate::config::{InternalForceIntegration, ShapeFunctions};
 use crate::points::PointSet;
 use crate::pore::{LIQUID, SOLID};
 use crate::transfer::force_columns;
@@ -24,14 +24,14 @@ use crate::transfer::force_columns;
 #[derive(Clone, Debug, Default)]
 pub struct CellStresses {
     /// Volume times total stress, then the volume itself and volume times pore pressure.
-    cells: Vec<[Lanes; 2]>,
+    cells: Vec<[Vector4; 2]>,
     /// Whether a cell is full.
     full: Vec<bool>,
 }
 
 /// Refuses what cells cannot integrate.
-pub fn cleared(options: &MpmOptions) -> Result<(), CaseError> {
-    if options.integration == Integration::Points {
+pub fn check_supported(options: &MpmOptions) -> Result<(), CaseError> {
+    if options.integration == InternalForceIntegration::Points {
         return Ok(());
     }
     let refuse = |problem: &str| Err(CaseError::new("methods.mpm.integration", problem));
@@ -40,7 +40,7 @@ pub fn cleared(options: &MpmOptions) -> Result<(), CaseError> {
             "by cells (mixed, gauss) needs shape linear: other shape functions reach beyond a cell",
         );
     }
-    if options.formulation == crate::Formulation::TotalLagrangian {
+    if options.formulation == crate::LagrangianFormulation::TotalLagrangian {
         return refuse("by cells (mixed, gauss) is not available with total-lagrangian");
     }
     Ok(())
@@ -48,7 +48,7 @@ pub fn cleared(options: &MpmOptions) -> Result<(), CaseError> {
 
 /// Refuses `mixed_reset` where the average is no stress of a point: with materials whose stress is a function of their state,
 /// which would bring back what was there, and with several materials, or dry and saturated points, in one velocity field.
-pub fn resettable<const D: usize>(
+pub fn check_stress_reset<const D: usize>(
     case: &Case,
     options: &MpmOptions,
     sets: &[PointSet<D>],
@@ -59,7 +59,7 @@ pub fn resettable<const D: usize>(
     }
     let name = |set: &PointSet<D>| &case.bodies[set.body as usize].material;
     let deformable = || sets.iter().filter(|set| set.rigid.is_none());
-    if let Some(set) = deformable().find(|set| !set.material.is_in_rate_form()) {
+    if let Some(set) = deformable().find(|set| !set.material.is_hypoelastic()) {
         return refuse(format!(
             "the material {:?} ({}) finds its stress from its own state, not from that of the step before",
             name(set),
@@ -88,8 +88,9 @@ impl CellStresses {
 
     /// Empty arrays over the cells for what the options ask for.
     pub fn new<const D: usize>(options: &MpmOptions, cells: &Layout<D>, fields: usize) -> Self {
-        let length = if options.integration == Integration::Points { 0 } else { fields * cells.len() };
-        Self { cells: vec![[Lanes::ZERO; 2]; length], full: vec![false; length] }
+        let length =
+            if options.integration == InternalForceIntegration::Points { 0 } else { fields * cells.len() };
+        Self { cells: vec![[Vector4::ZERO; 2]; length], full: vec![false; length] }
     }
 
     /// Which cells of a field, of `len` entries, take the internal force from their points.
@@ -110,11 +111,11 @@ impl CellStresses {
 
     /// Finds the full cells: those whose neighbours across all faces hold points, or that hold more than the share `fill`
     /// of their volume, which is any with 0.
-    fn mark_full<const D: usize>(&mut self, layout: &Layout<D>, cells: &impl Cells<D>, fill: f64) {
+    fn mark_full<const D: usize>(&mut self, layout: &Layout<D>, cells: &impl AveragingCells<D>, fill: f64) {
         let sums = self.cells.chunks_exact(layout.len());
         for (sums, full) in sums.zip(self.full.chunks_exact_mut(layout.len())) {
             let volume = |cell: usize| sums[cell][1].as_array()[2];
-            layout.each(full, |row, active, line| {
+            layout.for_each_active_node_range(full, |row, active, line| {
                 for number in active {
                     let cell = row * layout.strides()[0] + number;
                     if volume(cell) <= 0.0 {
@@ -129,19 +130,19 @@ impl CellStresses {
     }
 
     /// Lets the full cells around them pull at the nodes.
-    fn pull<const D: usize, N: Pulled>(
+    fn add_forces<const D: usize, N: CellForceTarget>(
         &self,
         nodes: &mut [N],
         [of_nodes, of_cells]: [&Layout<D>; 2],
-        cells: &impl Cells<D>,
+        cells: &impl AveragingCells<D>,
     ) {
         let fields = self.cells.chunks_exact(of_cells.len()).zip(self.full.chunks_exact(of_cells.len()));
         for (nodes, (sums, full)) in nodes.chunks_exact_mut(of_nodes.len()).zip(fields) {
-            of_nodes.each(nodes, |row, active, line| {
+            of_nodes.for_each_active_node_range(nodes, |row, active, line| {
                 for number in active {
-                    cells.around(row * of_nodes.strides()[0] + number, |cell, corner| {
+                    cells.for_each_cell_around(row * of_nodes.strides()[0] + number, |cell, corner| {
                         if full[cell] {
-                            line[number].pull(&sums[cell], cells.slopes(cell, corner));
+                            line[number].add_cell_force(&sums[cell], cells.gradient_integrals(cell, corner));
                         }
                     });
                 }
@@ -151,24 +152,24 @@ impl CellStresses {
 }
 
 /// A node that cells pull at.
-pub trait Pulled: Send {
+pub trait CellForceTarget: Send {
     /// Takes the force of a cell from its sums and the integrals of the gradient of the node's function over it, and in
     /// axisymmetry of the function over the radius.
-    fn pull<const D: usize>(&mut self, sums: &[Lanes; 2], slopes: ([f64; D], f64));
+    fn add_cell_force<const D: usize>(&mut self, sums: &[Vector4; 2], slopes: ([f64; D], f64));
 }
 
-impl Pulled for Node {
+impl CellForceTarget for NodalState {
     #[inline(always)]
-    fn pull<const D: usize>(&mut self, sums: &[Lanes; 2], slopes: ([f64; D], f64)) {
-        self.force -= force(&averages(sums).0, slopes);
+    fn add_cell_force<const D: usize>(&mut self, sums: &[Vector4; 2], slopes: ([f64; D], f64)) {
+        self.force -= force(&cell_average(sums).0, slopes);
     }
 }
 
 /// Skeleton and liquid: their equations are of the mixture and of the liquid.
-impl Pulled for [Node; 2] {
+impl CellForceTarget for [NodalState; 2] {
     #[inline(always)]
-    fn pull<const D: usize>(&mut self, sums: &[Lanes; 2], slopes: ([f64; D], f64)) {
-        let (total, pressure) = averages(sums);
+    fn add_cell_force<const D: usize>(&mut self, sums: &[Vector4; 2], slopes: ([f64; D], f64)) {
+        let (total, pressure) = cell_average(sums);
         self[SOLID].force -= force(&total, slopes);
         self[LIQUID].force -= force(&SymTensor::isotropic(-pressure), slopes);
     }
@@ -176,23 +177,23 @@ impl Pulled for [Node; 2] {
 
 /// Average total stress and pore pressure of a cell from its sums.
 #[inline(always)]
-fn averages(sums: &[Lanes; 2]) -> (SymTensor, f64) {
-    let [a, b] = sums.map(Lanes::to_array);
+fn cell_average(sums: &[Vector4; 2]) -> (SymTensor, f64) {
+    let [a, b] = sums.map(Vector4::to_array);
     (SymTensor([a[0], a[1], a[2], a[3], b[0], b[1]]) * (1.0 / b[2]), b[3] / b[2])
 }
 
 /// `σ ∫∇N` with the stress of a cell, and along the radius the hoop stress times `∫N/r`.
 #[inline(always)]
-fn force<const D: usize>(stress: &SymTensor, (slope, hoop): ([f64; D], f64)) -> Lanes {
+fn force<const D: usize>(stress: &SymTensor, (slope, hoop): ([f64; D], f64)) -> Vector4 {
     let columns = force_columns::<D>(stress, -1.0);
     let along = columns.into_iter().zip(slope).map(|(column, slope)| column * slope);
-    along.fold(Lanes::new([stress.0[2] * hoop, 0.0, 0.0, 0.0]), |sum, part| sum + part)
+    along.fold(Vector4::new([stress.0[2] * hoop, 0.0, 0.0, 0.0]), |sum, part| sum + part)
 }
 
 /// Average stresses of the cells, and which of them are full.
 pub fn average_stresses<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
     stresses: &mut CellStresses,
 ) {
@@ -201,23 +202,23 @@ pub fn average_stresses<const D: usize>(
     }
     let layout = background.cell_layout();
     stresses.reset(layout);
-    let ground = background.ground();
+    let ground = background.grid_view();
     for (field, cells) in stresses.cells.chunks_exact_mut(layout.len()).enumerate() {
         let of_field = |set: &&PointSet<D>| set.field == field;
-        layout.scatter(cells, |slab, window, offset| {
+        layout.for_each_slab(cells, |slab, window, offset| {
             for set in bodies.sets.iter().filter(of_field) {
                 let domain = set.domain.as_slice();
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
                     let cell = domain.cell(p, &ground, &set.points.position[p]);
                     let (s, pressure, volume) =
                         (set.total_stress(p).0, set.pore_pressure(p), set.points.volume[p]);
-                    window[cell - offset][0] += Lanes::new([s[0], s[1], s[2], s[3]]) * volume;
-                    window[cell - offset][1] += Lanes::new([s[4], s[5], 1.0, pressure]) * volume;
+                    window[cell - offset][0] += Vector4::new([s[0], s[1], s[2], s[3]]) * volume;
+                    window[cell - offset][1] += Vector4::new([s[4], s[5], 1.0, pressure]) * volume;
                 }
             }
         });
     }
-    let gauss = clock.options.integration == Integration::Gauss;
+    let gauss = clock.options.integration == InternalForceIntegration::Gauss;
     let fill = if gauss { 0.0 } else { clock.options.full_cell };
     if background.is_meshed() {
         stresses.mark_full(layout, &background.mesh_cells(), fill);
@@ -231,18 +232,18 @@ pub fn average_stresses<const D: usize>(
 
 /// Gives the points of full cells the average stress, and the average pore pressure, as their own (`mixed_reset`).
 fn reset_stresses<const D: usize>(
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
     stresses: &CellStresses,
 ) {
     let cells = background.cell_layout().len();
-    let ground = background.ground();
+    let ground = background.grid_view();
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
         let first = set.field * cells;
         let domain = set.domain.as_slice();
         let of_cell = |(p, position): (usize, &[f64; D])| {
             let cell = first + domain.cell(p, &ground, position);
-            stresses.full[cell].then(|| averages(&stresses.cells[cell]))
+            stresses.full[cell].then(|| cell_average(&stresses.cells[cell]))
         };
         let places = || set.points.position.par_iter().enumerate().map(of_cell);
         set.points.stress.par_iter_mut().zip(places()).for_each(|(own, average)| {
@@ -257,19 +258,19 @@ fn reset_stresses<const D: usize>(
 }
 
 /// Adds the internal force of the full cells to the nodes, of one phase or both.
-pub fn pull_with_cells<const D: usize>(
-    background: &Background<D>,
+pub fn add_cell_forces<const D: usize>(
+    background: &BackgroundGrid<D>,
     stresses: &CellStresses,
-    nodes: &mut [impl Pulled],
+    nodes: &mut [impl CellForceTarget],
 ) {
     if !stresses.is_used() {
         return;
     }
     let layouts = [&background.layout, background.cell_layout()];
     if background.is_meshed() {
-        stresses.pull(nodes, layouts, &background.mesh_cells());
+        stresses.add_forces(nodes, layouts, &background.mesh_cells());
     } else {
-        stresses.pull(nodes, layouts, &background.grid_cells());
+        stresses.add_forces(nodes, layouts, &background.grid_cells());
     }
 }
 
@@ -279,17 +280,17 @@ mod tests {
     use crate::MpmSolver;
     use crate::dispatch::tests::begun;
     use colluvium_case::Case;
-    use colluvium_points::Spare;
+    use colluvium_points::ScratchBuffers;
     use serde_json::{Value, json};
 
-    /// Internal forces (N) at the nodes 1 and 2 of the bar of [`nodal`], without the middle point of the second cell if
+    /// Internal forces (N) at the nodes 1 and 2 of the bar of [`nodal_loads`], without the middle point of the second cell if
     /// `gap`.
     fn forces(shape: &str, integration: &str, gap: bool) -> [f64; 2] {
         let [_, first, second, _] = nodal(shape, integration, if gap { &[4] } else { &[] });
         [first, second]
     }
 
-    /// The bar of [`nodal`] with keys of `more` in place of its own.
+    /// The bar of [`nodal_loads`] with keys of `more` in place of its own.
     fn bar(shape: &str, integration: &str, more: &Value) -> Case {
         let mut text = json!({
             "title": "bar", "space": "1d", "domain": { "min": [0], "max": [4] }, "gravity": [0],
@@ -310,11 +311,11 @@ mod tests {
         let mut solver = begun::<1>(&case);
         let set = &mut solver.bodies.sets[0];
         let outside = |x: &[f64; 1]| !out.iter().any(|i| (x[0] - (f64::from(*i) + 0.5) / 3.0).abs() < 1e-9);
-        set.retain(outside, &mut Spare::default());
+        set.retain(outside, &mut ScratchBuffers::default());
         solver.sort();
-        solver.scatter_all();
+        solver.p2g_for_tests();
         [0, 1, 2, 3]
-            .map(|node| -solver.nodes.solved[node + solver.background.axis.ghosts].force.to_array()[0])
+            .map(|node| -solver.nodes.solved[node + solver.background.basis_1d.ghosts].force.to_array()[0])
     }
 
     #[test]
@@ -347,7 +348,7 @@ mod tests {
         for (case, wet) in resettable_bars().iter().zip([false, true]) {
             let mut solver = begun::<1>(case);
             // Two of three points are left in the last cell.
-            solver.bodies.sets[0].retain(|x| (x[0] - 8.5 / 3.0).abs() > 1e-9, &mut Spare::default());
+            solver.bodies.sets[0].retain(|x| (x[0] - 8.5 / 3.0).abs() > 1e-9, &mut ScratchBuffers::default());
             solver.sort();
             let set = &mut solver.bodies.sets[0];
             for (p, stress) in set.points.stress.iter_mut().enumerate() {

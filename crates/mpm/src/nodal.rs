@@ -5,19 +5,19 @@
 
 use std::collections::BTreeMap;
 
-use colluvium_case::description::LoadCarrier;
+use colluvium_case::description::LoadTarget;
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Lanes, Node};
+use colluvium_grid::{NodalState, Vector4};
 
 use crate::absorbing::for_each_across;
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
 use crate::config::ShapeFunctions;
 use crate::loads::factor;
 use crate::points::PointSet;
 use crate::pore::{LIQUID, SOLID};
-use crate::vectors::lanes;
+use crate::vectors::vector4;
 use crate::{MpmOptions, loads, mesh};
 
 /// A load on nodes.
@@ -30,26 +30,26 @@ pub struct NodalLoad {
     field: usize,
     /// Porosity at the start, of a load on the pore fluid alone.
     porosity: Option<f64>,
-    nodes: Vec<Loaded>,
+    nodes: Vec<LoadedNode>,
 }
 
 #[derive(Debug)]
-struct Loaded {
-    place: usize,
+struct LoadedNode {
+    node: usize,
     /// At full load (N).
-    force: Lanes,
+    force: Vector4,
     /// Whether it is a node that comes once more, in a periodic grid.
-    repeated: bool,
+    is_periodic_image: bool,
 }
 
 /// The loads of a case that nodes carry.
 pub fn nodal_loads<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     sets: &[PointSet<D>],
 ) -> Result<Vec<NodalLoad>, CaseError> {
-    let of_nodes = |number: &usize| case.loads[*number].carrier() == LoadCarrier::Nodes;
+    let of_nodes = |number: &usize| case.loads[*number].applied_to() == LoadTarget::Nodes;
     let mut found = Vec::new();
     for number in (0..case.loads.len()).filter(of_nodes) {
         if matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
@@ -57,18 +57,18 @@ pub fn nodal_loads<const D: usize>(
                 "nodes is not available with cpdi and cpdi2, whose domains reach over the side: use points";
             return Err(CaseError::new(format!("loads[{number}].carrier"), problem));
         }
-        let set = &sets[loads::loaded(case, number, sets)?];
+        let set = &sets[loads::loaded_set(case, number, sets)?];
         let areas = if background.is_meshed() {
             mesh::loaded_nodes(case, number, &background.mesh, set)?
         } else {
-            on_grid(case, number, background, set)?
+            loaded_grid_nodes(case, number, background, set)?
         };
         let layout = &background.layout;
-        let per_area = lanes(&case.loads[number].per_area::<D>(), 0.0);
+        let per_area = vector4(&case.loads[number].per_area::<D>(), 0.0);
         let nodes = areas.into_iter().map(|(place, area)| {
             let row = layout.strides()[0];
-            let repeated = layout.is_repeated(&layout.index(place / row, place % row));
-            Loaded { place, force: per_area * area, repeated }
+            let repeated = layout.is_periodic_image(&layout.index(place / row, place % row));
+            LoadedNode { node: place, force: per_area * area, is_periodic_image: repeated }
         });
         let fluid = set.pore.as_ref().and_then(|pore| pore.fluid);
         found.push(NodalLoad {
@@ -83,13 +83,13 @@ pub fn nodal_loads<const D: usize>(
 }
 
 /// Numbers of the nodes on a loaded side along a grid line, and their areas.
-fn on_grid<const D: usize>(
+fn loaded_grid_nodes<const D: usize>(
     case: &Case,
     number: usize,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     set: &PointSet<D>,
 ) -> Result<BTreeMap<usize, f64>, CaseError> {
-    let Background { grid, layout, axis: basis, .. } = background;
+    let BackgroundGrid { grid, layout, basis_1d: basis, .. } = background;
     let load = &case.loads[number];
     let refuse = |problem: String| Err(CaseError::new(format!("loads[{number}].carrier"), problem));
     let Some(side) = load.side() else { return Ok(BTreeMap::new()) };
@@ -102,20 +102,20 @@ fn on_grid<const D: usize>(
         ));
     }
     let line = line.round() as usize;
-    if (1..grid.cells[axis]).contains(&line) && !basis.walls_inside {
+    if (1..grid.cells[axis]).contains(&line) && !basis.allows_interior_walls {
         return refuse(format!(
             "with {} shape functions nodes carry loads on the domain's sides only",
             basis.name
         ));
     }
-    let on_side = basis.node_on(line, grid.cells[axis]);
+    let on_side = basis.face_node(line, grid.cells[axis]);
     let mut areas = BTreeMap::new();
     for (x, area) in
-        set.points.position.iter().zip(loads::areas(case, load, set)).filter(|(_, area)| *area != 0.0)
+        set.points.position.iter().zip(loads::loaded_areas(case, load, set)).filter(|(_, area)| *area != 0.0)
     {
         for_each_across(background, x, &set.extent, axis, |mut index, weight| {
             index[axis] = on_side;
-            for index in layout.images(index) {
+            for index in layout.periodic_images(index) {
                 let place: usize = (0..D).map(|axis| index[axis] * layout.strides()[axis]).sum();
                 *areas.entry(place).or_insert(0.0) += area * weight;
             }
@@ -125,7 +125,7 @@ fn on_grid<const D: usize>(
 }
 
 /// Share of a load at `time` (s).
-fn share_of<const D: usize>(
+fn load_factor<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
     starts: &[f64],
@@ -137,42 +137,42 @@ fn share_of<const D: usize>(
 }
 
 /// Adds the loads at the end of a step of `dt` to the forces on the nodes of one phase.
-pub fn load_nodes<const D: usize>(
+pub fn apply_nodal_loads<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    solved: &mut [Node],
+    solved: &mut [NodalState],
     loads: &[NodalLoad],
     starts: &[f64],
 ) {
     for load in loads {
-        let share = share_of(clock, bodies, starts, load, clock.time + clock.dt);
+        let share = load_factor(clock, bodies, starts, load, clock.time + clock.dt);
         let nodes = &mut solved[load.field * background.layout.len()..];
         for at in &load.nodes {
-            push(&mut nodes[at.place], at, share);
+            add_load(&mut nodes[at.node], at, share);
         }
     }
 }
 
 /// The same with the nodes of both phases.
-pub fn load_phase_nodes<const D: usize>(
+pub fn apply_phase_nodal_loads<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
     loads: &[NodalLoad],
     starts: &[f64],
-    nodes: &mut [[Node; 2]],
+    nodes: &mut [[NodalState; 2]],
 ) {
     for load in loads {
-        let share = share_of(clock, bodies, starts, load, clock.time + clock.dt);
+        let share = load_factor(clock, bodies, starts, load, clock.time + clock.dt);
         let phase = if load.porosity.is_some() { LIQUID } else { SOLID };
         for at in &load.nodes {
-            push(&mut nodes[at.place][phase], at, share);
+            add_load(&mut nodes[at.node][phase], at, share);
         }
     }
 }
 
 /// Sum of the squares of the loads on the whole and of those on the fluid, its share of the volume only (N²).
-pub fn nodal_squares<const D: usize>(
+pub fn nodal_load_squares<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
     loads: &[NodalLoad],
@@ -180,36 +180,36 @@ pub fn nodal_squares<const D: usize>(
 ) -> [f64; 2] {
     let mut squares = [0.0; 2];
     for load in loads {
-        let share = load.porosity.unwrap_or(1.0) * share_of(clock, bodies, starts, load, clock.time);
-        let own = load.nodes.iter().filter(|at| !at.repeated).map(|at| dot(at.force, at.force));
+        let share = load.porosity.unwrap_or(1.0) * load_factor(clock, bodies, starts, load, clock.time);
+        let own = load.nodes.iter().filter(|at| !at.is_periodic_image).map(|at| dot(at.force, at.force));
         squares[usize::from(load.porosity.is_some())] += share * share * own.sum::<f64>();
     }
     squares
 }
 
 /// Work (J) of the loads in a step of `dt` on the solved nodes of one phase.
-pub fn work_on_nodes<const D: usize>(
+pub fn nodal_load_work<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    solved: &[Node],
+    solved: &[NodalState],
     loads: &[NodalLoad],
     starts: &[f64],
 ) -> f64 {
     let len = background.layout.len();
-    work_with(clock, bodies, loads, starts, |load, place| solved[load.field * len + place].motion)
+    work_with(clock, bodies, loads, starts, |load, place| solved[load.field * len + place].momentum_and_mass)
 }
 
 /// The same with both phases; of loads on the fluid, what they do beyond that on the mixture.
-pub fn work_on_phase_nodes<const D: usize>(
+pub fn phase_nodal_load_work<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
     loads: &[NodalLoad],
     starts: &[f64],
-    nodes: &[[Node; 2]],
+    nodes: &[[NodalState; 2]],
 ) -> f64 {
     work_with(clock, bodies, loads, starts, |load, place| {
-        let [solid, liquid] = [SOLID, LIQUID].map(|phase| nodes[place][phase].motion);
+        let [solid, liquid] = [SOLID, LIQUID].map(|phase| nodes[place][phase].momentum_and_mass);
         load.porosity.map_or(solid, |n| (liquid - solid) * n)
     })
 }
@@ -219,24 +219,24 @@ fn work_with<const D: usize>(
     bodies: &Bodies<D>,
     loads: &[NodalLoad],
     starts: &[f64],
-    velocity: impl Fn(&NodalLoad, usize) -> Lanes,
+    velocity: impl Fn(&NodalLoad, usize) -> Vector4,
 ) -> f64 {
     let of_load = |load: &NodalLoad| {
-        let own = load.nodes.iter().filter(|at| !at.repeated);
-        let power: f64 = own.map(|at| dot(at.force, velocity(load, at.place))).sum();
-        share_of(clock, bodies, starts, load, clock.time + clock.dt) * power
+        let own = load.nodes.iter().filter(|at| !at.is_periodic_image);
+        let power: f64 = own.map(|at| dot(at.force, velocity(load, at.node))).sum();
+        load_factor(clock, bodies, starts, load, clock.time + clock.dt) * power
     };
     clock.dt * loads.iter().map(of_load).sum::<f64>()
 }
 
 /// Adds a share of a load to the force on a node that holds material.
-fn push(node: &mut Node, at: &Loaded, share: f64) {
-    if node.motion.as_array()[3] > 0.0 {
+fn add_load(node: &mut NodalState, at: &LoadedNode, share: f64) {
+    if node.momentum_and_mass.as_array()[3] > 0.0 {
         node.force += at.force * share;
     }
 }
 
 /// Scalar product of the first three lanes, of which the fourth of `force` is zero.
-fn dot(force: Lanes, other: Lanes) -> f64 {
+fn dot(force: Vector4, other: Vector4) -> f64 {
     force.as_array().iter().zip(other.as_array()).map(|(a, b)| a * b).sum()
 }

@@ -1,60 +1,60 @@
 //! Velocity fields of the nodes.
 
-use colluvium_grid::{Gathered, Lanes, Layout, Node, Points};
+use colluvium_grid::{InterpolatedMotion, Layout, NodalState, PointSlice, Vector4};
 
-use crate::background::Background;
-use crate::momentum::RowSums;
+use crate::background::BackgroundGrid;
+use crate::momentum::EquilibriumTerms;
 
 /// The nodes of all velocity fields, field after field; those of two phases are in [`crate::two_phase::TwoPhase`].
 #[derive(Default)]
-pub struct Nodes {
+pub struct VelocityFields {
     /// Mass and momentum, then velocity at the end of the step; force, then acceleration.
-    pub(crate) solved: Vec<Node>,
+    pub(crate) solved: Vec<NodalState>,
     /// Velocities mapped from the points once more; empty where nothing asks for them.
-    pub(crate) remapped: Vec<Lanes>,
+    pub(crate) remapped: Vec<Vector4>,
     /// Derivatives of the functions of the nodes times the masses of the points; empty where nothing asks for them.
-    pub(crate) slopes: Vec<Lanes>,
+    pub(crate) mass_gradients: Vec<Vector4>,
     /// Room for what the rows add to the measures of equilibrium.
-    pub(crate) row_sums: Vec<RowSums>,
+    pub(crate) row_sums: Vec<EquilibriumTerms>,
     /// Measures of equilibrium of the last step that took them.
-    pub(crate) sums: RowSums,
+    pub(crate) sums: EquilibriumTerms,
     /// Work of external forces since the stage began (J).
     pub(crate) external_work: f64,
 }
 
 /// What points read of the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Velocities {
+pub enum VelocitySource {
     /// Velocities at the end of the step, and accelerations.
     Solved,
     /// Re-mapped velocities, or those at the start of the step.
     Remapped,
 }
 
-impl Nodes {
+impl VelocityFields {
     /// What points of a velocity field read of its nodes, gradients among it.
-    pub fn gather<const D: usize>(
+    pub fn g2p<const D: usize>(
         &self,
-        of: Velocities,
-        background: &Background<D>,
+        of: VelocitySource,
+        background: &BackgroundGrid<D>,
         field: usize,
-        points: &Points<'_, D>,
-        reads: &mut [Gathered<D>],
+        points: &PointSlice<'_, D>,
+        reads: &mut [InterpolatedMotion<D>],
     ) {
         let (ground, sweeps, first) =
-            (background.ground(), background.sweeps, field * background.layout.len());
+            (background.grid_view(), background.transfers, field * background.layout.len());
         match of {
-            Velocities::Solved => sweeps.gather(&ground, points, &self.solved[first..], reads),
-            Velocities::Remapped => sweeps.gather_velocity(&ground, points, &self.remapped[first..], reads),
+            VelocitySource::Solved => sweeps.g2p(&ground, points, &self.solved[first..], reads),
+            VelocitySource::Remapped => sweeps.g2p_velocity(&ground, points, &self.remapped[first..], reads),
         }
     }
 
     /// Velocity (m/s) of a node of a field, by its place among the nodes of all fields.
     #[inline]
-    pub fn motion(&self, of: Velocities, number: usize) -> Lanes {
+    pub fn motion(&self, of: VelocitySource, number: usize) -> Vector4 {
         match of {
-            Velocities::Solved => self.solved[number].motion,
-            Velocities::Remapped => self.remapped[number],
+            VelocitySource::Solved => self.solved[number].momentum_and_mass,
+            VelocitySource::Remapped => self.remapped[number],
         }
     }
 

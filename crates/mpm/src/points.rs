@@ -6,35 +6,35 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use colluvium_case::law::LawPoints;
-use colluvium_constitutive::{BLOCK, Material, States, SymTensor};
-use colluvium_grid::{Domains, Grid, Points, Square};
-use colluvium_points::columns::{foreign, read_column, reorder_column, write_column};
-use colluvium_points::{Spare, columns};
+use colluvium_constitutive::{BLOCK_SIZE, Material, States, SymTensor};
+use colluvium_grid::{Domains, Grid, PointSlice, SquareMatrix};
+use colluvium_points::columns::{invalid_data, read_column, reorder_entries, write_column};
+use colluvium_points::{ScratchBuffers, struct_of_arrays};
 use rayon::prelude::*;
 
 use crate::pore::PoreSet;
-use crate::pressed::Pressed;
+use crate::pressed::PenaltyState;
 use crate::stretch::right_stretch;
 use crate::surface_load::SurfaceLoad;
 
-/// Points handled at once by [`in_chunks`].
-pub const CHUNK: usize = 256;
+/// Points handled at once by [`par_for_each_chunk`].
+pub const CHUNK_POINTS: usize = 256;
 
 /// Calls `visit` for chunks of points with what `values` has for them, in parallel.
-pub fn in_chunks<const D: usize, T: Send>(
+pub fn par_for_each_chunk<const D: usize, T: Send>(
     values: &mut [T],
-    points: &Points<'_, D>,
-    visit: &(dyn Fn(&mut [T], &Points<'_, D>) + Sync),
+    points: &PointSlice<'_, D>,
+    visit: &(dyn Fn(&mut [T], &PointSlice<'_, D>) + Sync),
 ) {
-    values.par_chunks_mut(CHUNK).enumerate().for_each(|(number, values)| {
-        let first = number * CHUNK;
+    values.par_chunks_mut(CHUNK_POINTS).enumerate().for_each(|(number, values)| {
+        let first = number * CHUNK_POINTS;
         visit(values, &points.range(first..first + values.len()));
     });
 }
 
-columns! {
+struct_of_arrays! {
     /// What a point is.
-    pub struct Columns<const D: usize> {
+    pub struct PointColumns<const D: usize> {
         /// Ids, the same for life.
         pub id: u32,
         /// Positions (m).
@@ -57,16 +57,16 @@ columns! {
         pub traction: [f64; D],
         /// For the affine transfers, empty otherwise: moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its
         /// gradient (TPIC, 1/s); row `i`, column `j`.
-        pub affine: Square<D>,
+        pub affine: SquareMatrix<D>,
         /// Room for a vector a point, where the transfer needs one.
         pub scratch: [f64; D],
         /// Where stress comes before forces and domains stretch: the displacement gradient that the domains follow when
         /// the step is over, so that all its weights are those of its beginning (sheet: mpm P-04); empty otherwise.
-        pub pending: Square<D>,
+        pub pending: SquareMatrix<D>,
         /// Energy stored at the start and work of the stress since (J); empty where nothing measures it.
         pub work: f64,
         /// What they know of obstacles that act on points; empty without any.
-        pub pressed: Pressed<D>,
+        pub pressed: PenaltyState<D>,
     }
 }
 
@@ -83,7 +83,7 @@ pub struct PointSet<const D: usize> {
     /// Initial full width of every point's domain (m).
     pub extent: [f64; D],
     /// The points.
-    pub points: Columns<D>,
+    pub points: PointColumns<D>,
     /// States of the law.
     pub states: States,
     /// What the points know of their domains.
@@ -97,7 +97,7 @@ pub struct PointSet<const D: usize> {
 }
 
 /// The least volume of a point over its initial one (pitfall P-09).
-pub const LEAST_VOLUME: f64 = 0.1;
+pub const MIN_VOLUME_RATIO: f64 = 0.1;
 
 impl<const D: usize> PointSet<D> {
     /// Number of points.
@@ -107,7 +107,7 @@ impl<const D: usize> PointSet<D> {
 
     /// Memory of the arrays (bytes).
     pub fn bytes(&self) -> usize {
-        let loads = self.loads.iter().map(|load| size_of_val(&load.carried[..])).sum::<usize>();
+        let loads = self.loads.iter().map(|load| size_of_val(&load.vectors[..])).sum::<usize>();
         self.points.bytes()
             + self.len() * self.material.state_size()
             + self.domain.bytes()
@@ -122,32 +122,32 @@ impl<const D: usize> PointSet<D> {
     }
 
     /// How many points have the least volume.
-    pub fn crushed(&self) -> usize {
-        let least = |(volume, initial): &(&f64, &f64)| **volume <= LEAST_VOLUME * **initial;
+    pub fn points_at_min_volume(&self) -> usize {
+        let least = |(volume, initial): &(&f64, &f64)| **volume <= MIN_VOLUME_RATIO * **initial;
         self.points.volume.iter().zip(&self.points.initial_volume).filter(least).count()
     }
 
     /// All points, for a sweep.
     #[inline(always)]
-    pub fn places(&self) -> Points<'_, D> {
-        Points { position: &self.points.position, domain: self.domain.as_slice(), extent: &self.extent }
+    pub fn point_slice(&self) -> PointSlice<'_, D> {
+        PointSlice { position: &self.points.position, domain: self.domain.as_slice(), extent: &self.extent }
     }
 
     /// The points of a slab in blocks of [`BLOCK`] or fewer, by their numbers.
     #[inline(always)]
     pub fn blocks_of(&self, slab: usize) -> impl Iterator<Item = Range<usize>> {
         let (start, end) = (self.slabs[slab], self.slabs[slab + 1]);
-        (start..end).step_by(BLOCK).map(move |first| first..(first + BLOCK).min(end))
+        (start..end).step_by(BLOCK_SIZE).map(move |first| first..(first + BLOCK_SIZE).min(end))
     }
 
     /// Where the points look at the grid from (m).
-    pub fn anchors(&self) -> Cow<'_, [[f64; D]]> {
-        self.domain.anchors(&self.points.position)
+    pub fn evaluation_positions(&self) -> Cow<'_, [[f64; D]]> {
+        self.domain.evaluation_positions(&self.points.position)
     }
 
     /// Sorts the points by cell of `grid`.
-    pub fn sort(&mut self, grid: &Grid<D>, spare: &mut Spare) {
-        let order = colluvium_grid::sort_by_cell(grid, &self.anchors());
+    pub fn sort(&mut self, grid: &Grid<D>, spare: &mut ScratchBuffers) {
+        let order = colluvium_grid::sort_by_cell(grid, &self.evaluation_positions());
         if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
             return;
         }
@@ -155,7 +155,7 @@ impl<const D: usize> PointSet<D> {
     }
 
     /// Keeps the points of which `keep` approves, by their place.
-    pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool, spare: &mut Spare) {
+    pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool, spare: &mut ScratchBuffers) {
         let kept = |i: &u32| keep(&self.points.position[*i as usize]);
         let order: Vec<u32> = (0..self.len() as u32).filter(kept).collect();
         if order.len() < self.len() {
@@ -164,11 +164,11 @@ impl<const D: usize> PointSet<D> {
     }
 
     /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
-    fn reorder(&mut self, order: &[u32], spare: &mut Spare) {
+    fn reorder(&mut self, order: &[u32], spare: &mut ScratchBuffers) {
         let all = 0..self.len();
         self.domain.reorder(order);
         for load in &mut self.loads {
-            reorder_column(&mut load.carried, all.clone(), order, spare);
+            reorder_entries(&mut load.vectors, all.clone(), order, spare);
         }
         if let Some(pore) = &mut self.pore {
             pore.points.reorder(order, spare);
@@ -184,9 +184,9 @@ impl<const D: usize> PointSet<D> {
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         self.points.write(out)?;
         write_column(&self.material.save(&self.states), |byte| byte, out)?;
-        write_column(&self.domain.numbers(), |number| number, out)?;
+        write_column(&self.domain.checkpoint_numbers(), |number| number, out)?;
         for load in &self.loads {
-            write_column(&load.carried, |vector| vector, out)?;
+            write_column(&load.vectors, |vector| vector, out)?;
         }
         if let Some(pore) = &self.pore {
             pore.points.write(out)?;
@@ -199,29 +199,29 @@ impl<const D: usize> PointSet<D> {
     /// # Errors
     /// When the bytes end early or are those of another set, with what does not fit.
     pub fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
-        let mut points = Columns::default();
+        let mut points = PointColumns::default();
         points.read(input)?;
         if self.points.work.is_empty() {
             // Nothing measures it any more.
             points.work.clear();
         }
         if !points.uses_columns_of(&self.points) {
-            return Err(foreign("points have other columns than the case asks for"));
+            return Err(invalid_data("points have other columns than the case asks for"));
         }
         self.points = points;
         let count = self.len();
-        let fits = |name: &str, fits: bool| if fits { Ok(()) } else { Err(foreign(name)) };
+        let fits = |name: &str, fits: bool| if fits { Ok(()) } else { Err(invalid_data(name)) };
         let mut states = Vec::new();
         read_column(&mut states, |byte: u8| byte, input)?;
         let states = self.material.load(&states).filter(|states| states.len() == count);
-        self.states = states.ok_or_else(|| foreign("states of laws do not fit the points"))?;
+        self.states = states.ok_or_else(|| invalid_data("states of laws do not fit the points"))?;
         let mut numbers = Vec::new();
         read_column(&mut numbers, |number: f64| number, input)?;
         let domains = self.domain.restore(&numbers, count, right_stretch);
         fits("domains do not fit the points", domains.is_some())?;
         for load in &mut self.loads {
             load.read(input)?;
-            fits("loads do not fit the points", load.carried.len() == count)?;
+            fits("loads do not fit the points", load.vectors.len() == count)?;
         }
         if let Some(pore) = &mut self.pore {
             pore.points.read(input)?;

@@ -1,8 +1,8 @@
 //! The pore fluid of a body, and what it adds to each of the body's points.
 
-use colluvium_points::columns;
+use colluvium_points::struct_of_arrays;
 
-use crate::soaked::Soaked;
+use crate::soaked::PoreContactState;
 
 /// Entry of the skeleton at a node; until the solve the fourth lane of its force is the drag `Q`.
 pub const SOLID: usize = 0;
@@ -14,7 +14,7 @@ const POROSITIES: [f64; 2] = [0.01, 0.99];
 
 /// Constants of a pore fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fluid {
+pub struct PoreFluidConstants {
     /// Density (kg/m³).
     pub density: f64,
     /// Bulk modulus (Pa).
@@ -24,10 +24,10 @@ pub struct Fluid {
     /// Drag per Darcy velocity `ρ_L g / k` (Pa s/m²).
     pub resistance: f64,
     /// Least pressure, that of cavitation (Pa).
-    pub least: f64,
+    pub min_pressure: f64,
 }
 
-impl Fluid {
+impl PoreFluidConstants {
     /// Porosity of a point whose volume has become `volume`: the grains keep theirs.
     #[inline(always)]
     pub fn porosity_at(&self, volume: f64, initial_volume: f64) -> f64 {
@@ -38,18 +38,18 @@ impl Fluid {
     #[inline(always)]
     pub fn pressure_after(&self, pressure: f64, n: f64, solid: f64, liquid: f64) -> f64 {
         let storage = ((1.0 - n) * solid + n * liquid) / n;
-        (pressure - self.bulk_modulus * storage).max(self.least)
+        (pressure - self.bulk_modulus * storage).max(self.min_pressure)
     }
 
     /// Whether a porosity can be followed.
     #[inline(always)]
-    pub fn holds(porosity: f64) -> bool {
+    pub fn is_valid_porosity(porosity: f64) -> bool {
         // Written so that NaN counts as a failure.
         porosity > POROSITIES[0] && porosity < POROSITIES[1]
     }
 }
 
-columns! {
+struct_of_arrays! {
     /// What pore fluid adds to a point.
     pub struct PoreColumns<const D: usize> {
         /// Velocities of the fluid (m/s).
@@ -59,14 +59,14 @@ columns! {
         /// Forces of prescribed boundary pressures in this step (N); empty where there are none.
         pub traction: [f64; D],
         /// What it knows of obstacles; empty unless those act on points.
-        pub soaked: Soaked<D>,
+        pub soaked: PoreContactState<D>,
     }
 }
 
 /// The pore fluid of a body, its columns in the order of the body's points.
 pub struct PoreSet<const D: usize> {
     /// The fluid; `None` for a dry body beside saturated ones.
-    pub fluid: Option<Fluid>,
+    pub fluid: Option<PoreFluidConstants>,
     /// What it adds to the points.
     pub points: PoreColumns<D>,
 }
@@ -74,8 +74,8 @@ pub struct PoreSet<const D: usize> {
 /// Largest stable step of an element of length `h` (m) of skeleton and fluid, and whether the drag limits it rather
 /// than the waves (combined criterion, sheet: mpm §2.10): `modulus` is that of the drained skeleton (Pa), `dry` its
 /// density `(1 - n) ρ_S` (kg/m³), `n` the porosity.
-pub fn critical_step(fluid: &Fluid, n: f64, dry: f64, modulus: f64, h: f64) -> (f64, bool) {
-    let Fluid { density, bulk_modulus, resistance, .. } = *fluid;
+pub fn critical_step(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64, h: f64) -> (f64, bool) {
+    let PoreFluidConstants { density, bulk_modulus, resistance, .. } = *fluid;
     let mixture = dry + n * density;
     let drag = n * mixture * resistance / (density * dry);
     let sum = 4.0
@@ -91,8 +91,8 @@ pub fn critical_step(fluid: &Fluid, n: f64, dry: f64, modulus: f64, h: f64) -> (
 /// Stable step of the undrained wave and limit of the drag (s) for an element of length `h` (m), each by itself (simple
 /// criterion, sheet: mpm §2.10): `L/c_1` with `c_1² = (E_c + K_L/n)/ρ`, and `2 ρ̃ k/(ρ_L g)` with `ρ̃ = ρ + (1/n - 2) ρ_L`.
 /// The rest as in [`critical_step`].
-pub fn simple_steps(fluid: &Fluid, n: f64, dry: f64, modulus: f64, h: f64) -> [f64; 2] {
-    let Fluid { density, bulk_modulus, resistance, .. } = *fluid;
+pub fn simple_steps(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64, h: f64) -> [f64; 2] {
+    let PoreFluidConstants { density, bulk_modulus, resistance, .. } = *fluid;
     let mixture = dry + n * density;
     let speed = ((modulus + bulk_modulus / n) / mixture).sqrt();
     [h / speed, 2.0 * (mixture + (1.0 / n - 2.0) * density) / resistance]
@@ -102,9 +102,15 @@ pub fn simple_steps(fluid: &Fluid, n: f64, dry: f64, modulus: f64, h: f64) -> [f
 mod tests {
     use super::*;
 
-    fn fluid(porosity: f64, bulk_modulus: f64, conductivity: f64) -> Fluid {
+    fn fluid(porosity: f64, bulk_modulus: f64, conductivity: f64) -> PoreFluidConstants {
         let resistance = 1000.0 * 9.81 / conductivity;
-        Fluid { density: 1000.0, bulk_modulus, porosity, resistance, least: f64::NEG_INFINITY }
+        PoreFluidConstants {
+            density: 1000.0,
+            bulk_modulus,
+            porosity,
+            resistance,
+            min_pressure: f64::NEG_INFINITY,
+        }
     }
 
     #[test]
@@ -158,7 +164,7 @@ mod tests {
     fn without_drainage_pressure_rises_by_the_modulus_over_porosity() {
         let fluid = fluid(0.4, 2e9, 1e-3);
         assert!((fluid.pressure_after(100.0, 0.4, -1e-6, -1e-6) - 5100.0).abs() < 1e-9);
-        let weak = Fluid { least: -50.0, ..fluid };
+        let weak = PoreFluidConstants { min_pressure: -50.0, ..fluid };
         assert_eq!(weak.pressure_after(0.0, 0.4, 1e-6, 1e-6), -50.0);
     }
 }

@@ -1,21 +1,21 @@
 //! What a point knows of the obstacles that it presses on (docs/theory/mpm.md, obstacles).
 
-use colluvium_points::columns::Raw;
+use colluvium_points::columns::FixedBytes;
 
 /// A point of a body whose obstacles act on points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pressed<const D: usize> {
+pub struct PenaltyState<const D: usize> {
     /// Half the width of the point (m).
     pub half: f64,
     /// Distance from a surface below which the point presses on it (m): `half`, or less where the point began nearer and has not
     /// been farther away since.
     pub reach: f64,
     /// How far it may go from where it was last looked at before it can come within `half` of a surface (m).
-    pub free: f64,
+    pub free_distance: f64,
     /// How far obstacles could have come when it was last looked at (m).
-    pub swept: f64,
+    pub obstacle_displacement: f64,
     /// Its displacement when it was last looked at (m).
-    pub seen: [f64; D],
+    pub last_search_displacement: [f64; D],
     /// Elastic slip along the surface (m).
     pub spring: [f64; D],
     /// Number plus one of the obstacle that holds it, which is one that nothing lifts off; zero for none.
@@ -24,14 +24,14 @@ pub struct Pressed<const D: usize> {
     pub force: [f64; D],
 }
 
-impl<const D: usize> Pressed<D> {
+impl<const D: usize> PenaltyState<D> {
     /// A point of no width that has not been looked at.
     pub const NEW: Self = Self {
         half: 0.0,
         reach: 0.0,
-        free: 0.0,
-        swept: 0.0,
-        seen: [0.0; D],
+        free_distance: 0.0,
+        obstacle_displacement: 0.0,
+        last_search_displacement: [0.0; D],
         spring: [0.0; D],
         bond: 0,
         force: [0.0; D],
@@ -41,21 +41,30 @@ impl<const D: usize> Pressed<D> {
 /// Numbers of a point, beside three vectors and its bond.
 const SCALARS: usize = 4;
 
-impl<const D: usize> Raw for Pressed<D> {
-    const BYTES: usize = <[f64; SCALARS]>::BYTES + 3 * <[f64; D]>::BYTES + u32::BYTES;
+impl<const D: usize> FixedBytes for PenaltyState<D> {
+    const BYTE_COUNT: usize = <[f64; SCALARS]>::BYTE_COUNT + 3 * <[f64; D]>::BYTE_COUNT + u32::BYTE_COUNT;
 
-    fn put(self, out: &mut Vec<u8>) {
-        [self.half, self.reach, self.free, self.swept].put(out);
-        [self.seen, self.spring, self.force].put(out);
-        self.bond.put(out);
+    fn append_bytes(self, out: &mut Vec<u8>) {
+        [self.half, self.reach, self.free_distance, self.obstacle_displacement].append_bytes(out);
+        [self.last_search_displacement, self.spring, self.force].append_bytes(out);
+        self.bond.append_bytes(out);
     }
 
-    fn get(bytes: &[u8]) -> Self {
-        let (numbers, bytes) = bytes.split_at(<[f64; SCALARS]>::BYTES);
-        let (vectors, bond) = bytes.split_at(3 * <[f64; D]>::BYTES);
-        let [half, reach, free, swept] = Raw::get(numbers);
-        let [seen, spring, force] = Raw::get(vectors);
-        Self { half, reach, free, swept, seen, spring, bond: Raw::get(bond), force }
+    fn from_bytes(bytes: &[u8]) -> Self {
+        let (numbers, bytes) = bytes.split_at(<[f64; SCALARS]>::BYTE_COUNT);
+        let (vectors, bond) = bytes.split_at(3 * <[f64; D]>::BYTE_COUNT);
+        let [half, reach, free, swept] = FixedBytes::from_bytes(numbers);
+        let [seen, spring, force] = FixedBytes::from_bytes(vectors);
+        Self {
+            half,
+            reach,
+            free_distance: free,
+            obstacle_displacement: swept,
+            last_search_displacement: seen,
+            spring,
+            bond: FixedBytes::from_bytes(bond),
+            force,
+        }
     }
 }
 
@@ -65,18 +74,18 @@ mod tests {
 
     #[test]
     fn a_point_comes_back_from_its_bytes() {
-        let point = Pressed::<2> {
+        let point = PenaltyState::<2> {
             half: 0.5,
             reach: 0.25,
-            free: -1.0,
-            swept: 2.0,
-            seen: [1.0, 2.0],
+            free_distance: -1.0,
+            obstacle_displacement: 2.0,
+            last_search_displacement: [1.0, 2.0],
             spring: [3.0, 4.0],
             bond: 3,
             force: [5.0, 6.0],
         };
         let mut bytes = Vec::new();
-        point.put(&mut bytes);
-        assert_eq!((bytes.len(), Pressed::get(&bytes)), (Pressed::<2>::BYTES, point));
+        point.append_bytes(&mut bytes);
+        assert_eq!((bytes.len(), PenaltyState::from_bytes(&bytes)), (PenaltyState::<2>::BYTE_COUNT, point));
     }
 }

@@ -1,18 +1,18 @@
 //! Numbers that tell of the state of a run in each row of the measures (sheet: mpm §3.9).
 
-use colluvium_case::measure::Reading;
+use colluvium_case::measure::ScalarOutput;
 
 use crate::affine::affine_energies;
-use crate::momentum::Energies;
+use crate::momentum::NodeObstacleEnergies;
 use crate::points::PointSet;
-use crate::pressing::{ObstacleEnergies, obstacle_energies};
+use crate::pressing::{PenaltyEnergies, penalty_energies};
 use crate::solver::MpmSolver;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl<const D: usize> MpmSolver<D> {
     /// Kinetic energy along each axis, work of the external forces, volume ratios, points per cell.
-    pub(crate) fn take_readings(&self) -> Vec<Reading> {
+    pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
         let mut readings = Vec::new();
         let mut push = |name: &str, unit: &str, value: f64| {
             readings.push((name.to_owned(), unit.to_owned(), value));
@@ -28,8 +28,8 @@ impl<const D: usize> MpmSolver<D> {
         let [fewest, mean] = self.points_per_cell();
         push("points_per_cell.min", "", fewest);
         push("points_per_cell.mean", "", mean);
-        if let Some(ObstacleEnergies { friction, stored, stopped, work }) =
-            obstacle_energies(self.boundary.rocks.as_deref())
+        if let Some(PenaltyEnergies { friction, stored, stopped, work }) =
+            penalty_energies(self.boundary.penalty_obstacles.as_deref())
         {
             push("obstacles.friction", "J", friction);
             push("obstacles.stored", "J", stored);
@@ -40,13 +40,13 @@ impl<const D: usize> MpmSolver<D> {
             if driven.patch.is_some() || !self.clock.case.moves_freely(&driven.name) {
                 continue;
             }
-            let told = driven.state.rigid.readings(&driven.name, D);
+            let told = driven.state.rigid.scalar_outputs(&driven.name, D);
             told.iter().for_each(|(name, unit, value)| push(name, unit, *value));
         }
-        if let Some(bearing) = &self.boundary.bearing {
-            let Energies { friction, work } = bearing.state.energies;
+        if let Some(bearing) = &self.boundary.reaction_recorder {
+            let NodeObstacleEnergies { friction, work } = bearing.state.energies;
             push("obstacles.friction", "J", friction);
-            if !self.boundary.held.moving.is_empty() {
+            if !self.boundary.node_obstacles.moving.is_empty() {
                 push("obstacles.work", "J", work);
             }
         }
@@ -77,13 +77,13 @@ impl<const D: usize> MpmSolver<D> {
     }
 
     /// The bodies that deform.
-    pub(crate) fn soft_sets(&self) -> impl Iterator<Item = &PointSet<D>> {
+    pub(crate) fn deformable_sets(&self) -> impl Iterator<Item = &PointSet<D>> {
         self.bodies.sets.iter().filter(|set| set.rigid.is_none())
     }
 
     /// Least and largest volume of a point over its initial one; NaN without points.
     fn volume_ratios(&self) -> [f64; 2] {
-        let ratios = self.soft_sets().flat_map(|set| {
+        let ratios = self.deformable_sets().flat_map(|set| {
             set.points.volume.iter().zip(&set.points.initial_volume).map(|(volume, initial)| volume / initial)
         });
         ratios.fold([f64::NAN; 2], |[least, most], ratio| [ratio.min(least), ratio.max(most)])
@@ -91,13 +91,13 @@ impl<const D: usize> MpmSolver<D> {
 
     /// Fewest and mean number of points in the cells that hold any; NaN without points.
     fn points_per_cell(&self) -> [f64; 2] {
-        let ground = self.background.ground();
+        let ground = self.background.grid_view();
         let of_set = |set: &PointSet<D>| -> Vec<usize> {
             let mut cells = vec![0; set.len()];
             set.domain.as_slice().cells(&ground, &set.points.position, &mut cells);
             cells
         };
-        let mut cells: Vec<usize> = self.soft_sets().flat_map(of_set).collect();
+        let mut cells: Vec<usize> = self.deformable_sets().flat_map(of_set).collect();
         cells.sort_unstable();
         let counts = || cells.chunk_by(|a, b| a == b).map(<[usize]>::len);
         let fewest = counts().min().map_or(f64::NAN, |count| count as f64);

@@ -2,18 +2,18 @@
 
 use colluvium_case::law::{LawPoints, law_fields};
 use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep, spatial};
-use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
+use colluvium_constitutive::{BLOCK_SIZE, StateBlock, States, SymTensor};
 use rayon::prelude::*;
 
 use crate::affine::affine_energies;
-use crate::config::StepBounds;
+use crate::config::StepCoefficients;
 use crate::points::PointSet;
 use crate::solver::MpmSolver;
 use crate::vectors::square;
 
 /// The point with the smallest stable step.
 #[derive(Clone, Copy)]
-pub struct Limit {
+pub struct LimitingPoint {
     /// The step (s).
     pub dt: f64,
     /// What limits it.
@@ -24,7 +24,7 @@ pub struct Limit {
     pub index: usize,
 }
 
-impl Limit {
+impl LimitingPoint {
     fn smaller(self, other: Self) -> Self {
         let other_first = (other.dt, other.set, other.index) < (self.dt, self.set, self.index);
         if other_first { other } else { self }
@@ -32,17 +32,17 @@ impl Limit {
 }
 
 /// The smallest of `none` and what `of_block(index of its first point, stresses, states)` finds in the blocks of a set.
-fn least_of_blocks(
+fn min_over_blocks(
     stress: &[SymTensor],
     states: &States,
-    none: Limit,
-    of_block: &(dyn Fn(usize, &[SymTensor], &StateBlock) -> Limit + Sync),
-) -> Limit {
-    let blocks = stress.par_chunks(BLOCK).zip(states.blocks()).enumerate();
+    none: LimitingPoint,
+    of_block: &(dyn Fn(usize, &[SymTensor], &StateBlock) -> LimitingPoint + Sync),
+) -> LimitingPoint {
+    let blocks = stress.par_chunks(BLOCK_SIZE).zip(states.blocks()).enumerate();
     let limit = |(block, (stress, states)): (usize, (&[SymTensor], &StateBlock))| {
-        of_block(block * BLOCK, stress, states)
+        of_block(block * BLOCK_SIZE, stress, states)
     };
-    blocks.with_min_len(16).map(limit).reduce(|| none, Limit::smaller)
+    blocks.with_min_len(16).map(limit).reduce(|| none, LimitingPoint::smaller)
 }
 
 /// Recoverable energies of the points of a set (J), zero where the law defines none.
@@ -57,13 +57,13 @@ impl<const D: usize> MpmSolver<D> {
     /// the critical one at 1.
     pub(crate) fn wave_limit(&self, courant: f64) -> TimeStep {
         let bounds = self.clock.options.step_bounds(D, courant);
-        let none = Limit { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: 0, index: 0 };
+        let none = LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: 0, index: 0 };
         let mut least = none;
         for (number, set) in self.bodies.sets.iter().enumerate() {
             let of_block = |first: usize, stress: &[SymTensor], states: &StateBlock| {
                 self.block_limit(bounds, number, first, stress, states)
             };
-            least = least.smaller(least_of_blocks(&set.points.stress, &set.states, none, &of_block));
+            least = least.smaller(min_over_blocks(&set.points.stress, &set.states, none, &of_block));
         }
         let point = self.bodies.sets.get(least.set).filter(|set| least.index < set.len());
         TimeStep {
@@ -76,20 +76,25 @@ impl<const D: usize> MpmSolver<D> {
 
     fn block_limit(
         &self,
-        bounds: StepBounds,
+        bounds: StepCoefficients,
         number: usize,
         first: usize,
         stress: &[SymTensor],
         states: &StateBlock,
-    ) -> Limit {
+    ) -> LimitingPoint {
         let set = &self.bodies.sets[number];
-        let ground = self.background.ground();
-        let mut moduli = [0.0; BLOCK];
-        let mut viscosities = [0.0; BLOCK];
+        let ground = self.background.grid_view();
+        let mut moduli = [0.0; BLOCK_SIZE];
+        let mut viscosities = [0.0; BLOCK_SIZE];
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-        let mut least = Limit { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: number, index: first };
-        let stiffening = if self.boundary.rocks.is_some() { self.clock.options.stiffening() } else { 1.0 };
+        let mut least =
+            LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: number, index: first };
+        let stiffening = if self.boundary.penalty_obstacles.is_some() {
+            self.clock.options.obstacle_stiffness_factor()
+        } else {
+            1.0
+        };
         for k in 0..stress.len() {
             let index = first + k;
             let h = set.domain.as_slice().spacing(index, &ground);
@@ -99,21 +104,25 @@ impl<const D: usize> MpmSolver<D> {
             }
             let speed = (stiffening * moduli[k] / (self.clock.options.mass_scaling * density)).sqrt()
                 + square(&set.points.velocity[index]).sqrt();
-            let wave =
-                Limit { dt: bounds.courant * h / speed, limit: StepLimit::ELASTIC_WAVE, set: number, index };
+            let wave = LimitingPoint {
+                dt: bounds.courant * h / speed,
+                limit: StepLimit::ELASTIC_WAVE,
+                set: number,
+                index,
+            };
             least = least.smaller(self.phase_limit(bounds, wave, moduli[k]));
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, sheet: mpm §2.10.
                 let inertia = self.clock.options.mass_scaling * density;
                 let dt = bounds.diffusion * inertia * h * h / viscosities[k];
-                least = least.smaller(Limit { dt, limit: StepLimit::VISCOSITY, set: number, index });
+                least = least.smaller(LimitingPoint { dt, limit: StepLimit::VISCOSITY, set: number, index });
             }
         }
         least
     }
 
     /// Everything on the points, in the order of ids.
-    pub(crate) fn take_snapshot(&self) -> Snapshot {
+    pub(crate) fn collect_snapshot(&self) -> Snapshot {
         let mut order: Vec<(u32, usize, usize)> = Vec::new();
         for (number, set) in self.bodies.sets.iter().enumerate() {
             order.extend(set.points.id.iter().enumerate().map(|(index, &id)| (id, number, index)));
@@ -174,13 +183,13 @@ impl<const D: usize> MpmSolver<D> {
     }
 
     /// Totals over the points.
-    pub(crate) fn take_budget(&self) -> Budget {
+    pub(crate) fn collect_budget(&self) -> Budget {
         let mut budget = Budget::default();
         for set in &self.bodies.sets {
             let energies = stored_energies(set);
             if let Some(number) = set.rigid {
                 let (rigid, mass) = (&self.boundary.driven[number].state.rigid, set.points.mass.iter().sum());
-                rigid.add_turns(mass, set.extent[0], &mut budget);
+                rigid.add_rotation_energy(mass, set.extent[0], &mut budget);
             }
             for i in 0..set.len() {
                 let (x, v, m) =
@@ -193,7 +202,7 @@ impl<const D: usize> MpmSolver<D> {
                     budget.momentum[c] += m * v[c];
                     budget.angular_momentum[c] += m * (x[a] * v[b] - x[b] * v[a]);
                     budget.potential -= m * self.clock.gravity[c] * x[c];
-                    if self.clock.options.transfer == crate::Transfer::Apic && a < D && b < D {
+                    if self.clock.options.transfer == crate::VelocityTransfer::Apic && a < D && b < D {
                         // What turns within the point.
                         let moment = &set.points.affine[i];
                         budget.angular_momentum[c] += m * (moment[b][a] - moment[a][b]);
@@ -210,15 +219,15 @@ impl<const D: usize> MpmSolver<D> {
 impl<const D: usize> MpmSolver<D> {
     /// Whether nothing works on the points from outside, and all their energy is told: that of scaled masses and of springs of
     /// obstacles is not.
-    pub(crate) fn is_left_alone(&self) -> bool {
+    pub(crate) fn is_energetically_closed(&self) -> bool {
         self.clock.options.mass_scaling <= 1.0
             && self.clock.case.obstacles.is_empty()
-            && self.clock.case.is_closed(self.clock.stage)
+            && self.clock.case.is_isolated(self.clock.stage)
             && self.bodies.sets.iter().all(|set| set.law_points().defines_energy())
     }
 
     /// Begins to count work, from what is stored.
-    pub(crate) fn count_work(&mut self) {
+    pub(crate) fn start_work_count(&mut self) {
         for set in self.bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
             set.points.work = stored_energies(set);
         }

@@ -8,47 +8,47 @@ mod warnings;
 
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, LoadCarrier, Space, Wall as CaseWall};
-use colluvium_case::{Case, CaseError, Plan, Resolution, SLACK, Solver, StepLimit};
-use colluvium_grid::{Axis, Faces, Grid, Layout, Node, Walls};
+use colluvium_case::description::{Body, LoadTarget, Space, Wall as CaseWall};
+use colluvium_case::{Case, CaseError, OVERLAP_TOLERANCE, Plan, Resolution, Solver, StepLimit};
+use colluvium_grid::{Basis1d, Grid, Layout, NodalState, NodeFaces, NodeWalls};
 
-use crate::absorbing::{Absorbing, Impedance};
-use crate::affine::start_affine;
-use crate::averages::Averages;
-use crate::background::Background;
+use crate::absorbing::{AbsorbingBoundaries, Impedance};
+use crate::affine::initialise_affine;
+use crate::averages::CellAverages;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
-use crate::boundary::Boundary;
+use crate::boundary::BoundaryConditions;
 use crate::clock::Clock;
 use crate::config::ShapeFunctions;
 use crate::consistent::ConsistentMass;
-use crate::dispatch::Chosen;
-use crate::driven::{self, Driven};
-use crate::dual::DualNodes;
+use crate::dispatch::SelectedTransfers;
+use crate::driven::{self, DrivenObject};
+use crate::dual::DualDomainNodes;
 use crate::gap::SurfaceDistance;
-use crate::meet::Grips;
+use crate::meet::ContactSet;
 use crate::mixed::{self, CellStresses};
-use crate::momentum::RowSums;
-use crate::nodes::Nodes;
-use crate::obstacles::borne::Bearing;
-use crate::obstacles::nodes::Held;
-use crate::obstacles::rocks::Rocks;
+use crate::momentum::EquilibriumTerms;
+use crate::nodes::VelocityFields;
+use crate::obstacles::borne::ReactionRecorder;
+use crate::obstacles::nodes::NodeObstacles;
+use crate::obstacles::rocks::PenaltyObstacles;
 use crate::points::PointSet;
-use crate::pressing::begin_pressing;
+use crate::pressing::initialise_penalty;
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
-use crate::touch::{filled, filled_on_mesh, radii};
+use crate::touch::{radii, rigid_volume_thresholds, rigid_volume_thresholds_on_mesh};
 use crate::{
-    MpmOptions, ObstacleContact, StressScheme, contact, dispatch, dual, free_surface, loads, mesh, nodal,
+    MpmOptions, ObstacleCoupling, StressScheme, contact, dispatch, dual, free_surface, loads, mesh, nodal,
     obstacles, rigid, two_phase, walls,
 };
 use bands::check_bands;
 use bodies::point_set;
-pub use honours::honours;
+pub use honours::capabilities;
 use warnings::warnings;
 
 /// Updates per second of one phase with GIMP in the plane and in space, a million points on one thread
 /// (docs/benchmarks/2026-11-22-mpm).
-const PACE: [f64; 2] = [12e6, 7e6];
+const UPDATES_PER_SECOND: [f64; 2] = [12e6, 7e6];
 
 /// The options of the case, checked.
 pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
@@ -57,20 +57,20 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
         return Err(CaseError::new("methods.mpm", problem));
     }
     let mut options: MpmOptions = case.method_options("mpm")?;
-    defaults::fit(case, &mut options);
+    defaults::set_case_defaults(case, &mut options);
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
     options.validate_stage_flip(case)?;
-    let options = two_phase::cleared(case, options)?;
+    let options = two_phase::check_supported(case, options)?;
     check_bands(case, &options)?;
     if options.shape == ShapeFunctions::Cpdi2 && case.space != Space::PlaneStrain {
         let problem = "cpdi2 is of quadrilaterals and available in plane strain only: use cpdi";
         return Err(CaseError::new("methods.mpm.shape", problem));
     }
-    mesh::cleared(case, &options)?;
-    dual::cleared(case, &options)?;
-    crate::consistent::cleared(case, &options)?;
-    mixed::cleared(&options)?;
-    obstacles::cleared(case, &options)?;
+    mesh::check_supported(case, &options)?;
+    dual::check_supported(case, &options)?;
+    crate::consistent::check_supported(case, &options)?;
+    mixed::check_supported(&options)?;
+    obstacles::check_supported(case, &options)?;
     Ok(options)
 }
 
@@ -85,10 +85,10 @@ pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>
 pub fn layout<const D: usize>(
     case: &Case,
     grid: &Grid<D>,
-    axis: &Axis,
+    axis: &Basis1d,
     options: &MpmOptions,
 ) -> Result<Layout<D>, CaseError> {
-    let layout = Layout::of(grid, axis);
+    let layout = Layout::with_basis(grid, axis);
     if case.domain.periodic.is_empty() {
         return Ok(layout);
     }
@@ -96,7 +96,7 @@ pub fn layout<const D: usize>(
         return Err(CaseError::new("domain.periodic", "is not available with contacts"));
     }
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
-    layout.repeating(periodic).ok_or_else(|| {
+    layout.periodic(periodic).ok_or_else(|| {
         let problem =
             "needs shape linear, ugimp or cpgimp, and along a periodic axis at least 3 cells (cpgimp: 5)";
         CaseError::new("domain.periodic", problem)
@@ -104,29 +104,29 @@ pub fn layout<const D: usize>(
 }
 
 /// The solver of a case.
-struct Build<'a> {
+struct BuildSolver<'a> {
     case: &'a Case,
     options: &'a MpmOptions,
 }
 
-impl dispatch::Visitor for Build<'_> {
+impl dispatch::DimensionVisitor for BuildSolver<'_> {
     type Output = Result<Box<dyn Solver>, CaseError>;
 
-    fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output {
+    fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
         Ok(Box::new(solver(self.case, self.options, chosen)?))
     }
 }
 
 /// What would be solved.
-struct Measure<'a> {
+struct BuildPlan<'a> {
     case: &'a Case,
     options: &'a MpmOptions,
 }
 
-impl dispatch::Visitor for Measure<'_> {
+impl dispatch::DimensionVisitor for BuildPlan<'_> {
     type Output = Result<Plan, CaseError>;
 
-    fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output {
+    fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
         let mut solver = solver(self.case, self.options, chosen)?;
         let time_step = solver.critical_step();
         let points = solver.points();
@@ -160,12 +160,12 @@ impl dispatch::Visitor for Measure<'_> {
             densities: None,
             resolution: Some(Resolution {
                 width: self.options.cell_size,
-                apart: self.options.cell_size / self.options.points_per_cell as f64,
+                point_distance: self.options.cell_size / self.options.points_per_cell as f64,
                 axes: D,
                 key: "methods.mpm.cell_size",
                 noun: "cells",
             }),
-            updates_per_second: PACE[usize::from(D == 3)] / f64::from(phases),
+            updates_per_second: UPDATES_PER_SECOND[usize::from(D == 3)] / f64::from(phases),
             warnings,
         })
     }
@@ -174,37 +174,38 @@ impl dispatch::Visitor for Measure<'_> {
 /// The solver of `case`.
 pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
-    dispatch::dispatch(case, &options, Build { case, options: &options })
+    dispatch::dispatch(case, &options, BuildSolver { case, options: &options })
 }
 
 /// The plan of `case`.
 pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     let options = options(case)?;
-    dispatch::dispatch(case, &options, Measure { case, options: &options })
+    dispatch::dispatch(case, &options, BuildPlan { case, options: &options })
 }
 
 /// A solver with its concrete type, at time zero.
 pub fn solver<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-    chosen: Chosen<D>,
+    chosen: SelectedTransfers<D>,
 ) -> Result<MpmSolver<D>, CaseError> {
-    let axis = chosen.sweeps.axis();
-    let background = Background::new(case, chosen, mesh::terrain(case, options, &axis)?);
+    let axis = chosen.transfers.basis_1d();
+    let background = BackgroundGrid::new(case, chosen, mesh::grid_mesh_and_layout(case, options, &axis)?);
     // Stages only take walls away: those of the first are all that ever stand.
     walls::walls(case, 0, &background, options)?;
-    let standing = case.standing::<D>()?;
-    let at_points = options.obstacles == ObstacleContact::Points && !standing.is_empty();
-    let bearing = Bearing::new(case)?;
-    let held = Held::new(if at_points { &[] } else { &standing }, &background, &bearing);
-    let told = !held.is_empty() && obstacles::unaccounted(options).is_none();
+    let standing = case.placed_obstacles::<D>()?;
+    let at_points = options.obstacles == ObstacleCoupling::Points && !standing.is_empty();
+    let bearing = ReactionRecorder::new(case)?;
+    let held = NodeObstacles::new(if at_points { &[] } else { &standing }, &background, &bearing);
+    let told = !held.is_empty() && obstacles::why_not_recorded(options).is_none();
     let domain = (background.grid.origin, background.upper);
-    let rocks = at_points.then(|| Box::new(Rocks::new(&standing, domain, 2.0 * options.cell_size)));
-    let mut driven = driven::driven(case);
-    let Background { mesh, layout, .. } = &background;
+    let rocks =
+        at_points.then(|| Box::new(PenaltyObstacles::new(&standing, domain, 2.0 * options.cell_size)));
+    let mut driven = driven::driven_objects(case);
+    let BackgroundGrid { mesh, layout, .. } = &background;
     let mut two_phase = two_phase::two_phase(case, options, layout);
     if let Some(phases) = two_phase.as_mut().filter(|_| !at_points) {
-        phases.faces = Arc::new(obstacles::faces_of_fluid(&standing, &background));
+        phases.faces = Arc::new(obstacles::pore_fluid_faces(&standing, &background));
     }
     let mut sets = Vec::new();
     let mut next = 0;
@@ -213,28 +214,34 @@ pub fn solver<const D: usize>(
         next += set.len();
         set.rigid = case.bodies[number].rigid.then(|| rigid_number(&driven, &case.bodies[number])).flatten();
         if set.rigid.is_none() || case.moves_freely(&case.bodies[number].name) {
-            case.refuse_covered(&standing, number, &set.points.position, SLACK * options.cell_size)?;
+            case.reject_overlapping_points(
+                &standing,
+                number,
+                &set.points.position,
+                OVERLAP_TOLERANCE * options.cell_size,
+            )?;
         }
         sets.push(set);
     }
     let clock = Clock::new(case, options);
-    rigid::start(&clock, &sets, &mut driven);
-    let contacts = contact::contacts(case, options, &mut sets)?;
-    mixed::resettable(case, options, &sets)?;
+    rigid::initialise_rigid(&clock, &sets, &mut driven);
+    let contacts = contact::field_contacts(case, options, &mut sets)?;
+    mixed::check_stress_reset(case, options, &sets)?;
     let cells = background.cell_layout();
     let strains = CellStrains::new(case, options, [layout, cells]);
     let stresses = CellStresses::new(options, cells, contacts.fields());
-    let dual = DualNodes::new(options, layout, contacts.fields());
+    let dual = DualDomainNodes::new(options, layout, contacts.fields());
     let consistent = ConsistentMass::new(options, layout);
     let nodal = nodal::nodal_loads(case, options, &background, &sets)?;
     for number in 0..case.loads.len() {
-        if case.loads[number].carrier() == LoadCarrier::Points {
+        if case.loads[number].applied_to() == LoadTarget::Points {
             loads::apply(case, number, mesh, &mut sets)?;
         }
     }
     let absorbs = case.boundaries.iter().position(|b| matches!(b.wall, CaseWall::Absorbing { .. }));
-    let impedances = absorbs
-        .map_or_else(Vec::new, |_| sets.iter().map(|set| Impedance::of(set, options.mass_scaling)).collect());
+    let impedances = absorbs.map_or_else(Vec::new, |_| {
+        sets.iter().map(|set| Impedance::of_body(set, options.mass_scaling)).collect()
+    });
     if let (Some(number), true) = (absorbs, contacts.fields() > 1) {
         let problem = "an absorbing boundary is not available with contacts";
         return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
@@ -242,29 +249,29 @@ pub fn solver<const D: usize>(
     let most = sets.iter().map(PointSet::len).max().unwrap_or(0);
     let free_surface = free_surface::free_surface(case, options, &background, most)?;
     let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
-    let nodes = Nodes {
-        solved: vec![Node::default(); own_nodes],
-        row_sums: vec![RowSums::default(); layout.nodes()[0]],
-        ..Nodes::default()
+    let nodes = VelocityFields {
+        solved: vec![NodalState::default(); own_nodes],
+        row_sums: vec![EquilibriumTerms::default(); layout.nodes()[0]],
+        ..VelocityFields::default()
     };
-    let boundary = Boundary {
-        walls: Walls::default(),
-        closed: [[false; 2]; D],
-        held,
-        bearing: told.then_some(bearing),
-        rocks,
+    let boundary = BoundaryConditions {
+        walls: NodeWalls::default(),
+        has_wall: [[false; 2]; D],
+        node_obstacles: held,
+        reaction_recorder: told.then_some(bearing),
+        penalty_obstacles: rocks,
         driven,
         contacts,
-        touched: Vec::new(),
-        grips: Grips::default(),
+        row_contacts: Vec::new(),
+        rigid_contacts: ContactSet::default(),
         load_starts: case.load_starts(),
-        nodal,
-        absorbing: Absorbing::default(),
+        nodal_loads: nodal,
+        absorbing: AbsorbingBoundaries::default(),
         impedances,
     };
     let mut solver = MpmSolver {
         clock,
-        averages: Averages { strains, stresses, dual, free_surface },
+        averages: CellAverages { strains, stresses, dual_domain: dual, free_surface },
         bodies: Bodies::new(sets),
         background,
         nodes,
@@ -277,12 +284,12 @@ pub fn solver<const D: usize>(
     if options.stress_update != StressScheme::Usl || options.filters_velocities() {
         solver.nodes.remapped = vec![Default::default(); solver.nodes.solved.len()];
     }
-    if options.weakens_light_nodes() {
-        solver.nodes.slopes = vec![Default::default(); solver.nodes.solved.len()];
+    if options.rescales_small_mass_forces() {
+        solver.nodes.mass_gradients = vec![Default::default(); solver.nodes.solved.len()];
     }
     if solver.boundary.contacts.fields() > 1 {
         solver.boundary.contacts.surfaces = vec![Default::default(); solver.nodes.solved.len()];
-        solver.boundary.touched = crate::touch::rows(
+        solver.boundary.row_contacts = crate::touch::row_contacts(
             &solver.boundary.contacts,
             solver.nodes.row_sums.len(),
             solver.background.layout.strides()[0],
@@ -291,32 +298,33 @@ pub fn solver<const D: usize>(
             solver.boundary.contacts.radii = radii(&solver.background);
         }
         if solver.background.is_meshed() {
-            solver.boundary.contacts.filled =
-                filled_on_mesh(&solver.background.mesh, solver.background.layout.len());
+            solver.boundary.contacts.rigid_volume_threshold =
+                rigid_volume_thresholds_on_mesh(&solver.background.mesh, solver.background.layout.len());
         } else {
-            solver.boundary.contacts.filled = filled(&solver.background, options.points_per_cell);
-            solver.boundary.contacts.distance = SurfaceDistance::new(&solver.background.axis);
+            solver.boundary.contacts.rigid_volume_threshold =
+                rigid_volume_thresholds(&solver.background, options.points_per_cell);
+            solver.boundary.contacts.distance = SurfaceDistance::new(&solver.background.basis_1d);
         }
     }
-    walls::refuse_walls_that_leave(case, solver.background.spacing())?;
-    begin_pressing(&solver.background, &mut solver.bodies, &mut solver.boundary.rocks);
-    solver.remember_starts();
+    walls::reject_walls_that_leave(case, solver.background.spacing())?;
+    initialise_penalty(&solver.background, &mut solver.bodies, &mut solver.boundary.penalty_obstacles);
+    solver.store_initial_positions();
     solver.set_stage_walls(0)?;
     solver.sort();
-    start_affine(&solver.clock, &solver.background, &mut solver.bodies);
+    initialise_affine(&solver.clock, &solver.background, &mut solver.bodies);
     if case.measures_dissipation() {
-        solver.count_work();
+        solver.start_work_count();
     }
     check_fixed_step(&solver, options)?;
     Ok(solver)
 }
 
-fn rigid_number(driven: &[Driven], body: &Body) -> Option<usize> {
+fn rigid_number(driven: &[DrivenObject], body: &Body) -> Option<usize> {
     driven.iter().position(|driven| driven.patch.is_none() && driven.name == body.name)
 }
 
 fn check_fixed_step<const D: usize>(solver: &MpmSolver<D>, options: &MpmOptions) -> Result<(), CaseError> {
-    match options.time_step.and_then(|step| solver.wave_limit(1.0).too_long(Some(step))) {
+    match options.time_step.and_then(|step| solver.wave_limit(1.0).fixed_step_problem(Some(step))) {
         Some(problem) => Err(CaseError::new("methods.mpm.time_step", problem)),
         None => Ok(()),
     }
@@ -325,16 +333,16 @@ fn check_fixed_step<const D: usize>(solver: &MpmSolver<D>, options: &MpmOptions)
 impl<const D: usize> MpmSolver<D> {
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
-        let walls = |case: &Case, faces: &Arc<Faces>| -> Result<Walls, CaseError> {
+        let walls = |case: &Case, faces: &Arc<NodeFaces>| -> Result<NodeWalls, CaseError> {
             let mut walls = walls::walls(case, stage, &self.background, &self.clock.options)?;
-            walls.set_off(self.clock.step == 0);
+            walls.set_starts_moving(self.clock.step == 0);
             Ok(walls.with_faces(Arc::clone(faces)))
         };
-        let own = walls(&self.clock.case, &self.boundary.held.rest)?;
+        let own = walls(&self.clock.case, &self.boundary.node_obstacles.rest)?;
         let of_liquid = self
             .two_phase
             .as_ref()
-            .map(|phases| walls(&two_phase::of_liquid(&self.clock.case), &phases.faces))
+            .map(|phases| walls(&two_phase::liquid_case(&self.clock.case), &phases.faces))
             .transpose()?;
         if let (Some(phases), Some(of_liquid)) = (&mut self.two_phase, of_liquid) {
             phases.walls = of_liquid;

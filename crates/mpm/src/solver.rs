@@ -2,51 +2,51 @@
 
 use std::sync::Arc;
 
-use colluvium_case::{Manufactured, SolverError, TimeStep, slowed_for_obstacles};
-use colluvium_grid::Walls;
+use colluvium_case::{Manufactured, SolverError, TimeStep, limit_step_by_obstacles};
+use colluvium_grid::NodeWalls;
 
-use crate::affine::gather_affine;
-use crate::averages::Averages;
-use crate::background::Background;
+use crate::affine::g2p_affine;
+use crate::averages::CellAverages;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
-use crate::boundary::Boundary;
+use crate::boundary::BoundaryConditions;
 use crate::clock::Clock;
 use crate::config::StressScheme;
 use crate::consistent::{self, ConsistentMass};
-use crate::contact::Contacts;
-use crate::driven::{self, Driven};
-use crate::free_surface::relieve_surface;
-use crate::light::weaken_light_nodes;
-use crate::loads::follow_loads;
-use crate::manufactured::push;
-use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
-use crate::nodal::work_on_nodes;
-use crate::nodes::Nodes;
-use crate::nodes::Velocities::{Remapped, Solved};
-use crate::rigid::{self, drive, move_driven};
-use crate::stopping::{stop_remapped, stop_solved};
-use crate::strain::share_strains_of_one_phase;
-use crate::touch::touch;
-use crate::transfer::{Scatter, remap, scatter, start_velocities};
+use crate::contact::FieldContacts;
+use crate::driven::{self, DrivenObject};
+use crate::free_surface::free_surface_correction;
+use crate::light::rescale_small_mass_forces;
+use crate::loads::update_follower_loads;
+use crate::manufactured::set_body_forces;
+use crate::momentum::{EquilibriumAudit, EquilibriumTerms, MomentumSolve, damp};
+use crate::nodal::nodal_load_work;
+use crate::nodes::VelocityFields;
+use crate::nodes::VelocitySource::{Remapped, Solved};
+use crate::rigid::{self, move_driven, update_driven_velocities};
+use crate::stopping::{limit_remapped, limit_solved};
+use crate::strain::average_strains_of_one_phase;
+use crate::touch::correct_velocities;
+use crate::transfer::{P2gContent, p2g, remap, start_velocities};
 use crate::two_phase::{TwoPhase, step_phases};
-use crate::update::{PointUpdate, update_points};
-use crate::vectors::{power, three};
+use crate::update::{UpdateSelection, update_points};
+use crate::vectors::{first_three, power};
 use crate::xpic::filter_velocities;
 
 /// Steps between re-evaluations of the critical time step.
 pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
 
 /// Largest move of an obstacle in a step (cells): points are to meet it before it has passed them.
-const OBSTACLE_WAY: f64 = 0.25;
+const MAX_OBSTACLE_MOVE: f64 = 0.25;
 
 /// Explicit MPM in `D` dimensions: its owners, which a step hands round.
 pub struct MpmSolver<const D: usize> {
     pub(crate) clock: Clock,
-    pub(crate) background: Background<D>,
+    pub(crate) background: BackgroundGrid<D>,
     pub(crate) bodies: Bodies<D>,
-    pub(crate) nodes: Nodes,
-    pub(crate) boundary: Boundary<D>,
-    pub(crate) averages: Averages<D>,
+    pub(crate) nodes: VelocityFields,
+    pub(crate) boundary: BoundaryConditions<D>,
+    pub(crate) averages: CellAverages<D>,
     pub(crate) consistent: ConsistentMass,
     /// Both phases of the nodes; `None` in a case without pore fluid.
     pub(crate) two_phase: Option<Box<TwoPhase>>,
@@ -71,10 +71,10 @@ impl<const D: usize> MpmSolver<D> {
             manufactured,
         } = self;
         nodes.reset(&background.layout); // 0: empty grid
-        boundary.held.place((clock.time, clock.dt), background, &mut boundary.walls);
-        drive(clock, bodies, &mut boundary.driven);
+        boundary.node_obstacles.update_faces((clock.time, clock.dt), background, &mut boundary.walls);
+        update_driven_velocities(clock, bodies, &mut boundary.driven);
         if let (Some(solution), None) = (manufactured, &two_phase) {
-            push(solution, bodies, clock.time);
+            set_body_forces(solution, bodies, clock.time);
         }
         let moved = match two_phase {
             Some(phases) => step_phases(clock, background, bodies, nodes, boundary, averages, phases)?,
@@ -83,8 +83,8 @@ impl<const D: usize> MpmSolver<D> {
         // 10
         let driven = move_driven(clock, background, bodies, &mut boundary.driven)?;
         bodies.travel += moved.max(driven);
-        boundary.walls.set_off(false);
-        if bodies.drop_those_that_left() {
+        boundary.walls.set_starts_moving(false);
+        if bodies.remove_outside_points() {
             self.sort();
         }
         self.bodies.wrap(&self.background);
@@ -129,63 +129,69 @@ impl<const D: usize> MpmSolver<D> {
             let limit = self.wave_limit(courant);
             let most = courant.min(self.clock.options.surface_courant(D));
             self.clock.courant = fixed.map_or(most, |step| most * (step / limit.dt).min(1.0));
-            self.clock.limit = Some(self.slowed(limit).or_fixed(fixed));
+            self.clock.limit = Some(self.limit_by_obstacle_motion(limit).or_fixed(fixed));
             self.clock.limit_age = 0;
         }
         self.clock.limit.expect("set above")
     }
 
-    /// The step in which no obstacle goes farther than [`OBSTACLE_WAY`], where that is shorter than the critical one.
-    fn slowed(&self, critical: TimeStep) -> TimeStep {
-        let Boundary { rocks, held, .. } = &self.boundary;
+    /// The step in which no obstacle goes farther than [`MAX_OBSTACLE_MOVE`], where that is shorter than the critical one.
+    fn limit_by_obstacle_motion(&self, critical: TimeStep) -> TimeStep {
+        let BoundaryConditions { penalty_obstacles: rocks, node_obstacles: held, .. } = &self.boundary;
         let moving = rocks.iter().flat_map(|rocks| rocks.moving()).chain(held.moving.iter());
-        let most = OBSTACLE_WAY * self.clock.options.cell_size;
-        slowed_for_obstacles(critical, moving, (self.clock.time, most, STEPS_PER_TIME_STEP + 1))
+        let most = MAX_OBSTACLE_MOVE * self.clock.options.cell_size;
+        limit_step_by_obstacles(critical, moving, (self.clock.time, most, STEPS_PER_TIME_STEP + 1))
     }
 }
 
 /// Steps 1 to 9 of one phase; returns the largest move of a point along an axis (m).
 fn step<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    nodes: &mut Nodes,
-    boundary: &mut Boundary<D>,
-    averages: &mut Averages<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+    averages: &mut CellAverages<D>,
     consistent: &mut ConsistentMass,
 ) -> Result<f64, SolverError> {
-    let (all, velocity, stress) = (PointUpdate::ALL, PointUpdate::VELOCITY, PointUpdate::STRESS);
-    relieve_surface(background, bodies, &mut averages.free_surface);
+    let (all, velocity, stress) = (UpdateSelection::ALL, UpdateSelection::VELOCITY, UpdateSelection::STRESS);
+    free_surface_correction(background, bodies, &mut averages.free_surface);
     match clock.options.stress_update {
         StressScheme::Usl => {
-            scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Everything); // 1
-            weaken_light_nodes(clock, background, bodies, nodes);
+            p2g(clock, background, bodies, nodes, boundary, averages, P2gContent::Everything); // 1
+            rescale_small_mass_forces(clock, background, bodies, nodes);
             solve_momentum(clock, background, bodies, nodes, boundary, consistent)?; // 2–4
-            share_strains_of_one_phase(clock, background, bodies, (nodes, Solved), &mut averages.strains); // 7
-            follow_loads(clock, background, bodies, (nodes, Solved));
+            average_strains_of_one_phase(clock, background, bodies, (nodes, Solved), &mut averages.strains); // 7
+            update_follower_loads(clock, background, bodies, (nodes, Solved));
             update_points(clock, background, bodies, (nodes, Solved), boundary, averages, all) // 5, 7–9
         }
         StressScheme::Musl => {
-            scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Everything); // 1
+            p2g(clock, background, bodies, nodes, boundary, averages, P2gContent::Everything); // 1
             solve_momentum(clock, background, bodies, nodes, boundary, consistent)?; // 2–4
             update_points(clock, background, bodies, (nodes, Solved), boundary, averages, velocity)?; // 5
             remap(clock, background, bodies, nodes, boundary); // 6
-            stop_remapped(clock, background, bodies, nodes, (&boundary.walls, &mut boundary.rocks));
-            share_strains_of_one_phase(clock, background, bodies, (nodes, Remapped), &mut averages.strains); // 7
-            follow_loads(clock, background, bodies, (nodes, Remapped));
-            let rest = PointUpdate { position: true, ..stress };
+            limit_remapped(
+                clock,
+                background,
+                bodies,
+                nodes,
+                (&boundary.walls, &mut boundary.penalty_obstacles),
+            );
+            average_strains_of_one_phase(clock, background, bodies, (nodes, Remapped), &mut averages.strains); // 7
+            update_follower_loads(clock, background, bodies, (nodes, Remapped));
+            let rest = UpdateSelection { position: true, ..stress };
             update_points(clock, background, bodies, (nodes, Remapped), boundary, averages, rest) // 7–9
         }
         StressScheme::Usf => {
-            scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Motion); // 1, momentum and mass
+            p2g(clock, background, bodies, nodes, boundary, averages, P2gContent::Motion); // 1, momentum and mass
             start_velocities(clock, background, bodies, nodes, boundary);
-            share_strains_of_one_phase(clock, background, bodies, (nodes, Remapped), &mut averages.strains); // 7
+            average_strains_of_one_phase(clock, background, bodies, (nodes, Remapped), &mut averages.strains); // 7
             update_points(clock, background, bodies, (nodes, Remapped), boundary, averages, stress)?; // 7–8
-            relieve_surface(background, bodies, &mut averages.free_surface);
-            scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Forces); // 1, forces
+            free_surface_correction(background, bodies, &mut averages.free_surface);
+            p2g(clock, background, bodies, nodes, boundary, averages, P2gContent::Forces); // 1, forces
             solve_momentum(clock, background, bodies, nodes, boundary, consistent)?; // 2–4
-            follow_loads(clock, background, bodies, (nodes, Solved));
-            let rest = PointUpdate { position: true, ..velocity };
+            update_follower_loads(clock, background, bodies, (nodes, Solved));
+            let rest = UpdateSelection { position: true, ..velocity };
             update_points(clock, background, bodies, (nodes, Solved), boundary, averages, rest) // 5, 9
         }
     }
@@ -194,10 +200,10 @@ fn step<const D: usize>(
 /// Velocities at the end of the step and accelerations of the nodes (steps 2 to 4), and what the transfer takes of them.
 fn solve_momentum<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    nodes: &mut Nodes,
-    boundary: &mut Boundary<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
     consistent: &mut ConsistentMass,
 ) -> Result<(), SolverError> {
     if consistent.is_used() {
@@ -210,36 +216,37 @@ fn solve_momentum<const D: usize>(
             consistent,
         );
     }
-    let light = bodies.light(clock);
-    let Boundary { walls, driven, contacts, absorbing, bearing, .. } = &mut *boundary;
+    let light = bodies.mass_cutoff(clock);
+    let BoundaryConditions { walls, driven, contacts, absorbing, reaction_recorder: bearing, .. } =
+        &mut *boundary;
     let solve = MomentumSolve {
         dt: clock.dt,
         gravity: clock.gravity_at_end(),
         rayleigh: clock.stage().rayleigh_damping,
-        keep_start: clock.keeps_start(),
+        keep_initial_velocity: clock.keeps_initial_velocity(),
         inertia: clock.options.mass_scaling,
-        light,
+        mass_cutoff: light,
         walls,
         layout: &background.layout,
     };
     if let Some(bearing) = bearing {
-        bearing.take(&solve, background, &nodes.solved);
+        bearing.record(&solve, background, &nodes.solved);
     }
     for nodes in nodes.solved.chunks_exact_mut(background.layout.len()) {
-        background.layout.each(nodes, |row, active, line| solve.row(row, active, line));
+        background.layout.for_each_active_node_range(nodes, |row, active, line| solve.row(row, active, line));
     }
-    absorbing.absorb(clock, &mut nodes.solved, walls);
-    rigid::hold_rigid(background, driven, contacts, &mut nodes.solved);
-    touch(clock, background, bodies, &mut nodes.solved, boundary);
-    let Boundary { driven, contacts, .. } = &mut *boundary;
-    driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, true);
+    absorbing.apply(clock, &mut nodes.solved, walls);
+    rigid::impose_velocity_of_all_rigid(background, driven, contacts, &mut nodes.solved);
+    correct_velocities(clock, background, bodies, &mut nodes.solved, boundary);
+    let BoundaryConditions { driven, contacts, .. } = &mut *boundary;
+    driven::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, true);
     damp_nodes(clock, background, bodies, nodes, boundary);
-    let Boundary { walls, driven, contacts, rocks, .. } = &mut *boundary;
-    rigid::settle_loose(clock, driven);
-    rigid::hold_loose(background, driven, contacts, &mut nodes.solved);
-    stop_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
+    let BoundaryConditions { walls, driven, contacts, penalty_obstacles: rocks, .. } = &mut *boundary;
+    rigid::integrate_rigid(clock, driven);
+    rigid::impose_rigid_velocity(background, driven, contacts, &mut nodes.solved);
+    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
     if clock.stage().equilibrium.is_some() {
-        let sums = balance(clock, background, bodies, nodes, boundary);
+        let sums = update_equilibrium(clock, background, bodies, nodes, boundary);
         nodes.external_work += sums.work;
         nodes.sums = sums;
     }
@@ -247,27 +254,32 @@ fn solve_momentum<const D: usize>(
         filter_velocities(clock, background, bodies, nodes, boundary);
     } else {
         // Of bodies that carry affine fields: all, liquids, or none.
-        gather_affine(clock, background, bodies, nodes);
+        g2p_affine(clock, background, bodies, nodes);
     }
     Ok(())
 }
 
 /// Measures of equilibrium of the step, with the work of loads and motions and what rigid bodies add that move freely.
-fn balance<const D: usize>(
+fn update_equilibrium<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    nodes: &mut Nodes,
-    boundary: &Boundary<D>,
-) -> RowSums {
-    let Boundary { walls, driven, contacts, nodal, load_starts, .. } = boundary;
-    let mut sums = audit(clock, background, bodies.light(clock), nodes, walls, contacts);
+    nodes: &mut VelocityFields,
+    boundary: &BoundaryConditions<D>,
+) -> EquilibriumTerms {
+    let BoundaryConditions { walls, driven, contacts, nodal_loads: nodal, load_starts, .. } = boundary;
+    let mut sums = equilibrium_terms(clock, background, bodies.mass_cutoff(clock), nodes, walls, contacts);
     sums.work += work_of_loads(bodies, driven, clock.dt);
-    for loose in driven.iter().filter_map(|driven| driven.loose.as_ref()) {
+    for loose in driven.iter().filter_map(|driven| driven.free_rigid_body.as_ref()) {
         let stage = clock.stage();
-        sums.add(&rigid::audit(loose, clock.dt, &stage.damping_of_axes(), stage.rayleigh_damping));
+        sums.add(&rigid::equilibrium_terms(
+            loose,
+            clock.dt,
+            &stage.damping_of_axes(),
+            stage.rayleigh_damping,
+        ));
     }
-    sums.work += work_on_nodes(clock, background, bodies, &nodes.solved, nodal, load_starts);
+    sums.work += nodal_load_work(clock, background, bodies, &nodes.solved, nodal, load_starts);
     sums
 }
 
@@ -275,70 +287,71 @@ fn balance<const D: usize>(
 /// balance with others, and so it comes last. What is held stays held.
 fn damp_nodes<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    nodes: &mut Nodes,
-    boundary: &mut Boundary<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
 ) {
     let damping = clock.stage().damping_of_axes();
     if damping == [0.0; 3] {
         return;
     }
-    let Boundary { walls, driven, contacts, rocks, .. } = boundary;
-    stop_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
+    let BoundaryConditions { walls, driven, contacts, penalty_obstacles: rocks, .. } = boundary;
+    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, rocks));
     let layout = &background.layout;
     for nodes in nodes.solved.chunks_exact_mut(layout.len()) {
-        layout.each(nodes, |row, active, line| {
+        layout.for_each_active_node_range(nodes, |row, active, line| {
             for number in active {
                 let node = &mut line[number];
-                let held = walls.holding(&layout.index(row, number), &three(node.motion));
+                let held = walls
+                    .constrained_components(&layout.index(row, number), &first_three(node.momentum_and_mass));
                 damp(node, &damping, held, clock.dt);
             }
         });
     }
-    driven::hold_patches(clock, background, driven, contacts, &mut nodes.solved, false);
+    driven::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, false);
 }
 
 /// Measures of equilibrium from the solved nodes, contacts included (sheet: mpm §2.14).
-fn audit<const D: usize>(
+fn equilibrium_terms<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     light: f64,
-    nodes: &mut Nodes,
-    walls: &Walls,
-    contacts: &Contacts,
-) -> RowSums {
+    nodes: &mut VelocityFields,
+    walls: &NodeWalls,
+    contacts: &FieldContacts,
+) -> EquilibriumTerms {
     let stage = clock.stage();
-    let audit = Audit {
+    let audit = EquilibriumAudit {
         dt: clock.dt,
         gravity: clock.gravity_at_end(),
         damping: stage.damping_of_axes(),
         rayleigh: stage.rayleigh_damping,
         inertia: clock.options.mass_scaling,
-        light,
+        mass_cutoff: light,
         walls,
         layout: &background.layout,
     };
-    let mut sums = RowSums::default();
-    let Nodes { solved, row_sums, .. } = nodes;
+    let mut sums = EquilibriumTerms::default();
+    let VelocityFields { solved, row_sums, .. } = nodes;
     for (field, nodes) in solved.chunks_exact_mut(background.layout.len()).enumerate() {
         if contacts.is_rigid(field) {
             continue;
         }
-        background.layout.rows(nodes, row_sums, |row, active, line| audit.row(row, active, line));
+        background.layout.for_each_row(nodes, row_sums, |row, active, line| audit.row(row, active, line));
         row_sums.iter().for_each(|row| sums.add(row));
     }
     sums
 }
 
 /// Work of tractions and prescribed motions in the step (J).
-pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[Driven], dt: f64) -> f64 {
+pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[DrivenObject], dt: f64) -> f64 {
     let mut work = 0.0;
     for set in &bodies.sets {
         work += dt * power(&set.points.traction, &set.points.velocity);
     }
     for driven in driven {
-        let free = driven.loose.as_ref().map_or([false; 6], |loose| loose.free);
+        let free = driven.free_rigid_body.as_ref().map_or([false; 6], |loose| loose.free);
         let velocity: [f64; 3] = std::array::from_fn(|c| if free[c] { 0.0 } else { driven.velocity()[c] });
         work -= (0..3).map(|c| driven.state.force[c] * velocity[c] * dt).sum::<f64>();
     }
@@ -348,9 +361,9 @@ pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[Driven
 #[cfg(test)]
 impl<const D: usize> MpmSolver<D> {
     /// Point to grid in a step of a millisecond, for tests.
-    pub(crate) fn scatter_all(&mut self) {
+    pub(crate) fn p2g_for_tests(&mut self) {
         let Self { clock, background, bodies, nodes, boundary, averages, .. } = self;
         clock.dt = 1e-3;
-        scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Everything);
+        p2g(clock, background, bodies, nodes, boundary, averages, P2gContent::Everything);
     }
 }

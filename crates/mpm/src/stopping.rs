@@ -1,152 +1,162 @@
 //! No point is carried into an obstacle: what its springs have not turned back is stopped before the surface
 //! (docs/theory/mpm.md, obstacles).
 
-use colluvium_constitutive::BLOCK;
-use colluvium_grid::{Lanes, Node, Points, Walls};
-use colluvium_points::surface::{Nearest, passes_through};
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{NodalState, NodeWalls, PointSlice, Vector4};
+use colluvium_points::surface::{NearestPoint, path_enters_solid};
 use rayon::prelude::*;
 
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
-use crate::nodes::Nodes;
-use crate::obstacles::rocks::{Rock, Rocks, Room};
-use crate::obstacles::stops::Halt;
-use crate::points::Columns;
-use crate::pressed::Pressed;
-use crate::vectors::{lanes, square, three};
+use crate::nodes::VelocityFields;
+use crate::obstacles::rocks::{BlockWorkspace, PenaltyObstacle, PenaltyObstacles};
+use crate::obstacles::stops::PenetrationConstraint;
+use crate::points::PointColumns;
+use crate::pressed::PenaltyState;
+use crate::vectors::{first_three, square, vector4};
 
 /// Least distance of a centre from a surface over the way from there at which its springs begin to press.
-const LEAST: f64 = 0.05;
+const MIN_DISTANCE_RATIO: f64 = 0.05;
 
 /// Share of its distance by which a point that is stopped may come nearer in a step.
-const SLACK: f64 = 1e-3;
+const DISTANCE_TOLERANCE: f64 = 1e-3;
 
 /// Largest move of a point in a step (cells); a longer one is an error.
-const LONGEST: f64 = 0.5;
+const MAX_MOVE: f64 = 0.5;
 
 /// How deep under a face solid is looked for, over the least distance of a centre.
-const UNDER: f64 = 0.1;
+const SEARCH_DEPTH_RATIO: f64 = 0.1;
 
 /// Searches for points that come too near, at most: what stops one may move another.
-const PASSES: usize = 4;
+const MAX_SEARCHES: usize = 4;
 
 /// Points in blocks that one thread takes at once.
 const GRAIN: usize = 4;
 
 /// What stops points.
-pub struct Stopping<'a, const D: usize> {
+pub struct PenetrationLimit<'a, const D: usize> {
     /// The step.
     pub clock: &'a Clock,
     /// Where points and nodes are.
-    pub background: &'a Background<D>,
+    pub background: &'a BackgroundGrid<D>,
     /// The points.
     pub bodies: &'a Bodies<D>,
     /// What holds nodes.
-    pub walls: &'a Walls,
+    pub walls: &'a NodeWalls,
     /// Whether the velocities are those that points take: obstacles rub then, and what they bear is added up. Else points only
     /// change place by them.
-    pub takes: bool,
+    pub is_final: bool,
 }
 
 /// Stops points by the solved velocities and accelerations of the nodes.
-pub fn stop_solved<const D: usize>(
+pub fn limit_solved<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    solved: &mut [Node],
-    (walls, rocks): (&Walls, &mut Option<Box<Rocks<D>>>),
+    solved: &mut [NodalState],
+    (walls, rocks): (&NodeWalls, &mut Option<Box<PenaltyObstacles<D>>>),
 ) {
-    let stopping = Stopping { clock, background, bodies, walls, takes: true };
-    stopping.stop(
+    let stopping = PenetrationLimit { clock, background, bodies, walls, is_final: true };
+    stopping.limit_penetration(
         rocks,
         solved,
-        |_, node| node.motion,
+        |_, node| node.momentum_and_mass,
         |node, change| node.change_velocity(change, clock.dt),
     );
 }
 
 /// Stops points by the re-mapped velocities of the nodes, by which they change place.
-pub fn stop_remapped<const D: usize>(
+pub fn limit_remapped<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    nodes: &mut Nodes,
-    (walls, rocks): (&Walls, &mut Option<Box<Rocks<D>>>),
+    nodes: &mut VelocityFields,
+    (walls, rocks): (&NodeWalls, &mut Option<Box<PenaltyObstacles<D>>>),
 ) {
-    let Nodes { solved, remapped, .. } = nodes;
-    let stopping = Stopping { clock, background, bodies, walls, takes: false };
-    let of = |number: usize, own: &Lanes| with_mass(*own, solved[number].motion);
-    stopping.stop(rocks, remapped, of, |node, change| *node += change);
+    let VelocityFields { solved, remapped, .. } = nodes;
+    let stopping = PenetrationLimit { clock, background, bodies, walls, is_final: false };
+    let of = |number: usize, own: &Vector4| with_mass(*own, solved[number].momentum_and_mass);
+    stopping.limit_penetration(rocks, remapped, of, |node, change| *node += change);
 }
 
 /// A velocity with the mass in the fourth lane of another.
-pub fn with_mass(velocity: Lanes, other: Lanes) -> Lanes {
+pub fn with_mass(velocity: Vector4, other: Vector4) -> Vector4 {
     let ([x, y, z, _], [.., mass]) = (velocity.to_array(), other.to_array());
-    Lanes::new([x, y, z, mass])
+    Vector4::new([x, y, z, mass])
 }
 
-impl<const D: usize> Stopping<'_, D> {
+impl<const D: usize> PenetrationLimit<'_, D> {
     /// Changes the velocities of nodes so that the points which they carry stay before the surfaces. `of` has the velocity of a
     /// node, in all velocity fields, with its mass in the fourth lane; `add` adds to it (m/s).
-    pub fn stop<T: Sync>(
+    pub fn limit_penetration<T: Sync>(
         &self,
-        rocks: &mut Option<Box<Rocks<D>>>,
+        rocks: &mut Option<Box<PenaltyObstacles<D>>>,
         nodes: &mut [T],
-        of: impl Fn(usize, &T) -> Lanes + Sync,
-        add: impl Fn(&mut T, Lanes),
+        of: impl Fn(usize, &T) -> Vector4 + Sync,
+        add: impl Fn(&mut T, Vector4),
     ) {
         let Some(rocks) = rocks else { return };
-        for _ in 0..PASSES {
-            if !self.find(rocks, &|number| of(number, &nodes[number])) {
+        for _ in 0..MAX_SEARCHES {
+            if !self.find_constraints(rocks, &|number| of(number, &nodes[number])) {
                 return;
             }
-            let stops = &mut rocks.stops;
-            stops.list(|number| self.node(number, of(number, &nodes[number])));
+            let stops = &mut rocks.penetration_constraints;
+            stops.list_nodes(|number| self.node(number, of(number, &nodes[number])));
             stops.solve();
             for (number, change) in stops.numbers.iter().zip(&stops.change) {
-                self.each_image(*number, |image| add(&mut nodes[image], lanes(change, 0.0)));
+                self.each_image(*number, |image| add(&mut nodes[image], vector4(change, 0.0)));
             }
-            if self.takes {
-                self.book(rocks);
+            if self.is_final {
+                self.record_reactions(rocks);
             }
         }
     }
 
     /// Finds the points that come too near to a surface; whether there are any.
-    fn find(&self, rocks: &mut Rocks<D>, of: &(dyn Fn(usize) -> Lanes + Sync)) -> bool {
-        let Rocks { rocks, rooms, horizon, passed, stops } = rocks;
+    fn find_constraints(
+        &self,
+        rocks: &mut PenaltyObstacles<D>,
+        of: &(dyn Fn(usize) -> Vector4 + Sync),
+    ) -> bool {
+        let PenaltyObstacles {
+            obstacles: rocks,
+            workspaces: rooms,
+            horizon,
+            history: passed,
+            penetration_constraints: stops,
+        } = rocks;
         stops.clear(rocks.len());
         let ways = rocks.iter().filter_map(|rock| rock.moving.as_ref());
         let (from, to) = (self.clock.time, self.clock.time + self.clock.dt);
-        let ahead = ways.map(|moving| moving.own.way(from, to)).fold(0.0, f64::max);
+        let ahead = ways.map(|moving| moving.obstacle.max_displacement(from, to)).fold(0.0, f64::max);
         let nodes = self.background.layout.len();
         for set in self.bodies.sets.iter().filter(|set| set.rigid.is_none()) {
-            let Columns { pressed, origin, .. } = &set.points;
-            let of_set = OfSet {
+            let PointColumns { pressed, origin, .. } = &set.points;
+            let of_set = PenetrationInput {
                 stopping: self,
-                places: set.places(),
+                places: set.point_slice(),
                 origin,
                 first_node: set.field * nodes,
                 horizon: *horizon,
-                swept: passed.swept,
+                swept: passed.max_obstacle_displacement,
                 ahead,
             };
-            let blocks = pressed.par_chunks(BLOCK).zip(&mut *rooms).enumerate();
+            let blocks = pressed.par_chunks(BLOCK_SIZE).zip(&mut *rooms).enumerate();
             blocks.with_min_len(GRAIN).for_each(|(block, (points, room))| {
-                of_set.block(rocks, block * BLOCK, points, of, room);
+                of_set.block(rocks, block * BLOCK_SIZE, points, of, room);
             });
-            for room in &mut rooms[..pressed.len().div_ceil(BLOCK)] {
-                stops.take(&mut room.halts, &mut room.weights);
+            for room in &mut rooms[..pressed.len().div_ceil(BLOCK_SIZE)] {
+                stops.append(&mut room.penetration_constraints, &mut room.weights);
             }
         }
-        !stops.halts.is_empty()
+        !stops.constraints.is_empty()
     }
 
     /// Velocity (m/s) of a node, and one over its inertia along each axis (1/kg).
-    fn node(&self, number: usize, motion: Lanes) -> ([f64; D], [f64; D]) {
-        let (velocity, [.., mass]) = (three(motion), motion.to_array());
-        let held = self.walls.holding(&self.index(number), &velocity);
+    fn node(&self, number: usize, motion: Vector4) -> ([f64; D], [f64; D]) {
+        let (velocity, [.., mass]) = (first_three(motion), motion.to_array());
+        let held = self.walls.constrained_components(&self.index(number), &velocity);
         let ease = if mass > 0.0 { 1.0 / (mass * self.clock.options.mass_scaling) } else { 0.0 };
         let free = std::array::from_fn(|c| if held[c] { 0.0 } else { ease });
         (std::array::from_fn(|c| velocity[c]), free)
@@ -161,14 +171,14 @@ impl<const D: usize> Stopping<'_, D> {
 
     /// Calls `act` for a node and those that are the same one in a periodic domain.
     fn each_image(&self, number: usize, mut act: impl FnMut(usize)) {
-        let Background { layout, periodic, .. } = self.background;
+        let BackgroundGrid { layout, periodic, .. } = self.background;
         if *periodic == [false; D] {
             act(number);
             return;
         }
         let (own, strides) = (self.index(number), layout.strides());
         let at = |index: &[usize; 3]| (0..D).map(|c| index[c] * strides[c]).sum::<usize>();
-        for image in layout.images(own) {
+        for image in layout.periodic_images(own) {
             act(number + at(&image) - at(&own));
         }
     }
@@ -183,8 +193,8 @@ impl<const D: usize> Stopping<'_, D> {
     }
 
     /// Adds up what obstacles have got.
-    fn book(&self, rocks: &mut Rocks<D>) {
-        let Rocks { rocks, stops, .. } = rocks;
+    fn record_reactions(&self, rocks: &mut PenaltyObstacles<D>) {
+        let PenaltyObstacles { obstacles: rocks, penetration_constraints: stops, .. } = rocks;
         for (rock, sums) in rocks.iter_mut().zip(&stops.sums) {
             for c in 0..3 {
                 rock.state.force[c] += sums.force[c] / self.clock.dt;
@@ -193,15 +203,15 @@ impl<const D: usize> Stopping<'_, D> {
             }
             rock.state.friction += sums.friction;
             rock.state.work += sums.work;
-            rock.state.stopped += sums.stopped;
+            rock.state.stopping_energy += sums.stopped;
         }
     }
 }
 
 /// What the points of a set share.
-struct OfSet<'a, const D: usize> {
-    stopping: &'a Stopping<'a, D>,
-    places: Points<'a, D>,
+struct PenetrationInput<'a, const D: usize> {
+    stopping: &'a PenetrationLimit<'a, D>,
+    places: PointSlice<'a, D>,
     origin: &'a [[f64; D]],
     first_node: usize,
     horizon: f64,
@@ -211,42 +221,45 @@ struct OfSet<'a, const D: usize> {
     ahead: f64,
 }
 
-impl<const D: usize> OfSet<'_, D> {
+impl<const D: usize> PenetrationInput<'_, D> {
     /// Finds those of a block, from number `first` on.
     fn block(
         &self,
-        rocks: &[Rock<D>],
+        rocks: &[PenaltyObstacle<D>],
         first: usize,
-        points: &[Pressed<D>],
-        of: &(dyn Fn(usize) -> Lanes + Sync),
-        room: &mut Room<D>,
+        points: &[PenaltyState<D>],
+        of: &(dyn Fn(usize) -> Vector4 + Sync),
+        room: &mut BlockWorkspace<D>,
     ) {
-        room.halts.clear();
+        room.penetration_constraints.clear();
         room.weights.clear();
         let background = self.stopping.background;
-        let ground = background.ground();
+        let ground = background.grid_view();
         for (k, point) in points.iter().enumerate() {
             let p = first + k;
             let x = &self.places.position[p];
-            let gone: [f64; D] = std::array::from_fn(|c| x[c] - self.origin[p][c] - point.seen[c]);
+            let gone: [f64; D] =
+                std::array::from_fn(|c| x[c] - self.origin[p][c] - point.last_search_displacement[c]);
             // What an obstacle holds may be nearer than it counts.
             let near = if point.bond == 0 {
-                point.free + point.half - square(&gone).sqrt() - (self.swept - point.swept)
+                point.free_distance + point.half
+                    - square(&gone).sqrt()
+                    - (self.swept - point.obstacle_displacement)
             } else {
                 0.0
             };
-            let most = LONGEST * self.places.domain.spacing(p, &ground) + self.ahead;
-            if near > most + LEAST * point.reach {
+            let most = MAX_MOVE * self.places.domain.spacing(p, &ground) + self.ahead;
+            if near > most + MIN_DISTANCE_RATIO * point.reach {
                 continue;
             }
             let (start, mut velocity) = (room.weights.len(), [0.0; D]);
-            background.sweeps.weights(&ground, &self.places.range(p..p + 1), &mut |_, node, w| {
+            background.transfers.for_each_weight(&ground, &self.places.range(p..p + 1), &mut |_, node, w| {
                 let node = self.stopping.first_of(self.first_node + node);
                 let own = of(node).to_array();
                 (0..D).for_each(|c| velocity[c] += w * own[c]);
                 room.weights.push((node, w));
             });
-            let seen = Seen { x, velocity, nodes: start..room.weights.len(), near, point };
+            let seen = PenetrationCandidate { x, velocity, nodes: start..room.weights.len(), near, point };
             if !seen.find(rocks, self.stopping, self.horizon, room) {
                 room.weights.truncate(start);
             }
@@ -255,62 +268,68 @@ impl<const D: usize> OfSet<'_, D> {
 }
 
 /// A point that may come too near to a surface.
-struct Seen<'a, const D: usize> {
+struct PenetrationCandidate<'a, const D: usize> {
     x: &'a [f64; D],
     /// Velocity with which it is carried (m/s).
     velocity: [f64; D],
     nodes: std::ops::Range<usize>,
     /// Least distance from any surface (m).
     near: f64,
-    point: &'a Pressed<D>,
+    point: &'a PenaltyState<D>,
 }
 
-impl<const D: usize> Seen<'_, D> {
+impl<const D: usize> PenetrationCandidate<'_, D> {
     /// Finds the places to which it comes too near; whether there are any.
-    fn find(&self, rocks: &[Rock<D>], stopping: &Stopping<'_, D>, horizon: f64, room: &mut Room<D>) -> bool {
-        let Stopping { clock, takes, .. } = stopping;
-        let (dt, before) = (clock.dt, room.halts.len());
-        let kept = LEAST * self.point.reach;
+    fn find(
+        &self,
+        rocks: &[PenaltyObstacle<D>],
+        stopping: &PenetrationLimit<'_, D>,
+        horizon: f64,
+        room: &mut BlockWorkspace<D>,
+    ) -> bool {
+        let PenetrationLimit { clock, is_final: takes, .. } = stopping;
+        let (dt, before) = (clock.dt, room.penetration_constraints.len());
+        let kept = MIN_DISTANCE_RATIO * self.point.reach;
         for (number, rock) in rocks.iter().enumerate() {
-            let course = rock.step_until(self.x, clock.time + dt).map(|way| way / dt);
+            let course = rock.displacement_until(self.x, clock.time + dt).map(|way| way / dt);
             let goes: [f64; D] = std::array::from_fn(|c| dt * (self.velocity[c] - course[c]));
             let way = square(&goes).sqrt();
             if self.near > kept + way {
                 continue;
             }
-            let surface = rock.now();
+            let surface = rock.current_surface();
             let Some(now) = surface.gap(self.x, horizon.max(kept + way)) else { continue };
             if now.distance > kept + way {
                 continue;
             }
             let keeps = now.distance.min(kept);
-            let slack = SLACK * keeps.abs() + f64::EPSILON * self.point.half;
+            let slack = DISTANCE_TOLERANCE * keeps.abs() + f64::EPSILON * self.point.half;
             let to: [f64; D] = std::array::from_fn(|c| self.x[c] + goes[c]);
             room.found.clear();
-            surface.touch(&to, kept, &mut room.found);
+            surface.query_contacts(&to, kept, &mut room.found);
             let inside = if room.found.is_empty() { surface.gap(&to, horizon.max(kept + way)) } else { None };
-            let through = passes_through(surface, self.x, &goes, &now, UNDER * kept);
+            let through = path_enters_solid(surface, self.x, &goes, &now, SEARCH_DEPTH_RATIO * kept);
             // Behind what it has gone through the nearest surface is on the other side.
-            let faces = |place: &&Nearest<D>| {
+            let faces = |place: &&NearestPoint<D>| {
                 through.is_none() || (0..D).map(|c| place.normal[c] * now.normal[c]).sum::<f64>() > 0.0
             };
             let places = room.found.all().iter().chain(inside.as_ref()).filter(faces).chain(&through);
             for place in places.filter(|place| place.distance < keeps - slack) {
                 let along: f64 = (0..D).map(|c| self.velocity[c] * place.normal[c]).sum();
-                room.halts.push(Halt {
+                room.penetration_constraints.push(PenetrationConstraint {
                     nodes: self.nodes.clone(),
                     place: *self.x,
                     normal: place.normal,
-                    least: along + (keeps - place.distance) / dt,
+                    min_normal_velocity: along + (keeps - place.distance) / dt,
                     slack: 0.5 * slack / dt,
-                    course,
-                    rock: number,
-                    friction: if *takes { rock.laws.at(&place.place).friction() } else { 0.0 },
-                    pushed: 0.0,
-                    rubbed: [0.0; D],
+                    obstacle_velocity: course,
+                    obstacle: number,
+                    friction: if *takes { rock.laws.at(&place.position).friction() } else { 0.0 },
+                    normal_impulse: 0.0,
+                    friction_impulse: [0.0; D],
                 });
             }
         }
-        room.halts.len() > before
+        room.penetration_constraints.len() > before
     }
 }

@@ -5,16 +5,16 @@
 use std::ops::Range;
 
 use colluvium_case::Case;
-use colluvium_constitutive::{BLOCK, Material, Motion, StateBlock, SymTensor};
-use colluvium_grid::{Gathered, Lanes, Layout};
+use colluvium_constitutive::{BLOCK_SIZE, Material, Motion, StateBlock, SymTensor};
+use colluvium_grid::{InterpolatedMotion, Layout, Vector4};
 
 use crate::MpmOptions;
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
-use crate::cells::Cells;
+use crate::cells::AveragingCells;
 use crate::clock::Clock;
 use crate::config::VolumetricStrain;
-use crate::nodes::{Nodes, Velocities};
+use crate::nodes::{VelocityFields, VelocitySource};
 use crate::points::PointSet;
 
 /// The volumetric strains of a step, by cell ([`crate::cells`]) and by node.
@@ -24,9 +24,9 @@ pub struct CellStrains {
     materials: Vec<usize>,
     /// Volume and volume times strain of the skeleton, and of the liquid; material after material. Empty where points
     /// keep their own strain.
-    cells: Vec<Lanes>,
+    cells: Vec<Vector4>,
     /// The same at nodes; empty without nodal averages.
-    nodes: Vec<Lanes>,
+    nodes: Vec<Vector4>,
 }
 
 impl CellStrains {
@@ -46,8 +46,8 @@ impl CellStrains {
         let length = |wanted: bool, of: &Layout<D>| if wanted { distinct.len() * of.len() } else { 0 };
         let kind = options.volumetric_strain;
         Self {
-            cells: vec![Lanes::ZERO; length(kind != VolumetricStrain::Point, cells)],
-            nodes: vec![Lanes::ZERO; length(kind == VolumetricStrain::Nodal, nodes)],
+            cells: vec![Vector4::ZERO; length(kind != VolumetricStrain::Point, cells)],
+            nodes: vec![Vector4::ZERO; length(kind == VolumetricStrain::Nodal, nodes)],
             materials,
         }
     }
@@ -79,21 +79,25 @@ impl CellStrains {
     }
 
     /// Cells give their average to their nodes (6.35), and nodes back to the cells (6.36).
-    fn pass_through_nodes<const D: usize>(&mut self, layouts: [&Layout<D>; 2], cells: &impl Cells<D>) {
+    fn average_over_nodes<const D: usize>(
+        &mut self,
+        layouts: [&Layout<D>; 2],
+        cells: &impl AveragingCells<D>,
+    ) {
         let [of_nodes, of_cells] = layouts;
         let values = self.cells.chunks_exact_mut(of_cells.len());
         for (values, nodes) in values.zip(self.nodes.chunks_exact_mut(of_nodes.len())) {
             let row = of_nodes.strides()[0];
-            of_nodes.each(nodes, |number, active, line| {
+            of_nodes.for_each_active_node_range(nodes, |number, active, line| {
                 for node in active {
-                    let mut sum = Lanes::ZERO;
-                    cells.around(number * row + node, |cell, _| {
+                    let mut sum = Vector4::ZERO;
+                    cells.for_each_cell_around(number * row + node, |cell, _| {
                         let [volume, solid, moved, liquid] = values[cell].to_array();
                         if volume > 0.0 {
                             let size = cells.volume(cell);
-                            sum += Lanes::new([size, size * solid / volume, 0.0, 0.0]);
+                            sum += Vector4::new([size, size * solid / volume, 0.0, 0.0]);
                             if moved > 0.0 {
-                                sum += Lanes::new([0.0, 0.0, size, size * liquid / moved]);
+                                sum += Vector4::new([0.0, 0.0, size, size * liquid / moved]);
                             }
                         }
                     });
@@ -101,7 +105,7 @@ impl CellStrains {
                 }
             });
             let row = of_cells.strides()[0];
-            of_cells.each(values, |number, active, line| {
+            of_cells.for_each_active_node_range(values, |number, active, line| {
                 for cell in active {
                     let [volume, _, moved, _] = line[cell].to_array();
                     if volume <= 0.0 {
@@ -115,7 +119,7 @@ impl CellStrains {
                         mean[1] += if wet > 0.0 { liquid / wet } else { 0.0 };
                     });
                     let wet = if moved > 0.0 { count } else { 0.0 };
-                    line[cell] = Lanes::new([count, mean[0], wet, mean[1]]);
+                    line[cell] = Vector4::new([count, mean[0], wet, mean[1]]);
                 }
             });
         }
@@ -126,48 +130,53 @@ impl CellStrains {
 /// nothing strains out of it, or all three; but for the share `kept` of its own.
 #[inline(always)]
 pub fn set_volumetric(motion: &mut Motion, normal: usize, dilation: f64, kept: f64) {
-    let own: f64 = (0..normal).map(|c| motion.gradient.0[c][c]).sum();
+    let own: f64 = (0..normal).map(|c| motion.velocity_gradient_dt.0[c][c]).sum();
     let extra = (1.0 - kept) * (dilation - own) / normal as f64;
     for c in 0..normal {
-        motion.gradient.0[c][c] += extra;
+        motion.velocity_gradient_dt.0[c][c] += extra;
         motion.deformation.0[c][c] += extra;
     }
 }
 
 /// Share of its own volumetric strain that a point of a fluid keeps, over its pressure over its bulk modulus. Averages leave
 /// motions within a cell without stiffness, and those grow under a pressure.
-const KEPT: f64 = 40.0;
+const OWN_STRAIN_FACTOR: f64 = 40.0;
 
 /// The shares of their own volumetric strains that points of a fluid keep, at their `stress` (Pa).
-pub fn kept_by_fluids(material: &dyn Material, stress: &[SymTensor], states: &StateBlock, kept: &mut [f64]) {
+pub fn own_strain_shares(
+    material: &dyn Material,
+    stress: &[SymTensor],
+    states: &StateBlock,
+    kept: &mut [f64],
+) {
     material.wave_moduli(stress, states, kept);
     for (kept, stress) in kept.iter_mut().zip(stress) {
-        *kept = (KEPT * stress.pressure().max(0.0) / *kept).min(1.0);
+        *kept = (OWN_STRAIN_FACTOR * stress.pressure().max(0.0) / *kept).min(1.0);
     }
 }
 
 /// Finds the volumetric strains of skeleton and liquid of some points of a set.
-type Strains<'a, const D: usize> = dyn Fn(&PointSet<D>, Range<usize>, &mut [[f64; 2]]) + Sync + 'a;
+type StrainReader<'a, const D: usize> = dyn Fn(&PointSet<D>, Range<usize>, &mut [[f64; 2]]) + Sync + 'a;
 
 /// Shares the volumetric strains of the step, which `read` gives for skeleton and liquid at the points of a block.
-pub fn share_strains<const D: usize>(
-    background: &Background<D>,
+pub fn average_strains<const D: usize>(
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
     strains: &mut CellStrains,
-    read: &Strains<'_, D>,
+    read: &StrainReader<'_, D>,
 ) {
     if !strains.is_shared() {
         return;
     }
     let layouts = [&background.layout, background.cell_layout()];
     strains.reset(layouts);
-    let (ground, [_, of_cells]) = (background.ground(), layouts);
+    let (ground, [_, of_cells]) = (background.grid_view(), layouts);
     let CellStrains { materials, cells, .. } = &mut *strains;
     for (material, cells) in cells.chunks_exact_mut(of_cells.len()).enumerate() {
         let of_material =
             |set: &&PointSet<D>| materials[set.body as usize] == material && set.rigid.is_none();
-        of_cells.scatter(cells, |slab, window, offset| {
-            let (mut all, mut places) = ([[0.0; 2]; BLOCK], [0; BLOCK]);
+        of_cells.for_each_slab(cells, |slab, window, offset| {
+            let (mut all, mut places) = ([[0.0; 2]; BLOCK_SIZE], [0; BLOCK_SIZE]);
             for set in bodies.sets.iter().filter(of_material) {
                 let wet = set.pore.as_ref().is_some_and(|pore| pore.fluid.is_some());
                 for block in set.blocks_of(slab) {
@@ -181,7 +190,8 @@ pub fn share_strains<const D: usize>(
                     for ((p, cell), [solid, liquid]) in block.zip(&*places).zip(&*all) {
                         let volume = set.points.volume[p];
                         let moved = if wet { volume } else { 0.0 };
-                        window[*cell - offset] += Lanes::new([volume, volume * solid, moved, moved * liquid]);
+                        window[*cell - offset] +=
+                            Vector4::new([volume, volume * solid, moved, moved * liquid]);
                     }
                 }
             }
@@ -189,26 +199,26 @@ pub fn share_strains<const D: usize>(
     }
     if !strains.nodes.is_empty() {
         if background.is_meshed() {
-            strains.pass_through_nodes(layouts, &background.mesh_cells());
+            strains.average_over_nodes(layouts, &background.mesh_cells());
         } else {
-            strains.pass_through_nodes(layouts, &background.grid_cells());
+            strains.average_over_nodes(layouts, &background.grid_cells());
         }
     }
 }
 
 /// Shares the volumetric strains of one phase, where the case asks for it.
-pub fn share_strains_of_one_phase<const D: usize>(
+pub fn average_strains_of_one_phase<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    (nodes, read): (&Nodes, Velocities),
+    (nodes, read): (&VelocityFields, VelocitySource),
     strains: &mut CellStrains,
 ) {
-    share_strains(background, bodies, strains, &|set, block, out| {
-        let points = set.places().range(block);
-        let mut all = [Gathered::ZERO; BLOCK];
+    average_strains(background, bodies, strains, &|set, block, out| {
+        let points = set.point_slice().range(block);
+        let mut all = [InterpolatedMotion::ZERO; BLOCK_SIZE];
         let reads = &mut all[..points.len()];
-        nodes.gather(read, background, set.field, &points, reads);
+        nodes.g2p(read, background, set.field, &points, reads);
         for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
             *out = [clock.dt * background.dilation(read, position[0]), 0.0];
         }
@@ -219,14 +229,21 @@ pub fn share_strains_of_one_phase<const D: usize>(
 mod tests {
     use super::*;
     use crate::cells::GridCells;
-    use colluvium_constitutive::{Mat3, Pore};
-    use colluvium_grid::{Grid, Ground, Linear, Mesh};
+    use colluvium_constitutive::{Mat3, PoreFluidState};
+    use colluvium_grid::{Grid, GridView, LinearBasis, Mesh};
 
     fn motion(gradient: [[f64; 3]; 3]) -> Motion {
         let mut deformation = gradient;
         (0..3).for_each(|c| deformation[c][c] += 1.0);
         let (gradient, deformation) = (Mat3(gradient), Mat3(deformation));
-        Motion { deformation, gradient, dt: 1.0, density: 1.0, size: 1.0, pore: Pore::default() }
+        Motion {
+            deformation,
+            velocity_gradient_dt: gradient,
+            dt: 1.0,
+            density: 1.0,
+            size: 1.0,
+            pore: PoreFluidState::default(),
+        }
     }
 
     #[test]
@@ -235,12 +252,12 @@ mod tests {
         let start = [[0.01, 0.02, 0.0], [0.005, -0.03, 0.0], [0.0; 3]];
         let mut plane = motion(start);
         set_volumetric(&mut plane, 2, 0.004, 0.0);
-        let g = plane.gradient.0;
+        let g = plane.velocity_gradient_dt.0;
         assert!((g[0][0] + g[1][1] - 0.004).abs() < 1e-16 && g[2][2] == 0.0, "nothing out of the plane");
         assert!((g[0][0] - g[1][1] - 0.04).abs() < 1e-16 && g[0][1] == 0.02 && g[1][0] == 0.005);
         let mut solid = motion(start);
         set_volumetric(&mut solid, 3, 0.004, 0.0);
-        let g = solid.gradient.0;
+        let g = solid.velocity_gradient_dt.0;
         assert!(((0..3).map(|c| g[c][c]).sum::<f64>() - 0.004).abs() < 1e-16);
         assert!((g[0][0] - g[2][2] - 0.01).abs() < 1e-16);
         let determinant = solid.deformation.determinant();
@@ -250,22 +267,22 @@ mod tests {
     /// Strains of the cells of a 3 × 2 grid after passing through the nodes; cells without points are `None`.
     fn passed(strains: [[Option<f64>; 2]; 3]) -> [[f64; 2]; 3] {
         let grid = Grid::new([0.0; 2], [3.0, 2.0], 1.0).unwrap();
-        let mut layout = Layout::new::<2, Linear>(&grid);
+        let mut layout = Layout::new::<2, LinearBasis>(&grid);
         layout.add_points(&[[0.5, 0.5], [1.5, 0.5], [2.5, 1.5]]);
         let mesh = Mesh::default();
-        let ground = Ground::new(&grid, &mesh, &layout);
+        let ground = GridView::new(&grid, &mesh, &layout);
         let number = |i: usize, j: usize| ground.lowest_node(&[i as f64 + 0.5, j as f64 + 0.5]);
-        let (cells, nodes) = (vec![Lanes::ZERO; layout.len()], vec![Lanes::ZERO; layout.len()]);
+        let (cells, nodes) = (vec![Vector4::ZERO; layout.len()], vec![Vector4::ZERO; layout.len()]);
         let mut shared = CellStrains { materials: vec![0], cells, nodes };
         for (i, column) in strains.iter().enumerate() {
             for (j, strain) in column.iter().enumerate() {
                 if let Some(strain) = strain {
-                    shared.cells[number(i, j)] = Lanes::new([0.7, 0.7 * strain, 0.0, 0.0]);
+                    shared.cells[number(i, j)] = Vector4::new([0.7, 0.7 * strain, 0.0, 0.0]);
                 }
             }
         }
         let grid_cells = GridCells { grid: &grid, strides: layout.strides(), ghosts: 0, axisymmetric: false };
-        shared.pass_through_nodes([&layout; 2], &grid_cells);
+        shared.average_over_nodes([&layout; 2], &grid_cells);
         std::array::from_fn(|i| std::array::from_fn(|j| shared.at(0, layout.len(), number(i, j))[0]))
     }
 

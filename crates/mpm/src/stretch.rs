@@ -1,12 +1,12 @@
 //! How domains stretch that do so with the right stretch tensor (sheet: mpm §2.5c).
 
 use colluvium_constitutive::SymTensor;
-use colluvium_grid::Square;
+use colluvium_grid::SquareMatrix;
 
 /// Diagonal of the right stretch tensor of `f`: in two dimensions from `U = (C + √det C 1) / √(tr C +
 /// 2 √det C)`, which is the theorem of Cayley and Hamilton for `U² = C = FᵀF`; in three by way of the
 /// principal stretches.
-pub fn right_stretch<const D: usize>(f: &Square<D>) -> [f64; D] {
+pub fn right_stretch<const D: usize>(f: &SquareMatrix<D>) -> [f64; D] {
     let c = |i: usize, j: usize| (0..D).map(|k| f[k][i] * f[k][j]).sum::<f64>();
     match D {
         1 => [f[0][0].abs(); D],
@@ -26,14 +26,14 @@ pub fn right_stretch<const D: usize>(f: &Square<D>) -> [f64; D] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use colluvium_grid::{PointDomain, StretchingDomain, TurningDomain};
+    use colluvium_grid::{PointDomain, RightStretchDomain, StretchingDomain};
 
     /// Turns a point by `angle` (rad) about z in `steps` steps of exact rotation.
     fn turned<const D: usize, P: PointDomain<D>>(mut domain: P, angle: f64, steps: usize) -> P {
         let (s, c) = (angle / steps as f64).sin_cos();
         let mut gradient = [[0.0; D]; D];
         (gradient[0][0], gradient[0][1], gradient[1][0], gradient[1][1]) = (c - 1.0, -s, s, c - 1.0);
-        (0..steps).for_each(|_| domain.follow(&gradient, right_stretch));
+        (0..steps).for_each(|_| domain.update_deformation(&gradient, right_stretch));
         domain
     }
 
@@ -41,7 +41,7 @@ mod tests {
         let mut gradient = [[0.0; D]; D];
         (0..D).for_each(|a| gradient[a][a] = stretch[a] - 1.0);
         let mut domain = P::default();
-        domain.follow(&gradient, right_stretch);
+        domain.update_deformation(&gradient, right_stretch);
         domain
     }
 
@@ -55,9 +55,9 @@ mod tests {
     #[test]
     fn rigid_rotation_leaves_the_right_stretch_domain_as_it_is() {
         for angle in [0.3, 1.2, std::f64::consts::FRAC_PI_2, 2.5, 6.0] {
-            let flat = turned::<2, _>(TurningDomain::default(), angle, 100);
+            let flat = turned::<2, _>(RightStretchDomain::default(), angle, 100);
             close(flat.extent(&[0.5, 0.5], 1.0), [0.5, 0.5], 1e-12);
-            let solid = turned::<3, _>(TurningDomain::default(), angle, 100);
+            let solid = turned::<3, _>(RightStretchDomain::default(), angle, 100);
             close(solid.extent(&[0.5; 3], 1.0), [0.5; 3], 1e-12);
         }
         // What follows the diagonal of the deformation gradient is gone after a quarter turn.
@@ -68,9 +68,9 @@ mod tests {
     #[test]
     fn stretch_along_the_axes_is_followed_by_both() {
         close(stretched::<2, StretchingDomain<2>>([1.5, 0.6]).extent(&[0.5; 2], 1.0), [0.75, 0.3], 1e-15);
-        close(stretched::<2, TurningDomain<2>>([1.5, 0.6]).extent(&[0.5; 2], 1.0), [0.75, 0.3], 1e-15);
-        close(stretched::<1, TurningDomain<1>>([0.6]).extent(&[0.5], 1.0), [0.3], 1e-15);
-        let solid: TurningDomain<3> = stretched([1.5, 0.6, 1.1]);
+        close(stretched::<2, RightStretchDomain<2>>([1.5, 0.6]).extent(&[0.5; 2], 1.0), [0.75, 0.3], 1e-15);
+        close(stretched::<1, RightStretchDomain<1>>([0.6]).extent(&[0.5], 1.0), [0.3], 1e-15);
+        let solid: RightStretchDomain<3> = stretched([1.5, 0.6, 1.1]);
         close(solid.extent(&[0.5; 3], 1.0), [0.75, 0.3, 0.55], 1e-14);
         // Turned afterwards it keeps the widths it had: those of the axes of the start.
         close(turned(solid, 1.0, 50).extent(&[0.5; 3], 1.0), [0.75, 0.3, 0.55], 1e-12);
@@ -78,19 +78,19 @@ mod tests {
 
     #[test]
     fn widths_stay_between_their_bounds_and_survive_a_checkpoint() {
-        let thin: TurningDomain<2> = stretched([10.0, 1e-4]);
+        let thin: RightStretchDomain<2> = stretched([10.0, 1e-4]);
         assert_eq!(thin.extent(&[0.5; 2], 0.1), [0.2, 1e-4]);
         let mut numbers = Vec::new();
-        thin.put(&mut numbers);
-        assert_eq!(TurningDomain::<2>::from_numbers(&numbers, right_stretch), thin);
+        thin.append_numbers(&mut numbers);
+        assert_eq!(RightStretchDomain::<2>::from_numbers(&numbers, right_stretch), thin);
     }
 
     #[test]
     fn simple_shear_stretches_by_the_diagonal_of_u() {
         // F = [[1, γ], [0, 1]]: tan of the rotation is γ/2, U = Rᵀ F.
         let gamma: f64 = 1.5;
-        let mut domain = TurningDomain::<2>::default();
-        domain.follow(&[[0.0, gamma], [0.0, 0.0]], right_stretch);
+        let mut domain = RightStretchDomain::<2>::default();
+        domain.update_deformation(&[[0.0, gamma], [0.0, 0.0]], right_stretch);
         let (s, c) = (0.5 * gamma).atan().sin_cos();
         close(domain.extent(&[0.5; 2], 1.0), [0.5 * c, 0.5 * (s * gamma + c)], 1e-14);
     }

@@ -11,9 +11,9 @@ pub struct SurfaceLoad<const D: usize> {
     /// Whether it acts on the pore fluid.
     pub liquid: bool,
     /// Whether it follows the surface.
-    pub follows: bool,
-    /// What each point carries of it (`Case::carried`); zero within the body.
-    pub carried: Vec<[f64; D]>,
+    pub is_follower: bool,
+    /// What each point carries of it (`Case::load_vectors`); zero within the body.
+    pub vectors: Vec<[f64; D]>,
     /// Share that was last applied.
     pub applied: f64,
 }
@@ -25,6 +25,6 @@ impl<const D: usize> SurfaceLoad<D> {
     /// When the bytes end early.
     pub fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
         self.applied = f64::NAN;
-        read_column(&mut self.carried, |vector: [f64; D]| vector, input)
+        read_column(&mut self.vectors, |vector: [f64; D]| vector, input)
     }
 }

@@ -2,7 +2,7 @@
 
 use colluvium_case::spatial;
 
-use crate::fall::height;
+use crate::fall::body_height;
 use crate::points::PointSet;
 use crate::solver::MpmSolver;
 use crate::vectors::square;
@@ -14,18 +14,18 @@ impl<const D: usize> MpmSolver<D> {
     /// A word on a liquid of which a notable part bears more tension than its weight and its motion could make: with a
     /// `cavitation_strength` beyond that it hangs together where a real one opens. Without gravity nothing tells what is
     /// too much.
-    pub(crate) fn word_on_tension(&self) -> Option<String> {
-        self.bodies.sets.iter().find_map(|set| self.tension_of(set))
+    pub(crate) fn tension_warning(&self) -> Option<String> {
+        self.bodies.sets.iter().find_map(|set| self.tension_in_set(set))
     }
 
-    fn tension_of(&self, set: &PointSet<D>) -> Option<String> {
+    fn tension_in_set(&self, set: &PointSet<D>) -> Option<String> {
         let body = &self.clock.case.bodies[set.body as usize];
         let spec = &self.clock.case.materials[&body.material];
         let gravity = square(&self.clock.gravity).sqrt();
         if !spec.is_fluid() || set.rigid.is_some() || gravity == 0.0 {
             return None;
         }
-        let height = height(&self.clock.case, body);
+        let height = body_height(&self.clock.case, body);
         let speed = set.points.velocity.iter().map(square).fold(0.0, f64::max);
         let allowed = spec.density() * (gravity * height + 0.5 * speed);
         let tension = |i: usize| -set.points.stress[i].pressure();

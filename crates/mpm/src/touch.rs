@@ -1,35 +1,35 @@
 //! The contact substep: what the laws of [`crate::contact`] do to the nodes (sheet: mpm §3.6).
 
-use colluvium_constitutive::BLOCK;
-use colluvium_grid::{Axis, Lanes, Mesh, Node, Walls, Window};
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{Basis1d, Mesh, NodalState, NodeRange, NodeWalls, Vector4};
 
-use crate::at_node::{Touch, touching};
-use crate::background::Background;
+use crate::at_node::{ContactNode, contact_node};
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
-use crate::boundary::Boundary;
+use crate::boundary::BoundaryConditions;
 use crate::clock::Clock;
-use crate::contact::{Contacts, Given, Pair, RowTouch};
-use crate::driven::Driven;
-use crate::gap::THIN;
-use crate::meet::{Around, meet};
-use crate::nodes::Nodes;
+use crate::contact::{ContactImpulse, FieldContacts, FieldPair, RowContact};
+use crate::driven::DrivenObject;
+use crate::gap::ZERO_WIDTH;
+use crate::meet::{ContactContext, solve_rigid_contact};
+use crate::nodes::VelocityFields;
 
 /// Most sweeps over the pairs of three or more bodies, whose contacts act on each other.
-const SWEEPS: usize = 30;
+const MAX_SWEEPS: usize = 30;
 
 /// Room for what the rows of nodes report, pair after pair. Only where bodies are gone through more than once does a
 /// force or a strength have to last for all sweeps.
-pub fn rows(contacts: &Contacts, count: usize, length: usize) -> Vec<RowTouch> {
-    let row = |pair: &Pair| {
+pub fn row_contacts(contacts: &FieldContacts, count: usize, length: usize) -> Vec<RowContact> {
+    let row = |pair: &FieldPair| {
         let lasts = pair.law.is_some_and(|law| law.penalty.is_some() || law.adhesion > 0.0);
         let nodes = if lasts && contacts.fields() > 2 { length } else { 0 };
-        RowTouch { given: vec![Given::default(); nodes], ..RowTouch::default() }
+        RowContact { impulses: vec![ContactImpulse::default(); nodes], ..RowContact::default() }
     };
     contacts.pairs.iter().flat_map(|pair| std::iter::repeat_n(row(pair), count)).collect()
 }
 
 /// Two fields of `len` nodes each, borrowed together.
-fn two<T>(nodes: &mut [T], len: usize, [first, second]: [usize; 2]) -> [&mut [T]; 2] {
+fn two_fields<T>(nodes: &mut [T], len: usize, [first, second]: [usize; 2]) -> [&mut [T]; 2] {
     let (low, high) = nodes.split_at_mut(second * len);
     [&mut low[first * len..(first + 1) * len], &mut high[..len]]
 }
@@ -37,45 +37,45 @@ fn two<T>(nodes: &mut [T], len: usize, [first, second]: [usize; 2]) -> [&mut [T]
 /// Surface integrals `Σ_p Ω_p ∇N_i` of the bodies, for normals, areas and distances. In axisymmetry they are those
 /// of the section.
 pub fn scatter_surfaces<const D: usize>(
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    walls: &Walls,
-    contacts: &mut Contacts,
+    walls: &NodeWalls,
+    contacts: &mut FieldContacts,
 ) {
-    let Background { layout, sweeps, axisymmetric, .. } = background;
-    let (ground, length) = (background.ground(), layout.strides()[0]);
+    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, .. } = background;
+    let (ground, length) = (background.grid_view(), layout.strides()[0]);
     for (field, nodes) in contacts.surfaces.chunks_exact_mut(layout.len()).enumerate() {
         layout.reset(nodes);
-        layout.scatter(nodes, |slab, window, offset| {
-            let (mut volumes, mut sections) = ([Lanes::ZERO; BLOCK], [Lanes::ZERO; BLOCK]);
+        layout.for_each_slab(nodes, |slab, window, offset| {
+            let (mut volumes, mut sections) = ([Vector4::ZERO; BLOCK_SIZE], [Vector4::ZERO; BLOCK_SIZE]);
             for set in bodies.sets.iter().filter(|set| set.field == field) {
                 let domain = set.domain.as_slice();
                 for block in set.blocks_of(slab) {
                     for (k, p) in block.clone().enumerate() {
                         let section = set.points.volume[p]
                             / if *axisymmetric { set.points.position[p][0] } else { 1.0 };
-                        sections[k] = Lanes::splat(section);
-                        volumes[k] = Lanes::new([0.0, 0.0, 0.0, section / domain.spacing(p, &ground)]);
+                        sections[k] = Vector4::splat(section);
+                        volumes[k] = Vector4::new([0.0, 0.0, 0.0, section / domain.spacing(p, &ground)]);
                     }
                     let (volumes, sections) = (&volumes[..block.len()], &sections[..block.len()]);
-                    let to = Window { nodes: &mut *window, first: offset };
-                    sweeps.deposit_gradients(&ground, &set.places().range(block), to, volumes, sections);
+                    let to = NodeRange { nodes: &mut *window, first: offset };
+                    sweeps.p2g_moments(&ground, &set.point_slice().range(block), to, volumes, sections);
                 }
             }
         });
-        background.layout.fold(nodes, |sum, node| *sum += *node);
+        background.layout.sum_periodic_images(nodes, |sum, node| *sum += *node);
         // A face that lies on a wall is none that another body can touch: as if the body went on behind it.
-        for (place, node) in nodes.iter_mut().enumerate().filter(|(_, node)| **node != Lanes::ZERO) {
+        for (place, node) in nodes.iter_mut().enumerate().filter(|(_, node)| **node != Vector4::ZERO) {
             let index = background.layout.index(place / length, place % length);
             let bare = |axis: usize| if walls.at(axis, &index).is_some() { 0.0 } else { 1.0 };
             let keep = std::array::from_fn(|c| if c < D { bare(c) } else { 1.0 });
-            *node *= Lanes::new(keep);
+            *node *= Vector4::new(keep);
         }
     }
 }
 
 /// Radii of the nodes (m); none on the other side of the axis.
-pub fn radii<const D: usize>(background: &Background<D>) -> Vec<f64> {
+pub fn radii<const D: usize>(background: &BackgroundGrid<D>) -> Vec<f64> {
     let (layout, row) = (&background.layout, background.layout.strides()[0]);
     let radius = |node: usize| background.node_at(node, &layout.index(node / row, node % row))[0];
     (0..layout.len()).map(|node| radius(node).max(0.0)).collect()
@@ -84,95 +84,115 @@ pub fn radii<const D: usize>(background: &Background<D>) -> Vec<f64> {
 /// Contact of the solved velocities, pair after pair. The contacts of three and more bodies at a node act on each
 /// other: they are gone through until none changes anything. Every impulse is one that the law allows, and it
 /// acts on both bodies.
-pub fn touch<const D: usize>(
+pub fn correct_velocities<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    solved: &mut [Node],
-    boundary: &mut Boundary<D>,
+    solved: &mut [NodalState],
+    boundary: &mut BoundaryConditions<D>,
 ) {
-    let Boundary { walls, driven, contacts, touched, grips, rocks, .. } = boundary;
-    let light = bodies.light(clock);
-    let around = Around { clock, background, bodies, light, walls, contacts };
-    let rocks = rocks.as_deref_mut().map_or(&mut [][..], |rocks| &mut rocks.rocks[..]);
-    touched.iter_mut().for_each(|row| row.given.fill(Given::default()));
+    let BoundaryConditions {
+        walls,
+        driven,
+        contacts,
+        row_contacts: touched,
+        rigid_contacts: grips,
+        penalty_obstacles: rocks,
+        ..
+    } = boundary;
+    let light = bodies.mass_cutoff(clock);
+    let around = ContactContext { clock, background, bodies, mass_cutoff: light, walls, contacts };
+    let rocks = rocks.as_deref_mut().map_or(&mut [][..], |rocks| &mut rocks.obstacles[..]);
+    touched.iter_mut().for_each(|row| row.impulses.fill(ContactImpulse::default()));
     let count = background.layout.nodes()[0];
-    for _ in 0..SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut changed = false;
         for (number, pair) in contacts.pairs.iter().enumerate() {
             let rigid = pair.fields.map(|field| contacts.rigid[field]);
-            let loose = |number: &Option<usize>| number.is_some_and(|number| driven[number].loose.is_some());
+            let loose = |number: &Option<usize>| {
+                number.is_some_and(|number| driven[number].free_rigid_body.is_some())
+            };
             if rigid.iter().all(Option::is_some) || rigid.iter().any(loose) {
                 continue;
             }
             let rows = &mut touched[number * count..][..count];
-            let touch = touching(clock, background, light, walls, contacts, pair, clock.dt);
-            touch_pair(background, &touch, pair, solved, rows);
+            let touch = contact_node(clock, background, light, walls, contacts, pair, clock.dt);
+            correct_pair(background, &touch, pair, solved, rows);
             changed |= rows.iter().any(|row| row.changed);
-            react(driven, contacts, pair, rows, clock.dt);
+            record_rigid_impulses(driven, contacts, pair, rows, clock.dt);
         }
-        changed |= meet(&around, solved, driven, touched, (&mut *grips, &mut *rocks));
+        changed |= solve_rigid_contact(&around, solved, driven, touched, (&mut *grips, &mut *rocks));
         if !changed || contacts.fields() < 3 {
             break;
         }
     }
 }
 
-fn touch_pair<const D: usize>(
-    background: &Background<D>,
-    touch: &Touch<'_>,
-    pair: &Pair,
-    solved: &mut [Node],
-    rows: &mut [RowTouch],
+fn correct_pair<const D: usize>(
+    background: &BackgroundGrid<D>,
+    touch: &ContactNode<'_>,
+    pair: &FieldPair,
+    solved: &mut [NodalState],
+    rows: &mut [RowContact],
 ) {
     let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
-    background.layout.two_rows(two(solved, len, pair.fields), rows, &|row, active, [a, b], result| {
-        (result.changed, result.impulse) = (false, [0.0; 3]);
-        for number in active {
-            let index = background.layout.index(row, number);
-            let mut alone = Given::default();
-            let given = result.given.get_mut(number).unwrap_or(&mut alone);
-            let nodes = [&mut a[number], &mut b[number]];
-            let touched = touch.solved(row * row_length + number, &index, nodes, given);
-            let Some((changed, impulse)) = touched else { continue };
-            result.changed |= changed;
-            if !background.layout.is_repeated(&index) {
-                (0..3).for_each(|c| result.impulse[c] += impulse[c]);
+    background.layout.for_each_row_pair(
+        two_fields(solved, len, pair.fields),
+        rows,
+        &|row, active, [a, b], result| {
+            (result.changed, result.impulse) = (false, [0.0; 3]);
+            for number in active {
+                let index = background.layout.index(row, number);
+                let mut alone = ContactImpulse::default();
+                let given = result.impulses.get_mut(number).unwrap_or(&mut alone);
+                let nodes = [&mut a[number], &mut b[number]];
+                let touched = touch.correct_velocities(row * row_length + number, &index, nodes, given);
+                let Some((changed, impulse)) = touched else { continue };
+                result.changed |= changed;
+                if !background.layout.is_periodic_image(&index) {
+                    (0..3).for_each(|c| result.impulse[c] += impulse[c]);
+                }
             }
-        }
-    });
+        },
+    );
 }
 
 /// Books the impulses of a pair on the rigid body in it, if there is one.
-fn react(driven: &mut [Driven], contacts: &Contacts, pair: &Pair, rows: &[RowTouch], dt: f64) {
+fn record_rigid_impulses(
+    driven: &mut [DrivenObject],
+    contacts: &FieldContacts,
+    pair: &FieldPair,
+    rows: &[RowContact],
+    dt: f64,
+) {
     for (side, field) in pair.fields.into_iter().enumerate() {
         if let Some(number) = contacts.rigid[field] {
             let sign = if side == 0 { 1.0 } else { -1.0 };
-            rows.iter().for_each(|row| driven[number].take(row.impulse.map(|i| sign * i), dt));
+            rows.iter().for_each(|row| driven[number].add_impulse(row.impulse.map(|i| sign * i), dt));
         }
     }
 }
 
 /// Contact of the re-mapped velocities.
-pub fn touch_again<const D: usize>(
+pub fn correct_remapped<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     light: f64,
-    nodes: &mut Nodes,
-    boundary: &mut Boundary<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
 ) {
     let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
-    let Boundary { walls, contacts, touched, .. } = boundary;
-    let Nodes { solved, remapped, .. } = nodes;
+    let BoundaryConditions { walls, contacts, row_contacts: touched, .. } = boundary;
+    let VelocityFields { solved, remapped, .. } = nodes;
     for pair in &contacts.pairs {
-        let touch = touching(clock, background, light, walls, contacts, pair, 1.0);
+        let touch = contact_node(clock, background, light, walls, contacts, pair, 1.0);
         let [first, second] = pair.fields;
-        let both = two(remapped, len, pair.fields);
-        background.layout.two_rows(both, touched, &|row, active, [a, b], _| {
+        let both = two_fields(remapped, len, pair.fields);
+        background.layout.for_each_row_pair(both, touched, &|row, active, [a, b], _| {
             for number in active {
                 let place = row * row_length + number;
                 let solved = [&solved[first * len + place], &solved[second * len + place]];
-                touch.again(place, solved, [&mut a[number], &mut b[number]]);
+                touch.correct_remapped(place, solved, [&mut a[number], &mut b[number]]);
             }
         });
     }
@@ -181,8 +201,8 @@ pub fn touch_again<const D: usize>(
 /// Volumes over the cell size (m²) from which a rigid body holds the nodes of a grid: what there is of a body at its
 /// corners where they are nodes, less what round-off takes. At the sides of the domain that is less, because there is
 /// less of a node.
-pub fn filled<const D: usize>(
-    Background { grid, layout, axis: basis, .. }: &Background<D>,
+pub fn rigid_volume_thresholds<const D: usize>(
+    BackgroundGrid { grid, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
     points: usize,
 ) -> Vec<f64> {
     let corner = ALMOST * 0.5f64.powi(D as i32) * grid.cell.powi(D as i32 - 1);
@@ -208,12 +228,12 @@ pub fn filled<const D: usize>(
 }
 
 /// Integrals of the shape functions along an axis of `cells` cells, in cells, as the `points` of a cell find them.
-fn integrals(basis: &Axis, cells: usize, points: usize) -> Vec<f64> {
+fn integrals(basis: &Basis1d, cells: usize, points: usize) -> Vec<f64> {
     let mut sums = vec![0.0; basis.nodes(cells)];
     let weight = 1.0 / points as f64;
     for cell in 0..cells {
         for k in 0..points {
-            let on = basis.evaluate(cell as f64 + weight * (k as f64 + 0.5), THIN, cells);
+            let on = basis.evaluate(cell as f64 + weight * (k as f64 + 0.5), ZERO_WIDTH, cells);
             for (sum, own) in sums[on.first..].iter_mut().zip(on.weights()) {
                 *sum += weight * own;
             }
@@ -223,7 +243,7 @@ fn integrals(basis: &Axis, cells: usize, points: usize) -> Vec<f64> {
 }
 
 /// The same of a mesh: as much as the smallest of the elements at the node holds of it.
-pub fn filled_on_mesh<const D: usize>(mesh: &Mesh<D>, nodes: usize) -> Vec<f64> {
+pub fn rigid_volume_thresholds_on_mesh<const D: usize>(mesh: &Mesh<D>, nodes: usize) -> Vec<f64> {
     let share = |element: &u32| {
         let element = &mesh.elements()[*element as usize];
         element.volume / (element.height * (D + 1) as f64)

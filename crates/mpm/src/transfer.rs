@@ -2,30 +2,30 @@
 
 use std::ops::Range;
 
-use colluvium_constitutive::{BLOCK, SymTensor};
-use colluvium_grid::{Affine, Deposit, Lanes, Window};
+use colluvium_constitutive::{BLOCK_SIZE, SymTensor};
+use colluvium_grid::{AffineFields, NodeRange, P2gInput, Vector4};
 
-use crate::Transfer;
-use crate::averages::Averages;
-use crate::background::Background;
+use crate::VelocityTransfer;
+use crate::averages::CellAverages;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
-use crate::boundary::Boundary;
+use crate::boundary::BoundaryConditions;
 use crate::clock::Clock;
-use crate::driven::hold_patches_again;
-use crate::dual::{pull_with_nodes, share, share_stresses};
+use crate::driven::impose_patch_velocity_remapped;
+use crate::dual::{add_dual_forces, share, share_stresses};
 use crate::loads::apply_loads;
-use crate::mixed::{average_stresses, pull_with_cells};
-use crate::nodal::load_nodes;
-use crate::nodes::Nodes;
+use crate::mixed::{add_cell_forces, average_stresses};
+use crate::nodal::apply_nodal_loads;
+use crate::nodes::VelocityFields;
 use crate::points::PointSet;
-use crate::pressing::press;
-use crate::rigid::hold_loose_again;
-use crate::touch::{scatter_surfaces, touch_again};
-use crate::vectors::{lanes, three};
+use crate::pressing::penalty_forces;
+use crate::rigid::impose_rigid_velocity_remapped;
+use crate::touch::{correct_remapped, scatter_surfaces};
+use crate::vectors::{first_three, vector4};
 
 /// What a scatter carries to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scatter {
+pub enum P2gContent {
     /// Mass, momentum and forces.
     Everything,
     /// Mass and momentum.
@@ -36,68 +36,71 @@ pub enum Scatter {
 
 /// `columns[j] = -V σ e_j`.
 #[inline(always)]
-pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] {
+pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vector4; D] {
     let s = &stress.0;
     let columns = [
-        Lanes::new([s[0], s[3], s[5], 0.0]),
-        Lanes::new([s[3], s[1], s[4], 0.0]),
-        Lanes::new([s[5], s[4], s[2], 0.0]),
+        Vector4::new([s[0], s[3], s[5], 0.0]),
+        Vector4::new([s[3], s[1], s[4], 0.0]),
+        Vector4::new([s[5], s[4], s[2], 0.0]),
     ];
     let mut mask = [0.0; 4];
     mask[..D].fill(-volume);
-    let scale = Lanes::new(mask);
+    let scale = Vector4::new(mask);
     std::array::from_fn(|j| columns[j] * scale)
 }
 
 /// Adds to the nodes of a field the momenta of its bodies, `N` times mass times the velocities (m/s) that `of` finds, and what the affine fields
 /// of `transfer` add to them.
-pub fn deposit_momenta<const D: usize>(
-    background: &Background<D>,
+pub fn p2g_momenta<const D: usize>(
+    background: &BackgroundGrid<D>,
     sets: &[PointSet<D>],
     field: usize,
-    nodes: &mut [Lanes],
+    nodes: &mut [Vector4],
     of: fn(&PointSet<D>) -> &[[f64; D]],
-    transfer: Transfer,
+    transfer: VelocityTransfer,
 ) {
-    let ground = background.ground();
-    background.layout.scatter(nodes, |slab, window, offset| {
-        let mut values = [Lanes::ZERO; BLOCK];
+    let ground = background.grid_view();
+    background.layout.for_each_slab(nodes, |slab, window, offset| {
+        let mut values = [Vector4::ZERO; BLOCK_SIZE];
         for set in sets.iter().filter(|set| set.field == field) {
             for block in set.blocks_of(slab) {
                 let values = &mut values[..block.len()];
                 let points = of(set)[block.clone()].iter().zip(&set.points.mass[block.clone()]);
                 for (value, (velocity, mass)) in values.iter_mut().zip(points) {
-                    *value = lanes(velocity, 0.0) * *mass;
+                    *value = vector4(velocity, 0.0) * *mass;
                 }
-                let to = Window { nodes: &mut *window, first: offset };
+                let to = NodeRange { nodes: &mut *window, first: offset };
                 let affine = affine_of(transfer, set, block.clone());
-                background.sweeps.deposit_values(&ground, &set.places().range(block), to, values, affine);
+                background.transfers.p2g_values(&ground, &set.point_slice().range(block), to, values, affine);
             }
         }
     });
 }
 
 /// What a block of points gives to the nodes in one phase.
-struct Given<const D: usize> {
-    motion: [Lanes; BLOCK],
-    columns: [[Lanes; D]; BLOCK],
-    body: [Lanes; BLOCK],
+struct P2gBuffer<const D: usize> {
+    motion: [Vector4; BLOCK_SIZE],
+    columns: [[Vector4; D]; BLOCK_SIZE],
+    body: [Vector4; BLOCK_SIZE],
 }
 
-impl<const D: usize> Given<D> {
-    const NOTHING: Self =
-        Self { motion: [Lanes::ZERO; BLOCK], columns: [[Lanes::ZERO; D]; BLOCK], body: [Lanes::ZERO; BLOCK] };
+impl<const D: usize> P2gBuffer<D> {
+    const NOTHING: Self = Self {
+        motion: [Vector4::ZERO; BLOCK_SIZE],
+        columns: [[Vector4::ZERO; D]; BLOCK_SIZE],
+        body: [Vector4::ZERO; BLOCK_SIZE],
+    };
 }
 
 /// Parts that the points of a set carry of the affine velocity fields around them, where their transfer asks for it.
 fn affine_of<const D: usize>(
-    transfer: Transfer,
+    transfer: VelocityTransfer,
     set: &PointSet<D>,
     points: Range<usize>,
-) -> Option<Affine<'_, D>> {
+) -> Option<AffineFields<'_, D>> {
     let fields = || &set.points.affine[points.clone()];
-    let moments = transfer == Transfer::Apic;
-    (!set.points.affine.is_empty()).then(|| Affine {
+    let moments = transfer == VelocityTransfer::Apic;
+    (!set.points.affine.is_empty()).then(|| AffineFields {
         moments,
         fields: fields(),
         mass: &set.points.mass[points.clone()],
@@ -105,104 +108,116 @@ fn affine_of<const D: usize>(
 }
 
 /// Point to grid (step 1), slab by slab.
-pub fn scatter<const D: usize>(
+pub fn p2g<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    nodes: &mut Nodes,
-    boundary: &mut Boundary<D>,
-    averages: &mut Averages<D>,
-    what: Scatter,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+    averages: &mut CellAverages<D>,
+    what: P2gContent,
 ) {
     apply_loads(clock, bodies, &boundary.load_starts);
-    if what != Scatter::Motion {
-        press(clock, background, bodies, &mut boundary.rocks);
+    if what != P2gContent::Motion {
+        penalty_forces(clock, background, bodies, &mut boundary.penalty_obstacles);
         average_stresses(clock, background, bodies, &mut averages.stresses);
     }
     let fields = nodes.fields(&background.layout);
-    share_stresses(background, bodies, fields, &mut averages.dual);
-    if what != Scatter::Forces {
+    share_stresses(background, bodies, fields, &mut averages.dual_domain);
+    if what != P2gContent::Forces {
         scatter_surfaces(background, bodies, &boundary.walls, &mut boundary.contacts);
     }
-    let Averages { stresses, dual, .. } = &*averages;
-    let Background { layout, sweeps, axisymmetric, grid, .. } = background;
-    let (sets, ground, axisymmetric) = (&bodies.sets, background.ground(), *axisymmetric);
+    let CellAverages { stresses, dual_domain: dual, .. } = &*averages;
+    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, grid, .. } = background;
+    let (sets, ground, axisymmetric) = (&bodies.sets, background.grid_view(), *axisymmetric);
     let (transfer, cells) = (clock.options.transfer, background.cell_layout().len());
     let shared = dual.is_used();
     let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
     for (field, nodes) in nodes.solved.chunks_exact_mut(layout.len()).enumerate() {
         let full = stresses.full_cells(field, cells);
-        layout.scatter(nodes, |slab, window, offset| {
-            let mut given = Given::NOTHING;
+        layout.for_each_slab(nodes, |slab, window, offset| {
+            let mut given = P2gBuffer::NOTHING;
             for set in of_field(field) {
                 let domain = set.domain.as_slice();
-                let loaded = !set.points.traction.is_empty() && what != Scatter::Motion;
-                let pressed = !set.points.pressed.is_empty() && what != Scatter::Motion;
+                let loaded = !set.points.traction.is_empty() && what != P2gContent::Motion;
+                let pressed = !set.points.pressed.is_empty() && what != P2gContent::Motion;
                 for block in set.blocks_of(slab) {
                     for (k, p) in block.clone().enumerate() {
-                        let mass = if what == Scatter::Forces { 0.0 } else { set.points.mass[p] };
-                        given.motion[k] = lanes(&set.points.velocity[p], 1.0) * mass;
+                        let mass = if what == P2gContent::Forces { 0.0 } else { set.points.mass[p] };
+                        given.motion[k] = vector4(&set.points.velocity[p], 1.0) * mass;
                         let left_to_cell =
                             full.is_some_and(|full| full[domain.cell(p, &ground, &set.points.position[p])]);
-                        let pulls = what != Scatter::Motion && !left_to_cell;
+                        let pulls = what != P2gContent::Motion && !left_to_cell;
                         let volume = if pulls { set.points.volume[p] } else { 0.0 };
                         let own = if shared { share(grid, &set.points.position[p]) } else { 1.0 };
                         given.columns[k] = force_columns::<D>(&set.points.stress[p], own * volume);
                         if axisymmetric {
                             let hoop = -volume * set.points.stress[p][2] / set.points.position[p][0];
-                            given.body[k] = Lanes::new([hoop, 0.0, 0.0, 0.0]);
+                            given.body[k] = Vector4::new([hoop, 0.0, 0.0, 0.0]);
                         } else {
-                            given.body[k] = Lanes::ZERO;
+                            given.body[k] = Vector4::ZERO;
                         }
                         if loaded {
-                            given.body[k] += lanes(&set.points.traction[p], 0.0);
+                            given.body[k] += vector4(&set.points.traction[p], 0.0);
                         }
                         if pressed {
-                            given.body[k] += lanes(&set.points.pressed[p].force, 0.0);
+                            given.body[k] += vector4(&set.points.pressed[p].force, 0.0);
                         }
                     }
                     let count = block.len();
-                    let deposit = Deposit {
-                        motion: &given.motion[..count],
-                        columns: &given.columns[..count],
-                        body: if axisymmetric || loaded || pressed { &given.body[..count] } else { &[] },
-                        affine: affine_of(transfer, set, block.clone()).filter(|_| what != Scatter::Forces),
+                    let deposit = P2gInput {
+                        momentum_and_mass: &given.motion[..count],
+                        stress_columns: &given.columns[..count],
+                        body_force: if axisymmetric || loaded || pressed {
+                            &given.body[..count]
+                        } else {
+                            &[]
+                        },
+                        affine: affine_of(transfer, set, block.clone())
+                            .filter(|_| what != P2gContent::Forces),
                     };
-                    let to = Window { nodes: &mut *window, first: offset };
-                    sweeps.deposit(&ground, &set.places().range(block), to, &deposit);
+                    let to = NodeRange { nodes: &mut *window, first: offset };
+                    sweeps.p2g(&ground, &set.point_slice().range(block), to, &deposit);
                 }
             }
         });
-        layout.fold(nodes, |sum, node| {
-            if what != Scatter::Forces {
-                sum.motion += node.motion;
+        layout.sum_periodic_images(nodes, |sum, node| {
+            if what != P2gContent::Forces {
+                sum.momentum_and_mass += node.momentum_and_mass;
             }
-            if what != Scatter::Motion {
+            if what != P2gContent::Motion {
                 sum.force += node.force;
             }
         });
     }
-    if what != Scatter::Motion {
-        pull_with_cells(background, stresses, &mut nodes.solved);
-        pull_with_nodes(background, dual, &mut nodes.solved);
-        load_nodes(clock, background, bodies, &mut nodes.solved, &boundary.nodal, &boundary.load_starts);
+    if what != P2gContent::Motion {
+        add_cell_forces(background, stresses, &mut nodes.solved);
+        add_dual_forces(background, dual, &mut nodes.solved);
+        apply_nodal_loads(
+            clock,
+            background,
+            bodies,
+            &mut nodes.solved,
+            &boundary.nodal_loads,
+            &boundary.load_starts,
+        );
     }
 }
 
 /// Maps the updated velocities of the points back to the nodes (MUSL, step 6), walls included.
 pub fn remap<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    nodes: &mut Nodes,
-    boundary: &mut Boundary<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
 ) {
     nodes.reset_remapped(&background.layout);
     let transfer = clock.options.transfer;
     let len = background.layout.len();
     for (field, nodes) in nodes.remapped.chunks_exact_mut(len).enumerate() {
-        deposit_momenta(background, &bodies.sets, field, nodes, |set| &set.points.velocity, transfer);
-        background.layout.fold(nodes, |sum, node| *sum += *node);
+        p2g_momenta(background, &bodies.sets, field, nodes, |set| &set.points.velocity, transfer);
+        background.layout.sum_periodic_images(nodes, |sum, node| *sum += *node);
     }
     velocities_of_remapped(clock, background, bodies, nodes, boundary, false);
 }
@@ -210,13 +225,13 @@ pub fn remap<const D: usize>(
 /// Velocities at the start of the step (USF), walls included.
 pub fn start_velocities<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    nodes: &mut Nodes,
-    boundary: &mut Boundary<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
 ) {
     for (velocity, node) in nodes.remapped.iter_mut().zip(&nodes.solved) {
-        *velocity = node.motion;
+        *velocity = node.momentum_and_mass;
     }
     velocities_of_remapped(clock, background, bodies, nodes, boundary, true);
 }
@@ -225,37 +240,37 @@ pub fn start_velocities<const D: usize>(
 /// momenta, else they hold the solved velocities; mass is in their fourth lane either way.
 fn velocities_of_remapped<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    nodes: &mut Nodes,
-    boundary: &mut Boundary<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
     start: bool,
 ) {
-    let Nodes { solved, remapped, .. } = &mut *nodes;
+    let VelocityFields { solved, remapped, .. } = &mut *nodes;
     let (walls, layout) = (&boundary.walls, &background.layout);
     let row_length = layout.strides()[0];
     let fields = remapped.chunks_exact_mut(layout.len()).zip(solved.chunks_exact(layout.len()));
     for (remapped, nodes) in fields {
-        layout.each(remapped, |row, active, line| {
+        layout.for_each_active_node_range(remapped, |row, active, line| {
             for number in active {
                 let node = &nodes[row * row_length + number];
-                let mass = node.motion.as_array()[3];
+                let mass = node.momentum_and_mass.as_array()[3];
                 if mass <= 0.0 {
-                    line[number] = Lanes::ZERO;
+                    line[number] = Vector4::ZERO;
                     continue;
                 }
                 line[number] *= 1.0 / mass;
-                let solved = if start { Lanes::splat(f64::NAN) } else { node.motion };
-                let mut velocity = three(line[number]);
-                walls.constrain_again(&layout.index(row, number), &three(solved), &mut velocity);
-                line[number] = lanes(&velocity, 0.0);
+                let solved = if start { Vector4::splat(f64::NAN) } else { node.momentum_and_mass };
+                let mut velocity = first_three(line[number]);
+                walls.constrain_remapped(&layout.index(row, number), &first_three(solved), &mut velocity);
+                line[number] = vector4(&velocity, 0.0);
             }
         });
     }
-    hold_loose_again(background, &boundary.driven, &boundary.contacts, &mut nodes.remapped);
+    impose_rigid_velocity_remapped(background, &boundary.driven, &boundary.contacts, &mut nodes.remapped);
     if !start {
-        touch_again(clock, background, bodies.light(clock), nodes, boundary);
+        correct_remapped(clock, background, bodies.mass_cutoff(clock), nodes, boundary);
     }
-    let Boundary { driven, contacts, .. } = &*boundary;
-    hold_patches_again(clock, background, driven, contacts, &mut nodes.remapped);
+    let BoundaryConditions { driven, contacts, .. } = &*boundary;
+    impose_patch_velocity_remapped(clock, background, driven, contacts, &mut nodes.remapped);
 }

@@ -3,26 +3,26 @@
 use std::sync::atomic::Ordering;
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, Motions, SymTensor};
-use colluvium_grid::{Gathered, Points};
+use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
+use colluvium_grid::{InterpolatedMotion, PointSlice};
 
-use crate::averages::Averages;
-use crate::background::Background;
-use crate::blocks::{Bench, Block, BlockReport, Failure, OfSet};
+use crate::averages::CellAverages;
+use crate::background::BackgroundGrid;
+use crate::blocks::{BlockReport, PointBlock, PointFailure, SetProperties, Workspace};
 use crate::bodies::Bodies;
-use crate::boundary::Boundary;
+use crate::boundary::BoundaryConditions;
 use crate::clock::Clock;
-use crate::config::Formulation;
-use crate::dual::{DualNodes, average_slopes};
-use crate::nodes::Velocities::{Remapped, Solved};
-use crate::nodes::{Nodes, Velocities};
-use crate::points::LEAST_VOLUME;
-use crate::strain::{CellStrains, kept_by_fluids, set_volumetric};
-use crate::work::Before;
+use crate::config::LagrangianFormulation;
+use crate::dual::{DualDomainNodes, average_velocity_gradients};
+use crate::nodes::VelocitySource::{Remapped, Solved};
+use crate::nodes::{VelocityFields, VelocitySource};
+use crate::points::MIN_VOLUME_RATIO;
+use crate::strain::{CellStrains, own_strain_shares, set_volumetric};
+use crate::work::PreviousStress;
 
 /// What changes at the points in a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PointUpdate {
+pub struct UpdateSelection {
     /// Velocities.
     pub velocity: bool,
     /// Deformation, volume, stress and state.
@@ -33,14 +33,14 @@ pub struct PointUpdate {
 
 /// How a point has moved in a step.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Moved {
+pub(crate) struct Displacement {
     /// Largest move along an axis (m).
     pub step: f64,
     /// First coordinate of where it was (m).
     pub radius: f64,
 }
 
-impl PointUpdate {
+impl UpdateSelection {
     /// Nothing changes.
     pub const NONE: Self = Self { velocity: false, stress: false, position: false };
     /// Everything does.
@@ -54,56 +54,61 @@ impl PointUpdate {
 /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
 pub fn update_points<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    (nodes, read): (&Nodes, Velocities),
-    boundary: &Boundary<D>,
-    averages: &mut Averages<D>,
-    what: PointUpdate,
+    (nodes, read): (&VelocityFields, VelocitySource),
+    boundary: &BoundaryConditions<D>,
+    averages: &mut CellAverages<D>,
+    what: UpdateSelection,
 ) -> Result<f64, SolverError> {
     if what.stress {
-        average_slopes(background, (nodes, read), &mut averages.dual);
+        average_velocity_gradients(background, (nodes, read), &mut averages.dual_domain);
     }
-    let Averages { strains, dual, .. } = &*averages;
-    let update = UpdateOfPoints { clock, background, strains, closed: &boundary.closed };
-    let bench =
-        || Bench::at_rest::<D>(Gathered::ZERO, clock.dt, clock.options.band_cells() * background.grid.cell);
+    let CellAverages { strains, dual_domain: dual, .. } = &*averages;
+    let update = PointUpdater { clock, background, strains, has_wall: &boundary.has_wall };
+    let bench = || {
+        Workspace::at_rest::<D>(
+            InterpolatedMotion::ZERO,
+            clock.dt,
+            clock.options.band_cells() * background.grid.cell,
+        )
+    };
     bodies.update_blocks(clock, &bench, |set, block, bench| {
         update.block((nodes, read, dual), set, block, bench, what)
     })
 }
 
 /// What an update of points reads.
-pub struct UpdateOfPoints<'a, const D: usize> {
+pub struct PointUpdater<'a, const D: usize> {
     /// The step.
     pub clock: &'a Clock,
     /// Where points and nodes are.
-    pub background: &'a Background<D>,
+    pub background: &'a BackgroundGrid<D>,
     /// Volumetric strains that points share.
     pub strains: &'a CellStrains,
     /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
-    pub closed: &'a [[bool; 2]; D],
+    pub has_wall: &'a [[bool; 2]; D],
 }
 
-impl<const D: usize> UpdateOfPoints<'_, D> {
+impl<const D: usize> PointUpdater<'_, D> {
     fn block(
         &self,
-        (nodes, read, dual): (&Nodes, Velocities, &DualNodes),
-        set: &OfSet<'_, D>,
-        block: &mut Block<'_, D>,
-        Bench { reads, motions }: &mut Bench<Gathered<D>>,
-        what: PointUpdate,
+        (nodes, read, dual): (&VelocityFields, VelocitySource, &DualDomainNodes),
+        set: &SetProperties<'_, D>,
+        block: &mut PointBlock<'_, D>,
+        Workspace { interpolated: reads, motions }: &mut Workspace<InterpolatedMotion<D>>,
+        what: UpdateSelection,
     ) -> BlockReport {
-        let Background { grid, layout, sweeps, .. } = self.background;
-        let (ground, extent, n) = (self.background.ground(), &set.extent, block.position.len());
-        let (flip, dt) = (if set.affine { 0.0 } else { self.clock.flip }, self.clock.dt);
+        let BackgroundGrid { grid, layout, transfers: sweeps, .. } = self.background;
+        let (ground, extent, n) = (self.background.grid_view(), &set.extent, block.position.len());
+        let (flip, dt) = (if set.has_affine_field { 0.0 } else { self.clock.flip }, self.clock.dt);
         let first_node = set.field * layout.len();
         let reads = &mut reads[..n];
-        let points = block.points(extent);
+        let points = block.point_slice(extent);
         match (read, what.stress) {
-            (Solved, true) => sweeps.gather(&ground, &points, &nodes.solved[first_node..], reads),
-            (Solved, false) => sweeps.gather_motion(&ground, &points, &nodes.solved[first_node..], reads),
-            (Remapped, _) => sweeps.gather_velocity(&ground, &points, &nodes.remapped[first_node..], reads),
+            (Solved, true) => sweeps.g2p(&ground, &points, &nodes.solved[first_node..], reads),
+            (Solved, false) => sweeps.g2p_motion(&ground, &points, &nodes.solved[first_node..], reads),
+            (Remapped, _) => sweeps.g2p_velocity(&ground, &points, &nodes.remapped[first_node..], reads),
         }
         if what.velocity {
             for (own, read) in block.velocity.iter_mut().zip(&*reads) {
@@ -122,25 +127,25 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
             self.deform(set, block, reads, motions)?;
         }
         let moved = if what.position {
-            block.stretch_at_last();
+            block.apply_pending_domains();
             let velocity = |p: usize| std::array::from_fn(|c| reads[p].velocity.as_array()[c]);
             let of_node = |number: usize| nodes.motion(read, first_node + number);
             block.domain.convect(&ground, block.position, extent, velocity, dt, of_node);
-            let mut moves = [Moved::default(); BLOCK];
+            let mut moves = [Displacement::default(); BLOCK_SIZE];
             for (p, read) in reads.iter().enumerate() {
                 moves[p] = self.move_point(block, p, read.velocity.as_array());
             }
-            self.settle(set, block, &moves)?
+            self.check_positions(set, block, &moves)?
         } else {
             0.0
         };
         if what.stress {
-            let before = (!block.work.is_empty()).then(|| Before::of(block.stress));
+            let before = (!block.stress_work.is_empty()).then(|| PreviousStress::of_block(block.stress));
             set.material.update_block(motions, block.stress, &mut block.states[0]).map_err(|error| {
-                Failure { index: block.first + error.index, reason: error.source.to_string() }
+                PointFailure { index: block.first + error.index, reason: error.source.to_string() }
             })?;
             if let Some(before) = before {
-                before.add_work(motions, block.stress, block.volume, block.work);
+                before.add_work(motions, block.stress, block.volume, block.stress_work);
             }
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
@@ -151,18 +156,18 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
     #[inline]
     fn deform(
         &self,
-        set: &OfSet<'_, D>,
-        block: &mut Block<'_, D>,
-        reads: &[Gathered<D>],
-        motions: &mut Motions,
-    ) -> Result<(), Failure> {
+        set: &SetProperties<'_, D>,
+        block: &mut PointBlock<'_, D>,
+        reads: &[InterpolatedMotion<D>],
+        motions: &mut MotionBlock,
+    ) -> Result<(), PointFailure> {
         self.find_motions(block, reads.iter(), motions);
         if self.strains.is_shared() {
-            let mut kept = [0.0; BLOCK];
-            if set.flows {
-                kept_by_fluids(set.material, block.stress, &block.states[0], &mut kept[..reads.len()]);
+            let mut kept = [0.0; BLOCK_SIZE];
+            if set.is_fluid {
+                own_strain_shares(set.material, block.stress, &block.states[0], &mut kept[..reads.len()]);
             }
-            let shared = |p: usize| self.shared_strain(set.body, &block.points(&set.extent), p)[0];
+            let shared = |p: usize| self.shared_strain(set.body, &block.point_slice(&set.extent), p)[0];
             (0..reads.len()).for_each(|p| self.set_dilation(motions, p, shared(p), kept[p]));
         }
         self.change_volumes(set, block, motions, None)
@@ -172,9 +177,9 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
     #[inline(always)]
     pub fn find_motions<'a>(
         &self,
-        block: &Block<'_, D>,
-        reads: impl Iterator<Item = &'a Gathered<D>> + Clone,
-        motions: &mut Motions,
+        block: &PointBlock<'_, D>,
+        reads: impl Iterator<Item = &'a InterpolatedMotion<D>> + Clone,
+        motions: &mut MotionBlock,
     ) {
         let dt = motions.dt;
         motions.set_gradients(reads.clone().map(|read| read.gradient.map(|column| (column * dt).to_array())));
@@ -182,7 +187,7 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         if self.background.axisymmetric {
             for (p, (read, position)) in reads.zip(&*block.position).enumerate() {
                 let hoop = dt * read.velocity.as_array()[0] / position[0];
-                (motions.gradient[8][p], motions.deformation[8][p]) = (hoop, 1.0 + hoop);
+                (motions.velocity_gradient_dt[8][p], motions.deformation[8][p]) = (hoop, 1.0 + hoop);
             }
         }
         if self.background.is_meshed() {
@@ -193,10 +198,10 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
     }
 
     /// Gives a point the volumetric strain `dilation` but for the share `kept` of its own.
-    pub fn set_dilation(&self, motions: &mut Motions, p: usize, dilation: f64, kept: f64) {
-        let mut motion = motions.at(p);
+    pub fn set_dilation(&self, motions: &mut MotionBlock, p: usize, dilation: f64, kept: f64) {
+        let mut motion = motions.motion(p);
         set_volumetric(&mut motion, self.background.normal_strains(), dilation, kept);
-        motions.put(p, &motion);
+        motions.set(p, &motion);
     }
 
     /// Volumes, densities and domains of a block from its motions; the failure of the first point that turns inside out, has
@@ -204,17 +209,17 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
     #[inline(always)]
     pub fn change_volumes(
         &self,
-        set: &OfSet<'_, D>,
-        block: &mut Block<'_, D>,
-        motions: &mut Motions,
-        failed: Option<Failure>,
-    ) -> Result<(), Failure> {
+        set: &SetProperties<'_, D>,
+        block: &mut PointBlock<'_, D>,
+        motions: &mut MotionBlock,
+        failed: Option<PointFailure>,
+    ) -> Result<(), PointFailure> {
         let ratios = motions.volume_ratios();
         let inverted = motions.change_volumes(&ratios, block.volume, block.mass);
-        let inverted = inverted.map(|(p, reason)| Failure { index: block.first + p, reason });
+        let inverted = inverted.map(|(p, reason)| PointFailure { index: block.first + p, reason });
         let failure = inverted.into_iter().chain(failed).min_by_key(|failure| failure.index);
-        block.stretch(motions);
-        block.refuse(failure, &set.extent, self.background.grid.cell)
+        block.update_domains(motions);
+        block.first_failure(failure, &set.extent, self.background.grid.cell)
     }
 
     /// A point without stress does not grow beyond the cap, and none shrinks below a tenth (sheet: mpm §2.8, pitfall P-09).
@@ -226,37 +231,43 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
             if *volume > largest && stress.0 == [0.0; 6] {
                 *volume = largest;
             }
-            *volume = volume.max(LEAST_VOLUME * initial);
+            *volume = volume.max(MIN_VOLUME_RATIO * initial);
         }
     }
 
     /// Moves a point with `velocity` (m/s), or what its displacement is counted from where points keep their places.
     #[inline(always)]
-    pub fn move_point(&self, block: &mut Block<'_, D>, p: usize, velocity: &[f64; 4]) -> Moved {
+    pub fn move_point(&self, block: &mut PointBlock<'_, D>, p: usize, velocity: &[f64; 4]) -> Displacement {
         let dt = self.clock.dt;
         let step = velocity[..D].iter().fold(0f64, |step, v| step.max((dt * v).abs()));
         let radius = block.position[p][0];
-        if let Some(seen) = block.seen.get_mut(p) {
+        if let Some(seen) = block.grid_velocity.get_mut(p) {
             seen.copy_from_slice(&velocity[..D]);
         }
-        if self.clock.options.formulation == Formulation::SmallDisplacement {
+        if self.clock.options.formulation == LagrangianFormulation::SmallDisplacement {
             (0..D).for_each(|c| block.origin[p][c] -= dt * velocity[c]);
         } else {
             (0..D).for_each(|c| block.position[p][c] += dt * velocity[c]);
         }
-        Moved { step, radius }
+        Displacement { step, radius }
     }
 
     /// Looks at where the points of a block have come: refuses moves that cannot be right, keeps them off the axis, puts back
     /// what round-off carried through a wall on a side of the domain, and leaves those without a place (NaN) that have left a
     /// body which lets them. Returns the largest move along an axis (m).
     #[inline(never)]
-    pub fn settle(&self, set: &OfSet<'_, D>, block: &mut Block<'_, D>, moves: &[Moved]) -> BlockReport {
-        let (ground, cell) = (self.background.ground(), self.background.grid.cell);
+    pub fn check_positions(
+        &self,
+        set: &SetProperties<'_, D>,
+        block: &mut PointBlock<'_, D>,
+        moves: &[Displacement],
+    ) -> BlockReport {
+        let (ground, cell) = (self.background.grid_view(), self.background.grid.cell);
         let mut moved = 0f64;
-        for (p, (position, Moved { step, radius })) in block.position.iter_mut().zip(moves).enumerate() {
+        for (p, (position, Displacement { step, radius })) in block.position.iter_mut().zip(moves).enumerate()
+        {
             let domain = block.domain.as_slice();
-            let fail = |reason| Failure { index: block.first + p, reason };
+            let fail = |reason| PointFailure { index: block.first + p, reason };
             // Written so that NaN counts as a failure.
             if !(*step <= 0.5 * domain.spacing(p, &ground)) {
                 return Err(fail(format!(
@@ -264,36 +275,36 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
                      unstable (reduce courant or time_step)"
                 )));
             }
-            if self.background.axisymmetric && !set.anchored {
+            if self.background.axisymmetric && !set.reference_configuration {
                 // Its domain does not reach over the axis, where its hoop strain has no bound (pitfall P-26).
                 let least = 0.5 * domain.extent(p, &set.extent, cell)[0];
                 position[0] = position[0].max(least.min(*radius));
             }
             let settled = if self.background.is_meshed() {
-                block.domain.settle(p, &ground, position)
-            } else if !set.anchored && !self.background.grid.contains(position) {
-                self.put_back(position)
+                block.domain.relocate(p, &ground, position)
+            } else if !set.reference_configuration && !self.background.grid.contains(position) {
+                self.project_onto_walls(position)
             } else {
                 Ok(())
             };
             match settled {
-                Err(_) if set.drop_outside => {
+                Err(_) if set.remove_outside => {
                     position.fill(f64::NAN);
-                    set.left.store(true, Ordering::Relaxed);
+                    set.any_outside.store(true, Ordering::Relaxed);
                 }
                 settled => settled.map_err(fail)?,
             }
-            moved = moved.max(if set.anchored { 0.0 } else { *step });
+            moved = moved.max(if set.reference_configuration { 0.0 } else { *step });
         }
         Ok(moved)
     }
 
     /// Puts a point that is beyond walls on sides of the domain back onto them.
-    fn put_back(&self, position: &mut [f64; D]) -> Result<(), String> {
+    fn project_onto_walls(&self, position: &mut [f64; D]) -> Result<(), String> {
         for axis in (0..D).filter(|axis| !self.background.periodic[*axis]) {
             let (low, high) = (self.background.grid.origin[axis], self.background.upper[axis]);
-            if (position[axis] < low && !self.closed[axis][0])
-                || (position[axis] > high && !self.closed[axis][1])
+            if (position[axis] < low && !self.has_wall[axis][0])
+                || (position[axis] > high && !self.has_wall[axis][1])
             {
                 let reason = "it left the domain: enlarge the domain, add a wall on that side or let the body drop_outside";
                 return Err(reason.to_owned());
@@ -305,8 +316,8 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
 
     /// Shared volumetric strains of skeleton and liquid at a point of a body.
     #[inline(always)]
-    pub fn shared_strain(&self, body: u32, points: &Points<'_, D>, p: usize) -> [f64; 2] {
-        let cell = points.domain.cell(p, &self.background.ground(), &points.position[p]);
+    pub fn shared_strain(&self, body: u32, points: &PointSlice<'_, D>, p: usize) -> [f64; 2] {
+        let cell = points.domain.cell(p, &self.background.grid_view(), &points.position[p]);
         self.strains.at(body, self.background.cell_layout().len(), cell)
     }
 }

@@ -1,12 +1,12 @@
 //! Vectors of points and nodes.
 
-use colluvium_grid::Lanes;
+use colluvium_grid::Vector4;
 
 /// A vector and a fourth number.
 #[inline(always)]
-pub fn lanes<const D: usize>(vector: &[f64; D], fourth: f64) -> Lanes {
+pub fn vector4<const D: usize>(vector: &[f64; D], fourth: f64) -> Vector4 {
     let at = |c: usize| if c < D { vector[c] } else { 0.0 };
-    Lanes::new([at(0), at(1), at(2), fourth])
+    Vector4::new([at(0), at(1), at(2), fourth])
 }
 
 /// Scalar product.
@@ -20,7 +20,7 @@ pub fn norm(a: &[f64; 3]) -> f64 {
 }
 
 /// The first three lanes.
-pub fn three(lanes: Lanes) -> [f64; 3] {
+pub fn first_three(lanes: Vector4) -> [f64; 3] {
     let [x, y, z, _] = lanes.to_array();
     [x, y, z]
 }

@@ -2,26 +2,26 @@
 
 use colluvium_case::description::{Boundary, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, spatial};
-use colluvium_grid::{Wall, WallKind, Walls};
+use colluvium_grid::{NodeWall, NodeWalls, WallKind};
 
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 use crate::{MpmOptions, WallFriction};
 
 /// The walls of a stage.
 pub fn walls<const D: usize>(
     case: &Case,
     stage: usize,
-    Background { grid, mesh, layout, axis: basis, .. }: &Background<D>,
+    BackgroundGrid { grid, mesh, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
     options: &MpmOptions,
-) -> Result<Walls, CaseError> {
+) -> Result<NodeWalls, CaseError> {
     if !mesh.is_empty() {
-        return crate::mesh::walls(case, stage, mesh, layout, options);
+        return crate::mesh::mesh_walls(case, stage, mesh, layout, options);
     }
     let nodes: Vec<usize> = grid.cells.iter().map(|cells| basis.nodes(*cells)).collect();
     let mut walls = Vec::new();
     if case.space == Space::Axisymmetric && grid.origin[0] == 0.0 {
         let kind = WallKind::Smooth;
-        walls.push(Wall {
+        walls.push(NodeWall {
             axis: 0,
             upper: false,
             node: basis.ghosts,
@@ -41,20 +41,20 @@ pub fn walls<const D: usize>(
         }
         let face = face.round() as usize;
         let inside = face > 0 && face < grid.cells[axis];
-        if inside && !basis.walls_inside {
+        if inside && !basis.allows_interior_walls {
             let problem = format!("with {} shape functions walls must lie on the domain's sides", basis.name);
             return Err(CaseError::new(path(), problem));
         }
-        if let Some(kind) = kind(boundary, options) {
-            walls.push(wall(boundary, basis.node_on(face, grid.cells[axis]), kind));
+        if let Some(kind) = wall_kind(boundary, options) {
+            walls.push(node_wall(boundary, basis.face_node(face, grid.cells[axis]), kind));
         }
     }
-    Ok(Walls::new(&nodes, walls))
+    Ok(NodeWalls::new(&nodes, walls))
 }
 
 /// Refuses walls that would go by more than half a `cell` (m): nodes on a wall take its velocity, but its plane stays.
-pub fn refuse_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> {
-    for (number, (boundary, time)) in case.boundaries.iter().zip(case.standing_times()).enumerate() {
+pub fn reject_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> {
+    for (number, (boundary, time)) in case.boundaries.iter().zip(case.boundary_durations()).enumerate() {
         let normal = boundary.velocity.as_ref().and_then(|velocity| velocity.get(boundary.side.axis()));
         let way = normal.map_or(0.0, |speed| speed.abs() * time);
         if way > 0.5 * cell {
@@ -70,24 +70,25 @@ pub fn refuse_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> 
 }
 
 /// How the wall of a boundary acts; `None` for one that only brakes.
-pub fn kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> {
+pub fn wall_kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> {
     Some(match boundary.wall {
         CaseWall::Absorbing { .. } => return None,
         CaseWall::Rough => WallKind::Rough,
         CaseWall::Smooth => WallKind::Smooth,
         CaseWall::Frictional { friction_coefficient: sliding, .. } => match options.wall_friction {
             WallFriction::Impulse => WallKind::Frictional { coefficient: sliding },
-            WallFriction::Acceleration => {
-                WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
-            }
+            WallFriction::Acceleration => WallKind::StaticAndSliding {
+                static_coefficient: sliding * options.static_friction_ratio,
+                sliding_coefficient: sliding,
+            },
         },
     })
 }
 
 /// The wall of a boundary with its face at a node.
-pub fn wall(boundary: &Boundary, node: usize, kind: WallKind) -> Wall {
+pub fn node_wall(boundary: &Boundary, node: usize, kind: WallKind) -> NodeWall {
     let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
     let (axis, upper) = (boundary.side.axis(), boundary.side.is_max());
-    let separation = boundary.separation || boundary.wall.lets_go();
-    Wall { axis, upper, node, kind, separation, velocity }
+    let separation = boundary.separation || boundary.wall.allows_separation();
+    NodeWall { axis, upper, node, kind, separation, velocity }
 }

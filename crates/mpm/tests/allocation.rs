@@ -2,12 +2,12 @@
 
 use colluvium_case::Case;
 use colluvium_mpm::Mpm;
-use colluvium_testkit::Counting;
+use colluvium_testkit::CountingAllocator;
 use colluvium_testkit::cases::assert_allocates_nothing;
 use serde_json::json;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// A block under traction and gravity on a frictional floor; nothing moves by a cell, so that points
 /// need not be sorted.

@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use colluvium_case::{Dataset, Snapshot, Support};
+use colluvium_case::{Dataset, DatasetGeometry, Snapshot};
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::cloud::{EARTH, values};
 use super::plane::{plane, scale};
-use super::{FONT, PALETTE, Picture, Shared, label, range, significant, within};
+use super::{CommonScales, FONT, PALETTE, Picture, clip_line, label, range, significant};
 
 /// Grains with the forces between them: a line from centre to centre, as wide as its force; the dark ones are above the mean.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,7 +25,7 @@ pub struct ForceChains {
     /// Rigid geometry behind the grains, as lines (m).
     pub ground: Vec<Vec<[f64; 2]>>,
     /// Mean force, as the end of its values, and window that it has in common with other pictures; its own where there are none.
-    pub shared: Option<Shared>,
+    pub shared: Option<CommonScales>,
 }
 
 const WIDTH: u32 = 900;
@@ -35,8 +35,13 @@ const MARGINS: [u32; 2] = [90, 90];
 impl ForceChains {
     /// The lines of a dataset between the grains of a state, seen along the axis that is not in `plane`, as wide as the field
     /// `name` is large: vectors by their length. `None` where it has no lines or no such field.
-    pub fn of(contacts: &Dataset, grains: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
-        let Support::Mesh(mesh) = &contacts.support else { return None };
+    pub fn from_dataset(
+        contacts: &Dataset,
+        grains: &Snapshot,
+        name: &str,
+        plane: [usize; 2],
+    ) -> Option<Self> {
+        let DatasetGeometry::Mesh(mesh) = &contacts.geometry else { return None };
         let field = contacts.fields.iter().find(|field| field.name == name)?;
         let at = |v: &[f64; 3]| [v[plane[0]], v[plane[1]]];
         let ends = mesh.cells().filter(|line| line.len() == 2).map(|line| [at(&line[0]), at(&line[1])]);
@@ -65,13 +70,13 @@ impl ForceChains {
     }
 
     /// Scales that hold all of some pictures.
-    pub fn shared<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> Shared {
+    pub fn common_scales<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> CommonScales {
         let join = |a: Range<f64>, b: &Range<f64>| a.start.min(b.start)..a.end.max(b.end);
         let bounds: Vec<_> = all.clone().map(Self::bounds).collect();
         let nothing = [f64::INFINITY..f64::NEG_INFINITY, f64::INFINITY..f64::NEG_INFINITY];
         let window = bounds.iter().fold(nothing, |[x, y], [a, b]| [join(x, a), join(y, b)]);
         let lines: Vec<_> = all.flat_map(|one| one.lines.iter().copied()).collect();
-        Shared {
+        CommonScales {
             values: 0.0..mean(&lines),
             window: window.map(|r| if r.start < r.end { r } else { 0.0..1.0 }),
         }
@@ -107,7 +112,7 @@ impl Picture for ForceChains {
         let pixels = [WIDTH - MARGINS[0], height - MARGINS[1]];
         let mut chart = plane(area, &self.title, &self.axes, self.bounds(), pixels)?;
         let window = [chart.x_range(), chart.y_range()];
-        for part in self.ground.iter().flat_map(|line| within(line, &window)) {
+        for part in self.ground.iter().flat_map(|line| clip_line(line, &window)) {
             let corners = part.iter().map(|x| (x[0], x[1]));
             chart.draw_series(LineSeries::new(corners, EARTH.stroke_width(2))).map_err(text)?;
         }
@@ -138,7 +143,7 @@ fn mean(lines: &[([[f64; 2]; 2], f64)]) -> f64 {
 
 /// A rose: how many of the contacts lie in which direction.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Rose {
+pub struct ContactRose {
     /// Title above the picture.
     pub title: String,
     /// Shares in equal parts of the half turn from the x axis towards y.
@@ -147,7 +152,7 @@ pub struct Rose {
     pub line: Vec<f64>,
 }
 
-impl Picture for Rose {
+impl Picture for ContactRose {
     fn size(&self) -> (u32, u32) {
         (620, 640)
     }
@@ -223,13 +228,13 @@ mod tests {
 
     #[test]
     fn contacts_of_a_frame_are_lines_as_wide_as_their_forces() {
-        use colluvium_case::solver::Mesh;
+        use colluvium_case::solver::PolygonMesh;
         use colluvium_case::{Field, FieldData};
         let ends = [[[0.0; 3], [1.0, 0.0, 0.0]], [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]];
         let force = FieldData::Vector(vec![[-3.0, 4.0, 0.0], [0.0, 1.0, 0.0]]);
         let contacts = Dataset {
             name: "contacts".into(),
-            support: Support::Mesh(Mesh::of_lines(&ends)),
+            geometry: DatasetGeometry::Mesh(PolygonMesh::of_lines(&ends)),
             fields: vec![Field { name: "force".into(), unit: "N", data: force }],
         };
         let grains = Snapshot {
@@ -237,7 +242,7 @@ mod tests {
             extents: vec![[1.0; 3]; 3],
             ..Snapshot::default()
         };
-        let chains = ForceChains::of(&contacts, &grains, "force", [0, 1]).unwrap();
+        let chains = ForceChains::from_dataset(&contacts, &grains, "force", [0, 1]).unwrap();
         assert_eq!(chains.lines, [([[0.0, 0.0], [1.0, 0.0]], 5.0), ([[1.0, 0.0], [2.0, 0.0]], 1.0)]);
         assert_eq!(chains.title, "force, t = 0 s: mean 3 N, largest 5 N; dark: above the mean");
         // Blue pixels are those of the lines: the grains are grey, and the text is black.
@@ -248,24 +253,24 @@ mod tests {
             .iter()
             .filter(|[r, _, b]| *b > 100 && u32::from(*r) + 60 < u32::from(*b));
         assert!(blue.count() > 5000);
-        assert!(ForceChains::of(&contacts, &grains, "overlap", [0, 1]).is_none());
+        assert!(ForceChains::from_dataset(&contacts, &grains, "overlap", [0, 1]).is_none());
         let mut odd = contacts.clone();
         odd.fields[0].data = FieldData::Scalar(vec![1234.5678, 0.0]);
-        let title = ForceChains::of(&odd, &grains, "force", [0, 1]).unwrap().title;
+        let title = ForceChains::from_dataset(&odd, &grains, "force", [0, 1]).unwrap().title;
         assert!(title.contains("mean 617 N, largest 1230 N"), "{title}");
         let double = ForceChains {
             lines: chains.lines.iter().map(|(x, f)| (*x, 3.0 * f)).collect(),
             ..chains.clone()
         };
-        let shared = ForceChains::shared([&chains, &double].into_iter());
+        let shared = ForceChains::common_scales([&chains, &double].into_iter());
         assert_eq!(shared.values, 0.0..6.0);
     }
 
     #[test]
     fn a_rose_of_nothing_can_be_drawn() {
-        assert!(Rose::default().to_svg().is_ok());
+        assert!(ContactRose::default().to_svg().is_ok());
         assert!(ForceChains::default().to_svg().is_ok());
-        let rose = Rose { title: "rose".into(), shares: vec![0.1, 0.9], line: vec![0.5; 8] };
+        let rose = ContactRose { title: "rose".into(), shares: vec![0.1, 0.9], line: vec![0.5; 8] };
         assert_eq!(rose.to_svg().unwrap().matches("<polygon").count(), 4);
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::ticks::{Along, Axis, LETTERS, Ticks};
+use super::ticks::{AxisDirection, LETTERS, NumberAxis, Ticks};
 use super::{FONT, PALETTE, Picture, range};
 
 /// How a series is drawn.
@@ -60,7 +60,7 @@ impl Picture for LineChart {
 
     fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String> {
         area.fill(&WHITE).map_err(|error| error.to_string())?;
-        let all: Vec<(f64, f64)> = self.drawn().flat_map(|(_, points)| points).collect();
+        let all: Vec<(f64, f64)> = self.visible_series().flat_map(|(_, points)| points).collect();
         let x = range(all.iter().map(|p| p.0), 0.03);
         let y = range(all.iter().map(|p| p.1), 0.08);
         let (corner, room) = self.legend(&x, &y);
@@ -80,9 +80,9 @@ impl LineChart {
             (7.0 * named().max().unwrap_or(0) as f64 + 50.0, 20.0 * named().count() as f64 + 26.0);
         let (wide, high) = ((wide / width).min(1.0), (high / height).min(0.6));
         let share = |v: f64, r: &Range<f64>| (v - r.start) / (r.end - r.start);
-        let places = self.drawn().flat_map(|(series, points)| {
+        let places = self.visible_series().flat_map(|(series, points)| {
             let points: Vec<_> = points.iter().map(|p| (share(p.0, x), share(p.1, y))).collect();
-            if series.style == Style::Markers { points } else { along(&points) }
+            if series.style == Style::Markers { points } else { densified(&points) }
         });
         let places: Vec<(f64, f64)> = places.collect();
         let crowd = |right: bool, top: bool| {
@@ -107,12 +107,12 @@ impl LineChart {
     }
 
     /// The series with their points that are drawn, on logarithmic axes as powers of ten.
-    fn drawn(&self) -> impl Iterator<Item = (&Series, Vec<(f64, f64)>)> {
-        self.series.iter().map(|series| (series, self.pieces(series).concat()))
+    fn visible_series(&self) -> impl Iterator<Item = (&Series, Vec<(f64, f64)>)> {
+        self.series.iter().map(|series| (series, self.continuous_parts(series).concat()))
     }
 
     /// Points of a series that follow each other without a gap, on logarithmic axes as powers of ten.
-    fn pieces(&self, series: &Series) -> Vec<Vec<(f64, f64)>> {
+    fn continuous_parts(&self, series: &Series) -> Vec<Vec<(f64, f64)>> {
         let shown = |p: &(f64, f64)| {
             let finite = p.0.is_finite() && p.1.is_finite() && p.1.abs() < 1e200;
             finite && (!self.log || (p.0 > 0.0 && p.1 > 0.0))
@@ -132,13 +132,14 @@ impl LineChart {
         let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
         let (width, height) = self.plane();
         let ticks = if self.log { Ticks::logarithmic } else { Ticks::linear };
-        let (across, up) = (ticks(&x, width, Along::Across), ticks(&y, height, Along::Up));
+        let (across, up) =
+            (ticks(&x, width, AxisDirection::Horizontal), ticks(&y, height, AxisDirection::Vertical));
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, (FONT, 20))
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(78)
-            .build_cartesian_2d(Axis::new(x, across.clone()), Axis::new(y, up.clone()))
+            .build_cartesian_2d(NumberAxis::new(x, across.clone()), NumberAxis::new(y, up.clone()))
             .map_err(text)?;
         chart
             .configure_mesh()
@@ -151,12 +152,12 @@ impl LineChart {
             .axis_style(RGBColor(90, 90, 90))
             .draw()
             .map_err(text)?;
-        for (number, (series, points)) in self.drawn().enumerate() {
+        for (number, (series, points)) in self.visible_series().enumerate() {
             let colour = PALETTE[number % PALETTE.len()];
             let line = colour.stroke_width(2);
             // A line ends where values are missing, and a value alone is a dot.
             let (lines, alone): (Vec<_>, Vec<_>) =
-                self.pieces(series).into_iter().partition(|piece| piece.len() > 1);
+                self.continuous_parts(series).into_iter().partition(|piece| piece.len() > 1);
             if series.style != Style::Markers {
                 let dots = alone.concat().into_iter().map(|p| Circle::new(p, 2, colour.filled()));
                 chart.draw_series(dots).map_err(text)?;
@@ -205,7 +206,7 @@ impl LineChart {
 }
 
 /// Places on a line through points, no farther apart than a hundredth.
-fn along(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+fn densified(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let between = |pair: &[(f64, f64)]| {
         let ((x, y), (to_x, to_y)) = (pair[0], pair[1]);
         let parts = (100.0 * (to_x - x).abs().max((to_y - y).abs())).ceil().clamp(1.0, 100.0);

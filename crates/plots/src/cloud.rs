@@ -7,8 +7,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::plane::{plane, scale};
-use super::ticks::{Along, LETTERS, Ticks};
-use super::{FONT, Picture, label, range, within};
+use super::ticks::{AxisDirection, LETTERS, Ticks};
+use super::{FONT, Picture, clip_line, label, range};
 use colluvium_case::{Field, FieldData, Snapshot};
 
 /// Points at their places, as squares or disks of their own size, coloured by a value.
@@ -27,28 +27,28 @@ pub struct PointCloud {
     /// Rigid geometry behind the points, as lines (m).
     pub lines: Vec<Vec<[f64; 2]>>,
     /// Scales that it has in common with other pictures; its own where there are none.
-    pub shared: Option<Shared>,
+    pub shared: Option<CommonScales>,
 }
 
 /// Scales of pictures that are to be compared.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shared {
+pub struct CommonScales {
     /// Values of the first and of the last colour; values beyond have these.
     pub values: Range<f64>,
     /// What is seen along the two axes (m).
     pub window: [Range<f64>; 2],
 }
 
-impl Shared {
+impl CommonScales {
     /// Share of the points whose values the colours tell apart; single points that fly do not stretch the scale.
-    const SHOWN: f64 = 0.998;
+    const COLOURED_FRACTION: f64 = 0.998;
 
     /// Scales that hold all of some clouds.
-    pub fn of<'a>(clouds: impl Iterator<Item = &'a PointCloud> + Clone) -> Self {
+    pub fn of_clouds<'a>(clouds: impl Iterator<Item = &'a PointCloud> + Clone) -> Self {
         let mut values: Vec<f64> = clouds.clone().flat_map(|cloud| &cloud.points).map(|p| p.2).collect();
         values.retain(|value| value.is_finite());
         values.sort_by(f64::total_cmp);
-        let shown = (Self::SHOWN * values.len() as f64).ceil() as usize;
+        let shown = (Self::COLOURED_FRACTION * values.len() as f64).ceil() as usize;
         let ends = clouds.map(PointCloud::bounds);
         let nothing = [f64::INFINITY..f64::NEG_INFINITY, f64::INFINITY..f64::NEG_INFINITY];
         let join = |a: Range<f64>, b: &Range<f64>| a.start.min(b.start)..a.end.max(b.end);
@@ -63,7 +63,7 @@ impl Shared {
 const WIDTH: u32 = 900;
 
 /// Width of points that have none of their own (px).
-const DOT: f64 = 4.0;
+const DEFAULT_WIDTH: f64 = 4.0;
 
 /// Field that points have which are grains.
 pub(crate) const RADIUS: &str = "radius";
@@ -78,7 +78,7 @@ impl PointCloud {
     /// The points of a snapshot, seen along the axis that is not in `plane`, coloured by field `name`:
     /// scalars as they are, vectors by their length, tensors by their pressure; points with a radius are disks. `None` where
     /// there is no such field.
-    pub fn of(snapshot: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
+    pub fn from_snapshot(snapshot: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
         let field = snapshot.field(name)?;
         let values = values(field);
         let at = |v: &[f64; 3]| [v[plane[0]], v[plane[1]]];
@@ -112,7 +112,7 @@ impl PointCloud {
 /// The numbers that a field gives the colours: scalars as they are, vectors by their length, tensors by their pressure.
 pub(super) fn values(field: &Field) -> Vec<f64> {
     match &field.data {
-        FieldData::Whole(values) => values.iter().map(|value| *value as f64).collect(),
+        FieldData::Integer(values) => values.iter().map(|value| *value as f64).collect(),
         FieldData::Scalar(values) => values.clone(),
         FieldData::Vector(values) => {
             values.iter().map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect()
@@ -122,7 +122,7 @@ pub(super) fn values(field: &Field) -> Vec<f64> {
 }
 
 /// Perceptually even colours from dark blue over green to yellow, equally far apart.
-pub(super) const STOPS: [[f64; 3]; 6] = [
+pub(super) const COLOUR_STOPS: [[f64; 3]; 6] = [
     [68.0, 1.0, 84.0],
     [65.0, 68.0, 135.0],
     [42.0, 120.0, 142.0],
@@ -136,11 +136,11 @@ pub(crate) fn colour(share: f64) -> RGBColor {
     if !share.is_finite() {
         return RGBColor(170, 170, 170);
     }
-    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
-    let stop = (place as usize).min(STOPS.len() - 2);
+    let place = share.clamp(0.0, 1.0) * (COLOUR_STOPS.len() - 1) as f64;
+    let stop = (place as usize).min(COLOUR_STOPS.len() - 2);
     let mix = |c: usize| {
         let t = place - stop as f64;
-        (STOPS[stop][c] * (1.0 - t) + STOPS[stop + 1][c] * t).round() as u8
+        (COLOUR_STOPS[stop][c] * (1.0 - t) + COLOUR_STOPS[stop + 1][c] * t).round() as u8
     };
     RGBColor(mix(0), mix(1), mix(2))
 }
@@ -163,7 +163,7 @@ impl Picture for PointCloud {
         let pixel = scale(&self.bounds(), pixels);
         let mut chart = plane(&main, &self.title, &self.axes, self.bounds(), pixels)?;
         let window = [chart.x_range(), chart.y_range()];
-        for part in self.lines.iter().flat_map(|line| within(line, &window)) {
+        for part in self.lines.iter().flat_map(|line| clip_line(line, &window)) {
             let corners = part.iter().map(|x| (x[0], x[1]));
             chart.draw_series(LineSeries::new(corners, EARTH.stroke_width(2))).map_err(text)?;
         }
@@ -174,7 +174,8 @@ impl Picture for PointCloud {
             chart.draw_series(disks).map_err(text)?;
         } else {
             let squares = self.points.iter().map(|(p, e, v)| {
-                let half = e.map(|width| 0.5 * if width > 0.0 { width.max(pixel) } else { DOT * pixel });
+                let half =
+                    e.map(|width| 0.5 * if width > 0.0 { width.max(pixel) } else { DEFAULT_WIDTH * pixel });
                 let corner = |s: f64| (p[0] + s * half[0], p[1] + s * half[1]);
                 Rectangle::new([corner(-1.0), corner(1.0)], paint(*v))
             });
@@ -218,9 +219,9 @@ pub(crate) fn draw_bar<B: DrawingBackend>(
         let ends = [(left, upper + row), (right, upper + row + 1)];
         area.draw(&Rectangle::new(ends, colour(share).filled())).map_err(text)?;
     }
-    let ticks = Ticks::linear(&values, f64::from(tall), Along::Up);
+    let ticks = Ticks::linear(&values, f64::from(tall), AxisDirection::Vertical);
     let style = TextStyle::from((FONT, LETTERS)).pos(Pos::new(HPos::Right, VPos::Center));
-    for (place, said) in ticks.shown() {
+    for (place, said) in ticks.visible() {
         let share = (place - values.start) / (values.end - values.start);
         let row = lower - (share * f64::from(tall)).round() as i32;
         area.draw(&PathElement::new(vec![(left - 4, row), (left, row)], BLACK)).map_err(text)?;
@@ -274,7 +275,7 @@ mod tests {
         };
         let (left, mut right) = (cloud(-500.0), cloud(500.0));
         right.points[3].2 = 1e6;
-        let shared = Shared::of([&left, &right].into_iter());
+        let shared = CommonScales::of_clouds([&left, &right].into_iter());
         assert_eq!(shared.values, 0.0..9.0);
         let [x, y] = &shared.window;
         assert!(x.start <= -501.0 && x.end >= 1500.0 && y.start <= 0.0 && y.end >= 2.0, "{shared:?}");

@@ -66,7 +66,7 @@ fn closest(palette: &[[u8; 3]], pixel: &[u8; 3]) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PointCloud, Shared};
+    use crate::{CommonScales, PointCloud};
 
     fn clouds() -> Vec<PointCloud> {
         let cloud = |k: i32| PointCloud {
@@ -74,7 +74,7 @@ mod tests {
             ..PointCloud::default()
         };
         let clouds: Vec<PointCloud> = (1..4).map(cloud).collect();
-        let shared = Shared::of(clouds.iter());
+        let shared = CommonScales::of_clouds(clouds.iter());
         clouds.into_iter().map(|cloud| PointCloud { shared: Some(shared.clone()), ..cloud }).collect()
     }
 

@@ -6,13 +6,13 @@ use colluvium_case::description::ObstacleMotion;
 
 /// Rigid geometry: lines in a plane, or ground seen from above in space.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Ground {
+pub struct RigidGeometry {
     /// Lines in the plane that stand still, with their corners (m).
     pub lines: Vec<Vec<[f64; 2]>>,
     /// Lines in the plane that move.
-    pub moving: Vec<Moving>,
+    pub moving: Vec<MovingLines>,
     /// Bodies in space that move.
-    pub shells: Vec<Shell>,
+    pub shells: Vec<MovingSurface>,
     /// The ground in space, of what stands still.
     pub heights: Option<Heights>,
     /// What is not shown and why, in words; empty where all is.
@@ -21,7 +21,7 @@ pub struct Ground {
 
 /// Lines that move as one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Moving {
+pub struct MovingLines {
     /// Lines with their corners at the start (m), from `about`.
     pub lines: Vec<Vec<[f64; 2]>>,
     /// A place of the body at the start (m), in the coordinates of the picture.
@@ -30,10 +30,10 @@ pub struct Moving {
     pub motion: ObstacleMotion,
 }
 
-impl Moving {
+impl MovingLines {
     /// Where `about` is at `time` (s), and cosine and sine of the angle by which the lines have turned.
     pub fn pose(&self, time: f64) -> [f64; 4] {
-        let frame = self.motion.frame::<2>(time).shifted(&self.about);
+        let frame = self.motion.transform::<2>(time).shifted(&self.about);
         let [x, y] = frame.translation;
         [x, y, frame.rotation[0][0], frame.rotation[1][0]]
     }
@@ -41,7 +41,7 @@ impl Moving {
 
 /// The surface of a body in space that moves.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shell {
+pub struct MovingSurface {
     /// Corners of the faces at the start (m), from `about`.
     pub corners: Vec<[f64; 3]>,
     /// Numbers of the four corners of each face, counter-clockwise as seen from outside.
@@ -52,20 +52,20 @@ pub struct Shell {
     pub motion: ObstacleMotion,
 }
 
-impl Shell {
+impl MovingSurface {
     /// Where `about` is at `time` (s), and the rotation of the body, by rows.
     pub fn pose(&self, time: f64) -> ([f64; 3], [[f64; 3]; 3]) {
-        let frame = self.motion.frame::<3>(time).shifted(&self.about);
+        let frame = self.motion.transform::<3>(time).shifted(&self.about);
         (frame.translation, frame.rotation)
     }
 }
 
-impl Ground {
+impl RigidGeometry {
     /// All lines in the plane as they are at `time` (s).
     pub fn lines_at(&self, time: f64) -> Vec<Vec<[f64; 2]>> {
         let moved = self.moving.iter().flat_map(|one| {
-            let frame = one.motion.frame::<2>(time).shifted(&one.about);
-            let place = move |at: &[f64; 2]| frame.outward(at);
+            let frame = one.motion.transform::<2>(time).shifted(&one.about);
+            let place = move |at: &[f64; 2]| frame.to_space(at);
             one.lines.iter().map(move |line| line.iter().map(place).collect())
         });
         self.lines.iter().cloned().chain(moved).collect()
@@ -86,10 +86,10 @@ pub struct Heights {
 }
 
 /// The parts of a line that lie in a window.
-pub fn within(line: &[[f64; 2]], window: &[Range<f64>; 2]) -> Vec<Vec<[f64; 2]>> {
+pub fn clip_line(line: &[[f64; 2]], window: &[Range<f64>; 2]) -> Vec<Vec<[f64; 2]>> {
     let mut parts: Vec<Vec<[f64; 2]>> = Vec::new();
     for pair in line.windows(2) {
-        let Some([from, to]) = cut(pair[0], pair[1], window) else { continue };
+        let Some([from, to]) = clip_segment(pair[0], pair[1], window) else { continue };
         match parts.last_mut() {
             Some(part) if part.last() == Some(&from) => part.push(to),
             _ => parts.push(vec![from, to]),
@@ -99,7 +99,7 @@ pub fn within(line: &[[f64; 2]], window: &[Range<f64>; 2]) -> Vec<Vec<[f64; 2]>>
 }
 
 /// The part of a straight piece that lies in a window (Liang & Barsky 1984).
-fn cut(from: [f64; 2], to: [f64; 2], window: &[Range<f64>; 2]) -> Option<[[f64; 2]; 2]> {
+fn clip_segment(from: [f64; 2], to: [f64; 2], window: &[Range<f64>; 2]) -> Option<[[f64; 2]; 2]> {
     let way = [to[0] - from[0], to[1] - from[1]];
     let (mut enters, mut leaves) = (0f64, 1f64);
     for c in 0..2 {
@@ -136,9 +136,12 @@ mod tests {
             ramp: 0.0,
         };
         let spoke = vec![[0.0, 0.0], [0.0, 1.0]];
-        let wheel = Moving { lines: vec![spoke], about: [5e5, 3.0], motion };
-        let ground =
-            Ground { lines: vec![vec![[0.0; 2], [1.0; 2]]], moving: vec![wheel], ..Ground::default() };
+        let wheel = MovingLines { lines: vec![spoke], about: [5e5, 3.0], motion };
+        let ground = RigidGeometry {
+            lines: vec![vec![[0.0; 2], [1.0; 2]]],
+            moving: vec![wheel],
+            ..RigidGeometry::default()
+        };
         assert_eq!(ground.lines_at(1.0)[1], [[5e5, 3.0], [5e5, 4.0]], "before it begins");
         let line = &ground.lines_at(2.0)[1];
         for (x, y) in line.iter().flatten().zip([5e5 + 2.0, 3.0, 5e5 + 3.0, 3.0]) {
@@ -151,12 +154,12 @@ mod tests {
     fn lines_end_at_the_window() {
         let window = [0.0..2.0, 0.0..1.0];
         let line = [[-1.0, 0.5], [1.0, 0.5], [1.0, 3.0], [1.5, 3.0], [1.5, -1.0], [9.0, -1.0]];
-        let parts = within(&line, &window);
+        let parts = clip_line(&line, &window);
         assert_eq!(
             parts,
             [vec![[0.0, 0.5], [1.0, 0.5], [1.0, 1.0]], vec![[1.5, 1.0], [1.5, 0.0]]],
             "in, up and out, and down through it"
         );
-        assert!(within(&[[-1.0, -1.0], [3.0, -0.5]], &window).is_empty());
+        assert!(clip_line(&[[-1.0, -1.0], [3.0, -0.5]], &window).is_empty());
     }
 }

@@ -20,14 +20,14 @@ use plotters::style::register_font;
 
 use colluvium_case::output::{OutputError, write_atomically};
 
-pub use animation::{Animation, BYTES, Classes, Panel, SCRIPT, STYLE, Scale, View};
-pub use chains::{ForceChains, Rose};
+pub use animation::{Animation, DEFAULT_BYTES, Panel, PointClasses, QuantisedRange, SCRIPT, STYLE, View};
+pub use chains::{ContactRose, ForceChains};
 pub use chart::{LineChart, Series, Style};
-pub use cloud::{PointCloud, Shared};
+pub use cloud::{CommonScales, PointCloud};
 pub use film::to_gif;
 pub use frame_picture::FramePicture;
-pub use ground::{Ground, Heights, Moving, Shell, within};
-pub use map::{Cells, TerrainMap};
+pub use ground::{Heights, MovingLines, MovingSurface, RigidGeometry, clip_line};
+pub use map::{MapCells, TerrainMap};
 
 /// Name under which the built-in font is registered.
 const FONT: &str = "sans-serif";

@@ -7,13 +7,13 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::cloud::{colour, draw_bar};
-use super::plane::Plane;
-use super::ticks::{Along, Axis, LETTERS, Ticks};
+use super::plane::PlaneAxes;
+use super::ticks::{AxisDirection, LETTERS, NumberAxis, Ticks};
 use super::{FONT, Picture, range};
 
 /// Numbers on the cells of a grid in plan.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Cells {
+pub struct MapCells {
     /// Cells along x and y.
     pub counts: [usize; 2],
     /// Centre of the cell with the least x and y (m).
@@ -24,7 +24,7 @@ pub struct Cells {
     pub values: Vec<f64>,
 }
 
-impl Cells {
+impl MapCells {
     fn at(&self, column: usize, row: usize) -> Option<f64> {
         let value = *self.values.get(row * self.counts[0] + column)?;
         value.is_finite().then_some(value)
@@ -83,13 +83,13 @@ pub struct TerrainMap {
     /// What the colours mean, with unit.
     pub label: String,
     /// Heights of the terrain (m), for its shading; none of a plane.
-    pub heights: Option<Cells>,
+    pub heights: Option<MapCells>,
     /// What the colours show.
-    pub cells: Cells,
+    pub cells: MapCells,
     /// Rings drawn as red lines, for example of a release area (m).
     pub outlines: Vec<Vec<[f64; 2]>>,
     /// Rings drawn as black lines, of an event that was mapped (m).
-    pub mapped: Vec<Vec<[f64; 2]>>,
+    pub mapped_outlines: Vec<Vec<[f64; 2]>>,
 }
 
 const WIDTH: u32 = 1000;
@@ -97,7 +97,7 @@ const MARGINS: (u32, u32) = (200, 100);
 /// Direction to the light, from the north-west and 45° high.
 const LIGHT: [f64; 3] = [-0.5, 0.5, std::f64::consts::FRAC_1_SQRT_2];
 /// Share of a colour over the shading.
-const COVER: f64 = 0.72;
+const COLOUR_OPACITY: f64 = 0.72;
 
 impl TerrainMap {
     /// What is seen along the two axes (m): all coloured cells and outlines, with some terrain around.
@@ -110,7 +110,8 @@ impl TerrainMap {
                 [x - 0.5 * cells.spacing[axis], x + 0.5 * cells.spacing[axis]]
             };
             let known = (0..cells.values.len()).filter(|k| cells.values[*k].is_finite());
-            let corners = self.outlines.iter().chain(&self.mapped).flatten().map(|corner| corner[axis]);
+            let corners =
+                self.outlines.iter().chain(&self.mapped_outlines).flatten().map(|corner| corner[axis]);
             range(known.flat_map(ends).chain(corners), 0.12)
         };
         let [x, y] = [along(0), along(1)];
@@ -149,7 +150,7 @@ impl TerrainMap {
         };
         let over = colour((value - values.start) / (values.end - values.start));
         // Shading shows through, as light and dark of the colour.
-        let mix = |c: u8, grey: f64| (COVER * f64::from(c) + (1.0 - COVER) * grey) as u8;
+        let mix = |c: u8, grey: f64| (COLOUR_OPACITY * f64::from(c) + (1.0 - COLOUR_OPACITY) * grey) as u8;
         RGBColor(mix(over.0, shade[0]), mix(over.1, shade[1]), mix(over.2, shade[2]))
     }
 }
@@ -174,14 +175,17 @@ impl Picture for TerrainMap {
         let values = self.scale();
         let [x, y] = self.window();
         let pixels = f64::from(WIDTH - MARGINS.0);
-        let across = Ticks::linear(&x, pixels, Along::Across);
-        let up = Ticks::linear(&y, f64::from(self.size().1 - MARGINS.1), Along::Up);
+        let across = Ticks::linear(&x, pixels, AxisDirection::Horizontal);
+        let up = Ticks::linear(&y, f64::from(self.size().1 - MARGINS.1), AxisDirection::Vertical);
         let mut chart = ChartBuilder::on(&main)
             .caption(&self.title, (FONT, 20))
             .margin(10)
             .x_label_area_size(40)
             .y_label_area_size(80)
-            .build_cartesian_2d(Axis::new(x.clone(), across.clone()), Axis::new(y.clone(), up.clone()))
+            .build_cartesian_2d(
+                NumberAxis::new(x.clone(), across.clone()),
+                NumberAxis::new(y.clone(), up.clone()),
+            )
             .map_err(text)?;
         chart
             .configure_mesh()
@@ -193,7 +197,7 @@ impl Picture for TerrainMap {
             .draw()
             .map_err(text)?;
         self.draw_ground(&chart, &values)?;
-        let black = self.mapped.iter().map(|ring| (ring, BLACK));
+        let black = self.mapped_outlines.iter().map(|ring| (ring, BLACK));
         for (ring, pen) in black.chain(self.outlines.iter().map(|ring| (ring, RGBColor(200, 20, 20)))) {
             let closed = ring.iter().chain(ring.first()).map(|[x, y]| (*x, *y));
             let line = PathElement::new(closed.collect::<Vec<_>>(), pen.stroke_width(2));
@@ -210,7 +214,7 @@ impl TerrainMap {
     /// Shading and colours, pixel by pixel.
     fn draw_ground<B: DrawingBackend>(
         &self,
-        chart: &Plane<'_, B>,
+        chart: &PlaneAxes<'_, B>,
         values: &Range<f64>,
     ) -> Result<(), String> {
         let [x, y] = self.window();
@@ -230,7 +234,7 @@ impl TerrainMap {
 
 /// A scale bar and which way north is.
 fn draw_scale<B: DrawingBackend>(
-    chart: &mut Plane<'_, B>,
+    chart: &mut PlaneAxes<'_, B>,
     x: &Range<f64>,
     y: &Range<f64>,
 ) -> Result<(), String> {
@@ -262,9 +266,9 @@ fn draw_scale<B: DrawingBackend>(
 mod tests {
     use super::*;
 
-    fn cells(value: impl Fn(f64, f64) -> f64) -> Cells {
+    fn cells(value: impl Fn(f64, f64) -> f64) -> MapCells {
         let values = (0..600).map(|k| value(f64::from(k % 30), f64::from(k / 30))).collect();
-        Cells { counts: [30, 20], origin: [0.0; 2], spacing: [1.0; 2], values }
+        MapCells { counts: [30, 20], origin: [0.0; 2], spacing: [1.0; 2], values }
     }
 
     #[test]
@@ -310,7 +314,7 @@ mod tests {
     fn a_mapped_outline_is_in_sight() {
         let map = |mapped| TerrainMap {
             cells: cells(|x, _| if x < 3.0 { x } else { f64::NAN }),
-            mapped,
+            mapped_outlines: mapped,
             ..TerrainMap::default()
         };
         let with = map(vec![vec![[0.0, 8.0], [25.0, 8.0], [25.0, 12.0]]]);

@@ -6,10 +6,10 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::FONT;
-use super::ticks::{Along, Axis, LETTERS, Ticks};
+use super::ticks::{AxisDirection, LETTERS, NumberAxis, Ticks};
 
 /// Axes of numbers.
-pub(crate) type Plane<'a, B> = ChartContext<'a, B, Cartesian2d<Axis, Axis>>;
+pub(crate) type PlaneAxes<'a, B> = ChartContext<'a, B, Cartesian2d<NumberAxis, NumberAxis>>;
 
 /// Size of a pixel (m) where what is seen along two axes fills no more than so many pixels.
 pub(crate) fn scale([x, y]: &[Range<f64>; 2], pixels: [u32; 2]) -> f64 {
@@ -23,7 +23,7 @@ pub(crate) fn plane<'a, B: DrawingBackend>(
     axes: &[String; 2],
     seen: [Range<f64>; 2],
     pixels: [u32; 2],
-) -> Result<Plane<'a, B>, String> {
+) -> Result<PlaneAxes<'a, B>, String> {
     let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
     let pixel = scale(&seen, pixels);
     let [mut x, mut y] = seen;
@@ -31,14 +31,14 @@ pub(crate) fn plane<'a, B: DrawingBackend>(
         let extra = 0.5 * (pixel * f64::from(pixels) - (range.end - range.start)).max(0.0);
         *range = range.start - extra..range.end + extra;
     }
-    let across = Ticks::linear(&x, f64::from(pixels[0]), Along::Across);
-    let up = Ticks::linear(&y, f64::from(pixels[1]), Along::Up);
+    let across = Ticks::linear(&x, f64::from(pixels[0]), AxisDirection::Horizontal);
+    let up = Ticks::linear(&y, f64::from(pixels[1]), AxisDirection::Vertical);
     let mut chart = ChartBuilder::on(area)
         .caption(title, (FONT, 20))
         .margin(10)
         .x_label_area_size(40)
         .y_label_area_size(66)
-        .build_cartesian_2d(Axis::new(x, across.clone()), Axis::new(y, up.clone()))
+        .build_cartesian_2d(NumberAxis::new(x, across.clone()), NumberAxis::new(y, up.clone()))
         .map_err(text)?;
     chart
         .configure_mesh()

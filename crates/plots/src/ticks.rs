@@ -11,37 +11,37 @@ pub(crate) const LETTERS: u32 = 14;
 /// Width of a letter over its size, of figures.
 const WIDTH: f64 = 0.6;
 /// Ticks of an axis, at most.
-const MOST: usize = 8;
+const MAX_TICKS: usize = 8;
 /// Letters of a text; longer ones are written from a constant.
-const LONG: usize = 8;
+const MAX_TEXT_LENGTH: usize = 8;
 /// Letters of a text up to which no exponent is written.
-const SHORT: usize = 6;
+const MAX_PLAIN_LENGTH: usize = 6;
 /// Least distance of texts beside each other, and of lines of text (px).
 const GAPS: [f64; 2] = [14.0, 24.0];
 
 /// The way of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Along {
+pub(crate) enum AxisDirection {
     /// To the right: texts stand beside each other.
-    Across,
+    Horizontal,
     /// Upward: texts stand above each other.
-    Up,
+    Vertical,
 }
 
 /// Axis of numbers with its ticks.
-pub(crate) struct Axis {
+pub(crate) struct NumberAxis {
     scale: RangedCoordf64,
     ticks: Ticks,
 }
 
-impl Axis {
+impl NumberAxis {
     /// An axis that reaches so far.
     pub fn new(range: Range<f64>, ticks: Ticks) -> Self {
         Self { scale: range.into(), ticks }
     }
 }
 
-impl Ranged for Axis {
+impl Ranged for NumberAxis {
     type FormatOption = NoDefaultFormatting;
     type ValueType = f64;
 
@@ -58,7 +58,7 @@ impl Ranged for Axis {
     }
 }
 
-impl ValueFormatter<f64> for Axis {
+impl ValueFormatter<f64> for NumberAxis {
     fn format(place: &f64) -> String {
         super::label(place)
     }
@@ -81,8 +81,8 @@ pub(crate) struct Ticks {
 
 impl Ticks {
     /// Ticks of an axis of so many pixels.
-    pub fn linear(range: &Range<f64>, pixels: f64, along: Along) -> Self {
-        let tries = (2..=MOST).rev().map(|most| Self::at_most(range, most));
+    pub fn linear(range: &Range<f64>, pixels: f64, along: AxisDirection) -> Self {
+        let tries = (2..=MAX_TICKS).rev().map(|most| Self::with_max_count(range, most));
         let mut last = Self::default();
         for ticks in tries {
             if ticks.fits(range, pixels, along) {
@@ -97,7 +97,7 @@ impl Ticks {
     }
 
     /// Ticks of a logarithmic axis, whose coordinates are powers of ten.
-    pub fn logarithmic(range: &Range<f64>, pixels: f64, along: Along) -> Self {
+    pub fn logarithmic(range: &Range<f64>, pixels: f64, along: AxisDirection) -> Self {
         let fine: [&[i32]; 3] = [&[1, 2, 3, 4, 5, 6, 7, 8, 9], &[1, 2, 5], &[1]];
         let every = [2, 3, 5, 10, 20, 50, 100, 200];
         let tries = fine.into_iter().map(|parts| (parts, 1)).chain(every.map(|stride| (fine[2], stride)));
@@ -105,14 +105,14 @@ impl Ticks {
         let enough = |ticks: &Self| ticks.places.len() > 1 && ticks.fits(range, pixels, along);
         tries.find(enough).unwrap_or_else(|| {
             // Less than a decade: round values as on an even axis.
-            let mut ticks = Self::at_most(&(10f64.powf(range.start)..10f64.powf(range.end)), 4);
+            let mut ticks = Self::with_max_count(&(10f64.powf(range.start)..10f64.powf(range.end)), 4);
             ticks.places.iter_mut().for_each(|place| *place = place.log10());
             ticks
         })
     }
 
     /// Round places, no more than so many.
-    fn at_most(range: &Range<f64>, most: usize) -> Self {
+    fn with_max_count(range: &Range<f64>, most: usize) -> Self {
         let span = range.end - range.start;
         let first = (span / most as f64).log10().floor() as i32;
         let steps = (first..first + 3).flat_map(|power| [1.0, 2.0, 5.0].map(|part| (part, power)));
@@ -133,7 +133,7 @@ impl Ticks {
     fn round(whole: &[f64], step: f64, power: i32, span: f64) -> Self {
         let places: Vec<f64> = whole.iter().map(|k| k * step).collect();
         let texts = texts(&places, power);
-        if texts.iter().all(|text| text.trim_start_matches('-').len() <= LONG) {
+        if texts.iter().all(|text| text.trim_start_matches('-').len() <= MAX_TEXT_LENGTH) {
             return Self { places, texts, constant: None };
         }
         let unit = span.log10().ceil() as i32;
@@ -166,11 +166,11 @@ impl Ticks {
     }
 
     /// Whether no text touches the next one.
-    fn fits(&self, range: &Range<f64>, pixels: f64, along: Along) -> bool {
+    fn fits(&self, range: &Range<f64>, pixels: f64, along: AxisDirection) -> bool {
         let letters = self.texts.iter().map(String::len).max().unwrap_or(0);
         let room = match along {
-            Along::Across => letters as f64 * WIDTH * f64::from(LETTERS) + GAPS[0],
-            Along::Up => GAPS[1],
+            AxisDirection::Horizontal => letters as f64 * WIDTH * f64::from(LETTERS) + GAPS[0],
+            AxisDirection::Vertical => GAPS[1],
         };
         let scale = pixels / (range.end - range.start);
         self.places.windows(2).all(|pair| (pair[1] - pair[0]) * scale >= room)
@@ -184,7 +184,7 @@ impl Ticks {
     }
 
     /// Texts with their places.
-    pub fn shown(&self) -> impl Iterator<Item = (f64, &str)> {
+    pub fn visible(&self) -> impl Iterator<Item = (f64, &str)> {
         self.places.iter().copied().zip(self.texts.iter().map(String::as_str))
     }
 
@@ -207,7 +207,7 @@ fn texts(places: &[f64], power: i32) -> Vec<String> {
     let powers: Vec<String> = places.iter().map(|x| zero(format!("{x:.figures$e}"), *x)).collect();
     let longest = |texts: &[String]| texts.iter().map(|t| t.trim_start_matches('-').len()).max().unwrap_or(0);
     let (of_plain, of_powers) = (longest(&plain), longest(&powers));
-    if of_plain <= SHORT || of_plain <= of_powers { plain } else { powers }
+    if of_plain <= MAX_PLAIN_LENGTH || of_plain <= of_powers { plain } else { powers }
 }
 
 #[cfg(test)]
@@ -215,7 +215,7 @@ mod tests {
     use super::*;
 
     fn texts_of(range: Range<f64>) -> (Vec<String>, Option<String>) {
-        let ticks = Ticks::linear(&range, 400.0, Along::Up);
+        let ticks = Ticks::linear(&range, 400.0, AxisDirection::Vertical);
         (ticks.texts, ticks.constant)
     }
 
@@ -230,19 +230,23 @@ mod tests {
                     continue;
                 }
                 let range = middle - 1.3 * half..middle + half;
-                for (along, pixels) in [(Along::Across, 660.0), (Along::Up, 380.0), (Along::Up, 90.0)] {
+                for (along, pixels) in [
+                    (AxisDirection::Horizontal, 660.0),
+                    (AxisDirection::Vertical, 380.0),
+                    (AxisDirection::Vertical, 90.0),
+                ] {
                     let ticks = Ticks::linear(&range, pixels, along);
                     let mut texts = ticks.texts.clone();
                     texts.sort();
                     texts.dedup();
                     assert_eq!(texts.len(), ticks.places.len(), "{range:?}: {:?}", ticks.texts);
                     assert!(
-                        !texts.is_empty() && texts.iter().all(|text| text.len() <= LONG + 1),
+                        !texts.is_empty() && texts.iter().all(|text| text.len() <= MAX_TEXT_LENGTH + 1),
                         "{texts:?}"
                     );
                     // A reader who adds the constant gets the place.
                     let constant = ticks.constant.as_deref().map_or(0.0, |text| text.parse::<f64>().unwrap());
-                    for (place, text) in ticks.shown() {
+                    for (place, text) in ticks.visible() {
                         let read = constant + text.parse::<f64>().unwrap();
                         let near = 1e-3 * (range.end - range.start) + 4.0 * f64::EPSILON * constant.abs();
                         assert!((read - place).abs() <= near, "{place} reads {text} {:?}", ticks.constant);
@@ -268,15 +272,15 @@ mod tests {
         for (low, high) in
             [(-30.0, 12.0), (-9.0, -2.0), (-0.2, 2.1), (0.31, 0.95), (3.001, 3.01), (-250.0, 199.0)]
         {
-            for along in [Along::Across, Along::Up] {
+            for along in [AxisDirection::Horizontal, AxisDirection::Vertical] {
                 let ticks = Ticks::logarithmic(&(low..high), 380.0, along);
                 assert!(!ticks.places.is_empty(), "{low} {high}");
                 assert!(ticks.places.iter().all(|place| (low - 1e-9..high + 1e-9).contains(place)));
                 let sized = |pair: &[f64]| (pair[1] - pair[0]) * 380.0 / (high - low);
                 let widest = ticks.texts.iter().map(String::len).max().unwrap() as f64;
-                let room = if along == Along::Across { 8.0 * widest } else { 14.0 };
+                let room = if along == AxisDirection::Horizontal { 8.0 * widest } else { 14.0 };
                 assert!(ticks.places.windows(2).all(|pair| sized(pair) > room), "{:?}", ticks.texts);
-                for (place, text) in ticks.shown() {
+                for (place, text) in ticks.visible() {
                     assert!((text.parse::<f64>().unwrap().log10() - place).abs() < 1e-3, "{place} {text}");
                 }
             }

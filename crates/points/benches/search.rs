@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use colluvium_points::{CellList, HalfList, NeighbourList, Shape, poisson_disk, random};
+use colluvium_points::{CellList, HalfNeighbourList, NeighbourList, Shape, poisson_disk, random};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
 /// About this many points, at random in a box, and a radius that holds about `neighbours` of them.
@@ -28,7 +28,7 @@ fn search<const D: usize>(criterion: &mut Criterion, neighbours: f64) {
         group.bench_function(BenchmarkId::new("full list", count), |bencher| {
             bencher.iter(|| full.build(black_box(&positions), radius).expect("finite points"));
         });
-        let mut half = HalfList::new();
+        let mut half = HalfNeighbourList::new();
         group.bench_function(BenchmarkId::new("half list", count), |bencher| {
             bencher.iter(|| half.build(black_box(&positions), radius).expect("finite points"));
         });

@@ -4,16 +4,16 @@ use std::cmp::Ordering;
 
 /// A box between two corners, closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds<const D: usize> {
+pub struct BoundingBox<const D: usize> {
     /// Lower corner (m).
     pub low: [f64; D],
     /// Upper corner (m).
     pub high: [f64; D],
 }
 
-impl<const D: usize> Bounds<D> {
+impl<const D: usize> BoundingBox<D> {
     /// The smallest box around points; `None` where there are none.
-    pub fn around<'a>(points: impl IntoIterator<Item = &'a [f64; D]>) -> Option<Self> {
+    pub fn enclosing<'a>(points: impl IntoIterator<Item = &'a [f64; D]>) -> Option<Self> {
         let mut points = points.into_iter();
         let first = points.next()?;
         let start = Self { low: *first, high: *first };
@@ -25,7 +25,7 @@ impl<const D: usize> Bounds<D> {
 
     /// Whether `x` lies in the box or at most `reach` (m) away from it: the halo of the points in the box for sums
     /// that reach so far.
-    pub fn is_within(&self, x: &[f64; D], reach: f64) -> bool {
+    pub fn contains_within(&self, x: &[f64; D], reach: f64) -> bool {
         let beyond = |c: usize| (self.low[c] - x[c]).max(x[c] - self.high[c]).max(0.0);
         (0..D).map(|c| beyond(c).powi(2)).sum::<f64>() <= reach * reach
     }
@@ -42,21 +42,21 @@ pub fn halo<const D: usize>(
     positions: &[[f64; D]],
     owners: &[u32],
     rank: u32,
-    bounds: &Bounds<D>,
+    bounds: &BoundingBox<D>,
     reach: f64,
 ) -> Vec<u32> {
     let all = positions.iter().zip(owners).enumerate();
-    let near = all.filter(|(_, (x, owner))| **owner != rank && bounds.is_within(x, reach));
+    let near = all.filter(|(_, (x, owner))| **owner != rank && bounds.contains_within(x, reach));
     near.map(|(point, _)| point as u32).collect()
 }
 
 /// A cut, or the rank at the end of a branch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Node<const D: usize> {
-    /// Points before `at` in the order of [`before`] go to the node `low`, the others to `high`.
+enum BisectionNode<const D: usize> {
+    /// Points before `at` in the order of [`compare_from_axis`] go to the node `low`, the others to `high`.
     Cut {
         axis: usize,
-        at: [f64; D],
+        position: [f64; D],
         low: usize,
         high: usize,
     },
@@ -70,13 +70,13 @@ enum Node<const D: usize> {
 /// halves get shares of the weight as their numbers of ranks are. The boxes of two ranks have no inner point in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bisection<const D: usize> {
-    nodes: Vec<Node<D>>,
+    nodes: Vec<BisectionNode<D>>,
     ranks: usize,
 }
 
 /// Order of points along `axis`; of those at the same coordinate along the axes that follow, so that a lattice can be
 /// cut anywhere in a row.
-fn before<const D: usize>(a: &[f64; D], b: &[f64; D], axis: usize) -> Ordering {
+fn compare_from_axis<const D: usize>(a: &[f64; D], b: &[f64; D], axis: usize) -> Ordering {
     let along = (0..D).map(|k| (axis + k) % D).map(|c| a[c].total_cmp(&b[c]));
     along.fold(Ordering::Equal, Ordering::then)
 }
@@ -93,12 +93,12 @@ impl<const D: usize> Bisection<D> {
         let mut cuts = Self { nodes: Vec::with_capacity(2 * ranks), ranks };
         let mut owners = vec![0; positions.len()];
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
-        cuts.divide(positions, weights, &mut order, 0..ranks, &mut owners);
+        cuts.split(positions, weights, &mut order, 0..ranks, &mut owners);
         (cuts, owners)
     }
 
     /// The node that shares the points of `order` out among `ranks`.
-    fn divide(
+    fn split(
         &mut self,
         positions: &[[f64; D]],
         weights: &[u32],
@@ -107,24 +107,24 @@ impl<const D: usize> Bisection<D> {
         owners: &mut [u32],
     ) -> usize {
         let node = self.nodes.len();
-        self.nodes.push(Node::Rank(ranks.start as u32));
+        self.nodes.push(BisectionNode::Rank(ranks.start as u32));
         if ranks.len() == 1 {
             order.iter().for_each(|&point| owners[point as usize] = ranks.start as u32);
             return node;
         }
         let at = |point: u32| &positions[point as usize];
-        let bounds = Bounds::around(order.iter().map(|&point| at(point)));
+        let bounds = BoundingBox::enclosing(order.iter().map(|&point| at(point)));
         let axis = bounds.map_or(0, |bounds| bounds.longest_axis());
-        order.sort_unstable_by(|&a, &b| before(at(a), at(b), axis).then(a.cmp(&b)));
+        order.sort_unstable_by(|&a, &b| compare_from_axis(at(a), at(b), axis).then(a.cmp(&b)));
         let middle = ranks.start + ranks.len() / 2;
         let shares = (middle - ranks.start, ranks.end - middle);
-        let cut = place_of_cut(order.iter().map(|&point| u64::from(weights[point as usize])), shares);
+        let cut = cut_index(order.iter().map(|&point| u64::from(weights[point as usize])), shares);
         // Without points above it the cut leaves everything below.
         let at = order.get(cut).map_or([f64::INFINITY; D], |&point| *at(point));
         let (below, above) = order.split_at_mut(cut);
-        let low = self.divide(positions, weights, below, ranks.start..middle, owners);
-        let high = self.divide(positions, weights, above, middle..ranks.end, owners);
-        self.nodes[node] = Node::Cut { axis, at, low, high };
+        let low = self.split(positions, weights, below, ranks.start..middle, owners);
+        let high = self.split(positions, weights, above, middle..ranks.end, owners);
+        self.nodes[node] = BisectionNode::Cut { axis, position: at, low, high };
         node
     }
 
@@ -138,9 +138,9 @@ impl<const D: usize> Bisection<D> {
         let mut node = 0;
         loop {
             match &self.nodes[node] {
-                Node::Rank(rank) => return *rank,
-                Node::Cut { axis, at, low, high } => {
-                    node = if before(x, at, *axis) == Ordering::Less { *low } else { *high };
+                BisectionNode::Rank(rank) => return *rank,
+                BisectionNode::Cut { axis, position: at, low, high } => {
+                    node = if compare_from_axis(x, at, *axis) == Ordering::Less { *low } else { *high };
                 }
             }
         }
@@ -149,7 +149,7 @@ impl<const D: usize> Bisection<D> {
 
 /// After how many points to cut, so that their weight comes closest to its share; each side keeps a point for each
 /// rank where there are enough.
-fn place_of_cut(weights: impl ExactSizeIterator<Item = u64> + Clone, (low, high): (usize, usize)) -> usize {
+fn cut_index(weights: impl ExactSizeIterator<Item = u64> + Clone, (low, high): (usize, usize)) -> usize {
     let (count, ranks) = (weights.len(), (low + high) as u128);
     let target = weights.clone().map(u128::from).sum::<u128>() * low as u128;
     let (mut best, mut cut, mut sum) = (target, 0, 0u128);
@@ -175,9 +175,13 @@ mod tests {
         loads
     }
 
-    fn boxes<const D: usize>(positions: &[[f64; D]], owners: &[u32], ranks: usize) -> Vec<Option<Bounds<D>>> {
+    fn boxes<const D: usize>(
+        positions: &[[f64; D]],
+        owners: &[u32],
+        ranks: usize,
+    ) -> Vec<Option<BoundingBox<D>>> {
         let of = |rank: u32| positions.iter().zip(owners).filter(move |(_, o)| **o == rank).map(|(x, _)| x);
-        (0..ranks as u32).map(|rank| Bounds::around(of(rank))).collect()
+        (0..ranks as u32).map(|rank| BoundingBox::enclosing(of(rank))).collect()
     }
 
     fn shares_out<const D: usize>(positions: &[[f64; D]], weights: &[u32], ranks: usize) {

@@ -4,21 +4,21 @@ use crate::Shape;
 
 /// Where a box lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum BoxLocation {
     /// No point of the box is in the shape.
     Outside,
     /// Every point of the box is in the shape.
     Inside,
     /// The box may hold points of both kinds.
-    Between,
+    Straddling,
 }
 
-impl Place {
-    fn from(outside: bool, inside: bool) -> Self {
+impl BoxLocation {
+    fn from_tests(outside: bool, inside: bool) -> Self {
         match (outside, inside) {
             (true, _) => Self::Outside,
             (_, true) => Self::Inside,
-            _ => Self::Between,
+            _ => Self::Straddling,
         }
     }
 }
@@ -26,59 +26,59 @@ impl Place {
 impl Shape {
     /// Where the box between the corners `low` and `high` lies. `Outside` and `Inside` are certain;
     /// `Between` is said of some boxes that a combination of shapes only seems to cut.
-    pub fn place_of(&self, low: &[f64], high: &[f64]) -> Place {
+    pub fn classify_box(&self, low: &[f64], high: &[f64]) -> BoxLocation {
         match self {
             Self::Box { min, max } => {
                 let mut sides = low.iter().zip(high).zip(min.iter().zip(max));
                 let outside = sides.clone().any(|((l, h), (min, max))| h < min || l > max);
                 let inside = sides.all(|((l, h), (min, max))| min <= l && h <= max);
-                Place::from(outside, inside)
+                BoxLocation::from_tests(outside, inside)
             }
             Self::Ball { centre, radius } => {
                 let axes = 0..low.len();
-                let (near, far) = distances(axes, low, high, |c| centre[c]);
-                Place::from(near > radius * radius, far <= radius * radius)
+                let (near, far) = square_distance_range(axes, low, high, |c| centre[c]);
+                BoxLocation::from_tests(near > radius * radius, far <= radius * radius)
             }
             Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => {
-                if vertices.any_edge(low, high, |a, b| meets(a, b, low, high)) {
-                    return Place::Between;
+                if vertices.any_edge_in_box(low, high, |a, b| edge_may_intersect_box(a, b, low, high)) {
+                    return BoxLocation::Straddling;
                 }
                 let inside = self.contains(&[0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])]);
-                Place::from(!inside, inside)
+                BoxLocation::from_tests(!inside, inside)
             }
             Self::Cylinder { base, axis, radius, height } => {
-                let (near, far) = distances((0..3).filter(|c| c != axis), low, high, |c| base[c]);
+                let (near, far) = square_distance_range((0..3).filter(|c| c != axis), low, high, |c| base[c]);
                 let (bottom, top) = (base[*axis], base[*axis] + height);
                 let outside = near > radius * radius || high[*axis] < bottom || low[*axis] > top;
                 let inside = far <= radius * radius && bottom <= low[*axis] && high[*axis] <= top;
-                Place::from(outside, inside)
+                BoxLocation::from_tests(outside, inside)
             }
             Self::Layer { .. } | Self::Microstructure { .. } => {
                 let (from, to) = self.bounds(low.len());
                 let apart = (0..low.len()).any(|c| high[c] < from[c] || low[c] > to[c]);
-                Place::from(apart, false)
+                BoxLocation::from_tests(apart, false)
             }
             Self::Union { shapes } => {
-                let mut places = shapes.iter().map(|shape| shape.place_of(low, high));
-                let outside = places.clone().all(|place| place == Place::Outside);
-                Place::from(outside, places.any(|place| place == Place::Inside))
+                let mut places = shapes.iter().map(|shape| shape.classify_box(low, high));
+                let outside = places.clone().all(|place| place == BoxLocation::Outside);
+                BoxLocation::from_tests(outside, places.any(|place| place == BoxLocation::Inside))
             }
             Self::Intersection { shapes } => {
-                let mut places = shapes.iter().map(|shape| shape.place_of(low, high));
-                let outside = places.clone().any(|place| place == Place::Outside);
-                Place::from(outside, places.all(|place| place == Place::Inside))
+                let mut places = shapes.iter().map(|shape| shape.classify_box(low, high));
+                let outside = places.clone().any(|place| place == BoxLocation::Outside);
+                BoxLocation::from_tests(outside, places.all(|place| place == BoxLocation::Inside))
             }
             Self::Difference { from, cut } => {
-                let (from, cut) = (from.place_of(low, high), cut.place_of(low, high));
-                let outside = from == Place::Outside || cut == Place::Inside;
-                Place::from(outside, from == Place::Inside && cut == Place::Outside)
+                let (from, cut) = (from.classify_box(low, high), cut.classify_box(low, high));
+                let outside = from == BoxLocation::Outside || cut == BoxLocation::Inside;
+                BoxLocation::from_tests(outside, from == BoxLocation::Inside && cut == BoxLocation::Outside)
             }
         }
     }
 }
 
 /// Squares of the smallest and the largest distance from `centre` to the box, over some axes (m²).
-fn distances(
+fn square_distance_range(
     axes: impl Iterator<Item = usize>,
     low: &[f64],
     high: &[f64],
@@ -92,7 +92,7 @@ fn distances(
 }
 
 /// True unless the edge from `a` to `b` surely misses the box: test of separating axes.
-fn meets(a: &[f64; 2], b: &[f64; 2], low: &[f64], high: &[f64]) -> bool {
+fn edge_may_intersect_box(a: &[f64; 2], b: &[f64; 2], low: &[f64], high: &[f64]) -> bool {
     let apart = |c: usize| a[c].max(b[c]) < low[c] || a[c].min(b[c]) > high[c];
     if apart(0) || apart(1) {
         return false;
@@ -139,10 +139,10 @@ mod tests {
             for (dimension, shape) in shapes() {
                 let low = &corner[..dimension];
                 let high: Vec<f64> = (0..dimension).map(|c| corner[c] + width[c]).collect();
-                let place = shape.place_of(low, &high);
+                let place = shape.classify_box(low, &high);
                 for t in &places {
                     let x: Vec<f64> = (0..dimension).map(|c| low[c] + t[c] * width[c]).collect();
-                    prop_assert!(place == Place::Between || shape.contains(&x) == (place == Place::Inside));
+                    prop_assert!(place == BoxLocation::Straddling || shape.contains(&x) == (place == BoxLocation::Inside));
                 }
             }
         }
@@ -157,10 +157,10 @@ mod tests {
                     .map(|c| -1.0 + 0.05 * (number / 40usize.pow(c as u32) % 40) as f64)
                     .collect();
                 let high: Vec<f64> = low.iter().map(|l| l + 0.05).collect();
-                match shape.place_of(&low, &high) {
-                    Place::Inside => inside += 1,
-                    Place::Outside => outside += 1,
-                    Place::Between => {}
+                match shape.classify_box(&low, &high) {
+                    BoxLocation::Inside => inside += 1,
+                    BoxLocation::Outside => outside += 1,
+                    BoxLocation::Straddling => {}
                 }
             }
             assert!(inside > 0 && outside > 0, "{shape:?}");

@@ -1,12 +1,12 @@
 //! Structures of arrays: one list of columns, from which sorting, removal, memory and checkpoints follow.
 //!
-//! [`columns!`](crate::columns!) declares a struct whose fields are vectors with one entry per point. A column that a problem
+//! [`struct_of_arrays!`](crate::struct_of_arrays!) declares a struct whose fields are vectors with one entry per point. A column that a problem
 //! does not use stays empty; every operation leaves it so.
 //!
 //! ```
-//! use colluvium_points::{Spare, columns};
+//! use colluvium_points::{Spare, struct_of_arrays};
 //!
-//! columns! {
+//! struct_of_arrays! {
 //!     /// Grains.
 //!     pub struct Grains<const D: usize> {
 //!         /// Ids.
@@ -35,30 +35,30 @@ use std::io::{self, Read, Write};
 use std::ops::Range;
 
 /// Bytes that are written or read at once.
-const CHUNK: usize = 1 << 16;
+const IO_CHUNK_BYTES: usize = 1 << 16;
 
 /// A value with a fixed number of bytes, little-endian in a file.
-pub trait Raw: Copy + Send + 'static {
+pub trait FixedBytes: Copy + Send + 'static {
     /// Its number of bytes.
-    const BYTES: usize;
+    const BYTE_COUNT: usize;
 
     /// Appends its bytes.
-    fn put(self, out: &mut Vec<u8>);
+    fn append_bytes(self, out: &mut Vec<u8>);
 
-    /// From [`Raw::BYTES`] bytes.
-    fn get(bytes: &[u8]) -> Self;
+    /// From [`FixedBytes::BYTE_COUNT`] bytes.
+    fn from_bytes(bytes: &[u8]) -> Self;
 }
 
-macro_rules! raw_number {
+macro_rules! fixed_bytes_of_number {
     ($($number:ty),+) => {$(
-        impl Raw for $number {
-            const BYTES: usize = size_of::<$number>();
+        impl FixedBytes for $number {
+            const BYTE_COUNT: usize = size_of::<$number>();
 
-            fn put(self, out: &mut Vec<u8>) {
+            fn append_bytes(self, out: &mut Vec<u8>) {
                 out.extend(self.to_le_bytes());
             }
 
-            fn get(bytes: &[u8]) -> Self {
+            fn from_bytes(bytes: &[u8]) -> Self {
                 let mut own = [0; size_of::<$number>()];
                 own.copy_from_slice(bytes);
                 Self::from_le_bytes(own)
@@ -66,40 +66,40 @@ macro_rules! raw_number {
         }
     )+};
 }
-raw_number!(f64, u8, u16, u32, u64, i32, i64);
+fixed_bytes_of_number!(f64, u8, u16, u32, u64, i32, i64);
 
-impl Raw for bool {
-    const BYTES: usize = 1;
+impl FixedBytes for bool {
+    const BYTE_COUNT: usize = 1;
 
-    fn put(self, out: &mut Vec<u8>) {
+    fn append_bytes(self, out: &mut Vec<u8>) {
         out.push(u8::from(self));
     }
 
-    fn get(bytes: &[u8]) -> Self {
+    fn from_bytes(bytes: &[u8]) -> Self {
         bytes[0] != 0
     }
 }
 
-impl<T: Raw, const N: usize> Raw for [T; N] {
-    const BYTES: usize = N * T::BYTES;
+impl<T: FixedBytes, const N: usize> FixedBytes for [T; N] {
+    const BYTE_COUNT: usize = N * T::BYTE_COUNT;
 
-    fn put(self, out: &mut Vec<u8>) {
-        self.into_iter().for_each(|value| value.put(out));
+    fn append_bytes(self, out: &mut Vec<u8>) {
+        self.into_iter().for_each(|value| value.append_bytes(out));
     }
 
-    fn get(bytes: &[u8]) -> Self {
-        std::array::from_fn(|i| T::get(&bytes[i * T::BYTES..(i + 1) * T::BYTES]))
+    fn from_bytes(bytes: &[u8]) -> Self {
+        std::array::from_fn(|i| T::from_bytes(&bytes[i * T::BYTE_COUNT..(i + 1) * T::BYTE_COUNT]))
     }
 }
 
 /// Buffers of a permutation, one for each type of column: none is allocated when points are sorted again.
 #[derive(Default)]
-pub struct Spare {
+pub struct ScratchBuffers {
     buffers: Vec<Box<dyn Any + Send + Sync>>,
 }
 
-impl Spare {
-    fn of<T: Send + Sync + 'static>(&mut self) -> &mut Vec<T> {
+impl ScratchBuffers {
+    fn buffer<T: Send + Sync + 'static>(&mut self) -> &mut Vec<T> {
         let number = self.buffers.iter().position(|buffer| buffer.is::<Vec<T>>()).unwrap_or_else(|| {
             self.buffers.push(Box::new(Vec::<T>::new()));
             self.buffers.len() - 1
@@ -113,16 +113,16 @@ impl Spare {
 
 /// Entry `i` of `range` becomes what entry `order[i]` of it was; entries that `order` does not name vanish. An empty column
 /// stays empty.
-pub fn reorder_column<T: Copy + Send + Sync + 'static>(
+pub fn reorder_entries<T: Copy + Send + Sync + 'static>(
     column: &mut Vec<T>,
     range: Range<usize>,
     order: &[u32],
-    spare: &mut Spare,
+    spare: &mut ScratchBuffers,
 ) {
     if column.is_empty() {
         return;
     }
-    let old = spare.of::<T>();
+    let old = spare.buffer::<T>();
     old.clear();
     old.extend_from_slice(&column[range.clone()]);
     let gone = range.len() - order.len();
@@ -133,13 +133,13 @@ pub fn reorder_column<T: Copy + Send + Sync + 'static>(
 }
 
 /// Keeps the entries of a column that are `kept`, in their order. An empty column stays empty.
-pub fn retain_column<T>(column: &mut Vec<T>, kept: &[bool]) {
+pub fn retain_entries<T>(column: &mut Vec<T>, kept: &[bool]) {
     let mut kept = kept.iter();
     column.retain(|_| kept.next() == Some(&true));
 }
 
 /// A column becomes copies of the entries `indices` of another one; empty where that is.
-pub fn pick_column<T: Copy>(column: &mut Vec<T>, from: &[T], indices: &[u32]) {
+pub fn copy_entries<T: Copy>(column: &mut Vec<T>, from: &[T], indices: &[u32]) {
     column.clear();
     if !from.is_empty() {
         column.extend(indices.iter().map(|&i| from[i as usize]));
@@ -147,12 +147,12 @@ pub fn pick_column<T: Copy>(column: &mut Vec<T>, from: &[T], indices: &[u32]) {
 }
 
 /// Entry `indices[k]` of a column becomes entry `k` of another one; nothing where that is empty.
-pub fn put_column<T: Copy>(column: &mut [T], from: &[T], indices: &[u32]) {
+pub fn overwrite_entries<T: Copy>(column: &mut [T], from: &[T], indices: &[u32]) {
     indices.iter().zip(from).for_each(|(&i, value)| column[i as usize] = *value);
 }
 
 /// A column becomes copies of the entries `(part, number)` of several ones; empty where these are.
-pub fn gather_column<'a, T: Copy + 'a>(
+pub fn gather_entries<'a, T: Copy + 'a>(
     column: &mut Vec<T>,
     part: impl Fn(usize) -> &'a [T],
     parts: usize,
@@ -168,16 +168,16 @@ pub fn gather_column<'a, T: Copy + 'a>(
 ///
 /// # Errors
 /// When `out` refuses.
-pub fn write_column<T: Copy, R: Raw>(
+pub fn write_column<T: Copy, R: FixedBytes>(
     column: &[T],
     raw: impl Fn(T) -> R,
     out: &mut dyn Write,
 ) -> io::Result<()> {
     out.write_all(&(column.len() as u64).to_le_bytes())?;
-    let mut bytes = Vec::with_capacity(CHUNK + R::BYTES);
+    let mut bytes = Vec::with_capacity(IO_CHUNK_BYTES + R::BYTE_COUNT);
     for value in column {
-        raw(*value).put(&mut bytes);
-        if bytes.len() >= CHUNK {
+        raw(*value).append_bytes(&mut bytes);
+        if bytes.len() >= IO_CHUNK_BYTES {
             out.write_all(&bytes)?;
             bytes.clear();
         }
@@ -190,7 +190,7 @@ pub fn write_column<T: Copy, R: Raw>(
 ///
 /// # Errors
 /// When `input` ends early or refuses.
-pub fn read_column<T, R: Raw>(
+pub fn read_column<T, R: FixedBytes>(
     column: &mut Vec<T>,
     value: impl Fn(R) -> T,
     input: &mut dyn Read,
@@ -199,14 +199,17 @@ pub fn read_column<T, R: Raw>(
     input.read_exact(&mut count)?;
     let mut left = u64::from_le_bytes(count);
     column.clear();
-    let at_once = (CHUNK / R::BYTES.max(1)).max(1) as u64;
+    let at_once = (IO_CHUNK_BYTES / R::BYTE_COUNT.max(1)).max(1) as u64;
     let mut bytes = Vec::new();
     while left > 0 {
         let now = left.min(at_once);
-        bytes.resize(now as usize * R::BYTES, 0);
+        bytes.resize(now as usize * R::BYTE_COUNT, 0);
         input.read_exact(&mut bytes)?;
         column.reserve(now as usize);
-        column.extend((0..now as usize).map(|i| value(R::get(&bytes[i * R::BYTES..(i + 1) * R::BYTES]))));
+        column.extend(
+            (0..now as usize)
+                .map(|i| value(R::from_bytes(&bytes[i * R::BYTE_COUNT..(i + 1) * R::BYTE_COUNT]))),
+        );
         left -= now;
     }
     Ok(())
@@ -214,15 +217,15 @@ pub fn read_column<T, R: Raw>(
 
 /// The error of bytes that are no such columns.
 #[must_use]
-pub fn foreign(problem: &str) -> io::Error {
+pub fn invalid_data(problem: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, problem)
 }
 
 /// Declares a structure of arrays (see the [module](mod@crate::columns)). The first column has an entry for every point; each
-/// other one too, or none. A column whose type is no [`Raw`] names the one that its bytes are those of, with conversions both
+/// other one too, or none. A column whose type is no [`FixedBytes`] names the one that its bytes are those of, with conversions both
 /// ways: `pub stress: SymTensor as [f64; 6]`.
 #[macro_export]
-macro_rules! columns {
+macro_rules! struct_of_arrays {
     (
         $(#[$meta:meta])*
         $vis:vis struct $name:ident $(<$(const $d:ident : usize),+>)? {
@@ -278,39 +281,39 @@ macro_rules! columns {
             }
 
             /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
-            pub fn reorder(&mut self, order: &[u32], spare: &mut $crate::Spare) {
+            pub fn reorder(&mut self, order: &[u32], spare: &mut $crate::ScratchBuffers) {
                 self.reorder_range(0..self.len(), order, spare);
             }
 
             /// As `reorder` within the points of `range`, by their numbers in it.
-            pub fn reorder_range(&mut self, range: std::ops::Range<usize>, order: &[u32], spare: &mut $crate::Spare) {
-                $crate::columns::reorder_column(&mut self.$first, range.clone(), order, spare);
-                $($crate::columns::reorder_column(&mut self.$column, range.clone(), order, spare);)*
+            pub fn reorder_range(&mut self, range: std::ops::Range<usize>, order: &[u32], spare: &mut $crate::ScratchBuffers) {
+                $crate::columns::reorder_entries(&mut self.$first, range.clone(), order, spare);
+                $($crate::columns::reorder_entries(&mut self.$column, range.clone(), order, spare);)*
             }
 
             /// Becomes copies of the points `indices` of `from`.
             pub fn pick(&mut self, from: &Self, indices: &[u32]) {
-                $crate::columns::pick_column(&mut self.$first, &from.$first, indices);
-                $($crate::columns::pick_column(&mut self.$column, &from.$column, indices);)*
+                $crate::columns::copy_entries(&mut self.$first, &from.$first, indices);
+                $($crate::columns::copy_entries(&mut self.$column, &from.$column, indices);)*
             }
 
             /// Point `indices[k]` becomes what point `k` of `from` is.
             pub fn put(&mut self, from: &Self, indices: &[u32]) {
-                $crate::columns::put_column(&mut self.$first, &from.$first, indices);
-                $($crate::columns::put_column(&mut self.$column, &from.$column, indices);)*
+                $crate::columns::overwrite_entries(&mut self.$first, &from.$first, indices);
+                $($crate::columns::overwrite_entries(&mut self.$column, &from.$column, indices);)*
             }
 
             /// Becomes copies of the points `(part, number)` of several `parts`.
             pub fn gather(&mut self, parts: &[&Self], picks: &[(u32, u32)]) {
-                $crate::columns::gather_column(&mut self.$first, |part| &parts[part].$first, parts.len(), picks);
-                $($crate::columns::gather_column(&mut self.$column, |part| &parts[part].$column, parts.len(), picks);)*
+                $crate::columns::gather_entries(&mut self.$first, |part| &parts[part].$first, parts.len(), picks);
+                $($crate::columns::gather_entries(&mut self.$column, |part| &parts[part].$column, parts.len(), picks);)*
             }
 
             /// Keeps the points whose number `keep` approves, in their order; how many are left.
             pub fn retain(&mut self, keep: impl Fn(usize) -> bool) -> usize {
                 let kept: Vec<bool> = (0..self.len()).map(keep).collect();
-                $crate::columns::retain_column(&mut self.$first, &kept);
-                $($crate::columns::retain_column(&mut self.$column, &kept);)*
+                $crate::columns::retain_entries(&mut self.$first, &kept);
+                $($crate::columns::retain_entries(&mut self.$column, &kept);)*
                 self.len()
             }
 
@@ -335,7 +338,7 @@ macro_rules! columns {
                 let names = Self::COLUMNS.join(",");
                 $crate::columns::write_column(names.as_bytes(), std::convert::identity, out)?;
                 $crate::columns::write_column(&self.$first, std::convert::identity, out)?;
-                $($crate::write_one!(self.$column, out $(, $raw)?);)*
+                $($crate::write_field!(self.$column, out $(, $raw)?);)*
                 Ok(())
             }
 
@@ -347,12 +350,12 @@ macro_rules! columns {
                 let mut names: Vec<u8> = Vec::new();
                 $crate::columns::read_column(&mut names, std::convert::identity, input)?;
                 if names != Self::COLUMNS.join(",").as_bytes() {
-                    return Err($crate::columns::foreign(concat!("not the columns of ", stringify!($name))));
+                    return Err($crate::columns::invalid_data(concat!("not the columns of ", stringify!($name))));
                 }
                 $crate::columns::read_column(&mut self.$first, std::convert::identity, input)?;
-                $($crate::read_one!(self.$column, input $(, $raw)?);)*
+                $($crate::read_field!(self.$column, input $(, $raw)?);)*
                 match self.uneven() {
-                    Some(column) => Err($crate::columns::foreign(&format!("column {column} has not an entry per point"))),
+                    Some(column) => Err($crate::columns::invalid_data(&format!("column {column} has not an entry per point"))),
                     None => Ok(()),
                 }
             }
@@ -360,10 +363,10 @@ macro_rules! columns {
     };
 }
 
-/// Writes one column of [`columns!`](crate::columns!). No closures: each would be compiled by itself, and these are once for each type.
+/// Writes one column of [`struct_of_arrays!`](crate::struct_of_arrays!). No closures: each would be compiled by itself, and these are once for each type.
 #[doc(hidden)]
 #[macro_export]
-macro_rules! write_one {
+macro_rules! write_field {
     ($column:expr, $out:expr) => {
         $crate::columns::write_column(&$column, std::convert::identity, $out)?
     };
@@ -372,10 +375,10 @@ macro_rules! write_one {
     };
 }
 
-/// Reads one column of [`columns!`](crate::columns!).
+/// Reads one column of [`struct_of_arrays!`](crate::struct_of_arrays!).
 #[doc(hidden)]
 #[macro_export]
-macro_rules! read_one {
+macro_rules! read_field {
     ($column:expr, $input:expr) => {
         $crate::columns::read_column(&mut $column, std::convert::identity, $input)?
     };

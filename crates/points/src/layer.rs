@@ -4,34 +4,34 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::layer_options::Measured;
-use crate::plan_integral::{PlanGrid, integral};
+use crate::layer_options::ThicknessDirection;
+use crate::plan_integral::{PlanGrid, integrate_over_polygons};
 use crate::surface::HeightField;
 use crate::{Outline, Polygon, Raster, Terrain};
 
 /// Fewest and most places along an axis at which a layer is looked at.
-const PLACES: (usize, usize) = (64, 1000);
+const SCAN_POINTS: (usize, usize) = (64, 1000);
 
 /// Most cells along an axis over which the volume of a layer is summed.
-const MOST_CELLS: f64 = 2000.0;
+const MAX_CELLS: f64 = 2000.0;
 
 /// Overlap of two features over the area of the smaller one up to which it is a sliver.
-const SLIVER: f64 = 1e-3;
+const SLIVER_FRACTION: f64 = 1e-3;
 
 /// Thickness of a layer as read (m).
 #[derive(Clone, Debug)]
-pub enum Depths {
+pub enum ThicknessData {
     /// The same everywhere.
     Uniform(f64),
     /// At the nodes of a raster.
     Raster(Raster),
     /// Of features of the outline. Where several lie over a place that of the last one counts.
-    Features(Vec<Feature>),
+    Features(Vec<OutlineFeature>),
 }
 
 /// A feature of an outline's file, with a thickness of its own.
 #[derive(Clone, Debug)]
-pub struct Feature {
+pub struct OutlineFeature {
     /// Its number in the file, from 1.
     pub number: usize,
     /// Where it lies.
@@ -42,7 +42,7 @@ pub struct Feature {
 
 /// Two features of unlike thickness that lie over one place.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Overlap {
+pub struct FeatureOverlap {
     /// Their numbers in the file; the thickness of the second counts.
     pub features: [usize; 2],
     /// Area that they have in common (m²).
@@ -61,27 +61,27 @@ pub struct LayerError {
 
 /// A layer on terrain: what lies between its ground and so much above it, within an outline.
 #[derive(Clone, Debug)]
-pub struct Layer {
+pub struct TerrainLayer {
     ground: HeightField,
     slopes: Option<Terrain>,
     outline: Outline,
-    depths: Depths,
+    depths: ThicknessData,
     low: [f64; 3],
     high: [f64; 3],
     step: [f64; 2],
     volume: f64,
 }
 
-impl Layer {
+impl TerrainLayer {
     /// What is around the nodes of a raster of thickness that are above zero, and a node farther so far as there is ground: where a layer
     /// without an outline of its own lies.
     ///
     /// # Errors
     /// Where no node is above zero, or one of them lies beyond the ground.
-    pub fn around(thickness: &Raster, ground: &Raster) -> Result<Outline, String> {
+    pub fn outline_of_thickness(thickness: &Raster, ground: &Raster) -> Result<Outline, String> {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for (number, _) in thickness.values.iter().enumerate().filter(|(_, depth)| **depth > 0.0) {
-            let place = thickness.place(number % thickness.columns, number / thickness.columns);
+            let place = thickness.node_position(number % thickness.columns, number / thickness.columns);
             (low, high) = (
                 std::array::from_fn(|c| low[c].min(place[c])),
                 std::array::from_fn(|c| high[c].max(place[c])),
@@ -90,7 +90,7 @@ impl Layer {
         if !(low[0] <= high[0]) {
             return Err("is above zero nowhere".to_owned());
         }
-        let ends = [thickness.end(), ground.end()];
+        let ends = [thickness.last_node_position(), ground.last_node_position()];
         if (0..2).any(|c| low[c] < ground.origin[c] || high[c] > ends[1][c]) {
             return Err("is above zero beyond the raster it lies on".to_owned());
         }
@@ -109,17 +109,17 @@ impl Layer {
     pub fn new(
         ground: Raster,
         outline: Outline,
-        mut depths: Depths,
-        measured: Measured,
+        mut depths: ThicknessData,
+        measured: ThicknessDirection,
         origin: [f64; 2],
     ) -> Result<Self, LayerError> {
-        if let Depths::Raster(raster) = &mut depths {
+        if let ThicknessData::Raster(raster) = &mut depths {
             // No layer, so that one ends between the last node with data and the next one, and has the volume of the raster.
             raster.values.iter_mut().filter(|depth| depth.is_nan()).for_each(|depth| *depth = 0.0);
         }
         let error = |key, problem: String| LayerError { key, problem };
         let (low, high) = outline.bounds();
-        let end = ground.end();
+        let end = ground.last_node_position();
         if (0..2).any(|c| low[c] < ground.origin[c] || high[c] > end[c]) {
             let map = |x: [f64; 2]| [x[0] + origin[0], x[1] + origin[1]];
             let problem = format!(
@@ -133,9 +133,9 @@ impl Layer {
         }
         let places: [usize; 2] = std::array::from_fn(|c| {
             let cells = 2.0 * (high[c] - low[c]) / ground.spacing[c];
-            (cells.ceil() as usize).clamp(PLACES.0, PLACES.1)
+            (cells.ceil() as usize).clamp(SCAN_POINTS.0, SCAN_POINTS.1)
         });
-        let slopes = (measured == Measured::Normal).then(|| Terrain::new(ground.clone(), 0));
+        let slopes = (measured == ThicknessDirection::Normal).then(|| Terrain::new(ground.clone(), 0));
         let slopes = slopes.transpose().map_err(|e| error("on", e.to_string()))?;
         let mut layer = Self {
             ground: HeightField::new(ground).map_err(|e| error("on", e.to_string()))?,
@@ -147,12 +147,12 @@ impl Layer {
             step: std::array::from_fn(|c| (high[c] - low[c]) / places[c] as f64),
             volume: 0.0,
         };
-        layer.look(places, origin)?;
+        layer.scan(places, origin)?;
         Ok(layer)
     }
 
     /// Looks at places all over the layer: how high and low it reaches, its volume, and whether there is data.
-    fn look(&mut self, places: [usize; 2], origin: [f64; 2]) -> Result<(), LayerError> {
+    fn scan(&mut self, places: [usize; 2], origin: [f64; 2]) -> Result<(), LayerError> {
         let mut sum = 0.0;
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         for number in 0..places[0] * places[1] {
@@ -165,7 +165,7 @@ impl Layer {
                 let problem = format!("{what} at [{}, {}] m", x + origin[0], y + origin[1]);
                 Err(LayerError { key, problem })
             };
-            let Some(thickness) = self.vertical(x, y) else {
+            let Some(thickness) = self.vertical_thickness(x, y) else {
                 return refuse("thickness", "is not known all over the outline: it ends".to_owned());
             };
             if !(thickness >= 0.0) {
@@ -185,7 +185,7 @@ impl Layer {
             return Err(LayerError { key: "thickness", problem: problem.to_owned() });
         }
         (self.low[2], self.high[2]) = (lowest, highest);
-        self.volume = self.integrated();
+        self.volume = self.integrate_volume();
         if !(self.volume > 0.0) {
             let problem = format!("encloses an area of {} m²: there is no volume", self.outline.area());
             return Err(LayerError { key: "outline", problem });
@@ -195,7 +195,7 @@ impl Layer {
 
     /// Volume (m³): the integral of the vertical thickness over the outline. That of one thickness on areas of their own is exact, that of a
     /// raster where it is measured vertically, but for what the outline cuts off cells.
-    fn integrated(&self) -> f64 {
+    fn integrate_volume(&self) -> f64 {
         let ground = self.ground.raster();
         let over = |polygons: &[Polygon], raster: &Raster, depth: &dyn Fn([f64; 2]) -> f64| {
             let step = match &self.slopes {
@@ -205,22 +205,24 @@ impl Layer {
             let (low, high) = self.outline.bounds();
             // No more cells than places of a layer at most: whole numbers of them are one.
             let step = std::array::from_fn(|c| {
-                step[c] * ((high[c] - low[c]) / (MOST_CELLS * step[c])).ceil().max(1.0)
+                step[c] * ((high[c] - low[c]) / (MAX_CELLS * step[c])).ceil().max(1.0)
             });
             let grid = PlanGrid { origin: raster.origin, step };
-            integral(polygons, &grid, &mut |place| depth(place) * self.steepness(place).unwrap_or(1.0))
+            integrate_over_polygons(polygons, &grid, &mut |place| {
+                depth(place) * self.vertical_per_normal(place).unwrap_or(1.0)
+            })
         };
         match &self.depths {
-            Depths::Uniform(depth) if self.slopes.is_none() => depth * self.outline.area(),
-            Depths::Uniform(depth) => over(self.outline.united(), ground, &|_| *depth),
-            Depths::Raster(raster) => {
-                over(self.outline.united(), raster, &|[x, y]| raster.interpolate(x, y).unwrap_or(0.0))
-            }
-            Depths::Features(features) => {
+            ThicknessData::Uniform(depth) if self.slopes.is_none() => depth * self.outline.area(),
+            ThicknessData::Uniform(depth) => over(self.outline.disjoint_polygons(), ground, &|_| *depth),
+            ThicknessData::Raster(raster) => over(self.outline.disjoint_polygons(), raster, &|[x, y]| {
+                raster.interpolate(x, y).unwrap_or(0.0)
+            }),
+            ThicknessData::Features(features) => {
                 let (mut sum, mut later) = (0.0, Vec::new());
                 for feature in features.iter().rev() {
-                    sum += over(&feature.outline.without(&later), ground, &|_| feature.thickness);
-                    later = feature.outline.with(&later);
+                    sum += over(&feature.outline.difference(&later), ground, &|_| feature.thickness);
+                    later = feature.outline.union(&later);
                 }
                 sum
             }
@@ -228,22 +230,22 @@ impl Layer {
     }
 
     /// Vertical thickness over the one that is given, at a place of the terrain; `None` where that has no slope.
-    fn steepness(&self, [x, y]: [f64; 2]) -> Option<f64> {
+    fn vertical_per_normal(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let Some(slopes) = &self.slopes else { return Some(1.0) };
-        let [a, b] = slopes.bed(x, y)?.gradient;
+        let [a, b] = slopes.sample_at(x, y)?.gradient;
         Some((1.0 + a * a + b * b).sqrt())
     }
 
     /// Vertical thickness over a place of the terrain, whether in the outline or not (m).
-    fn vertical(&self, x: f64, y: f64) -> Option<f64> {
+    fn vertical_thickness(&self, x: f64, y: f64) -> Option<f64> {
         let depth = match &self.depths {
-            Depths::Uniform(depth) => *depth,
-            Depths::Raster(raster) => raster.interpolate(x, y)?,
-            Depths::Features(features) => {
+            ThicknessData::Uniform(depth) => *depth,
+            ThicknessData::Raster(raster) => raster.interpolate(x, y)?,
+            ThicknessData::Features(features) => {
                 features.iter().rfind(|feature| feature.outline.contains([x, y]))?.thickness
             }
         };
-        if depth == 0.0 { Some(0.0) } else { Some(depth * self.steepness([x, y])?) }
+        if depth == 0.0 { Some(0.0) } else { Some(depth * self.vertical_per_normal([x, y])?) }
     }
 
     /// Vertical thickness over a place in plan (m): zero beyond the outline.
@@ -251,18 +253,18 @@ impl Layer {
         if !self.outline.contains([x, y]) {
             return 0.0;
         }
-        self.vertical(x, y).unwrap_or(0.0)
+        self.vertical_thickness(x, y).unwrap_or(0.0)
     }
 
     /// Features of unlike thickness that lie over one place. Slivers along a border that two were drawn to share do not count.
-    pub fn overlaps(&self) -> Vec<Overlap> {
-        let Depths::Features(features) = &self.depths else { return Vec::new() };
+    pub fn overlaps(&self) -> Vec<FeatureOverlap> {
+        let ThicknessData::Features(features) = &self.depths else { return Vec::new() };
         let mut found = Vec::new();
         for (later, second) in features.iter().enumerate() {
             for first in features[..later].iter().filter(|first| first.thickness != second.thickness) {
                 let area = first.outline.overlap(&second.outline);
-                if area > SLIVER * first.outline.area().min(second.outline.area()) {
-                    found.push(Overlap { features: [first.number, second.number], area });
+                if area > SLIVER_FRACTION * first.outline.area().min(second.outline.area()) {
+                    found.push(FeatureOverlap { features: [first.number, second.number], area });
                 }
             }
         }
@@ -275,7 +277,7 @@ impl Layer {
     }
 
     /// From where to where it reaches over a place in plan (m).
-    pub(crate) fn stretch(&self, x: f64, y: f64) -> Option<[f64; 2]> {
+    pub(crate) fn vertical_range(&self, x: f64, y: f64) -> Option<[f64; 2]> {
         let thickness = self.thickness(x, y);
         let ground = self.ground.height(x, y).filter(|_| thickness > 0.0)?;
         Some([ground, ground + thickness])
@@ -284,33 +286,33 @@ impl Layer {
 
 /// A layer once its files are read. Two are the same whatever they hold: what the case says of them stands beside.
 #[derive(Clone, Debug, Default)]
-pub struct Laid(Option<Arc<Layer>>);
+pub struct PlacedLayer(Option<Arc<TerrainLayer>>);
 
-impl PartialEq for Laid {
+impl PartialEq for PlacedLayer {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-impl From<Layer> for Laid {
-    fn from(layer: Layer) -> Self {
+impl From<TerrainLayer> for PlacedLayer {
+    fn from(layer: TerrainLayer) -> Self {
         Self(Some(Arc::new(layer)))
     }
 }
 
-impl Laid {
+impl PlacedLayer {
     /// The layer; `None` before its files are read.
-    pub fn layer(&self) -> Option<&Layer> {
+    pub fn layer(&self) -> Option<&TerrainLayer> {
         self.0.as_deref()
     }
 
     pub(crate) fn contains(&self, point: &[f64]) -> bool {
-        let stretch = self.layer().and_then(|layer| layer.stretch(point[0], point[1]));
+        let stretch = self.layer().and_then(|layer| layer.vertical_range(point[0], point[1]));
         stretch.is_some_and(|[from, to]| (from..=to).contains(&point[2]))
     }
 
     pub(crate) fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
-        let of = |layer: &Layer| (layer.low.to_vec(), layer.high.to_vec());
+        let of = |layer: &TerrainLayer| (layer.low.to_vec(), layer.high.to_vec());
         self.layer().map_or_else(|| (vec![f64::INFINITY; 3], vec![f64::NEG_INFINITY; 3]), of)
     }
 
@@ -318,7 +320,7 @@ impl Laid {
     pub(crate) fn crossings(&self, point: &[f64], axis: usize) -> Vec<f64> {
         let Some(layer) = self.layer() else { return Vec::new() };
         if axis == 2 {
-            return layer.stretch(point[0], point[1]).into_iter().flatten().collect();
+            return layer.vertical_range(point[0], point[1]).into_iter().flatten().collect();
         }
         let (low, high, step) = (layer.low[axis], layer.high[axis], layer.step[axis]);
         let count = ((high - low) / step).round() as usize;
@@ -333,7 +335,7 @@ impl Laid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{LayerRows, Shape, Thickness};
+    use crate::{LayerRows, LayerThickness, Shape};
 
     fn slope() -> Raster {
         Raster::from_function([41, 31], [0.0; 2], [1.0; 2], |x, _| 20.0 - 0.75 * x)
@@ -343,12 +345,12 @@ mod tests {
         Outline::new(vec![vec![vec![[low, low], [high, low], [high, high], [low, high]]]]).unwrap()
     }
 
-    fn shape(layer: Layer) -> Shape {
+    fn shape(layer: TerrainLayer) -> Shape {
         Shape::Layer {
             on: "slope".into(),
             outline: Some("outline.geojson".into()),
-            thickness: Thickness::Uniform(1.0),
-            measured: Measured::Vertical,
+            thickness: LayerThickness::Uniform(1.0),
+            measured: ThicknessDirection::Vertical,
             rows: LayerRows::Level,
             laid: layer.into(),
         }
@@ -356,34 +358,53 @@ mod tests {
 
     #[test]
     fn volumes_of_layers_are_those_of_prisms() {
-        let layer =
-            |depths, measured| Layer::new(slope(), square(5.0, 25.0), depths, measured, [0.0; 2]).unwrap();
+        let layer = |depths, measured| {
+            TerrainLayer::new(slope(), square(5.0, 25.0), depths, measured, [0.0; 2]).unwrap()
+        };
         let volume = |layer| shape(layer).measure(3).unwrap();
-        assert!((volume(layer(Depths::Uniform(1.5), Measured::Vertical)) - 600.0).abs() < 1e-9);
+        assert!(
+            (volume(layer(ThicknessData::Uniform(1.5), ThicknessDirection::Vertical)) - 600.0).abs() < 1e-9
+        );
         // The cosine of the slope is 0.8.
-        assert!((volume(layer(Depths::Uniform(1.5), Measured::Normal)) - 750.0).abs() < 1e-9);
+        assert!(
+            (volume(layer(ThicknessData::Uniform(1.5), ThicknessDirection::Normal)) - 750.0).abs() < 1e-9
+        );
         let wedge = Raster::from_function([41, 31], [0.0; 2], [1.0; 2], |x, _| 0.1 * (x - 5.0).max(0.0));
-        let found = volume(layer(Depths::Raster(wedge), Measured::Vertical));
+        let found = volume(layer(ThicknessData::Raster(wedge), ThicknessDirection::Vertical));
         assert!((found - 400.0).abs() < 1e-9, "{found}");
         // A fine raster on coarse ground, within an outline that cuts its cells.
         let fine = Raster::from_function([101, 101], [10.0; 2], [0.1; 2], |x, y| (x - 10.0) * (y - 10.0));
-        let cut =
-            Layer::new(slope(), square(11.03, 18.57), Depths::Raster(fine), Measured::Vertical, [0.0; 2]);
+        let cut = TerrainLayer::new(
+            slope(),
+            square(11.03, 18.57),
+            ThicknessData::Raster(fine),
+            ThicknessDirection::Vertical,
+            [0.0; 2],
+        );
         let exact = (0.5 * (8.57f64.powi(2) - 1.03f64.powi(2))).powi(2);
         assert!((volume(cut.unwrap()) / exact - 1.0).abs() < 1e-12);
         // By chords of its own, as of any shape.
-        let chords = Shape::Union { shapes: vec![shape(layer(Depths::Uniform(1.5), Measured::Normal))] };
+        let chords = Shape::Union {
+            shapes: vec![shape(layer(ThicknessData::Uniform(1.5), ThicknessDirection::Normal))],
+        };
         assert!((chords.volume(3, false) / 750.0 - 1.0).abs() < 1e-3);
     }
 
     #[test]
     fn of_features_over_one_place_the_thickness_of_the_last_counts_and_the_overlap_is_told() {
         let feature =
-            |number, low, high, thickness| Feature { number, outline: square(low, high), thickness };
-        let laid = |features: Vec<Feature>| {
+            |number, low, high, thickness| OutlineFeature { number, outline: square(low, high), thickness };
+        let laid = |features: Vec<OutlineFeature>| {
             let polygons = features.iter().flat_map(|f| f.outline.polygons().to_vec()).collect();
             let outline = Outline::new(polygons).unwrap();
-            Layer::new(slope(), outline, Depths::Features(features), Measured::Vertical, [0.0; 2]).unwrap()
+            TerrainLayer::new(
+                slope(),
+                outline,
+                ThicknessData::Features(features),
+                ThicknessDirection::Vertical,
+                [0.0; 2],
+            )
+            .unwrap()
         };
         // 3 m on 100 m² within 1 m on 400 m²; the places at which it is looked at divide both evenly.
         let within = laid(vec![feature(1, 5.0, 25.0, 1.0), feature(4, 10.0, 20.0, 3.0)]);
@@ -403,8 +424,13 @@ mod tests {
 
     #[test]
     fn a_layer_lies_on_its_ground_within_its_outline() {
-        let layer =
-            Layer::new(slope(), square(5.0, 25.0), Depths::Uniform(2.0), Measured::Vertical, [0.0; 2]);
+        let layer = TerrainLayer::new(
+            slope(),
+            square(5.0, 25.0),
+            ThicknessData::Uniform(2.0),
+            ThicknessDirection::Vertical,
+            [0.0; 2],
+        );
         let shape = shape(layer.unwrap());
         for (point, inside) in [
             ([15.0, 15.0, 8.75 + 0.01], true),
@@ -427,9 +453,14 @@ mod tests {
         };
         let deposit = Raster::from_function([41, 31], [0.0; 2], [1.0; 2], dry);
         let sum: f64 = deposit.values.iter().filter(|depth| depth.is_finite()).sum();
-        let layer =
-            Layer::new(slope(), square(5.0, 25.0), Depths::Raster(deposit), Measured::Vertical, [0.0; 2])
-                .unwrap();
+        let layer = TerrainLayer::new(
+            slope(),
+            square(5.0, 25.0),
+            ThicknessData::Raster(deposit),
+            ThicknessDirection::Vertical,
+            [0.0; 2],
+        )
+        .unwrap();
         for (x, y, depth) in
             [(15.0, 15.0, 2.0), (9.5, 15.0, 1.0), (9.0, 15.0, 0.0), (6.5, 15.0, 0.0), (20.5, 19.5, 0.5)]
         {
@@ -441,17 +472,19 @@ mod tests {
 
     #[test]
     fn a_layer_without_ground_or_thickness_is_none() {
-        let refused = |ground: Raster, outline: Outline, depths: Depths| {
-            Layer::new(ground, outline, depths, Measured::Vertical, [1000.0, 0.0]).unwrap_err().to_string()
+        let refused = |ground: Raster, outline: Outline, depths: ThicknessData| {
+            TerrainLayer::new(ground, outline, depths, ThicknessDirection::Vertical, [1000.0, 0.0])
+                .unwrap_err()
+                .to_string()
         };
-        let off = refused(slope(), square(20.0, 32.0), Depths::Uniform(1.0));
+        let off = refused(slope(), square(20.0, 32.0), ThicknessData::Uniform(1.0));
         assert!(off.starts_with("outline: reaches from [1020.0, 20.0]"), "{off}");
         let mut gap = slope();
         gap.values[15 * 41 + 15] = f64::NAN;
-        let gap = refused(gap, square(5.0, 25.0), Depths::Uniform(1.0));
+        let gap = refused(gap, square(5.0, 25.0), ThicknessData::Uniform(1.0));
         assert!(gap.starts_with("on: the raster it lies on has no data under it, at [1014."), "{gap}");
         let raster = |z: f64, columns| Raster::from_function([columns, 31], [0.0; 2], [1.0; 2], |_, _| z);
-        let none = |depths| refused(slope(), square(5.0, 25.0), Depths::Raster(depths));
+        let none = |depths| refused(slope(), square(5.0, 25.0), ThicknessData::Raster(depths));
         assert!(none(raster(0.0, 41)).contains("is zero all over the outline"));
         assert!(none(raster(f64::NAN, 41)).contains("is zero all over the outline"));
         assert!(none(raster(-1.0, 41)).contains("-1 m is negative"));

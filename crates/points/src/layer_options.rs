@@ -9,19 +9,19 @@ use serde::{Deserialize, Serialize};
 /// deposit has none where it is dry, there is nothing; it must reach as far as the outline, where there is one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "is neither a number (m), nor the name of a raster's file, nor an attribute")]
-pub enum Thickness {
+pub enum LayerThickness {
     /// Uniform thickness (m).
     Uniform(f64),
     /// File of a raster (m).
     Raster(String),
     /// As the features of the outline have it.
-    Attribute(Attribute),
+    Attribute(ThicknessAttribute),
 }
 
 /// Attribute of the features of an outline whose value is their thickness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Attribute {
+pub struct ThicknessAttribute {
     /// Property of GeoJSON, or field of the `.dbf` beside a shapefile.
     pub attribute: String,
 }
@@ -29,7 +29,7 @@ pub struct Attribute {
 /// Along what the thickness of a layer is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Measured {
+pub enum ThicknessDirection {
     /// Vertically.
     #[default]
     Vertical,

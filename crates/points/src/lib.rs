@@ -33,23 +33,26 @@ mod skin;
 pub mod surface;
 mod terrain;
 
-pub use bisection::{Bisection, Bounds, halo};
-pub use boxes::Place;
-pub use columns::Spare;
-pub use layer::{Depths, Feature, Laid, Layer, LayerError, Overlap};
-pub use layer_options::{Attribute, LayerRows, Measured, Thickness};
-pub use meeting::meeting_boxes;
-pub use microstructure::Grains;
-pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError, farthest, most_cells};
+pub use bisection::{Bisection, BoundingBox, halo};
+pub use boxes::BoxLocation;
+pub use columns::ScratchBuffers;
+pub use layer::{FeatureOverlap, LayerError, OutlineFeature, PlacedLayer, TerrainLayer, ThicknessData};
+pub use layer_options::{LayerRows, LayerThickness, ThicknessAttribute, ThicknessDirection};
+pub use meeting::overlapping_boxes;
+pub use microstructure::CachedPacking;
+pub use neighbours::{
+    BLOCK_POINTS, CellList, HalfNeighbourList, NeighbourBlock, NeighbourList, SearchError,
+    farthest_from_mean, max_cells,
+};
 pub use outline::{Outline, Polygon, Ring};
-pub use pieces::Pieces;
-pub use polygon::Corners;
+pub use pieces::UnionFind;
+pub use polygon::PolygonVertices;
 pub use raster::{GeoKey, Georeference, Raster, RasterError};
 pub use sampling::{
-    Sample, Sampling, SamplingError, fitted, gauss_per_cell, lattice, overlap, per_cell, poisson_disk,
-    poisson_spaced, random,
+    Sample, Sampling, SamplingError, common_interior_point, fitted, gauss_per_cell, lattice, per_cell,
+    poisson_disk, poisson_spaced, random,
 };
 pub use shape::{Shape, ShapeError};
-pub use skin::{Piece, area_vectors};
+pub use skin::{SurfacePatch, boundary_area_vectors};
 pub use surface::Surface;
-pub use terrain::{Bed, Terrain, Weights};
+pub use terrain::{BilinearWeights, Terrain, TerrainSample};

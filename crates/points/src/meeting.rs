@@ -3,7 +3,7 @@
 /// The pairs of boxes, given by their lowest and highest corners, that have inner points in common along every axis, as
 /// (first, second) with first < second, in the order of the second and then of the first. Sorted along the longest axis and
 /// swept, so that many boxes side by side take little more than their number of comparisons.
-pub fn meeting_boxes<C: AsRef<[f64]>>(boxes: &[(C, C)]) -> Vec<(usize, usize)> {
+pub fn overlapping_boxes<C: AsRef<[f64]>>(boxes: &[(C, C)]) -> Vec<(usize, usize)> {
     let boxes: Vec<(&[f64], &[f64])> =
         boxes.iter().map(|(low, high)| (low.as_ref(), high.as_ref())).collect();
     let dimension = boxes.iter().map(|(low, _)| low.len()).min().unwrap_or(0);
@@ -51,7 +51,7 @@ mod tests {
             let meet = |a: usize, b: usize| (0..3).all(|c| boxes[a].0[c] < boxes[b].1[c] && boxes[b].0[c] < boxes[a].1[c]);
             let pairs = (0..boxes.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
             let expected: Vec<_> = pairs.filter(|(a, b)| meet(*a, *b)).collect();
-            prop_assert_eq!(meeting_boxes(&boxes), expected);
+            prop_assert_eq!(overlapping_boxes(&boxes), expected);
         });
     }
 }

@@ -8,35 +8,35 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Grains hang together where their centres are nearer than this, over their diameter: they share a neck.
-const NECK: f64 = 0.9;
+const NECK_RATIO: f64 = 0.9;
 
 /// Places a direction at which the solid fraction is counted, by number of dimensions.
-const PLACES: [usize; 3] = [4096, 256, 72];
+const COUNTING_POINTS: [usize; 3] = [4096, 256, 72];
 
 /// Grains thrown for one that is needed, before the packing is given up.
-const THROWS: usize = 4000;
+const MAX_THROWS_PER_GRAIN: usize = 4000;
 
 /// Grains thrown in all for what is needed, before a packing of many grains is given up, and for each of them: seconds.
-const LONGEST: [usize; 2] = [5_000_000, 50];
+const MAX_THROWS: [usize; 2] = [5_000_000, 50];
 
 /// Largest number of balls of a structure, about.
-const MOST: f64 = 1e6;
+const MAX_SPHERES: f64 = 1e6;
 
 /// What is wrong with a structure of so many balls as fill a share of a box; `None` where that is nothing.
-pub(crate) fn too_many(min: &[f64], max: &[f64], diameter: f64, fraction: f64) -> Option<String> {
+pub(crate) fn sphere_count_error(min: &[f64], max: &[f64], diameter: f64, fraction: f64) -> Option<String> {
     let whole: f64 = min.iter().zip(max).map(|(low, high)| (high - low) / diameter).product();
     // Over the cube around it.
     let ball = if min.len() == 2 { PI / 4.0 } else { PI / 6.0 };
     // At random places they cover 1 - exp(-n) of the box where together they are n times as large.
     let balls = -(1.0 - fraction).ln() * whole / ball;
-    (balls > MOST).then(|| {
-        format!("{diameter} m makes about {balls:.1e} balls, more than {MOST:e}: take larger ones, or a smaller box")
+    (balls > MAX_SPHERES).then(|| {
+        format!("{diameter} m makes about {balls:.1e} balls, more than {MAX_SPHERES:e}: take larger ones, or a smaller box")
     })
 }
 
 /// What a structure is to be.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted<'a> {
+pub(crate) struct MicrostructureSpec<'a> {
     /// Lower corner of the box that it fills (m).
     pub min: &'a [f64],
     /// Upper corner (m).
@@ -51,7 +51,7 @@ pub(crate) struct Wanted<'a> {
     pub connected: bool,
 }
 
-impl Wanted<'_> {
+impl MicrostructureSpec<'_> {
     /// Edges of the box (m).
     fn extents(&self) -> impl Iterator<Item = f64> {
         self.min.iter().zip(self.max).map(|(low, high)| high - low)
@@ -61,15 +61,15 @@ impl Wanted<'_> {
 /// The grains of a structure, found when they are first asked for, and again when something else is asked for. Two are the same
 /// whatever they hold: what the case says of them stands beside.
 #[derive(Debug, Default)]
-pub struct Grains(RwLock<Option<Made>>);
+pub struct CachedPacking(RwLock<Option<PackingKey>>);
 
-impl PartialEq for Grains {
+impl PartialEq for CachedPacking {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-impl Clone for Grains {
+impl Clone for CachedPacking {
     fn clone(&self) -> Self {
         Self(RwLock::new(self.0.read().unwrap_or_else(PoisonError::into_inner).clone()))
     }
@@ -77,24 +77,24 @@ impl Clone for Grains {
 
 /// Grains, and what they were packed for.
 #[derive(Clone, Debug)]
-struct Made {
+struct PackingKey {
     extents: Vec<f64>,
     diameter: f64,
     fraction: f64,
     seed: u64,
     connected: bool,
-    packing: Option<Arc<Packing>>,
+    packing: Option<Arc<SpherePacking>>,
 }
 
-impl Made {
-    fn of(wanted: &Wanted<'_>) -> Self {
-        let Wanted { diameter, fraction, seed, connected, .. } = *wanted;
-        let packing = pack(wanted).map(Arc::new);
+impl PackingKey {
+    fn from_spec(wanted: &MicrostructureSpec<'_>) -> Self {
+        let MicrostructureSpec { diameter, fraction, seed, connected, .. } = *wanted;
+        let packing = pack_spheres(wanted).map(Arc::new);
         Self { extents: wanted.extents().collect(), diameter, fraction, seed, connected, packing }
     }
 
     /// Whether they are what is wanted. A box that was moved has the same grains, its edges to round-off.
-    fn is(&self, wanted: &Wanted<'_>) -> bool {
+    fn matches(&self, wanted: &MicrostructureSpec<'_>) -> bool {
         let near = |(a, b): (f64, &f64)| (a - b).abs() <= 1e-9 * b.abs();
         (self.diameter, self.fraction, self.seed, self.connected)
             == (wanted.diameter, wanted.fraction, wanted.seed, wanted.connected)
@@ -105,47 +105,47 @@ impl Made {
 
 /// Grains in a box.
 #[derive(Debug)]
-pub(crate) struct Packing {
+pub(crate) struct SpherePacking {
     /// Their centres from the lower corner of the box (m).
     centres: Vec<[f64; 3]>,
     /// Numbers of the grains in cubes as wide as a grain.
-    cubes: HashMap<[i64; 3], Vec<u32>>,
+    cells: HashMap<[i64; 3], Vec<u32>>,
     dimension: usize,
     radius: f64,
     /// Share of the box that is solid.
     pub fraction: f64,
 }
 
-impl Grains {
+impl CachedPacking {
     /// The grains; `None` where that fraction of connected grains cannot be packed.
-    pub(crate) fn of(&self, wanted: &Wanted<'_>) -> Option<Arc<Packing>> {
+    pub(crate) fn packing(&self, wanted: &MicrostructureSpec<'_>) -> Option<Arc<SpherePacking>> {
         let held = self.0.read().unwrap_or_else(PoisonError::into_inner);
-        if let Some(made) = held.as_ref().filter(|made| made.is(wanted)) {
+        if let Some(made) = held.as_ref().filter(|made| made.matches(wanted)) {
             return made.packing.clone();
         }
         drop(held);
         let mut held = self.0.write().unwrap_or_else(PoisonError::into_inner);
-        if !held.as_ref().is_some_and(|made| made.is(wanted)) {
-            *held = Some(Made::of(wanted));
+        if !held.as_ref().is_some_and(|made| made.matches(wanted)) {
+            *held = Some(PackingKey::from_spec(wanted));
         }
         held.as_ref().and_then(|made| made.packing.clone())
     }
 }
 
-impl Packing {
-    fn cube(&self, x: &[f64; 3]) -> [i64; 3] {
+impl SpherePacking {
+    fn cell_of(&self, x: &[f64; 3]) -> [i64; 3] {
         x.map(|c| (c / (2.0 * self.radius)).floor() as i64)
     }
 
     fn add(&mut self, centre: [f64; 3]) {
-        let cube = self.cube(&centre);
-        self.cubes.entry(cube).or_default().push(self.centres.len() as u32);
+        let cube = self.cell_of(&centre);
+        self.cells.entry(cube).or_default().push(self.centres.len() as u32);
         self.centres.push(centre);
     }
 
     /// Grains with their centre within `reach` (m), at most a diameter, of a place from the lower corner of the box (m).
-    fn near(&self, x: &[f64; 3], reach: f64) -> impl Iterator<Item = usize> {
-        let (middle, last) = (self.cube(x), if self.dimension == 3 { 1 } else { 0 });
+    fn grains_near(&self, x: &[f64; 3], reach: f64) -> impl Iterator<Item = usize> {
+        let (middle, last) = (self.cell_of(x), if self.dimension == 3 { 1 } else { 0 });
         let range = |axis: usize| {
             let width = if axis == 2 { last } else { 1 };
             middle[axis] - width..=middle[axis] + width
@@ -157,13 +157,13 @@ impl Packing {
         });
         let x = *x;
         let all =
-            cubes.filter_map(move |cube| self.cubes.get(&cube)).flatten().map(|&number| number as usize);
-        all.filter(move |&number| square(&self.centres[number], &x) <= reach * reach)
+            cubes.filter_map(move |cube| self.cells.get(&cube)).flatten().map(|&number| number as usize);
+        all.filter(move |&number| square_distance(&self.centres[number], &x) <= reach * reach)
     }
 
     /// Whether a place from the lower corner of the box (m) lies in a grain.
     pub(crate) fn contains(&self, x: &[f64; 3]) -> bool {
-        self.near(x, self.radius).next().is_some()
+        self.grains_near(x, self.radius).next().is_some()
     }
 
     /// Where a line along `axis` through a place from the lower corner of the box (m) crosses grains.
@@ -191,7 +191,8 @@ impl Packing {
             of[start] = start;
             while let Some(&grain) = cluster.get(next) {
                 next += 1;
-                let near: Vec<usize> = self.near(&self.centres[grain], NECK * 2.0 * self.radius).collect();
+                let near: Vec<usize> =
+                    self.grains_near(&self.centres[grain], NECK_RATIO * 2.0 * self.radius).collect();
                 for other in near {
                     if of[other] == usize::MAX {
                         of[other] = start;
@@ -208,29 +209,29 @@ impl Packing {
     }
 }
 
-fn square(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+fn square_distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum()
 }
 
 /// Places at which the solid fraction is counted.
-struct Counted {
+struct SolidFractionGrid {
     sizes: [f64; 3],
     places: [usize; 3],
     solid: Vec<bool>,
     count: usize,
 }
 
-impl Counted {
+impl SolidFractionGrid {
     fn new(sizes: [f64; 3], dimension: usize) -> Self {
-        let places = std::array::from_fn(|c| if c < dimension { PLACES[dimension - 1] } else { 1 });
+        let places = std::array::from_fn(|c| if c < dimension { COUNTING_POINTS[dimension - 1] } else { 1 });
         Self { sizes, places, solid: vec![false; places.iter().product()], count: 0 }
     }
 
-    fn place(&self, index: [usize; 3]) -> [f64; 3] {
+    fn position(&self, index: [usize; 3]) -> [f64; 3] {
         std::array::from_fn(|c| self.sizes[c] * (index[c] as f64 + 0.5) / self.places[c] as f64)
     }
 
-    fn take(&mut self, centre: &[f64; 3], radius: f64) {
+    fn mark_solid(&mut self, centre: &[f64; 3], radius: f64) {
         let range = |c: usize| {
             let per = self.places[c] as f64 / self.sizes[c].max(f64::MIN_POSITIVE);
             if self.places[c] == 1 {
@@ -243,7 +244,9 @@ impl Counted {
             for j in range(1) {
                 for k in range(2) {
                     let number = (i * self.places[1] + j) * self.places[2] + k;
-                    if !self.solid[number] && square(&self.place([i, j, k]), centre) <= radius * radius {
+                    if !self.solid[number]
+                        && square_distance(&self.position([i, j, k]), centre) <= radius * radius
+                    {
                         self.solid[number] = true;
                         self.count += 1;
                     }
@@ -259,34 +262,35 @@ impl Counted {
 
 /// Throws grains until so much of the box is solid. Where they are to hang together, the largest cluster is kept, and what is thrown
 /// from then on has to touch it.
-fn pack(wanted: &Wanted<'_>) -> Option<Packing> {
+fn pack_spheres(wanted: &MicrostructureSpec<'_>) -> Option<SpherePacking> {
     let dimension = wanted.min.len();
     let mut sizes = [0.0; 3];
     (0..dimension).for_each(|c| sizes[c] = wanted.max[c] - wanted.min[c]);
     let radius = 0.5 * wanted.diameter;
-    let empty = || Packing { centres: Vec::new(), cubes: HashMap::new(), dimension, radius, fraction: 0.0 };
+    let empty =
+        || SpherePacking { centres: Vec::new(), cells: HashMap::new(), dimension, radius, fraction: 0.0 };
     let mut generator = ChaCha8Rng::seed_from_u64(wanted.seed);
     let mut throw = || {
         let mut centre = [0.0; 3];
         (0..dimension).for_each(|c| centre[c] = generator.random_range(0.0..sizes[c]));
         centre
     };
-    let (mut packing, mut counted) = (empty(), Counted::new(sizes, dimension));
+    let (mut packing, mut counted) = (empty(), SolidFractionGrid::new(sizes, dimension));
     while counted.fraction() < wanted.fraction {
         let centre = throw();
-        counted.take(&centre, radius);
+        counted.mark_solid(&centre, radius);
         packing.add(centre);
     }
     if wanted.connected {
         let kept = packing.largest_cluster();
         let all = std::mem::replace(&mut packing, empty());
-        counted = Counted::new(sizes, dimension);
+        counted = SolidFractionGrid::new(sizes, dimension);
         for grain in kept {
-            counted.take(&all.centres[grain], radius);
+            counted.mark_solid(&all.centres[grain], radius);
             packing.add(all.centres[grain]);
         }
         let count = all.centres.len();
-        let most = (THROWS * count).min(LONGEST[0] + LONGEST[1] * count);
+        let most = (MAX_THROWS_PER_GRAIN * count).min(MAX_THROWS[0] + MAX_THROWS[1] * count);
         let mut throws = 0;
         while counted.fraction() < wanted.fraction {
             throws += 1;
@@ -294,8 +298,8 @@ fn pack(wanted: &Wanted<'_>) -> Option<Packing> {
                 return None;
             }
             let centre = throw();
-            if packing.near(&centre, NECK * wanted.diameter).next().is_some() {
-                counted.take(&centre, radius);
+            if packing.grains_near(&centre, NECK_RATIO * wanted.diameter).next().is_some() {
+                counted.mark_solid(&centre, radius);
                 packing.add(centre);
             }
         }
@@ -317,7 +321,7 @@ mod tests {
             solid_fraction: fraction,
             seed,
             connected: true,
-            grains: Grains::default(),
+            grains: CachedPacking::default(),
         }
     }
 
@@ -342,7 +346,7 @@ mod tests {
 
     #[test]
     fn all_grains_hang_together_and_come_again_with_their_seed() {
-        let wanted = Wanted {
+        let wanted = MicrostructureSpec {
             min: &[0.0, 0.0],
             max: &[3.0, 3.0],
             diameter: 0.3,
@@ -350,12 +354,12 @@ mod tests {
             seed: 5,
             connected: true,
         };
-        let (packing, again) = (pack(&wanted).unwrap(), pack(&wanted).unwrap());
+        let (packing, again) = (pack_spheres(&wanted).unwrap(), pack_spheres(&wanted).unwrap());
         assert_eq!(packing.largest_cluster().len(), packing.centres.len());
         assert_eq!(packing.centres, again.centres);
-        let loose = pack(&Wanted { connected: false, ..wanted }).unwrap();
+        let loose = pack_spheres(&MicrostructureSpec { connected: false, ..wanted }).unwrap();
         assert!(loose.largest_cluster().len() < loose.centres.len());
-        assert!(pack(&Wanted { seed: 6, ..wanted }).unwrap().centres != packing.centres);
+        assert!(pack_spheres(&MicrostructureSpec { seed: 6, ..wanted }).unwrap().centres != packing.centres);
     }
 
     #[test]

@@ -25,17 +25,17 @@ pub enum SearchError {
 /// Share of a cell by which a search reaches beyond its radius.
 const ROUND_OFF: f64 = 1e-9;
 /// Points that a thread takes at least, of work that is little for each.
-const LEAST: usize = 1024;
+const MIN_POINTS_PER_TASK: usize = 1024;
 
 /// Most cells of a search among so many points: 400 MB, and as much again for each million points.
 #[must_use]
-pub fn most_cells(points: usize) -> f64 {
+pub fn max_cells(points: usize) -> f64 {
     1e8 + 100.0 * points as f64
 }
 
 /// The point that is farthest from the mean of all.
 #[must_use]
-pub fn farthest<const D: usize>(positions: &[[f64; D]]) -> usize {
+pub fn farthest_from_mean<const D: usize>(positions: &[[f64; D]]) -> usize {
     let mean: [f64; D] =
         std::array::from_fn(|axis| positions.iter().map(|x| x[axis]).sum::<f64>() / positions.len() as f64);
     let away = |x: &[f64; D]| (0..D).map(|axis| (x[axis] - mean[axis]).powi(2)).sum::<f64>();
@@ -85,8 +85,8 @@ impl<const D: usize> CellList<D> {
             total *= count;
             self.cells.push(if count < 1e9 { count as usize } else { usize::MAX });
         }
-        if total > most_cells(positions.len()) {
-            return Err(SearchError::TooSpread(total, farthest(positions)));
+        if total > max_cells(positions.len()) {
+            return Err(SearchError::TooSpread(total, farthest_from_mean(positions)));
         }
         let (low, cells) = (&self.low, &self.cells);
         let key = |x: &[f64; D]| {
@@ -97,7 +97,7 @@ impl<const D: usize> CellList<D> {
         };
         (0..positions.len())
             .into_par_iter()
-            .with_min_len(LEAST)
+            .with_min_len(MIN_POINTS_PER_TASK)
             .map(|i| key(&positions[i]))
             .collect_into_vec(&mut self.keys);
         self.starts.clear();
@@ -130,36 +130,36 @@ impl<const D: usize> CellList<D> {
 
     /// Calls `visit` for every point in the cells that a ball of one cell edge around `x` can touch.
     pub fn visit(&self, x: &[f64; D], mut visit: impl FnMut(u32)) {
-        self.lines(x, |line| self.order[line].iter().for_each(|&point| visit(point)));
+        self.ranges_of_rows(x, |line| self.order[line].iter().for_each(|&point| visit(point)));
     }
 
     /// Calls `visit` for every point in the cells that a ball of `radius` (m) around `x` can touch, of whatever size.
     pub fn visit_within(&self, x: &[f64; D], radius: f64, mut visit: impl FnMut(u32)) {
-        self.runs_within(x, radius, |line| self.order[line].iter().for_each(|&point| visit(point)));
+        self.ranges_within(x, radius, |line| self.order[line].iter().for_each(|&point| visit(point)));
     }
 
     /// The same, line of cells by line of cells: calls `visit` for where in [`CellList::order`] the points of a line stand.
-    fn lines(&self, x: &[f64; D], visit: impl FnMut(Range<usize>)) {
-        self.lines_across(x, 1, visit);
+    fn ranges_of_rows(&self, x: &[f64; D], visit: impl FnMut(Range<usize>)) {
+        self.ranges_across(x, 1, visit);
     }
 
     /// Calls `visit` for where in [`CellList::order`] those points stand that [`CellList::visit_within`] visits, run by run.
     #[inline]
-    pub fn runs_within(&self, x: &[f64; D], radius: f64, visit: impl FnMut(Range<usize>)) {
+    pub fn ranges_within(&self, x: &[f64; D], radius: f64, visit: impl FnMut(Range<usize>)) {
         // A little more, so that round-off loses no point at the radius.
         let reach = radius / self.edge + ROUND_OFF;
-        self.lines_between(x, |cell| [cell - reach, cell + reach], visit);
+        self.ranges_between(x, |cell| [cell - reach, cell + reach], visit);
     }
 
     /// Lines of cells at most `reach` cells away.
-    fn lines_across(&self, x: &[f64; D], reach: i64, visit: impl FnMut(Range<usize>)) {
+    fn ranges_across(&self, x: &[f64; D], reach: i64, visit: impl FnMut(Range<usize>)) {
         let reach = reach as f64;
-        self.lines_between(x, |cell| [cell.floor() - reach, cell.floor() + reach], visit);
+        self.ranges_between(x, |cell| [cell.floor() - reach, cell.floor() + reach], visit);
     }
 
     /// Lines of cells; `window` gives the ends along an axis, in cells, for a place in cells.
     #[inline]
-    fn lines_between(
+    fn ranges_between(
         &self,
         x: &[f64; D],
         window: impl Fn(f64) -> [f64; 2],
@@ -196,17 +196,17 @@ impl<const D: usize> CellList<D> {
     }
 }
 
-/// Points per [`Rows`] of a list: enough work for a task, little enough to share among threads.
-pub const ROWS: usize = 256;
+/// Points per [`NeighbourBlock`] of a list: enough work for a task, little enough to share among threads.
+pub const BLOCK_POINTS: usize = 256;
 
-/// The neighbours of up to [`ROWS`] consecutive points.
+/// The neighbours of up to [`BLOCK_POINTS`] consecutive points.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Rows {
+pub struct NeighbourBlock {
     ends: Vec<u32>,
     indices: Vec<u32>,
 }
 
-impl Rows {
+impl NeighbourBlock {
     /// Number of points.
     pub fn len(&self) -> usize {
         self.ends.len()
@@ -217,7 +217,7 @@ impl Rows {
         self.ends.is_empty()
     }
 
-    /// Where the neighbours of the `k`-th point of the block stand in [`Rows::indices`].
+    /// Where the neighbours of the `k`-th point of the block stand in [`NeighbourBlock::indices`].
     #[inline]
     pub fn range(&self, k: usize) -> Range<usize> {
         let start = if k == 0 { 0 } else { self.ends[k - 1] };
@@ -226,7 +226,7 @@ impl Rows {
 
     /// Neighbours of the `k`-th point of the block, ascending.
     #[inline]
-    pub fn of(&self, k: usize) -> &[u32] {
+    pub fn neighbours(&self, k: usize) -> &[u32] {
         &self.indices[self.range(k)]
     }
 
@@ -236,13 +236,13 @@ impl Rows {
     }
 }
 
-/// Neighbours of every point within a radius, ascending, in blocks of [`ROWS`] points.
+/// Neighbours of every point within a radius, ascending, in blocks of [`BLOCK_POINTS`] points.
 #[derive(Clone, Debug, Default)]
 pub struct NeighbourList<const D: usize> {
     cells: CellList<D>,
     /// Positions in the order of the cells, axis by axis: those of a line of cells are read in one go (m).
-    places: Vec<Vec<f64>>,
-    blocks: Vec<Rows>,
+    cell_sorted_positions: Vec<Vec<f64>>,
+    blocks: Vec<NeighbourBlock>,
     len: usize,
 }
 
@@ -304,28 +304,35 @@ impl<const D: usize> NeighbourList<D> {
     ) -> Result<(), SearchError> {
         self.cells.build(sources, edge)?;
         self.len = targets.len();
-        self.places.resize_with(D, Vec::new);
-        for (axis, places) in self.places.iter_mut().enumerate() {
+        self.cell_sorted_positions.resize_with(D, Vec::new);
+        for (axis, places) in self.cell_sorted_positions.iter_mut().enumerate() {
             let place = |&point: &u32| sources[point as usize][axis];
             (0..self.cells.order.len())
                 .into_par_iter()
-                .with_min_len(LEAST)
+                .with_min_len(MIN_POINTS_PER_TASK)
                 .map(|i| place(&self.cells.order[i]))
                 .collect_into_vec(places);
         }
-        self.blocks.resize_with(self.len.div_ceil(ROWS), Rows::default);
-        let (cells, places) = (&self.cells, &self.places);
-        let points = targets.par_chunks(ROWS);
+        self.blocks.resize_with(self.len.div_ceil(BLOCK_POINTS), NeighbourBlock::default);
+        let (cells, places) = (&self.cells, &self.cell_sorted_positions);
+        let points = targets.par_chunks(BLOCK_POINTS);
         self.blocks.par_iter_mut().zip(points).enumerate().for_each(|(number, (rows, points))| {
             rows.ends.clear();
             rows.indices.clear();
             for (k, x) in points.iter().enumerate() {
-                let (i, first) = (number * ROWS + k, rows.indices.len());
+                let (i, first) = (number * BLOCK_POINTS + k, rows.indices.len());
                 let radius = radius(i);
-                cells.runs_within(x, radius, |line| {
+                cells.ranges_within(x, radius, |line| {
                     let places = std::array::from_fn(|axis| &places[axis][line.clone()]);
                     let near = |j: u32| keep(i as u32, j);
-                    select(x, radius * radius, places, &cells.order[line.clone()], near, &mut rows.indices);
+                    select_within(
+                        x,
+                        radius * radius,
+                        places,
+                        &cells.order[line.clone()],
+                        near,
+                        &mut rows.indices,
+                    );
                 });
                 rows.indices[first..].sort_unstable();
                 rows.ends.push(rows.indices.len() as u32);
@@ -336,12 +343,12 @@ impl<const D: usize> NeighbourList<D> {
 
     /// Neighbours of point `i`, ascending.
     #[inline]
-    pub fn of(&self, i: usize) -> &[u32] {
-        self.blocks[i / ROWS].of(i % ROWS)
+    pub fn neighbours(&self, i: usize) -> &[u32] {
+        self.blocks[i / BLOCK_POINTS].neighbours(i % BLOCK_POINTS)
     }
 
-    /// The rows in blocks: block `b` begins with point `b` [`ROWS`].
-    pub fn blocks(&self) -> &[Rows] {
+    /// The rows in blocks: block `b` begins with point `b` [`BLOCK_POINTS`].
+    pub fn blocks(&self) -> &[NeighbourBlock] {
         &self.blocks
     }
 
@@ -358,7 +365,7 @@ impl<const D: usize> NeighbourList<D> {
 
 /// Puts into `found` those of `points`, at `places`, whose distance from `x` has at most the square `square` (m²) and
 /// which `keep` accepts. Distances are found and compared for many at a time; most are too large.
-fn select<const D: usize>(
+fn select_within<const D: usize>(
     x: &[f64; D],
     square: f64,
     places: [&[f64]; D],
@@ -394,11 +401,11 @@ fn select<const D: usize>(
 /// Every pair of points within a radius, once: under the point of the smaller number. For forces
 /// that act on both alike.
 #[derive(Clone, Debug, Default)]
-pub struct HalfList<const D: usize> {
+pub struct HalfNeighbourList<const D: usize> {
     list: NeighbourList<D>,
 }
 
-impl<const D: usize> HalfList<D> {
+impl<const D: usize> HalfNeighbourList<D> {
     /// An empty list, whose buffers grow on the first build and are then reused.
     pub fn new() -> Self {
         Self::default()
@@ -413,13 +420,13 @@ impl<const D: usize> HalfList<D> {
     }
 
     /// Neighbours of point `i` with larger numbers, ascending.
-    pub fn of(&self, i: usize) -> &[u32] {
-        self.list.of(i)
+    pub fn neighbours(&self, i: usize) -> &[u32] {
+        self.list.neighbours(i)
     }
 
     /// All pairs, ascending by their first point, then by their second.
     pub fn pairs(&self) -> impl Iterator<Item = (u32, u32)> {
-        (0..self.list.len()).flat_map(|i| self.of(i).iter().map(move |&j| (i as u32, j)))
+        (0..self.list.len()).flat_map(|i| self.neighbours(i).iter().map(move |&j| (i as u32, j)))
     }
 
     /// Number of pairs.

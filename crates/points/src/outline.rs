@@ -6,8 +6,8 @@ use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 
-use crate::polygon::{signed_area, touches_itself, true_crossing};
-use crate::surface::{Facetted, Surface};
+use crate::polygon::{has_self_contact, proper_crossing, signed_area};
+use crate::surface::{FacettedSurface, Surface};
 
 /// Closed line in plan by its corners (m).
 pub type Ring = Vec<[f64; 2]>;
@@ -19,31 +19,31 @@ pub type Polygon = Vec<Ring>;
 /// when it lies in any of them.
 #[derive(Clone, Debug)]
 pub struct Outline {
-    parts: Vec<Part>,
+    parts: Vec<PolygonRings>,
     polygons: Vec<Polygon>,
     united: Vec<Polygon>,
 }
 
 /// A polygon: a ring without its holes.
 #[derive(Clone, Debug)]
-struct Part {
-    outer: Loops,
-    holes: Vec<Loops>,
+struct PolygonRings {
+    outer: RingLoops,
+    holes: Vec<RingLoops>,
 }
 
 /// Loops of a ring that do not overlap, of which there are several where it touches itself: inside is what lies in an odd number of them.
 #[derive(Clone, Debug)]
-struct Loops(Vec<Facetted<2>>);
+struct RingLoops(Vec<FacettedSurface<2>>);
 
-impl Loops {
-    fn contain(&self, place: [f64; 2]) -> bool {
+impl RingLoops {
+    fn contains(&self, place: [f64; 2]) -> bool {
         self.0.iter().filter(|one| one.contains(&place)).count() % 2 == 1
     }
 }
 
-impl Part {
+impl PolygonRings {
     fn contains(&self, place: [f64; 2]) -> bool {
-        self.outer.contain(place) && !self.holes.iter().any(|hole| hole.contain(place))
+        self.outer.contains(place) && !self.holes.iter().any(|hole| hole.contains(place))
     }
 }
 
@@ -62,7 +62,7 @@ impl Outline {
         let mut split = |polygon: &Polygon| -> Result<Vec<Vec<Ring>>, String> {
             let around = |ring: &Ring| {
                 number += 1;
-                wound(ring).map_err(|problem| format!("ring {number}: {problem}"))
+                nonzero_winding_loops(ring).map_err(|problem| format!("ring {number}: {problem}"))
             };
             polygon.iter().map(around).collect()
         };
@@ -71,13 +71,13 @@ impl Outline {
         for polygon in &split {
             let mut rings = polygon.iter().map(|ring| {
                 number += 1;
-                let facetted = ring.iter().map(|one| Facetted::polygon(one)).collect::<Result<_, _>>();
-                facetted.map(Loops).map_err(|error| format!("ring {number}: {error}"))
+                let facetted = ring.iter().map(|one| FacettedSurface::polygon(one)).collect::<Result<_, _>>();
+                facetted.map(RingLoops).map_err(|error| format!("ring {number}: {error}"))
             });
-            let outer = rings.next().unwrap_or_else(|| Ok(Loops(Vec::new())))?;
-            parts.push(Part { outer, holes: rings.collect::<Result<_, _>>()? });
+            let outer = rings.next().unwrap_or_else(|| Ok(RingLoops(Vec::new())))?;
+            parts.push(PolygonRings { outer, holes: rings.collect::<Result<_, _>>()? });
         }
-        Ok(Self { parts, united: united(split), polygons })
+        Ok(Self { parts, united: union_of_polygons(split), polygons })
     }
 
     /// The polygons as they were given (m).
@@ -96,12 +96,12 @@ impl Outline {
     }
 
     /// Polygons that neither overlap nor share an edge, and make it up.
-    pub(crate) fn united(&self) -> &[Polygon] {
+    pub(crate) fn disjoint_polygons(&self) -> &[Polygon] {
         &self.united
     }
 
     /// Polygons of it that do not lie in others (m).
-    pub(crate) fn without(&self, others: &Vec<Polygon>) -> Vec<Polygon> {
+    pub(crate) fn difference(&self, others: &Vec<Polygon>) -> Vec<Polygon> {
         if others.is_empty() {
             return self.united.clone();
         }
@@ -109,7 +109,7 @@ impl Outline {
     }
 
     /// Polygons of it and of others, together (m).
-    pub(crate) fn with(&self, others: &Vec<Polygon>) -> Vec<Polygon> {
+    pub(crate) fn union(&self, others: &Vec<Polygon>) -> Vec<Polygon> {
         self.united.overlay_as::<i64>(others, OverlayRule::Union, FillRule::EvenOdd)
     }
 
@@ -152,7 +152,7 @@ fn area(polygons: &[Polygon]) -> f64 {
 }
 
 /// The loops of a ring: none has a corner twice. What has no area, as a corner given twice or a line there and back, is left out.
-fn loops(ring: &Ring) -> Vec<Ring> {
+fn split_into_loops(ring: &Ring) -> Vec<Ring> {
     let (mut open, mut places, mut closed) = (Ring::new(), HashMap::new(), Vec::new());
     for corner in ring {
         // Zero and minus zero are one coordinate.
@@ -173,13 +173,13 @@ fn loops(ring: &Ring) -> Vec<Ring> {
 }
 
 /// The loops around the places whose winding number by the ring is not zero. They do not overlap.
-fn wound(ring: &Ring) -> Result<Vec<Ring>, String> {
-    let loops_of = loops(ring);
-    let is_plain = loops_of.len() == 1 && !touches_itself(&loops_of[0]);
+fn nonzero_winding_loops(ring: &Ring) -> Result<Vec<Ring>, String> {
+    let loops_of = split_into_loops(ring);
+    let is_plain = loops_of.len() == 1 && !has_self_contact(&loops_of[0]);
     if is_plain || ring.iter().flatten().any(|c| !c.is_finite()) {
         return Ok(loops_of);
     }
-    if let Some((a, b)) = true_crossing(ring) {
+    if let Some((a, b)) = proper_crossing(ring) {
         return Err(format!(
             "the piece from {:?} to {:?} m crosses the one from {:?} to {:?} m",
             a.0, a.1, b.0, b.1
@@ -187,12 +187,12 @@ fn wound(ring: &Ring) -> Result<Vec<Ring>, String> {
     }
     let around: Vec<Polygon> =
         vec![ring.clone()].overlay_as::<i64>(&Vec::<Ring>::new(), OverlayRule::Subject, FillRule::NonZero);
-    let found: Vec<Ring> = around.iter().flatten().flat_map(loops).collect();
+    let found: Vec<Ring> = around.iter().flatten().flat_map(split_into_loops).collect();
     Ok(if found.is_empty() { loops_of } else { found })
 }
 
 /// The union of polygons, each with the loops of its rings, as polygons that neither overlap nor share an edge.
-fn united(polygons: Vec<Vec<Vec<Ring>>>) -> Vec<Polygon> {
+fn union_of_polygons(polygons: Vec<Vec<Vec<Ring>>>) -> Vec<Polygon> {
     if let [polygon] = &polygons[..]
         && let [outer] = &polygon[..]
         && outer.len() == 1
@@ -200,8 +200,8 @@ fn united(polygons: Vec<Vec<Vec<Ring>>>) -> Vec<Polygon> {
         return polygons.into_iter().flatten().collect();
     }
     let without_holes = |mut polygon: Vec<Vec<Ring>>| -> Vec<Polygon> {
-        let holes: Vec<Polygon> = polygon.drain(1..).flat_map(|hole| simple(&hole)).collect();
-        let outer: Vec<Polygon> = polygon.iter().flat_map(simple).collect();
+        let holes: Vec<Polygon> = polygon.drain(1..).flat_map(|hole| odd_even_polygons(&hole)).collect();
+        let outer: Vec<Polygon> = polygon.iter().flat_map(odd_even_polygons).collect();
         if holes.is_empty() {
             return outer;
         }
@@ -212,7 +212,7 @@ fn united(polygons: Vec<Vec<Vec<Ring>>>) -> Vec<Polygon> {
 }
 
 /// Places in an odd number of the loops of a ring, as polygons whose outer rings run against the clock and holes with it.
-fn simple(loops: &Vec<Ring>) -> Vec<Polygon> {
+fn odd_even_polygons(loops: &Vec<Ring>) -> Vec<Polygon> {
     loops.overlay_as::<i64>(&Vec::<Ring>::new(), OverlayRule::Subject, FillRule::EvenOdd)
 }
 

@@ -3,33 +3,33 @@
 /// Sets of the numbers from zero on. The least number of a set stands for it, so that the order in which sets are joined does not
 /// matter.
 #[derive(Clone, Debug, Default)]
-pub struct Pieces {
+pub struct UnionFind {
     /// A number of the same set that is no larger.
-    above: Vec<u32>,
+    parent: Vec<u32>,
 }
 
-impl Pieces {
+impl UnionFind {
     /// `count` numbers, each by itself.
     pub fn new(count: usize) -> Self {
-        Self { above: (0..count as u32).collect() }
+        Self { parent: (0..count as u32).collect() }
     }
 
     /// The least number of the set of `of`.
-    pub fn of(&mut self, of: usize) -> usize {
+    pub fn root(&mut self, of: usize) -> usize {
         let mut of = of as u32;
-        while self.above[of as usize] != of {
+        while self.parent[of as usize] != of {
             // Shorter ways for the next one.
-            let next = self.above[self.above[of as usize] as usize];
-            self.above[of as usize] = next;
+            let next = self.parent[self.parent[of as usize] as usize];
+            self.parent[of as usize] = next;
             of = next;
         }
         of as usize
     }
 
     /// Joins the sets of two numbers.
-    pub fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.of(a), self.of(b));
-        self.above[a.max(b)] = a.min(b) as u32;
+    pub fn union(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parent[a.max(b)] = a.min(b) as u32;
     }
 }
 
@@ -41,9 +41,9 @@ mod tests {
     fn sets_are_the_same_in_whatever_order_they_are_joined() {
         let pairs = [(7, 3), (1, 2), (3, 8), (2, 7), (5, 6)];
         let of = |order: &mut dyn Iterator<Item = &(usize, usize)>| {
-            let mut pieces = Pieces::new(9);
-            order.for_each(|(a, b)| pieces.join(*a, *b));
-            (0..9).map(|k| pieces.of(k)).collect::<Vec<_>>()
+            let mut pieces = UnionFind::new(9);
+            order.for_each(|(a, b)| pieces.union(*a, *b));
+            (0..9).map(|k| pieces.root(k)).collect::<Vec<_>>()
         };
         let exact = [0, 1, 1, 1, 4, 5, 5, 1, 1];
         assert_eq!(of(&mut pairs.iter()), exact);

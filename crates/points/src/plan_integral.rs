@@ -14,12 +14,12 @@ pub(crate) struct PlanGrid {
 
 /// Area (m²) and its first moments (m³) of what a polygon has in a cell.
 #[derive(Clone, Copy, Debug, Default)]
-struct Moments {
+struct AreaMoments {
     area: f64,
     first: [f64; 2],
 }
 
-impl Moments {
+impl AreaMoments {
     /// Adds those of a ring, `sign` times.
     fn add(&mut self, ring: &[[f64; 2]], sign: f64) {
         let mut last = match ring {
@@ -39,15 +39,19 @@ impl Moments {
 
 /// Integral of a function over polygons that do not overlap (m² times its unit): over each cell of the grid the function at the centroid
 /// of what the polygons have in it, times their area there. Functions that are bilinear in cells are integrated exactly over whole ones.
-pub(crate) fn integral(
+pub(crate) fn integrate_over_polygons(
     polygons: &[Polygon],
     grid: &PlanGrid,
     function: &mut dyn FnMut([f64; 2]) -> f64,
 ) -> f64 {
-    polygons.iter().map(|polygon| of_polygon(polygon, grid, function)).sum()
+    polygons.iter().map(|polygon| integrate_over_polygon(polygon, grid, function)).sum()
 }
 
-fn of_polygon(polygon: &Polygon, grid: &PlanGrid, function: &mut dyn FnMut([f64; 2]) -> f64) -> f64 {
+fn integrate_over_polygon(
+    polygon: &Polygon,
+    grid: &PlanGrid,
+    function: &mut dyn FnMut([f64; 2]) -> f64,
+) -> f64 {
     let corners = || polygon.iter().flatten();
     let low: [f64; 2] = std::array::from_fn(|c| corners().map(|x| x[c]).fold(f64::INFINITY, f64::min));
     let high: [f64; 2] = std::array::from_fn(|c| corners().map(|x| x[c]).fold(f64::NEG_INFINITY, f64::max));
@@ -64,11 +68,17 @@ fn of_polygon(polygon: &Polygon, grid: &PlanGrid, function: &mut dyn FnMut([f64;
         })
         .collect();
     let (mut sum, mut row_of, [mut strip, mut piece, mut half]) =
-        (0.0, vec![Moments::default(); columns], [(); 3].map(|()| Ring::new()));
+        (0.0, vec![AreaMoments::default(); columns], [(); 3].map(|()| Ring::new()));
     for row in 0..rows {
-        row_of.fill(Moments::default());
+        row_of.fill(AreaMoments::default());
         for (ring, sign) in &rings {
-            between(ring, 1, [row as f64, (row + 1) as f64].map(|y| y * grid.step[1]), &mut strip, &mut half);
+            clip_to_strip(
+                ring,
+                1,
+                [row as f64, (row + 1) as f64].map(|y| y * grid.step[1]),
+                &mut strip,
+                &mut half,
+            );
             let (low, high) = strip
                 .iter()
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x[0]), high.max(x[0])));
@@ -78,7 +88,7 @@ fn of_polygon(polygon: &Polygon, grid: &PlanGrid, function: &mut dyn FnMut([f64;
             let last = ((high / grid.step[0]) as usize).min(columns - 1);
             for column in (low / grid.step[0]) as usize..=last {
                 let ends = [column as f64, (column + 1) as f64].map(|x| x * grid.step[0]);
-                between(&strip, 0, ends, &mut piece, &mut half);
+                clip_to_strip(&strip, 0, ends, &mut piece, &mut half);
                 row_of[column].add(&piece, *sign);
             }
         }
@@ -90,13 +100,13 @@ fn of_polygon(polygon: &Polygon, grid: &PlanGrid, function: &mut dyn FnMut([f64;
 }
 
 /// Part of a ring between two values of a coordinate (m). Edges that run there and back along the ends have no area.
-fn between(ring: &[[f64; 2]], axis: usize, ends: [f64; 2], out: &mut Ring, half: &mut Ring) {
-    beyond(ring, axis, ends[0], 1.0, half);
-    beyond(half, axis, ends[1], -1.0, out);
+fn clip_to_strip(ring: &[[f64; 2]], axis: usize, ends: [f64; 2], out: &mut Ring, half: &mut Ring) {
+    clip_to_half_plane(ring, axis, ends[0], 1.0, half);
+    clip_to_half_plane(half, axis, ends[1], -1.0, out);
 }
 
 /// Part of a ring on one side of a value of a coordinate.
-fn beyond(ring: &[[f64; 2]], axis: usize, value: f64, side: f64, out: &mut Ring) {
+fn clip_to_half_plane(ring: &[[f64; 2]], axis: usize, value: f64, side: f64, out: &mut Ring) {
     out.clear();
     let Some(mut last) = ring.last() else { return };
     for next in ring {
@@ -134,8 +144,8 @@ mod tests {
             turned.reverse();
             for first in [moved(&outer), turned] {
                 let polygons = vec![vec![first, moved(&hole)]];
-                close(integral(&polygons, &GRID, &mut |_| 1.0), 12.0 - 4.0 - 0.25);
-                let found = integral(&polygons, &GRID, &mut |x| x[0] - shift);
+                close(integrate_over_polygons(&polygons, &GRID, &mut |_| 1.0), 12.0 - 4.0 - 0.25);
+                let found = integrate_over_polygons(&polygons, &GRID, &mut |x| x[0] - shift);
                 assert!((found - (2.0 * 8.0 - 0.25 * 0.75)).abs() < 1e-8, "{found}");
             }
         }
@@ -145,7 +155,7 @@ mod tests {
     fn functions_that_are_bilinear_in_cells_are_integrated_exactly_over_whole_cells() {
         let [x, y] = [0.3, -0.1];
         let ring = vec![[x, y], [x + 2.0, y], [x + 2.0, y + 1.0], [x, y + 1.0]];
-        let found = integral(&[vec![ring]], &GRID, &mut |p| (p[0] - x) * (p[1] - y));
+        let found = integrate_over_polygons(&[vec![ring]], &GRID, &mut |p| (p[0] - x) * (p[1] - y));
         close(found, 2.0 * 0.5);
     }
 }

@@ -5,42 +5,48 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
-use crate::meeting::meeting_boxes;
+use crate::meeting::overlapping_boxes;
 
 /// Corners of a polygon (m). Of many corners those edges are found at once that a point or a box has at its height.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Corners {
-    all: Vec<[f64; 2]>,
+pub struct PolygonVertices {
+    vertices: Vec<[f64; 2]>,
     #[serde(skip)]
-    bands: OnceLock<Bands>,
+    bands: OnceLock<EdgeBands>,
 }
 
-impl Corners {
+impl PolygonVertices {
     /// With fewer edges it takes no longer to look at all of them.
     const FEW: usize = 32;
 
     /// All corners, to move them.
-    pub fn edit(&mut self) -> &mut [[f64; 2]] {
+    pub fn vertices_mut(&mut self) -> &mut [[f64; 2]] {
         self.bands.take();
-        &mut self.all
+        &mut self.vertices
     }
 
     /// Edge number `i`, from corner `i`.
-    fn edge(&self, i: usize) -> Edge {
-        (self.all[i], self.all[if i + 1 < self.all.len() { i + 1 } else { 0 }])
+    fn edge(&self, i: usize) -> LineSegment {
+        (self.vertices[i], self.vertices[if i + 1 < self.vertices.len() { i + 1 } else { 0 }])
     }
 
     /// All edges that reach heights from `low` to `high`, some perhaps twice, and perhaps others.
-    fn edges(&self, low: f64, high: f64) -> impl Iterator<Item = Edge> {
-        let bands = (self.all.len() > Self::FEW).then(|| self.bands.get_or_init(|| Bands::new(self)));
-        let listed = bands.map_or(&[][..], |bands| bands.between(low, high));
-        let all = if bands.is_some() { 0..0 } else { 0..self.all.len() };
+    fn edges(&self, low: f64, high: f64) -> impl Iterator<Item = LineSegment> {
+        let bands =
+            (self.vertices.len() > Self::FEW).then(|| self.bands.get_or_init(|| EdgeBands::new(self)));
+        let listed = bands.map_or(&[][..], |bands| bands.edges_between(low, high));
+        let all = if bands.is_some() { 0..0 } else { 0..self.vertices.len() };
         all.chain(listed.iter().map(|i| *i as usize)).map(|i| self.edge(i))
     }
 
     /// Whether an edge passes `meets` among those that may meet the box from `low` to `high`.
-    pub fn any_edge(&self, low: &[f64], high: &[f64], meets: impl Fn(&[f64; 2], &[f64; 2]) -> bool) -> bool {
+    pub fn any_edge_in_box(
+        &self,
+        low: &[f64],
+        high: &[f64],
+        meets: impl Fn(&[f64; 2], &[f64; 2]) -> bool,
+    ) -> bool {
         self.edges(low[1], high[1]).any(|(a, b)| meets(&a, &b))
     }
 
@@ -63,41 +69,41 @@ impl Corners {
 
     /// The first two edges without a common corner that cross, by the numbers of their corners.
     pub fn crossing_edges(&self) -> Option<(usize, usize)> {
-        let count = self.all.len();
+        let count = self.vertices.len();
         let around = |i: usize| {
             let (a, b) = self.edge(i);
             ([a[0].min(b[0]), a[1].min(b[1])], [a[0].max(b[0]), a[1].max(b[1])])
         };
         let boxes: Vec<_> = (0..count).map(around).collect();
         let apart = |&(i, j): &(usize, usize)| j != i + 1 && (i != 0 || j != count - 1);
-        let pairs = meeting_boxes(&boxes).into_iter().filter(apart);
-        pairs.filter(|(i, j)| edges_cross(self.edge(*i), self.edge(*j))).min()
+        let pairs = overlapping_boxes(&boxes).into_iter().filter(apart);
+        pairs.filter(|(i, j)| segments_cross_properly(self.edge(*i), self.edge(*j))).min()
     }
 }
 
-impl From<Vec<[f64; 2]>> for Corners {
+impl From<Vec<[f64; 2]>> for PolygonVertices {
     fn from(all: Vec<[f64; 2]>) -> Self {
-        Self { all, bands: OnceLock::new() }
+        Self { vertices: all, bands: OnceLock::new() }
     }
 }
 
-impl Deref for Corners {
+impl Deref for PolygonVertices {
     type Target = [[f64; 2]];
 
     fn deref(&self) -> &Self::Target {
-        &self.all
+        &self.vertices
     }
 }
 
-impl PartialEq for Corners {
+impl PartialEq for PolygonVertices {
     fn eq(&self, other: &Self) -> bool {
-        self.all == other.all
+        self.vertices == other.vertices
     }
 }
 
 /// The edges of a polygon by the bands of height that they reach into, all bands of the same height.
 #[derive(Clone, Debug)]
-struct Bands {
+struct EdgeBands {
     bottom: f64,
     /// Bands per length (1/m).
     per_length: f64,
@@ -106,9 +112,9 @@ struct Bands {
     edges: Vec<u32>,
 }
 
-impl Bands {
+impl EdgeBands {
     /// Bands in which all edges together stand at most three times as often as there are edges.
-    fn new(corners: &Corners) -> Self {
+    fn new(corners: &PolygonVertices) -> Self {
         let count = corners.len();
         let rises = |i: usize| {
             let (a, b) = corners.edge(i);
@@ -147,7 +153,7 @@ impl Bands {
         band(low)..band(high) + 1
     }
 
-    fn between(&self, low: f64, high: f64) -> &[u32] {
+    fn edges_between(&self, low: f64, high: f64) -> &[u32] {
         let range = self.range(low, high);
         &self.edges[self.starts[range.start] as usize..self.starts[range.end] as usize]
     }
@@ -185,35 +191,36 @@ pub fn polygon_crossings(vertices: &[[f64; 2]], point: &[f64], axis: usize) -> V
 }
 
 /// Two ends.
-pub type Edge = ([f64; 2], [f64; 2]);
+pub type LineSegment = ([f64; 2], [f64; 2]);
 
 /// Share of the extent of a ring that is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// Pairs of edges of a ring, by the numbers of their first corners, whose boxes meet or touch, and the extent of the ring (m).
-fn near_edges(ring: &[[f64; 2]]) -> (Vec<(usize, usize)>, f64) {
+fn candidate_edge_pairs(ring: &[[f64; 2]]) -> (Vec<(usize, usize)>, f64) {
     let end = |c: usize, start: f64, pick: fn(f64, f64) -> f64| ring.iter().map(|x| x[c]).fold(start, pick);
     let side = |c: usize| end(c, f64::NEG_INFINITY, f64::max) - end(c, f64::INFINITY, f64::min);
     let extent = side(0).max(side(1));
     let margin = ROUND_OFF * extent;
-    let around = |(a, b): Edge| {
+    let around = |(a, b): LineSegment| {
         let low: [f64; 2] = std::array::from_fn(|c| a[c].min(b[c]) - margin);
         (low, std::array::from_fn::<f64, 2, _>(|c| a[c].max(b[c]) + margin))
     };
     let boxes: Vec<_> = (0..ring.len()).map(|i| around(ring_edge(ring, i))).collect();
-    (meeting_boxes(&boxes), extent)
+    (overlapping_boxes(&boxes), extent)
 }
 
-fn ring_edge(ring: &[[f64; 2]], i: usize) -> Edge {
+fn ring_edge(ring: &[[f64; 2]], i: usize) -> LineSegment {
     (ring[i], ring[(i + 1) % ring.len()])
 }
 
 /// Whether edges of a ring without equal corners touch elsewhere than in the corners between them: a corner lies on another edge, or
 /// edges lie on one another.
-pub fn touches_itself(ring: &[[f64; 2]]) -> bool {
-    let cross =
-        |e: Edge, p: [f64; 2]| (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0]);
-    let lies_on = |e: Edge, p: [f64; 2]| {
+pub fn has_self_contact(ring: &[[f64; 2]]) -> bool {
+    let cross = |e: LineSegment, p: [f64; 2]| {
+        (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0])
+    };
+    let lies_on = |e: LineSegment, p: [f64; 2]| {
         let between = |c: usize| e.0[c].min(e.1[c]) <= p[c] && p[c] <= e.0[c].max(e.1[c]);
         cross(e, p) == 0.0 && between(0) && between(1)
     };
@@ -228,13 +235,13 @@ pub fn touches_itself(ring: &[[f64; 2]]) -> bool {
         }
         [a.0, a.1].iter().any(|p| lies_on(b, *p)) || [b.0, b.1].iter().any(|p| lies_on(a, *p))
     };
-    near_edges(ring).0.iter().any(touch)
+    candidate_edge_pairs(ring).0.iter().any(touch)
 }
 
 /// The first two edges of a ring that cross within both, by more than round-off.
-pub fn true_crossing(ring: &[[f64; 2]]) -> Option<(Edge, Edge)> {
-    let (pairs, extent) = near_edges(ring);
-    let is_clear = |e: Edge, other: Edge| {
+pub fn proper_crossing(ring: &[[f64; 2]]) -> Option<(LineSegment, LineSegment)> {
+    let (pairs, extent) = candidate_edge_pairs(ring);
+    let is_clear = |e: LineSegment, other: LineSegment| {
         let length = (e.1[0] - e.0[0]).hypot(e.1[1] - e.0[1]);
         let beside = |p: [f64; 2]| {
             (e.1[0] - e.0[0]) / length * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) / length * (p[0] - e.0[0])
@@ -251,9 +258,10 @@ pub fn true_crossing(ring: &[[f64; 2]]) -> Option<(Edge, Edge)> {
 }
 
 /// Whether two edges cross within both.
-fn edges_cross(a: Edge, b: Edge) -> bool {
-    let side =
-        |e: Edge, p: [f64; 2]| (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0]);
+fn segments_cross_properly(a: LineSegment, b: LineSegment) -> bool {
+    let side = |e: LineSegment, p: [f64; 2]| {
+        (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0])
+    };
     side(a, b.0) * side(a, b.1) < 0.0 && side(b, a.0) * side(b, a.1) < 0.0
 }
 
@@ -273,7 +281,7 @@ mod tests {
                 let angle = std::f64::consts::TAU * k as f64 / count as f64;
                 [radii[k] * angle.cos(), radii[k] * angle.sin()]
             };
-            let corners = Corners::from((0..count).map(corner).collect::<Vec<_>>());
+            let corners = PolygonVertices::from((0..count).map(corner).collect::<Vec<_>>());
             prop_assert_eq!(corners.crossing_edges(), None);
             for [x, y] in places {
                 let sector = (y.atan2(x).rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU * count as f64) as usize;
@@ -289,10 +297,11 @@ mod tests {
         let round = |k: u32| [f64::from(k).to_radians().cos(), f64::from(k).to_radians().sin()];
         let mut all: Vec<[f64; 2]> = (0..360).map(round).collect();
         all.swap(100, 102);
-        let crossed = Corners::from(all.clone()).crossing_edges().unwrap();
+        let crossed = PolygonVertices::from(all.clone()).crossing_edges().unwrap();
         let pairs = (0..360).flat_map(|i| (i + 2..360).map(move |j| (i, j))).filter(|pair| *pair != (0, 359));
-        let corners = Corners::from(all);
-        let expected = pairs.into_iter().find(|(i, j)| edges_cross(corners.edge(*i), corners.edge(*j)));
+        let corners = PolygonVertices::from(all);
+        let expected =
+            pairs.into_iter().find(|(i, j)| segments_cross_properly(corners.edge(*i), corners.edge(*j)));
         assert_eq!(Some(crossed), expected);
     }
 }

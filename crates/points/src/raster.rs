@@ -10,17 +10,17 @@ pub struct Georeference {
     /// Name or text of the coordinate reference system, as the file has it.
     pub crs: Option<String>,
     /// Whether the corner that the file names is that of the first cell rather than its centre.
-    pub corner: bool,
+    pub pixel_is_area: bool,
     /// The number that stands for no data in the file; in memory it is not-a-number.
     pub no_data: Option<f64>,
     /// How many values of the file are no finite number, although they are not what stands for no data; in memory they are
     /// not-a-number too.
-    pub unmarked: usize,
+    pub undeclared_no_data: usize,
     /// How many of these are numbers as large as no quantity is, by which programs mark no data.
-    pub boundless: usize,
+    pub huge_values: usize,
     /// GeoKeys of a GeoTIFF that define its system in plan by a projection and its parameters, by their numbers; none where the system has
     /// a number or a text.
-    pub keys: Vec<(u16, GeoKey)>,
+    pub geo_keys: Vec<(u16, GeoKey)>,
 }
 
 /// Value of a GeoKey (OGC 19-008r4, GeoTIFF Standard 1.1).
@@ -68,7 +68,7 @@ pub enum RasterError {
     },
     /// Too few nodes.
     #[error("{columns} columns and {rows} rows are too few: a surface needs two of each")]
-    Small {
+    TooFewNodes {
         /// Columns.
         columns: usize,
         /// Rows.
@@ -96,24 +96,24 @@ pub enum RasterError {
 }
 
 /// Magnitude from which on a thickness or a depth (m) is likely to stand for no data.
-const LARGEST: f64 = 9000.0;
+const LIKELY_NO_DATA: f64 = 9000.0;
 
 impl Raster {
     /// The doubt about thicknesses, depths or classes, in whose file numbers seem to stand for no data without being named so; `None` where
     /// there is none.
-    pub fn unnamed_marks(&self) -> Option<String> {
+    pub fn undeclared_no_data_warning(&self) -> Option<String> {
         const NAME_IT: &str = "name it in the file, under NODATA_value or in the tag of GDAL";
-        let boundless = self.reference.boundless;
+        let boundless = self.reference.huge_values;
         if boundless > 0 {
             return Some(format!(
                 "{boundless} of its values are as large as no quantity is, 1e30 or more, without being its mark of no data: if they \
                  stand for it, {NAME_IT}"
             ));
         }
-        let far = || self.values.iter().copied().filter(|value| value.abs() >= LARGEST);
+        let far = || self.values.iter().copied().filter(|value| value.abs() >= LIKELY_NO_DATA);
         let first = far().next()?;
         Some(format!(
-            "{} of its values are {LARGEST} or more, or -{LARGEST} or less, as {first}: if that stands for no data, {NAME_IT}",
+            "{} of its values are {LIKELY_NO_DATA} or more, or -{LIKELY_NO_DATA} or less, as {first}: if that stands for no data, {NAME_IT}",
             far().count()
         ))
     }
@@ -140,7 +140,7 @@ impl Raster {
     pub fn validate(&self) -> Result<(), RasterError> {
         let Self { columns, rows, origin, spacing, values, .. } = self;
         if *columns < 2 || *rows < 2 {
-            return Err(RasterError::Small { columns: *columns, rows: *rows });
+            return Err(RasterError::TooFewNodes { columns: *columns, rows: *rows });
         }
         if columns.checked_mul(*rows) != Some(values.len()) {
             return Err(RasterError::Count { columns: *columns, rows: *rows, values: values.len() });
@@ -153,24 +153,24 @@ impl Raster {
     }
 
     /// The value of a node.
-    pub fn at(&self, column: usize, row: usize) -> f64 {
+    pub fn value(&self, column: usize, row: usize) -> f64 {
         self.values[row * self.columns + column]
     }
 
     /// Place of a node in plan (m).
-    pub fn place(&self, column: usize, row: usize) -> [f64; 2] {
+    pub fn node_position(&self, column: usize, row: usize) -> [f64; 2] {
         [self.origin[0] + column as f64 * self.spacing[0], self.origin[1] + row as f64 * self.spacing[1]]
     }
 
     /// The last node's place (m): that with the greatest x and y.
-    pub fn end(&self) -> [f64; 2] {
-        self.place(self.columns - 1, self.rows - 1)
+    pub fn last_node_position(&self) -> [f64; 2] {
+        self.node_position(self.columns - 1, self.rows - 1)
     }
 
     /// The cell between four nodes in which a place in plan lies, by its node with the least x and y, and the place's shares of
     /// the spacing from that node; `None` beyond the outermost nodes.
     #[inline]
-    pub fn cell(&self, x: f64, y: f64) -> Option<([usize; 2], [f64; 2])> {
+    pub fn locate_cell(&self, x: f64, y: f64) -> Option<([usize; 2], [f64; 2])> {
         let (mut cell, mut share) = ([0; 2], [0.0; 2]);
         for (axis, (at, count)) in [(x, self.columns), (y, self.rows)].into_iter().enumerate() {
             let steps = (at - self.origin[axis]) / self.spacing[axis];
@@ -186,14 +186,15 @@ impl Raster {
     /// Value at a place in plan, bilinear between the four nodes around it; `None` beyond the outermost nodes or where one of the
     /// four that count has no data.
     pub fn interpolate(&self, x: f64, y: f64) -> Option<f64> {
-        let ([i, j], [s, t]) = self.cell(x, y)?;
+        let ([i, j], [s, t]) = self.locate_cell(x, y)?;
         let terms = [
             (i, j, (1.0 - s) * (1.0 - t)),
             (i + 1, j, s * (1.0 - t)),
             (i, j + 1, (1.0 - s) * t),
             (i + 1, j + 1, s * t),
         ];
-        let sum: f64 = terms.iter().filter(|(_, _, w)| *w > 0.0).map(|(i, j, w)| w * self.at(*i, *j)).sum();
+        let sum: f64 =
+            terms.iter().filter(|(_, _, w)| *w > 0.0).map(|(i, j, w)| w * self.value(*i, *j)).sum();
         sum.is_finite().then_some(sum)
     }
 
@@ -220,7 +221,7 @@ impl Raster {
             &self.values[start..start + size[0]]
         };
         let values = (0..size[1]).flat_map(row).copied().collect();
-        let (columns, rows, origin) = (size[0], size[1], self.place(first[0], first[1]));
+        let (columns, rows, origin) = (size[0], size[1], self.node_position(first[0], first[1]));
         Ok(Self { columns, rows, origin, spacing: self.spacing, values, reference: self.reference.clone() })
     }
 
@@ -233,11 +234,11 @@ impl Raster {
         if !spacing.iter().all(|s| s.is_finite() && *s > 0.0) {
             return Err(RasterError::Spacing { spacing, origin: self.origin });
         }
-        let end = self.end();
+        let end = self.last_node_position();
         let count = |c: usize| ((end[c] - self.origin[c]) / spacing[c] + 1e-9).floor() as usize + 1;
         let (columns, rows) = (count(0), count(1));
         if columns < 2 || rows < 2 {
-            return Err(RasterError::Small { columns, rows });
+            return Err(RasterError::TooFewNodes { columns, rows });
         }
         let parts: [usize; 2] =
             std::array::from_fn(|c| (spacing[c] / self.spacing[c]).ceil().max(1.0) as usize);
@@ -293,7 +294,7 @@ mod tests {
         near(&fine, 101.7, 213.3);
         let coarse = raster.resampled([4.0, 6.0]).unwrap();
         // Away from the rim, where half of a cell lies outside.
-        assert!((coarse.at(2, 1) - exact(108.0, 206.0)).abs() < 1e-9);
+        assert!((coarse.value(2, 1) - exact(108.0, 206.0)).abs() < 1e-9);
         assert!(raster.cropped([500.0, 0.0], [600.0, 1.0]).is_err());
     }
 

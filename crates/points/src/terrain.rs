@@ -6,7 +6,7 @@ use crate::{Raster, RasterError};
 
 /// Height, slope and curvature of a terrain at a place in plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bed {
+pub struct TerrainSample {
     /// Height (m).
     pub height: f64,
     /// Gradient of the height along x and y.
@@ -16,7 +16,7 @@ pub struct Bed {
 }
 
 /// Nodes around a place in plan and their bilinear weights, which add up to one.
-pub type Weights = [(usize, f64); 4];
+pub type BilinearWeights = [(usize, f64); 4];
 
 /// A terrain as depth-integrated flow sees it: heights, slopes and second derivatives at the nodes of a raster, all three bilinear
 /// between them. Slopes are those of nodal recovery on bilinear elements with a lumped mass, second derivatives those of compact
@@ -27,7 +27,7 @@ pub type Weights = [(usize, f64); 4];
 pub struct Terrain {
     raster: Raster,
     smoothing: usize,
-    beds: Vec<Bed>,
+    samples: Vec<TerrainSample>,
 }
 
 impl Terrain {
@@ -38,8 +38,8 @@ impl Terrain {
     /// As [`Raster::validate`].
     pub fn new(raster: Raster, smoothing: usize) -> Result<Self, RasterError> {
         raster.validate()?;
-        let mut terrain = Self { beds: Vec::new(), raster, smoothing };
-        terrain.recover();
+        let mut terrain = Self { samples: Vec::new(), raster, smoothing };
+        terrain.recover_derivatives();
         Ok(terrain)
     }
 
@@ -48,20 +48,20 @@ impl Terrain {
         &self.raster
     }
 
-    /// The heights of the nodes (m), to change them; [`Terrain::recover`] must follow.
+    /// The heights of the nodes (m), to change them; [`Terrain::recover_derivatives`] must follow.
     pub fn heights_mut(&mut self) -> &mut [f64] {
         &mut self.raster.values
     }
 
     /// What is known of each node, in the raster's order.
-    pub fn nodes(&self) -> &[Bed] {
-        &self.beds
+    pub fn node_samples(&self) -> &[TerrainSample] {
+        &self.samples
     }
 
     /// The nodes around a place in plan (m) with their weights; `None` beyond the outermost nodes.
     #[inline]
-    pub fn weights(&self, x: f64, y: f64) -> Option<Weights> {
-        let ([i, j], [s, t]) = self.raster.cell(x, y)?;
+    pub fn weights(&self, x: f64, y: f64) -> Option<BilinearWeights> {
+        let ([i, j], [s, t]) = self.raster.locate_cell(x, y)?;
         let node = j * self.raster.columns + i;
         let above = node + self.raster.columns;
         Some([
@@ -72,10 +72,10 @@ impl Terrain {
         ])
     }
 
-    /// Whether there is a bed at a place in plan (m), as [`Terrain::bed`] has it.
+    /// Whether there is a bed at a place in plan (m), as [`Terrain::sample_at`] has it.
     #[inline]
-    pub fn holds(&self, x: f64, y: f64) -> bool {
-        let Some(([i, j], _)) = self.raster.cell(x, y) else { return false };
+    pub fn has_data_at(&self, x: f64, y: f64) -> bool {
+        let Some(([i, j], _)) = self.raster.locate_cell(x, y) else { return false };
         let below = j * self.raster.columns + i;
         let above = below + self.raster.columns;
         [below, below + 1, above, above + 1].iter().all(|node| self.raster.values[*node].is_finite())
@@ -83,10 +83,10 @@ impl Terrain {
 
     /// The bed at a place in plan (m); `None` beyond the outermost nodes or where one around it has no data.
     #[inline]
-    pub fn bed(&self, x: f64, y: f64) -> Option<Bed> {
-        let mut found = Bed { height: 0.0, gradient: [0.0; 2], hessian: [0.0; 3] };
+    pub fn sample_at(&self, x: f64, y: f64) -> Option<TerrainSample> {
+        let mut found = TerrainSample { height: 0.0, gradient: [0.0; 2], hessian: [0.0; 3] };
         for (node, weight) in self.weights(x, y)? {
-            let bed = &self.beds[node];
+            let bed = &self.samples[node];
             found.height += weight * bed.height;
             (0..2).for_each(|c| found.gradient[c] += weight * bed.gradient[c]);
             (0..3).for_each(|c| found.hessian[c] += weight * bed.hessian[c]);
@@ -96,15 +96,15 @@ impl Terrain {
 
     /// Finds slopes and second derivatives anew from the heights. Beside a node without data differences are one-sided; a node
     /// without two neighbours in a row is level along it.
-    pub fn recover(&mut self) {
+    pub fn recover_derivatives(&mut self) {
         let Raster { columns, rows, .. } = self.raster;
-        let level = Bed { height: f64::NAN, gradient: [0.0; 2], hessian: [0.0; 3] };
-        self.beds.resize(self.raster.values.len(), level);
-        self.recover_within([0..columns, 0..rows]);
+        let level = TerrainSample { height: f64::NAN, gradient: [0.0; 2], hessian: [0.0; 3] };
+        self.samples.resize(self.raster.values.len(), level);
+        self.recover_derivatives_within([0..columns, 0..rows]);
     }
 
-    /// The same for the nodes of some columns and rows only: all those as far as [`Terrain::reach`] from a height that has changed.
-    pub fn recover_within(&mut self, [columns, rows]: [Range<usize>; 2]) {
+    /// The same for the nodes of some columns and rows only: all those as far as [`Terrain::derivative_reach`] from a height that has changed.
+    pub fn recover_derivatives_within(&mut self, [columns, rows]: [Range<usize>; 2]) {
         let wide = |range: &Range<usize>, count: usize| {
             range.start.saturating_sub(self.smoothing)..(range.end + self.smoothing).min(count)
         };
@@ -112,7 +112,7 @@ impl Terrain {
         let mut bends = Vec::with_capacity(around[0].len() * around[1].len());
         for j in around[1].clone() {
             for i in around[0].clone() {
-                bends.push(self.bends(i, j));
+                bends.push(self.second_differences(i, j));
             }
         }
         for _ in 0..self.smoothing {
@@ -121,24 +121,27 @@ impl Terrain {
         for j in rows {
             for i in columns.clone() {
                 let own = (j - around[1].start) * around[0].len() + i - around[0].start;
-                let bed =
-                    Bed { height: self.raster.at(i, j), gradient: self.gradient(i, j), hessian: bends[own] };
-                self.beds[j * self.raster.columns + i] = bed;
+                let bed = TerrainSample {
+                    height: self.raster.value(i, j),
+                    gradient: self.gradient(i, j),
+                    hessian: bends[own],
+                };
+                self.samples[j * self.raster.columns + i] = bed;
             }
         }
     }
 
     /// How far a height is felt (nodes): two neighbours beside a rim or a gap, and one for each mean that is taken.
-    pub fn reach(&self) -> usize {
+    pub fn derivative_reach(&self) -> usize {
         2 + self.smoothing
     }
 
-    fn line_x(&self, j: usize) -> Line<'_> {
-        Line { raster: &self.raster, along: 0, fixed: j }
+    fn line_x(&self, j: usize) -> RasterLine<'_> {
+        RasterLine { raster: &self.raster, along: 0, fixed: j }
     }
 
-    fn line_y(&self, i: usize) -> Line<'_> {
-        Line { raster: &self.raster, along: 1, fixed: i }
+    fn line_y(&self, i: usize) -> RasterLine<'_> {
+        RasterLine { raster: &self.raster, along: 1, fixed: i }
     }
 
     /// Recovered slope at a node.
@@ -153,17 +156,22 @@ impl Terrain {
         let slope_x = |j: usize| self.line_x(j).slope(i).map(|d| d / dx);
         let slope_y = |i: usize| self.line_y(i).slope(j).map(|d| d / dy);
         [
-            weighted(beside(j, rows).map(|j| j.and_then(slope_x))).unwrap_or_default(),
-            weighted(beside(i, columns).map(|i| i.and_then(slope_y))).unwrap_or_default(),
+            weighted(neighbour_indices(j, rows).map(|j| j.and_then(slope_x))).unwrap_or_default(),
+            weighted(neighbour_indices(i, columns).map(|i| i.and_then(slope_y))).unwrap_or_default(),
         ]
     }
 
     /// Second differences at a node.
-    fn bends(&self, i: usize, j: usize) -> [f64; 3] {
+    fn second_differences(&self, i: usize, j: usize) -> [f64; 3] {
         let Raster { rows, spacing: [dx, dy], .. } = self.raster;
         let slope_x = |j: usize| self.line_x(j).slope(i).map(|d| d / dx);
-        let cross = difference(beside(j, rows).map(|j| j.and_then(slope_x))).map_or(0.0, |d| d / dy);
-        [self.line_x(j).bend(i) / (dx * dx), cross, self.line_y(i).bend(j) / (dy * dy)]
+        let cross =
+            difference(neighbour_indices(j, rows).map(|j| j.and_then(slope_x))).map_or(0.0, |d| d / dy);
+        [
+            self.line_x(j).second_difference(i) / (dx * dx),
+            cross,
+            self.line_y(i).second_difference(j) / (dy * dy),
+        ]
     }
 
     /// Means over 3 × 3 nodes of a window, of those that are there and have data.
@@ -174,7 +182,7 @@ impl Terrain {
                 let (mut sum, mut count) = ([0.0; 3], 0.0);
                 for row in j.saturating_sub(1).max(rows.start)..(j + 2).min(rows.end) {
                     for column in i.saturating_sub(1).max(columns.start)..(i + 2).min(columns.end) {
-                        if self.raster.at(column, row).is_finite() {
+                        if self.raster.value(column, row).is_finite() {
                             let own = (row - rows.start) * columns.len() + column - columns.start;
                             (0..3).for_each(|c| sum[c] += before[own][c]);
                             count += 1.0;
@@ -191,7 +199,7 @@ impl Terrain {
 }
 
 /// A number and those before and after it, so far as there are such among `count`.
-fn beside(k: usize, count: usize) -> [Option<usize>; 3] {
+fn neighbour_indices(k: usize, count: usize) -> [Option<usize>; 3] {
     [k.checked_sub(1), Some(k), Some(k + 1).filter(|next| *next < count)]
 }
 
@@ -206,18 +214,18 @@ fn difference([before, here, after]: [Option<f64>; 3]) -> Option<f64> {
 }
 
 /// A row or a column of a raster.
-struct Line<'a> {
+struct RasterLine<'a> {
     raster: &'a Raster,
     along: usize,
     fixed: usize,
 }
 
-impl Line<'_> {
+impl RasterLine<'_> {
     fn height(&self, k: Option<usize>) -> Option<f64> {
         let counts = [self.raster.columns, self.raster.rows];
         let k = k.filter(|k| *k < counts[self.along])?;
         let (i, j) = if self.along == 0 { (k, self.fixed) } else { (self.fixed, k) };
-        Some(self.raster.at(i, j)).filter(|height| height.is_finite())
+        Some(self.raster.value(i, j)).filter(|height| height.is_finite())
     }
 
     fn around(&self, k: usize) -> [Option<f64>; 3] {
@@ -229,7 +237,7 @@ impl Line<'_> {
     }
 
     /// Second difference at node `k`; at an end that of the node beside it, and none where there are not three in a row.
-    fn bend(&self, k: usize) -> f64 {
+    fn second_difference(&self, k: usize) -> f64 {
         let at = |k: usize| match self.around(k) {
             [Some(b), Some(h), Some(a)] => Some(a - 2.0 * h + b),
             _ => None,
@@ -252,8 +260,8 @@ mod tests {
         for smoothing in [0, 2] {
             let terrain = Terrain::new(raster.clone(), smoothing).unwrap();
             let (x, y) = (-1.0, 3.0);
-            let bed = terrain.bed(x, y).unwrap();
-            assert!(terrain.holds(x, y) && !terrain.holds(-3.1, y));
+            let bed = terrain.sample_at(x, y).unwrap();
+            assert!(terrain.has_data_at(x, y) && !terrain.has_data_at(-3.1, y));
             let exact = [0.3 + 0.1 * x + 0.02 * y, -0.2 + 0.02 * x - 0.08 * y];
             assert!((bed.height - parabola(x, y)).abs() < 1e-12);
             assert!((0..2).all(|c| (bed.gradient[c] - exact[c]).abs() < 1e-12), "{bed:?} {exact:?}");
@@ -268,12 +276,12 @@ mod tests {
         raster.values[14] = f64::NAN;
         let terrain = Terrain::new(raster, 1).unwrap();
         for (x, y) in [(0.0, 0.0), (9.9, 9.9), (10.0, 3.0), (7.5, 7.5), (1.0, 8.0)] {
-            let bed = terrain.bed(x, y).unwrap();
+            let bed = terrain.sample_at(x, y).unwrap();
             assert!((bed.gradient[0] + 0.5).abs() < 1e-12 && (bed.gradient[1] - 0.25).abs() < 1e-12);
             assert!(bed.hessian.iter().all(|h| h.abs() < 1e-12));
         }
-        assert_eq!(terrain.bed(4.5, 4.5), None);
-        assert_eq!(terrain.bed(-0.1, 4.0), None);
+        assert_eq!(terrain.sample_at(4.5, 4.5), None);
+        assert_eq!(terrain.sample_at(-0.1, 4.0), None);
     }
 
     #[test]
@@ -284,11 +292,12 @@ mod tests {
         let mut parts = Terrain::new(raster, 2).unwrap();
         parts.heights_mut()[6 * 14 + 7] += 0.3;
         let mut whole = parts.clone();
-        whole.recover();
-        let reach = parts.reach();
-        parts.recover_within([7 - reach..8 + reach, 6 - reach..7 + reach]);
+        whole.recover_derivatives();
+        let reach = parts.derivative_reach();
+        parts.recover_derivatives_within([7 - reach..8 + reach, 6 - reach..7 + reach]);
         let bits = |terrain: &Terrain| -> Vec<u64> {
-            let all = terrain.nodes().iter().flat_map(|bed| bed.gradient.into_iter().chain(bed.hessian));
+            let all =
+                terrain.node_samples().iter().flat_map(|bed| bed.gradient.into_iter().chain(bed.hessian));
             all.map(f64::to_bits).collect()
         };
         assert_eq!(bits(&parts), bits(&whole));

@@ -3,7 +3,7 @@
 use std::io;
 
 use colluvium_points::columns::read_column;
-use colluvium_points::{Spare, columns};
+use colluvium_points::{ScratchBuffers, struct_of_arrays};
 use proptest::prelude::*;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,7 @@ impl From<[f64; 1]> for Turn {
     }
 }
 
-columns! {
+struct_of_arrays! {
     /// Points of a test.
     struct Points<const D: usize> {
         /// Ids.
@@ -54,7 +54,7 @@ proptest! {
         order.sort_by_key(|&i| (keys[i as usize], i));
         let mut back = vec![0; order.len()];
         order.iter().zip(0..).for_each(|(&from, to)| back[from as usize] = to);
-        let (start, mut spare) = (points(keys.len()), Spare::default());
+        let (start, mut spare) = (points(keys.len()), ScratchBuffers::default());
         let mut moved = start.clone();
         moved.reorder(&order, &mut spare);
         prop_assert_eq!(&moved.id, &order);
@@ -85,7 +85,7 @@ fn keeping_some_is_the_same_as_an_order_that_names_them() {
     let (mut kept, mut named) = (points(20), points(20));
     assert_eq!(kept.retain(|i| i % 4 != 1), 15);
     let order: Vec<u32> = (0..20).filter(|i| i % 4 != 1).collect();
-    named.reorder(&order, &mut Spare::default());
+    named.reorder(&order, &mut ScratchBuffers::default());
     assert_eq!(kept, named);
 }
 
@@ -112,7 +112,7 @@ fn points_that_go_out_and_come_back_are_what_they_were() {
 #[test]
 fn a_range_is_reordered_and_shortened_by_itself() {
     let mut some = points(6);
-    some.reorder_range(2..5, &[2, 0], &mut Spare::default());
+    some.reorder_range(2..5, &[2, 0], &mut ScratchBuffers::default());
     assert_eq!(some.id, [0, 1, 4, 2, 5]);
     assert_eq!(some.turn[2..], [Turn(0.4), Turn(0.2), Turn(0.5)]);
     let mut two = points(2);
@@ -124,7 +124,7 @@ fn a_range_is_reordered_and_shortened_by_itself() {
 
 #[test]
 fn bytes_of_other_columns_and_counts_without_bytes_are_refused() {
-    columns! {
+    struct_of_arrays! {
         /// Other points.
         struct Others {
             /// Ids.

@@ -1,6 +1,6 @@
 //! Cells and lists of neighbours against brute force.
 
-use colluvium_points::{CellList, HalfList, NeighbourList, SearchError};
+use colluvium_points::{CellList, HalfNeighbourList, NeighbourList, SearchError};
 use proptest::prelude::*;
 
 fn agrees_with_brute_force<const D: usize>(points: &[[f64; D]], radius: f64) {
@@ -13,18 +13,19 @@ fn agrees_with_brute_force<const D: usize>(points: &[[f64; D]], radius: f64) {
         };
         let all: Vec<u32> =
             (0..points.len()).filter(|&j| j != i && close(&points[j])).map(|j| j as u32).collect();
-        assert_eq!(list.of(i), all);
+        assert_eq!(list.neighbours(i), all);
     }
     let mut first = NeighbourList::new();
     first.build_first(points, points.len() / 2, radius, |_, _| true).unwrap();
-    assert!((0..first.len()).all(|i| first.of(i) == list.of(i)));
+    assert!((0..first.len()).all(|i| first.neighbours(i) == list.neighbours(i)));
     assert_eq!(first.len(), points.len() / 2);
     first.build_first(points, points.len(), radius, |i, j| (i + j) % 2 == 1).unwrap();
-    let odd = |i: usize| list.of(i).iter().copied().filter(|j| (i as u32 + j) % 2 == 1).collect::<Vec<_>>();
-    assert!((0..points.len()).all(|i| first.of(i) == odd(i)));
-    let mut half = HalfList::new();
+    let odd =
+        |i: usize| list.neighbours(i).iter().copied().filter(|j| (i as u32 + j) % 2 == 1).collect::<Vec<_>>();
+    assert!((0..points.len()).all(|i| first.neighbours(i) == odd(i)));
+    let mut half = HalfNeighbourList::new();
     half.build(points, radius).unwrap();
-    let full = (0..points.len()).flat_map(|i| list.of(i).iter().map(move |&j| (i as u32, j)));
+    let full = (0..points.len()).flat_map(|i| list.neighbours(i).iter().map(move |&j| (i as u32, j)));
     let once: Vec<(u32, u32)> = full.filter(|(i, j)| i < j).collect();
     assert!(half.pairs().eq(once.iter().copied()));
     assert_eq!((half.len(), half.is_empty()), (once.len(), once.is_empty()));
@@ -59,7 +60,10 @@ fn points_on_the_faces_of_cells_are_found() {
     }
     let mut list = NeighbourList::new();
     list.build(&[[0.0], [1.0], [2.0]], 1.0).unwrap();
-    assert_eq!((list.of(0), list.of(1), list.of(2)), (&[1][..], &[0, 2][..], &[1][..]));
+    assert_eq!(
+        (list.neighbours(0), list.neighbours(1), list.neighbours(2)),
+        (&[1][..], &[0, 2][..], &[1][..])
+    );
 }
 
 #[test]
@@ -67,7 +71,7 @@ fn one_point_has_no_neighbours_and_no_point_no_list() {
     agrees_with_brute_force(&[[0.3, -0.2]], 0.5);
     let mut list = NeighbourList::new();
     list.build(&[[1e9, -1e9, 0.0]], 1e-3).unwrap();
-    assert_eq!((list.len(), list.of(0)), (1, &[][..]));
+    assert_eq!((list.len(), list.neighbours(0)), (1, &[][..]));
     list.build(&[], 1.0).unwrap();
     assert!(list.is_empty());
 }
@@ -86,7 +90,8 @@ fn the_list_of_the_longest_radius_holds_those_of_all() {
     let mut list = NeighbourList::new();
     list.build(&points, radii.iter().copied().fold(0.0, f64::max)).unwrap();
     for i in 0..300 {
-        let found: Vec<usize> = list.of(i).iter().map(|&j| j as usize).filter(|&j| close(i, j)).collect();
+        let found: Vec<usize> =
+            list.neighbours(i).iter().map(|&j| j as usize).filter(|&j| close(i, j)).collect();
         let all: Vec<usize> = (0..300).filter(|&j| j != i && close(i, j)).collect();
         assert_eq!(found, all);
     }
@@ -106,7 +111,7 @@ fn what_lies_around_points_of_another_set_is_found_within_the_radius_of_each() {
     for (i, x) in targets.iter().enumerate() {
         let near = |y: &[f64; 2]| (x[0] - y[0]).powi(2) + (x[1] - y[1]).powi(2) <= radius(i).powi(2);
         let all: Vec<u32> = (0..200).filter(|&j| j != 7 && near(&sources[j as usize])).collect();
-        assert_eq!(list.of(i), all);
+        assert_eq!(list.neighbours(i), all);
     }
 }
 
@@ -128,7 +133,7 @@ fn the_list_does_not_depend_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut list = NeighbourList::new();
         pool.install(|| list.build(&points, 0.25).unwrap());
-        let mut half = HalfList::new();
+        let mut half = HalfNeighbourList::new();
         pool.install(|| half.build(&points, 0.25).unwrap());
         let neighbours: usize = list.blocks().iter().map(|rows| rows.indices().len()).sum();
         assert_eq!(2 * half.len(), neighbours);

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use colluvium_case::{Case, Method, Snapshot, Solver};
 use colluvium_constitutive::{
-    BLOCK, InitialCondition, Mat3, Material, MaterialSpec, Motion, Motions, States, SymTensor,
+    BLOCK_SIZE, InitialCondition, Mat3, Material, MaterialSpec, Motion, MotionBlock, States, SymTensor,
 };
 use colluvium_snow_mpm::SnowMpm;
 use criterion::{Bencher, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -146,12 +146,12 @@ fn step(criterion: &mut Criterion, size: &Size) {
 }
 
 /// Points of the law alone: what they hold fits the second-level cache.
-const POINTS: usize = 16 * BLOCK;
+const POINTS: usize = 16 * BLOCK_SIZE;
 
 /// Points that are led on by the law alone.
 #[derive(Clone)]
 struct Led {
-    motions: Vec<Motions>,
+    motions: Vec<MotionBlock>,
     stresses: Vec<SymTensor>,
     states: States,
 }
@@ -172,15 +172,15 @@ impl Led {
             Motion::from_deformation(&f, 1e-4, 250.0, 0.1).expect("a step of this size is regular")
         };
         let block = |number: usize| {
-            let mut block = Motions::still(1e-4, 0.1, planar);
-            (0..BLOCK).for_each(|i| block.put(i, &motion(number * BLOCK + i)));
+            let mut block = MotionBlock::at_rest(1e-4, 0.1, planar);
+            (0..BLOCK_SIZE).for_each(|i| block.set(i, &motion(number * BLOCK_SIZE + i)));
             block
         };
-        Self { motions: (0..POINTS / BLOCK).map(block).collect(), stresses, states }
+        Self { motions: (0..POINTS / BLOCK_SIZE).map(block).collect(), stresses, states }
     }
 
     fn step(&mut self, law: &dyn Material) {
-        let parts = self.stresses.chunks_mut(BLOCK).zip(&self.motions);
+        let parts = self.stresses.chunks_mut(BLOCK_SIZE).zip(&self.motions);
         for (block, (stresses, motions)) in self.states.blocks_mut().iter_mut().zip(parts) {
             law.update_block(motions, stresses, block).expect("an admissible step");
         }
@@ -189,8 +189,8 @@ impl Led {
     /// Share of the points on the yield surface.
     fn yielding(&self, law: &dyn Material) -> f64 {
         let mut count = 0;
-        for (block, stresses) in self.states.blocks().iter().zip(self.stresses.chunks(BLOCK)) {
-            let mut values = [0.0; BLOCK];
+        for (block, stresses) in self.states.blocks().iter().zip(self.stresses.chunks(BLOCK_SIZE)) {
+            let mut values = [0.0; BLOCK_SIZE];
             law.yield_values(stresses, block, &mut values);
             count += values.iter().zip(stresses).filter(|(y, stress)| **y > -1e-6 * stress.norm()).count();
         }

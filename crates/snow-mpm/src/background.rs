@@ -5,23 +5,25 @@
 //! unbounded grid: their second moment, on which APIC stands, is the same everywhere, and they are a partition of unity at walls
 //! too (sheet: snow-mpm §3.3, P16). Nodes lie on multiples of the cell size from the corner of the domain.
 
-use colluvium_grid::{Axis, Grid, GridError, Ground, Layout, Mesh, Node, Shape, Sweeps};
+use colluvium_grid::{
+    Basis1d, Grid, GridError, GridView, Layout, Mesh, NodalState, ShapeFunctionKind, Transfers,
+};
 
 use crate::config::SplineShape;
 
 /// Cells beyond the domain on every side.
-const MARGIN: f64 = 4.0;
+const MARGIN_CELLS: f64 = 4.0;
 
 /// The background of all points.
-pub struct Background<const D: usize> {
+pub struct BackgroundGrid<const D: usize> {
     /// The grid, wider than the domain.
     pub grid: Grid<D>,
     /// The nodes, and which of them are active since the last sort.
     pub layout: Layout<D>,
     /// The transfers.
-    pub sweeps: &'static dyn Sweeps<D>,
+    pub transfers: &'static dyn Transfers<D>,
     /// The shape functions along an axis.
-    pub axis: Axis,
+    pub basis_1d: Basis1d,
     /// Lower corner of the domain (m).
     pub low: [f64; D],
     /// Upper corner of the domain (m).
@@ -33,15 +35,15 @@ pub struct Background<const D: usize> {
 }
 
 /// Shape functions as the grid knows them.
-pub fn shape(chosen: SplineShape) -> Shape {
+pub fn shape_function_kind(chosen: SplineShape) -> ShapeFunctionKind {
     match chosen {
-        SplineShape::Cubic => Shape::Cubic,
-        SplineShape::Quadratic => Shape::Quadratic,
-        SplineShape::Linear => Shape::Linear,
+        SplineShape::Cubic => ShapeFunctionKind::Cubic,
+        SplineShape::Quadratic => ShapeFunctionKind::Quadratic,
+        SplineShape::Linear => ShapeFunctionKind::Linear,
     }
 }
 
-impl<const D: usize> Background<D> {
+impl<const D: usize> BackgroundGrid<D> {
     /// The background of a domain with corners `low` and `high` (m) and cells of edge `cell` (m).
     ///
     /// # Errors
@@ -49,37 +51,46 @@ impl<const D: usize> Background<D> {
     pub fn new(
         [low, high]: [[f64; D]; 2],
         cell: f64,
-        sweeps: &'static dyn Sweeps<D>,
+        sweeps: &'static dyn Transfers<D>,
     ) -> Result<Self, GridError> {
         Grid::new(low, high, cell)?;
-        let axis = sweeps.axis();
+        let axis = sweeps.basis_1d();
         // Nodes of an odd number of functions a cell lie at the middles of its grid's cells.
-        let margin = MARGIN - (axis.coordinate(5, 12) - axis.coordinate(5, 12).floor());
+        let margin = MARGIN_CELLS - (axis.coordinate(5, 12) - axis.coordinate(5, 12).floor());
         let wide = margin * cell;
         let grid = Grid::new(low.map(|x| x - wide), high.map(|x| x + wide), cell)?;
-        let layout = Layout::of(&grid, &axis);
-        Ok(Self { grid, layout, sweeps, axis, low, high, periodic: [false; D], mesh: Mesh::default() })
+        let layout = Layout::with_basis(&grid, &axis);
+        Ok(Self {
+            grid,
+            layout,
+            transfers: sweeps,
+            basis_1d: axis,
+            low,
+            high,
+            periodic: [false; D],
+            mesh: Mesh::default(),
+        })
     }
 
     /// The same, repeating itself along the given axes, along which nodes that are a width of the domain apart are one.
     ///
     /// # Errors
     /// How many cells the domain has to be wide for that, where it is narrower.
-    pub fn repeating(mut self, periodic: [bool; D]) -> Result<Self, usize> {
+    pub fn with_periodic_axes(mut self, periodic: [bool; D]) -> Result<Self, usize> {
         let period = |axis: usize| ((self.high[axis] - self.low[axis]) / self.grid.cell).round() as usize;
         // The grid is as much wider than the domain along all axes.
         let least = self.layout.nodes()[0] - period(0);
         let periods = std::array::from_fn(|axis| if periodic[axis] { period(axis) } else { 0 });
-        self.layout = self.layout.repeating_every(periods).ok_or(least)?;
+        self.layout = self.layout.with_period(periods).ok_or(least)?;
         self.periodic = periodic;
         Ok(self)
     }
 
     /// Gives nodes that are one in a periodic domain the sum of what each of them has.
-    pub fn fold(&self, nodes: &mut [Node]) {
+    pub fn sum_periodic_images(&self, nodes: &mut [NodalState]) {
         if self.periodic != [false; D] {
-            self.layout.fold(nodes, |sum, node| {
-                sum.motion += node.motion;
+            self.layout.sum_periodic_images(nodes, |sum, node| {
+                sum.momentum_and_mass += node.momentum_and_mass;
                 sum.force += node.force;
             });
         }
@@ -87,26 +98,26 @@ impl<const D: usize> Background<D> {
 
     /// Whether the node at `index` stands for another one of lower index, in a periodic domain: sums leave it out.
     #[inline(always)]
-    pub fn is_repeated(&self, index: &[usize; 3]) -> bool {
-        self.periodic != [false; D] && self.layout.is_repeated(index)
+    pub fn is_periodic_image(&self, index: &[usize; 3]) -> bool {
+        self.periodic != [false; D] && self.layout.is_periodic_image(index)
     }
 
     /// Whether a place (m) lies in the domain; not where it is no number.
-    pub fn holds(&self, place: &[f64; D]) -> bool {
+    pub fn contains(&self, place: &[f64; D]) -> bool {
         (0..D).all(|axis| place[axis] >= self.low[axis] && place[axis] <= self.high[axis])
     }
 
     /// Where points find their nodes.
     #[inline(always)]
-    pub fn ground(&self) -> Ground<'_, D> {
-        Ground::new(&self.grid, &self.mesh, &self.layout)
+    pub fn grid_view(&self) -> GridView<'_, D> {
+        GridView::new(&self.grid, &self.mesh, &self.layout)
     }
 
     /// Where a node is (m).
-    pub fn place(&self, index: &[usize; 3]) -> [f64; 3] {
+    pub fn node_position(&self, index: &[usize; 3]) -> [f64; 3] {
         let mut place = [0.0; 3];
         for axis in 0..D {
-            let along = self.axis.coordinate(index[axis], self.grid.cells[axis]);
+            let along = self.basis_1d.coordinate(index[axis], self.grid.cells[axis]);
             place[axis] = self.grid.origin[axis] + self.grid.cell * along;
         }
         place
@@ -115,7 +126,7 @@ impl<const D: usize> Background<D> {
     /// How far a place lies outside the domain along the axis where that is most (cells); not positive inside. Along an axis along
     /// which the domain repeats itself nothing is outside.
     #[inline]
-    pub fn outside(&self, place: &[f64; D]) -> f64 {
+    pub fn distance_outside(&self, place: &[f64; D]) -> f64 {
         let beyond = |axis: usize| (self.low[axis] - place[axis]).max(place[axis] - self.high[axis]);
         (0..D).filter(|axis| !self.periodic[*axis]).map(beyond).fold(f64::NEG_INFINITY, f64::max)
             / self.grid.cell
@@ -125,8 +136,8 @@ impl<const D: usize> Background<D> {
     pub fn node_below(&self, axis: usize, place: f64) -> usize {
         let local = (place - self.grid.origin[axis]) / self.grid.cell + 1e-6;
         let cells = self.grid.cells[axis];
-        let lies_below = |node: &usize| self.axis.coordinate(*node, cells) <= local;
-        (0..self.axis.nodes(cells)).take_while(lies_below).last().unwrap_or(0)
+        let lies_below = |node: &usize| self.basis_1d.coordinate(*node, cells) <= local;
+        (0..self.basis_1d.nodes(cells)).take_while(lies_below).last().unwrap_or(0)
     }
 }
 
@@ -134,17 +145,17 @@ impl<const D: usize> Background<D> {
 mod tests {
     use super::*;
 
-    fn background(shape: Shape) -> Background<2> {
-        Background::new([[1.0, -2.0], [3.0, 1.0]], 0.25, shape.in_plane().unwrap()).unwrap()
+    fn background(shape: ShapeFunctionKind) -> BackgroundGrid<2> {
+        BackgroundGrid::new([[1.0, -2.0], [3.0, 1.0]], 0.25, shape.in_plane().unwrap()).unwrap()
     }
 
     #[test]
     fn nodes_lie_on_multiples_of_the_cell_from_the_corner() {
-        for shape in [Shape::Cubic, Shape::Quadratic, Shape::Linear] {
+        for shape in [ShapeFunctionKind::Cubic, ShapeFunctionKind::Quadratic, ShapeFunctionKind::Linear] {
             let ground = background(shape);
             let node = ground.node_below(1, -2.0);
             let place = |node: usize| {
-                ground.grid.origin[1] + 0.25 * ground.axis.coordinate(node, ground.grid.cells[1])
+                ground.grid.origin[1] + 0.25 * ground.basis_1d.coordinate(node, ground.grid.cells[1])
             };
             assert!((place(node) + 2.0).abs() < 1e-12, "{shape:?}: {}", place(node));
             assert_eq!(ground.node_below(1, -1.9), node);
@@ -154,14 +165,14 @@ mod tests {
 
     #[test]
     fn second_moments_are_the_same_at_sides_and_a_cell_beyond_them() {
-        for (shape, moment) in [(Shape::Cubic, 1.0 / 3.0), (Shape::Quadratic, 0.25)] {
+        for (shape, moment) in [(ShapeFunctionKind::Cubic, 1.0 / 3.0), (ShapeFunctionKind::Quadratic, 0.25)] {
             let ground = background(shape);
             let place = [[1.0, -2.0], [2.99, 0.999], [0.76, 1.24], [2.1, -0.3], [3.24, -2.24]];
-            let domain = ground.sweeps.domains(place.len());
+            let domain = ground.transfers.domains(place.len());
             let points =
-                colluvium_grid::Points { position: &place, domain: domain.as_slice(), extent: &[0.1; 2] };
+                colluvium_grid::PointSlice { position: &place, domain: domain.as_slice(), extent: &[0.1; 2] };
             let mut squares = [[0.0; 2]; 5];
-            ground.sweeps.second_moments(&ground.ground(), &points, &mut squares);
+            ground.transfers.second_moments(&ground.grid_view(), &points, &mut squares);
             for square in squares.as_flattened() {
                 assert!((square / 0.0625 - moment).abs() < 1e-12, "{shape:?} {squares:?}");
             }

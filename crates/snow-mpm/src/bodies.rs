@@ -4,16 +4,18 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use colluvium_case::law::LawPoints;
-use colluvium_constitutive::{BLOCK, Material, States, SymTensor};
-use colluvium_grid::{DomainSlice, FixedDomain, Lanes, Points as Places, Square, sort_by_cell, wrap};
-use colluvium_points::{Spare, columns};
+use colluvium_constitutive::{BLOCK_SIZE, Material, States, SymTensor};
+use colluvium_grid::{
+    DomainSlice, FixedDomain, PointSlice as Places, SquareMatrix, Vector4, sort_by_cell, wrap,
+};
+use colluvium_points::{ScratchBuffers, struct_of_arrays};
 
-use crate::background::Background;
-use crate::pace::Pace;
+use crate::background::BackgroundGrid;
+use crate::pace::StepBound;
 
-columns! {
+struct_of_arrays! {
     /// What a point is.
-    pub struct Columns<const D: usize> {
+    pub struct PointColumns<const D: usize> {
         /// Ids, the same for life.
         pub id: u32,
         /// Positions (m).
@@ -23,7 +25,7 @@ columns! {
         /// Velocities (m/s).
         pub velocity: [f64; D],
         /// Moments `Σ N v (x_i - x_p)ᵀ` of the velocity field around the point (m²/s), row `i`, column `j`; zero with FLIP.
-        pub affine: Square<D>,
+        pub affine: SquareMatrix<D>,
         /// Masses (kg).
         pub mass: f64,
         /// Current volumes (m³; m² × 1 m in the plane).
@@ -36,7 +38,7 @@ columns! {
 }
 
 /// The points of a body, with its law.
-pub struct Body<const D: usize> {
+pub struct BodyPoints<const D: usize> {
     /// Index into `Case::bodies`.
     pub number: u32,
     /// The law.
@@ -46,18 +48,18 @@ pub struct Body<const D: usize> {
     /// Width of a point (m).
     pub width: f64,
     /// Whether points that leave the domain are taken away.
-    pub drop_outside: bool,
+    pub remove_outside: bool,
     /// The points, in the order of the last sort.
-    pub points: Columns<D>,
+    pub points: PointColumns<D>,
     /// Bounds of the slabs of the grid within the columns.
     pub slabs: Vec<usize>,
     /// What each block of points reports of the last update.
-    pub(crate) reports: Vec<Result<Pace, Failure>>,
+    pub(crate) reports: Vec<Result<StepBound, PointFailure>>,
 }
 
 /// A point that failed.
 #[derive(Clone, Debug)]
-pub struct Failure {
+pub struct PointFailure {
     /// Index within its body.
     pub index: usize,
     /// Why.
@@ -65,20 +67,20 @@ pub struct Failure {
 }
 
 /// Domains of points of splines: nothing.
-static FIXED: [FixedDomain; BLOCK] = [FixedDomain; BLOCK];
+static FIXED: [FixedDomain; BLOCK_SIZE] = [FixedDomain; BLOCK_SIZE];
 
 /// A block of points at `position`, for a sweep.
 #[inline(always)]
-pub fn places<'a, const D: usize>(position: &'a [[f64; D]], extent: &'a [f64; D]) -> Places<'a, D> {
+pub fn point_slice<'a, const D: usize>(position: &'a [[f64; D]], extent: &'a [f64; D]) -> Places<'a, D> {
     Places { position, domain: DomainSlice::Fixed(&FIXED[..position.len()]), extent }
 }
 
-impl<const D: usize> Body<D> {
+impl<const D: usize> BodyPoints<D> {
     /// The points of a slab in blocks of [`BLOCK`] or fewer, by their numbers.
     #[inline(always)]
     pub fn blocks_of(&self, slab: usize) -> impl Iterator<Item = Range<usize>> {
         let (start, end) = (self.slabs[slab], self.slabs[slab + 1]);
-        (start..end).step_by(BLOCK).map(move |first| first..(first + BLOCK).min(end))
+        (start..end).step_by(BLOCK_SIZE).map(move |first| first..(first + BLOCK_SIZE).min(end))
     }
 
     /// The points as their law sees them.
@@ -96,7 +98,7 @@ impl<const D: usize> Body<D> {
     /// Kinetic energies of the points as bodies of their own, and of the velocity fields around them (J), where `moment` is
     /// the second moment of the shape functions (m²).
     pub fn kinetic_energies(&self, moment: f64) -> [f64; 2] {
-        let Columns { velocity, affine, mass, .. } = &self.points;
+        let PointColumns { velocity, affine, mass, .. } = &self.points;
         let mut sums = [0.0; 2];
         for ((velocity, affine), mass) in velocity.iter().zip(affine).zip(mass) {
             sums[0] += 0.5 * mass * crate::vectors::square(velocity);
@@ -109,11 +111,11 @@ impl<const D: usize> Body<D> {
     /// Memory of the points (bytes), with what sorting takes.
     pub fn bytes(&self) -> usize {
         let state = self.material.state_size();
-        self.points.bytes() + self.points.len() * (2 * state + 16 + size_of::<Square<D>>())
+        self.points.bytes() + self.points.len() * (2 * state + 16 + size_of::<SquareMatrix<D>>())
     }
 
     /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
-    fn reorder(&mut self, order: &[u32], spare: &mut Spare) {
+    fn reorder(&mut self, order: &[u32], spare: &mut ScratchBuffers) {
         self.points.reorder(order, spare);
         self.states = self.states.permuted(order);
     }
@@ -123,17 +125,17 @@ impl<const D: usize> Body<D> {
 #[derive(Default)]
 pub struct Bodies<const D: usize> {
     /// The bodies that there are.
-    pub all: Vec<Body<D>>,
+    pub all: Vec<BodyPoints<D>>,
     /// Sum over the steps since the last sort of the largest move along an axis (m).
     pub travel: f64,
     /// Mean mass of a point (kg).
     pub mean_mass: f64,
-    spare: Spare,
+    scratch: ScratchBuffers,
 }
 
 impl<const D: usize> Bodies<D> {
     /// Of these bodies.
-    pub fn new(all: Vec<Body<D>>) -> Self {
+    pub fn new(all: Vec<BodyPoints<D>>) -> Self {
         Self { all, ..Self::default() }
     }
 
@@ -143,11 +145,11 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// Sorts the points by cell and finds the active nodes. Nodes must be empty.
-    pub fn sort(&mut self, background: &mut Background<D>) {
+    pub fn sort(&mut self, background: &mut BackgroundGrid<D>) {
         for body in &mut self.all {
             let order = sort_by_cell(&background.grid, &body.points.position);
             if order.iter().enumerate().any(|(i, &old)| i != old as usize) {
-                body.reorder(&order, &mut self.spare);
+                body.reorder(&order, &mut self.scratch);
             }
         }
         self.travel = 0.0;
@@ -155,12 +157,12 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// Active nodes and bounds of slabs from the sorted points.
-    pub fn find_active_nodes(&mut self, background: &mut Background<D>) {
+    pub fn find_active_nodes(&mut self, background: &mut BackgroundGrid<D>) {
         background.layout.clear();
         let (mut mass, mut count) = (0.0, 0);
         for body in &mut self.all {
             body.slabs = background.layout.add_points(&body.points.position);
-            body.reports.resize(body.points.len().div_ceil(BLOCK), Ok(Pace::NONE));
+            body.reports.resize(body.points.len().div_ceil(BLOCK_SIZE), Ok(StepBound::NONE));
             mass += body.points.mass.iter().sum::<f64>();
             count += body.points.len();
         }
@@ -168,13 +170,13 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// Brings points back that left through a periodic side, on the other one.
-    pub fn wrap(&mut self, background: &Background<D>) {
-        let Background { low, high, periodic, .. } = background;
+    pub fn wrap(&mut self, background: &BackgroundGrid<D>) {
+        let BackgroundGrid { low, high, periodic, .. } = background;
         if *periodic == [false; D] {
             return;
         }
         for body in &mut self.all {
-            let Columns { position, origin, .. } = &mut body.points;
+            let PointColumns { position, origin, .. } = &mut body.points;
             if wrap([low, high], periodic, position, origin) {
                 // They are in other slabs now.
                 self.travel = f64::INFINITY;
@@ -183,12 +185,12 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// Keeps the points of which `keep` approves, by body and index, and the bodies that have any; whether any is gone.
-    pub fn keep(&mut self, keep: impl Fn(&Body<D>, usize) -> bool) -> bool {
+    pub fn retain(&mut self, keep: impl Fn(&BodyPoints<D>, usize) -> bool) -> bool {
         let before = self.len();
         for body in &mut self.all {
             let order: Vec<u32> = (0..body.points.len() as u32).filter(|&i| keep(body, i as usize)).collect();
             if order.len() < body.points.len() {
-                body.reorder(&order, &mut self.spare);
+                body.reorder(&order, &mut self.scratch);
             }
         }
         self.all.retain(|body| !body.points.is_empty());
@@ -198,14 +200,14 @@ impl<const D: usize> Bodies<D> {
 
 /// `columns[j] = -V σ e_j`.
 #[inline(always)]
-pub fn pull<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] {
-    let mut columns = [Lanes::ZERO; D];
+pub fn stress_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vector4; D] {
+    let mut columns = [Vector4::ZERO; D];
     for j in 0..D {
         let mut column = [0.0; 4];
         for i in 0..D {
             column[i] = -volume * stress.at(i, j);
         }
-        columns[j] = Lanes::new(column);
+        columns[j] = Vector4::new(column);
     }
     columns
 }

@@ -1,20 +1,20 @@
 //! The energy balance (sheet: snow-mpm §2.11): what there is, what came in, what went, and what the numerics took.
 
 use colluvium_case::Reaction;
-use colluvium_case::measure::Reading;
+use colluvium_case::measure::ScalarOutput;
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-use crate::nodes::Sums;
-use crate::obstacles::BEARERS;
+use crate::nodes::MomentumTerms;
+use crate::obstacles::MAX_RECORDED;
 
 /// What came in and went since the start (J).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Ledger {
+pub struct EnergyBalance {
     /// What there was at the start.
     start: f64,
     /// Kinetic energy of the points that there was at the start, less that of those that left or were set back.
-    moving: f64,
+    kinetic_at_start: f64,
     /// Kinetic energy that the nodes have gained within the steps.
     nodes: f64,
     /// Work of gravity.
@@ -28,16 +28,16 @@ pub struct Ledger {
     /// What left with points, or was set back between stages.
     removed: f64,
     /// What the law had dissipated of points that have left.
-    dissipated_of_gone: f64,
+    dissipated_of_removed: f64,
     /// What each cut of the case has taken.
-    cuts: Vec<Taken>,
+    cuts: Vec<CutRemoval>,
     /// What the obstacles have borne whose reaction is measured.
-    borne: [Reaction; BEARERS],
+    borne: [Reaction; MAX_RECORDED],
 }
 
 /// What a cut has taken since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Taken {
+pub struct CutRemoval {
     /// How far it has moved (m).
     pub travel: f64,
     /// Mass (kg).
@@ -46,16 +46,16 @@ pub struct Taken {
     pub energy: f64,
 }
 
-impl Taken {
+impl CutRemoval {
     /// How far the cut has moved (m), if it has begun: one that stands still begins with what it takes.
-    pub fn begun(&self) -> Option<f64> {
+    pub fn travel_if_started(&self) -> Option<f64> {
         (self.travel > 0.0 || self.mass > 0.0).then_some(self.travel)
     }
 }
 
 /// What there is at a time (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Stored {
+pub struct StoredEnergies {
     /// Kinetic energy of the points as bodies of their own.
     pub kinetic: f64,
     /// Kinetic energy of the velocity fields around them, with APIC.
@@ -66,9 +66,9 @@ pub struct Stored {
     pub dissipated: f64,
 }
 
-impl Stored {
+impl StoredEnergies {
     /// Of bodies whose shape functions have the second moment `moment` (m²).
-    pub fn of<const D: usize>(bodies: &Bodies<D>, moment: f64) -> Self {
+    pub fn of_bodies<const D: usize>(bodies: &Bodies<D>, moment: f64) -> Self {
         let mut stored = Self::default();
         for body in &bodies.all {
             let [kinetic, affine] = body.kinetic_energies(moment);
@@ -82,7 +82,7 @@ impl Stored {
     }
 
     /// Kinetic energy, that of the fields around the points included.
-    pub fn moving(&self) -> f64 {
+    pub fn kinetic_total(&self) -> f64 {
         self.kinetic + self.affine
     }
 
@@ -92,35 +92,35 @@ impl Stored {
     }
 }
 
-impl Ledger {
+impl EnergyBalance {
     /// At the start of a run with so many cuts.
-    pub fn new(stored: &Stored, cuts: usize) -> Self {
+    pub fn new(stored: &StoredEnergies, cuts: usize) -> Self {
         Self {
             start: stored.total(),
-            moving: stored.moving(),
-            cuts: vec![Taken::default(); cuts],
-            borne: [Reaction { moment: Some([0.0; 3]), ..Reaction::default() }; BEARERS],
+            kinetic_at_start: stored.kinetic_total(),
+            cuts: vec![CutRemoval::default(); cuts],
+            borne: [Reaction { moment: Some([0.0; 3]), ..Reaction::default() }; MAX_RECORDED],
             ..Self::default()
         }
     }
 
     /// What cut number `number` has taken.
-    pub fn cut(&mut self, number: usize) -> &mut Taken {
+    pub fn removal(&mut self, number: usize) -> &mut CutRemoval {
         &mut self.cuts[number]
     }
 
     /// What the cuts have taken, in the order of the case.
-    pub fn cuts(&self) -> &[Taken] {
+    pub fn removals(&self) -> &[CutRemoval] {
         &self.cuts
     }
 
     /// What obstacle number `number` of those whose reaction is measured has borne.
-    pub fn borne(&self, number: usize) -> Reaction {
+    pub fn reactions(&self, number: usize) -> Reaction {
         self.borne[number]
     }
 
     /// Adds a step of `dt` (s).
-    pub fn add(&mut self, sums: &Sums, dt: f64) {
+    pub fn add(&mut self, sums: &MomentumTerms, dt: f64) {
         let bears = sums.impulses.iter().zip(&sums.moments);
         for (borne, (impulse, moment)) in self.borne.iter_mut().zip(bears) {
             borne.moment = Some(moment.map(|c| c / dt));
@@ -128,43 +128,43 @@ impl Ledger {
             (0..3).for_each(|c| borne.impulse[c] += impulse[c]);
         }
         self.gravity += sums.gravity;
-        self.nodes += sums.gained;
+        self.nodes += sums.kinetic_gain;
         self.boundary += sums.boundary;
         self.damping += sums.damping;
         self.friction += sums.friction;
     }
 
     /// Books what went at once, as points left or were set back: what there was `before` and `after`.
-    pub fn book(&mut self, before: &Stored, after: &Stored) {
+    pub fn add_change(&mut self, before: &StoredEnergies, after: &StoredEnergies) {
         self.removed += before.total() - after.total();
-        self.moving -= before.moving() - after.moving();
+        self.kinetic_at_start -= before.kinetic_total() - after.kinetic_total();
     }
 
     /// Books points that left: what the law had dissipated there stays on the account. The energy that went with them (J).
-    pub fn book_gone(&mut self, before: &Stored, after: &Stored) -> f64 {
+    pub fn add_removed(&mut self, before: &StoredEnergies, after: &StoredEnergies) -> f64 {
         let gone = before.dissipated - after.dissipated;
         let removed = before.total() - after.total() - gone;
-        self.dissipated_of_gone += gone;
+        self.dissipated_of_removed += gone;
         self.removed += removed;
-        self.moving -= before.moving() - after.moving();
+        self.kinetic_at_start -= before.kinetic_total() - after.kinetic_total();
         removed
     }
 
     /// What the law has dissipated since the start (J).
-    pub fn dissipated(&self, stored: &Stored) -> f64 {
-        stored.dissipated + self.dissipated_of_gone
+    pub fn dissipated(&self, stored: &StoredEnergies) -> f64 {
+        stored.dissipated + self.dissipated_of_removed
     }
 
     /// What the numerics have taken since the start: the remainder of the balance (J).
-    pub fn numerical(&self, stored: &Stored) -> f64 {
+    pub fn numerical(&self, stored: &StoredEnergies) -> f64 {
         let came = self.start + self.gravity + self.boundary + self.damping - self.removed;
-        came - stored.total() - self.dissipated_of_gone
+        came - stored.total() - self.dissipated_of_removed
     }
 
     /// What the way from the points to the nodes and back has taken of the kinetic energy since the start (J): all that did not
     /// happen to the nodes within a step. It is part of what the numerics have taken.
-    pub fn filtered(&self, stored: &Stored) -> f64 {
-        self.moving + self.nodes - stored.moving()
+    pub fn transfer_loss(&self, stored: &StoredEnergies) -> f64 {
+        self.kinetic_at_start + self.nodes - stored.kinetic_total()
     }
 
     /// What friction has taken at obstacles since the start (J).
@@ -173,7 +173,7 @@ impl Ledger {
     }
 
     /// The entries, for a row of the measures.
-    pub fn readings(&self, stored: &Stored) -> Vec<Reading> {
+    pub fn scalar_outputs(&self, stored: &StoredEnergies) -> Vec<ScalarOutput> {
         let entries = [
             ("energy_translation", stored.kinetic),
             ("energy_affine", stored.affine),
@@ -183,7 +183,7 @@ impl Ledger {
             ("work_of_damping", self.damping),
             ("energy_plastic", self.dissipated(stored)),
             ("energy_numerical", self.numerical(stored)),
-            ("energy_filtered", self.filtered(stored)),
+            ("energy_filtered", self.transfer_loss(stored)),
         ];
         entries.into_iter().map(|(name, value)| (name.to_owned(), "J".to_owned(), value)).collect()
     }

@@ -29,7 +29,7 @@ mod transfer;
 mod vectors;
 mod walls;
 
-use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
+use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;
 
 pub use config::{DeformationUpdate, SnowOptions, SnowTransfer, SplineShape};
@@ -52,20 +52,20 @@ impl Method for SnowMpm {
         schemars::schema_for!(SnowOptions)
     }
 
-    fn size(&self, case: &Case) -> Result<Size, CaseError> {
-        setup::size(case)
+    fn problem_size(&self, case: &Case) -> Result<ProblemSize, CaseError> {
+        setup::problem_size(case)
     }
 
-    fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
+    fn capabilities(&self, case: &Case) -> Result<Capabilities, CaseError> {
         setup::options(case)?;
-        Ok(setup::honours(case))
+        Ok(setup::capabilities(case))
     }
 
-    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
+    fn plan_supported_case(&self, case: &Case) -> Result<Plan, CaseError> {
         setup::plan(case)
     }
 
-    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    fn build_supported_case(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case, None)
     }
 }

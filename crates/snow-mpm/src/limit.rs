@@ -1,19 +1,19 @@
 //! The time step (sheet: snow-mpm §3.4), found anew in every step.
 
 use colluvium_case::{StepLimit, TimeStep, spatial};
-use colluvium_constitutive::{BLOCK, Material, StateBlock, SymTensor};
+use colluvium_constitutive::{BLOCK_SIZE, Material, StateBlock, SymTensor};
 
 use crate::bodies::Bodies;
 use crate::config::SnowOptions;
-use crate::pace::Pace;
+use crate::pace::StepBound;
 use crate::vectors::square;
 
 /// The limit of a step by how far the fastest point goes.
-const MOTION: StepLimit = StepLimit::new("speed of a point");
+const POINT_SPEED: StepLimit = StepLimit::new("speed of a point");
 
 /// What steps are measured by.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounds {
+pub struct StepCoefficients {
     /// Step times (wave speed + speed) over the cell size.
     elastic: f64,
     /// Step times speed over the cell size.
@@ -24,9 +24,9 @@ pub struct Bounds {
     dimension: f64,
 }
 
-impl Bounds {
+impl StepCoefficients {
     /// Of the options in so many dimensions: a step that the case fixes has to keep below the critical one only.
-    pub fn of(options: &SnowOptions, dimension: usize) -> Self {
+    pub fn of_options(options: &SnowOptions, dimension: usize) -> Self {
         let [elastic, velocity] = match options.time_step {
             Some(_) => [1.0, 1.0],
             None => [options.courant_elastic, options.courant_velocity],
@@ -35,18 +35,18 @@ impl Bounds {
     }
 
     /// The pace of a block of points, the first of which is number `first`.
-    pub fn pace<const D: usize>(
+    pub fn step_bound<const D: usize>(
         &self,
         first: usize,
         material: &dyn Material,
         (velocity, mass, volume): (&[[f64; D]], &[f64], &[f64]),
         (stress, states): (&[SymTensor], &StateBlock),
-    ) -> Pace {
-        let (mut moduli, mut viscosities) = ([0.0; BLOCK], [0.0; BLOCK]);
+    ) -> StepBound {
+        let (mut moduli, mut viscosities) = ([0.0; BLOCK_SIZE], [0.0; BLOCK_SIZE]);
         let count = velocity.len();
         material.wave_moduli(stress, states, &mut moduli[..count]);
         material.viscosities(stress, states, &mut viscosities[..count]);
-        let (mut speeds, mut specific) = ([0.0; BLOCK], [1.0; BLOCK]);
+        let (mut speeds, mut specific) = ([0.0; BLOCK_SIZE], [1.0; BLOCK_SIZE]);
         let points = velocity.iter().zip(mass.iter().zip(volume));
         for ((speed, specific), (velocity, (mass, volume))) in
             speeds.iter_mut().zip(&mut specific).zip(points)
@@ -56,14 +56,14 @@ impl Bounds {
         let [by_wave, by_motion] = [self.elastic, self.velocity].map(|courant| 1.0 / (courant * self.cell));
         let by_viscosity = 4.0 * self.dimension / (self.cell * self.cell);
         // One over the longest step, of each of the three limits.
-        let mut rates = [[0.0; BLOCK]; 3];
-        for p in 0..BLOCK {
+        let mut rates = [[0.0; BLOCK_SIZE]; 3];
+        for p in 0..BLOCK_SIZE {
             let (speed, specific) = (speeds[p].sqrt(), specific[p]);
             rates[0][p] = ((moduli[p] * specific).sqrt() + speed) * by_wave;
             rates[1][p] = speed * by_motion;
             rates[2][p] = viscosities[p] * specific * by_viscosity;
         }
-        let mut pace = Pace::NONE;
+        let mut pace = StepBound::NONE;
         let highest = rates
             .as_flattened()
             .as_chunks::<8>()
@@ -73,9 +73,9 @@ impl Bounds {
         let highest = highest.iter().fold(0f64, |most, rate| most.max(*rate));
         // The first point of those that limit most.
         if let Some(p) = (0..count).find(|&p| rates.iter().any(|of| of[p] == highest)) {
-            pace.take(rates[0][p], StepLimit::ELASTIC_WAVE, first + p);
-            pace.take(rates[1][p], MOTION, first + p);
-            pace.take(rates[2][p], StepLimit::VISCOSITY, first + p);
+            pace.tighten(rates[0][p], StepLimit::ELASTIC_WAVE, first + p);
+            pace.tighten(rates[1][p], POINT_SPEED, first + p);
+            pace.tighten(rates[2][p], StepLimit::VISCOSITY, first + p);
         }
         pace
     }
@@ -83,11 +83,11 @@ impl Bounds {
 
 /// The time step that the reports of the bodies leave.
 pub fn time_step<const D: usize>(bodies: &Bodies<D>) -> TimeStep {
-    let (mut pace, mut place) = (Pace::NONE, None);
+    let (mut pace, mut place) = (StepBound::NONE, None);
     for body in &bodies.all {
         for report in body.reports.iter().flatten().filter(|report| report.index < body.points.len()) {
             let before = pace.rate;
-            pace.take(report.rate, report.limit, report.index);
+            pace.tighten(report.rate, report.limit, report.index);
             if pace.rate > before {
                 place = Some((body.points.id[report.index], body.points.position[report.index]));
             }

@@ -1,12 +1,12 @@
 //! Runs of manufactured solutions (sheet: snow-mpm V14).
 
 use colluvium_case::{Case, CaseError, Manufactured, Solver, spatial};
-use colluvium_constitutive::{BLOCK, Mat3};
-use colluvium_grid::Square;
+use colluvium_constitutive::{BLOCK_SIZE, Mat3};
+use colluvium_grid::SquareMatrix;
 
-use crate::bodies::places;
+use crate::bodies::point_slice;
 use crate::config::SnowTransfer;
-use crate::ledger::Ledger;
+use crate::ledger::EnergyBalance;
 use crate::solver::SnowSolver;
 use crate::{SnowMpm, setup};
 
@@ -35,7 +35,7 @@ impl<const D: usize> SnowSolver<D> {
                 points.volume[p] *= Mat3(begun.deformation).determinant();
                 motions.push(begun.motion(points.mass[p] / points.volume[p], cell));
             }
-            let blocks = motions.chunks(BLOCK).zip(points.stress.chunks_mut(BLOCK));
+            let blocks = motions.chunks(BLOCK_SIZE).zip(points.stress.chunks_mut(BLOCK_SIZE));
             for ((motions, stress), states) in blocks.zip(body.states.blocks_mut()) {
                 let deformed = body.material.update(motions, stress, states);
                 deformed.map_err(|error| CaseError::new("bodies", error.source.to_string()))?;
@@ -46,24 +46,24 @@ impl<const D: usize> SnowSolver<D> {
             self.set_moments(&solution);
         }
         self.bodies.sort(&mut self.background);
-        self.ledger = Ledger::new(&self.stored(), self.case.cuts.len());
-        self.set_paces();
+        self.energy_balance = EnergyBalance::new(&self.stored(), self.case.removal_shapes.len());
+        self.update_step_bounds();
         self.manufactured = Some(solution);
         Ok(())
     }
 
     /// Moments of the velocity field of a solution: its gradient times the second moment of the shape functions (sheet: snow-mpm §3.3).
     fn set_moments(&mut self, solution: &Manufactured) {
-        let (sweeps, ground) = (self.background.sweeps, self.background.ground());
+        let (sweeps, ground) = (self.background.transfers, self.background.grid_view());
         for body in &mut self.bodies.all {
             let (points, extent) = (&mut body.points, [body.width; D]);
             for p in 0..points.len() {
                 let mut squares = [[0.0; D]];
-                sweeps.second_moments(&ground, &places(&[points.position[p]], &extent), &mut squares);
+                sweeps.second_moments(&ground, &point_slice(&[points.position[p]], &extent), &mut squares);
                 let gradient =
                     solution.velocity_gradient(spatial(&points.origin[p]), DIFFERENCE * ground.grid.cell);
                 let moment = |i: usize, j: usize| squares[0][j] * gradient.map_or(0.0, |of| of[i][j]);
-                let moments: Square<D> = std::array::from_fn(|i| std::array::from_fn(|j| moment(i, j)));
+                let moments: SquareMatrix<D> = std::array::from_fn(|i| std::array::from_fn(|j| moment(i, j)));
                 points.affine[p] = moments;
             }
         }

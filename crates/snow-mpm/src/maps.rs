@@ -11,11 +11,11 @@ use serde::{Deserialize, Serialize};
 use crate::bodies::Bodies;
 
 /// Cells of the grid of the method that one of a raster is wide, where the case says nothing and has no raster of terrain.
-const WIDE: f64 = 2.0;
+const DEFAULT_CELL_RATIO: f64 = 2.0;
 
 /// What one cell has seen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
+pub struct HazardCell {
     /// Largest thickness (m).
     thickness: f64,
     /// Largest speed while the thickness was that of the threshold or more (m/s).
@@ -26,29 +26,29 @@ pub struct Cell {
     arrival: f64,
 }
 
-const UNTOUCHED: Cell = Cell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
+const UNTOUCHED: HazardCell = HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
 
 /// What is over a cell now: thickness (m), mass over area (kg/m²), momentum over area (kg/(m s)).
-type Over = [f64; 5];
+type CellContent = [f64; 5];
 
 /// Rasters of what moves.
 #[derive(Clone, Debug)]
-pub struct Maps {
+pub struct HazardRasters {
     /// Its values are not used.
     grid: Raster,
     /// Thickness from which on a cell counts as reached (m).
     threshold: f64,
-    cells: Vec<Cell>,
-    over: Vec<Over>,
+    cells: Vec<HazardCell>,
+    contents: Vec<CellContent>,
     touched: Vec<u32>,
 }
 
-impl Maps {
+impl HazardRasters {
     /// The rasters that the case asks for, on cells of the terrain or of their own; `cell` (m) is that of the method's grid.
     ///
     /// # Errors
     /// In the plane, and for more cells than a machine holds.
-    pub fn of(case: &Case, cell: f64) -> Result<Option<Self>, CaseError> {
+    pub fn of_case(case: &Case, cell: f64) -> Result<Option<Self>, CaseError> {
         let Some(rasters) = case.plan_rasters()? else { return Ok(None) };
         let mut terrain = None;
         for number in 0..case.obstacles.len() {
@@ -59,30 +59,36 @@ impl Maps {
             (terrain, given) => {
                 let corner = |of: &[f64]| std::array::from_fn(|c| of[c]);
                 let reference = terrain.map_or_else(Georeference::default, |terrain| terrain.reference);
-                let width = given.unwrap_or(WIDE * cell);
-                Rasters::divide(corner(&case.domain.min), corner(&case.domain.max), width, reference)?
+                let width = given.unwrap_or(DEFAULT_CELL_RATIO * cell);
+                Rasters::raster_grid(corner(&case.domain.min), corner(&case.domain.max), width, reference)?
             }
         };
         let count = grid.columns * grid.rows;
         let (cells, over) = (vec![UNTOUCHED; count], vec![[0.0; 5]; count]);
-        Ok(Some(Self { grid, threshold: rasters.threshold, cells, over, touched: Vec::with_capacity(count) }))
+        Ok(Some(Self {
+            grid,
+            threshold: rasters.threshold,
+            cells,
+            contents: over,
+            touched: Vec::with_capacity(count),
+        }))
     }
 
     /// What the cells have seen, row by row from the least y.
-    pub fn cells(&self) -> &[Cell] {
+    pub fn cells(&self) -> &[HazardCell] {
         &self.cells
     }
 
     /// Takes back what the cells have seen; `None` where it is that of another grid.
-    pub fn restore(&mut self, cells: Vec<Cell>) -> Option<()> {
+    pub fn restore(&mut self, cells: Vec<HazardCell>) -> Option<()> {
         (cells.len() == self.cells.len()).then(|| self.cells = cells)
     }
 
     /// Looks at the points as they are at `time` (s).
-    pub fn follow<const D: usize>(&mut self, bodies: &Bodies<D>, time: f64) {
+    pub fn update<const D: usize>(&mut self, bodies: &Bodies<D>, time: f64) {
         self.spread(bodies);
         for &number in &self.touched {
-            let (cell, over) = (&mut self.cells[number as usize], &self.over[number as usize]);
+            let (cell, over) = (&mut self.cells[number as usize], &self.contents[number as usize]);
             cell.thickness = cell.thickness.max(over[0]);
             if over[0] >= self.threshold {
                 let speed = speed(over);
@@ -97,17 +103,17 @@ impl Maps {
 
     /// Spreads the points over the cells.
     fn spread<const D: usize>(&mut self, bodies: &Bodies<D>) {
-        self.touched.drain(..).for_each(|number| self.over[number as usize] = [0.0; 5]);
+        self.touched.drain(..).for_each(|number| self.contents[number as usize] = [0.0; 5]);
         for body in &bodies.all {
             let points = &body.points;
             for (i, place) in points.position.iter().enumerate() {
                 let momentum: [f64; D] = points.velocity[i].map(|v| v * points.mass[i]);
-                self.take(place, body.width, points.volume[i], points.mass[i], &momentum);
+                self.add_point(place, body.width, points.volume[i], points.mass[i], &momentum);
             }
         }
     }
 
-    fn take<const D: usize>(
+    fn add_point<const D: usize>(
         &mut self,
         place: &[f64; D],
         width: f64,
@@ -138,7 +144,7 @@ impl Maps {
                     continue;
                 }
                 let number = row * columns + column;
-                let over = &mut self.over[number];
+                let over = &mut self.contents[number];
                 if over[0] == 0.0 {
                     self.touched.push(number as u32);
                 }
@@ -157,14 +163,14 @@ impl Maps {
             let values = (0..self.cells.len()).map(value).collect();
             PlanRaster { name: name.to_owned(), unit, raster: Raster { values, ..self.grid.clone() } }
         };
-        let seen = |name: &str, unit, value: fn(&Cell) -> f64| {
+        let seen = |name: &str, unit, value: fn(&HazardCell) -> f64| {
             raster(name, unit, &|k| {
                 let cell = &self.cells[k];
                 if cell.thickness >= self.threshold { value(cell) } else { f64::NAN }
             })
         };
-        let left = |name: &str, unit, value: fn(&Over) -> f64| {
-            raster(name, unit, &|k| if now.over[k][0] > 0.0 { value(&now.over[k]) } else { f64::NAN })
+        let left = |name: &str, unit, value: fn(&CellContent) -> f64| {
+            raster(name, unit, &|k| if now.contents[k][0] > 0.0 { value(&now.contents[k]) } else { f64::NAN })
         };
         vec![
             seen("peak_thickness_vertical", "m", |cell| cell.thickness),
@@ -178,6 +184,6 @@ impl Maps {
 }
 
 /// Speed of the mass over a cell (m/s).
-fn speed(over: &Over) -> f64 {
+fn speed(over: &CellContent) -> f64 {
     over[2..].iter().map(|p| (p / over[1]).powi(2)).sum::<f64>().sqrt()
 }

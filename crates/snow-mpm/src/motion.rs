@@ -1,20 +1,20 @@
 //! What the grid makes the points of a block undergo in a step, and the work of their stresses: each component of all points in an
 //! array of its own (sheet: snow-mpm §3.5, step 4).
 
-use colluvium_constitutive::{BLOCK, Motions, SymTensor};
-use colluvium_grid::{Gathered, Square};
+use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
+use colluvium_grid::{InterpolatedMotion, SquareMatrix};
 
 use crate::config::DeformationUpdate;
 
 /// One component of all points of a block.
-type Lane = [f64; BLOCK];
+type BlockArray = [f64; BLOCK_SIZE];
 
 /// Gradients and deformations of the points that have read `reads` off the grid, in a step of `motions.dt`; the changes of their volumes.
 pub fn find_motions<const D: usize>(
-    reads: &[Gathered<D>],
+    reads: &[InterpolatedMotion<D>],
     how: DeformationUpdate,
-    motions: &mut Motions,
-) -> Lane {
+    motions: &mut MotionBlock,
+) -> BlockArray {
     let dt = motions.dt;
     motions.set_gradients(reads.iter().map(|read| read.gradient.map(|column| (column * dt).to_array())));
     match how {
@@ -25,9 +25,9 @@ pub fn find_motions<const D: usize>(
 }
 
 /// Deformations of the step, the exponentials of its gradients.
-fn deform_exponentially<const D: usize>(motions: &mut Motions) {
-    for p in 0..BLOCK {
-        let f = exponential(&matrix::<D>(&motions.gradient, p));
+fn deform_exponentially<const D: usize>(motions: &mut MotionBlock) {
+    for p in 0..BLOCK_SIZE {
+        let f = exponential(&matrix::<D>(&motions.velocity_gradient_dt, p));
         for i in 0..D {
             for j in 0..D {
                 motions.deformation[3 * i + j][p] = f[i][j];
@@ -38,32 +38,32 @@ fn deform_exponentially<const D: usize>(motions: &mut Motions) {
 
 /// Work of the stresses of a step over the logarithmic strain (J): the mean of `V σ` before and after, to the second order in
 /// the step.
-pub struct Work {
-    before: [Lane; 6],
+pub struct StressWork {
+    before: [BlockArray; 6],
 }
 
-impl Work {
+impl StressWork {
     /// From the stresses before the step.
-    pub fn of<const D: usize>(stress: &[SymTensor]) -> Self {
+    pub fn before_step<const D: usize>(stress: &[SymTensor]) -> Self {
         Self { before: components::<D>(stress) }
     }
 
     /// Adds the work to `work`, with volumes and stresses after the step, and changes of volume.
     pub fn add<const D: usize>(
         &self,
-        motions: &Motions,
-        stretches: &Lane,
+        motions: &MotionBlock,
+        stretches: &BlockArray,
         (volume, stress): (&[f64], &[SymTensor]),
         work: &mut [f64],
     ) {
         let (before, after) = (&self.before, components::<D>(stress));
-        let (mut volumes, mut done) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let (mut volumes, mut done) = ([0.0; BLOCK_SIZE], [0.0; BLOCK_SIZE]);
         volumes[..volume.len()].copy_from_slice(volume);
-        for p in 0..BLOCK {
+        for p in 0..BLOCK_SIZE {
             let started = volumes[p] / stretches[p];
             let mean = |c: usize| before[c][p] * (0.5 * started) + after[c][p] * (0.5 * volumes[p]);
             // The logarithmic strain of the step, to the third order; nothing outside the axes that there are.
-            let gradient: Square<D> = matrix(&motions.gradient, p);
+            let gradient: SquareMatrix<D> = matrix(&motions.velocity_gradient_dt, p);
             let squared = product(&gradient, &gradient);
             let part = |i: usize, j: usize| gradient[i][j] - squared[i][j] * 0.5;
             let strain = |i: usize, j: usize| 0.5 * (part(i, j) + part(j, i));
@@ -83,9 +83,9 @@ impl Work {
 
 /// Components of the stresses in the space.
 #[inline(always)]
-fn components<const D: usize>(stress: &[SymTensor]) -> [Lane; 6] {
-    let mut lanes = [[0.0; BLOCK]; 6];
-    for (p, stress) in stress.iter().enumerate().take(BLOCK) {
+fn components<const D: usize>(stress: &[SymTensor]) -> [BlockArray; 6] {
+    let mut lanes = [[0.0; BLOCK_SIZE]; 6];
+    for (p, stress) in stress.iter().enumerate().take(BLOCK_SIZE) {
         for i in 0..D {
             lanes[i][p] = stress.0[i];
         }
@@ -98,7 +98,7 @@ fn components<const D: usize>(stress: &[SymTensor]) -> [Lane; 6] {
 
 /// The matrix of one point.
 #[inline(always)]
-fn matrix<const D: usize>(lanes: &[Lane; 9], p: usize) -> Square<D> {
+fn matrix<const D: usize>(lanes: &[BlockArray; 9], p: usize) -> SquareMatrix<D> {
     let mut matrix = [[0.0; D]; D];
     for i in 0..D {
         for j in 0..D {
@@ -109,7 +109,7 @@ fn matrix<const D: usize>(lanes: &[Lane; 9], p: usize) -> Square<D> {
 }
 
 #[inline(always)]
-fn product<const D: usize>(a: &Square<D>, b: &Square<D>) -> Square<D> {
+fn product<const D: usize>(a: &SquareMatrix<D>, b: &SquareMatrix<D>) -> SquareMatrix<D> {
     let mut product = [[0.0; D]; D];
     for i in 0..D {
         for j in 0..D {
@@ -123,7 +123,7 @@ fn product<const D: usize>(a: &Square<D>, b: &Square<D>) -> Square<D> {
 
 /// `1 + a`.
 #[inline(always)]
-fn one_and<const D: usize>(a: &Square<D>) -> Square<D> {
+fn identity_plus<const D: usize>(a: &SquareMatrix<D>) -> SquareMatrix<D> {
     let mut sum = *a;
     for i in 0..D {
         sum[i][i] += 1.0;
@@ -132,7 +132,7 @@ fn one_and<const D: usize>(a: &Square<D>) -> Square<D> {
 }
 
 #[inline(always)]
-fn times<const D: usize>(a: &Square<D>, factor: f64) -> Square<D> {
+fn scaled<const D: usize>(a: &SquareMatrix<D>, factor: f64) -> SquareMatrix<D> {
     let mut scaled = *a;
     for i in 0..D {
         for j in 0..D {
@@ -144,10 +144,10 @@ fn times<const D: usize>(a: &Square<D>, factor: f64) -> Square<D> {
 
 /// `exp a`, to the fourth order.
 #[inline(always)]
-fn exponential<const D: usize>(a: &Square<D>) -> Square<D> {
-    let mut sum = one_and(&times(a, 0.25));
+fn exponential<const D: usize>(a: &SquareMatrix<D>) -> SquareMatrix<D> {
+    let mut sum = identity_plus(&scaled(a, 0.25));
     for share in [1.0 / 3.0, 0.5, 1.0] {
-        sum = one_and(&times(&product(a, &sum), share));
+        sum = identity_plus(&scaled(&product(a, &sum), share));
     }
     sum
 }
@@ -161,8 +161,8 @@ mod tests {
         // Sheet: snow-mpm V3: each principal logarithmic strain after a turn, `N/2 ln(1 + (2π/N)²)`.
         for (steps, exact) in [(100, 0.197_003_474_1), (1000, 0.019_738_819_2), (10_000, 0.001_973_920_5)] {
             let angle = 2.0 * std::f64::consts::PI / f64::from(steps);
-            let step = one_and(&[[0.0, -angle], [angle, 0.0]]);
-            let [[a, b], [c, d]] = (0..steps).fold(one_and(&[[0.0; 2]; 2]), |f, _| product(&step, &f));
+            let step = identity_plus(&[[0.0, -angle], [angle, 0.0]]);
+            let [[a, b], [c, d]] = (0..steps).fold(identity_plus(&[[0.0; 2]; 2]), |f, _| product(&step, &f));
             let strain = 0.5 * (a * d - b * c).ln();
             assert!((strain - exact).abs() < 1e-9, "{steps}: {strain}");
         }
@@ -172,7 +172,7 @@ mod tests {
     fn a_thousand_small_spins_make_a_turn_without_strain() {
         let angle = 2.0 * std::f64::consts::PI / 1000.0;
         let step = exponential(&[[0.0, -angle, 0.0], [angle, 0.0, 0.0], [0.0; 3]]);
-        let turned = (0..1000).fold(one_and(&[[0.0; 3]; 3]), |f, _| product(&step, &f));
+        let turned = (0..1000).fold(identity_plus(&[[0.0; 3]; 3]), |f, _| product(&step, &f));
         for (i, row) in turned.iter().enumerate() {
             for (j, value) in row.iter().enumerate() {
                 assert!((value - if i == j { 1.0 } else { 0.0 }).abs() < 1e-8, "{turned:?}");

@@ -2,47 +2,48 @@
 
 use colluvium_case::description::Obstacle;
 use colluvium_case::{
-    Case, CaseError, ObstacleLaw, ObstaclesOnTheirWay, Standing, TimeStep, holding, slowed_for_obstacles,
+    Case, CaseError, MovingObstacles, ObstacleLaw, PlacedObstacle, TimeStep, constraining_obstacles,
+    limit_step_by_obstacles,
 };
-use colluvium_grid::{Face, Faces};
+use colluvium_grid::{NodeFace, NodeFaces};
 
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 
 /// Obstacles whose reactions are added up, at most.
-pub const BEARERS: usize = 8;
+pub const MAX_RECORDED: usize = 8;
 
 /// The obstacles of a case.
-pub struct Obstacles<const D: usize> {
+pub struct NodeObstacles<const D: usize> {
     /// Faces of those at rest.
-    rest: Faces,
-    moving: ObstaclesOnTheirWay<Face, D>,
+    rest: NodeFaces,
+    moving: MovingObstacles<NodeFace, D>,
     /// Names of those whose reaction is measured.
     bearers: Vec<String>,
 }
 
-impl<const D: usize> Obstacles<D> {
+impl<const D: usize> NodeObstacles<D> {
     /// The obstacles of `case` on the nodes of a grid.
     ///
     /// # Errors
     /// Where the reactions of too many are measured.
     pub fn new(
         case: &Case,
-        standing: &[Standing<'_, D>],
-        background: &Background<D>,
+        standing: &[PlacedObstacle<'_, D>],
+        background: &BackgroundGrid<D>,
     ) -> Result<Self, CaseError> {
-        let bearers = bearers(case)?;
-        let face = |obstacle: &Obstacle, law: &ObstacleLaw, normal| Face {
-            bearer: bearers.iter().position(|name| *name == obstacle.name).map(|number| number as u8),
-            ..Face::at_rest(normal, law.friction(), law.lets_go())
+        let bearers = recorded_obstacles(case)?;
+        let face = |obstacle: &Obstacle, law: &ObstacleLaw, normal| NodeFace {
+            reaction_index: bearers.iter().position(|name| *name == obstacle.name).map(|number| number as u8),
+            ..NodeFace::at_rest(normal, law.friction(), law.allows_separation())
         };
-        let Background { grid, layout, axis, low, high, .. } = background;
+        let BackgroundGrid { grid, layout, basis_1d: axis, low, high, .. } = background;
         let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
-        let moving = ObstaclesOnTheirWay::new(standing, (*low, *high), acts);
+        let moving = MovingObstacles::new(standing, (*low, *high), acts);
         let rest = if moving.iter().count() == standing.len() {
-            Faces::default()
+            NodeFaces::default()
         } else {
-            Faces::in_space(grid, layout, axis, |place, found| {
-                let held = holding(standing, place, grid.cell);
+            NodeFaces::from_positions(grid, layout, axis, |place, found| {
+                let held = constraining_obstacles(standing, place, grid.cell);
                 found.extend(held.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
             })
         };
@@ -50,12 +51,12 @@ impl<const D: usize> Obstacles<D> {
     }
 
     /// Faces of the obstacles at rest.
-    pub fn rest(&self) -> &Faces {
+    pub fn rest(&self) -> &NodeFaces {
         &self.rest
     }
 
     /// Names of those whose reaction is measured.
-    pub fn bearers(&self) -> &[String] {
+    pub fn recorded(&self) -> &[String] {
         &self.bearers
     }
 
@@ -65,30 +66,32 @@ impl<const D: usize> Obstacles<D> {
     }
 
     /// The step from `time` (s) in which none goes farther than half a `cell` (m), where that is shorter than the `critical` one.
-    pub fn slowed(&self, critical: TimeStep, time: f64, cell: f64) -> TimeStep {
-        slowed_for_obstacles(critical, self.moving.iter(), (time, 0.5 * cell, 1))
+    pub fn limit_by_obstacle_motion(&self, critical: TimeStep, time: f64, cell: f64) -> TimeStep {
+        limit_step_by_obstacles(critical, self.moving.iter(), (time, 0.5 * cell, 1))
     }
 
     /// Finds the faces of the active nodes for a step of so long from a time (s).
-    pub fn place(&mut self, step: (f64, f64), background: &Background<D>, faces: &mut Faces) {
-        self.moving.place(step);
-        let Background { grid, layout, axis, .. } = background;
-        faces.find_anew(grid, layout, axis, &self.rest, |place, found| {
-            let held = self.moving.holding(place, grid.cell);
-            found.extend(held.map(|(face, normal, velocity)| Face { normal, velocity, ..face }));
+    pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, faces: &mut NodeFaces) {
+        self.moving.update_positions(step);
+        let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
+        faces.rebuild(grid, layout, axis, &self.rest, |place, found| {
+            let held = self.moving.constraining(place, grid.cell);
+            found.extend(held.map(|(face, normal, velocity)| NodeFace { normal, velocity, ..face }));
         });
     }
 }
 
 /// Names of the obstacles whose reactions the case measures.
-fn bearers(case: &Case) -> Result<Vec<String>, CaseError> {
+fn recorded_obstacles(case: &Case) -> Result<Vec<String>, CaseError> {
     let mut names: Vec<String> = Vec::new();
-    for (measure, of) in case.measures.iter().filter_map(|(name, measure)| Some((name, measure.bearer()?))) {
+    for (measure, of) in
+        case.measures.iter().filter_map(|(name, measure)| Some((name, measure.reaction_target()?)))
+    {
         if names.iter().any(|name| name == of) {
             continue;
         }
-        if names.len() == BEARERS {
-            let problem = format!("snow-mpm adds up the reactions of {BEARERS} obstacles at most");
+        if names.len() == MAX_RECORDED {
+            let problem = format!("snow-mpm adds up the reactions of {MAX_RECORDED} obstacles at most");
             return Err(CaseError::new(format!("measures.{measure}.of"), problem));
         }
         names.push(of.to_owned());

@@ -4,7 +4,7 @@ use colluvium_case::StepLimit;
 
 /// What limits the step of some points, and how far they have moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pace {
+pub struct StepBound {
     /// One over the longest step (1/s).
     pub rate: f64,
     /// What limits it.
@@ -12,17 +12,18 @@ pub struct Pace {
     /// Index of the point in its body.
     pub index: usize,
     /// Largest move along an axis in the last step (m).
-    pub moved: f64,
+    pub max_move: f64,
     /// Whether a point has left a body that lets it.
-    pub left: bool,
+    pub any_outside: bool,
 }
 
-impl Pace {
+impl StepBound {
     /// Of no points.
-    pub const NONE: Self = Self { rate: 0.0, limit: StepLimit::NOTHING, index: 0, moved: 0.0, left: false };
+    pub const NONE: Self =
+        Self { rate: 0.0, limit: StepLimit::NOTHING, index: 0, max_move: 0.0, any_outside: false };
 
     /// Takes what limits more, of equals what came first.
-    pub fn take(&mut self, rate: f64, limit: StepLimit, index: usize) {
+    pub fn tighten(&mut self, rate: f64, limit: StepLimit, index: usize) {
         if rate > self.rate {
             (self.rate, self.limit, self.index) = (rate, limit, index);
         }

@@ -1,28 +1,28 @@
 //! What the solver tells: snapshot, budget, readings, equilibrium.
 
 use colluvium_case::law::{LawPoints, law_fields};
-use colluvium_case::measure::Reading;
+use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{Budget, Equilibrium, Field, FieldData, Snapshot, spatial};
 
-use crate::bodies::{Body, Columns};
+use crate::bodies::{BodyPoints, PointColumns};
 use crate::solver::SnowSolver;
 
 impl<const D: usize> SnowSolver<D> {
     /// Everything on the points, in the order of ids.
-    pub(crate) fn take_snapshot(&self) -> Snapshot {
+    pub(crate) fn collect_snapshot(&self) -> Snapshot {
         let bodies = &self.bodies.all;
         let mut order: Vec<(u32, usize, usize)> = Vec::new();
         for (number, body) in bodies.iter().enumerate() {
             order.extend(body.points.id.iter().enumerate().map(|(index, &id)| (id, number, index)));
         }
         order.sort_unstable();
-        let scalar = |value: &dyn Fn(&Columns<D>, usize) -> f64| -> FieldData {
+        let scalar = |value: &dyn Fn(&PointColumns<D>, usize) -> f64| -> FieldData {
             FieldData::Scalar(order.iter().map(|&(_, b, i)| value(&bodies[b].points, i)).collect())
         };
-        let vector = |value: &dyn Fn(&Columns<D>, usize) -> [f64; 3]| -> Vec<[f64; 3]> {
+        let vector = |value: &dyn Fn(&PointColumns<D>, usize) -> [f64; 3]| -> Vec<[f64; 3]> {
             order.iter().map(|&(_, b, i)| value(&bodies[b].points, i)).collect()
         };
-        let displacement = |points: &Columns<D>, i: usize| -> [f64; 3] {
+        let displacement = |points: &PointColumns<D>, i: usize| -> [f64; 3] {
             spatial(&std::array::from_fn::<f64, D, _>(|c| points.position[i][c] - points.origin[i][c]))
         };
         let stress = order.iter().map(|&(_, b, i)| bodies[b].points.stress[i]).collect();
@@ -37,7 +37,7 @@ impl<const D: usize> SnowSolver<D> {
             field("volume", "m3", scalar(&|p, i| p.volume[i])),
             field("density", "kg/m3", scalar(&|p, i| p.mass[i] / p.volume[i])),
         ];
-        let laws: Vec<LawPoints<'_>> = bodies.iter().map(Body::law_points).collect();
+        let laws: Vec<LawPoints<'_>> = bodies.iter().map(BodyPoints::law_points).collect();
         let places: Vec<(usize, usize)> = order.iter().map(|&(_, body, index)| (body, index)).collect();
         fields.extend(law_fields(&laws, &places));
         Snapshot {
@@ -52,13 +52,13 @@ impl<const D: usize> SnowSolver<D> {
     }
 
     /// Totals over the points; kinetic energy and angular momentum with what turns and stretches within the points.
-    pub(crate) fn take_budget(&self) -> Budget {
+    pub(crate) fn collect_budget(&self) -> Budget {
         let stored = self.stored();
         let mut budget =
             Budget { kinetic: stored.kinetic + stored.affine, elastic: stored.elastic, ..Budget::default() };
         let gravity = self.case.gravity3();
         for body in &self.bodies.all {
-            let Columns { position, velocity, affine, mass, .. } = &body.points;
+            let PointColumns { position, velocity, affine, mass, .. } = &body.points;
             for i in 0..mass.len() {
                 let (x, v, m) = (spatial(&position[i]), spatial(&velocity[i]), mass[i]);
                 budget.mass += m;
@@ -78,9 +78,9 @@ impl<const D: usize> SnowSolver<D> {
     }
 
     /// The energy balance, the speed of the fastest point, the volume of all, and what obstacles and cuts tell.
-    pub(crate) fn take_readings(&self) -> Vec<Reading> {
+    pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
         let stored = self.stored();
-        let mut readings = self.ledger.readings(&stored);
+        let mut readings = self.energy_balance.scalar_outputs(&stored);
         let squares =
             self.bodies.all.iter().flat_map(|body| &body.points.velocity).map(crate::vectors::square);
         let fastest = squares.fold(0.0, f64::max).sqrt();
@@ -89,9 +89,9 @@ impl<const D: usize> SnowSolver<D> {
         let volume = self.bodies.all.iter().flat_map(|body| &body.points.volume).sum();
         readings.push(("volume".to_owned(), "m3".to_owned(), volume));
         if !self.case.obstacles.is_empty() {
-            readings.push(("obstacles.friction".to_owned(), "J".to_owned(), self.ledger.friction()));
+            readings.push(("obstacles.friction".to_owned(), "J".to_owned(), self.energy_balance.friction()));
         }
-        for (cut, taken) in self.case.cuts.iter().zip(self.ledger.cuts()) {
+        for (cut, taken) in self.case.removal_shapes.iter().zip(self.energy_balance.removals()) {
             let entries =
                 [("travel", "m", taken.travel), ("mass", "kg", taken.mass), ("energy", "J", taken.energy)];
             let readings_of =
@@ -111,7 +111,7 @@ impl<const D: usize> SnowSolver<D> {
         };
         Equilibrium {
             unbalanced_force: ratio(sums.unbalanced.sqrt(), sums.weight.sqrt()),
-            kinetic_ratio: ratio(sums.kinetic, self.clock.external.abs()),
+            kinetic_ratio: ratio(sums.kinetic, self.clock.external_work.abs()),
             kinetic: sums.kinetic,
         }
     }

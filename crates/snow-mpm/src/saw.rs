@@ -4,7 +4,7 @@
 //! polygons with two sides along the saw's way, or layers along one track. Of other cuts the same things are warned of, by the bounds of
 //! what they take and leave.
 
-use colluvium_case::description::{Body, Cut};
+use colluvium_case::description::{Body, RemovalShape};
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::laws::{CamClayHardening, CohesiveCamClaySpec};
 use colluvium_constitutive::{InitialCondition, MaterialSpec, SymTensor};
@@ -15,9 +15,9 @@ const LEAST_LENGTH: f64 = 5.0;
 /// Highest speed of a saw over that of shear waves in the slab.
 const HIGHEST_SPEED: f64 = 0.05;
 /// Share of the length of the weak layer that a body must cover to be part of the slab.
-const COVERS: f64 = 0.5;
+const MIN_COVERAGE: f64 = 0.5;
 /// What round-off may add.
-const SLACK: f64 = 1e-9;
+const ROUND_OFF: f64 = 1e-9;
 
 /// Strength at the start (Pa) of a law that softens as a weak layer; none of other laws.
 pub(crate) fn strength_of_weak_layer(spec: &MaterialSpec) -> Option<f64> {
@@ -31,42 +31,42 @@ pub(crate) fn strength_of_weak_layer(spec: &MaterialSpec) -> Option<f64> {
 }
 
 /// A layer as a saw test sees it: ends along it, and from its lower to its upper side (m).
-struct Layer {
+struct SawLayer {
     along: [f64; 2],
     across: [f64; 2],
 }
 
 /// The way of a saw, the axis across which its slab weighs on the weak layer, and the sign of what is up along it.
 #[derive(Clone, Copy)]
-struct Axes {
+struct SawAxes {
     along: usize,
     across: usize,
     up: f64,
 }
 
 /// The column of a saw test.
-struct Column<'a> {
+struct SawColumn<'a> {
     /// The weak layer.
-    weak: (&'a Body, Layer),
+    weak: (&'a Body, SawLayer),
     /// What lies on it.
-    slab: Vec<(&'a Body, Layer)>,
+    slab: Vec<(&'a Body, SawLayer)>,
     /// Those of the cut; none where its way is along no axis.
-    axes: Option<Axes>,
+    axes: Option<SawAxes>,
 }
 
-impl<'a> Column<'a> {
+impl<'a> SawColumn<'a> {
     /// The column that a cut saws: a weak layer, and what is left upon it; none where it saws none, or the shapes do not tell.
-    fn of(case: &'a Case, cut: &Cut) -> Option<Self> {
-        let axes = Axes::of(case, cut);
-        let weak = |body: &&Body| cut.takes(&body.name) && is_weak(case, body);
+    fn of_removal(case: &'a Case, cut: &RemovalShape) -> Option<Self> {
+        let axes = SawAxes::of_removal(case, cut);
+        let weak = |body: &&Body| cut.applies_to(&body.name) && is_weak(case, body);
         let body = case.bodies.iter().find(weak)?;
         let own = layer(&body.shape, &body.shape, axes)?;
         let (length, top) = (own.along[1] - own.along[0], own.across[1]);
-        let lies_on = |of: &Layer| {
+        let lies_on = |of: &SawLayer| {
             let shared = of.along[1].min(own.along[1]) - of.along[0].max(own.along[0]);
-            of.across[0] >= top - SLACK * length && shared >= COVERS * length
+            of.across[0] >= top - ROUND_OFF * length && shared >= MIN_COVERAGE * length
         };
-        let left = case.bodies.iter().filter(|body| !cut.takes(&body.name));
+        let left = case.bodies.iter().filter(|body| !cut.applies_to(&body.name));
         let left = left.filter_map(|of| Some((of, layer(&of.shape, &body.shape, axes)?)));
         let slab: Vec<_> = left.filter(|(_, of)| lies_on(of)).collect();
         (!slab.is_empty()).then_some(Self { weak: (body, own), slab, axes })
@@ -84,8 +84,8 @@ impl<'a> Column<'a> {
     }
 }
 
-impl Axes {
-    fn of(case: &Case, cut: &Cut) -> Option<Self> {
+impl SawAxes {
+    fn of_removal(case: &Case, cut: &RemovalShape) -> Option<Self> {
         let dimension = case.dimension();
         let along = (0..dimension).find(|&axis| cut.velocity[axis].abs() == cut.speed())?;
         let gravity = case.gravity3();
@@ -96,19 +96,21 @@ impl Axes {
 }
 
 /// A shape as a layer along the axes of a saw, or along the track of the layer below it.
-fn layer(shape: &Shape, below: &Shape, axes: Option<Axes>) -> Option<Layer> {
+fn layer(shape: &Shape, below: &Shape, axes: Option<SawAxes>) -> Option<SawLayer> {
     match (shape, below) {
         (Shape::ArcLayer { on, start, end, from, to, .. }, Shape::ArcLayer { on: same, .. }) => {
-            (on == same).then_some(Layer { along: [*start, *end], across: [*from, *to] })
+            (on == same).then_some(SawLayer { along: [*start, *end], across: [*from, *to] })
         }
         (Shape::Box { min, max }, Shape::Box { .. } | Shape::Polygon { .. }) => {
-            let Axes { along, across, up } = axes?;
-            Some(Layer {
+            let SawAxes { along, across, up } = axes?;
+            Some(SawLayer {
                 along: [min[along], max[along]],
                 across: ordered(up * min[across], up * max[across]),
             })
         }
-        (Shape::Polygon { vertices }, Shape::Box { .. } | Shape::Polygon { .. }) => slanted(vertices, axes?),
+        (Shape::Polygon { vertices }, Shape::Box { .. } | Shape::Polygon { .. }) => {
+            oblique_layer(vertices, axes?)
+        }
         _ => None,
     }
 }
@@ -118,19 +120,19 @@ fn ordered(a: f64, b: f64) -> [f64; 2] {
 }
 
 /// A polygon between two lines along the way of a saw, as a layer that ends in the middle of its slanted ends; none of another polygon.
-fn slanted(vertices: &[[f64; 2]], Axes { along, across, up }: Axes) -> Option<Layer> {
+fn oblique_layer(vertices: &[[f64; 2]], SawAxes { along, across, up }: SawAxes) -> Option<SawLayer> {
     let range = |places: &mut dyn Iterator<Item = f64>| {
         places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
     };
     let [low, high] = range(&mut vertices.iter().map(|vertex| vertex[across]));
-    let slack = SLACK * (high - low);
+    let slack = ROUND_OFF * (high - low);
     let on = |side: f64| {
         range(&mut vertices.iter().filter(|v| (v[across] - side).abs() <= slack).map(|v| v[along]))
     };
     let of_two = vertices.iter().all(|v| v[across] - low <= slack || high - v[across] <= slack);
     let (lower, upper) = (on(low), on(high));
     let ends = std::array::from_fn(|end| 0.5 * (lower[end] + upper[end]));
-    of_two.then_some(Layer { along: ends, across: ordered(up * low, up * high) })
+    of_two.then_some(SawLayer { along: ends, across: ordered(up * low, up * high) })
 }
 
 /// Refuses saw tests that measure something else (sheet: snow-mpm §7): a column shorter than five times its slab, a saw faster than a
@@ -138,21 +140,21 @@ fn slanted(vertices: &[[f64; 2]], Axes { along, across, up }: Axes) -> Option<La
 ///
 /// # Errors
 /// With the path of the cut or of the strength, and a cure.
-pub(crate) fn refuse(case: &Case) -> Result<(), CaseError> {
-    for (number, cut) in case.cuts.iter().enumerate() {
-        let Some(column) = Column::of(case, cut) else { continue };
+pub(crate) fn check_saw_tests(case: &Case) -> Result<(), CaseError> {
+    for (number, cut) in case.removal_shapes.iter().enumerate() {
+        let Some(column) = SawColumn::of_removal(case, cut) else { continue };
         let slab = column.slab.iter().map(|(body, _)| *body);
-        if let Some(waves) = fastest_waves(case, slab).filter(|waves| too_fast(cut, *waves)) {
+        if let Some(waves) = fastest_waves(case, slab).filter(|waves| is_too_fast(cut, *waves)) {
             let problem = format!(
                 "{} m/s is above a twentieth of the speed of shear waves in the slab ({waves:.1} m/s), so that the crack depends on how \
                  fast it is cut: saw with {} m/s or less",
                 cut.speed(),
-                floored(HIGHEST_SPEED * waves)
+                rounded_down(HIGHEST_SPEED * waves)
             );
             return Err(CaseError::new(format!("cuts[{number}].velocity"), problem));
         }
         let (length, least) = (column.length(), LEAST_LENGTH * column.thickness());
-        if length < least * (1.0 - SLACK) {
+        if length < least * (1.0 - ROUND_OFF) {
             let problem = format!(
                 "the column that it cuts is {length:.4} m long, less than five times the {:.4} m of its slab, so that the far end takes part \
                  in the crack: make it {least:.4} m long or longer",
@@ -160,31 +162,31 @@ pub(crate) fn refuse(case: &Case) -> Result<(), CaseError> {
             );
             return Err(CaseError::new(format!("cuts[{number}]"), problem));
         }
-        bears_its_slab(case, &column)?;
+        check_layer_strength(case, &column)?;
     }
     Ok(())
 }
 
 /// A positive number, rounded down to three digits.
-fn floored(x: f64) -> f64 {
+fn rounded_down(x: f64) -> f64 {
     let scale = 10f64.powi(2 - x.log10().floor() as i32);
     (scale * x).floor() / scale
 }
 
-fn too_fast(cut: &Cut, waves: f64) -> bool {
-    cut.speed() > HIGHEST_SPEED * waves * (1.0 + SLACK)
+fn is_too_fast(cut: &RemovalShape, waves: f64) -> bool {
+    cut.speed() > HIGHEST_SPEED * waves * (1.0 + ROUND_OFF)
 }
 
 /// Refuses a weak layer that yields under its slab at rest: at its lower side, far from the ends, where all strain is across the layer.
 /// Along a track the weight changes with its slope: there the run tells (see [`sawn_layer`]).
-fn bears_its_slab(case: &Case, column: &Column<'_>) -> Result<(), CaseError> {
+fn check_layer_strength(case: &Case, column: &SawColumn<'_>) -> Result<(), CaseError> {
     let ((body, own), Some(axes)) = (&column.weak, column.axes) else { return Ok(()) };
     let spec = &case.materials[&body.material];
     let (false, MaterialSpec::CohesiveCamClay(law)) = (matches!(body.shape, Shape::ArcLayer { .. }), spec)
     else {
         return Ok(());
     };
-    let mass = |(body, of): &(&Body, Layer)| {
+    let mass = |(body, of): &(&Body, SawLayer)| {
         case.materials[&body.material].density() * (of.across[1] - of.across[0])
     };
     let mass = column.slab.iter().map(mass).sum::<f64>() + spec.density() * (own.across[1] - own.across[0]);
@@ -193,7 +195,10 @@ fn bears_its_slab(case: &Case, column: &Column<'_>) -> Result<(), CaseError> {
     let side = -law.poissons_ratio / (1.0 - law.poissons_ratio) * pressure;
     // Across the layer, along it and sideways: in no axes of the case.
     let stress = SymTensor([-pressure, side, side, shear, 0.0, 0.0]);
-    let strict = MaterialSpec::CohesiveCamClay(CohesiveCamClaySpec { project: false, ..law.clone() });
+    let strict = MaterialSpec::CohesiveCamClay(CohesiveCamClaySpec {
+        return_initial_stress_to_yield: false,
+        ..law.clone()
+    });
     let Ok(material) = strict.build() else { return Ok(()) };
     if material.initial(&[InitialCondition { stress, density: spec.density() }]).is_ok() {
         return Ok(());
@@ -213,8 +218,8 @@ pub(crate) fn is_weak(case: &Case, body: &Body) -> bool {
 }
 
 /// Name of the weak layer that a cut saws, where it is the saw of a saw test.
-pub(crate) fn sawn_layer<'a>(case: &'a Case, cut: &Cut) -> Option<&'a str> {
-    Some(&Column::of(case, cut)?.weak.0.name)
+pub(crate) fn sawn_layer<'a>(case: &'a Case, cut: &RemovalShape) -> Option<&'a str> {
+    Some(&SawColumn::of_removal(case, cut)?.weak.0.name)
 }
 
 /// Speed of the fastest shear waves (m/s) in bodies, of those whose law has a Young's modulus and a Poisson's ratio.
@@ -247,8 +252,8 @@ pub(crate) fn elastic_constants(spec: &MaterialSpec) -> Option<(f64, f64)> {
 /// of saw tests.
 pub(crate) fn warnings(case: &Case) -> Vec<String> {
     let mut warnings = Vec::new();
-    for (number, cut) in case.cuts.iter().enumerate() {
-        if Column::of(case, cut).is_some() {
+    for (number, cut) in case.removal_shapes.iter().enumerate() {
+        if SawColumn::of_removal(case, cut).is_some() {
             let first = cut.stage.as_ref().is_none_or(|stage| *stage == case.stages[0].name);
             // Sheet: snow-mpm P25.
             if first && cut.start == 0.0 {
@@ -260,7 +265,7 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             continue;
         }
         if case.bodies.len() > 1
-            && case.bodies.iter().all(|body| cut.takes(&body.name))
+            && case.bodies.iter().all(|body| cut.applies_to(&body.name))
             && case.bodies.iter().any(|body| is_weak(case, body))
         {
             warnings.push(format!(
@@ -268,8 +273,8 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             ));
             continue;
         }
-        let left = case.bodies.iter().filter(|body| !cut.takes(&body.name));
-        if let Some(waves) = fastest_waves(case, left).filter(|waves| too_fast(cut, *waves)) {
+        let left = case.bodies.iter().filter(|body| !cut.applies_to(&body.name));
+        if let Some(waves) = fastest_waves(case, left).filter(|waves| is_too_fast(cut, *waves)) {
             warnings.push(format!(
                 "cuts[{number}].velocity: {} m/s is above a twentieth of the speed of shear waves in what it leaves ({waves:.1} m/s): the crack \
                  depends on how fast it is cut",
@@ -277,7 +282,7 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             ));
         }
         if let Some([length, thickness]) = extents(case, cut)
-            && length < LEAST_LENGTH * thickness * (1.0 - SLACK)
+            && length < LEAST_LENGTH * thickness * (1.0 - ROUND_OFF)
         {
             warnings.push(format!(
                 "cuts[{number}]: what it cuts is {length} m long, less than five times the {thickness:.3} m of what it leaves: its far end \
@@ -289,10 +294,11 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
 }
 
 /// Extent of what a cut takes, along its way, and of what it leaves, across (m), by the bounds of their shapes.
-fn extents(case: &Case, cut: &Cut) -> Option<[f64; 2]> {
+fn extents(case: &Case, cut: &RemovalShape) -> Option<[f64; 2]> {
     let dimension = case.dimension();
-    let Axes { along, across, .. } = Axes::of(case, cut)?;
-    let (sawn, left): (Vec<&Body>, Vec<&Body>) = case.bodies.iter().partition(|body| cut.takes(&body.name));
+    let SawAxes { along, across, .. } = SawAxes::of_removal(case, cut)?;
+    let (sawn, left): (Vec<&Body>, Vec<&Body>) =
+        case.bodies.iter().partition(|body| cut.applies_to(&body.name));
     if sawn.is_empty() || left.is_empty() {
         return None;
     }

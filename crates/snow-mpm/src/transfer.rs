@@ -1,71 +1,73 @@
 //! The transfers between points and grid, and what happens at the points in between (sheet: snow-mpm §3.5).
 
 use colluvium_case::{Manufactured, spatial};
-use colluvium_constitutive::{BLOCK, Material, Motions, StateBlock, SymTensor};
-use colluvium_grid::{Affine, Deposit, Gathered, Lanes, Node, Square, Window};
+use colluvium_constitutive::{BLOCK_SIZE, Material, MotionBlock, StateBlock, SymTensor};
+use colluvium_grid::{
+    AffineFields, InterpolatedMotion, NodalState, NodeRange, P2gInput, SquareMatrix, Vector4,
+};
 use rayon::prelude::*;
 
-use crate::background::Background;
-use crate::bodies::{Bodies, Body, Columns, Failure, places, pull};
+use crate::background::BackgroundGrid;
+use crate::bodies::{Bodies, BodyPoints, PointColumns, PointFailure, point_slice, stress_columns};
 use crate::config::{DeformationUpdate, SnowTransfer};
-use crate::limit::Bounds;
-use crate::motion::{Work, find_motions};
-use crate::nodes::Nodes;
-use crate::pace::Pace;
-use crate::vectors::lanes;
-use crate::walls::Boundaries;
+use crate::limit::StepCoefficients;
+use crate::motion::{StressWork, find_motions};
+use crate::nodes::GridNodes;
+use crate::pace::StepBound;
+use crate::vectors::vector4;
+use crate::walls::BoundaryConditions;
 
 /// Blocks that one thread takes at once, at least.
-const GRAIN: usize = 4;
+const BLOCKS_PER_TASK: usize = 4;
 
 /// Points to grid: mass, momentum with its affine part, forces (steps 1 and 2), with those of a manufactured solution at a time (s).
-pub fn scatter<const D: usize>(
-    background: &Background<D>,
+pub fn p2g<const D: usize>(
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    nodes: &mut Nodes,
+    nodes: &mut GridNodes,
     transfer: SnowTransfer,
     push: Option<(&Manufactured, f64)>,
 ) {
-    let ground = background.ground();
-    background.layout.scatter(&mut nodes.nodes, |slab, window, first| {
-        let mut motion = [Lanes::ZERO; BLOCK];
-        let mut columns = [[Lanes::ZERO; D]; BLOCK];
-        let mut forces = [Lanes::ZERO; BLOCK];
+    let ground = background.grid_view();
+    background.layout.for_each_slab(&mut nodes.nodes, |slab, window, first| {
+        let mut motion = [Vector4::ZERO; BLOCK_SIZE];
+        let mut columns = [[Vector4::ZERO; D]; BLOCK_SIZE];
+        let mut forces = [Vector4::ZERO; BLOCK_SIZE];
         for body in &bodies.all {
             let (points, extent) = (&body.points, [body.width; D]);
             for block in body.blocks_of(slab) {
                 for (k, p) in block.clone().enumerate() {
-                    motion[k] = lanes(&points.velocity[p], points.mass[p], points.mass[p]);
-                    columns[k] = pull(&points.stress[p], points.volume[p]);
+                    motion[k] = vector4(&points.velocity[p], points.mass[p], points.mass[p]);
+                    columns[k] = stress_columns(&points.stress[p], points.volume[p]);
                 }
                 let mut pushed = 0;
                 if let Some((solution, time)) = push {
                     pushed = block.len();
                     for (force, p) in forces.iter_mut().zip(block.clone()) {
                         let rate = (solution.force)(spatial(&points.origin[p]), time);
-                        *force = lanes(&rate, points.mass[p], 0.0);
+                        *force = vector4(&rate, points.mass[p], 0.0);
                     }
                 }
-                let affine = Affine {
+                let affine = AffineFields {
                     moments: true,
                     fields: &points.affine[block.clone()],
                     mass: &points.mass[block.clone()],
                 };
-                let given = Deposit {
-                    motion: &motion[..block.len()],
-                    columns: &columns[..block.len()],
-                    body: &forces[..pushed],
+                let given = P2gInput {
+                    momentum_and_mass: &motion[..block.len()],
+                    stress_columns: &columns[..block.len()],
+                    body_force: &forces[..pushed],
                     affine: (transfer == SnowTransfer::Apic).then_some(affine),
                 };
-                let to = Window { nodes: &mut *window, first };
-                background.sweeps.deposit(&ground, &places(&points.position[block], &extent), to, &given);
+                let to = NodeRange { nodes: &mut *window, first };
+                background.transfers.p2g(&ground, &point_slice(&points.position[block], &extent), to, &given);
             }
         }
     });
 }
 
 /// What an update of the points needs beside them.
-pub struct Update<'a, const D: usize> {
+pub struct PointUpdater<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
     /// The transfer.
@@ -75,21 +77,21 @@ pub struct Update<'a, const D: usize> {
     /// How the deformation of the step follows from the velocity gradient.
     pub deformation: DeformationUpdate,
     /// What the next step is measured by.
-    pub bounds: Bounds,
+    pub bounds: StepCoefficients,
     /// The grid.
-    pub background: &'a Background<D>,
+    pub background: &'a BackgroundGrid<D>,
     /// The solved nodes.
-    pub nodes: &'a [Node],
+    pub nodes: &'a [NodalState],
     /// The walls.
-    pub boundaries: &'a Boundaries,
+    pub boundaries: &'a BoundaryConditions,
 }
 
 /// A block of points, borrowed.
-struct Block<'a, const D: usize> {
+struct PointBlock<'a, const D: usize> {
     first: usize,
     position: &'a mut [[f64; D]],
     velocity: &'a mut [[f64; D]],
-    affine: &'a mut [Square<D>],
+    affine: &'a mut [SquareMatrix<D>],
     volume: &'a mut [f64],
     stress: &'a mut [SymTensor],
     work: &'a mut [f64],
@@ -98,40 +100,40 @@ struct Block<'a, const D: usize> {
 }
 
 /// What a thread works with, block after block.
-struct Bench<const D: usize> {
-    reads: [Gathered<D>; BLOCK],
-    motions: Motions,
+struct Workspace<const D: usize> {
+    interpolated: [InterpolatedMotion<D>; BLOCK_SIZE],
+    motions: MotionBlock,
 }
 
-impl<const D: usize> Update<'_, D> {
-    fn bench(&self) -> Bench<D> {
-        let motions = Motions::still(self.dt, self.background.grid.cell, D < 3);
-        Bench { reads: [Gathered::ZERO; BLOCK], motions }
+impl<const D: usize> PointUpdater<'_, D> {
+    fn workspace(&self) -> Workspace<D> {
+        let motions = MotionBlock::at_rest(self.dt, self.background.grid.cell, D < 3);
+        Workspace { interpolated: [InterpolatedMotion::ZERO; BLOCK_SIZE], motions }
     }
 
     /// Grid to points: velocity, deformation, stress, position (steps 4 to 9), for all points of a body; each block of
     /// points leaves a report.
-    pub fn body(&self, body: &mut Body<D>) {
-        let Body { points, states, material, reports, width, drop_outside, .. } = body;
-        let Columns { position, velocity, affine, volume, stress, work, mass, .. } = points;
+    pub fn body(&self, body: &mut BodyPoints<D>) {
+        let BodyPoints { points, states, material, reports, width, remove_outside: drop_outside, .. } = body;
+        let PointColumns { position, velocity, affine, volume, stress, work, mass, .. } = points;
         let (material, extent, drop_outside) = (&**material, [*width; D], *drop_outside);
         let blocks = (
-            position.par_chunks_mut(BLOCK),
-            velocity.par_chunks_mut(BLOCK),
-            affine.par_chunks_mut(BLOCK),
-            volume.par_chunks_mut(BLOCK),
-            stress.par_chunks_mut(BLOCK),
-            work.par_chunks_mut(BLOCK),
-            mass.par_chunks(BLOCK),
+            position.par_chunks_mut(BLOCK_SIZE),
+            velocity.par_chunks_mut(BLOCK_SIZE),
+            affine.par_chunks_mut(BLOCK_SIZE),
+            volume.par_chunks_mut(BLOCK_SIZE),
+            stress.par_chunks_mut(BLOCK_SIZE),
+            work.par_chunks_mut(BLOCK_SIZE),
+            mass.par_chunks(BLOCK_SIZE),
             states.blocks_mut().par_iter_mut(),
             reports.par_iter_mut(),
         );
-        blocks.into_par_iter().enumerate().with_min_len(GRAIN).for_each_init(
-            || self.bench(),
+        blocks.into_par_iter().enumerate().with_min_len(BLOCKS_PER_TASK).for_each_init(
+            || self.workspace(),
             |bench, (number, (position, velocity, affine, volume, stress, work, mass, states, report))| {
-                let first = number * BLOCK;
+                let first = number * BLOCK_SIZE;
                 let mut block =
-                    Block { first, position, velocity, affine, volume, stress, work, mass, states };
+                    PointBlock { first, position, velocity, affine, volume, stress, work, mass, states };
                 *report = self.block(&mut block, bench, material, (&extent, drop_outside));
             },
         );
@@ -139,39 +141,39 @@ impl<const D: usize> Update<'_, D> {
 
     fn block(
         &self,
-        block: &mut Block<'_, D>,
-        bench: &mut Bench<D>,
+        block: &mut PointBlock<'_, D>,
+        bench: &mut Workspace<D>,
         material: &dyn Material,
         (extent, drop_outside): (&[f64; D], bool),
-    ) -> Result<Pace, Failure> {
-        let (sweeps, ground) = (self.background.sweeps, self.background.ground());
+    ) -> Result<StepBound, PointFailure> {
+        let (sweeps, ground) = (self.background.transfers, self.background.grid_view());
         let count = block.position.len();
-        let (reads, motions) = (&mut bench.reads[..count], &mut bench.motions);
-        let points = places(block.position, extent);
+        let (reads, motions) = (&mut bench.interpolated[..count], &mut bench.motions);
+        let points = point_slice(block.position, extent);
         if self.transfer == SnowTransfer::Apic {
-            sweeps.gather_both(&ground, &points, self.nodes, true, (reads, block.affine));
+            sweeps.g2p_with_apic(&ground, &points, self.nodes, true, (reads, block.affine));
         } else {
-            sweeps.gather(&ground, &points, self.nodes, reads);
+            sweeps.g2p(&ground, &points, self.nodes, reads);
         }
         self.blend(block.velocity, reads);
         let stretches = find_motions(reads, self.deformation, motions);
         if let Some((p, reason)) = motions.change_volumes(&stretches, block.volume, block.mass) {
-            return Err(Failure { index: block.first + p, reason });
+            return Err(PointFailure { index: block.first + p, reason });
         }
-        let (moved, left) = self.travel(block, reads, drop_outside)?;
-        let work = Work::of::<D>(block.stress);
+        let (moved, left) = self.move_points(block, reads, drop_outside)?;
+        let work = StressWork::before_step::<D>(block.stress);
         material.update_block(motions, block.stress, block.states).map_err(|error| {
             let index = block.first + error.index;
-            Failure { index, reason: error.source.to_string() }
+            PointFailure { index, reason: error.source.to_string() }
         })?;
         work.add::<D>(motions, &stretches, (block.volume, block.stress), block.work);
         let points = (&*block.velocity, block.mass, &*block.volume);
-        let pace = self.bounds.pace(block.first, material, points, (block.stress, block.states));
-        Ok(Pace { moved, left, ..pace })
+        let pace = self.bounds.step_bound(block.first, material, points, (block.stress, block.states));
+        Ok(StepBound { max_move: moved, any_outside: left, ..pace })
     }
 
     /// New velocities of the points: shares of FLIP and PIC.
-    fn blend(&self, velocities: &mut [[f64; D]], reads: &[Gathered<D>]) {
+    fn blend(&self, velocities: &mut [[f64; D]], reads: &[InterpolatedMotion<D>]) {
         for (own, read) in velocities.iter_mut().zip(reads) {
             let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
             for c in 0..D {
@@ -181,13 +183,13 @@ impl<const D: usize> Update<'_, D> {
     }
 
     /// Moves the points with the velocity of the grid (step 9); the largest move along an axis (m), and whether a point left.
-    fn travel(
+    fn move_points(
         &self,
-        block: &mut Block<'_, D>,
-        reads: &[Gathered<D>],
+        block: &mut PointBlock<'_, D>,
+        reads: &[InterpolatedMotion<D>],
         drop_outside: bool,
-    ) -> Result<(f64, bool), Failure> {
-        let Background { low, high, .. } = self.background;
+    ) -> Result<(f64, bool), PointFailure> {
+        let BackgroundGrid { low, high, .. } = self.background;
         let (mut moved, mut inside) = ([0f64; D], true);
         for (position, read) in block.position.iter_mut().zip(reads) {
             let velocity = read.velocity.as_array();
@@ -200,38 +202,38 @@ impl<const D: usize> Update<'_, D> {
             }
         }
         let moved = moved.iter().fold(0f64, |most, step| most.max(*step));
-        if inside && moved <= self.longest() {
+        if inside && moved <= self.max_move() {
             return Ok((moved, false));
         }
-        Ok((moved, self.look_outside(block, reads, drop_outside)?))
+        Ok((moved, self.check_outside(block, reads, drop_outside)?))
     }
 
     /// Longest move along an axis in a step (m).
-    fn longest(&self) -> f64 {
+    fn max_move(&self) -> f64 {
         0.5 * self.background.grid.cell * (1.0 + 1e-9)
     }
 
     /// Whether one of the points has left; an error where it must not, or has moved too far.
     #[cold]
-    fn look_outside(
+    fn check_outside(
         &self,
-        block: &Block<'_, D>,
-        reads: &[Gathered<D>],
+        block: &PointBlock<'_, D>,
+        reads: &[InterpolatedMotion<D>],
         drop_outside: bool,
-    ) -> Result<bool, Failure> {
+    ) -> Result<bool, PointFailure> {
         let mut left = false;
         for (p, (position, read)) in block.position.iter().zip(reads).enumerate() {
             let velocity = &read.velocity.as_array()[..D];
-            let failed = |reason: String| Failure { index: block.first + p, reason };
+            let failed = |reason: String| PointFailure { index: block.first + p, reason };
             let step = velocity.iter().map(|v| (self.dt * v).abs()).fold(0.0, f64::max);
-            if !(velocity.iter().all(|v| v.is_finite()) && step <= self.longest()) {
+            if !(velocity.iter().all(|v| v.is_finite()) && step <= self.max_move()) {
                 return Err(failed(format!(
                     "it would move {step:.3e} m in one step, more than half a cell: the run has become unstable (reduce \
                      courant_elastic or time_step)"
                 )));
             }
-            let outside = self.background.outside(position);
-            if outside > 0.0 && !self.is_held(position, outside) {
+            let outside = self.background.distance_outside(position);
+            if outside > 0.0 && !self.is_held_by_wall(position, outside) {
                 if !drop_outside {
                     let reason = "it left the domain: enlarge the domain, add a wall on that side or let the body drop_outside";
                     return Err(failed(reason.to_owned()));
@@ -243,12 +245,12 @@ impl<const D: usize> Update<'_, D> {
     }
 
     /// Whether a point at most a cell beyond the domain is on its way back from walls there.
-    fn is_held(&self, position: &[f64; D], outside: f64) -> bool {
-        let Background { low, high, .. } = self.background;
+    fn is_held_by_wall(&self, position: &[f64; D], outside: f64) -> bool {
+        let BackgroundGrid { low, high, .. } = self.background;
         outside < 1.0
             && (0..D).filter(|axis| !self.background.periodic[*axis]).all(|axis| {
-                (position[axis] >= low[axis] || self.boundaries.closes(axis, false))
-                    && (position[axis] <= high[axis] || self.boundaries.closes(axis, true))
+                (position[axis] >= low[axis] || self.boundaries.has_wall(axis, false))
+                    && (position[axis] <= high[axis] || self.boundaries.has_wall(axis, true))
             })
     }
 }

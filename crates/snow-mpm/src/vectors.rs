@@ -1,14 +1,14 @@
 //! Vectors of points and nodes.
 
-use colluvium_grid::Lanes;
+use colluvium_grid::Vector4;
 
 /// The components of a vector in the space, times `factor`, and a fourth number.
 #[inline(always)]
-pub fn lanes<const D: usize>(vector: &[f64; D], factor: f64, fourth: f64) -> Lanes {
+pub fn vector4<const D: usize>(vector: &[f64; D], factor: f64, fourth: f64) -> Vector4 {
     let mut values = [0.0; 4];
     (0..D).for_each(|c| values[c] = factor * vector[c]);
     values[3] = fourth;
-    Lanes::new(values)
+    Vector4::new(values)
 }
 
 /// Square of the length of a vector.

@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use colluvium_case::description::{Boundary, Wall as CaseWall};
 use colluvium_case::{Case, spatial};
-use colluvium_grid::{Faces, Wall, WallKind, Walls};
+use colluvium_grid::{NodeFaces, NodeWall, NodeWalls, WallKind};
 
-use crate::background::Background;
+use crate::background::BackgroundGrid;
 
 /// A half-space with its face normal to an axis.
-struct Face {
+struct WallHalfSpace {
     /// How it acts; its node is where the face stood last.
-    wall: Wall,
+    wall: NodeWall,
     /// Coordinate of the face when the stage began (m).
     start: f64,
     /// Time at which it stood there (s).
@@ -20,42 +20,42 @@ struct Face {
 
 /// The walls of a stage.
 #[derive(Default)]
-pub struct Boundaries {
-    faces: Vec<Face>,
-    walls: Walls,
+pub struct BoundaryConditions {
+    faces: Vec<WallHalfSpace>,
+    walls: NodeWalls,
     nodes: Vec<usize>,
 }
 
-impl Boundaries {
+impl BoundaryConditions {
     /// Those that stand in a stage, beside obstacles.
     pub fn new<const D: usize>(
         case: &Case,
         stage: usize,
-        background: &Background<D>,
-        obstacles: Arc<Faces>,
+        background: &BackgroundGrid<D>,
+        obstacles: Arc<NodeFaces>,
     ) -> Self {
-        let face = |(_, boundary): (usize, &Boundary)| Face {
-            wall: wall(boundary),
+        let face = |(_, boundary): (usize, &Boundary)| WallHalfSpace {
+            wall: node_wall(boundary),
             start: boundary.position(&case.domain),
             // Walls move from the beginning of the run.
             since: 0.0,
         };
         let faces = case.active_boundaries(stage).into_iter().map(face).collect();
         let cells = &background.grid.cells;
-        let nodes = cells.iter().map(|cells| background.axis.nodes(*cells)).collect();
-        let mut boundaries = Self { faces, walls: Walls::default().with_faces(obstacles), nodes };
+        let nodes = cells.iter().map(|cells| background.basis_1d.nodes(*cells)).collect();
+        let mut boundaries = Self { faces, walls: NodeWalls::default().with_faces(obstacles), nodes };
         boundaries.set(background);
-        boundaries.place(0.0, background);
+        boundaries.move_to(0.0, background);
         boundaries
     }
 
-    fn set<const D: usize>(&mut self, _background: &Background<D>) {
-        let walls = Walls::new(&self.nodes, self.faces.iter().map(|face| face.wall).collect());
+    fn set<const D: usize>(&mut self, _background: &BackgroundGrid<D>) {
+        let walls = NodeWalls::new(&self.nodes, self.faces.iter().map(|face| face.wall).collect());
         self.walls = walls.with_faces(Arc::clone(self.walls.faces()));
     }
 
     /// Puts moving walls where they are at a time (s).
-    pub fn place<const D: usize>(&mut self, time: f64, background: &Background<D>) {
+    pub fn move_to<const D: usize>(&mut self, time: f64, background: &BackgroundGrid<D>) {
         let mut changed = false;
         for face in &mut self.faces {
             let axis = face.wall.axis;
@@ -76,34 +76,34 @@ impl Boundaries {
     }
 
     /// The obstacles on the nodes.
-    pub fn obstacles(&self) -> Arc<Faces> {
+    pub fn obstacles(&self) -> Arc<NodeFaces> {
         Arc::clone(self.walls.faces())
     }
 
     /// The same, to be changed.
-    pub fn obstacles_mut(&mut self) -> &mut Faces {
+    pub fn obstacles_mut(&mut self) -> &mut NodeFaces {
         self.walls.faces_mut()
     }
 
     /// The walls, where they are.
-    pub fn walls(&self) -> &Walls {
+    pub fn walls(&self) -> &NodeWalls {
         &self.walls
     }
 
     /// Whether a wall stands across the side of the domain, upper or lower, of an axis, so that a point beyond is held.
-    pub fn closes(&self, axis: usize, upper: bool) -> bool {
+    pub fn has_wall(&self, axis: usize, upper: bool) -> bool {
         self.faces.iter().any(|face| face.wall.axis == axis && face.wall.upper == upper)
     }
 }
 
 /// Whether a node along `axis` lies at a place (m), but for round-off.
-fn lies_at<const D: usize>(background: &Background<D>, axis: usize, node: usize, place: f64) -> bool {
+fn lies_at<const D: usize>(background: &BackgroundGrid<D>, axis: usize, node: usize, place: f64) -> bool {
     let local = (place - background.grid.origin[axis]) / background.grid.cell;
-    (background.axis.coordinate(node, background.grid.cells[axis]) - local).abs() < 1e-6
+    (background.basis_1d.coordinate(node, background.grid.cells[axis]) - local).abs() < 1e-6
 }
 
 /// How the wall of a boundary acts.
-fn wall(boundary: &Boundary) -> Wall {
+fn node_wall(boundary: &Boundary) -> NodeWall {
     let kind = match boundary.wall {
         CaseWall::Rough => WallKind::Rough,
         CaseWall::Smooth | CaseWall::Absorbing { .. } => WallKind::Smooth,
@@ -111,12 +111,12 @@ fn wall(boundary: &Boundary) -> Wall {
             WallKind::Frictional { coefficient }
         }
     };
-    Wall {
+    NodeWall {
         axis: boundary.side.axis(),
         upper: boundary.side.is_max(),
         node: 0,
         kind,
-        separation: boundary.separation || boundary.wall.lets_go(),
+        separation: boundary.separation || boundary.wall.allows_separation(),
         velocity: boundary.velocity.as_deref().map_or([0.0; 3], spatial),
     }
 }

@@ -15,7 +15,7 @@ pub fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
 
 /// `x_j - x_i` and its square.
 #[inline(always)]
-pub fn apart<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; D], f64) {
+pub fn separation<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; D], f64) {
     let apart: [f64; D] = std::array::from_fn(|c| to[c] - from[c]);
     let square = apart.iter().map(|c| c * c).sum();
     (apart, square)
@@ -23,7 +23,7 @@ pub fn apart<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; D], f64) 
 
 /// `H σ H` with `H = diag flip`.
 #[inline]
-pub fn mirrored<const D: usize>(stress: &SymTensor, flip: &[f64; D]) -> SymTensor {
+pub fn mirrored_stress<const D: usize>(stress: &SymTensor, flip: &[f64; D]) -> SymTensor {
     let sign = |c: usize| if c < D { flip[c] } else { 1.0 };
     let [xx, yy, zz, xy, yz, zx] = stress.0;
     let (x, y, z) = (sign(0), sign(1), sign(2));
@@ -31,14 +31,14 @@ pub fn mirrored<const D: usize>(stress: &SymTensor, flip: &[f64; D]) -> SymTenso
 }
 
 /// The stress with its shear on faces normal to `axis` times `factor`.
-pub fn sheared(stress: &SymTensor, axis: usize, factor: f64) -> SymTensor {
+pub fn with_scaled_shear(stress: &SymTensor, axis: usize, factor: f64) -> SymTensor {
     let [xx, yy, zz, xy, yz, zx] = stress.0;
     let f = |a: usize, b: usize| if a == axis || b == axis { factor } else { 1.0 };
     SymTensor([xx, yy, zz, f(0, 1) * xy, f(1, 2) * yz, f(2, 0) * zx])
 }
 
 /// `diag(K₀, K₀, 1)` times `vertical`, turned to the direction `up`.
-pub fn geostatic<const D: usize>(vertical: f64, k0: f64, up: &[f64; D]) -> SymTensor {
+pub fn geostatic_stress<const D: usize>(vertical: f64, k0: f64, up: &[f64; D]) -> SymTensor {
     let along = |a: usize, b: usize| if a < D && b < D { up[a] * up[b] } else { 0.0 };
     let value = |a: usize, b: usize| vertical * (if a == b { k0 } else { 0.0 } + (1.0 - k0) * along(a, b));
     SymTensor([value(0, 0), value(1, 1), value(2, 2), value(0, 1), value(1, 2), value(2, 0)])

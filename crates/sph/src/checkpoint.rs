@@ -3,36 +3,38 @@
 use std::io::{Read, Write};
 
 use colluvium_case::description::{Reset, Stage};
-use colluvium_case::measure::Reading;
-use colluvium_case::rigid::remark_on_unsettled;
+use colluvium_case::measure::ScalarOutput;
+use colluvium_case::rigid::unconverged_warning;
 use colluvium_case::solver::{restore_value, save_value};
-use colluvium_case::{Advance, Budget, Equilibrium, Frame, Reaction, Solver, SolverError, TimeStep, Wanted};
+use colluvium_case::{
+    Advance, Budget, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
 use crate::config::TimeIntegration;
 use crate::confinement::is_confined;
-use crate::lists::Listed;
-use crate::particles::Group;
-use crate::rates::Felt;
-use crate::rigid::Rigid;
-use crate::solver::{Audit, SphSolver};
-use crate::walls::{Borne, planes};
+use crate::lists::ListedPositions;
+use crate::particles::ParticleGroup;
+use crate::rates::ReactionSum;
+use crate::rigid::RigidBody;
+use crate::solver::{EquilibriumTerms, SphSolver};
+use crate::walls::{ObstacleEnergies, flat_walls};
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 11;
 
 #[derive(Serialize, Deserialize)]
-struct Saved {
+struct CheckpointState {
     format: u32,
     dimension: usize,
     clock: Clock,
-    audit: Audit,
-    borne: Borne,
+    audit: EquilibriumTerms,
+    obstacle_energies: ObstacleEnergies,
     /// Body, number of particles and states of the law.
     groups: Vec<(u32, usize, Vec<u8>)>,
     /// The rigid ones of them, in this order.
-    rigid: Vec<Option<Rigid>>,
+    rigid: Vec<Option<RigidBody>>,
     /// Columns of the particles, and of their rates.
     particles: Vec<u8>,
     rates: Vec<u8>,
@@ -44,16 +46,16 @@ struct Saved {
     /// When loads begin (s), and what particles carry of them.
     loads: (Vec<f64>, Vec<Vec<f64>>),
     /// What rigid bodies and obstacles bear.
-    felt: Vec<Felt>,
+    reactions: Vec<ReactionSum>,
 }
 
 impl<const D: usize> SphSolver<D> {
-    fn to_saved(&self) -> Saved {
+    fn checkpoint_state(&self) -> CheckpointState {
         let Self { setting, bodies, lists, rates, .. } = self;
         // Neither images nor walls.
         let mut particles = bodies.particles.clone();
         particles.truncate(particles.len());
-        let mut of = rates.of.clone();
+        let mut of = rates.derivatives.clone();
         let predicts = setting.options.integration == TimeIntegration::LeapfrogRates
             || setting.options.hourglass_viscosity > 0.0;
         if !predicts {
@@ -63,13 +65,13 @@ impl<const D: usize> SphSolver<D> {
         particles.write(&mut particle_bytes).expect("memory takes all bytes");
         of.write(&mut rate_bytes).expect("memory takes all bytes");
         let of_group =
-            |group: &Group| (group.body, group.end - group.start, group.material.save(&group.states));
-        Saved {
+            |group: &ParticleGroup| (group.body, group.end - group.start, group.material.save(&group.states));
+        CheckpointState {
             format: FORMAT,
             dimension: D,
             clock: self.clock,
-            audit: self.audit,
-            borne: self.borne,
+            audit: self.equilibrium_terms,
+            obstacle_energies: self.obstacle_energies,
             groups: bodies.groups.iter().map(of_group).collect(),
             rigid: bodies.groups.iter().map(|group| group.rigid).collect(),
             particles: particle_bytes,
@@ -78,23 +80,23 @@ impl<const D: usize> SphSolver<D> {
             listed_at: [lists.listed.time, lists.listed.reach],
             sorted: lists.sorted,
             current: rates.current,
-            loads: bodies.loads.saved(),
-            felt: rates.felt.clone(),
+            loads: bodies.loads.checkpoint_state(),
+            reactions: rates.reactions.clone(),
         }
     }
 
     /// Takes the arrays; `None` where they do not fit together.
-    fn take_saved(&mut self, saved: &Saved) -> Option<()> {
+    fn restore_state(&mut self, saved: &CheckpointState) -> Option<()> {
         let Self { bodies, lists, rates, .. } = self;
         bodies.particles.read(&mut saved.particles.as_slice()).ok()?;
-        rates.of.read(&mut saved.rates.as_slice()).ok()?;
+        rates.derivatives.read(&mut saved.rates.as_slice()).ok()?;
         let p = &bodies.particles;
         let n = p.len();
         let full = [p.origin.len(), p.position.len(), p.velocity.len(), p.mass.len(), p.density.len()];
         let fits =
             full.iter().chain(&[p.stress.len(), p.sound.len(), p.length.len()]).all(|count| *count == n)
                 && (p.pressed.is_empty() || p.pressed.len() == n)
-                && rates.of.len() == n
+                && rates.derivatives.len() == n
                 && (saved.listed.is_empty() || saved.listed.len() == n * D)
                 && saved.groups.iter().map(|(_, count, _)| count).sum::<usize>() == n;
         if !fits {
@@ -114,15 +116,16 @@ impl<const D: usize> SphSolver<D> {
             (group.start, group.end, group.states) = (start, start + count, states);
             start += count;
         }
-        bodies.loads.take_saved(&saved.loads)?;
-        bodies.shown.spread.clear();
+        bodies.loads.restore_state(&saved.loads)?;
+        bodies.pair_data.grad_h_factor.clear();
         bodies.resize(n);
-        rates.of.resize(n);
+        rates.derivatives.resize(n);
         let [time, reach] = saved.listed_at;
-        lists.listed = Listed { positions: saved.listed.as_chunks().0.to_vec(), time, reach };
+        lists.listed = ListedPositions { positions: saved.listed.as_chunks().0.to_vec(), time, reach };
         (lists.sorted, rates.current) = (saved.sorted, saved.current);
-        rates.felt.clone_from(&saved.felt);
-        (self.clock, self.audit, self.borne) = (saved.clock, saved.audit, saved.borne);
+        rates.reactions.clone_from(&saved.reactions);
+        (self.clock, self.equilibrium_terms, self.obstacle_energies) =
+            (saved.clock, saved.audit, saved.obstacle_energies);
         Some(())
     }
 
@@ -130,9 +133,9 @@ impl<const D: usize> SphSolver<D> {
         let Self { clock, bodies, .. } = self;
         let p = &mut bodies.particles;
         for group in &mut bodies.groups {
-            let begun = p.law_points(group).begun_anew(|k| p.density[group.start + k]);
+            let begun = p.law_points(group).reinitialised(|k| p.density[group.start + k]);
             let (stress, states) =
-                begun.map_err(|(index, reason)| p.failed(clock, group.start + index, reason))?;
+                begun.map_err(|(index, reason)| p.particle_error(clock, group.start + index, reason))?;
             p.stress[group.range()].copy_from_slice(&stress);
             group.states = states;
         }
@@ -141,7 +144,7 @@ impl<const D: usize> SphSolver<D> {
 
     fn make_lists(&mut self) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, .. } = self;
-        lists.make(setting, clock, bodies, walls)
+        lists.build(setting, clock, bodies, walls)
     }
 }
 
@@ -164,22 +167,22 @@ impl<const D: usize> Solver for SphSolver<D> {
 
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.critical_step();
-        let dt = limit.towards(at_most);
+        let dt = limit.limited_to(at_most);
         self.advance(dt)?;
         Ok(Advance { dt, limit: limit.limit })
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
-        let Self { setting, clock, bodies, walls, lists, rates, audit, .. } = self;
+        let Self { setting, clock, bodies, walls, lists, rates, equilibrium_terms: audit, .. } = self;
         let fresh = start == clock.time;
         (clock.stage, clock.stage_start) = (stage, start);
-        walls.planes = planes(&setting.case, stage, &setting.options, setting.smoothing.radius());
-        bodies.remove_gone(&setting.case, stage, &mut rates.of);
+        walls.planes = flat_walls(&setting.case, stage, &setting.options, setting.smoothing.radius());
+        bodies.remove_inactive(&setting.case, stage, &mut rates.derivatives);
         if fresh {
             bodies.loads.begin(&setting.case, stage, start);
             rates.current = false;
             lists.listed.positions.clear();
-            *audit = Audit::default();
+            *audit = EquilibriumTerms::default();
             clock.limit = None;
         } else if !lists.listed.positions.is_empty() {
             self.make_lists()?;
@@ -198,10 +201,10 @@ impl<const D: usize> Solver for SphSolver<D> {
                         .groups
                         .iter_mut()
                         .filter_map(|group| group.rigid.as_mut())
-                        .for_each(Rigid::stop);
-                    self.rates.of.acceleration.fill([0.0; D]);
+                        .for_each(RigidBody::stop);
+                    self.rates.derivatives.acceleration.fill([0.0; D]);
                     // Some schemes move what is held before they kick.
-                    self.bodies.hold();
+                    self.bodies.impose_held_velocities();
                     // The next step starts from rest: it kicks by half.
                     self.clock.last_step = 0.0;
                 }
@@ -217,61 +220,64 @@ impl<const D: usize> Solver for SphSolver<D> {
 
     fn equilibrium(&self) -> Option<Equilibrium> {
         self.setting.case.stages[self.clock.stage].equilibrium?;
-        let scales = self.scales();
+        let scales = self.equilibrium_scales();
         Some(Equilibrium {
-            unbalanced_force: scales.force_ratio(self.audit.unbalanced.sqrt(), self.audit.external.sqrt()),
-            kinetic_ratio: scales.energy_ratio(self.audit.kinetic, self.audit.work),
-            kinetic: self.audit.kinetic,
+            unbalanced_force: scales.force_ratio(
+                self.equilibrium_terms.unbalanced.sqrt(),
+                self.equilibrium_terms.external.sqrt(),
+            ),
+            kinetic_ratio: scales.energy_ratio(self.equilibrium_terms.kinetic, self.equilibrium_terms.work),
+            kinetic: self.equilibrium_terms.kinetic,
         })
     }
 
-    fn has_grown(&self) -> bool {
+    fn ramps_are_complete(&self) -> bool {
         is_confined(&self.setting, &self.clock)
     }
 
-    fn readings(&self) -> Vec<Reading> {
-        self.take_readings()
+    fn scalar_outputs(&self) -> Vec<ScalarOutput> {
+        self.collect_scalar_outputs()
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
         let case = &self.setting.case;
-        let felt = |number: usize| self.rates.felt.get(number).copied().unwrap_or_default();
+        let felt = |number: usize| self.rates.reactions.get(number).copied().unwrap_or_default();
         if let Some(number) = case.bodies.iter().position(|body| body.rigid && body.name == name) {
-            let Felt { force, impulse, .. } = felt(number);
+            let ReactionSum { force, impulse, .. } = felt(number);
             return Some(Reaction { force, impulse, moment: None });
         }
-        let number = self.walls.obstacles.told().find(|(_, own)| *own == name)?.0;
-        let Felt { force, impulse, moment } = felt(case.bodies.len() + number);
+        let number = self.walls.obstacles.recorded_obstacles().find(|(_, own)| *own == name)?.0;
+        let ReactionSum { force, impulse, moment } = felt(case.bodies.len() + number);
         Some(Reaction { force, impulse, moment: Some(moment) })
     }
 
-    fn remarks(&self) -> Vec<String> {
-        remark_on_unsettled(self.rates.unsettled).into_iter().collect()
+    fn warnings_at_end(&self) -> Vec<String> {
+        unconverged_warning(self.rates.unconverged_supports).into_iter().collect()
     }
 
-    fn is_closed(&self) -> bool {
-        self.is_left_alone()
+    fn is_isolated(&self) -> bool {
+        self.is_energetically_closed()
     }
 
-    fn frame(&self, _: Wanted) -> Frame {
-        self.take_snapshot().into()
+    fn frame(&self, _: FrameRequest) -> Frame {
+        self.collect_snapshot().into()
     }
 
     fn budget(&self) -> Option<Budget> {
-        Some(self.take_budget())
+        Some(self.collect_budget())
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
-        save_value(&self.to_saved(), out)
+        save_value(&self.checkpoint_state(), out)
     }
 
     fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
-        let saved: Saved = restore_value(input)?;
+        let saved: CheckpointState = restore_value(input)?;
         if saved.format != FORMAT || saved.dimension != D {
             let problem = "was written by another version or for another case";
             return Err(SolverError::Checkpoint(problem.to_owned()));
         }
-        self.take_saved(&saved).ok_or_else(|| {
+        self.restore_state(&saved).ok_or_else(|| {
             SolverError::Checkpoint("its arrays do not fit together or the case".to_owned())
         })?;
         if self.lists.listed.positions.is_empty() { Ok(()) } else { self.make_lists() }

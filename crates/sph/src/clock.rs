@@ -24,7 +24,7 @@ pub struct Clock {
     /// Steps since it was found.
     pub limit_age: u64,
     /// Time up to which particles have been shifted for their way (s).
-    pub shifted: f64,
+    pub last_shift_time: f64,
 }
 
 impl Clock {
@@ -56,12 +56,12 @@ impl Clock {
     }
 
     /// What is wrong with the step that the case fixes (s), where it is longer than the critical one.
-    pub fn too_long(&self, fixed: Option<f64>) -> Option<String> {
-        self.limit.as_ref()?.too_long(fixed)
+    pub fn fixed_step_problem(&self, fixed: Option<f64>) -> Option<String> {
+        self.limit.as_ref()?.fixed_step_problem(fixed)
     }
 
     /// The error of a step that cannot be done.
-    pub fn failed(&self, reason: String) -> SolverError {
+    pub fn step_error(&self, reason: String) -> SolverError {
         SolverError::Step { step: self.step, time: self.time, reason }
     }
 }

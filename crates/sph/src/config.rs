@@ -10,16 +10,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use choices::{
-    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall,
-    ShiftingSpeed, SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration,
-    VelocityGradient, WallStress, WallVelocity,
+    ConfinedParticles, ConfiningPressure, ContinuityEquation, DensityReset, LagrangianFormulation,
+    MomentumEquation, Regularisation, RoughWall, ShiftingSpeed, SmoothWall, SmoothingLength, SoundSpeed,
+    Symmetrisation, Tensile, TimeIntegration, VelocityGradientOperator, WallStress, WallVelocity,
 };
-pub use history::History;
+pub use history::TimeHistory;
 
 use crate::kernel::Kernel;
 
 /// Largest shift of a particle, in spacings (sheet: sph §2.12).
-pub(crate) const LONGEST_SHIFT: f64 = 0.1;
+pub(crate) const MAX_SHIFT: f64 = 0.1;
 
 /// Options of smoothed particle hydrodynamics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -51,10 +51,10 @@ pub struct SphOptions {
     pub integration: TimeIntegration,
     /// Form of the momentum equation. Where it is left out and bodies differ in density, `rho-rho`, but for `grad-h`.
     #[serde(default)]
-    pub momentum: Momentum,
+    pub momentum: MomentumEquation,
     /// Form of the continuity equation.
     #[serde(default)]
-    pub continuity: Continuity,
+    pub continuity: ContinuityEquation,
     /// Allows density by summation where supports are not full at the start, or densities differ: particles at free
     /// surfaces lose up to half of their density, and jumps of density are smeared.
     #[serde(default)]
@@ -62,7 +62,7 @@ pub struct SphOptions {
     /// Operator of the velocity gradient that the law gets. Without an entry `compatible` where all that moves are liquids, and
     /// `corotated` elsewhere: next to a surface `compatible` sees a part of a rotation only, and strains a body that turns until it stands.
     #[serde(default)]
-    pub velocity_gradient: VelocityGradient,
+    pub velocity_gradient: VelocityGradientOperator,
     /// Linear artificial viscosity `α`, at least 0; it adds about `α h c/8` to the kinematic viscosity. 0.1 without an entry, and 0 where
     /// all bodies are liquids whose own viscosity is at least `ρ c spacing/100`.
     #[serde(default = "viscosity")]
@@ -86,14 +86,14 @@ pub struct SphOptions {
     #[serde(default)]
     pub regularisation: Regularisation,
     /// Steps between two regularisations.
-    #[serde(default = "ten")]
+    #[serde(default = "default_regularisation_steps")]
     pub regularisation_steps: u64,
     /// Diffusion of stress `ζ` within each body, 0 to 0.5; what the weight between particles explains is left out. Acts
     /// on bodies whose law is in rate form, as `regularisation`, and is refused where no body's is.
     #[serde(default)]
     pub stress_diffusion: f64,
     /// Ratio of horizontal to vertical stress in that weight.
-    #[serde(default = "half")]
+    #[serde(default = "default_wall_k0")]
     pub stress_diffusion_k0: f64,
     /// Diffusion of density `δ` within each body of fluid, 0 to 0.5.
     #[serde(default)]
@@ -102,7 +102,7 @@ pub struct SphOptions {
     #[serde(default)]
     pub density_reset: DensityReset,
     /// Steps between two renewals.
-    #[serde(default = "thirty")]
+    #[serde(default = "default_reset_steps")]
     pub density_reset_steps: u64,
     /// Share of the neighbours' velocity with which particles of bodies that are not `held` move (XSPH), 0 to 1.
     #[serde(default)]
@@ -123,10 +123,10 @@ pub struct SphOptions {
     pub shifting_speed: ShiftingSpeed,
     /// The configuration that the sums are taken over.
     #[serde(default)]
-    pub formulation: Formulation,
+    pub formulation: LagrangianFormulation,
     /// Confining pressure of a flexible membrane; none when absent.
     #[serde(default)]
-    pub confining: Option<Confining>,
+    pub confining: Option<ConfiningPressure>,
     /// Names of bodies that keep their initial field of velocity for good, times the factor that `held_history` gives; their
     /// stress follows their law.
     #[serde(default)]
@@ -134,7 +134,7 @@ pub struct SphOptions {
     /// Factors on the velocities of bodies that are `held`, over the time of the run, by the name of the body; those that
     /// are not named keep theirs.
     #[serde(default)]
-    pub held_history: BTreeMap<String, History>,
+    pub held_history: BTreeMap<String, TimeHistory>,
     /// Names of bodies that are `held` along which the others slip freely. To each particle beside it such a body answers
     /// with the particle's own stress and velocity, mirrored in the plane across the direction in which the particle sees
     /// it: it pushes and holds along that direction only. It feels nothing itself, and keeps its stress.
@@ -149,7 +149,7 @@ pub struct SphOptions {
     /// Factors on the velocities of walls, over the time of the run, by the name of the wall (that of its side where it
     /// has none): its face stands where the integral of the velocity takes it. Those that are not named keep theirs.
     #[serde(default)]
-    pub wall_history: BTreeMap<String, History>,
+    pub wall_history: BTreeMap<String, TimeHistory>,
     /// What rough walls answer with.
     #[serde(default)]
     pub wall_stress: WallStress,
@@ -172,7 +172,7 @@ pub struct SphOptions {
     #[serde(default = "repulsion")]
     pub close_repulsion: f64,
     /// Ratio of horizontal to vertical stress by which `extrapolated` walls carry weight on.
-    #[serde(default = "half")]
+    #[serde(default = "default_wall_k0")]
     pub wall_k0: f64,
     /// Courant number: step times wave speed over smoothing length, up to 1.
     #[serde(default = "courant")]
@@ -183,13 +183,13 @@ pub struct SphOptions {
     pub time_step: Option<f64>,
     /// Number of ranks that share the particles out and exchange copies of those near each other, 1 to 1024. Results
     /// are those of one rank. With the leapfrog and present neighbours (`formulation: updated`) only.
-    #[serde(default = "one")]
+    #[serde(default = "default_ranks")]
     pub ranks: u32,
 }
 
 impl SphOptions {
     /// Smoothing length (m).
-    pub fn length(&self) -> f64 {
+    pub fn smoothing_length_value(&self) -> f64 {
         self.smoothing * self.spacing
     }
 
@@ -199,17 +199,17 @@ impl SphOptions {
     }
 
     /// How much closer shifting may bring two particles (m).
-    pub(crate) fn room_to_shift(&self) -> f64 {
-        if self.shifting > 0.0 { 2.0 * LONGEST_SHIFT * self.spacing } else { 0.0 }
+    pub(crate) fn max_shift_approach(&self) -> f64 {
+        if self.shifting > 0.0 { 2.0 * MAX_SHIFT * self.spacing } else { 0.0 }
     }
 
     /// The operator of the velocity gradient, `compatible` and `corotated` resolved.
     #[inline]
-    pub(crate) fn gradient_operator(&self) -> VelocityGradient {
-        use VelocityGradient::{Compatible, Corotated, Corrected, DensityDifference, Difference};
+    pub(crate) fn gradient_operator(&self) -> VelocityGradientOperator {
+        use VelocityGradientOperator::{Compatible, Corotated, Corrected, DensityDifference, Difference};
         match (self.velocity_gradient, self.momentum) {
-            (Compatible | Corotated, Momentum::Rho2) => DensityDifference,
-            (Compatible | Corotated, Momentum::Corrected) => Corrected,
+            (Compatible | Corotated, MomentumEquation::Rho2) => DensityDifference,
+            (Compatible | Corotated, MomentumEquation::Corrected) => Corrected,
             (Compatible | Corotated, _) => Difference,
             (operator, _) => operator,
         }
@@ -218,12 +218,14 @@ impl SphOptions {
     /// Whether strain is that seen from what turns with a particle; the corrected gradient is exact for rotations as it is.
     #[inline]
     pub(crate) fn is_corotated(&self) -> bool {
-        self.velocity_gradient == VelocityGradient::Corotated && self.momentum != Momentum::Corrected
+        self.velocity_gradient == VelocityGradientOperator::Corotated
+            && self.momentum != MomentumEquation::Corrected
     }
 
     /// Whether some gradient is corrected.
     pub(crate) fn has_corrected_gradients(&self) -> bool {
-        self.momentum == Momentum::Corrected || self.velocity_gradient == VelocityGradient::Corrected
+        self.momentum == MomentumEquation::Corrected
+            || self.velocity_gradient == VelocityGradientOperator::Corrected
     }
 
     /// Whether something is averaged by moving least squares.
@@ -244,20 +246,20 @@ fn viscosity() -> f64 {
 fn repulsion() -> f64 {
     0.05
 }
-fn one() -> u32 {
+fn default_ranks() -> u32 {
     1
 }
-fn ten() -> u64 {
+fn default_regularisation_steps() -> u64 {
     10
 }
-fn thirty() -> u64 {
+fn default_reset_steps() -> u64 {
     30
 }
 /// sheet: sph §6.19.
 fn growth() -> f64 {
     1.5
 }
-fn half() -> f64 {
+fn default_wall_k0() -> f64 {
     0.5
 }
 /// sheet: sph §3.4.

@@ -3,15 +3,15 @@
 
 use rayon::prelude::*;
 
-use crate::algebra::{apart, square};
+use crate::algebra::{separation, square};
 use crate::clock::Clock;
-use crate::config::Confined;
+use crate::config::ConfinedParticles;
 use crate::kernel::Smoothing;
-use crate::lists::Lists;
-use crate::pairs::Pairs;
-use crate::particles::{Bodies, Derivatives, TASK};
+use crate::lists::VerletLists;
+use crate::pairs::PairContext;
+use crate::particles::{Bodies, Derivatives, MIN_PARTICLES_PER_TASK};
 use crate::rates::Rates;
-use crate::setting::Setting;
+use crate::setting::SolverContext;
 use crate::walls::Walls;
 
 /// `Σ_{j≠i} V_j W` up to which a particle lies at the surface, in 1, 2 and 3 dimensions (BN 129; on a line that of
@@ -31,7 +31,10 @@ fn lattice_index<const D: usize>(smoothing: &Smoothing<D>, spacing: f64, above: 
 }
 
 /// Says why particles `spacing` (m) apart cannot be told to lie at a surface, where they cannot (sheet: sph §2.13 g, §7).
-pub(crate) fn blind_to_surfaces<const D: usize>(smoothing: &Smoothing<D>, spacing: f64) -> Option<String> {
+pub(crate) fn surface_detection_problem<const D: usize>(
+    smoothing: &Smoothing<D>,
+    spacing: f64,
+) -> Option<String> {
     let [first, within] = [0, i32::MAX].map(|above| lattice_index(smoothing, spacing, above));
     let most = SURFACE_INDEX[D - 1];
     let ratio = smoothing.length() / spacing;
@@ -43,19 +46,19 @@ pub(crate) fn blind_to_surfaces<const D: usize>(smoothing: &Smoothing<D>, spacin
     })
 }
 
-impl<const D: usize> Pairs<'_, D> {
+impl<const D: usize> PairContext<'_, D> {
     /// `Σ_{j≠i} V_j W` and the inward direction `Σ V_j ∇W` (1/m) at particle `i`; walls count as what they touch.
-    fn inward(&self, i: usize, row: &[u32]) -> (f64, [f64; D]) {
+    fn surface_index_and_normal(&self, i: usize, row: &[u32]) -> (f64, [f64; D]) {
         let p = self.particles;
         let (mut index, mut direction) = (0.0, [0.0; D]);
         for &j in row {
             let j = j as usize;
-            let k = self.counts_as(i, j);
+            let k = self.effective_index(i, j);
             let apart: [f64; D] = std::array::from_fn(|c| p.position[j][c] - p.position[i][c]);
             let r = square(&apart).sqrt();
             let volume = p.mass[k] / p.density[k];
             index += volume * self.smoothing.value(r);
-            let weight = volume * self.smoothing.weight(r);
+            let weight = volume * self.smoothing.gradient_factor(r);
             (0..D).for_each(|c| direction[c] += weight * apart[c]);
         }
         (index, direction)
@@ -63,17 +66,17 @@ impl<const D: usize> Pairs<'_, D> {
 }
 
 /// Whether the confining pressure has its full size.
-pub(crate) fn is_confined<const D: usize>(setting: &Setting<D>, clock: &Clock) -> bool {
+pub(crate) fn is_confined<const D: usize>(setting: &SolverContext<D>, clock: &Clock) -> bool {
     setting.options.confining.as_ref().is_none_or(|confining| clock.time >= confining.ramp)
 }
 
 /// Adds the confining pressure at the end of a step of `dt` to the accelerations.
-pub(crate) fn confine<const D: usize>(
-    setting: &Setting<D>,
+pub(crate) fn apply_confining_pressure<const D: usize>(
+    setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &Bodies<D>,
     walls: &Walls<D>,
-    lists: &Lists<D>,
+    lists: &VerletLists<D>,
     rates: &mut Rates<D>,
     dt: f64,
 ) {
@@ -81,14 +84,21 @@ pub(crate) fn confine<const D: usize>(
     let ramp = confining.ramp;
     let grown = if ramp > 0.0 { ((clock.time + dt) / ramp).min(1.0) } else { 1.0 };
     let pressure = 2.0 * grown * confining.pressure;
-    let everywhere = confining.on == Confined::All;
+    let everywhere = confining.on == ConfinedParticles::All;
     let (p, neighbours) = (&bodies.particles, &lists.neighbours);
-    let Rates { of: Derivatives { acceleration, .. }, crowding, pushes, .. } = rates;
+    let Rates {
+        derivatives: Derivatives { acceleration, .. },
+        surface_index: crowding,
+        external_accelerations: pushes,
+        ..
+    } = rates;
     crowding.resize(p.len(), 0.0);
     pushes.resize(p.len(), [0.0; D]);
-    let pairs = Pairs::new(setting, p, walls);
+    let pairs = PairContext::new(setting, p, walls);
     let all = crowding.par_iter_mut().zip(&mut *pushes).enumerate();
-    all.with_min_len(TASK).for_each(|(i, (index, push))| (*index, *push) = pairs.inward(i, neighbours.of(i)));
+    all.with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, (index, push))| {
+        (*index, *push) = pairs.surface_index_and_normal(i, neighbours.neighbours(i))
+    });
     let near = 1.05 * setting.options.spacing;
     // Also those beside the surface, which carry what is left of its force (sheet's proposal), across the ends of
     // periods too. In a mirror what is near is itself on this side, and nearer.
@@ -96,8 +106,8 @@ pub(crate) fn confine<const D: usize>(
         let of_surface = |j: usize| crowding[j] <= SURFACE_INDEX[D - 1];
         everywhere
             || of_surface(i)
-            || neighbours.of(i).iter().map(|&j| j as usize).any(|j| {
-                apart(&p.position[i], &p.position[j]).1 <= near * near
+            || neighbours.neighbours(i).iter().map(|&j| j as usize).any(|j| {
+                separation(&p.position[i], &p.position[j]).1 <= near * near
                     && walls.particle_of(p.len(), j).is_some_and(of_surface)
             })
     };
@@ -105,7 +115,7 @@ pub(crate) fn confine<const D: usize>(
         let range = group.range();
         let first = range.start;
         let pushed = acceleration[range.clone()].par_iter_mut().zip(&mut pushes[range]);
-        pushed.enumerate().with_min_len(TASK).for_each(|(k, (a, push))| {
+        pushed.enumerate().with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(k, (a, push))| {
             let i = first + k;
             let scale = if group.confined && acts(i) { pressure / p.density[i] } else { 0.0 };
             *push = push.map(|direction| scale * direction);
@@ -120,7 +130,7 @@ mod tests {
     use crate::kernel::Kernel;
 
     fn told_apart<const D: usize>(kernel: Kernel, ratio: f64) -> bool {
-        blind_to_surfaces(&Smoothing::<D>::new(kernel, ratio).unwrap(), 1.0).is_none()
+        surface_detection_problem(&Smoothing::<D>::new(kernel, ratio).unwrap(), 1.0).is_none()
     }
 
     #[test]

@@ -87,7 +87,7 @@ impl Kernel {
 
     /// `w(q)`. The Gaussian is not cut here.
     #[inline]
-    pub fn shape(self, dimension: usize, q: f64) -> f64 {
+    pub fn profile(self, dimension: usize, q: f64) -> f64 {
         let t = (1.0 - 0.5 * q).max(0.0);
         match self {
             Self::Gaussian => (-q * q).exp(),
@@ -225,7 +225,7 @@ impl<const D: usize> Smoothing<D> {
     /// `W(r)` (1/m^d), zero from the edge of the support on.
     #[inline]
     pub fn value(&self, r: f64) -> f64 {
-        if r >= self.radius { 0.0 } else { self.constant * self.kernel.shape(D, r * self.inverse) }
+        if r >= self.radius { 0.0 } else { self.constant * self.kernel.profile(D, r * self.inverse) }
     }
 
     /// `W'(r) = ∂W/∂r` (1/m^(d+1)), never positive.
@@ -240,7 +240,7 @@ impl<const D: usize> Smoothing<D> {
     /// `F(r) = -W'(r) / r` (1/m^(d+2)), never negative: the gradient at `i` of the kernel around `j` is
     /// `F (x_j - x_i)`. Zero for particles at the same place.
     #[inline]
-    pub fn weight(&self, r: f64) -> f64 {
+    pub fn gradient_factor(&self, r: f64) -> f64 {
         let q = r * self.inverse;
         if r >= self.radius || q < 1e-12 {
             return 0.0;
@@ -254,7 +254,7 @@ impl<const D: usize> Smoothing<D> {
             return 0.0;
         }
         let scale = self.constant * self.inverse * self.inverse;
-        scale * self.kernel.curvature(D, r * self.inverse) - (D - 1) as f64 * self.weight(r)
+        scale * self.kernel.curvature(D, r * self.inverse) - (D - 1) as f64 * self.gradient_factor(r)
     }
 
     /// `∂W/∂h = -α/h (d w + q w')`.
@@ -263,7 +263,7 @@ impl<const D: usize> Smoothing<D> {
             return 0.0;
         }
         let q = r * self.inverse;
-        let sum = D as f64 * self.kernel.shape(D, q) + q * self.kernel.slope(D, q);
+        let sum = D as f64 * self.kernel.profile(D, q) + q * self.kernel.slope(D, q);
         -self.constant * self.inverse * sum
     }
 }
@@ -304,7 +304,7 @@ mod tests {
     fn kernels_are_normalised() {
         everywhere(|kernel, d, constant| {
             let end = if kernel == Kernel::Gaussian { 8.0 } else { 3.0 };
-            let mass = integral(|q| kernel.shape(d, q) * q.powi(d as i32 - 1), end) * surface(d) * constant;
+            let mass = integral(|q| kernel.profile(d, q) * q.powi(d as i32 - 1), end) * surface(d) * constant;
             assert!((mass - 1.0).abs() < 1e-10, "{kernel:?} in {d}D: {mass}");
         });
     }
@@ -318,7 +318,7 @@ mod tests {
         ];
         for (kernel, moments) in expected {
             for (d, moment) in (1..).zip(moments) {
-                let sum = integral(|q| kernel.shape(d, q) * q.powi(d as i32 + 1), 8.0) * surface(d);
+                let sum = integral(|q| kernel.profile(d, q) * q.powi(d as i32 + 1), 8.0) * surface(d);
                 let found = kernel.constant(d).unwrap() * sum / d as f64;
                 assert!((found - moment).abs() < 1e-10, "{kernel:?} in {d}D: {found}");
             }
@@ -330,9 +330,9 @@ mod tests {
         everywhere(|kernel, d, _| {
             for k in 1..60 {
                 let (q, e) = (0.05 * f64::from(k) + 0.013, 1e-5);
-                let slope = (kernel.shape(d, q + e) - kernel.shape(d, q - e)) / (2.0 * e);
+                let slope = (kernel.profile(d, q + e) - kernel.profile(d, q - e)) / (2.0 * e);
                 let curvature = (kernel.slope(d, q + e) - kernel.slope(d, q - e)) / (2.0 * e);
-                let scale = kernel.shape(d, 0.0);
+                let scale = kernel.profile(d, 0.0);
                 assert!((slope - kernel.slope(d, q)).abs() < 1e-8 * scale, "{kernel:?} {d}D at {q}");
                 assert!((curvature - kernel.curvature(d, q)).abs() < 1e-7 * scale, "{kernel:?} {d}D at {q}");
             }
@@ -345,16 +345,19 @@ mod tests {
             let support = kernel.support();
             for k in 0..400 {
                 let q = 0.01 * f64::from(k);
-                assert!(kernel.slope(d, q) <= 0.0 && kernel.shape(d, q) >= 0.0);
+                assert!(kernel.slope(d, q) <= 0.0 && kernel.profile(d, q) >= 0.0);
                 if q < 0.999 * support {
-                    assert!(kernel.shape(d, q) > 0.0, "{kernel:?} {d}D at {q}");
+                    assert!(kernel.profile(d, q) > 0.0, "{kernel:?} {d}D at {q}");
                 }
             }
         });
         let smoothing = Smoothing::<2>::new(Kernel::Gaussian, 0.1).unwrap();
-        assert!(smoothing.value(0.299) > 0.0 && smoothing.weight(0.299) > 0.0);
-        assert_eq!([smoothing.value(0.301), smoothing.weight(0.301), smoothing.slope(0.301)], [0.0; 3]);
-        assert_eq!(smoothing.weight(0.0), 0.0);
+        assert!(smoothing.value(0.299) > 0.0 && smoothing.gradient_factor(0.299) > 0.0);
+        assert_eq!(
+            [smoothing.value(0.301), smoothing.gradient_factor(0.301), smoothing.slope(0.301)],
+            [0.0; 3]
+        );
+        assert_eq!(smoothing.gradient_factor(0.0), 0.0);
         assert!(Smoothing::<1>::new(Kernel::WendlandC4, 0.1).is_err());
         assert!(Smoothing::<1>::new(Kernel::CubicSpline, f64::NAN).is_err());
     }
@@ -377,7 +380,7 @@ mod tests {
         ];
         for (kernel, d, expected) in table {
             let constant = kernel.constant(d).unwrap();
-            let values = [0.0, 0.5, 1.0, 1.5].map(|q| constant * kernel.shape(d, q));
+            let values = [0.0, 0.5, 1.0, 1.5].map(|q| constant * kernel.profile(d, q));
             let slopes = [0.5, 1.0, 1.5].map(|q| constant * kernel.slope(d, q));
             for (found, expected) in values.iter().chain(&slopes).zip(expected) {
                 assert!((found - expected).abs() < 1e-10, "{kernel:?} {d}D: {found} for {expected}");
@@ -396,7 +399,7 @@ mod tests {
             if r > 0.0 && r < smoothing.radius() - 1e-9 {
                 sums[0] += smoothing.value(r);
                 sums[1] += smoothing.value(r);
-                sums[2] += smoothing.weight(r) * x[0] * x[0];
+                sums[2] += smoothing.gradient_factor(r) * x[0] * x[0];
                 sums[3] += 0.5 * smoothing.laplacian(r) * x[0] * x[0];
                 sums[4] += 1.0;
             }

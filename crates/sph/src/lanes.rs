@@ -8,16 +8,16 @@ pub use wide::f64x4 as Lanes;
 /// What a particle shows its neighbours, in rows of four so that four particles can be turned into lanes:
 /// position and velocity; volume, density, speed of sound and smoothing length; stress. Volumes, not masses: they take a
 /// division out of most sums over pairs.
-pub type Record = [[f64; 4]; 4];
+pub type PairRecord = [[f64; 4]; 4];
 
 /// A record.
 #[inline(always)]
-pub fn record<const D: usize>(
+pub fn pair_record<const D: usize>(
     x: &[f64; D],
     v: &[f64; D],
     [volume, density, sound, length]: [f64; 4],
     [xx, yy, zz, xy, yz, zx]: [f64; 6],
-) -> Record {
+) -> PairRecord {
     if D == 3 {
         [[x[0], x[1], x[2], volume], [v[0], v[1], v[2], density], [xx, yy, zz, xy], [yz, zx, sound, length]]
     } else {
@@ -28,7 +28,7 @@ pub fn record<const D: usize>(
 
 /// Puts another velocity into a record.
 #[inline(always)]
-pub fn set_velocity<const D: usize>(record: &mut Record, v: &[f64; D]) {
+pub fn set_velocity<const D: usize>(record: &mut PairRecord, v: &[f64; D]) {
     if D == 3 {
         record[1][..D].copy_from_slice(v);
     } else {
@@ -38,7 +38,7 @@ pub fn set_velocity<const D: usize>(record: &mut Record, v: &[f64; D]) {
 
 /// Takes the volume out of a record: it no longer counts in sums over neighbours.
 #[inline(always)]
-pub fn hide<const D: usize>(record: &mut Record) {
+pub fn clear_volume<const D: usize>(record: &mut PairRecord) {
     if D == 3 {
         record[0][3] = 0.0;
     } else {
@@ -47,7 +47,7 @@ pub fn hide<const D: usize>(record: &mut Record) {
 }
 
 /// Place and motion of four particles.
-pub struct Motions<const D: usize> {
+pub struct PackedKinematics<const D: usize> {
     pub x: [Lanes; D],
     pub v: [Lanes; D],
     pub volume: Lanes,
@@ -55,7 +55,7 @@ pub struct Motions<const D: usize> {
 }
 
 /// The rest of them.
-pub struct Rest {
+pub struct PackedState {
     pub sound: Lanes,
     pub length: Lanes,
     /// Components as in `SymTensor`.
@@ -64,7 +64,7 @@ pub struct Rest {
 
 /// Lanes of the four numbers of a row. Not `Lanes::transpose`, which is not inlined.
 #[inline(always)]
-fn turn([a, b, c, d]: [&Record; 4], row: usize) -> [Lanes; 4] {
+fn transpose([a, b, c, d]: [&PairRecord; 4], row: usize) -> [Lanes; 4] {
     let (a, b, c, d) = (&a[row], &b[row], &c[row], &d[row]);
     let lane = |k: usize| Lanes::new([a[k], b[k], c[k], d[k]]);
     [lane(0), lane(1), lane(2), lane(3)]
@@ -72,17 +72,17 @@ fn turn([a, b, c, d]: [&Record; 4], row: usize) -> [Lanes; 4] {
 
 /// Lanes of position, velocity, volume and density.
 #[inline(always)]
-pub fn motions<const D: usize>(four: [&Record; 4]) -> Motions<D> {
-    let (first, second) = (turn(four, 0), turn(four, 1));
+pub fn packed_kinematics<const D: usize>(four: [&PairRecord; 4]) -> PackedKinematics<D> {
+    let (first, second) = (transpose(four, 0), transpose(four, 1));
     if D == 3 {
-        Motions {
+        PackedKinematics {
             x: std::array::from_fn(|c| first[c]),
             v: std::array::from_fn(|c| second[c]),
             volume: first[3],
             density: second[3],
         }
     } else {
-        Motions {
+        PackedKinematics {
             x: std::array::from_fn(|c| first[c]),
             v: std::array::from_fn(|c| first[2 + c]),
             volume: second[0],
@@ -93,13 +93,13 @@ pub fn motions<const D: usize>(four: [&Record; 4]) -> Motions<D> {
 
 /// Lanes of everything else.
 #[inline(always)]
-pub fn rest<const D: usize>(four: [&Record; 4]) -> Rest {
+pub fn packed_state<const D: usize>(four: [&PairRecord; 4]) -> PackedState {
     if D == 3 {
-        let ([xx, yy, zz, xy], [yz, zx, sound, length]) = (turn(four, 2), turn(four, 3));
-        Rest { sound, length, stress: [xx, yy, zz, xy, yz, zx] }
+        let ([xx, yy, zz, xy], [yz, zx, sound, length]) = (transpose(four, 2), transpose(four, 3));
+        PackedState { sound, length, stress: [xx, yy, zz, xy, yz, zx] }
     } else {
-        let ([_, _, sound, length], [xx, yy, xy, zero]) = (turn(four, 1), turn(four, 2));
-        Rest { sound, length, stress: [xx, yy, zero, xy, zero, zero] }
+        let ([_, _, sound, length], [xx, yy, xy, zero]) = (transpose(four, 1), transpose(four, 2));
+        PackedState { sound, length, stress: [xx, yy, zero, xy, zero, zero] }
     }
 }
 
@@ -137,7 +137,7 @@ pub fn sum(lanes: Lanes) -> f64 {
 /// Calls `visit(first entry, four neighbours, how many of them count)` for the neighbours in `row`; what fills
 /// up the last four is `own`, whose distance is zero. In one place, so that `visit` becomes part of the loop.
 #[inline(always)]
-pub fn fours(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usize; 4], usize)) {
+pub fn for_each_four(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usize; 4], usize)) {
     let mut left = row;
     let mut start = 0;
     while !left.is_empty() {
@@ -156,7 +156,7 @@ pub fn fours(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usize; 4], u
 
 /// Four numbers from the end of a row, zero where it ends.
 #[inline(always)]
-pub fn load(values: &[f64], start: usize, count: usize) -> Lanes {
+pub fn load_four(values: &[f64], start: usize, count: usize) -> Lanes {
     match values[start..].first_chunk::<4>() {
         Some(four) if count == 4 => Lanes::new(*four),
         _ => {
@@ -169,7 +169,7 @@ pub fn load(values: &[f64], start: usize, count: usize) -> Lanes {
 
 /// Puts the first `count` lanes into a row from `start` on.
 #[inline(always)]
-pub fn store(values: &mut [f64], start: usize, count: usize, lanes: Lanes) {
+pub fn store_four(values: &mut [f64], start: usize, count: usize, lanes: Lanes) {
     let lanes = lanes.to_array();
     match values[start..].first_chunk_mut::<4>() {
         Some(four) if count == 4 => *four = lanes,
@@ -191,7 +191,7 @@ fn power(x: Lanes, n: u32) -> Lanes {
 }
 
 impl<const D: usize> Smoothing<D> {
-    /// As [`Smoothing::weight`], of four distances squared: `F = -W'/r`.
+    /// As [`Smoothing::gradient_factor`], of four distances squared: `F = -W'/r`.
     #[inline(always)]
     pub(crate) fn weights(&self, square: Lanes) -> Lanes {
         let (zero, one, two) = (Lanes::splat(0.0), Lanes::splat(1.0), Lanes::splat(2.0));
@@ -227,12 +227,15 @@ mod tests {
     fn agrees<const D: usize>() {
         for kernel in Kernel::ALL {
             let Ok(smoothing) = Smoothing::<D>::new(kernel, 0.37) else { continue };
-            let scale = smoothing.weight(0.05);
+            let scale = smoothing.gradient_factor(0.05);
             for k in 0..100 {
                 let r: [f64; 4] = std::array::from_fn(|lane| 0.003 * f64::from(4 * k + lane as i32) + 1e-4);
                 let found = smoothing.weights(Lanes::new(r.map(|r| r * r))).to_array();
                 for (r, found) in r.iter().zip(found) {
-                    assert!((found - smoothing.weight(*r)).abs() < 1e-12 * scale, "{kernel:?} {D}D at {r}");
+                    assert!(
+                        (found - smoothing.gradient_factor(*r)).abs() < 1e-12 * scale,
+                        "{kernel:?} {D}D at {r}"
+                    );
                 }
             }
             assert!(smoothing.weights(Lanes::splat(0.0)).to_array().iter().all(|w| w.is_finite()));
@@ -251,20 +254,20 @@ mod tests {
         for length in 0..11u32 {
             let row: Vec<u32> = (10..10 + length).collect();
             let mut seen = Vec::new();
-            fours(&row, 7, |start, four, count| {
+            for_each_four(&row, 7, |start, four, count| {
                 assert_eq!(start, seen.len());
                 assert!(four[count..].iter().all(|&j| j == 7));
                 seen.extend(four[..count].iter().map(|&j| j as u32));
             });
             assert_eq!(seen, row);
         }
-        assert_eq!(load(&[1.0, 2.0, 3.0, 4.0, 5.0], 4, 1).to_array(), [5.0, 0.0, 0.0, 0.0]);
+        assert_eq!(load_four(&[1.0, 2.0, 3.0, 4.0, 5.0], 4, 1).to_array(), [5.0, 0.0, 0.0, 0.0]);
     }
 
     #[test]
     fn records_give_back_what_they_hold() {
         let of = |k: f64| {
-            record::<3>(
+            pair_record::<3>(
                 &[k, k + 1.0, k + 2.0],
                 &[0.0; 3],
                 [k + 3.0, k + 4.0, k + 5.0, k + 6.0],
@@ -274,11 +277,11 @@ mod tests {
         let mut all = [of(0.0), of(10.0), of(20.0), of(30.0)];
         set_velocity(&mut all[2], &[1.0, 2.0, 3.0]);
         let four = [&all[0], &all[1], &all[2], &all[3]];
-        let m = motions::<3>(four);
+        let m = packed_kinematics::<3>(four);
         assert_eq!(m.x[2].to_array(), [2.0, 12.0, 22.0, 32.0]);
         assert_eq!(m.v[1].to_array(), [0.0, 0.0, 2.0, 0.0]);
         assert_eq!(m.density.to_array(), [4.0, 14.0, 24.0, 34.0]);
-        let r = rest::<3>(four);
+        let r = packed_state::<3>(four);
         assert_eq!(r.sound.to_array(), [5.0, 15.0, 25.0, 35.0]);
         assert_eq!(r.stress[5].to_array(), [0.0, 10.0, 20.0, 30.0]);
         let p = product::<3>(&r.stress, &[Lanes::splat(1.0), Lanes::splat(0.0), Lanes::splat(0.0)]);

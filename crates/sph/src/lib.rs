@@ -40,13 +40,14 @@ mod tensile;
 mod total;
 mod walls;
 
-use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
+use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Confined, Confining, Continuity, DensityReset, Formulation, History, Momentum, Regularisation, RoughWall,
-    SmoothWall, SmoothingLength, SoundSpeed, SphOptions, Symmetrisation, Tensile, TimeIntegration,
-    VelocityGradient, WallStress, WallVelocity,
+    ConfinedParticles, ConfiningPressure, ContinuityEquation, DensityReset, LagrangianFormulation,
+    MomentumEquation, Regularisation, RoughWall, SmoothWall, SmoothingLength, SoundSpeed, SphOptions,
+    Symmetrisation, Tensile, TimeHistory, TimeIntegration, VelocityGradientOperator, WallStress,
+    WallVelocity,
 };
 pub use ranks::RankedSolver;
 pub use solver::SphSolver;
@@ -68,19 +69,19 @@ impl Method for Sph {
         schemars::schema_for!(SphOptions)
     }
 
-    fn size(&self, case: &Case) -> Result<Size, CaseError> {
-        setup::size(case)
+    fn problem_size(&self, case: &Case) -> Result<ProblemSize, CaseError> {
+        setup::problem_size(case)
     }
 
-    fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
-        setup::honours(case)
+    fn capabilities(&self, case: &Case) -> Result<Capabilities, CaseError> {
+        setup::capabilities(case)
     }
 
-    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
+    fn plan_supported_case(&self, case: &Case) -> Result<Plan, CaseError> {
         setup::plan(case)
     }
 
-    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    fn build_supported_case(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case)
     }
 }

@@ -1,52 +1,56 @@
 //! The largest stable step (sheet: sph §3.4).
 
-use colluvium_case::{StepLimit, TimeStep, slowed_for_obstacles, spatial};
-use colluvium_constitutive::{BLOCK, StateBlock};
+use colluvium_case::{StepLimit, TimeStep, limit_step_by_obstacles, spatial};
+use colluvium_constitutive::{BLOCK_SIZE, StateBlock};
 use rayon::prelude::*;
 
 use crate::algebra::square;
 use crate::clock::STEPS_PER_TIME_STEP;
 use crate::config::SoundSpeed;
-use crate::pairs::Close;
+use crate::pairs::ShortRangeRepulsion;
 use crate::particles::{Bodies, Particles};
 use crate::rates::Rates;
-use crate::setting::Setting;
-use crate::walls::Obstacles;
+use crate::setting::SolverContext;
+use crate::walls::ObstacleFaces;
 
 /// The undamped leapfrog is stable up to about so many times `h / c` (sheet: sph §3.4, §7).
 const STABLE: f64 = 1.8;
 
 /// Largest move of an obstacle in a step (spacings).
-const LONGEST: f64 = 0.1;
+const MAX_OBSTACLE_MOVE: f64 = 0.1;
 
 /// What keeps particles apart swings.
 const REPULSION: StepLimit = StepLimit::new("repulsion of close particles");
 
 /// A step, what limits it, and where.
-pub type Limit = (f64, StepLimit, Option<usize>);
+pub type LimitingParticle = (f64, StepLimit, Option<usize>);
 
 /// The largest step that waves, forces, viscosity and damping allow (sheet: sph §3.4), and the particle that asks for it;
 /// renews the speeds of sound. Where the case fixes the step, waves may cross as much as is stable.
-pub fn find_limit<const D: usize>(setting: &Setting<D>, bodies: &mut Bodies<D>, rates: &Rates<D>) -> Limit {
-    let (options, guests) = (&setting.options, &bodies.guests);
+pub fn critical_step<const D: usize>(
+    setting: &SolverContext<D>,
+    bodies: &mut Bodies<D>,
+    rates: &Rates<D>,
+) -> LimitingParticle {
+    let (options, guests) = (&setting.options, &bodies.ghost_particles);
     let courant = if options.time_step.is_some() { STABLE } else { options.courant };
-    let close = Close::of(setting, &bodies.groups);
+    let close = ShortRangeRepulsion::of_groups(setting, &bodies.groups);
     let p = &mut bodies.particles;
-    let mut least: Limit = (f64::INFINITY, StepLimit::NOTHING, None);
+    let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NOTHING, None);
     for group in bodies.groups.iter().filter(|group| !group.smooth) {
         let range = group.range();
-        let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK);
+        let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK_SIZE);
         let blocks = group.states.blocks().par_iter().zip(sounds).enumerate();
         let (stresses, densities) = (&p.stress[range.clone()], &p.density[range.clone()]);
         let (lengths, velocities) = (&p.length[range.clone()], &p.velocity[range.clone()]);
-        let accelerations = &rates.of.acceleration;
+        let accelerations = &rates.derivatives.acceleration;
         let of_block = |(number, (states, sounds)): (usize, (&StateBlock, &mut [f64]))| {
-            let first = number * BLOCK;
+            let first = number * BLOCK_SIZE;
             let stress = &stresses[first..first + states.len()];
-            let (mut moduli, mut viscosities) = ([0.0; BLOCK], [0.0; BLOCK]);
+            let (mut moduli, mut viscosities) = ([0.0; BLOCK_SIZE], [0.0; BLOCK_SIZE]);
             group.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
             group.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-            let mut least: Limit = (f64::INFINITY, StepLimit::NOTHING, None);
+            let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NOTHING, None);
             for k in 0..states.len() {
                 let (density, h) = (densities[first + k], lengths[first + k]);
                 let wave = (moduli[k] / density).sqrt();
@@ -65,7 +69,7 @@ pub fn find_limit<const D: usize>(setting: &Setting<D>, bodies: &mut Bodies<D>, 
                     (0.25 * (h / pull).sqrt(), StepLimit::ACCELERATION),
                     (0.125 * h * h * density / viscosities[k], StepLimit::VISCOSITY),
                     (0.2 * h / (options.damping * sounds[k]), StepLimit::DAMPING),
-                    (apart.map_or(f64::INFINITY, |close| close.longest_step(wave)), REPULSION),
+                    (apart.map_or(f64::INFINITY, |close| close.stable_step(wave)), REPULSION),
                 ];
                 for (dt, name) in limits {
                     if dt < least.0 {
@@ -82,16 +86,23 @@ pub fn find_limit<const D: usize>(setting: &Setting<D>, bodies: &mut Bodies<D>, 
 }
 
 /// The critical step at a `time` (s), or a shorter one in which obstacles move by no more than a share of the `spacing` (m).
-pub fn slowed<const D: usize>(
+pub fn limit_by_obstacle_motion<const D: usize>(
     critical: TimeStep,
-    obstacles: &Obstacles<D>,
+    obstacles: &ObstacleFaces<D>,
     (time, spacing): (f64, f64),
 ) -> TimeStep {
-    slowed_for_obstacles(critical, obstacles.moving(), (time, LONGEST * spacing, STEPS_PER_TIME_STEP + 1))
+    limit_step_by_obstacles(
+        critical,
+        obstacles.moving(),
+        (time, MAX_OBSTACLE_MOVE * spacing, STEPS_PER_TIME_STEP + 1),
+    )
 }
 
 /// A limit as it is told.
-pub fn time_step_of<const D: usize>((dt, limit, index): Limit, particles: &Particles<D>) -> TimeStep {
+pub fn to_time_step<const D: usize>(
+    (dt, limit, index): LimitingParticle,
+    particles: &Particles<D>,
+) -> TimeStep {
     TimeStep {
         dt,
         limit,

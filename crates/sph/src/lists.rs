@@ -1,15 +1,15 @@
 //! Lists of neighbours, and what stands in them beside the particles: images and walls (sheet: sph §3.3, step 1).
 
 use colluvium_case::SolverError;
-use colluvium_points::{CellList, NeighbourList, Spare};
+use colluvium_points::{CellList, NeighbourList, ScratchBuffers};
 use rayon::prelude::*;
 
 use crate::algebra::square;
 use crate::clock::Clock;
 use crate::config::WallStress;
-use crate::particles::{Bodies, Particles, TASK};
+use crate::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
 use crate::rates::Rates;
-use crate::setting::Setting;
+use crate::setting::SolverContext;
 use crate::walls::Walls;
 
 /// Least number of steps between two sorts by cell.
@@ -20,7 +20,7 @@ const SKIN: f64 = 0.1;
 
 /// For which places the neighbour list was made.
 #[derive(Clone, Debug, Default)]
-pub struct Listed<const D: usize> {
+pub struct ListedPositions<const D: usize> {
     /// Positions of the particles; empty where there is no list (m).
     pub positions: Vec<[f64; D]>,
     /// Time, where walls move (s).
@@ -30,46 +30,46 @@ pub struct Listed<const D: usize> {
 }
 
 /// The pairs: neighbours of each particle, and the weights of these.
-pub struct Lists<const D: usize> {
+pub struct VerletLists<const D: usize> {
     /// The neighbours.
     pub neighbours: NeighbourList<D>,
     /// Weights of the pairs, block by block as the neighbours.
     pub weights: Vec<Vec<f64>>,
     /// Whether the weights are those of the positions.
-    pub weighed: bool,
+    pub weights_current: bool,
     /// For which places the neighbours are listed.
-    pub listed: Listed<D>,
+    pub listed: ListedPositions<D>,
     /// Step of the last sort.
     pub sorted: Option<u64>,
     cells: CellList<D>,
-    spare: Spare,
+    scratch: ScratchBuffers,
 }
 
-impl<const D: usize> Lists<D> {
+impl<const D: usize> VerletLists<D> {
     /// No lists, for the places `listed`, after a sort in step `sorted`.
-    pub fn new(listed: Listed<D>, sorted: Option<u64>) -> Self {
+    pub fn new(listed: ListedPositions<D>, sorted: Option<u64>) -> Self {
         Self {
             neighbours: NeighbourList::new(),
             weights: Vec::new(),
-            weighed: false,
+            weights_current: false,
             listed,
             sorted,
             cells: CellList::new(),
-            spare: Spare::default(),
+            scratch: ScratchBuffers::default(),
         }
     }
 
     /// The same without lists and places.
-    pub fn hollow(&self) -> Self {
-        let listed = Listed { positions: Vec::new(), ..self.listed };
-        Self { weighed: self.weighed, ..Self::new(listed, self.sorted) }
+    pub fn empty_like(&self) -> Self {
+        let listed = ListedPositions { positions: Vec::new(), ..self.listed };
+        Self { weights_current: self.weights_current, ..Self::new(listed, self.sorted) }
     }
 
     /// Step 1: lists where particles have moved too far for the last ones; images and walls in their places.
     /// Particles may change their order, and their period, when a step begins, and not within it.
     pub fn refresh(
         &mut self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         clock: &Clock,
         bodies: &mut Bodies<D>,
         walls: &mut Walls<D>,
@@ -77,8 +77,8 @@ impl<const D: usize> Lists<D> {
         begins: bool,
     ) -> Result<(), SolverError> {
         bodies.follow_density(setting);
-        let support = setting.support(bodies.longest(setting));
-        if self.is_outrun(setting, clock, &bodies.particles, walls, support) {
+        let support = setting.support(bodies.max_smoothing_length(setting));
+        if self.is_outdated(setting, clock, &bodies.particles, walls, support) {
             if begins {
                 let p = &mut bodies.particles;
                 walls.planes.wrap(&mut p.position[..p.id.len()], &mut p.origin);
@@ -87,52 +87,52 @@ impl<const D: usize> Lists<D> {
                     self.sorted = Some(clock.step);
                 }
             }
-            self.list_from_here(setting, clock, &bodies.particles, support);
+            self.set_list_positions(setting, clock, &bodies.particles, support);
             rates.current = false;
-            self.make(setting, clock, bodies, walls)?;
+            self.build(setting, clock, bodies, walls)?;
         }
-        self.place(setting, clock, bodies, walls, support)
+        self.place_images_and_walls(setting, clock, bodies, walls, support)
     }
 
     /// Images, walls and what is near of obstacles in their places.
     ///
     /// # Errors
     /// When a particle lies deep in an obstacle.
-    pub fn place(
+    pub fn place_images_and_walls(
         &mut self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         clock: &Clock,
         bodies: &mut Bodies<D>,
         walls: &mut Walls<D>,
         support: f64,
     ) -> Result<(), SolverError> {
-        walls.place(clock.time, &mut bodies.particles);
+        walls.place_at_time(clock.time, &mut bodies.particles);
         let p = &bodies.particles;
-        walls.obstacles.find(&p.position[..p.len()], support);
-        self.weighed = false;
-        match walls.obstacles.passed(0.5 * setting.options.spacing) {
+        walls.obstacles.find_faces(&p.position[..p.len()], support);
+        self.weights_current = false;
+        match walls.obstacles.first_inside(0.5 * setting.options.spacing) {
             None => Ok(()),
             Some((i, name)) => {
                 let reason = format!(
                     "it passed the surface of the obstacle {name:?}, before which particles are stopped: look at where that is \
                      thinner or more curved than a spacing"
                 );
-                Err(p.failed(clock, i, reason))
+                Err(p.particle_error(clock, i, reason))
             }
         }
     }
 
     /// Whether neighbours within the radius `support` (m) may be missing.
-    fn is_outrun(
+    fn is_outdated(
         &self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         clock: &Clock,
         particles: &Particles<D>,
         walls: &Walls<D>,
         support: f64,
     ) -> bool {
         self.listed.positions.len() != particles.len()
-            || self.reached(setting, clock, particles, walls) + support > self.listed.reach
+            || self.max_approach(setting, clock, particles, walls) + support > self.listed.reach
     }
 
     /// Whether particles are to be sorted by cell when they are next listed.
@@ -141,9 +141,9 @@ impl<const D: usize> Lists<D> {
     }
 
     /// Lists are to be made for the places where the particles are now, with a margin over the radius `support` (m).
-    pub fn list_from_here(
+    pub fn set_list_positions(
         &mut self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         clock: &Clock,
         particles: &Particles<D>,
         support: f64,
@@ -151,13 +151,14 @@ impl<const D: usize> Lists<D> {
         let listed = &mut self.listed;
         listed.positions.clear();
         listed.positions.extend_from_slice(&particles.position[..particles.len()]);
-        (listed.time, listed.reach) = (clock.time, support * (1.0 + SKIN) + setting.options.room_to_shift());
+        (listed.time, listed.reach) =
+            (clock.time, support * (1.0 + SKIN) + setting.options.max_shift_approach());
     }
 
     /// How much closer two particles may be than when they were listed, shifted before the step as they may be (m).
-    pub fn reached(
+    pub fn max_approach(
         &self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         clock: &Clock,
         particles: &Particles<D>,
         walls: &Walls<D>,
@@ -168,27 +169,28 @@ impl<const D: usize> Lists<D> {
             let square = square(&apart);
             if square.is_finite() { square } else { f64::INFINITY }
         };
-        let farthest = pairs.with_min_len(8 * TASK).map(of_pair).reduce(|| 0.0, f64::max).sqrt();
+        let farthest =
+            pairs.with_min_len(8 * MIN_PARTICLES_PER_TASK).map(of_pair).reduce(|| 0.0, f64::max).sqrt();
         // A mirror moves its images twice as far.
-        let wall = 2.0 * walls.planes.moved(self.listed.time, clock.time);
-        let wall = wall.max(walls.obstacles.moved(self.listed.time, clock.time));
-        2.0 * farthest + wall + setting.options.room_to_shift()
+        let wall = 2.0 * walls.planes.max_displacement(self.listed.time, clock.time);
+        let wall = wall.max(walls.obstacles.max_displacement(self.listed.time, clock.time));
+        2.0 * farthest + wall + setting.options.max_shift_approach()
     }
 
     /// Images and neighbours of the listed positions.
-    pub fn make(
+    pub fn build(
         &mut self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         clock: &Clock,
         bodies: &mut Bodies<D>,
         walls: &mut Walls<D>,
     ) -> Result<(), SolverError> {
-        let Listed { positions, time, reach } = &self.listed;
+        let ListedPositions { positions, time, reach } = &self.listed;
         let pairwise = setting.options.wall_stress == WallStress::Pairwise;
         // Walls that interpolate go on beyond the ends of periods, and ask the soil still further out.
         let asks = !pairwise && !walls.planes.periods.is_empty();
         walls.find_images(positions, *time, if asks { 2.0 * reach } else { *reach });
-        walls.obstacles.list(positions, *reach);
+        walls.obstacles.list_candidates(positions, *reach);
         let len = bodies.particles.len();
         walls.smooth.find(&bodies.groups, len, &walls.images);
         let total = walls.first(len) + walls.planes.particles.len();
@@ -198,31 +200,31 @@ impl<const D: usize> Lists<D> {
         // After a restart particles are no longer where they were listed.
         let current = (p.position[..len] != positions[..]).then(|| p.position[..len].to_vec());
         p.position[..len].copy_from_slice(positions);
-        walls.put(p);
+        walls.place_all(p);
         let (x, count, first) = (&p.position, if pairwise { len } else { total }, walls.first(len));
         let parts = |i: usize, j: usize| {
             let other = (Some(j).filter(|j| *j < len), &x[j]);
-            j < first && walls.obstacles.part((i, &x[i]), other, setting.options.spacing)
+            j < first && walls.obstacles.separates((i, &x[i]), other, setting.options.spacing)
         };
         let keeps = |i: u32, j: u32| !parts(i as usize, j as usize);
         let built = self.neighbours.build_first(x, count, *reach, keeps);
         if let Some(current) = current {
             p.position[..current.len()].copy_from_slice(&current);
         }
-        built.map_err(|error| p.failed(clock, 0, format!("neighbour search: {error}")))?;
+        built.map_err(|error| p.particle_error(clock, 0, format!("neighbour search: {error}")))?;
         let blocks = self.neighbours.blocks();
         self.weights.resize_with(blocks.len(), Vec::new);
         self.weights.iter_mut().zip(blocks).for_each(|(weights, rows)| {
             weights.resize(rows.indices().len(), 0.0);
         });
-        self.weighed = false;
+        self.weights_current = false;
         Ok(())
     }
 
     /// Sorts the particles of each body by cell.
     fn sort(
         &mut self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         clock: &Clock,
         bodies: &mut Bodies<D>,
         rates: &mut Rates<D>,
@@ -230,14 +232,16 @@ impl<const D: usize> Lists<D> {
         for group in &mut bodies.groups {
             let (range, p) = (group.range(), &mut bodies.particles);
             let built = self.cells.build(&p.position[range.clone()], setting.smoothing.radius());
-            built.map_err(|error| p.failed(clock, range.start, format!("neighbour search: {error}")))?;
+            built.map_err(|error| {
+                p.particle_error(clock, range.start, format!("neighbour search: {error}"))
+            })?;
             let order = self.cells.order();
             if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
                 continue;
             }
-            p.reorder_range(range.clone(), order, &mut self.spare);
+            p.reorder_range(range.clone(), order, &mut self.scratch);
             // Rates of the step before, which one of the schemes predicts from.
-            rates.of.reorder_range(range, order, &mut self.spare);
+            rates.derivatives.reorder_range(range, order, &mut self.scratch);
             group.states = group.states.permuted(order);
         }
         Ok(())

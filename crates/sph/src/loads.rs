@@ -7,7 +7,7 @@ use colluvium_case::{Case, CaseError};
 
 /// One load, on the body it is on.
 #[derive(Clone)]
-pub struct OnBody<const D: usize> {
+pub struct BodyLoad<const D: usize> {
     /// Index into `Case::loads`.
     pub number: usize,
     /// Index into `Case::bodies`.
@@ -15,18 +15,18 @@ pub struct OnBody<const D: usize> {
     /// Id of the first particle of the body, whose ids follow each other.
     pub first: u32,
     /// What the particle of each id carries of it.
-    pub carried: Vec<[f64; D]>,
+    pub vectors: Vec<[f64; D]>,
 }
 
-impl<const D: usize> OnBody<D> {
+impl<const D: usize> BodyLoad<D> {
     /// Whether it follows its surface: what particles carry of it changes then.
-    pub fn follows(&self, case: &Case) -> bool {
-        case.loads[self.number].follows()
+    pub fn is_follower(&self, case: &Case) -> bool {
+        case.loads[self.number].is_follower()
     }
 }
 
 /// A body as loads see it at the start.
-pub struct Loaded<'a, const D: usize> {
+pub struct LoadedBody<'a, const D: usize> {
     /// Index into `Case::bodies`.
     pub body: u32,
     /// Whether it is held.
@@ -39,29 +39,29 @@ pub struct Loaded<'a, const D: usize> {
 
 /// The loads of a case.
 #[derive(Clone, Default)]
-pub struct Loads<const D: usize> {
+pub struct BodyLoads<const D: usize> {
     /// Those that lie on a body.
-    pub all: Vec<OnBody<D>>,
+    pub all: Vec<BodyLoad<D>>,
     /// When each load of the case begins (s).
     pub starts: Vec<f64>,
 }
 
-impl<const D: usize> Loads<D> {
+impl<const D: usize> BodyLoads<D> {
     /// The loads of `case` on `bodies` whose particles stand `spacing` (m) apart, as they are at the start.
     ///
     /// # Errors
     /// When a load lies on a body that is held, or on nothing.
-    pub fn new(case: &Case, bodies: &[Loaded<'_, D>], spacing: f64) -> Result<Self, CaseError> {
+    pub fn new(case: &Case, bodies: &[LoadedBody<'_, D>], spacing: f64) -> Result<Self, CaseError> {
         let mut all = Vec::new();
         for (number, load) in case.loads.iter().enumerate() {
-            let on = |loaded: &&Loaded<'_, D>| case.bodies[loaded.body as usize].name == load.body();
-            let Some(&Loaded { body, held, first, positions }) = bodies.iter().find(on) else { continue };
+            let on = |loaded: &&LoadedBody<'_, D>| case.bodies[loaded.body as usize].name == load.body();
+            let Some(&LoadedBody { body, held, first, positions }) = bodies.iter().find(on) else { continue };
             if held {
                 let problem = format!("the body {:?} is held, whatever acts on it", load.body());
                 return Err(CaseError::new(format!("loads[{number}].body"), problem));
             }
-            let carried = case.carried(number, positions, &[spacing; D])?;
-            all.push(OnBody { number, body, first, carried });
+            let carried = case.load_vectors(number, positions, &[spacing; D])?;
+            all.push(BodyLoad { number, body, first, vectors: carried });
         }
         Ok(Self { all, starts: case.load_starts() })
     }
@@ -72,13 +72,13 @@ impl<const D: usize> Loads<D> {
     }
 
     /// What a checkpoint keeps: when loads begin, and what particles carry of those that follow their surfaces.
-    pub fn saved(&self) -> (Vec<f64>, Vec<Vec<f64>>) {
-        (self.starts.clone(), self.all.iter().map(|on| on.carried.as_flattened().to_vec()).collect())
+    pub fn checkpoint_state(&self) -> (Vec<f64>, Vec<Vec<f64>>) {
+        (self.starts.clone(), self.all.iter().map(|on| on.vectors.as_flattened().to_vec()).collect())
     }
 
     /// Takes what a checkpoint kept; `None` where it does not fit.
-    pub fn take_saved(&mut self, (starts, carried): &(Vec<f64>, Vec<Vec<f64>>)) -> Option<()> {
-        let fits = |(on, saved): (&OnBody<D>, &Vec<f64>)| on.carried.len() * D == saved.len();
+    pub fn restore_state(&mut self, (starts, carried): &(Vec<f64>, Vec<Vec<f64>>)) -> Option<()> {
+        let fits = |(on, saved): (&BodyLoad<D>, &Vec<f64>)| on.vectors.len() * D == saved.len();
         if starts.len() != self.starts.len()
             || carried.len() != self.all.len()
             || !self.all.iter().zip(carried).all(fits)
@@ -87,7 +87,7 @@ impl<const D: usize> Loads<D> {
         }
         self.starts.clone_from(starts);
         for (on, saved) in self.all.iter_mut().zip(carried) {
-            on.carried.as_flattened_mut().copy_from_slice(saved);
+            on.vectors.as_flattened_mut().copy_from_slice(saved);
         }
         Some(())
     }

@@ -26,7 +26,7 @@ use crate::kernel::Smoothing;
 
 /// Below this share of the determinant of an isotropic moment of the same trace, a particle sees too
 /// little around it for a correction (sheet: sph §2.3).
-pub const LEAST_DETERMINANT: f64 = 1e-3;
+pub const MIN_DETERMINANT_RATIO: f64 = 1e-3;
 
 /// A discrete gradient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -63,7 +63,7 @@ pub enum Laplacian {
 /// Mean of two diffusivities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Mean {
+pub enum DiffusivityMean {
     /// `2 k_i k_j / (k_i + k_j)`.
     Harmonic,
     /// `(k_i + k_j) / 2`.
@@ -72,7 +72,7 @@ pub enum Mean {
 
 /// Particles, their neighbours and the kernel between them.
 #[derive(Clone, Copy, Debug)]
-pub struct Cloud<'a, const D: usize> {
+pub struct ParticleCloud<'a, const D: usize> {
     positions: &'a [[f64; D]],
     volumes: &'a [f64],
     densities: Option<&'a [f64]>,
@@ -80,7 +80,7 @@ pub struct Cloud<'a, const D: usize> {
     smoothing: &'a Smoothing<D>,
 }
 
-impl<'a, const D: usize> Cloud<'a, D> {
+impl<'a, const D: usize> ParticleCloud<'a, D> {
     /// Particles of the given volumes (m^d); the neighbours are those within the kernel's radius.
     pub fn new(
         positions: &'a [[f64; D]],
@@ -102,9 +102,9 @@ impl<'a, const D: usize> Cloud<'a, D> {
     }
 
     /// Volume, distance vector `x_j - x_i` and `r` of every neighbour.
-    fn around(&self, i: usize) -> impl Iterator<Item = (usize, f64, [f64; D], f64)> {
+    fn for_each_neighbour(&self, i: usize) -> impl Iterator<Item = (usize, f64, [f64; D], f64)> {
         let x = self.positions[i];
-        self.neighbours.of(i).iter().map(move |&j| {
+        self.neighbours.neighbours(i).iter().map(move |&j| {
             let j = j as usize;
             let apart: [f64; D] = std::array::from_fn(|c| self.positions[j][c] - x[c]);
             (j, self.volumes[j], apart, apart.iter().map(|c| c * c).sum::<f64>().sqrt())
@@ -139,12 +139,16 @@ impl<'a, const D: usize> Cloud<'a, D> {
     /// ```
     pub fn interpolate(&self, field: &[f64], i: usize) -> f64 {
         let own = self.volumes[i] * field[i] * self.smoothing.value(0.0);
-        own + self.around(i).map(|(j, v, _, r)| v * field[j] * self.smoothing.value(r)).sum::<f64>()
+        own + self
+            .for_each_neighbour(i)
+            .map(|(j, v, _, r)| v * field[j] * self.smoothing.value(r))
+            .sum::<f64>()
     }
 
-    fn moments(&self, i: usize) -> Moment<D> {
-        let mut moment = Moment::default();
-        self.around(i).for_each(|(_, v, x, r)| moment.add(v * self.smoothing.weight(r), &x));
+    fn moments(&self, i: usize) -> GradientMoment<D> {
+        let mut moment = GradientMoment::default();
+        self.for_each_neighbour(i)
+            .for_each(|(_, v, x, r)| moment.add(v * self.smoothing.gradient_factor(r), &x));
         moment
     }
 
@@ -156,8 +160,8 @@ impl<'a, const D: usize> Cloud<'a, D> {
     /// `Σ V_j ∇W`, zero in a full regular support and along the inward normal at a surface.
     pub fn asymmetry(&self, i: usize) -> [f64; D] {
         let mut sum = [0.0; D];
-        for (_, v, x, r) in self.around(i) {
-            let weight = v * self.smoothing.weight(r);
+        for (_, v, x, r) in self.for_each_neighbour(i) {
+            let weight = v * self.smoothing.gradient_factor(r);
             for c in 0..D {
                 sum[c] += weight * x[c];
             }
@@ -174,7 +178,7 @@ impl<'a, const D: usize> Cloud<'a, D> {
     pub fn gradient(&self, operator: Gradient, field: &[f64], i: usize) -> [f64; D] {
         let (own, density) = (field[i], self.density(i));
         let mut sum = [0.0; D];
-        for (j, v, x, r) in self.around(i) {
+        for (j, v, x, r) in self.for_each_neighbour(i) {
             let other = field[j];
             let ratio = self.density(j) / density;
             let value = match operator {
@@ -184,7 +188,7 @@ impl<'a, const D: usize> Cloud<'a, D> {
                 Gradient::SymmetricRho2 => ratio * own + other / ratio,
                 Gradient::SymmetricSum => own + other,
             };
-            let weight = v * value * self.smoothing.weight(r);
+            let weight = v * value * self.smoothing.gradient_factor(r);
             for c in 0..D {
                 sum[c] += weight * x[c];
             }
@@ -199,11 +203,11 @@ impl<'a, const D: usize> Cloud<'a, D> {
     /// zero where nothing does.
     pub fn laplacian(&self, operator: Laplacian, field: &[f64], i: usize) -> f64 {
         let sum = |weight: &dyn Fn(f64) -> f64| -> f64 {
-            self.around(i).map(|(j, v, _, r)| v * (field[j] - field[i]) * weight(r)).sum()
+            self.for_each_neighbour(i).map(|(j, v, _, r)| v * (field[j] - field[i]) * weight(r)).sum()
         };
         match operator {
             Laplacian::SecondDerivative => sum(&|r| self.smoothing.laplacian(r)),
-            Laplacian::Brookshaw => 2.0 * sum(&|r| self.smoothing.weight(r)),
+            Laplacian::Brookshaw => 2.0 * sum(&|r| self.smoothing.gradient_factor(r)),
             Laplacian::BuiNguyen => {
                 let gradient = self.gradient(Gradient::Corrected, field, i);
                 let moment = self.moment(i);
@@ -213,7 +217,7 @@ impl<'a, const D: usize> Cloud<'a, D> {
                     return 0.0;
                 }
                 let slope: f64 = gradient.iter().zip(self.asymmetry(i)).map(|(g, b)| g * b).sum();
-                2.0 / trace * (sum(&|r| self.smoothing.weight(r)) - slope)
+                2.0 / trace * (sum(&|r| self.smoothing.gradient_factor(r)) - slope)
             }
             Laplacian::Csph2 => {
                 self.csph2(field, i).unwrap_or_else(|| self.laplacian(Laplacian::BuiNguyen, field, i))
@@ -222,31 +226,31 @@ impl<'a, const D: usize> Cloud<'a, D> {
     }
 
     /// `∇·(k ∇f)` by `2 Σ V_j k_ij (f_j - f_i) F`.
-    pub fn diffusion(&self, mean: Mean, diffusivity: &[f64], field: &[f64], i: usize) -> f64 {
+    pub fn diffusion(&self, mean: DiffusivityMean, diffusivity: &[f64], field: &[f64], i: usize) -> f64 {
         let own = diffusivity[i];
         let term = |(j, v, _, r): (usize, f64, [f64; D], f64)| {
             let other = diffusivity[j];
             let k = match mean {
-                Mean::Harmonic if own + other == 0.0 => 0.0,
-                Mean::Harmonic => 2.0 * own * other / (own + other),
-                Mean::Arithmetic => 0.5 * (own + other),
+                DiffusivityMean::Harmonic if own + other == 0.0 => 0.0,
+                DiffusivityMean::Harmonic => 2.0 * own * other / (own + other),
+                DiffusivityMean::Arithmetic => 0.5 * (own + other),
             };
-            v * k * (field[j] - field[i]) * self.smoothing.weight(r)
+            v * k * (field[j] - field[i]) * self.smoothing.gradient_factor(r)
         };
-        2.0 * self.around(i).map(term).sum::<f64>()
+        2.0 * self.for_each_neighbour(i).map(term).sum::<f64>()
     }
 
     /// Gradient and all second derivatives from one linear system; `None` where it is singular. Lengths
     /// are counted in smoothing lengths, so that its rows are of one size.
     fn csph2(&self, field: &[f64], i: usize) -> Option<f64> {
         let size = D + D * (D + 1) / 2;
-        if self.neighbours.of(i).len() < size {
+        if self.neighbours.neighbours(i).len() < size {
             return None;
         }
         let scale = 1.0 / self.smoothing.length();
         let mut system = [[0.0; 10]; 9];
-        for (j, v, x, r) in self.around(i) {
-            let weight = v * self.smoothing.weight(r);
+        for (j, v, x, r) in self.for_each_neighbour(i) {
+            let weight = v * self.smoothing.gradient_factor(r);
             let x = x.map(|c| c * scale);
             let mut basis = [0.0; 9];
             let mut tests = [0.0; 9];
@@ -311,20 +315,20 @@ pub(crate) fn product<const D: usize>(matrix: &[[f64; D]; D], vector: &[f64; D])
 
 /// The moment of the gradient of a particle, `M = Σ V_j F x ⊗ x`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Moment<const D: usize> {
+pub(crate) struct GradientMoment<const D: usize> {
     /// The sum.
     pub matrix: [[f64; D]; D],
     /// How many neighbours have a weight.
     pub neighbours: u32,
 }
 
-impl<const D: usize> Default for Moment<D> {
+impl<const D: usize> Default for GradientMoment<D> {
     fn default() -> Self {
         Self { matrix: [[0.0; D]; D], neighbours: 0 }
     }
 }
 
-impl<const D: usize> Moment<D> {
+impl<const D: usize> GradientMoment<D> {
     /// Adds a neighbour with weight `V F`, `apart` (m) away.
     #[inline]
     pub fn add(&mut self, weight: f64, apart: &[f64; D]) {
@@ -361,7 +365,7 @@ impl<const D: usize> Moment<D> {
         }
         let axes = [(1, 2), (2, 0), (0, 1)];
         let moment = axes.map(|(a, b)| gradient[b][a] - gradient[a][b]);
-        let inertia = Moment::<3> {
+        let inertia = GradientMoment::<3> {
             matrix: std::array::from_fn(|a| {
                 std::array::from_fn(|b| f64::from(u8::from(a == b)) * trace - self.matrix[a][b])
             }),
@@ -373,7 +377,7 @@ impl<const D: usize> Moment<D> {
     }
 
     /// `L = M⁻¹` in closed form; `None` with fewer than `D + 1` neighbours, or where the determinant is below
-    /// [`LEAST_DETERMINANT`] of that of an isotropic moment of the same trace (sheet: sph §2.3).
+    /// [`MIN_DETERMINANT_RATIO`] of that of an isotropic moment of the same trace (sheet: sph §2.3).
     #[inline]
     pub fn correction(&self) -> Option<[[f64; D]; D]> {
         let m = |a: usize, b: usize| self.matrix[a][b];
@@ -399,7 +403,7 @@ impl<const D: usize> Moment<D> {
         };
         let enough = self.neighbours as usize > D;
         let sound =
-            enough && determinant > LEAST_DETERMINANT * trace.powi(D as i32) && determinant.is_finite();
+            enough && determinant > MIN_DETERMINANT_RATIO * trace.powi(D as i32) && determinant.is_finite();
         sound.then(|| cofactor.map(|row| row.map(|c| c / determinant)))
     }
 }

@@ -7,23 +7,23 @@ use colluvium_case::description::Velocity;
 use colluvium_case::law::LawPoints;
 use colluvium_case::{Case, SolverError, spatial};
 use colluvium_constitutive::{Material, States, SymTensor};
-use colluvium_points::{Spare, columns};
+use colluvium_points::{ScratchBuffers, struct_of_arrays};
 
 use crate::clock::Clock;
-use crate::config::{History, SmoothingLength};
-use crate::lanes::{Record, record, set_velocity};
-use crate::loads::Loads;
-use crate::rigid::Rigid;
-use crate::setting::Setting;
+use crate::config::{SmoothingLength, TimeHistory};
+use crate::lanes::{PairRecord, pair_record, set_velocity};
+use crate::loads::BodyLoads;
+use crate::rigid::RigidBody;
+use crate::setting::SolverContext;
 
 /// Least number of particles per task.
-pub(crate) const TASK: usize = 512;
+pub(crate) const MIN_PARTICLES_PER_TASK: usize = 512;
 
 /// A matrix of the space.
-pub type Matrix<const D: usize> = [[f64; D]; D];
+pub type SquareMatrix<const D: usize> = [[f64; D]; D];
 
 /// Particles of one body: a range of the arrays and what its law keeps.
-pub struct Group {
+pub struct ParticleGroup {
     /// Index into `Case::bodies`.
     pub body: u32,
     /// First particle.
@@ -41,11 +41,11 @@ pub struct Group {
     /// The velocities it keeps, where it is held.
     pub held: Option<Velocity>,
     /// The factor on these velocities over time; one without.
-    pub history: Option<History>,
+    pub history: Option<TimeHistory>,
     /// Its mean over the step.
     pub factor: f64,
     /// How it moves, where it is rigid.
-    pub rigid: Option<Rigid>,
+    pub rigid: Option<RigidBody>,
     /// Whether others slip along it; only what is held may be smooth.
     pub smooth: bool,
     /// Whether a confining pressure acts on it.
@@ -54,7 +54,7 @@ pub struct Group {
     pub fluid: bool,
 }
 
-impl Group {
+impl ParticleGroup {
     /// The range in the arrays.
     pub fn range(&self) -> Range<usize> {
         self.start..self.end
@@ -66,7 +66,7 @@ impl Group {
     }
 
     /// The same body without particles.
-    pub fn hollow(&self) -> Self {
+    pub fn empty_like(&self) -> Self {
         Self {
             start: 0,
             end: 0,
@@ -79,7 +79,7 @@ impl Group {
     }
 }
 
-columns! {
+struct_of_arrays! {
     /// What a particle is. Behind the particles come their images and the particles of walls, in the columns of what acts on
     /// neighbours: position, velocity, mass, density, stress, speed of sound and smoothing length.
     pub struct Particles<const D: usize> {
@@ -108,13 +108,13 @@ columns! {
     }
 }
 
-columns! {
+struct_of_arrays! {
     /// How a particle changes, of the last step.
     pub struct Derivatives<const D: usize> {
         /// Accelerations (m/s²).
         pub acceleration: [f64; D],
         /// Velocity gradients `∂v_a/∂x_b` (1/s).
-        pub gradient: Matrix<D>,
+        pub gradient: SquareMatrix<D>,
         /// Divergences of velocity, from the continuity equation (1/s).
         pub divergence: f64,
     }
@@ -122,7 +122,7 @@ columns! {
 
 impl<const D: usize> Particles<D> {
     /// The particles of a body as their law sees them.
-    pub fn law_points<'a>(&'a self, group: &'a Group) -> LawPoints<'a> {
+    pub fn law_points<'a>(&'a self, group: &'a ParticleGroup) -> LawPoints<'a> {
         LawPoints { material: &*group.material, stress: &self.stress[group.range()], states: &group.states }
     }
 
@@ -138,7 +138,7 @@ impl<const D: usize> Particles<D> {
     }
 
     /// The error of particle `index`.
-    pub fn failed(&self, clock: &Clock, index: usize, reason: String) -> SolverError {
+    pub fn particle_error(&self, clock: &Clock, index: usize, reason: String) -> SolverError {
         let position = self.position.get(index).copied().unwrap_or([0.0; D]);
         SolverError::Point {
             step: clock.step,
@@ -151,9 +151,9 @@ impl<const D: usize> Particles<D> {
 
     /// The record of particle `i`, its stress times `scale`.
     #[inline]
-    pub fn record(&self, i: usize, scale: f64) -> Record {
+    pub fn record(&self, i: usize, scale: f64) -> PairRecord {
         let scalars = [self.mass[i] / self.density[i], self.density[i], self.sound[i], self.length[i]];
-        record(&self.position[i], &self.velocity[i], scalars, (self.stress[i] * scale).0)
+        pair_record(&self.position[i], &self.velocity[i], scalars, (self.stress[i] * scale).0)
     }
 }
 
@@ -168,15 +168,15 @@ impl<const D: usize> Derivatives<D> {
 
 /// What the particles, with images and walls, show each other. Found anew in every step.
 #[derive(Clone, Default)]
-pub struct Shown<const D: usize> {
+pub struct PairData<const D: usize> {
     /// What the pair sums read.
-    pub records: Vec<Record>,
+    pub records: Vec<PairRecord>,
     /// `1/ϑ` of the gradient of the smoothing length; one without.
-    pub spread: Vec<f64>,
+    pub grad_h_factor: Vec<f64>,
     /// Artificial stress over density squared; empty without.
     pub repulsion: Vec<SymTensor>,
     /// Corrections of the gradient, of particles and images; empty where the momentum equation does without.
-    pub correction: Vec<Matrix<D>>,
+    pub correction: Vec<SquareMatrix<D>>,
     /// Densities by summation, before the particles have them (kg/m³).
     pub summed: Vec<f64>,
     /// Stresses that walls take from the soil, before their particles have them (Pa).
@@ -189,21 +189,21 @@ pub struct Bodies<const D: usize> {
     /// The particles of all of them.
     pub particles: Particles<D>,
     /// Body after body.
-    pub groups: Vec<Group>,
+    pub groups: Vec<ParticleGroup>,
     /// What the particles show each other.
-    pub shown: Shown<D>,
+    pub pair_data: PairData<D>,
     /// Which particles are copies of those of other ranks: neighbours for the others, whose own rates nobody asks for.
     /// Empty where there are none.
-    pub guests: Vec<bool>,
+    pub ghost_particles: Vec<bool>,
     /// Loads on their surfaces.
-    pub loads: Loads<D>,
+    pub loads: BodyLoads<D>,
 }
 
 impl<const D: usize> Bodies<D> {
     /// The same bodies without particles.
-    pub fn hollow(&self) -> Self {
+    pub fn empty_like(&self) -> Self {
         Self {
-            groups: self.groups.iter().map(Group::hollow).collect(),
+            groups: self.groups.iter().map(ParticleGroup::empty_like).collect(),
             loads: self.loads.clone(),
             ..Self::default()
         }
@@ -212,23 +212,23 @@ impl<const D: usize> Bodies<D> {
     /// Makes room for so many particles, images and walls.
     pub fn resize(&mut self, total: usize) {
         self.particles.resize(total);
-        self.shown.spread.resize(total, 1.0);
-        self.shown.records.resize(total, [[0.0; 4]; 4]);
+        self.pair_data.grad_h_factor.resize(total, 1.0);
+        self.pair_data.records.resize(total, [[0.0; 4]; 4]);
     }
 
     /// The body of particle `i`.
-    pub fn of(&self, i: usize) -> Option<&Group> {
+    pub fn group_of(&self, i: usize) -> Option<&ParticleGroup> {
         self.groups.iter().find(|group| group.range().contains(&i))
     }
 
     /// Whether particle `i` is a copy of one of another rank.
     #[inline]
-    pub fn is_guest(&self, i: usize) -> bool {
-        self.guests.get(i).is_some_and(|guest| *guest)
+    pub fn is_ghost(&self, i: usize) -> bool {
+        self.ghost_particles.get(i).is_some_and(|guest| *guest)
     }
 
     /// The largest smoothing length (m).
-    pub fn longest(&self, setting: &Setting<D>) -> f64 {
+    pub fn max_smoothing_length(&self, setting: &SolverContext<D>) -> f64 {
         if !setting.options.is_variable() {
             return setting.smoothing.length();
         }
@@ -236,7 +236,7 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// Smoothing lengths that follow the density in closed form.
-    pub fn follow_density(&mut self, setting: &Setting<D>) {
+    pub fn follow_density(&mut self, setting: &SolverContext<D>) {
         if setting.options.smoothing_length != SmoothingLength::Density {
             return;
         }
@@ -248,20 +248,20 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// Gives bodies that are held their velocities.
-    pub fn hold(&mut self) {
+    pub fn impose_held_velocities(&mut self) {
         let p = &mut self.particles;
         for group in &self.groups {
             let Some(field) = &group.held else { continue };
             for i in group.range() {
                 let v = field.at(spatial(&p.position[i]));
                 p.velocity[i] = std::array::from_fn(|c| group.factor * v[c]);
-                set_velocity(&mut self.shown.records[i], &p.velocity[i]);
+                set_velocity(&mut self.pair_data.records[i], &p.velocity[i]);
             }
         }
     }
 
     /// Bodies whose velocities vary in time get those of the step from `start` to `end` (s).
-    pub fn follow_histories(&mut self, start: f64, end: f64) {
+    pub fn update_time_histories(&mut self, start: f64, end: f64) {
         let mut varies = false;
         for group in &mut self.groups {
             let Some(history) = &group.history else { continue };
@@ -269,13 +269,13 @@ impl<const D: usize> Bodies<D> {
             varies = true;
         }
         if varies {
-            self.hold();
+            self.impose_held_velocities();
         }
     }
 
     /// Takes out the bodies that are gone in the stage, and what `rates` holds of them.
-    pub fn remove_gone(&mut self, case: &Case, stage: usize, rates: &mut Derivatives<D>) {
-        let is_gone = |group: &Group| case.is_removed(&case.bodies[group.body as usize].name, stage);
+    pub fn remove_inactive(&mut self, case: &Case, stage: usize, rates: &mut Derivatives<D>) {
+        let is_gone = |group: &ParticleGroup| case.is_removed(&case.bodies[group.body as usize].name, stage);
         while let Some(number) = self.groups.iter().position(is_gone) {
             let range = self.groups.remove(number).range();
             for group in &mut self.groups[number..] {
@@ -284,8 +284,8 @@ impl<const D: usize> Bodies<D> {
             }
             // Neither images nor walls follow.
             self.resize(self.particles.len());
-            self.particles.reorder_range(range.clone(), &[], &mut Spare::default());
-            rates.reorder_range(range, &[], &mut Spare::default());
+            self.particles.reorder_range(range.clone(), &[], &mut ScratchBuffers::default());
+            rates.reorder_range(range, &[], &mut ScratchBuffers::default());
             self.resize(self.particles.len());
         }
     }

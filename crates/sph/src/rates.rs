@@ -1,17 +1,17 @@
 //! Rates of the particles.
 
-use colluvium_case::rigid::{Planks, Stood};
+use colluvium_case::rigid::{SupportPoints, SupportReaction};
 use colluvium_case::spatial;
 use colluvium_constitutive::SymTensor;
 use serde::{Deserialize, Serialize};
 
 use crate::particles::Derivatives;
-use crate::rigid::Pulled;
-use crate::walls::Borne;
+use crate::rigid::RigidForces;
+use crate::walls::ObstacleEnergies;
 
 /// What a rigid body or an obstacle bears of the others.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Felt {
+pub struct ReactionSum {
     /// Force in the step (N).
     pub force: [f64; 3],
     /// Its moment about the zero of the coordinates (N m); of obstacles.
@@ -22,11 +22,11 @@ pub struct Felt {
 
 /// What an obstacle whose reaction is measured bears of one particle.
 #[derive(Clone, Copy)]
-pub struct Told<const D: usize> {
+pub struct ReactionSample<const D: usize> {
     /// The particle.
     pub particle: u32,
     /// Number of the obstacle in what is felt.
-    pub bearer: u32,
+    pub reaction_index: u32,
     /// Where (m).
     pub place: [f64; D],
     /// Force (N).
@@ -39,43 +39,43 @@ pub struct Told<const D: usize> {
 #[derive(Clone, Default)]
 pub struct Rates<const D: usize> {
     /// What goes with the particles.
-    pub of: Derivatives<D>,
+    pub derivatives: Derivatives<D>,
     /// Whether the accelerations are those of the state.
     pub current: bool,
     /// Velocity by which a particle moves beyond its own, by XSPH (m/s); empty without.
-    pub drift: Vec<[f64; D]>,
+    pub xsph_velocity: Vec<[f64; D]>,
     /// Accelerations by loads and a confining pressure (m/s²); empty without.
-    pub pushes: Vec<[f64; D]>,
+    pub external_accelerations: Vec<[f64; D]>,
     /// Accelerations by obstacles (m/s²); empty without.
-    pub by_obstacles: Vec<[f64; D]>,
+    pub obstacle_accelerations: Vec<[f64; D]>,
     /// Power of obstacles that move on each particle, over its mass (W/kg); empty without.
     pub power: Vec<f64>,
     /// What obstacles have taken of each particle in the step; empty without.
-    pub borne: Vec<Borne>,
+    pub obstacle_energies: Vec<ObstacleEnergies>,
     /// `Σ_{j≠i} V_j W`, small at a surface; empty without a confining pressure.
-    pub crowding: Vec<f64>,
+    pub surface_index: Vec<f64>,
     /// Rates of stress by its diffusion over their factor (Pa/s); empty without.
     pub stress: Vec<SymTensor>,
     /// Rates of the smoothing lengths (m/s); empty without.
     pub length: Vec<f64>,
     /// What bodies bear that are rigid, by their number in the case, and behind the bodies obstacles whose reaction is measured; empty
     /// without any.
-    pub felt: Vec<Felt>,
+    pub reactions: Vec<ReactionSum>,
     /// What acts on rigid bodies.
-    pub pulled: Vec<Pulled>,
+    pub rigid_forces: Vec<RigidForces>,
     /// What obstacles get of rigid bodies that stand on them, each with the first particle of the body.
-    pub stood: Vec<(usize, Stood)>,
+    pub support_reactions: Vec<(usize, SupportReaction)>,
     /// Room for where a rigid body stands.
-    pub planks: Planks,
+    pub support_points: SupportPoints,
     /// How often what bears a rigid body was not found to the last digit.
-    pub unsettled: u64,
+    pub unconverged_supports: u64,
     /// What `felt` of obstacles is summed up from, particle by particle: at the last sums, and behind them of those that were stopped.
-    pub told: Vec<Told<D>>,
+    pub reaction_samples: Vec<ReactionSample<D>>,
 }
 
-impl Felt {
+impl ReactionSum {
     /// Adds what one particle does.
-    pub fn hear<const D: usize>(&mut self, told: &Told<D>) {
+    pub fn accumulate<const D: usize>(&mut self, told: &ReactionSample<D>) {
         self.add(told.force, &told.place);
         if let Some(impulse) = told.impulse {
             let impulse = spatial(&impulse);
@@ -84,7 +84,7 @@ impl Felt {
     }
 
     /// Adds what its force makes in `dt` (s).
-    pub fn last(&mut self, dt: f64) {
+    pub fn add_impulse(&mut self, dt: f64) {
         (0..3).for_each(|c| self.impulse[c] += dt * self.force[c]);
     }
 
@@ -106,7 +106,7 @@ impl Felt {
 
 impl<const D: usize> Rates<D> {
     /// Those of no particles, at the same point of a step.
-    pub fn hollow(&self) -> Self {
+    pub fn empty_like(&self) -> Self {
         Self { current: self.current, ..Self::default() }
     }
 }

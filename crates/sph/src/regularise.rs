@@ -9,31 +9,31 @@ use rayon::prelude::*;
 use crate::clock::Clock;
 use crate::config::{DensityReset, Regularisation};
 use crate::kernel::Smoothing;
-use crate::lists::Lists;
-use crate::particles::{Bodies, Particles, TASK};
-use crate::setting::Setting;
+use crate::lists::VerletLists;
+use crate::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
+use crate::setting::SolverContext;
 use crate::stress::return_to_yield;
 use crate::walls::Walls;
 
 /// Pivots below this share of the largest entry make the moments of a particle ill-conditioned (sheet: sph §2.10).
-const CONDITION: f64 = 1e-8;
+const MIN_PIVOT_RATIO: f64 = 1e-8;
 
 /// Averages before the particles have them; empty without smoothing.
 #[derive(Default)]
-pub struct Averages {
+pub struct SmoothedFields {
     stress: Vec<SymTensor>,
     density: Vec<f64>,
 }
 
-impl Averages {
+impl SmoothedFields {
     /// Smoothing of stress and renewal of density; step 10, of the step before. Whether it changed the state.
     pub fn regularise<const D: usize>(
         &mut self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         clock: &Clock,
         bodies: &mut Bodies<D>,
         walls: &Walls<D>,
-        lists: &Lists<D>,
+        lists: &VerletLists<D>,
         dt: f64,
     ) -> Result<bool, SolverError> {
         let options = &setting.options;
@@ -54,15 +54,15 @@ impl Averages {
     pub fn smooth_stress<const D: usize>(
         &mut self,
         form: Regularisation,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         bodies: &mut Bodies<D>,
         walls: &Walls<D>,
-        lists: &Lists<D>,
+        lists: &VerletLists<D>,
     ) {
         self.stress.resize(bodies.particles.len(), SymTensor::ZERO);
-        for group in bodies.groups.iter().filter(|group| group.material.is_in_rate_form()) {
+        for group in bodies.groups.iter().filter(|group| group.material.is_hypoelastic()) {
             let (range, start) = (group.range(), group.start);
-            let near = Near::new(setting, &bodies.particles, walls, lists);
+            let near = BodyNeighbours::new(setting, &bodies.particles, walls, lists);
             self.stress[range.clone()].par_iter_mut().enumerate().with_min_len(64).for_each(|(k, stress)| {
                 *stress = near.average(start + k, &range, form);
             });
@@ -74,23 +74,26 @@ impl Averages {
     fn smooth_density<const D: usize>(
         &mut self,
         form: DensityReset,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         bodies: &mut Bodies<D>,
         walls: &Walls<D>,
-        lists: &Lists<D>,
+        lists: &VerletLists<D>,
     ) {
         let p = &mut bodies.particles;
         self.density.clear();
         self.density.extend_from_slice(&p.density[..p.id.len()]);
         for group in bodies.groups.iter().filter(|group| group.fluid) {
             let (range, start) = (group.range(), group.start);
-            let near = Near::new(setting, p, walls, lists);
-            self.density[range.clone()].par_iter_mut().enumerate().with_min_len(TASK).for_each(
-                |(k, density)| {
+            let near = BodyNeighbours::new(setting, p, walls, lists);
+            self.density[range.clone()]
+                .par_iter_mut()
+                .enumerate()
+                .with_min_len(MIN_PARTICLES_PER_TASK)
+                .for_each(|(k, density)| {
                     let i = start + k;
                     let linear = (form == DensityReset::Mls).then(|| near.linear_weights(i, &range));
                     let (mut total, mut sum) = (0.0, 0.0);
-                    near.around(i, &range, |j, weight, apart| {
+                    near.for_each_neighbour(i, &range, |j, weight, apart| {
                         let factor = linear
                             .flatten()
                             .map_or(1.0, |b| b[0] + (0..D).map(|c| b[c + 1] * apart[c]).sum::<f64>());
@@ -98,34 +101,33 @@ impl Averages {
                         sum += near.particles.density[j] * weight * factor;
                     });
                     *density = sum / total;
-                },
-            );
+                });
         }
         p.density[..self.density.len()].copy_from_slice(&self.density);
     }
 }
 
 /// Whether stress is smoothed in this step.
-pub fn is_regularisation_due<const D: usize>(setting: &Setting<D>, clock: &Clock) -> bool {
+pub fn is_regularisation_due<const D: usize>(setting: &SolverContext<D>, clock: &Clock) -> bool {
     let options = &setting.options;
     options.regularisation != Regularisation::None && clock.is_due(options.regularisation_steps)
 }
 
 /// The particles of the same body around a particle.
-pub struct Near<'a, const D: usize> {
+pub struct BodyNeighbours<'a, const D: usize> {
     smoothing: &'a Smoothing<D>,
     particles: &'a Particles<D>,
     walls: &'a Walls<D>,
-    lists: &'a Lists<D>,
+    lists: &'a VerletLists<D>,
 }
 
-impl<'a, const D: usize> Near<'a, D> {
+impl<'a, const D: usize> BodyNeighbours<'a, D> {
     /// Those of `particles`.
     pub fn new(
-        setting: &'a Setting<D>,
+        setting: &'a SolverContext<D>,
         particles: &'a Particles<D>,
         walls: &'a Walls<D>,
-        lists: &'a Lists<D>,
+        lists: &'a VerletLists<D>,
     ) -> Self {
         Self { smoothing: &setting.smoothing, particles, walls, lists }
     }
@@ -133,7 +135,7 @@ impl<'a, const D: usize> Near<'a, D> {
     fn average(&self, i: usize, body: &Range<usize>, form: Regularisation) -> SymTensor {
         let linear = (form == Regularisation::Mls).then(|| self.linear_weights(i, body)).flatten();
         let (mut total, mut sum) = (0.0, SymTensor::ZERO);
-        self.around(i, body, |j, weight, apart| {
+        self.for_each_neighbour(i, body, |j, weight, apart| {
             let factor = linear.map_or(1.0, |b| b[0] + (0..D).map(|c| b[c + 1] * apart[c]).sum::<f64>());
             total += weight * factor;
             sum += self.particles.stress[j] * (weight * factor);
@@ -145,7 +147,7 @@ impl<'a, const D: usize> Near<'a, D> {
     pub fn linear_weights(&self, i: usize, body: &Range<usize>) -> Option<[f64; 4]> {
         let mut system = [[0.0; 5]; 4];
         let mut count = 0;
-        self.around(i, body, |_, weight, apart| {
+        self.for_each_neighbour(i, body, |_, weight, apart| {
             let mut basis = [1.0, 0.0, 0.0, 0.0];
             basis[1..=D].copy_from_slice(apart);
             count += 1;
@@ -162,7 +164,7 @@ impl<'a, const D: usize> Near<'a, D> {
         // The matrix is positive definite: no pivoting.
         let largest = (0..=D).map(|k| system[k][k]).fold(0.0, f64::max);
         for column in 0..=D {
-            if !(system[column][column] > CONDITION * largest) {
+            if !(system[column][column] > MIN_PIVOT_RATIO * largest) {
                 return None;
             }
             for row in column + 1..=D {
@@ -182,11 +184,16 @@ impl<'a, const D: usize> Near<'a, D> {
 
     /// Calls `visit(j, V_j W, (x_i - x_j) / h)` for the particle itself and its neighbours of the same body, across
     /// the ends of periods too. Images in mirrors are no particles of the body (sheet: sph §2.10).
-    fn around(&self, i: usize, body: &Range<usize>, mut visit: impl FnMut(usize, f64, &[f64; D])) {
+    fn for_each_neighbour(
+        &self,
+        i: usize,
+        body: &Range<usize>,
+        mut visit: impl FnMut(usize, f64, &[f64; D]),
+    ) {
         let p = self.particles;
         let kernel = self.smoothing.with_length(p.length[i]);
         visit(i, p.mass[i] / p.density[i] * kernel.value(0.0), &[0.0; D]);
-        for &j in self.lists.neighbours.of(i) {
+        for &j in self.lists.neighbours.neighbours(i) {
             let place = &p.position[j as usize];
             let Some(j) = self.walls.particle_of(p.len(), j as usize).filter(|j| body.contains(j)) else {
                 continue;
@@ -209,7 +216,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::semi_discrete::{self, Given};
+    use crate::semi_discrete::{self, PrescribedParticle};
     use crate::solver::{SphSolver, diffuse_stress};
 
     /// Disordered particles under a stress of their places, and gravity.
@@ -225,12 +232,12 @@ mod tests {
         let given = |id: u32, x: &[f64; 2]| {
             let shift = [0.02 * noise(id, 0), 0.02 * noise(id, 1)];
             let stress = stress(id, &[x[0] + shift[0], x[1] + shift[1]]);
-            Given { shift, velocity: [0.0; 2], compression: 1.0, stress }
+            PrescribedParticle { displacement: shift, velocity: [0.0; 2], compression: 1.0, stress }
         };
         let mut solver = semi_discrete::solver::<2>(&case, given);
         solver.critical_step();
-        solver.list(true).unwrap();
-        solver.derive(0.0);
+        solver.update_lists(true).unwrap();
+        solver.update_accelerations(0.0);
         solver
     }
 
@@ -286,15 +293,15 @@ mod tests {
                 "methods": { "sph": { "spacing": 0.05, "smoothing_length": "density" } }
             });
             let case = Case::from_json(&text.to_string()).unwrap();
-            let given = |id: u32, x: &[f64; 2]| Given {
-                shift: [0, 1].map(|c| (stretch - 1.0) * x[c] + 0.02 * stretch * noise(id, c as u32)),
+            let given = |id: u32, x: &[f64; 2]| PrescribedParticle {
+                displacement: [0, 1].map(|c| (stretch - 1.0) * x[c] + 0.02 * stretch * noise(id, c as u32)),
                 velocity: [0.0; 2],
                 compression: stretch.powi(-2),
                 stress: SymTensor::diagonal(1e3, -2e3, 5e2) * noise(id, 0),
             };
             let mut solver = semi_discrete::solver::<2>(&case, given);
             solver.critical_step();
-            solver.list(true).unwrap();
+            solver.update_lists(true).unwrap();
             smooth(&mut solver, form);
             let p = &solver.bodies.particles;
             let mut found: Vec<_> = p.id.iter().copied().zip(p.stress[..p.len()].to_vec()).collect();

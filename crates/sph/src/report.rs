@@ -2,21 +2,21 @@
 
 use colluvium_case::law::{LawPoints, law_fields};
 use colluvium_case::rigid::RigidState;
-use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, spatial};
+use colluvium_case::{Budget, EquilibriumScales, Field, FieldData, Snapshot, spatial};
 use colluvium_points::surface::cross;
 
 use crate::algebra::square;
 use crate::config::{SmoothingLength, TimeIntegration};
-use crate::pairs::close_energy;
-use crate::particles::Group;
+use crate::pairs::repulsion_energy;
+use crate::particles::ParticleGroup;
 use crate::solver::SphSolver;
 
 impl<const D: usize> SphSolver<D> {
     /// What to compare unbalanced force and kinetic energy with where nothing acts from outside.
-    pub(crate) fn scales(&self) -> Scales {
-        let (mut scales, p) = (Scales::default(), &self.bodies.particles);
+    pub(crate) fn equilibrium_scales(&self) -> EquilibriumScales {
+        let (mut scales, p) = (EquilibriumScales::default(), &self.bodies.particles);
         for group in self.bodies.groups.iter().filter(|group| group.held.is_none()) {
-            let moduli = p.law_points(group).numbers(1, |stress, states, out| {
+            let moduli = p.law_points(group).law_values(1, |stress, states, out| {
                 group.material.wave_moduli(stress, states, out);
             });
             for (i, modulus) in group.range().zip(moduli) {
@@ -29,47 +29,50 @@ impl<const D: usize> SphSolver<D> {
 
     /// Velocities at the time of the positions (m/s).
     fn velocity(&self, i: usize) -> [f64; D] {
-        let (v, a, half) =
-            (&self.bodies.particles.velocity[i], &self.rates.of.acceleration[i], self.half_behind(i));
-        let factor = self.damped(i, half);
+        let (v, a, half) = (
+            &self.bodies.particles.velocity[i],
+            &self.rates.derivatives.acceleration[i],
+            self.velocity_lag(i),
+        );
+        let factor = self.damping_factor(i, half);
         std::array::from_fn(|c| (v[c] + half * a[c]) * factor)
     }
 
     /// What viscous damping leaves of a velocity over the time `half` (s) that it is behind. The leapfrog damps whole
     /// steps, so that its velocities lack none.
-    fn damped(&self, i: usize, half: f64) -> f64 {
+    fn damping_factor(&self, i: usize, half: f64) -> f64 {
         let p = &self.bodies.particles;
         match self.setting.options.integration {
-            TimeIntegration::LeapfrogRates => self.setting.damped(p.sound[i], p.length[i], half),
+            TimeIntegration::LeapfrogRates => self.setting.damping_factor(p.sound[i], p.length[i], half),
             _ => 1.0,
         }
     }
 
     /// How far the velocity of a particle is behind its position: half a step, or nothing (s).
-    fn half_behind(&self, i: usize) -> f64 {
+    fn velocity_lag(&self, i: usize) -> f64 {
         let held = self.bodies.groups.iter().any(|group| group.held.is_some() && group.range().contains(&i));
-        if self.setting.lags() && !held { 0.5 * self.clock.last_step } else { 0.0 }
+        if self.setting.has_half_step_velocities() && !held { 0.5 * self.clock.last_step } else { 0.0 }
     }
 
     /// Angular momentum over mass at the time of the positions (m²/s). The last acceleration belongs to the positions
     /// a step ago; with the present ones it would have a torque where there is none.
-    fn turn(&self, i: usize) -> [f64; 3] {
+    fn specific_angular_momentum(&self, i: usize) -> [f64; 3] {
         let p = &self.bodies.particles;
-        let (velocity, half) = (&p.velocity[i], self.half_behind(i));
+        let (velocity, half) = (&p.velocity[i], self.velocity_lag(i));
         let [x, v, a] =
-            [&p.position[i], velocity, &self.rates.of.acceleration[i]].map(|vector| spatial(vector));
+            [&p.position[i], velocity, &self.rates.derivatives.acceleration[i]].map(|vector| spatial(vector));
         let before: [f64; 3] = std::array::from_fn(|c| x[c] - 2.0 * half * v[c]);
-        let (own, pull, factor) = (cross(&x, &v), cross(&before, &a), self.damped(i, half));
+        let (own, pull, factor) = (cross(&x, &v), cross(&before, &a), self.damping_factor(i, half));
         std::array::from_fn(|c| (own[c] + half * pull[c]) * factor)
     }
 
     /// How a rigid body moves at the time of the positions.
-    pub(crate) fn rigid_now(&self, group: &Group) -> Option<RigidState> {
-        Some(group.rigid?.ahead(0.5 * self.clock.last_step))
+    pub(crate) fn rigid_state_at_positions(&self, group: &ParticleGroup) -> Option<RigidState> {
+        Some(group.rigid?.extrapolated(0.5 * self.clock.last_step))
     }
 
     /// Everything on the particles, in the order of ids.
-    pub(crate) fn take_snapshot(&self) -> Snapshot {
+    pub(crate) fn collect_snapshot(&self) -> Snapshot {
         let p = &self.bodies.particles;
         let mut order: Vec<usize> = (0..p.len()).collect();
         order.sort_unstable_by_key(|&i| p.id[i]);
@@ -128,26 +131,27 @@ impl<const D: usize> SphSolver<D> {
     }
 
     /// Whether nothing works on the particles from outside, and their laws tell what they store.
-    pub(crate) fn is_left_alone(&self) -> bool {
+    pub(crate) fn is_energetically_closed(&self) -> bool {
         let (bodies, p) = (&self.bodies, &self.bodies.particles);
-        let open =
-            |group: &Group| group.held.is_some() || group.confined || !p.law_points(group).defines_energy();
-        self.setting.case.is_closed(self.clock.stage) && !bodies.groups.iter().any(open)
+        let open = |group: &ParticleGroup| {
+            group.held.is_some() || group.confined || !p.law_points(group).defines_energy()
+        };
+        self.setting.case.is_isolated(self.clock.stage) && !bodies.groups.iter().any(open)
     }
 
     /// Totals over the particles.
-    pub(crate) fn take_budget(&self) -> Budget {
+    pub(crate) fn collect_budget(&self) -> Budget {
         let mut budget = Budget::default();
         let p = &self.bodies.particles;
         for group in &self.bodies.groups {
-            if let Some(rigid) = self.rigid_now(group) {
+            if let Some(rigid) = self.rigid_state_at_positions(group) {
                 let mass = group.range().map(|i| p.mass[i]).sum();
-                rigid.add_turns(mass, self.setting.options.spacing, &mut budget);
+                rigid.add_rotation_energy(mass, self.setting.options.spacing, &mut budget);
             }
             let energies = p.law_points(group).stored_energies();
             for (k, i) in group.range().enumerate() {
                 let (v, m) = (spatial(&self.velocity(i)), p.mass[i]);
-                let (x, turn) = (spatial(&p.position[i]), self.turn(i));
+                let (x, turn) = (spatial(&p.position[i]), self.specific_angular_momentum(i));
                 budget.mass += m;
                 budget.kinetic += 0.5 * m * square(&v);
                 budget.elastic += energies[k] * m / p.density[i];
@@ -158,7 +162,7 @@ impl<const D: usize> SphSolver<D> {
                 }
             }
         }
-        budget.elastic += close_energy(&self.setting, &self.bodies, &self.walls, self.clock.time);
+        budget.elastic += repulsion_energy(&self.setting, &self.bodies, &self.walls, self.clock.time);
         budget
     }
 }

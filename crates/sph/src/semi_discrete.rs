@@ -8,16 +8,16 @@ use colluvium_case::{Case, CaseError, Solver, spatial};
 use colluvium_constitutive::SymTensor;
 
 use crate::config::SphOptions;
-use crate::pairs::Pairs;
-use crate::setting::corner;
+use crate::pairs::PairContext;
+use crate::setting::leading_components;
 use crate::setup;
 use crate::solver::{SphSolver, find_rates};
 
 /// What a particle is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Given<const D: usize> {
+pub struct PrescribedParticle<const D: usize> {
     /// Change of place (m).
-    pub shift: [f64; D],
+    pub displacement: [f64; D],
     /// Velocity (m/s).
     pub velocity: [f64; D],
     /// Density over the initial one.
@@ -28,7 +28,7 @@ pub struct Given<const D: usize> {
 
 /// A particle and its rates.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Particle<const D: usize> {
+pub struct ParticleRates<const D: usize> {
     /// Position (m).
     pub position: [f64; D],
     /// Velocity (m/s).
@@ -51,13 +51,13 @@ pub struct Particle<const D: usize> {
 
 /// The first components, and zeros for what is not there.
 fn resized<const E: usize>(values: &[f64]) -> [f64; E] {
-    corner(&spatial(values))
+    leading_components(&spatial(values))
 }
 
-impl<const D: usize> Given<D> {
-    fn over<const E: usize>(&self) -> Given<E> {
-        Given {
-            shift: resized(&self.shift),
+impl<const D: usize> PrescribedParticle<D> {
+    fn over<const E: usize>(&self) -> PrescribedParticle<E> {
+        PrescribedParticle {
+            displacement: resized(&self.displacement),
             velocity: resized(&self.velocity),
             compression: self.compression,
             stress: self.stress,
@@ -65,13 +65,13 @@ impl<const D: usize> Given<D> {
     }
 }
 
-impl<const D: usize> Particle<D> {
-    fn over<const E: usize>(&self) -> Particle<E> {
+impl<const D: usize> ParticleRates<D> {
+    fn over<const E: usize>(&self) -> ParticleRates<E> {
         let mut gradient = [[0.0; E]; E];
         for (row, of) in gradient.iter_mut().zip(&self.gradient) {
             *row = resized(of);
         }
-        Particle {
+        ParticleRates {
             position: resized(&self.position),
             velocity: resized(&self.velocity),
             mass: self.mass,
@@ -86,16 +86,16 @@ impl<const D: usize> Particle<D> {
 }
 
 /// What particles are given, whatever the space. With it the solver is compiled here, and not again where it is asked.
-type Giving<'a> = dyn Fn(u32, &[f64; 3]) -> Given<3> + 'a;
+type ParticlePrescription<'a> = dyn Fn(u32, &[f64; 3]) -> PrescribedParticle<3> + 'a;
 
 /// The solver of `case` at its start, in as many ranks as its options say, whose particles are given what `given(id, position)`
 /// says. The laws start from the stress that they are given.
 ///
 /// # Errors
 /// As [`colluvium_case::Method::build`], and where a law refuses a stress.
-pub fn prepared<const D: usize>(
+pub fn prepared_solver<const D: usize>(
     case: &Case,
-    given: impl Fn(u32, &[f64; D]) -> Given<D>,
+    given: impl Fn(u32, &[f64; D]) -> PrescribedParticle<D>,
 ) -> Result<Box<dyn Solver>, CaseError> {
     prepared_in_space(case, &|id, position| given(id, &resized(position)).over())
 }
@@ -105,105 +105,108 @@ pub fn prepared<const D: usize>(
 ///
 /// # Errors
 /// As [`colluvium_case::Method::build`].
-pub fn unchecked_course(case: &Case, dt: f64, count: usize) -> Result<Vec<f64>, CaseError> {
+pub fn unchecked_energy_history(case: &Case, dt: f64, count: usize) -> Result<Vec<f64>, CaseError> {
     match case.dimension() {
-        1 => course::<1>(case, dt, count),
-        2 => course::<2>(case, dt, count),
-        _ => course::<3>(case, dt, count),
+        1 => energy_history::<1>(case, dt, count),
+        2 => energy_history::<2>(case, dt, count),
+        _ => energy_history::<3>(case, dt, count),
     }
 }
 
-fn course<const D: usize>(case: &Case, dt: f64, count: usize) -> Result<Vec<f64>, CaseError> {
+fn energy_history<const D: usize>(case: &Case, dt: f64, count: usize) -> Result<Vec<f64>, CaseError> {
     let mut solver: SphSolver<D> = setup::solver(case, &setup::options(case)?)?;
-    solver.begin_stage(0, 0.0).map_err(|error| wrong(&error))?;
+    solver.begin_stage(0, 0.0).map_err(|error| to_case_error(&error))?;
     let mut energies = vec![solver.totals().kinetic];
     energies.extend((0..count).map_while(|_| solver.advance(dt).ok().map(|()| solver.totals().kinetic)));
     Ok(energies)
 }
 
-fn prepared_in_space(case: &Case, given: &Giving<'_>) -> Result<Box<dyn Solver>, CaseError> {
+fn prepared_in_space(case: &Case, given: &ParticlePrescription<'_>) -> Result<Box<dyn Solver>, CaseError> {
     let options = setup::options(case)?;
     Ok(match case.dimension() {
-        1 => setup::shared_out(made::<1>(case, &options, given)?, options.ranks),
-        2 => setup::shared_out(made::<2>(case, &options, given)?, options.ranks),
-        _ => setup::shared_out(made::<3>(case, &options, given)?, options.ranks),
+        1 => setup::distributed_solver(build_prescribed::<1>(case, &options, given)?, options.ranks),
+        2 => setup::distributed_solver(build_prescribed::<2>(case, &options, given)?, options.ranks),
+        _ => setup::distributed_solver(build_prescribed::<3>(case, &options, given)?, options.ranks),
     })
 }
 
-/// As [`prepared`], as the solver itself.
+/// As [`prepared_solver`], as the solver itself.
 #[cfg(test)]
 pub(crate) fn solver<const D: usize>(
     case: &Case,
-    given: impl Fn(u32, &[f64; D]) -> Given<D>,
+    given: impl Fn(u32, &[f64; D]) -> PrescribedParticle<D>,
 ) -> SphSolver<D> {
-    let given: &Giving<'_> = &|id, position| given(id, &resized(position)).over();
-    made(case, &setup::options(case).unwrap(), given).unwrap()
+    let given: &ParticlePrescription<'_> = &|id, position| given(id, &resized(position)).over();
+    build_prescribed(case, &setup::options(case).unwrap(), given).unwrap()
 }
 
-fn made<const D: usize>(
+fn build_prescribed<const D: usize>(
     case: &Case,
     options: &SphOptions,
-    given: &Giving<'_>,
+    given: &ParticlePrescription<'_>,
 ) -> Result<SphSolver<D>, CaseError> {
     let mut solver: SphSolver<D> = setup::solver(case, options)?;
     let p = &mut solver.bodies.particles;
     for i in 0..p.len() {
         let given = given(p.id[i], &resized(&p.position[i])).over::<D>();
-        (0..D).for_each(|c| p.position[i][c] += given.shift[c]);
+        (0..D).for_each(|c| p.position[i][c] += given.displacement[c]);
         p.origin[i] = p.position[i];
         p.velocity[i] = given.velocity;
         p.density[i] *= given.compression;
         p.stress[i] = given.stress;
     }
-    solver.begin_stage(0, 0.0).map_err(|error| wrong(&error))?;
-    solver.reset_states().map_err(|error| wrong(&error))?;
+    solver.begin_stage(0, 0.0).map_err(|error| to_case_error(&error))?;
+    solver.reset_states().map_err(|error| to_case_error(&error))?;
     Ok(solver)
 }
 
-fn wrong(error: &colluvium_case::SolverError) -> CaseError {
+fn to_case_error(error: &colluvium_case::SolverError) -> CaseError {
     CaseError::new("bodies", error.to_string())
 }
 
 /// The rates of such a state.
 ///
 /// # Errors
-/// As [`prepared`].
+/// As [`prepared_solver`].
 pub fn rates<const D: usize>(
     case: &Case,
-    given: impl Fn(u32, &[f64; D]) -> Given<D>,
-) -> Result<Vec<Particle<D>>, CaseError> {
+    given: impl Fn(u32, &[f64; D]) -> PrescribedParticle<D>,
+) -> Result<Vec<ParticleRates<D>>, CaseError> {
     let found = rates_in_space(case, &|id, position| given(id, &resized(position)).over())?;
-    Ok(found.iter().map(Particle::over).collect())
+    Ok(found.iter().map(ParticleRates::over).collect())
 }
 
-fn rates_in_space(case: &Case, given: &Giving<'_>) -> Result<Vec<Particle<3>>, CaseError> {
+fn rates_in_space(case: &Case, given: &ParticlePrescription<'_>) -> Result<Vec<ParticleRates<3>>, CaseError> {
     match case.dimension() {
-        1 => found::<1>(case, given),
-        2 => found::<2>(case, given),
-        _ => found::<3>(case, given),
+        1 => prescribed_rates::<1>(case, given),
+        2 => prescribed_rates::<2>(case, given),
+        _ => prescribed_rates::<3>(case, given),
     }
 }
 
-fn found<const D: usize>(case: &Case, given: &Giving<'_>) -> Result<Vec<Particle<3>>, CaseError> {
-    let mut solver = made::<D>(case, &setup::options(case)?, given)?;
+fn prescribed_rates<const D: usize>(
+    case: &Case,
+    given: &ParticlePrescription<'_>,
+) -> Result<Vec<ParticleRates<3>>, CaseError> {
+    let mut solver = build_prescribed::<D>(case, &setup::options(case)?, given)?;
     solver.setting.gravity = [0.0; D];
     solver.critical_step();
-    solver.list(true).map_err(|error| wrong(&error))?;
-    solver.derive(0.0);
+    solver.update_lists(true).map_err(|error| to_case_error(&error))?;
+    solver.update_accelerations(0.0);
     let SphSolver { setting, bodies, walls, lists, rates, .. } = &mut solver;
     find_rates(setting, bodies, walls, lists, rates, (0.0, 0.0));
     let p = &bodies.particles;
-    let pairs = Pairs::new(setting, p, walls);
-    let particle = |i: usize| Particle::<D> {
+    let pairs = PairContext::new(setting, p, walls);
+    let particle = |i: usize| ParticleRates::<D> {
         position: p.position[i],
         velocity: p.velocity[i],
         mass: p.mass[i],
         density: p.density[i],
         stress: p.stress[i],
-        acceleration: rates.of.acceleration[i],
-        gradient: rates.of.gradient[i],
-        divergence: rates.of.divergence[i],
-        drift: pairs.drift(i, lists.neighbours.of(i)),
+        acceleration: rates.derivatives.acceleration[i],
+        gradient: rates.derivatives.gradient[i],
+        divergence: rates.derivatives.divergence[i],
+        drift: pairs.xsph_velocity(i, lists.neighbours.neighbours(i)),
     };
     Ok((0..p.len()).map(|i| particle(i).over()).collect())
 }

@@ -9,13 +9,13 @@ use crate::clock::Clock;
 use crate::kernel::Smoothing;
 
 /// The first components of a vector of the case.
-pub fn corner<const D: usize>(values: &[f64]) -> [f64; D] {
+pub fn leading_components<const D: usize>(values: &[f64]) -> [f64; D] {
     std::array::from_fn(|axis| values[axis])
 }
 
 /// The case, its options and the kernel. Nobody changes them during a run.
 #[derive(Clone)]
-pub struct Setting<const D: usize> {
+pub struct SolverContext<const D: usize> {
     /// The problem.
     pub case: Arc<Case>,
     /// Its options of this method.
@@ -26,7 +26,7 @@ pub struct Setting<const D: usize> {
     pub gravity: [f64; D],
 }
 
-impl<const D: usize> Setting<D> {
+impl<const D: usize> SolverContext<D> {
     /// Gravity at the end of a step of `dt` (m/s²).
     pub fn gravity_at(&self, clock: &Clock, dt: f64) -> [f64; D] {
         let factor = self.case.stages[clock.stage].gravity_factor(clock.time + dt - clock.stage_start);
@@ -41,7 +41,7 @@ impl<const D: usize> Setting<D> {
 
     /// What viscous damping leaves of a velocity after `dt` (s), at the speed of sound `sound` (m/s) and the smoothing
     /// length `h` (m).
-    pub fn damped(&self, sound: f64, h: f64, dt: f64) -> f64 {
+    pub fn damping_factor(&self, sound: f64, h: f64, dt: f64) -> f64 {
         let damping = self.options.damping;
         if damping > 0.0 { (-damping / h * sound * dt).exp() } else { 1.0 }
     }
@@ -52,7 +52,7 @@ impl<const D: usize> Setting<D> {
     }
 
     /// Whether the stage asks how far from rest the particles are.
-    pub fn is_audited(&self, clock: &Clock) -> bool {
+    pub fn needs_equilibrium(&self, clock: &Clock) -> bool {
         self.case.stages[clock.stage].equilibrium.is_some()
     }
 }

@@ -5,11 +5,11 @@ use rayon::prelude::*;
 use crate::algebra::square;
 use crate::clock::Clock;
 use crate::config::ShiftingSpeed;
-use crate::lists::Lists;
-use crate::pairs::{Pairs, Shift};
-use crate::particles::{Bodies, Group};
+use crate::lists::VerletLists;
+use crate::pairs::{PairContext, Shift};
+use crate::particles::{Bodies, ParticleGroup};
 use crate::rates::Rates;
-use crate::setting::Setting;
+use crate::setting::SolverContext;
 use crate::walls::Walls;
 
 /// Share of the trace of a full moment below which a particle lies at a free surface (sheet: sph §2.13 h: 1.5 of 2 and
@@ -17,15 +17,15 @@ use crate::walls::Walls;
 const SURFACE_TRACE: [f64; 3] = [0.7, 1.5, 2.4];
 
 /// Steps between two shifts at most.
-const MOST_STEPS: f64 = 4.0;
+const MAX_STEPS: f64 = 4.0;
 /// Strength times steps between two shifts at most. At a tenth of the speed of sound, the most that a weakly compressible liquid may
 /// flow with, a particle goes about 0.02 smoothing lengths in a step, and a shift of less than two smoothing lengths per length moved
 /// does not overshoot an even spacing.
-const MOST_STRENGTH: f64 = 40.0;
+const MAX_STRENGTH: f64 = 40.0;
 
 /// Steps between two shifts of a strength.
 fn steps_per_shift(strength: f64) -> u64 {
-    (MOST_STRENGTH / strength).clamp(1.0, MOST_STEPS) as u64
+    (MAX_STRENGTH / strength).clamp(1.0, MAX_STEPS) as u64
 }
 
 /// Which particles are at a surface, and how the others are shifted; empty without shifting.
@@ -41,11 +41,11 @@ impl<const D: usize> Shifting<D> {
     /// Moves particles towards even spacing; step 10, of the steps before.
     pub fn shift(
         &mut self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         clock: &mut Clock,
         bodies: &mut Bodies<D>,
         walls: &mut Walls<D>,
-        lists: &mut Lists<D>,
+        lists: &mut VerletLists<D>,
         rates: &mut Rates<D>,
     ) {
         if setting.options.shifting == 0.0 || !clock.is_due(steps_per_shift(setting.options.shifting)) {
@@ -54,9 +54,9 @@ impl<const D: usize> Shifting<D> {
         walls.load_images(bodies);
         walls.move_images(bodies);
         // What the step before left there belongs to other lists, or to none after a restart.
-        walls.weigh(setting, bodies, &lists.neighbours);
-        self.find(setting, clock.time - clock.shifted, bodies, walls, lists);
-        clock.shifted = clock.time;
+        walls.extrapolate_densities(setting, bodies, &lists.neighbours);
+        self.find(setting, clock.time - clock.last_shift_time, bodies, walls, lists);
+        clock.last_shift_time = clock.time;
         let p = &mut bodies.particles;
         for (i, shift) in self.shifts.iter().enumerate() {
             let Some(shift) = shift else { continue };
@@ -67,26 +67,26 @@ impl<const D: usize> Shifting<D> {
             p.density[i] += shift.density;
             p.stress[i] += shift.stress;
         }
-        walls.place(clock.time, p);
-        lists.weighed = false;
+        walls.place_at_time(clock.time, p);
+        lists.weights_current = false;
         rates.current = false;
     }
 
     /// Surfaces and shifts, of particles that moved for `dt` (s).
     fn find(
         &mut self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         dt: f64,
         bodies: &Bodies<D>,
         walls: &Walls<D>,
-        lists: &Lists<D>,
+        lists: &VerletLists<D>,
     ) {
         let (p, neighbours) = (&bodies.particles, &lists.neighbours);
-        let pairs = Pairs::new(setting, p, walls);
-        let at_surface = |i: usize| pairs.moment_trace(i, neighbours.of(i)) < SURFACE_TRACE[D - 1];
+        let pairs = PairContext::new(setting, p, walls);
+        let at_surface = |i: usize| pairs.moment_trace(i, neighbours.neighbours(i)) < SURFACE_TRACE[D - 1];
         (0..p.len()).into_par_iter().map(at_surface).collect_into_vec(&mut self.surface);
         let surface = &self.surface;
-        let fastest = |body: &Group| p.velocity[body.range()].iter().map(square).fold(0.0, f64::max);
+        let fastest = |body: &ParticleGroup| p.velocity[body.range()].iter().map(square).fold(0.0, f64::max);
         self.fastest.clear();
         if setting.options.shifting_speed == ShiftingSpeed::Largest {
             self.fastest.extend(bodies.groups.iter().map(fastest));
@@ -97,7 +97,7 @@ impl<const D: usize> Shifting<D> {
             let body = Some(&bodies.groups[number])
                 .filter(|body| body.held.is_none() && body.rigid.is_none() && !surface[i])?;
             let length = fastest.get(number).copied().unwrap_or_else(|| square(&p.velocity[i])).sqrt() * dt;
-            pairs.shift(i, neighbours.of(i), length, (&body.range(), surface))
+            pairs.shift(i, neighbours.neighbours(i), length, (&body.range(), surface))
         };
         (0..p.len()).into_par_iter().map(moves).collect_into_vec(&mut self.shifts);
     }
@@ -108,7 +108,7 @@ mod tests {
     use colluvium_constitutive::SymTensor;
     use serde_json::json;
 
-    use crate::semi_discrete::{self, Given};
+    use crate::semi_discrete::{self, PrescribedParticle};
     use crate::solver::SphSolver;
 
     /// Particles go as far as the lists allow before they are shifted as far as they may be.
@@ -123,14 +123,14 @@ mod tests {
         });
         let case = colluvium_case::Case::from_json(&text.to_string()).unwrap();
         let jitter = |id: u32, k: f64| (f64::from(id + 1) * k).fract() - 0.5;
-        let given = |id: u32, _: &[f64; 2]| Given {
-            shift: [0.02 * jitter(id, 0.618_033_988_75), 0.02 * jitter(id, 0.754_877_666_25)],
+        let given = |id: u32, _: &[f64; 2]| PrescribedParticle {
+            displacement: [0.02 * jitter(id, 0.618_033_988_75), 0.02 * jitter(id, 0.754_877_666_25)],
             velocity: [1e3, 0.0],
             compression: 1.0,
             stress: SymTensor::ZERO,
         };
         let mut solver = semi_discrete::solver::<2>(&case, given);
-        solver.list(true).unwrap();
+        solver.update_lists(true).unwrap();
         let support = solver.setting.smoothing.radius();
         for i in 0..solver.bodies.particles.len() {
             // Bands go towards each other.
@@ -138,15 +138,15 @@ mod tests {
             let way = if (10.0 * *x).floor() % 2.0 == 0.0 { 1.0 } else { -1.0 };
             *x += 0.049 * way * support;
         }
-        solver.list(true).unwrap();
-        (solver.clock.step, solver.clock.shifted) = (4, solver.clock.time - 1e-3);
+        solver.update_lists(true).unwrap();
+        (solver.clock.step, solver.clock.last_shift_time) = (4, solver.clock.time - 1e-3);
         let SphSolver { setting, clock, bodies, walls, lists, rates, shifting, .. } = &mut solver;
         shifting.shift(setting, clock, bodies, walls, lists, rates);
         let x = &solver.bodies.particles.position[..solver.bodies.particles.len()];
         for i in 0..x.len() {
             let close = |j: &usize| (x[i][0] - x[*j][0]).hypot(x[i][1] - x[*j][1]) < support;
             for j in (0..x.len()).filter(|j| *j != i).filter(close) {
-                assert!(solver.lists.neighbours.of(i).contains(&(j as u32)), "{:?} {:?}", x[i], x[j]);
+                assert!(solver.lists.neighbours.neighbours(i).contains(&(j as u32)), "{:?} {:?}", x[i], x[j]);
             }
         }
     }

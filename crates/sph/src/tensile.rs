@@ -5,7 +5,7 @@ use colluvium_constitutive::SymTensor;
 use crate::config::Tensile;
 
 /// `-ε₀ ⟨σ⟩ / ρ²` of each principal value (of the mean stress for artificial pressure), turned back.
-pub fn repulsion<const D: usize>(tensile: Tensile, stress: &SymTensor, density: f64) -> SymTensor {
+pub fn artificial_stress<const D: usize>(tensile: Tensile, stress: &SymTensor, density: f64) -> SymTensor {
     match tensile {
         Tensile::None => SymTensor::ZERO,
         Tensile::ArtificialPressure { strength, .. } => {
@@ -49,8 +49,10 @@ mod tests {
             [-1.0, 2.0, -3.0, -4.0, 0.0, 0.0],
         ] {
             let stress = SymTensor(stress);
-            let (plane, space) =
-                (repulsion::<2>(tensile, &stress, 2.0), repulsion::<3>(tensile, &stress, 2.0));
+            let (plane, space) = (
+                artificial_stress::<2>(tensile, &stress, 2.0),
+                artificial_stress::<3>(tensile, &stress, 2.0),
+            );
             for a in 0..2 {
                 for b in 0..2 {
                     assert!((plane.at(a, b) - space.at(a, b)).abs() < 1e-12, "{plane:?} {space:?}");
@@ -62,9 +64,9 @@ mod tests {
     #[test]
     fn compression_is_left_alone_and_tension_repels() {
         let tensile = Tensile::ArtificialStress { strength: 0.5, exponent: 2.55 };
-        assert_eq!(repulsion::<2>(tensile, &SymTensor::isotropic(-5.0), 1.0), SymTensor::ZERO);
+        assert_eq!(artificial_stress::<2>(tensile, &SymTensor::isotropic(-5.0), 1.0), SymTensor::ZERO);
         assert_eq!(
-            repulsion::<2>(tensile, &SymTensor::isotropic(5.0), 1.0),
+            artificial_stress::<2>(tensile, &SymTensor::isotropic(5.0), 1.0),
             SymTensor::diagonal(-2.5, -2.5, 0.0)
         );
     }
@@ -74,12 +76,12 @@ mod tests {
         let tensile = Tensile::ArtificialPressure { strength: 0.9, exponent: 2.55 };
         let pulled = SymTensor([6.0, -1.0, 1.0, 4.0, 0.0, 0.0]);
         let exact = SymTensor::isotropic(-0.9 * 2.0 / 4.0);
-        assert!((repulsion::<2>(tensile, &pulled, 2.0) - exact).norm() < 1e-15);
-        assert!((repulsion::<3>(tensile, &pulled, 2.0) - exact).norm() < 1e-15);
+        assert!((artificial_stress::<2>(tensile, &pulled, 2.0) - exact).norm() < 1e-15);
+        assert!((artificial_stress::<3>(tensile, &pulled, 2.0) - exact).norm() < 1e-15);
         // Tension along one axis under pressure on the whole: artificial stress acts, artificial pressure does not.
         let pressed = SymTensor([6.0, -5.0, -4.0, 0.0, 0.0, 0.0]);
-        assert_eq!(repulsion::<3>(tensile, &pressed, 2.0), SymTensor::ZERO);
+        assert_eq!(artificial_stress::<3>(tensile, &pressed, 2.0), SymTensor::ZERO);
         let stress = Tensile::ArtificialStress { strength: 0.9, exponent: 2.55 };
-        assert!(repulsion::<3>(stress, &pressed, 2.0)[0] < 0.0);
+        assert!(artificial_stress::<3>(stress, &pressed, 2.0)[0] < 0.0);
     }
 }

@@ -11,14 +11,14 @@ use rayon::prelude::*;
 
 use crate::SphOptions;
 use crate::kernel::Smoothing;
-use crate::operators::Moment;
-use crate::particles::{Derivatives, Matrix, Particles, TASK};
+use crate::operators::GradientMoment;
+use crate::particles::{Derivatives, MIN_PARTICLES_PER_TASK, Particles, SquareMatrix};
 
 /// Keeps the viscosity finite for particles that meet, as in the pair sums (sheet: sph §2.8).
 const SOFTENING: f64 = 0.01;
 
 /// The initial configuration: pairs and corrected gradients for good.
-struct Configuration<const D: usize> {
+struct InitialConfiguration<const D: usize> {
     neighbours: NeighbourList<D>,
     smoothing: Smoothing<D>,
     /// Positions (m).
@@ -26,39 +26,39 @@ struct Configuration<const D: usize> {
     /// Volumes (m^d).
     volume: Vec<f64>,
     /// `L⁰`; zero where a particle sees too little around it.
-    correction: Vec<Matrix<D>>,
+    correction: Vec<SquareMatrix<D>>,
 }
 
 /// The reference configuration and what is summed over it.
-pub struct Reference<const D: usize> {
-    initial: Configuration<D>,
+pub struct TotalLagrangianReference<const D: usize> {
+    initial: InitialConfiguration<D>,
     /// `F` at the start of the step.
-    deformation: Vec<Matrix<D>>,
+    deformation: Vec<SquareMatrix<D>>,
     /// `P L⁰` at the start of the step (Pa).
-    nominal: Vec<Matrix<D>>,
+    nominal: Vec<SquareMatrix<D>>,
 }
 
 /// `a b`.
-fn matmul<const D: usize>(a: &Matrix<D>, b: &Matrix<D>) -> Matrix<D> {
+fn matmul<const D: usize>(a: &SquareMatrix<D>, b: &SquareMatrix<D>) -> SquareMatrix<D> {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..D).map(|k| a[i][k] * b[k][j]).sum()))
 }
 
-impl<const D: usize> Configuration<D> {
+impl<const D: usize> InitialConfiguration<D> {
     /// `V⁰_j ∇⁰W` of the neighbours of `i`.
-    fn around(&self, i: usize) -> impl Iterator<Item = (usize, [f64; D])> {
-        self.neighbours.of(i).iter().map(move |&j| {
+    fn for_each_neighbour(&self, i: usize) -> impl Iterator<Item = (usize, [f64; D])> {
+        self.neighbours.neighbours(i).iter().map(move |&j| {
             let j = j as usize;
             let apart: [f64; D] = std::array::from_fn(|c| self.position[j][c] - self.position[i][c]);
-            let weight =
-                self.volume[j] * self.smoothing.weight(apart.iter().map(|c| c * c).sum::<f64>().sqrt());
+            let weight = self.volume[j]
+                * self.smoothing.gradient_factor(apart.iter().map(|c| c * c).sum::<f64>().sqrt());
             (j, apart.map(|c| c * weight))
         })
     }
 
     /// `Σ V⁰_j f_j ⊗ ∇⁰W`, without correction.
-    fn gradient(&self, i: usize, field: impl Fn(usize, usize) -> f64) -> Matrix<D> {
+    fn gradient(&self, i: usize, field: impl Fn(usize, usize) -> f64) -> SquareMatrix<D> {
         let mut sum = [[0.0; D]; D];
-        for (j, weight) in self.around(i) {
+        for (j, weight) in self.for_each_neighbour(i) {
             for (c, row) in sum.iter_mut().enumerate() {
                 let value = field(j, c);
                 (0..D).for_each(|b| row[b] += value * weight[b]);
@@ -68,7 +68,7 @@ impl<const D: usize> Configuration<D> {
     }
 }
 
-impl<const D: usize> Reference<D> {
+impl<const D: usize> TotalLagrangianReference<D> {
     /// The particles as they are now.
     ///
     /// # Errors
@@ -78,14 +78,17 @@ impl<const D: usize> Reference<D> {
         let mut neighbours = NeighbourList::new();
         neighbours.build(&position, smoothing.radius())?;
         let volume: Vec<f64> = particles.mass.iter().zip(&particles.density).map(|(m, d)| m / d).collect();
-        let unit: Matrix<D> = std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
+        let unit: SquareMatrix<D> =
+            std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
         let count = position.len();
         let correction = vec![unit; count];
-        let mut initial = Configuration { neighbours, smoothing: *smoothing, correction, volume, position };
+        let mut initial =
+            InitialConfiguration { neighbours, smoothing: *smoothing, correction, volume, position };
         for i in 0..count {
-            let moment = Moment {
+            let moment = GradientMoment {
                 matrix: initial.gradient(i, |j, c| initial.position[j][c] - initial.position[i][c]),
-                neighbours: initial.around(i).filter(|(_, weight)| *weight != [0.0; D]).count() as u32,
+                neighbours: initial.for_each_neighbour(i).filter(|(_, weight)| *weight != [0.0; D]).count()
+                    as u32,
             };
             // Without neighbours on all sides a particle goes its way undeformed.
             initial.correction[i] = moment.correction().unwrap_or([[0.0; D]; D]);
@@ -95,10 +98,10 @@ impl<const D: usize> Reference<D> {
     }
 
     /// `F` and `P L⁰` of the state.
-    fn load(&mut self, p: &Particles<D>) {
+    fn update_nominal_stress(&mut self, p: &Particles<D>) {
         let Self { initial, deformation, nominal } = self;
         let all = deformation.par_iter_mut().zip(nominal).enumerate();
-        all.with_min_len(TASK).for_each(|(i, (deformation, nominal))| {
+        all.with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, (deformation, nominal))| {
             let sum = initial.gradient(i, |j, c| p.position[j][c] - p.position[i][c]);
             if initial.correction[i] != [[0.0; D]; D] {
                 *deformation = matmul(&sum, &initial.correction[i]);
@@ -117,8 +120,8 @@ impl<const D: usize> Reference<D> {
         let h = self.initial.smoothing.length();
         let density = p.mass[i] / self.initial.volume[i];
         let mut sum = [0.0; D];
-        for (j, weight) in self.initial.around(i) {
-            let pair: Matrix<D> = std::array::from_fn(|a| {
+        for (j, weight) in self.initial.for_each_neighbour(i) {
+            let pair: SquareMatrix<D> = std::array::from_fn(|a| {
                 std::array::from_fn(|b| self.nominal[i][a][b] + self.nominal[j][a][b])
             });
             let apart: [f64; D] = std::array::from_fn(|c| p.position[j][c] - p.position[i][c]);
@@ -138,19 +141,19 @@ impl<const D: usize> Reference<D> {
     }
 
     /// Velocity gradient over the present positions (1/s).
-    fn rate(&self, p: &Particles<D>, i: usize) -> Matrix<D> {
+    fn rate(&self, p: &Particles<D>, i: usize) -> SquareMatrix<D> {
         let sum = self.initial.gradient(i, |j, c| p.velocity[j][c] - p.velocity[i][c]);
         let rate = matmul(&sum, &self.initial.correction[i]);
         let cofactor = cofactor(&self.deformation[i]);
         let determinant: f64 = (0..D).map(|c| self.deformation[i][0][c] * cofactor[0][c]).sum();
         // F⁻¹ = cofᵀ / det.
-        let inverse: Matrix<D> =
+        let inverse: SquareMatrix<D> =
             std::array::from_fn(|a| std::array::from_fn(|b| cofactor[b][a] / determinant));
         matmul(&rate, &inverse)
     }
 }
 
-impl<const D: usize> Reference<D> {
+impl<const D: usize> TotalLagrangianReference<D> {
     /// Accelerations over the reference configuration, under `gravity`.
     pub fn accelerate(
         &mut self,
@@ -160,9 +163,9 @@ impl<const D: usize> Reference<D> {
         accelerations: &mut Vec<[f64; D]>,
     ) {
         let viscosity = (options.viscosity_linear, options.viscosity_quadratic);
-        self.load(particles);
+        self.update_nominal_stress(particles);
         accelerations.resize(particles.len(), [0.0; D]);
-        accelerations.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, a)| {
+        accelerations.par_iter_mut().enumerate().with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, a)| {
             let pull = self.acceleration(particles, i, viscosity);
             *a = std::array::from_fn(|c| pull[c] + gravity[c]);
         });
@@ -171,7 +174,7 @@ impl<const D: usize> Reference<D> {
     /// Velocity gradients and divergences.
     pub fn find_rates(&self, particles: &Particles<D>, rates: &mut Derivatives<D>) {
         let all = rates.gradient.par_iter_mut().enumerate();
-        all.with_min_len(TASK).for_each(|(i, l)| *l = self.rate(particles, i));
+        all.with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, l)| *l = self.rate(particles, i));
         for (divergence, l) in rates.divergence.iter_mut().zip(&rates.gradient) {
             *divergence = (0..D).map(|c| l[c][c]).sum();
         }
@@ -182,10 +185,10 @@ impl<const D: usize> Reference<D> {
 ///
 /// # Errors
 /// The first such thing, by its path.
-pub fn refuse(options: &SphOptions) -> Result<(), CaseError> {
+pub fn check_supported(options: &SphOptions) -> Result<(), CaseError> {
     use crate::config::{
-        Continuity, DensityReset, Momentum, Regularisation, Symmetrisation, Tensile, TimeIntegration,
-        VelocityGradient,
+        ContinuityEquation, DensityReset, MomentumEquation, Regularisation, Symmetrisation, Tensile,
+        TimeIntegration, VelocityGradientOperator,
     };
     let rule = |holds: bool, path: &str, problem: &str| {
         if holds {
@@ -199,12 +202,18 @@ pub fn refuse(options: &SphOptions) -> Result<(), CaseError> {
     rule(options.tensile == Tensile::None, &of("tensile"), "there is no tensile instability to cure")?;
     rule(options.regularisation == Regularisation::None, &of("regularisation"), "stress is not smoothed")?;
     // Both are corrected by nature, and adjoint.
-    let momentum = matches!(options.momentum, Momentum::Rho2 | Momentum::Corrected);
+    let momentum = matches!(options.momentum, MomentumEquation::Rho2 | MomentumEquation::Corrected);
     rule(momentum, &of("momentum"), "the momentum equation is corrected")?;
-    let gradient =
-        matches!(options.velocity_gradient, VelocityGradient::Compatible | VelocityGradient::Corrected);
+    let gradient = matches!(
+        options.velocity_gradient,
+        VelocityGradientOperator::Compatible | VelocityGradientOperator::Corrected
+    );
     rule(gradient, &of("velocity_gradient"), "the velocity gradient is corrected")?;
-    rule(options.continuity == Continuity::Trace, &of("continuity"), "density follows the deformation")?;
+    rule(
+        options.continuity == ContinuityEquation::Trace,
+        &of("continuity"),
+        "density follows the deformation",
+    )?;
     rule(
         options.density_reset == DensityReset::None,
         &of("density_reset"),

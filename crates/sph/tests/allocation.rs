@@ -2,12 +2,12 @@
 
 use colluvium_case::Case;
 use colluvium_sph::Sph;
-use colluvium_testkit::Counting;
+use colluvium_testkit::CountingAllocator;
 use colluvium_testkit::cases::assert_allocates_nothing;
 use serde_json::{Value, json};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// A block that settles between a mirror and a rough floor.
 fn block(space: &str, options: &Value) -> Case {

@@ -5,11 +5,11 @@ use std::str::SplitAsciiWhitespace;
 
 use colluvium_points::{Georeference, Raster};
 
-use crate::band::{Band, mark};
+use crate::band::{BandMetadata, parse_number};
 
 /// What the first lines say.
 #[derive(Default)]
-struct Head {
+struct AsciiHeader {
     columns: Option<usize>,
     rows: Option<usize>,
     /// Corner or centre that is named, per axis, and whether it is a corner.
@@ -18,9 +18,9 @@ struct Head {
     no_data: Option<f64>,
 }
 
-impl Head {
-    fn take(&mut self, key: &str, value: &str) -> Result<(), String> {
-        let number = || mark(value).ok_or_else(|| format!("{key} is {value:?}, not a number"));
+impl AsciiHeader {
+    fn set_value(&mut self, key: &str, value: &str) -> Result<(), String> {
+        let number = || parse_number(value).ok_or_else(|| format!("{key} is {value:?}, not a number"));
         let count = || value.parse::<usize>().map_err(|_| format!("{key} is {value:?}, not a count"));
         let key = key.to_ascii_lowercase();
         let is_given = match key.as_str() {
@@ -53,7 +53,7 @@ impl Head {
     }
 }
 
-fn given<T>(value: Option<T>, key: &str) -> Result<T, String> {
+fn required<T>(value: Option<T>, key: &str) -> Result<T, String> {
     value.ok_or_else(|| format!("the key {key} is missing"))
 }
 
@@ -62,7 +62,7 @@ const NO_DATA: f64 = -9999.0;
 
 /// Reads the text of a grid, whose rows go from north to south, with what is said of it in a file `beside`. Lines that begin with `#` are
 /// remarks.
-pub(crate) fn parse(text: &str, beside: Band) -> Result<Raster, String> {
+pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, String> {
     if text.trim().is_empty() {
         return Err("is empty".to_owned());
     }
@@ -78,23 +78,24 @@ pub(crate) fn parse(text: &str, beside: Band) -> Result<Raster, String> {
         return Err("is a grid of Surfer: write it as an ESRI ASCII grid".to_owned());
     }
     let mut words = text.split_ascii_whitespace();
-    let (mut head, mut first) = (Head::default(), None);
+    let (mut head, mut first) = (AsciiHeader::default(), None);
     while let Some(word) = words.next() {
-        if word.starts_with(|c: char| c.is_ascii_alphabetic()) && mark(word).is_none() {
+        if word.starts_with(|c: char| c.is_ascii_alphabetic()) && parse_number(word).is_none() {
             let value = words.next().ok_or_else(|| format!("{word} has no value"))?;
-            head.take(word.trim_end_matches([':', '=']), value)?;
+            head.set_value(word.trim_end_matches([':', '=']), value)?;
         } else {
             first = Some(word);
             break;
         }
     }
-    let (columns, rows) = (given(head.columns, "ncols")?, given(head.rows, "nrows")?);
-    let (x, corner) = given(head.origin[0], "xllcorner or xllcenter")?;
-    let (y, other) = given(head.origin[1], "yllcorner or yllcenter")?;
+    let (columns, rows) = (required(head.columns, "ncols")?, required(head.rows, "nrows")?);
+    let (x, corner) = required(head.origin[0], "xllcorner or xllcenter")?;
+    let (y, other) = required(head.origin[1], "yllcorner or yllcenter")?;
     if corner != other {
         return Err("names a corner along one axis and a centre along the other".to_owned());
     }
-    let spacing = [given(head.spacing[0], "cellsize or dx")?, given(head.spacing[1], "cellsize or dy")?];
+    let spacing =
+        [required(head.spacing[0], "cellsize or dx")?, required(head.spacing[1], "cellsize or dy")?];
     let values = values(first, words, columns, rows)?;
     let shift = if corner { 0.5 } else { 0.0 };
     let mut raster = Raster {
@@ -103,10 +104,10 @@ pub(crate) fn parse(text: &str, beside: Band) -> Result<Raster, String> {
         origin: [x + shift * spacing[0], y + shift * spacing[1]],
         spacing,
         values,
-        reference: Georeference { corner, ..Georeference::default() },
+        reference: Georeference { pixel_is_area: corner, ..Georeference::default() },
     };
-    let own = Band::marked(head.no_data);
-    let band = own.or(beside).or(Band::marked(Some(NO_DATA)));
+    let own = BandMetadata::with_no_data(head.no_data);
+    let band = own.or(beside).or(BandMetadata::with_no_data(Some(NO_DATA)));
     band.apply(&mut raster, None)?;
     Ok(raster)
 }
@@ -122,7 +123,7 @@ fn values(
     let mut values = Vec::with_capacity(count.min(1 << 24));
     for word in first.into_iter().chain(rest) {
         let at = values.len();
-        let value = mark(word).ok_or_else(|| {
+        let value = parse_number(word).ok_or_else(|| {
             let (row, column) = (at / columns.max(1) + 1, at % columns.max(1) + 1);
             if let Some(sign) = separator(word) {
                 return format!(
@@ -150,7 +151,7 @@ fn values(
 fn separator(word: &str) -> Option<char> {
     let holds = |sign: char, count: usize| {
         let pieces: Vec<&str> = word.split(sign).filter(|piece| !piece.is_empty()).collect();
-        let are_numbers = pieces.iter().all(|piece| mark(&piece.replace(',', ".")).is_some());
+        let are_numbers = pieces.iter().all(|piece| parse_number(&piece.replace(',', ".")).is_some());
         word.contains(sign) && are_numbers && (pieces.len() >= count || word.ends_with(sign))
     };
     let with_points = word.contains(',') && word.contains('.');
@@ -164,7 +165,7 @@ fn separator(word: &str) -> Option<char> {
 pub(crate) fn format(raster: &Raster) -> String {
     let Raster { columns, rows, origin, spacing: [dx, dy], reference, .. } = raster;
     let no_data = reference.no_data.unwrap_or(NO_DATA);
-    let (name, shift) = if reference.corner { ("corner", 0.5) } else { ("center", 0.0) };
+    let (name, shift) = if reference.pixel_is_area { ("corner", 0.5) } else { ("center", 0.0) };
     let mut text = format!("ncols {columns}\nnrows {rows}\n");
     let corner = [origin[0] - shift * dx, origin[1] - shift * dy];
     let _ = write!(text, "xll{name} {}\nyll{name} {}\n", corner[0], corner[1]);
@@ -185,7 +186,7 @@ mod tests {
     use super::*;
 
     fn parse(text: &str) -> Result<Raster, String> {
-        super::parse(text, Band::default())
+        super::parse(text, BandMetadata::default())
     }
 
     const CORNER: &str =
@@ -195,8 +196,8 @@ mod tests {
     fn rows_come_from_the_north_and_values_stand_at_the_centres_of_cells() {
         let raster = parse(CORNER).unwrap();
         assert_eq!((raster.columns, raster.rows, raster.origin), (3, 2, [105.0, 205.0]));
-        assert_eq!((raster.at(0, 0), raster.at(2, 1)), (4.0, 3.0));
-        assert!(raster.at(1, 0).is_nan());
+        assert_eq!((raster.value(0, 0), raster.value(2, 1)), (4.0, 3.0));
+        assert!(raster.value(1, 0).is_nan());
         assert_eq!(parse(&format(&raster)).map(|back| format(&back)), Ok(format(&raster)));
         assert!(format(&raster).contains("xllcorner 100\n") && format(&raster).contains("4 -9999 6"));
     }

@@ -14,11 +14,11 @@ pub(crate) const BRITISH_FOOT: f64 = 0.304_800_749_1;
 
 /// Magnitude beyond which a number is no elevation, thickness or class: programs mark no data with the largest single-precision number,
 /// to six digits or more.
-const BOUNDLESS: f64 = 1e30;
+const NO_DATA_MAGNITUDE: f64 = 1e30;
 
 /// Meaning of the numbers of a band; none where the file is silent.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Band {
+pub(crate) struct BandMetadata {
     /// The number that stands for no data.
     pub(crate) no_data: Option<f64>,
     scale: Option<f64>,
@@ -28,9 +28,9 @@ pub(crate) struct Band {
     pub(crate) crs: Option<String>,
 }
 
-impl Band {
+impl BandMetadata {
     /// What an XML text of GDAL says of the first band: its metadata in a TIFF, or the file beside a raster.
-    pub(crate) fn of_xml(text: &str) -> Result<Self, String> {
+    pub(crate) fn from_xml(text: &str) -> Result<Self, String> {
         let mut reader = Reader::from_str(text);
         let (mut band, mut key, mut is_first) = (Self::default(), String::new(), true);
         loop {
@@ -41,20 +41,21 @@ impl Band {
                     is_first = attribute(&tag, "band").is_none_or(|band| band == "1");
                 }
                 Event::End(tag) if tag.name().as_ref() == b"PAMRasterBand" => is_first = true,
-                Event::Start(tag) => key = meaning(&tag),
+                Event::Start(tag) => key = tag_meaning(&tag),
                 Event::End(_) => key.clear(),
                 Event::Text(text) if is_first && !key.is_empty() => {
                     let text = text.unescape().map_err(|error| format!("cannot be read: {error}"))?;
-                    band.take(&key, text.trim())?;
+                    band.set_value(&key, text.trim())?;
                 }
                 _ => {}
             }
         }
     }
 
-    fn take(&mut self, key: &str, text: &str) -> Result<(), String> {
+    fn set_value(&mut self, key: &str, text: &str) -> Result<(), String> {
         let number = || {
-            mark(text).ok_or_else(|| format!("has the {key} {text:?} for its band, which is not a number"))
+            parse_number(text)
+                .ok_or_else(|| format!("has the {key} {text:?} for its band, which is not a number"))
         };
         match key {
             "no-data value" => self.no_data = Some(number()?),
@@ -68,7 +69,7 @@ impl Band {
     }
 
     /// Nothing but the number that stands for no data.
-    pub(crate) fn marked(no_data: Option<f64>) -> Self {
+    pub(crate) fn with_no_data(no_data: Option<f64>) -> Self {
         Self { no_data, ..Self::default() }
     }
 
@@ -87,7 +88,7 @@ impl Band {
     /// in the reference. Heights are `vertical` metres each by their coordinate reference system, where the band has no unit of its own.
     pub(crate) fn apply(&self, raster: &mut Raster, vertical: Option<f64>) -> Result<(), String> {
         let metres = match self.unit.as_deref().filter(|unit| !unit.trim().is_empty()) {
-            Some(unit) => metres(unit).ok_or_else(|| {
+            Some(unit) => metres_per_unit(unit).ok_or_else(|| {
                 format!(
                     "its band has the unit {unit:?}, and only metres and feet are known: write it in metres"
                 )
@@ -104,12 +105,12 @@ impl Band {
         let reference = &mut raster.reference;
         reference.no_data = no_data.filter(|mark| mark.is_finite());
         for value in &mut raster.values {
-            if no_data.is_some_and(|mark| is_mark(*value, mark)) {
+            if no_data.is_some_and(|mark| is_no_data(*value, mark)) {
                 *value = f64::NAN;
-            } else if !value.is_finite() || value.abs() >= BOUNDLESS {
-                reference.boundless += usize::from(!value.is_nan());
+            } else if !value.is_finite() || value.abs() >= NO_DATA_MAGNITUDE {
+                reference.huge_values += usize::from(!value.is_nan());
                 *value = f64::NAN;
-                reference.unmarked += 1;
+                reference.undeclared_no_data += 1;
             } else if !as_it_is {
                 *value = (*value * scale + offset) * metres;
             }
@@ -124,22 +125,24 @@ impl Band {
 
 /// Whether a number is the mark of no data: in single precision, as most rasters are kept. What is as large as no quantity is may have lost
 /// digits in a text.
-fn is_mark(value: f64, mark: f64) -> bool {
+fn is_no_data(value: f64, mark: f64) -> bool {
     value == mark
         || value as f32 == mark as f32
         || value.is_nan() && mark.is_nan()
-        || mark.abs() >= BOUNDLESS && value.abs() >= BOUNDLESS && (value < 0.0) == (mark < 0.0)
+        || mark.abs() >= NO_DATA_MAGNITUDE
+            && value.abs() >= NO_DATA_MAGNITUDE
+            && (value < 0.0) == (mark < 0.0)
 }
 
 /// A number as it stands in a text: with a decimal point, or one of the words for none.
-pub(crate) fn mark(text: &str) -> Option<f64> {
+pub(crate) fn parse_number(text: &str) -> Option<f64> {
     let text = text.trim_matches(['\0', ' ', '\n', '\r', '\t']);
     let is_none = ["1.#", "-1.#", "+1.#"].iter().any(|start| text.starts_with(start));
     if is_none { Some(f64::NAN) } else { text.parse().ok() }
 }
 
 /// Metres in a unit of length by its name.
-pub(crate) fn metres(unit: &str) -> Option<f64> {
+pub(crate) fn metres_per_unit(unit: &str) -> Option<f64> {
     let plain: String = unit.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
     Some(match plain.as_str() {
         "m" | "metre" | "metres" | "meter" | "meters" => 1.0,
@@ -183,11 +186,13 @@ pub(crate) fn is_length(unit: &str) -> bool {
     let plain: String = unit.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
     let is_other = |other: &&str| plain == *other || plain.strip_suffix('s') == Some(other);
     let is_abbreviation = plain.len() < 3 && plain != unit;
-    metres(unit).is_some() || plain == "inches" || !is_abbreviation && OTHER_UNITS.iter().any(is_other)
+    metres_per_unit(unit).is_some()
+        || plain == "inches"
+        || !is_abbreviation && OTHER_UNITS.iter().any(is_other)
 }
 
 /// Name of what the text in a tag tells of a band; empty for all else.
-fn meaning(tag: &BytesStart<'_>) -> String {
+fn tag_meaning(tag: &BytesStart<'_>) -> String {
     let name = match tag.name().as_ref() {
         b"NoDataValue" => "no-data value",
         b"Scale" => "scale",
@@ -212,15 +217,15 @@ fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
 }
 
 /// Band that the `.aux.xml` beside a raster describes.
-pub(crate) fn beside(file: &Path) -> Result<Band, String> {
+pub(crate) fn sidecar_band(file: &Path) -> Result<BandMetadata, String> {
     let name = format!("{}.aux.xml", file.file_name().unwrap_or_default().to_string_lossy());
     let path = file.with_file_name(&name);
     if !path.is_file() {
-        return Ok(Band::default());
+        return Ok(BandMetadata::default());
     }
     let text = std::fs::read_to_string(&path);
     let text = text.map_err(|error| format!("{name} beside it cannot be read: {error}"))?;
-    Band::of_xml(&text).map_err(|problem| format!("{name} beside it {problem}"))
+    BandMetadata::from_xml(&text).map_err(|problem| format!("{name} beside it {problem}"))
 }
 
 #[cfg(test)]
@@ -232,7 +237,7 @@ mod tests {
         let text = r#"<GDALMetadata><Item name="OFFSET" sample="0" role="offset">50</Item>
             <Item name="SCALE" sample="0" role="scale">0.1</Item><Item name="SCALE" sample="1" role="scale">7</Item>
             <Item name="UNITTYPE" sample="0" role="unittype">US survey foot</Item><Item name="AREA">&lt;x</Item></GDALMetadata>"#;
-        let band = Band::of_xml(text).unwrap();
+        let band = BandMetadata::from_xml(text).unwrap();
         assert_eq!(
             (band.scale, band.offset, band.unit.as_deref()),
             (Some(0.1), Some(50.0), Some("US survey foot"))
@@ -240,7 +245,7 @@ mod tests {
         let beside = r#"<PAMDataset><SRS dataAxisToSRSAxisMapping="1,2">PROJCS["x"]</SRS><PAMRasterBand band="1">
             <NoDataValue le_hex_equiv="00">-32768</NoDataValue><UnitType>ft</UnitType></PAMRasterBand>
             <PAMRasterBand band="2"><Scale>3</Scale></PAMRasterBand></PAMDataset>"#;
-        let beside = Band::of_xml(beside).unwrap();
+        let beside = BandMetadata::from_xml(beside).unwrap();
         assert_eq!(
             (beside.no_data, beside.scale, beside.crs.as_deref()),
             (Some(-32768.0), None, Some("PROJCS[\"x\"]"))
@@ -251,28 +256,32 @@ mod tests {
             Raster::from_function([2, 1], [0.0; 2], [1.0; 2], |x, _| if x > 0.5 { -32768.0 } else { 30.0 });
         both.apply(&mut raster, Some(1.0)).unwrap();
         assert!((raster.values[0] - 53.0 * 1200.0 / 3937.0).abs() < 1e-12 && raster.values[1].is_nan());
-        assert!(Band::of_xml("<a><b></a>").is_err());
-        assert!(Band::of_xml("<Scale>one</Scale>").unwrap_err().contains("\"one\""));
+        assert!(BandMetadata::from_xml("<a><b></a>").is_err());
+        assert!(BandMetadata::from_xml("<Scale>one</Scale>").unwrap_err().contains("\"one\""));
     }
 
     #[test]
     fn marks_are_compared_in_single_precision_and_units_that_are_no_lengths_refused() {
         assert!(
-            is_mark(-9999.0, -9999.0)
-                && is_mark(f64::from(0.1f32), 0.1)
-                && is_mark(-3.40282e38, f64::from(f32::MIN))
+            is_no_data(-9999.0, -9999.0)
+                && is_no_data(f64::from(0.1f32), 0.1)
+                && is_no_data(-3.40282e38, f64::from(f32::MIN))
         );
         assert!(
-            !is_mark(3.40282e38, f64::from(f32::MIN)) && !is_mark(-9998.0, -9999.0) && !is_mark(0.0, -9999.0)
+            !is_no_data(3.40282e38, f64::from(f32::MIN))
+                && !is_no_data(-9998.0, -9999.0)
+                && !is_no_data(0.0, -9999.0)
         );
         let mut raster = Raster::from_function([2, 1], [0.0; 2], [1.0; 2], |x, _| x);
-        let band = Band { unit: Some("degree".to_owned()), ..Band::default() };
+        let band = BandMetadata { unit: Some("degree".to_owned()), ..BandMetadata::default() };
         assert!(band.apply(&mut raster, None).unwrap_err().contains("\"degree\""));
-        let band = Band { scale: Some(0.0), ..Band::default() };
+        let band = BandMetadata { scale: Some(0.0), ..BandMetadata::default() };
         assert!(band.apply(&mut raster, None).is_err());
         raster.values[0] = f64::INFINITY;
-        Band::default().apply(&mut raster, None).unwrap();
-        assert!(raster.values[0].is_nan() && raster.values[1] == 1.0 && raster.reference.unmarked == 1);
-        assert_eq!(raster.reference.boundless, 1);
+        BandMetadata::default().apply(&mut raster, None).unwrap();
+        assert!(
+            raster.values[0].is_nan() && raster.values[1] == 1.0 && raster.reference.undeclared_no_data == 1
+        );
+        assert_eq!(raster.reference.huge_values, 1);
     }
 }

@@ -4,7 +4,7 @@ use colluvium_points::Outline;
 
 /// Distance of corners from the plane of their polygon over its size that is still taken: quadrilaterals of rough terrain are bent, and their
 /// halves lie apart by as much whichever diagonal is meant.
-const PLANAR: f64 = 0.1;
+const PLANARITY_TOLERANCE: f64 = 0.1;
 
 /// Share of areas that is round-off.
 const ROUND_OFF: f64 = 1e-9;
@@ -25,7 +25,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// Twice the area of a triangle in a plane, positive where it runs against the clock.
-fn doubled(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+fn double_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
@@ -34,7 +34,7 @@ fn doubled(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
 ///
 /// # Errors
 /// When the polygon is not planar, has no area, or crosses itself.
-pub(crate) fn triangles(corners: &[[f64; 3]]) -> Result<Vec<[usize; 3]>, String> {
+pub(crate) fn triangulate(corners: &[[f64; 3]]) -> Result<Vec<[usize; 3]>, String> {
     if corners.len() <= 3 {
         return Ok((corners.len() == 3).then_some([0, 1, 2]).into_iter().collect());
     }
@@ -46,8 +46,8 @@ pub(crate) fn triangles(corners: &[[f64; 3]]) -> Result<Vec<[usize; 3]>, String>
     if (outline.area() - area).abs() > 1e-6 * area {
         return Err(CROSSED.to_owned());
     }
-    let found = ears(&flat, area);
-    let covered: f64 = found.iter().map(|t| 0.5 * doubled(flat[t[0]], flat[t[1]], flat[t[2]])).sum();
+    let found = cut_ears(&flat, area);
+    let covered: f64 = found.iter().map(|t| 0.5 * double_area(flat[t[0]], flat[t[1]], flat[t[2]])).sum();
     if found.len() + 2 != flat.len() || (covered - area).abs() > 1e-6 * area {
         return Err(
             "is a polygon that cannot be cut into triangles: cut it in the program that wrote it".to_owned()
@@ -79,9 +79,9 @@ fn in_plane(corners: &[[f64; 3]]) -> Result<Vec<[f64; 2]>, String> {
     let heights: Vec<f64> = from.iter().map(|x| dot(*x, normal)).collect();
     let mean = heights.iter().sum::<f64>() / heights.len() as f64;
     let off = heights.iter().map(|height| (height - mean).abs()).fold(0.0, f64::max);
-    if off > PLANAR * size {
+    if off > PLANARITY_TOLERANCE * size {
         return Err(format!(
-            "is a polygon whose corners lie up to {off:.3e} m off its plane, more than {PLANAR} of its size, {size:.3e} m: cut it into \
+            "is a polygon whose corners lie up to {off:.3e} m off its plane, more than {PLANARITY_TOLERANCE} of its size, {size:.3e} m: cut it into \
              triangles in the program that wrote it"
         ));
     }
@@ -96,7 +96,7 @@ fn in_plane(corners: &[[f64; 3]]) -> Result<Vec<[f64; 2]>, String> {
 }
 
 /// Ears of a polygon that runs against the clock, until a triangle is left.
-fn ears(flat: &[[f64; 2]], area: f64) -> Vec<[usize; 3]> {
+fn cut_ears(flat: &[[f64; 2]], area: f64) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..flat.len()).collect();
     let (mut found, mut at, mut tried) = (Vec::with_capacity(flat.len() - 2), 1, 0);
     let least = ROUND_OFF * area;
@@ -106,10 +106,11 @@ fn ears(flat: &[[f64; 2]], area: f64) -> Vec<[usize; 3]> {
         let [a, b, c] = near.map(|k| flat[k]);
         let holds = |k: &&usize| {
             let x = flat[**k];
-            let within = [(a, b), (b, c), (c, a)].iter().all(|(from, to)| doubled(*from, *to, x) >= -least);
+            let within =
+                [(a, b), (b, c), (c, a)].iter().all(|(from, to)| double_area(*from, *to, x) >= -least);
             within && x != a && x != b && x != c
         };
-        if doubled(a, b, c) > least && !left.iter().any(|k| holds(&k)) {
+        if double_area(a, b, c) > least && !left.iter().any(|k| holds(&k)) {
             found.push(near);
             left.remove(at % count);
             at %= count;
@@ -153,10 +154,11 @@ mod tests {
         for (flat, area) in cases {
             for first in 0..flat.len() {
                 let corners = turned(flat, first);
-                let found = triangles(&corners).unwrap_or_else(|why| panic!("{flat:?} from {first}: {why}"));
+                let found =
+                    triangulate(&corners).unwrap_or_else(|why| panic!("{flat:?} from {first}: {why}"));
                 assert_eq!(found.len(), flat.len() - 2);
                 let plan = |k: usize| [corners[k][0], corners[k][1]];
-                let parts = found.iter().map(|t| 0.5 * doubled(plan(t[0]), plan(t[1]), plan(t[2])));
+                let parts = found.iter().map(|t| 0.5 * double_area(plan(t[0]), plan(t[1]), plan(t[2])));
                 let sizes: f64 = parts.clone().map(f64::abs).sum();
                 assert!(
                     (sizes - area).abs() < 1e-9 && (parts.sum::<f64>().abs() - area).abs() < 1e-9,
@@ -165,12 +167,12 @@ mod tests {
             }
         }
         let square = turned(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], 0);
-        assert_eq!(triangles(&square), Ok(vec![[0, 1, 2], [0, 2, 3]]));
+        assert_eq!(triangulate(&square), Ok(vec![[0, 1, 2], [0, 2, 3]]));
     }
 
     #[test]
     fn polygons_that_cross_themselves_are_bent_or_have_no_area_are_refused() {
-        let problem = |corners: &[[f64; 3]]| triangles(corners).unwrap_err();
+        let problem = |corners: &[[f64; 3]]| triangulate(corners).unwrap_err();
         let bow = [[0.0, 0.0, 0.0], [2.0, 2.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         assert!(problem(&bow).contains("crosses itself"));
         let twice: Vec<[f64; 3]> = turned(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], 0).repeat(2);
@@ -180,7 +182,7 @@ mod tests {
         assert!(
             problem(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 0.0, 0.0]]).contains("has no area")
         );
-        assert!(triangles(&[[0.0; 3]; 5]).is_err() && triangles(&[[f64::NAN; 3]; 5]).is_err());
-        assert_eq!(triangles(&[[0.0; 3]; 2]), Ok(Vec::new()));
+        assert!(triangulate(&[[0.0; 3]; 5]).is_err() && triangulate(&[[f64::NAN; 3]; 5]).is_err());
+        assert_eq!(triangulate(&[[0.0; 3]; 2]), Ok(Vec::new()));
     }
 }

@@ -20,14 +20,14 @@ mod world_file;
 use std::path::{Path, PathBuf};
 
 use colluvium_points::Raster;
-use colluvium_points::surface::Facetted;
+use colluvium_points::surface::FacettedSurface;
 use thiserror::Error;
 
-pub use beside::files_beside;
+pub use beside::sidecar_files;
 pub use outline::{read_features, read_outlines};
-pub use system::{MapSystem, read_system};
+pub use system::{CoordinateReferenceSystem, read_reference_system};
 
-use world_file::World;
+use world_file::WorldFile;
 
 /// What is wrong with a file, in a line.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -40,7 +40,7 @@ pub struct FileError {
 }
 
 /// Names the file of a problem.
-fn of(file: &Path) -> impl Fn(String) -> FileError {
+fn error_in_file(file: &Path) -> impl Fn(String) -> FileError {
     move |problem| FileError { file: file.to_owned(), problem }
 }
 
@@ -53,11 +53,11 @@ const BYTE_ORDER: char = '\u{feff}';
 /// # Errors
 /// When the file cannot be read, or holds bytes that no text has.
 pub fn read_text(file: &Path) -> Result<String, FileError> {
-    let bytes = std::fs::read(file).map_err(|e| of(file)(format!("cannot be read: {e}")))?;
-    decoded(bytes).map_err(of(file))
+    let bytes = std::fs::read(file).map_err(|e| error_in_file(file)(format!("cannot be read: {e}")))?;
+    decode_text(bytes).map_err(error_in_file(file))
 }
 
-fn decoded(bytes: Vec<u8>) -> Result<String, String> {
+fn decode_text(bytes: Vec<u8>) -> Result<String, String> {
     let pairs = |order: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| order([pair[0], pair[1]])).collect();
         String::from_utf16(&units).map_err(|_| "is not the UTF-16 that its first two bytes say".to_owned())
@@ -76,14 +76,14 @@ fn decoded(bytes: Vec<u8>) -> Result<String, String> {
 }
 
 /// The ending of a file's name, in small letters.
-fn ending(file: &Path) -> String {
+fn extension(file: &Path) -> String {
     file.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-fn unknown(file: &Path, known: &str) -> FileError {
-    of(file)(format!(
+fn unknown_format(file: &Path, known: &str) -> FileError {
+    error_in_file(file)(format!(
         "a name that ends in {:?} does not tell what it holds: it must be {known}",
-        ending(file)
+        extension(file)
     ))
 }
 
@@ -95,35 +95,41 @@ fn unknown(file: &Path, known: &str) -> FileError {
 /// When the file cannot be read, is not such a raster, is rotated, is empty, or lies in degrees or in units that are not known: by
 /// the keys of a GeoTIFF, or by a `.prj` or `.aux.xml` beside an ASCII grid.
 pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
-    let beside = band::beside(file).map_err(of(file))?;
+    let beside = band::sidecar_band(file).map_err(error_in_file(file))?;
     let is_beside = beside.crs.is_some();
-    let raster = match ending(file).as_str() {
+    let raster = match extension(file).as_str() {
         "asc" | "grd" | "txt" => {
-            let system = prj::text(file).map_err(of(file))?.or_else(|| beside.crs.clone());
+            let system = prj::read_text(file).map_err(error_in_file(file))?.or_else(|| beside.crs.clone());
             let mut raster = ascii_grid::parse(&read_text(file)?, beside);
-            raster.iter_mut().for_each(|raster| prj::refer(&mut raster.reference, system.clone()));
+            raster.iter_mut().for_each(|raster| prj::set_georeference(&mut raster.reference, system.clone()));
             raster
         }
         "tif" | "tiff" => {
-            let bytes =
-                |path: &Path| std::fs::read(path).map_err(|e| of(path)(format!("cannot be read: {e}")));
+            let bytes = |path: &Path| {
+                std::fs::read(path).map_err(|e| error_in_file(path)(format!("cannot be read: {e}")))
+            };
             let name = format!("{}.msk", file.file_name().unwrap_or_default().to_string_lossy());
             let mask = file.with_file_name(name);
             let mask = mask.is_file().then(|| bytes(&mask)).transpose()?;
-            let world = World::beside(file).map_err(of(file))?;
-            geotiff::parse(&bytes(file)?, geotiff::Beside { band: beside, mask, world })
+            let world = WorldFile::sidecar_of(file).map_err(error_in_file(file))?;
+            geotiff::parse(&bytes(file)?, geotiff::GeotiffSidecars { band: beside, mask, world })
         }
-        _ => return Err(unknown(file, ".asc, .grd or .txt (ESRI ASCII grid), .tif or .tiff (GeoTIFF)")),
+        _ => {
+            return Err(unknown_format(
+                file,
+                ".asc, .grd or .txt (ESRI ASCII grid), .tif or .tiff (GeoTIFF)",
+            ));
+        }
     };
-    let mut raster = raster.map_err(of(file))?;
-    raster.validate().map_err(|error| of(file)(error.to_string()))?;
+    let mut raster = raster.map_err(error_in_file(file))?;
+    raster.validate().map_err(|error| error_in_file(file)(error.to_string()))?;
     let is_nameless = raster.reference.epsg.is_none() && raster.reference.crs.is_none();
     if is_nameless {
-        prj::refer(&mut raster.reference, prj::text(file).map_err(of(file))?);
+        prj::set_georeference(&mut raster.reference, prj::read_text(file).map_err(error_in_file(file))?);
     }
     // A GeoTIFF tells its units itself, but what GDAL writes beside it comes before that.
-    if is_nameless || is_beside || !ending(file).starts_with("tif") {
-        prj::check(file).map_err(of(file))?;
+    if is_nameless || is_beside || !extension(file).starts_with("tif") {
+        prj::check_metres(file).map_err(error_in_file(file))?;
     }
     Ok(raster)
 }
@@ -134,17 +140,18 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
 /// # Errors
 /// When the raster is none, or the file cannot be written.
 pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
-    raster.validate().map_err(|error| of(file)(error.to_string()))?;
-    let bytes = match ending(file).as_str() {
+    raster.validate().map_err(|error| error_in_file(file)(error.to_string()))?;
+    let bytes = match extension(file).as_str() {
         "asc" => ascii_grid::format(raster).into_bytes(),
-        "tif" | "tiff" => geotiff::bytes(raster).map_err(of(file))?,
-        _ => return Err(unknown(file, ".asc (ESRI ASCII grid), .tif or .tiff (GeoTIFF)")),
+        "tif" | "tiff" => geotiff::encode(raster).map_err(error_in_file(file))?,
+        _ => return Err(unknown_format(file, ".asc (ESRI ASCII grid), .tif or .tiff (GeoTIFF)")),
     };
     let write = |file: &Path, bytes: &[u8]| {
-        std::fs::write(file, bytes).map_err(|error| of(file)(format!("cannot be written: {error}")))
+        std::fs::write(file, bytes)
+            .map_err(|error| error_in_file(file)(format!("cannot be written: {error}")))
     };
     write(file, &bytes)?;
-    match projection::of_reference(&raster.reference).filter(|_| ending(file) == "asc") {
+    match projection::georeference_well_known_text(&raster.reference).filter(|_| extension(file) == "asc") {
         Some(system) => write(&file.with_extension("prj"), system.as_bytes()),
         None => Ok(()),
     }
@@ -156,11 +163,11 @@ pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
 /// # Errors
 /// When the file cannot be read or is not such a mesh; when an STL file lies so far from its origin that its seven digits do not
 /// tell its corners apart; when the surface is open, with the place.
-pub fn read_mesh(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Facetted<3>, FileError> {
-    let mesh = match ending(file).as_str() {
-        "stl" => mesh::stl(file, placed),
-        "obj" => mesh::obj(file, placed),
-        _ => return Err(unknown(file, ".stl or .obj")),
+pub fn read_mesh(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<FacettedSurface<3>, FileError> {
+    let mesh = match extension(file).as_str() {
+        "stl" => mesh::read_stl(file, placed),
+        "obj" => mesh::read_obj(file, placed),
+        _ => return Err(unknown_format(file, ".stl or .obj")),
     };
-    mesh.map_err(of(file))
+    mesh.map_err(error_in_file(file))
 }

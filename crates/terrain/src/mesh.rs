@@ -3,22 +3,24 @@
 use std::io::{Cursor, ErrorKind};
 use std::path::Path;
 
-use colluvium_points::surface::Facetted;
+use colluvium_points::surface::FacettedSurface;
 
 use crate::facets;
 
 /// Round-off of the corners over the extent of a mesh that is no longer taken.
-const COARSE: f64 = 1e-5;
+const MAX_ROUND_OFF: f64 = 1e-5;
 
 /// Bytes of the head of a binary STL file with the number of its triangles, and of a triangle.
-const STL_HEAD: usize = 84;
-const STL_TRIANGLE: usize = 50;
+const STL_HEADER_BYTES: usize = 84;
+const STL_TRIANGLE_BYTES: usize = 50;
 
 /// The bytes of an STL file as one solid: a text may hold several, and have its words in capitals.
-fn one_solid(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
-    let count =
-        bytes.get(STL_HEAD - 4..STL_HEAD).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
-    let whole = |count: u32| STL_HEAD + STL_TRIANGLE * count as usize;
+fn merge_solids(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
+    let count = bytes
+        .get(STL_HEADER_BYTES - 4..STL_HEADER_BYTES)
+        .and_then(|count| count.try_into().ok())
+        .map(u32::from_le_bytes);
+    let whole = |count: u32| STL_HEADER_BYTES + STL_TRIANGLE_BYTES * count as usize;
     let begins = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     // A binary file may begin with any words.
     if !begins || count.is_some_and(|count| whole(count) == bytes.len()) {
@@ -37,7 +39,7 @@ fn one_solid(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
 }
 
 /// The first line of the corners of a text that has something else than three numbers.
-fn line_of_no_number(lines: &[String]) -> Option<String> {
+fn first_invalid_line(lines: &[String]) -> Option<String> {
     let is_wrong = |line: &&String| {
         let mut words = line.split_whitespace();
         let numbers = words.next() == Some("vertex");
@@ -51,20 +53,23 @@ fn line_of_no_number(lines: &[String]) -> Option<String> {
 
 /// An STL file, text or binary: the triangles of all its solids. Its numbers have single precision; corners with the same numbers are one
 /// vertex.
-pub(crate) fn stl(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Facetted<3>, String> {
+pub(crate) fn read_stl(
+    file: &Path,
+    placed: &dyn Fn(usize, f64) -> f64,
+) -> Result<FacettedSurface<3>, String> {
     let bytes = std::fs::read(file).map_err(|error| format!("cannot be read: {error}"))?;
     let count = bytes
-        .get(STL_HEAD - 4..STL_HEAD)
+        .get(STL_HEADER_BYTES - 4..STL_HEADER_BYTES)
         .map_or(0, |count| count.iter().rev().fold(0, |sum, byte| 256 * sum + usize::from(*byte)));
     let length = bytes.len();
-    let bytes = one_solid(bytes)?;
+    let bytes = merge_solids(bytes)?;
     let lines = String::from_utf8_lossy(&bytes).lines().map(str::to_owned).collect::<Vec<_>>();
     let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|error| match error.kind() {
         ErrorKind::UnexpectedEof => format!(
             "is no STL file, or is cut short: its {length} bytes are not the head and the {count} triangles that a binary one would have"
         ),
         _ => {
-            let place = line_of_no_number(&lines).unwrap_or_default();
+            let place = first_invalid_line(&lines).unwrap_or_default();
             format!("is not an STL file that can be read{place} ({error})")
         }
     })?;
@@ -80,7 +85,7 @@ pub(crate) fn stl(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Fac
         extents.fold(0.0, f64::max),
         all().flat_map(|v| (0..3).map(|c| f64::from(v[c].abs()))).fold(0.0, f64::max),
     );
-    if far * f64::from(f32::EPSILON) > COARSE * extent {
+    if far * f64::from(f32::EPSILON) > MAX_ROUND_OFF * extent {
         return Err(format!(
             "lies up to {far:.0} m from its origin, where the single precision of STL is {:.1e} m, on a mesh of {extent:.1} m: \
              write it as an OBJ file with all digits",
@@ -91,13 +96,16 @@ pub(crate) fn stl(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Fac
         std::array::from_fn(|c| placed(c, f64::from(mesh.vertices[number][c])))
     };
     let triangles: Vec<[[f64; 3]; 3]> = mesh.faces.iter().map(|face| face.vertices.map(corner)).collect();
-    Facetted::from_triangles(&triangles).map_err(|error| error.problem)
+    FacettedSurface::from_triangles(&triangles).map_err(|error| error.problem)
 }
 
 /// A Wavefront OBJ file: the faces of all its objects, cut into triangles. Materials are not looked at.
-pub(crate) fn obj(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Facetted<3>, String> {
+pub(crate) fn read_obj(
+    file: &Path,
+    placed: &dyn Fn(usize, f64) -> f64,
+) -> Result<FacettedSurface<3>, String> {
     let options = tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..Default::default() };
-    let text = in_whole_lines(&crate::read_text(file).map_err(|error| error.problem)?);
+    let text = join_continued_lines(&crate::read_text(file).map_err(|error| error.problem)?);
     let no_materials = |_: &Path| Ok(Default::default());
     let read = |text: &str| tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials);
     let (models, _) = read(&text).map_err(|error| {
@@ -127,18 +135,18 @@ pub(crate) fn obj(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Fac
             rest = after;
             let corners: Vec<[f64; 3]> = face.iter().map(corner).collect();
             let line = lines.next().unwrap_or_default();
-            let cut = facets::triangles(&corners).map_err(|problem| format!("line {line}: {problem}"))?;
+            let cut = facets::triangulate(&corners).map_err(|problem| format!("line {line}: {problem}"))?;
             triangles.extend(cut.into_iter().map(|t| t.map(|k| in_case(corners[k]))));
         }
     }
     if triangles.is_empty() {
         return Err("holds no faces".to_owned());
     }
-    Facetted::from_triangles(&triangles).map_err(|error| error.problem)
+    FacettedSurface::from_triangles(&triangles).map_err(|error| error.problem)
 }
 
 /// A text in which a line that goes on in the next ones, by a backslash at its end, stands in its first line.
-fn in_whole_lines(text: &str) -> String {
+fn join_continued_lines(text: &str) -> String {
     let (mut whole, mut owed) = (String::with_capacity(text.len()), 0);
     for line in text.lines() {
         if let Some(begun) = line.strip_suffix('\\') {

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use colluvium_points::{Feature, Outline, Polygon, Ring};
+use colluvium_points::{Outline, OutlineFeature, Polygon, Ring};
 use geojson::{GeoJson, GeometryValue, Position};
 use shapefile::dbase::{self, FieldValue};
 use shapefile::{PolygonRing, Shape};
 
-use crate::{FileError, ending, of, prj, read_text, system, unknown};
+use crate::{FileError, error_in_file, extension, prj, read_text, system, unknown_format};
 
 /// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: what lies in any of them, and
 /// in none of its own holes. Features without geometry, and those whose row of the table beside a shapefile is deleted, do not count.
@@ -27,27 +27,27 @@ pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
 ///
 /// # Errors
 /// As [`read_outlines`]; when a feature has no such number.
-pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<Feature>, FileError> {
+pub fn read_features(file: &Path, attribute: &str) -> Result<Vec<OutlineFeature>, FileError> {
     let features = features(file, Some(attribute))?.into_iter().enumerate();
     let mut found = Vec::new();
     for (number, feature) in features.filter(|(_, feature)| !feature.polygons.is_empty()) {
         let number = number + 1;
-        let thickness = feature
-            .number
-            .map_err(|why| of(file)(format!("feature {number} has no number under {attribute:?}: {why}")))?;
-        found.push(Feature { number, outline: outline(file, feature.polygons)?, thickness });
+        let thickness = feature.number.map_err(|why| {
+            error_in_file(file)(format!("feature {number} has no number under {attribute:?}: {why}"))
+        })?;
+        found.push(OutlineFeature { number, outline: outline(file, feature.polygons)?, thickness });
     }
     Ok(found)
 }
 
 /// A feature of a file, and the number that it has under the name that is asked for, or why it has none.
-struct Polygons {
+struct FeaturePolygons {
     polygons: Vec<Polygon>,
     number: Result<f64, String>,
 }
 
 /// The reason for which a feature with these names has no number.
-fn unnamed<'n>(names: impl Iterator<Item = &'n String>) -> String {
+fn missing_attribute<'n>(names: impl Iterator<Item = &'n String>) -> String {
     let mut names: Vec<&str> = names.map(String::as_str).take(20).collect();
     names.sort_unstable();
     if names.is_empty() {
@@ -57,31 +57,33 @@ fn unnamed<'n>(names: impl Iterator<Item = &'n String>) -> String {
     }
 }
 
-fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, FileError> {
-    match ending(file).as_str() {
-        "geojson" | "json" => of_geojson(&read_text(file)?, attribute).map_err(of(file)),
-        "shp" => prj::check(file).and_then(|()| of_shapefile(file, attribute)).map_err(of(file)),
-        _ => Err(unknown(file, ".geojson, .json or .shp")),
+fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, FileError> {
+    match extension(file).as_str() {
+        "geojson" | "json" => geojson_features(&read_text(file)?, attribute).map_err(error_in_file(file)),
+        "shp" => prj::check_metres(file)
+            .and_then(|()| shapefile_features(file, attribute))
+            .map_err(error_in_file(file)),
+        _ => Err(unknown_format(file, ".geojson, .json or .shp")),
     }
 }
 
 fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
-    let outline = Outline::new(polygons).map_err(of(file))?;
+    let outline = Outline::new(polygons).map_err(error_in_file(file))?;
     let (low, high) = outline.bounds();
     // No terrain of a case is this small in metres and lies there; degrees do.
     let like_degrees =
-        ending(file) != "shp" && (0..2).all(|c| low[c].abs() <= 180.0 && high[c] - low[c] < 0.5);
+        extension(file) != "shp" && (0..2).all(|c| low[c].abs() <= 180.0 && high[c] - low[c] < 0.5);
     if like_degrees {
         let problem = format!(
             "seems to lie in degrees ({low:?} to {high:?}): project it to metres, for example to UTM"
         );
-        return Err(of(file)(problem));
+        return Err(error_in_file(file)(problem));
     }
     Ok(outline)
 }
 
 /// The value under a name, or under the only name that differs from it in capitals alone.
-fn named<'a, T>(all: impl Iterator<Item = (&'a String, T)> + Clone, name: &str) -> Option<T> {
+fn find_attribute<'a, T>(all: impl Iterator<Item = (&'a String, T)> + Clone, name: &str) -> Option<T> {
     let exact = all.clone().find(|(own, _)| *own == name);
     let mut alike = all.filter(|(own, _)| own.to_lowercase() == name.to_lowercase());
     let only = alike.next().filter(|_| alike.next().is_none());
@@ -89,13 +91,13 @@ fn named<'a, T>(all: impl Iterator<Item = (&'a String, T)> + Clone, name: &str) 
 }
 
 /// Fault of a feature of another kind.
-fn no_polygon(kind: &str) -> String {
+fn not_a_polygon(kind: &str) -> String {
     format!("is a {kind}, and only polygons are taken: take it out of the file, or draw it as a polygon")
 }
 
-fn of_geojson(text: &str, attribute: Option<&str>) -> Result<Vec<Polygons>, String> {
+fn geojson_features(text: &str, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
     let parsed: GeoJson = text.parse().map_err(|error| format!("is not GeoJSON: {error}"))?;
-    system::of_geojson(&parsed)?.map_or(Ok(()), |system| system.check())?;
+    system::geojson_system(&parsed)?.map_or(Ok(()), |system| system.check())?;
     let feature =
         |(index, geometry, properties): (usize, Option<geojson::Geometry>, Option<geojson::JsonObject>)| {
             let mut polygons = Vec::new();
@@ -103,10 +105,11 @@ fn of_geojson(text: &str, attribute: Option<&str>) -> Result<Vec<Polygons>, Stri
             added.map_err(|problem| format!("feature {}: {problem}", index + 1))?;
             let number = attribute.map_or(Err(String::new()), |name| {
                 let properties = properties.unwrap_or_default();
-                let value = named(properties.iter(), name).ok_or_else(|| unnamed(properties.keys()))?;
+                let value = find_attribute(properties.iter(), name)
+                    .ok_or_else(|| missing_attribute(properties.keys()))?;
                 value.as_f64().ok_or_else(|| format!("it is {value}"))
             });
-            Ok(Polygons { polygons, number })
+            Ok(FeaturePolygons { polygons, number })
         };
     match parsed {
         GeoJson::Geometry(geometry) => Ok(vec![feature((0, Some(geometry), None))?]),
@@ -134,15 +137,16 @@ fn add(geometry: &GeometryValue, polygons: &mut Vec<Polygon>) -> Result<(), Stri
         GeometryValue::GeometryCollection { geometries } => {
             geometries.iter().try_for_each(|inner| add(&inner.value, polygons))
         }
-        other => Err(no_polygon(other.type_name())),
+        other => Err(not_a_polygon(other.type_name())),
     }
 }
 
-fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, String> {
+fn shapefile_features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
     let wrong = |error: shapefile::Error| format!("is not a shapefile that can be read: {error}");
     let shapes = shapefile::read_shapes(file).map_err(wrong)?;
-    let table = table(file);
-    let is_deleted = table.as_ref().map_or_else(|| Ok(vec![false; shapes.len()]), |table| deleted(table))?;
+    let table = attribute_table(file);
+    let is_deleted =
+        table.as_ref().map_or_else(|| Ok(vec![false; shapes.len()]), |table| deleted_rows(table))?;
     if is_deleted.len() != shapes.len() {
         return Err(format!(
             "its shapes are {}, and the rows of the .dbf beside it {}: they do not belong together; write the shapefile anew",
@@ -150,39 +154,43 @@ fn of_shapefile(file: &Path, attribute: Option<&str>) -> Result<Vec<Polygons>, S
             is_deleted.len()
         ));
     }
-    let records = attribute.map_or_else(|| Ok(Vec::new()), |_| records(table.as_deref()))?;
+    let records = attribute.map_or_else(|| Ok(Vec::new()), |_| attribute_rows(table.as_deref()))?;
     let mut records = records.iter();
     let feature = |((index, shape), is_deleted): ((usize, Shape), bool)| {
         if is_deleted {
-            return Ok(Polygons { polygons: Vec::new(), number: Err("its row is deleted".to_owned()) });
+            return Ok(FeaturePolygons {
+                polygons: Vec::new(),
+                number: Err("its row is deleted".to_owned()),
+            });
         }
         // Rows that are deleted are not among the records.
         let record = records.next();
         let number = attribute.map_or(Err(String::new()), |name| {
             let record = record.ok_or("the .dbf beside it has fewer rows")?;
             let fields = record.as_ref();
-            let value = named(fields.iter(), name).ok_or_else(|| unnamed(fields.keys()))?;
+            let value =
+                find_attribute(fields.iter(), name).ok_or_else(|| missing_attribute(fields.keys()))?;
             number(value).ok_or_else(|| format!("it is {value}"))
         });
         let polygons = polygons(&shape).map_err(|problem| format!("feature {}: {problem}", index + 1))?;
-        Ok(Polygons { polygons, number })
+        Ok(FeaturePolygons { polygons, number })
     };
     shapes.into_iter().enumerate().zip(is_deleted).map(feature).collect()
 }
 
 /// The table of attributes beside a shapefile, where there is one.
-fn table(file: &Path) -> Option<PathBuf> {
+fn attribute_table(file: &Path) -> Option<PathBuf> {
     ["dbf", "DBF"].map(|ending| file.with_extension(ending)).into_iter().find(|path| path.is_file())
 }
 
 /// Rows of a table of attributes, without those that are deleted.
-fn records(table: Option<&Path>) -> Result<Vec<dbase::Record>, String> {
+fn attribute_rows(table: Option<&Path>) -> Result<Vec<dbase::Record>, String> {
     let table = table.ok_or("has no .dbf beside it, which holds its attributes")?;
     dbase::read(table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))
 }
 
 /// Whether each row of a table of attributes is marked as deleted (dBASE III: the first byte of a row).
-fn deleted(table: &Path) -> Result<Vec<bool>, String> {
+fn deleted_rows(table: &Path) -> Result<Vec<bool>, String> {
     let bytes =
         std::fs::read(table).map_err(|error| format!("the .dbf beside it cannot be read: {error}"))?;
     let cut = || "the .dbf beside it is cut short".to_owned();
@@ -210,10 +218,10 @@ fn number(value: &FieldValue) -> Option<f64> {
 fn polygons(shape: &Shape) -> Result<Vec<Polygon>, String> {
     let found = match shape {
         Shape::NullShape => Some(Vec::new()),
-        Shape::Polygon(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
-        Shape::PolygonZ(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
-        Shape::PolygonM(polygon) => nested(polygon.rings(), |p| [p.x, p.y]),
-        other => return Err(no_polygon(&other.shapetype().to_string())),
+        Shape::Polygon(polygon) => group_rings(polygon.rings(), |p| [p.x, p.y]),
+        Shape::PolygonZ(polygon) => group_rings(polygon.rings(), |p| [p.x, p.y]),
+        Shape::PolygonM(polygon) => group_rings(polygon.rings(), |p| [p.x, p.y]),
+        other => return Err(not_a_polygon(&other.shapetype().to_string())),
     };
     found.ok_or_else(|| {
         "a ring within another runs the same way round, so that it is no hole: repair the geometry (in QGIS with “Fix geometries”)"
@@ -224,7 +232,7 @@ fn polygons(shape: &Shape) -> Result<Vec<Polygon>, String> {
 /// The polygons of a record, whose rings stand in any order: those that run with the clock are outer ones, and the others are holes of
 /// the smallest outer one around them. A hole that lies in none is a polygon drawn the wrong way round. `None` where an outer ring lies
 /// within another and in no hole of it.
-fn nested<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Option<Vec<Polygon>> {
+fn group_rings<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Option<Vec<Polygon>> {
     let corners = |ring: &PolygonRing<P>| -> Ring { ring.points().iter().map(&place).collect() };
     let is_outer = |ring: &&PolygonRing<P>| matches!(ring, PolygonRing::Outer(_));
     let (outer, inner): (Vec<_>, Vec<_>) = rings.iter().partition(is_outer);
@@ -274,7 +282,7 @@ mod tests {
         };
         let (outer, hole) =
             (|size| PolygonRing::Outer(square(size)), |size| PolygonRing::Inner(square(size)));
-        let found = |rings: &[PolygonRing<shapefile::Point>]| nested(rings, |p| [p.x, p.y]);
+        let found = |rings: &[PolygonRing<shapefile::Point>]| group_rings(rings, |p| [p.x, p.y]);
         let area = |polygons: Vec<Polygon>| Outline::new(polygons).unwrap().area();
         assert!((area(found(&[outer(4.0), hole(3.0)]).unwrap()) - 28.0).abs() < 1e-9);
         assert!((area(found(&[outer(4.0), hole(3.0), outer(1.0)]).unwrap()) - 32.0).abs() < 1e-9);

@@ -4,36 +4,38 @@ use std::path::Path;
 
 use colluvium_points::Georeference;
 
-use crate::band::{is_length, metres};
-use crate::well_known::{code_of, is_well_known, opened};
+use crate::band::{is_length, metres_per_unit};
+use crate::well_known::{epsg_code, is_well_known, visit_brackets};
 use crate::{band, proj, projection};
 
 /// Share by which a unit may be off the metre.
-const EXACT: f64 = 1e-9;
+const UNIT_TOLERANCE: f64 = 1e-9;
 
 /// The text of the `.prj` beside a file, where there is one.
-pub(crate) fn text(file: &Path) -> Result<Option<String>, String> {
+pub(crate) fn read_text(file: &Path) -> Result<Option<String>, String> {
     let beside = ["prj", "PRJ"].map(|ending| file.with_extension(ending));
     let Some(prj) = beside.iter().find(|path| path.is_file()) else { return Ok(None) };
     let read =
         crate::read_text(prj).map_err(|error| format!("{} beside it {}", file_name(prj), error.problem))?;
-    understood(read.trim()).map(Some).map_err(|problem| format!("{} beside it {problem}", file_name(prj)))
+    to_well_known_text(read.trim())
+        .map(Some)
+        .map_err(|problem| format!("{} beside it {problem}", file_name(prj)))
 }
 
 /// A text as well-known text, where it is a number of the EPSG registry or a text of PROJ; others as they are.
-fn understood(text: &str) -> Result<String, String> {
+fn to_well_known_text(text: &str) -> Result<String, String> {
     let words = text.lines().filter_map(|line| line.split_whitespace().next());
     let is_of_arcinfo =
         words.map(str::to_lowercase).any(|word| ["projection", "units"].contains(&word.as_str()));
     if text.is_empty() || is_well_known(text) {
         return Ok(text.to_owned());
     }
-    if proj::is_text(text) {
-        return proj::well_known(text);
+    if proj::is_proj_string(text) {
+        return proj::to_well_known_text(text);
     }
-    if let Some(code) = code_of(text) {
+    if let Some(code) = epsg_code(text) {
         let problem = || format!("names EPSG:{code}, which is not known: write it as well-known text");
-        return projection::text_of(code).map(str::to_owned).ok_or_else(problem);
+        return projection::epsg_well_known_text(code).map(str::to_owned).ok_or_else(problem);
     }
     if is_of_arcinfo {
         return Ok(text.to_owned());
@@ -49,14 +51,16 @@ fn file_name(file: &Path) -> String {
 }
 
 /// Looks whether the `.prj` beside a file, or the `.aux.xml` of GDAL, says that it lies in metres. What has none is taken as such.
-pub(crate) fn check(file: &Path) -> Result<(), String> {
+pub(crate) fn check_metres(file: &Path) -> Result<(), String> {
     let of_gdal = || {
-        Ok::<_, String>(band::beside(file)?.crs.map(|text| (format!("{}.aux.xml", file_name(file)), text)))
+        Ok::<_, String>(
+            band::sidecar_band(file)?.crs.map(|text| (format!("{}.aux.xml", file_name(file)), text)),
+        )
     };
-    let own = text(file)?.map(|text| (file_name(&file.with_extension("prj")), text));
+    let own = read_text(file)?.map(|text| (file_name(&file.with_extension("prj")), text));
     let Some((beside, text)) = own.map_or_else(of_gdal, |own| Ok(Some(own)))? else { return Ok(()) };
-    match other_unit(&text) {
-        None => match projection::unlike_the_ground(&text) {
+    match non_metre_unit(&text) {
+        None => match projection::length_distortion(&text) {
             Some(fault) => Err(format!("{beside} beside it says that it {fault}")),
             None => Ok(()),
         },
@@ -68,34 +72,34 @@ pub(crate) fn check(file: &Path) -> Result<(), String> {
 }
 
 /// The name of the system of a well-known text.
-pub(crate) fn name_of(text: &str) -> Option<String> {
+pub(crate) fn system_name(text: &str) -> Option<String> {
     let after = text.split_once(['[', '('])?.1;
-    projection::quoted(after).map(str::to_owned)
+    projection::quoted_name(after).map(str::to_owned)
 }
 
 /// Puts the system of the text beside a raster's file into its reference.
-pub(crate) fn refer(reference: &mut Georeference, text: Option<String>) {
+pub(crate) fn set_georeference(reference: &mut Georeference, text: Option<String>) {
     let text = text.filter(|text| is_well_known(text));
     (reference.epsg, reference.crs) = (text.as_deref().and_then(epsg), text);
 }
 
 /// The unit of coordinates or heights that is not the metre, where there is one.
-pub(crate) fn other_unit(text: &str) -> Option<String> {
-    let units = if is_well_known(text) { units_of(text) } else { named_units(text) };
+pub(crate) fn non_metre_unit(text: &str) -> Option<String> {
+    let units = if is_well_known(text) { length_units(text) } else { arcinfo_units(text) };
     // A unit whose size is not known is none that is the metre.
-    let is_metre = |metres: Option<f64>| metres.is_some_and(|metres| (metres - 1.0).abs() <= EXACT);
-    let is_named_otherwise = |unit: &str| is_length(unit) && metres(unit) != Some(1.0);
+    let is_metre = |metres: Option<f64>| metres.is_some_and(|metres| (metres - 1.0).abs() <= UNIT_TOLERANCE);
+    let is_named_otherwise = |unit: &str| is_length(unit) && metres_per_unit(unit) != Some(1.0);
     let other = |(unit, metres): &(String, Option<f64>)| !is_metre(*metres) || is_named_otherwise(unit);
     units.into_iter().find(other).map(|(unit, _)| unit)
 }
 
 /// Name and metres of the unit in which a well-known text counts heights, where it has some.
-pub(crate) fn unit_of_heights(text: &str) -> Option<(String, Option<f64>)> {
+pub(crate) fn height_unit(text: &str) -> Option<(String, Option<f64>)> {
     let mut found = None;
-    opened(text, |open, after| {
+    visit_brackets(text, |open, after| {
         let vertical =
             |name: &String| ["VERT_CS", "VERTCS", "VERTCRS", "VERTICALCRS"].contains(&name.as_str());
-        let own = open.iter().any(vertical).then(|| unit(open, after)).flatten()?;
+        let own = open.iter().any(vertical).then(|| unit_after(open, after)).flatten()?;
         found = found.take().or(Some(own));
         Some(())
     });
@@ -106,7 +110,7 @@ pub(crate) fn unit_of_heights(text: &str) -> Option<(String, Option<f64>)> {
 pub(crate) fn epsg(text: &str) -> Option<u32> {
     let projected = |name: &String| ["PROJCS", "PROJCRS", "PROJECTEDCRS"].contains(&name.as_str());
     let mut found = None;
-    opened(text, |open, after| {
+    visit_brackets(text, |open, after| {
         let (keyword, above) = open.split_last()?;
         let is_own = above.last().is_some_and(projected) && ["AUTHORITY", "ID"].contains(&keyword.as_str());
         let after = after.trim_start().strip_prefix("\"EPSG\"").filter(|_| is_own)?;
@@ -118,17 +122,17 @@ pub(crate) fn epsg(text: &str) -> Option<u32> {
 }
 
 /// Units of coordinates and heights, and how many metres they are; none of angles.
-fn units_of(text: &str) -> Vec<(String, Option<f64>)> {
+fn length_units(text: &str) -> Vec<(String, Option<f64>)> {
     let mut units = Vec::new();
-    opened(text, |open, after| {
-        units.push(unit(open, after)?);
+    visit_brackets(text, |open, after| {
+        units.push(unit_after(open, after)?);
         Some(())
     });
     units
 }
 
 /// The unit that has just been opened, where it is one of places.
-fn unit(open: &[String], after: &str) -> Option<(String, Option<f64>)> {
+fn unit_after(open: &[String], after: &str) -> Option<(String, Option<f64>)> {
     let (keyword, above) = open.split_last()?;
     // Ellipsoids, parameters of projections and what a projection goes out from have units of their own.
     let inner = |name: &String| {
@@ -165,7 +169,7 @@ fn unit(open: &[String], after: &str) -> Option<(String, Option<f64>)> {
 }
 
 /// The lines `Units METERS` and `Zunits METERS` of ArcInfo; `Zunits NO` says that there are no heights.
-fn named_units(text: &str) -> Vec<(String, Option<f64>)> {
+fn arcinfo_units(text: &str) -> Vec<(String, Option<f64>)> {
     let words = text.lines().filter_map(|line| line.split_once(char::is_whitespace));
     let named = words.map(|(key, unit)| (key.to_lowercase(), unit.trim()));
     let units =
@@ -177,7 +181,7 @@ fn named_units(text: &str) -> Vec<(String, Option<f64>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::well_known::in_plan;
+    use crate::well_known::horizontal_part;
 
     const DEGREES: &str = r#"GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]]"#;
 
@@ -190,7 +194,7 @@ mod tests {
     fn checked(text: &str) -> Result<(), String> {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("area.prj"), text).unwrap();
-        check(&folder.path().join("area.shp"))
+        check_metres(&folder.path().join("area.shp"))
     }
 
     #[test]
@@ -246,8 +250,8 @@ mod tests {
         (numbered.reference.crs, numbered.reference.epsg) = (Some("a name".to_owned()), Some(31254));
         crate::write_raster(&file("c.asc"), &numbered).unwrap();
         assert_eq!(crate::read_raster(&file("c.asc")).unwrap().reference.epsg, Some(31254));
-        let system = crate::read_system(&file("c.asc")).unwrap();
-        assert!(system.differs(&crate::read_system(&file("b.tif")).unwrap()), "{system}");
+        let system = crate::read_reference_system(&file("c.asc")).unwrap();
+        assert!(system.differs(&crate::read_reference_system(&file("b.tif")).unwrap()), "{system}");
     }
 
     #[test]
@@ -275,7 +279,7 @@ mod tests {
         assert!(checked("Projection GEOGRAPHIC\nUnits DD\n").unwrap_err().contains("DD"));
         assert_eq!(checked("Projection UTM\nZunits NO\nUnits METERS\n"), Ok(()));
         assert!(checked("Projection UTM\nZunits FEET\nUnits METERS\n").unwrap_err().contains("FEET"));
-        assert_eq!(check(Path::new("/nowhere/area.shp")), Ok(()));
+        assert_eq!(check_metres(Path::new("/nowhere/area.shp")), Ok(()));
     }
 
     #[test]
@@ -303,7 +307,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let system = |text: &str| {
             std::fs::write(folder.path().join("a.prj"), text).unwrap();
-            crate::read_system(&folder.path().join("a.shp")).unwrap()
+            crate::read_reference_system(&folder.path().join("a.shp")).unwrap()
         };
         let utm = system("EPSG:26910");
         assert!(!system("+proj=utm +zone=10 +datum=NAD83").differs(&utm));
@@ -316,9 +320,9 @@ mod tests {
         let heights = r#"VERTCS["NAVD88_height",VDATUM["x"],UNIT["Meter",1.0]]"#;
         for text in [own.clone(), format!("{own},{heights}"), format!(r#"COMPD_CS["both",{own},{heights}]"#)]
         {
-            assert_eq!(in_plan(&text), own);
+            assert_eq!(horizontal_part(&text), own);
         }
-        assert_eq!(in_plan("UTM + heights (ft)"), "UTM");
-        assert_eq!((in_plan(DEGREES), in_plan("PROJCS[\"cut")), (DEGREES, "PROJCS[\"cut"));
+        assert_eq!(horizontal_part("UTM + heights (ft)"), "UTM");
+        assert_eq!((horizontal_part(DEGREES), horizontal_part("PROJCS[\"cut")), (DEGREES, "PROJCS[\"cut"));
     }
 }

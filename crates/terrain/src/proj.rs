@@ -48,7 +48,7 @@ const UNITS: [(&str, f64); 7] = [
 ];
 
 /// Whether a text is one of PROJ.
-pub(crate) fn is_text(text: &str) -> bool {
+pub(crate) fn is_proj_string(text: &str) -> bool {
     text.contains("+proj=") || text.contains("+init=")
 }
 
@@ -56,14 +56,14 @@ pub(crate) fn is_text(text: &str) -> bool {
 ///
 /// # Errors
 /// When the projection is none that is known.
-pub(crate) fn well_known(text: &str) -> Result<String, String> {
+pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
     let words = text.split_whitespace().filter_map(|word| word.strip_prefix('+'));
     let said: HashMap<&str, &str> = words.map(|word| word.split_once('=').unwrap_or((word, ""))).collect();
     let unread = || {
         format!("names its system by a text of PROJ that is not read, {text:?}: write it as well-known text")
     };
-    if let Some(code) = said.get("init").and_then(|init| crate::well_known::code_of(init)) {
-        return crate::projection::text_of(code).map(str::to_owned).ok_or_else(unread);
+    if let Some(code) = said.get("init").and_then(|init| crate::well_known::epsg_code(init)) {
+        return crate::projection::epsg_well_known_text(code).map(str::to_owned).ok_or_else(unread);
     }
     let name = *said.get("proj").ok_or_else(unread)?;
     const GLOBE: &str = r#"DATUM["unknown"],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]"#;

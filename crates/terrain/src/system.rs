@@ -7,40 +7,46 @@ use std::path::Path;
 
 use geojson::{GeoJson, GeometryValue, JsonObject, JsonValue};
 
-use crate::projection::{self, Projection};
-use crate::{band, ending, geotiff, prj, proj, read_text, well_known};
+use crate::projection::{self, MapProjection};
+use crate::{band, extension, geotiff, prj, proj, read_text, well_known};
 
 /// Coordinate reference system in plan of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MapSystem {
+pub struct CoordinateReferenceSystem {
     epsg: Option<u32>,
     name: Option<String>,
-    projection: Option<Projection>,
+    projection: Option<MapProjection>,
     /// Why its lengths are not those on the ground.
-    fault: Option<&'static str>,
+    length_distortion: Option<&'static str>,
     /// Its unit where that is not the metre.
     unit: Option<String>,
 }
 
-impl MapSystem {
+impl CoordinateReferenceSystem {
     fn new(epsg: Option<u32>, name: Option<String>, text: Option<&str>) -> Self {
         // A number may be that of a system in plan with one of heights.
-        let in_plan = epsg.and_then(projection::text_of).and_then(prj::epsg);
+        let in_plan = epsg.and_then(projection::epsg_well_known_text).and_then(prj::epsg);
         let epsg = in_plan.or(epsg);
-        let registered = epsg.and_then(projection::text_of);
-        let own = text.and_then(Projection::of_text);
-        let name = registered.and_then(prj::name_of).or(name);
-        let fault = text.or(registered).and_then(projection::unlike_the_ground);
-        let unit = text.or(registered).and_then(prj::other_unit);
-        Self { epsg, name, projection: own.or(registered.and_then(Projection::of_text)), fault, unit }
+        let registered = epsg.and_then(projection::epsg_well_known_text);
+        let own = text.and_then(MapProjection::from_well_known_text);
+        let name = registered.and_then(prj::system_name).or(name);
+        let fault = text.or(registered).and_then(projection::length_distortion);
+        let unit = text.or(registered).and_then(prj::non_metre_unit);
+        Self {
+            epsg,
+            name,
+            projection: own.or(registered.and_then(MapProjection::from_well_known_text)),
+            length_distortion: fault,
+            unit,
+        }
     }
 
-    fn of_well_known_text(text: &str) -> Self {
-        Self::new(prj::epsg(text), prj::name_of(text), Some(text))
+    fn from_well_known_text(text: &str) -> Self {
+        Self::new(prj::epsg(text), prj::system_name(text), Some(text))
     }
 
     /// Of a member `crs` of GeoJSON (2008): by name, or by its number in the EPSG registry.
-    fn of_member(crs: &JsonValue) -> Result<Self, String> {
+    fn from_crs_member(crs: &JsonValue) -> Result<Self, String> {
         let property = |key: &str| crs.get("properties").and_then(|properties| properties.get(key));
         if crs.get("type").and_then(JsonValue::as_str) == Some("link") {
             let place = property("href").map_or_else(String::new, ToString::to_string);
@@ -50,7 +56,7 @@ impl MapSystem {
             ));
         }
         if let Some(name) = crs.as_str().or_else(|| property("name").and_then(JsonValue::as_str)) {
-            return Self::of_name(name);
+            return Self::from_name(name);
         }
         let code = property("code").map(|code| code.to_string().trim_matches('"').to_owned());
         match code.as_ref().and_then(|code| code.rsplit(':').next()?.parse().ok()) {
@@ -63,14 +69,14 @@ impl MapSystem {
     }
 
     /// Of a name, a well-known text or a text of PROJ.
-    fn of_name(name: &str) -> Result<Self, String> {
+    fn from_name(name: &str) -> Result<Self, String> {
         if well_known::is_well_known(name) {
-            return Ok(Self::of_well_known_text(name));
+            return Ok(Self::from_well_known_text(name));
         }
-        if proj::is_text(name) {
-            return proj::well_known(name).map(|text| Self::of_well_known_text(&text));
+        if proj::is_proj_string(name) {
+            return proj::to_well_known_text(name).map(|text| Self::from_well_known_text(&text));
         }
-        Ok(Self::new(well_known::code_of(name), Some(name.to_owned()), None))
+        Ok(Self::new(well_known::epsg_code(name), Some(name.to_owned()), None))
     }
 
     /// Whether two systems are known to differ. Where one has no number in the EPSG registry, projections are compared.
@@ -92,7 +98,7 @@ impl MapSystem {
     pub(crate) fn check(&self) -> Result<(), String> {
         let in_degrees =
             self.name.as_deref().is_some_and(|name| name.ends_with("CRS84") || name.ends_with("CRS83"));
-        if let Some(fault) = self.fault {
+        if let Some(fault) = self.length_distortion {
             return Err(format!("says that it {fault}"));
         }
         let other = self.unit.clone().or(in_degrees.then(|| "degree".to_owned()));
@@ -108,7 +114,7 @@ impl MapSystem {
     }
 }
 
-impl fmt::Display for MapSystem {
+impl fmt::Display for CoordinateReferenceSystem {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.epsg, self.name.as_deref()) {
             (Some(code), Some(name)) if !name.contains(&code.to_string()) => {
@@ -122,44 +128,45 @@ impl fmt::Display for MapSystem {
 }
 
 /// Coordinate reference system that a raster or an outline says it lies in; `None` where it says nothing, or cannot be read.
-pub fn read_system(file: &Path) -> Option<MapSystem> {
-    match ending(file).as_str() {
+pub fn read_reference_system(file: &Path) -> Option<CoordinateReferenceSystem> {
+    match extension(file).as_str() {
         "tif" | "tiff" => {
-            if let Some(text) = band::beside(file).ok()?.crs {
-                return well_known::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text));
+            if let Some(text) = band::sidecar_band(file).ok()?.crs {
+                return well_known::is_well_known(&text)
+                    .then(|| CoordinateReferenceSystem::from_well_known_text(&text));
             }
-            let (epsg, name) = geotiff::system(BufReader::new(File::open(file).ok()?)).ok()?;
+            let (epsg, name) = geotiff::read_reference_system(BufReader::new(File::open(file).ok()?)).ok()?;
             if epsg.is_none() && name.is_none() {
-                return of_text_beside(file);
+                return sidecar_system(file);
             }
             let text = name.clone().filter(|text| well_known::is_well_known(text));
-            let name = text.as_deref().map_or(name, prj::name_of);
-            Some(MapSystem::new(epsg, name, text.as_deref()))
+            let name = text.as_deref().map_or(name, prj::system_name);
+            Some(CoordinateReferenceSystem::new(epsg, name, text.as_deref()))
         }
-        "geojson" | "json" => of_geojson(&read_text(file).ok()?.parse().ok()?).ok()?,
-        "asc" | "grd" | "txt" | "shp" => of_text_beside(file),
+        "geojson" | "json" => geojson_system(&read_text(file).ok()?.parse().ok()?).ok()?,
+        "asc" | "grd" | "txt" | "shp" => sidecar_system(file),
         _ => None,
     }
 }
 
 /// The system of the `.prj` beside a file, or of the `.aux.xml` of GDAL.
-fn of_text_beside(file: &Path) -> Option<MapSystem> {
-    let of_gdal = || band::beside(file).ok()?.crs;
-    let text = prj::text(file).ok()?.or_else(of_gdal)?;
-    well_known::is_well_known(&text).then(|| MapSystem::of_well_known_text(&text))
+fn sidecar_system(file: &Path) -> Option<CoordinateReferenceSystem> {
+    let of_gdal = || band::sidecar_band(file).ok()?.crs;
+    let text = prj::read_text(file).ok()?.or_else(of_gdal)?;
+    well_known::is_well_known(&text).then(|| CoordinateReferenceSystem::from_well_known_text(&text))
 }
 
 /// The system of the members `crs`, which files have that are not in degrees: of the file, its features and their geometries.
 ///
 /// # Errors
 /// When a member names a system in a way that is not read, or members name several systems.
-pub(crate) fn of_geojson(parsed: &GeoJson) -> Result<Option<MapSystem>, String> {
-    let mut found: Option<MapSystem> = None;
+pub(crate) fn geojson_system(parsed: &GeoJson) -> Result<Option<CoordinateReferenceSystem>, String> {
+    let mut found: Option<CoordinateReferenceSystem> = None;
     let mut take = |members: Option<&JsonObject>| {
         let Some(crs) = members.and_then(|members| members.get("crs")).filter(|crs| !crs.is_null()) else {
             return Ok(());
         };
-        let system = MapSystem::of_member(crs)?;
+        let system = CoordinateReferenceSystem::from_crs_member(crs)?;
         if let Some(other) = found.as_ref().filter(|found| **found != system) {
             return Err(format!(
                 "names several coordinate reference systems, {other} and {system}: write it in one"
@@ -179,14 +186,14 @@ pub(crate) fn of_geojson(parsed: &GeoJson) -> Result<Option<MapSystem>, String> 
     Ok(found)
 }
 
-type Take<'a> = dyn FnMut(Option<&JsonObject>) -> Result<(), String> + 'a;
+type CrsVisitor<'a> = dyn FnMut(Option<&JsonObject>) -> Result<(), String> + 'a;
 
-fn each_feature(feature: &geojson::Feature, take: &mut Take<'_>) -> Result<(), String> {
+fn each_feature(feature: &geojson::Feature, take: &mut CrsVisitor<'_>) -> Result<(), String> {
     take(feature.foreign_members.as_ref())?;
     feature.geometry.iter().try_for_each(|geometry| each_geometry(geometry, take))
 }
 
-fn each_geometry(geometry: &geojson::Geometry, take: &mut Take<'_>) -> Result<(), String> {
+fn each_geometry(geometry: &geojson::Geometry, take: &mut CrsVisitor<'_>) -> Result<(), String> {
     take(geometry.foreign_members.as_ref())?;
     match &geometry.value {
         GeometryValue::GeometryCollection { geometries } => {
@@ -213,14 +220,14 @@ mod tests {
             let text = format!(
                 r#"{{"type": "FeatureCollection", "crs": {{"type": "name", "properties": {{"name": "{code}"}}}}, "features": []}}"#
             );
-            read_system(&file(folder.path(), "a.geojson", &text)).unwrap()
+            read_reference_system(&file(folder.path(), "a.geojson", &text)).unwrap()
         };
         let esri = |meridian: f64| {
             let text = format!(
                 r#"PROJCS["ETRS_1989_UTM",GEOGCS["x",DATUM["x",SPHEROID["x",6378137.0,298.25]],PRIMEM["x",0.0],UNIT["Degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],PARAMETER["False_Easting",500000.0],PARAMETER["False_Northing",0.0],PARAMETER["Central_Meridian",{meridian:.1}],UNIT["Meter",1.0]]"#
             );
             file(folder.path(), "b.prj", &text);
-            read_system(&folder.path().join("b.shp")).unwrap()
+            read_reference_system(&folder.path().join("b.shp")).unwrap()
         };
         let utm = json("urn:ogc:def:crs:EPSG::25832");
         assert!(utm.differs(&json("EPSG:31254")) && !utm.differs(&json("EPSG:25832")));
@@ -242,13 +249,17 @@ mod tests {
         assert!(!json("EPSG:25832+5783").differs(&utm) && json("EPSG:31254+5783").differs(&utm));
         assert!(json("EPSG:3857").check().unwrap_err().contains("Web Mercator"));
         assert!(!json("ESRI:102100").is_comparable(&utm));
-        let own = MapSystem::of_well_known_text(r#"LOCAL_CS["site grid",UNIT["metre",1]]"#);
+        let own = CoordinateReferenceSystem::from_well_known_text(r#"LOCAL_CS["site grid",UNIT["metre",1]]"#);
         assert!(!own.is_comparable(&utm) && own.is_comparable(&own) && esri(9.0).is_comparable(&utm));
         assert_eq!(
-            read_system(&file(folder.path(), "c.geojson", r#"{"type": "Point", "coordinates": [0, 0]}"#)),
+            read_reference_system(&file(
+                folder.path(),
+                "c.geojson",
+                r#"{"type": "Point", "coordinates": [0, 0]}"#
+            )),
             None
         );
-        assert_eq!(read_system(&folder.path().join("none.tif")), None);
+        assert_eq!(read_reference_system(&folder.path().join("none.tif")), None);
     }
 
     #[test]
@@ -256,16 +267,17 @@ mod tests {
         let first = r#"COMPD_CS["a + b",PROJCS["MGI / Austria GK West",GEOGCS["MGI",DATUM["x",SPHEROID["x",6377397,299.15,AUTHORITY["EPSG","7004"]]],UNIT["degree",0.0174532925199433,AUTHORITY["EPSG","9122"]],AUTHORITY["EPSG","4312"]],PROJECTION["Transverse_Mercator"],PARAMETER["central_meridian",10.3333333333333],PARAMETER["false_easting",0],PARAMETER["false_northing",-5000000],UNIT["metre",1],AUTHORITY["EPSG","31254"]],VERT_CS["b",AUTHORITY["EPSG","5778"]]]"#;
         let second = r#"PROJCRS["WGS 84 / UTM zone 33N",BASEGEOGCRS["WGS 84",ID["EPSG",4326]],CONVERSION["UTM zone 33N",METHOD["Transverse Mercator",ID["EPSG",9807]],PARAMETER["Longitude of natural origin",15,ANGLEUNIT["degree",0.0174532925199433]],PARAMETER["False easting",500000],PARAMETER["False northing",0]],CS[Cartesian,2],ID["EPSG",32633]]"#;
         for (text, code) in [(first, 31254), (second, 32633)] {
-            let system = MapSystem::of_well_known_text(text);
+            let system = CoordinateReferenceSystem::from_well_known_text(text);
             assert_eq!(system.epsg, Some(code));
-            let registered = projection::text_of(code).and_then(Projection::of_text).unwrap();
+            let registered =
+                projection::epsg_well_known_text(code).and_then(MapProjection::from_well_known_text).unwrap();
             assert!(!system.projection.unwrap().differs(&registered), "{code}");
         }
     }
 
     #[test]
     fn systems_are_read_wherever_geojson_has_them_and_those_of_links_are_refused() {
-        let of = |text: &str| of_geojson(&text.parse().unwrap());
+        let of = |text: &str| geojson_system(&text.parse().unwrap());
         let named = r#""crs": {"type": "name", "properties": {"name": "EPSG:31254"}}"#;
         let ring = r#""coordinates": [[[0, 0], [9, 0], [9, 9], [0, 0]]]"#;
         let geometry = |crs: &str| format!(r#"{{"type": "Polygon", {ring}{crs}}}"#);

@@ -2,7 +2,7 @@
 
 /// The number in the EPSG registry that a name says: `EPSG:25832`, `urn:ogc:def:crs:EPSG::25832` or
 /// `http://www.opengis.net/def/crs/EPSG/0/25832`. Of several, as of a system in plan with one of heights, it is the first.
-pub(crate) fn code_of(name: &str) -> Option<u32> {
+pub(crate) fn epsg_code(name: &str) -> Option<u32> {
     let codes = name.split([',', '+', '&']).filter(|part| part.to_uppercase().contains("EPSG"));
     codes.filter_map(|part| part.trim().rsplit([':', '/', '#']).next()?.parse().ok()).next()
 }
@@ -19,7 +19,7 @@ pub(crate) const WORLD_MAP: &str = "lies in a projection for maps of the world, 
 pub(crate) const GEOCENTRIC: &str = "lies in a geocentric CRS, whose coordinates count from the centre of the Earth: project it to metres, for example to UTM";
 
 /// The part in plan of a system, by name or by well-known text, that has heights too.
-pub(crate) fn in_plan(crs: &str) -> &str {
+pub(crate) fn horizontal_part(crs: &str) -> &str {
     if !is_well_known(crs) {
         return crs.split(" + ").next().unwrap_or(crs);
     }
@@ -47,15 +47,18 @@ pub(crate) fn in_plan(crs: &str) -> &str {
 /// Whether a text is a well-known text rather than a name.
 pub(crate) fn is_well_known(text: &str) -> bool {
     text.contains(['[', '('])
-        && text.split(['[', '(']).next().is_some_and(|head| !head.is_empty() && head.chars().all(is_key))
+        && text
+            .split(['[', '('])
+            .next()
+            .is_some_and(|head| !head.is_empty() && head.chars().all(is_keyword_char))
 }
 
-fn is_key(letter: char) -> bool {
+fn is_keyword_char(letter: char) -> bool {
     letter.is_ascii_uppercase() || letter == '_'
 }
 
 /// Looks at each bracket of a well-known text: the keywords that are open there, and what comes after it.
-pub(crate) fn opened(text: &str, mut look: impl FnMut(&[String], &str) -> Option<()>) {
+pub(crate) fn visit_brackets(text: &str, mut look: impl FnMut(&[String], &str) -> Option<()>) {
     let (mut open, mut rest) = (Vec::<String>::new(), text);
     while let Some(at) = rest.find(['[', '(', ']', ')', '"']) {
         let (before, after) = (&rest[..at], &rest[at + 1..]);

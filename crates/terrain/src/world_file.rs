@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 
 /// Placement of a raster: its first pixel is the one in the north-west corner where rows go south.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct World {
+pub(crate) struct WorldFile {
     /// Centre of the first pixel (m).
     pub(crate) first: [f64; 2],
     /// Steps per column and row (m); negative ones go west and south.
     pub(crate) step: [f64; 2],
 }
 
-impl World {
+impl WorldFile {
     /// Of the text of a world file.
-    fn of_text(text: &str) -> Result<Self, String> {
+    fn from_text(text: &str) -> Result<Self, String> {
         let problem = || "must hold six numbers in lines of their own".to_owned();
         let numbers: Vec<f64> = text
             .split_whitespace()
@@ -30,21 +30,21 @@ impl World {
     }
 
     /// Of the world file beside a raster, where there is one.
-    pub(crate) fn beside(file: &Path) -> Result<Option<Self>, String> {
+    pub(crate) fn sidecar_of(file: &Path) -> Result<Option<Self>, String> {
         let Some(path) = path(file) else { return Ok(None) };
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let text = std::fs::read_to_string(&path)
             .map_err(|error| format!("{name} beside it cannot be read: {error}"))?;
-        Self::of_text(&text).map(Some).map_err(|problem| format!("{name} beside it {problem}"))
+        Self::from_text(&text).map(Some).map_err(|problem| format!("{name} beside it {problem}"))
     }
 }
 
 /// Endings of the names of world files.
-pub(crate) const ENDINGS: [&str; 7] = ["tfw", "tifw", "tiffw", "wld", "TFW", "TIFW", "WLD"];
+pub(crate) const EXTENSIONS: [&str; 7] = ["tfw", "tifw", "tiffw", "wld", "TFW", "TIFW", "WLD"];
 
 /// Path of the world file beside a raster.
 fn path(file: &Path) -> Option<PathBuf> {
-    ENDINGS.iter().map(|ending| file.with_extension(ending)).find(|path| path.is_file())
+    EXTENSIONS.iter().map(|ending| file.with_extension(ending)).find(|path| path.is_file())
 }
 
 #[cfg(test)]
@@ -53,11 +53,11 @@ mod tests {
 
     #[test]
     fn six_numbers_are_a_placement_and_a_turned_one_is_refused() {
-        let world = World::of_text("5.0\n0\n0.0\n-4e0\r\n1002.5\n2202.5\n").unwrap();
-        assert_eq!(world, World { first: [1002.5, 2202.5], step: [5.0, -4.0] });
-        assert!(World::of_text("5\n0.1\n0\n-5\n1\n2\n").unwrap_err().contains("turns"));
+        let world = WorldFile::from_text("5.0\n0\n0.0\n-4e0\r\n1002.5\n2202.5\n").unwrap();
+        assert_eq!(world, WorldFile { first: [1002.5, 2202.5], step: [5.0, -4.0] });
+        assert!(WorldFile::from_text("5\n0.1\n0\n-5\n1\n2\n").unwrap_err().contains("turns"));
         for text in ["5 0 0 -5 1", "5 0 0 -5 1 2 3", "5 0 0 x 1 2", "5 0 0 nan 1 2"] {
-            assert!(World::of_text(text).unwrap_err().contains("six numbers"), "{text}");
+            assert!(WorldFile::from_text(text).unwrap_err().contains("six numbers"), "{text}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use colluvium_points::Raster;
-use colluvium_terrain::{read_raster, read_system};
+use colluvium_terrain::{read_raster, read_reference_system};
 
 /// A tag of a TIFF with its values.
 #[derive(Clone)]
@@ -154,8 +154,8 @@ fn numbers_of_all_kinds_and_orders_of_bytes_are_read() {
     for path in all {
         let raster = read(&path);
         assert_eq!((raster.origin, raster.spacing), ([600_002.5, 5_000_002.5], [5.0; 2]), "{path:?}");
-        assert_eq!((raster.at(0, 2), raster.at(3, 2), raster.at(0, 0)), (0.0, 3.0, 8.0), "{path:?}");
-        assert_eq!((raster.reference.epsg, raster.reference.unmarked), (Some(25832), 0));
+        assert_eq!((raster.value(0, 2), raster.value(3, 2), raster.value(0, 0)), (0.0, 3.0, 8.0), "{path:?}");
+        assert_eq!((raster.reference.epsg, raster.reference.undeclared_no_data), (Some(25832), 0));
     }
 }
 
@@ -166,7 +166,7 @@ fn classes_with_a_palette_are_their_numbers_and_bits_and_bands_are_refused() {
         let mut tags = without(placed(8, 1), 262);
         tags.extend([Tag::Short(262, vec![3]), Tag::Short(320, vec![0; 768])]);
         let path = file(folder.path(), "palette.tif", big, &[(tags, counted(|x| [x]))]);
-        assert_eq!(read(&path).at(3, 2), 3.0);
+        assert_eq!(read(&path).value(3, 2), 3.0);
     }
     let mut bands = without(placed(8, 1), 277);
     bands.push(Tag::Short(277, vec![2]));
@@ -192,9 +192,9 @@ fn scale_offset_and_units_of_a_band_and_of_heights_are_believed() {
         &[metadata(&[item("offset", "50"), item("scale", "0.1")]), Tag::Text(42113, "3".to_owned())],
     ));
     // The mark of no data is a number of the file, before scale and offset.
-    assert!((scaled.at(1, 2) - 50.1).abs() < 1e-12 && scaled.at(3, 2).is_nan());
+    assert!((scaled.value(1, 2) - 50.1).abs() < 1e-12 && scaled.value(3, 2).is_nan());
     let feet = read(&with("feet.tif", &[metadata(&[item("unittype", "ft")])]));
-    assert!((feet.at(3, 0) - 11.0 * 0.3048).abs() < 1e-12);
+    assert!((feet.value(3, 0) - 11.0 * 0.3048).abs() < 1e-12);
     let degrees = read_raster(&with("degrees.tif", &[metadata(&[item("unittype", "degree")])])).unwrap_err();
     assert!(degrees.problem.contains("the unit \"degree\""), "{degrees}");
     let heights = |name: &str, more: &[(u16, u16)]| {
@@ -206,9 +206,9 @@ fn scale_offset_and_units_of_a_band_and_of_heights_are_believed() {
     // NAVD88 height (ftUS) by its number, and by the unit of the heights.
     for more in [&[(4096, 6360)][..], &[(4099, 9003)]] {
         let raster = heights("heights.tif", more).unwrap();
-        assert!((raster.at(3, 0) - 11.0 * 1200.0 / 3937.0).abs() < 1e-12, "{more:?}");
+        assert!((raster.value(3, 0) - 11.0 * 1200.0 / 3937.0).abs() < 1e-12, "{more:?}");
     }
-    assert_eq!(heights("metres.tif", &[(4096, 5703)]).unwrap().at(3, 0), 11.0);
+    assert_eq!(heights("metres.tif", &[(4096, 5703)]).unwrap().value(3, 0), 11.0);
     assert!(heights("depths.tif", &[(4096, 5715)]).unwrap_err().problem.contains("depths"));
     assert!(heights("plan.tif", &[(3076, 9003)]).unwrap_err().problem.contains("9003"));
 }
@@ -223,15 +223,15 @@ fn masks_take_away_what_they_hide() {
     let bits = vec![0b1011_0000, 0b1111_0000, 0b1110_0000];
     let path = file(folder.path(), "mask.tif", false, &[(placed(32, 3), image()), (mask, bits)]);
     let hidden = |raster: &Raster| {
-        assert!(raster.at(1, 2).is_nan() && raster.at(3, 0).is_nan());
+        assert!(raster.value(1, 2).is_nan() && raster.value(3, 0).is_nan());
         assert_eq!(raster.values.iter().filter(|value| value.is_finite()).count(), 10);
-        assert_eq!(raster.reference.unmarked, 0);
+        assert_eq!(raster.reference.undeclared_no_data, 0);
     };
     hidden(&read(&path));
     // Of bytes in a file beside it.
     let path =
         file(folder.path(), "beside.tif", true, &[(placed(32, 3), counted(|x| f32::from(x).to_be_bytes()))]);
-    assert_eq!(read(&path).at(1, 2), 1.0);
+    assert_eq!(read(&path).value(1, 2), 1.0);
     let bytes = (0..12).map(|k| if k == 1 || k == 11 { 0 } else { 255 }).collect();
     file(folder.path(), "beside.tif.msk", true, &[(placed(8, 1), bytes)]);
     hidden(&read(&path));
@@ -245,7 +245,7 @@ fn a_file_beside_a_raster_says_what_its_numbers_are() {
     let about = "<PAMDataset><PAMRasterBand band=\"1\"><NoDataValue>-32768</NoDataValue><UnitType>ft</UnitType></PAMRasterBand></PAMDataset>";
     std::fs::write(folder.path().join("a.asc.aux.xml"), about).unwrap();
     let raster = read(&path);
-    assert!(raster.at(0, 0).is_nan() && (raster.at(1, 0) - 4.0 * 0.3048).abs() < 1e-12);
+    assert!(raster.value(0, 0).is_nan() && (raster.value(1, 0) - 4.0 * 0.3048).abs() < 1e-12);
     std::fs::write(folder.path().join("a.asc.aux.xml"), "<a></b>").unwrap();
     let error = read_raster(&path).unwrap_err();
     assert!(error.problem.contains("a.asc.aux.xml beside it cannot be read"), "{error}");
@@ -261,7 +261,10 @@ fn files_beside_a_plain_image_say_where_and_in_which_system_it_lies() {
     assert!(read_raster(&path).unwrap_err().problem.contains("nor a world file .tfw"));
     beside("a.tfw", "5\n0\n0\n-5\n600002.5\n5000012.5\n");
     let raster = read(&path);
-    assert_eq!((raster.origin, raster.at(0, 2), raster.at(3, 0)), ([600_002.5, 5_000_002.5], 0.0, 11.0));
+    assert_eq!(
+        (raster.origin, raster.value(0, 2), raster.value(3, 0)),
+        ([600_002.5, 5_000_002.5], 0.0, 11.0)
+    );
     let system = |unit: &str| {
         format!(
             r#"PROJCS["a",GEOGCS["b",UNIT["degree",0.0174532925199433]],{unit},AUTHORITY["EPSG","25832"]]"#
@@ -269,7 +272,7 @@ fn files_beside_a_plain_image_say_where_and_in_which_system_it_lies() {
     };
     beside("a.prj", &system(r#"UNIT["metre",1]"#));
     assert_eq!(read(&path).reference.epsg, Some(25832));
-    assert!(read_system(&path).unwrap().to_string().contains("25832"));
+    assert!(read_reference_system(&path).unwrap().to_string().contains("25832"));
     beside("a.prj", &system(r#"UNIT["foot",0.3048]"#));
     assert!(read_raster(&path).unwrap_err().problem.contains("foot"));
 }
@@ -283,7 +286,7 @@ fn texts_of_grids_are_read_as_programs_write_them() {
     let text = format!("# laser, Höhe\r\n{head}1 2\t-9999\r\n# a remark\r\n nan 5 1.#INF\r\n");
     let of = |raster: &Raster| {
         let numbers: Vec<f64> = raster.values.iter().copied().filter(|value| value.is_finite()).collect();
-        (raster.origin, numbers, raster.reference.unmarked)
+        (raster.origin, numbers, raster.reference.undeclared_no_data)
     };
     let right = ([11.0, 21.0], vec![5.0, 1.0, 2.0], 2);
     write(text.as_bytes());
@@ -298,7 +301,7 @@ fn texts_of_grids_are_read_as_programs_write_them() {
     // Marks that have lost digits, or are kept in single precision.
     let marked = |mark: &str, value: &str| {
         write(format!("{head}NODATA_value {mark}\r\n1 2 {value}\r\n3 4 5\r\n").as_bytes());
-        read(&path).at(2, 1).is_nan()
+        read(&path).value(2, 1).is_nan()
     };
     assert!(marked("-3.4028234663852886e+38", "-3.40282e+38") && marked("-9999.1", "-9999.10009765625"));
     assert!(marked("nan", "NaN") && !marked("-9999", "-9998.9") && !marked("0", "-9999"));

@@ -19,10 +19,10 @@ static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 /// assert_eq!(allocations_during(|| drop(Box::new(7))), 1);
 /// assert_eq!(allocations_during(|| ()), 0);
 /// ```
-pub struct Counting;
+pub struct CountingAllocator;
 
 // SAFETY: every call goes to the system's allocator as it came.
-unsafe impl GlobalAlloc for Counting {
+unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
         // SAFETY: as the caller promises.
@@ -39,7 +39,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// How often memory is allocated, or made larger, while `work` runs, on all threads; zero where [`Counting`] is not the
+/// How often memory is allocated, or made larger, while `work` runs, on all threads; zero where [`CountingAllocator`] is not the
 /// global allocator.
 pub fn allocations_during(work: impl FnOnce()) -> usize {
     let before = ALLOCATIONS.load(Ordering::Relaxed);

@@ -4,19 +4,19 @@ use colluvium_case::{Case, Method, RunOptions, RunReport, Snapshot, Solver, run}
 use serde_json::Value;
 
 /// An object with the keys of `more` at its top in place of its own.
-pub fn with(mut object: Value, more: &Value) -> Value {
+pub fn with_keys(mut object: Value, more: &Value) -> Value {
     object.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
     object
 }
 
 /// The case `text` with the keys of `more` at its top in place of its own.
-pub fn changed(text: Value, more: &Value) -> Case {
-    Case::from_json(&with(text, more).to_string()).unwrap()
+pub fn case_with(text: Value, more: &Value) -> Case {
+    Case::from_json(&with_keys(text, more).to_string()).unwrap()
 }
 
 /// Leaves what the caller's thread computes in parallel to that thread. Tests keep all threads of a machine busy side by side, and loops of a
 /// step that go to the pool of all would wake its threads each time. What runs in a pool already stays there.
-pub fn alone() {
+pub fn single_threaded() {
     if rayon::current_thread_index().is_none() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().unwrap();
         // The thread is of the pool for as long as it lives.
@@ -26,17 +26,17 @@ pub fn alone() {
 
 /// Runs a case to its end.
 pub fn solve(method: &dyn Method, case: &Case) -> RunReport {
-    alone();
+    single_threaded();
     run(case, method.build(case).unwrap(), &RunOptions::default()).unwrap()
 }
 
 /// A solver at the start of the first stage.
-pub fn begin(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
-    alone();
-    begun(method, case)
+pub fn start_solver(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
+    single_threaded();
+    build_solver(method, case)
 }
 
-fn begun(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
+fn build_solver(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
     let mut solver = method.build(case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
     solver
@@ -45,7 +45,7 @@ fn begun(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
 // Steps are taken on a thread of a pool, as runs take them: each loop of a step would wake one from any other.
 
 /// Takes steps as large as is stable.
-pub fn advance(solver: &mut dyn Solver, steps: usize) {
+pub fn advance_steps(solver: &mut dyn Solver, steps: usize) {
     rayon::scope(|_| {
         for _ in 0..steps {
             let dt = solver.limit().dt;
@@ -55,7 +55,7 @@ pub fn advance(solver: &mut dyn Solver, steps: usize) {
 }
 
 /// Takes `count` steps of `dt` (s).
-pub fn steps(solver: &mut dyn Solver, count: usize, dt: f64) {
+pub fn take_steps(solver: &mut dyn Solver, count: usize, dt: f64) {
     rayon::scope(|_| {
         for _ in 0..count {
             solver.step(dt).unwrap();
@@ -67,20 +67,20 @@ pub fn steps(solver: &mut dyn Solver, count: usize, dt: f64) {
 pub fn advance_to(solver: &mut dyn Solver, end: f64) {
     rayon::scope(|_| {
         while solver.time() < end {
-            advance(solver, 1);
+            advance_steps(solver, 1);
         }
     });
 }
 
 /// Asserts that thirty steps of `case` allocate nothing, after `first` steps that may: lists and the queues of the threads
-/// grow in them. The test's allocator is [`Counting`](crate::Counting), and it runs alone.
+/// grow in them. The test's allocator is [`CountingAllocator`](crate::CountingAllocator), and it runs alone.
 ///
 /// # Panics
 /// When a step allocates; `name` says which case it was.
 pub fn assert_allocates_nothing(method: &dyn Method, case: &Case, first: usize, name: &str) {
-    let mut solver = begun(method, case);
-    advance(&mut *solver, first);
-    let count = crate::allocations_during(|| advance(&mut *solver, 30));
+    let mut solver = build_solver(method, case);
+    advance_steps(&mut *solver, first);
+    let count = crate::allocations_during(|| advance_steps(&mut *solver, 30));
     assert_eq!(count, 0, "{name}: allocations in 30 steps");
 }
 

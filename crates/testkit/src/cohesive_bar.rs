@@ -18,12 +18,12 @@ pub const DENSITY: f64 = 1000.0;
 /// Length of the bar (m).
 pub const LENGTH: f64 = 1.0;
 /// Speed of its end (m/s), a tenth of `f_t/√(E ρ)`.
-pub const PULL: f64 = 0.0003;
+pub const PULL_SPEED: f64 = 0.0003;
 /// Strength of the weak middle over that of the rest.
-pub const WEAK: f64 = 0.95;
+pub const WEAK_STRENGTH_RATIO: f64 = 0.95;
 
 /// Material of a share of the strength and with a fracture energy (J/m²).
-pub fn concrete(share: f64, energy: f64) -> Value {
+pub fn cohesive_material(share: f64, energy: f64) -> Value {
     json!({
         "model": "double-scale", "density": DENSITY, "youngs_modulus": STIFFNESS, "poissons_ratio": 0,
         "band": { "law": "cohesive-damage", "tensile_strength": share * STRENGTH, "fracture_energy": energy,
@@ -38,7 +38,7 @@ pub fn concrete(share: f64, energy: f64) -> Value {
 /// When a step fails.
 pub fn work_over_energy(solver: &mut dyn Solver, whole: &Range<f64>) -> f64 {
     let (mut before, mut sum) = (0.0, 0.0);
-    while PULL * solver.time() < 6.0 * ENERGY / STRENGTH {
+    while PULL_SPEED * solver.time() < 6.0 * ENERGY / STRENGTH {
         let from = solver.time();
         for _ in 0..20 {
             let step = solver.limit().dt;
@@ -48,7 +48,7 @@ pub fn work_over_energy(solver: &mut dyn Solver, whole: &Range<f64>) -> f64 {
         let all = snapshot.positions.iter().zip(stresses(&snapshot));
         let of: Vec<f64> = all.filter(|(x, _)| whole.contains(&x[0])).map(|(_, s)| s[0]).collect();
         let mean = of.iter().sum::<f64>() / of.len() as f64;
-        sum += 0.5 * (before + mean) * PULL * (solver.time() - from);
+        sum += 0.5 * (before + mean) * PULL_SPEED * (solver.time() - from);
         before = mean;
     }
     sum / ENERGY

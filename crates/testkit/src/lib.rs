@@ -1,6 +1,6 @@
 //! What the tests of the other crates share. Tests and benches depend on it, nothing else does.
 //!
-//! [`near`] and [`close`] compare numbers, [`Counting`] counts allocations, and [`cases`] makes cases and drives solvers through
+//! [`assert_near`] and [`assert_close`] compare numbers, [`CountingAllocator`] counts allocations, and [`cases`] makes cases and drives solvers through
 //! [`colluvium_case`]'s contract, [`vortices`] and [`cohesive_bar`] are cases of several methods.
 
 mod allocations;
@@ -9,14 +9,14 @@ pub mod cohesive_bar;
 pub mod pairwise;
 pub mod vortices;
 
-pub use allocations::{Counting, allocations_during};
+pub use allocations::{CountingAllocator, allocations_during};
 
 /// Asserts that `found` is within `tolerance` of `exact`.
 ///
 /// # Panics
 /// When it is not, also when it is NaN.
 #[track_caller]
-pub fn near(found: f64, exact: f64, tolerance: f64) {
+pub fn assert_near(found: f64, exact: f64, tolerance: f64) {
     assert!((found - exact).abs() <= tolerance, "{found} for {exact}");
 }
 
@@ -25,8 +25,8 @@ pub fn near(found: f64, exact: f64, tolerance: f64) {
 /// # Panics
 /// When it is not, also when it is NaN.
 #[track_caller]
-pub fn close(found: f64, exact: f64, tolerance: f64) {
-    near(found, exact, tolerance * exact.abs().max(1.0));
+pub fn assert_close(found: f64, exact: f64, tolerance: f64) {
+    assert_near(found, exact, tolerance * exact.abs().max(1.0));
 }
 
 #[cfg(test)]
@@ -35,10 +35,10 @@ mod tests {
 
     #[test]
     fn tolerances_are_relative_above_one_and_absolute_below() {
-        close(1001.0, 1000.0, 1.001e-3);
-        close(1e-4, 0.0, 1e-3);
-        assert!(std::panic::catch_unwind(|| close(1002.0, 1000.0, 1e-3)).is_err());
-        assert!(std::panic::catch_unwind(|| close(2e-3, 0.0, 1e-3)).is_err());
-        assert!(std::panic::catch_unwind(|| near(f64::NAN, 0.0, 1e9)).is_err());
+        assert_close(1001.0, 1000.0, 1.001e-3);
+        assert_close(1e-4, 0.0, 1e-3);
+        assert!(std::panic::catch_unwind(|| assert_close(1002.0, 1000.0, 1e-3)).is_err());
+        assert!(std::panic::catch_unwind(|| assert_close(2e-3, 0.0, 1e-3)).is_err());
+        assert!(std::panic::catch_unwind(|| assert_near(f64::NAN, 0.0, 1e9)).is_err());
     }
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use serde_json::{Map, Value};
 
 /// A base case and the factors that vary it.
-pub struct Family {
+pub struct CaseFamily {
     /// Name: that of its file.
     pub name: String,
     base: Value,
@@ -24,9 +24,9 @@ struct Factor {
 }
 
 /// Number of the level of each factor.
-pub type Row = Vec<usize>;
+pub type LevelRow = Vec<usize>;
 
-impl Family {
+impl CaseFamily {
     /// Reads a family.
     ///
     /// # Errors
@@ -45,7 +45,7 @@ impl Family {
     /// All families of a folder, by name.
     ///
     /// # Errors
-    /// As of [`Family::read`].
+    /// As of [`CaseFamily::read`].
     pub fn read_all(folder: &Path) -> Result<Vec<Self>, String> {
         let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
         let files: BTreeSet<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
@@ -60,7 +60,7 @@ impl Family {
     ///
     /// # Panics
     /// When a factor or level is not there.
-    pub fn row(&self, levels: &[(&str, &str)]) -> Row {
+    pub fn row(&self, levels: &[(&str, &str)]) -> LevelRow {
         let mut row = vec![0; self.factors.len()];
         for (name, level) in levels {
             let place = self.factors.iter().position(|factor| factor.name == *name);
@@ -72,7 +72,7 @@ impl Family {
     }
 
     /// The row with the levels of a row of another state of the family: by their names, or by their numbers where a name is not there.
-    pub fn row_of(&self, other: &Self, row: &[usize]) -> Row {
+    pub fn row_of(&self, other: &Self, row: &[usize]) -> LevelRow {
         let level = |(place, factor): (usize, &Factor)| {
             let known = other.factors.iter().position(|own| own.name == factor.name).unwrap_or(place);
             let number = row.get(known).copied().unwrap_or(0);
@@ -87,14 +87,14 @@ impl Family {
         let mut case = self.base.clone();
         for (factor, level) in self.factors.iter().zip(row) {
             for (pointer, value) in factor.levels.get(*level).into_iter().flat_map(|(_, values)| values) {
-                set(&mut case, pointer, value);
+                set_value(&mut case, pointer, value);
             }
         }
         case
     }
 
     /// Levels of a row that are not those of the base.
-    pub fn describe(&self, row: &[usize]) -> String {
+    pub fn description(&self, row: &[usize]) -> String {
         let chosen = self.factors.iter().zip(row).filter(|(_, level)| **level > 0);
         let names: Vec<String> = chosen
             .map(|(factor, level)| {
@@ -105,7 +105,7 @@ impl Family {
     }
 
     /// Rows with one level that is not of the base, and the base itself, of those that `accepts` accepts.
-    pub fn single(&self, accepts: &dyn Fn(&Value) -> bool) -> Vec<Row> {
+    pub fn single_changes(&self, accepts: &dyn Fn(&Value) -> bool) -> Vec<LevelRow> {
         let mut rows = vec![vec![0; self.factors.len()]];
         for (place, factor) in self.factors.iter().enumerate() {
             for level in 1..factor.levels.len() {
@@ -120,7 +120,7 @@ impl Family {
 
     /// Rows that cover each pair of levels for which `accepts` accepts a case, chosen one after the other: each begins with a pair that no
     /// row has yet, and takes of each further factor the level that adds most pairs.
-    pub fn pairs(&self, accepts: &dyn Fn(&Value) -> bool) -> Vec<Row> {
+    pub fn pairwise_rows(&self, accepts: &dyn Fn(&Value) -> bool) -> Vec<LevelRow> {
         let mut open = self.all_pairs();
         let mut rows = Vec::new();
         while let Some(pair) = open.pop_first() {
@@ -132,7 +132,7 @@ impl Family {
                 continue;
             }
             for place in (0..row.len()).filter(|place| *place != pair.0.0 && *place != pair.1.0) {
-                self.choose(place, &mut row, &open, accepts);
+                self.choose_level(place, &mut row, &open, accepts);
             }
             open.retain(|(a, b)| row[a.0] != a.1 || row[b.0] != b.1);
             rows.push(row);
@@ -140,7 +140,7 @@ impl Family {
         rows
     }
 
-    fn all_pairs(&self) -> BTreeSet<Pair> {
+    fn all_pairs(&self) -> BTreeSet<LevelPair> {
         let mut pairs = BTreeSet::new();
         for (a, first) in self.factors.iter().enumerate() {
             for (b, second) in self.factors.iter().enumerate().skip(a + 1) {
@@ -153,7 +153,13 @@ impl Family {
     }
 
     /// Gives the factor at `place` the level with which the row has most open pairs.
-    fn choose(&self, place: usize, row: &mut Row, open: &BTreeSet<Pair>, accepts: &dyn Fn(&Value) -> bool) {
+    fn choose_level(
+        &self,
+        place: usize,
+        row: &mut LevelRow,
+        open: &BTreeSet<LevelPair>,
+        accepts: &dyn Fn(&Value) -> bool,
+    ) {
         let gain = |level: usize| {
             let others = row.iter().enumerate().filter(|(other, _)| *other != place);
             others.filter(|(other, own)| open.contains(&pair((place, level), (*other, **own)))).count()
@@ -174,9 +180,9 @@ impl Family {
 }
 
 /// Two factors by number, each with a level; the smaller number is first.
-type Pair = ((usize, usize), (usize, usize));
+type LevelPair = ((usize, usize), (usize, usize));
 
-fn pair(a: (usize, usize), b: (usize, usize)) -> Pair {
+fn pair(a: (usize, usize), b: (usize, usize)) -> LevelPair {
     if a.0 < b.0 { (a, b) } else { (b, a) }
 }
 
@@ -189,10 +195,10 @@ fn factor(json: &Value) -> Option<Factor> {
 }
 
 /// Sets a value by its JSON pointer; objects on the way are made where there are none, and a list grows by one entry. `null` removes the key.
-pub fn set(json: &mut Value, pointer: &str, value: &Value) {
+pub fn set_value(json: &mut Value, pointer: &str, value: &Value) {
     let (parent, key) = pointer.rsplit_once('/').unwrap_or(("", pointer));
     if json.pointer(parent).is_none() {
-        set(json, parent, &Value::Object(Map::new()));
+        set_value(json, parent, &Value::Object(Map::new()));
     }
     match json.pointer_mut(parent) {
         Some(Value::Object(object)) if value.is_null() => drop(object.remove(key)),
@@ -210,7 +216,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn family() -> Family {
+    fn family() -> CaseFamily {
         let levels = |name: &str, count: usize| Factor {
             name: name.to_owned(),
             levels: (0..count)
@@ -218,14 +224,14 @@ mod tests {
                 .collect(),
         };
         let factors = vec![levels("a", 3), levels("b", 4), levels("c", 2), levels("d", 3)];
-        Family { name: "test".to_owned(), base: json!({}), factors }
+        CaseFamily { name: "test".to_owned(), base: json!({}), factors }
     }
 
     #[test]
     fn each_pair_that_is_accepted_is_in_a_row() {
         let family = family();
         let accepts = |case: &Value| case["a"] != 2 || case["b"] != 3;
-        let rows = family.pairs(&accepts);
+        let rows = family.pairwise_rows(&accepts);
         assert!(rows.len() <= 16, "{} rows", rows.len());
         for ((a, i), (b, j)) in family.all_pairs() {
             let is_there = rows.iter().any(|row| row[a] == i && row[b] == j);
@@ -240,7 +246,7 @@ mod tests {
         new.factors[1].levels.insert(1, ("new".to_owned(), Map::new()));
         new.factors.swap(2, 3);
         let row = new.row(&[("a", "2"), ("b", "3"), ("d", "1")]);
-        assert_eq!(old.describe(&old.row_of(&new, &row)), "a: 2, b: 3, d: 1");
+        assert_eq!(old.description(&old.row_of(&new, &row)), "a: 2, b: 3, d: 1");
         new.factors[0].name = "renamed".to_owned();
         assert_eq!(old.row_of(&new, &row)[0], 2);
     }
@@ -248,10 +254,10 @@ mod tests {
     #[test]
     fn a_level_sets_values_by_pointers() {
         let mut json = json!({ "list": [1, 2], "gone": 1 });
-        set(&mut json, "/list/1", &json!(3));
-        set(&mut json, "/list/2", &json!(4));
-        set(&mut json, "/new/of/it", &json!(5));
-        set(&mut json, "/gone", &Value::Null);
+        set_value(&mut json, "/list/1", &json!(3));
+        set_value(&mut json, "/list/2", &json!(4));
+        set_value(&mut json, "/new/of/it", &json!(5));
+        set_value(&mut json, "/gone", &Value::Null);
         assert_eq!(json, json!({ "list": [1, 3, 4], "new": { "of": { "it": 5 } } }));
     }
 }

@@ -5,14 +5,14 @@ use std::f64::consts::TAU;
 use colluvium_case::{Case, Snapshot};
 use serde_json::{Value, json};
 
-use crate::cases::{changed, scalars, vectors};
+use crate::cases::{case_with, scalars, vectors};
 
 /// Density (kg/m³) and dynamic viscosity (Pa s) of the liquid.
 const DENSITY: f64 = 1000.0;
 const VISCOSITY: f64 = 10.0;
 
 /// Taylor–Green vortices of 1 m and 1 m/s that decay for so long (s).
-pub fn vortices(duration: f64, methods: &Value) -> Case {
+pub fn taylor_green_case(duration: f64, methods: &Value) -> Case {
     let text = json!({
         "title": "vortices", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] },
         "gravity": [0, 0],
@@ -23,11 +23,11 @@ pub fn vortices(duration: f64, methods: &Value) -> Case {
         "stages": [{ "name": "s", "duration": duration }],
         "methods": methods
     });
-    changed(text, &json!({}))
+    case_with(text, &json!({}))
 }
 
 /// Kinetic energy of the vortices over the exact one, which decays as `exp(-4 ν k² t)` from a mean square of the velocity of a half.
-pub fn energy_over_exact(snapshot: &Snapshot, duration: f64) -> f64 {
+pub fn energy_ratio(snapshot: &Snapshot, duration: f64) -> f64 {
     let (masses, velocities) = (scalars(snapshot, "mass"), vectors(snapshot, "velocity"));
     let energy: f64 =
         masses.iter().zip(&velocities).map(|(m, v)| 0.5 * m * (v[0] * v[0] + v[1] * v[1])).sum();

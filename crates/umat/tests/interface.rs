@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use colluvium_constitutive::driver::incremental::{IncrementalTest, Input};
+use colluvium_constitutive::driver::incremental::{IncrementalInput, IncrementalTest};
 use colluvium_constitutive::laws::{LinearElasticSpec, StrainMeasure, UmatSpec, allow_libraries};
 use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 
@@ -155,7 +155,7 @@ fn files_fill_only_what_a_user_material_leaves_open() {
     let folder = tempfile::tempdir().unwrap();
     let library = built(folder.path());
     let read = |more: UmatSpec| {
-        let input = Input {
+        let input = IncrementalInput {
             parameters: Some("Elastic # kPa\n 2\n 2.0d4 Young\n 0.3\n"),
             initial: "6\n-100.0\n-100.0d0\n-1.0e2\n0\n0\n0\n2\n0.7\n",
             test: "o\n*PureCreep\n5 1 1\n*End",
@@ -164,7 +164,7 @@ fn files_fill_only_what_a_user_material_leaves_open() {
         };
         let read = IncrementalTest::read(&input).unwrap();
         let MaterialSpec::Umat(umat) = read.test.material else { panic!("another law") };
-        (umat.props, umat.state_variables, umat.pascals, read.takes)
+        (umat.props, umat.state_variables, umat.pascals, read.uses_file_values)
     };
     let open =
         UmatSpec { props: Vec::new(), state_variables: Vec::new(), pascals: None, ..spec(library.clone()) };

@@ -1,11 +1,11 @@
 //! Bishop's simplified method for a homogeneous slope on a firm base at the level of its toe: the limit-equilibrium
 //! check of factors of safety (Bishop 1955; sheet: sph V-40).
 
-use super::numbers::least;
+use super::numbers::grid_search_minimum;
 
 /// A slope whose toe is the origin; it rises towards positive x to its height and is level behind.
 #[derive(Clone, Copy, Debug)]
-pub struct Slope {
+pub struct HomogeneousSlope {
     /// Height (m).
     pub height: f64,
     /// Horizontal length of the face over its height.
@@ -20,22 +20,22 @@ pub struct Slope {
 
 /// A slip circle and its factor.
 #[derive(Clone, Copy, Debug)]
-pub struct Circle {
+pub struct SlipCircle {
     /// Centre (m).
     pub centre: [f64; 2],
     /// Radius (m).
     pub radius: f64,
     /// Where it leaves the face (m).
-    pub exit: f64,
+    pub toe_exit: f64,
     /// Where it meets the crest (m).
-    pub entry: f64,
+    pub crest_entry: f64,
     /// Factor of safety.
-    pub factor: f64,
+    pub safety_factor: f64,
 }
 
-impl Circle {
+impl SlipCircle {
     /// Height of the slip surface (m).
-    pub fn bottom(&self, x: f64) -> f64 {
+    pub fn elevation(&self, x: f64) -> f64 {
         self.centre[1] - (self.radius * self.radius - (x - self.centre[0]).powi(2)).max(0.0).sqrt()
     }
 
@@ -47,9 +47,9 @@ impl Circle {
 
 const SLICES: usize = 200;
 /// Places per direction of a round of the search, and how much narrower the next one is.
-const SEARCH: (usize, f64) = (11, 0.5);
+const SEARCH_GRID: (usize, f64) = (11, 0.5);
 
-impl Slope {
+impl HomogeneousSlope {
     /// The slope with its strength divided by a factor.
     pub fn weakened(&self, factor: f64) -> Self {
         Self {
@@ -64,28 +64,34 @@ impl Slope {
     }
 
     /// The circle through two points of the surface with a sag (m) below their chord.
-    fn circle(&self, exit: f64, entry: f64, sag: f64) -> Option<Circle> {
+    fn slip_circle(&self, exit: f64, entry: f64, sag: f64) -> Option<SlipCircle> {
         let (low, high) = ([exit, self.surface(exit)], [entry, self.surface(entry)]);
-        let (centre, radius) = through(low, high, sag);
+        let (centre, radius) = circle_through(low, high, sag);
         // Overhanging at its entry, or below the firm base.
         let lowest = if centre[0] > exit { centre[1] - radius } else { low[1] };
         let sound = centre[1] >= high[1] && lowest >= -1e-9 * self.height;
-        sound.then_some(Circle { centre, radius, exit, entry, factor: f64::NAN })
+        sound.then_some(SlipCircle {
+            centre,
+            radius,
+            toe_exit: exit,
+            crest_entry: entry,
+            safety_factor: f64::NAN,
+        })
     }
 
     /// The factor of a circle, by iteration.
-    fn factor(&self, circle: &Circle) -> f64 {
-        let width = (circle.entry - circle.exit) / SLICES as f64;
+    fn safety_factor(&self, circle: &SlipCircle) -> f64 {
+        let width = (circle.crest_entry - circle.toe_exit) / SLICES as f64;
         let friction = self.friction_angle.to_radians().tan();
         let slices: Vec<(f64, f64)> = (0..SLICES)
             .map(|k| {
-                let x = circle.exit + (k as f64 + 0.5) * width;
-                let depth = (self.surface(x) - circle.bottom(x)).max(0.0);
+                let x = circle.toe_exit + (k as f64 + 0.5) * width;
+                let depth = (self.surface(x) - circle.elevation(x)).max(0.0);
                 (self.unit_weight * depth * width, (x - circle.centre[0]) / circle.radius)
             })
             .collect();
         let driving: f64 = slices.iter().map(|(weight, sine)| weight * sine).sum();
-        balance(driving, |factor| {
+        solve_safety_factor(driving, |factor| {
             let share = |(weight, sine): &(f64, f64)| {
                 let cosine = (1.0 - sine * sine).sqrt();
                 (self.cohesion * width + weight * friction) / (cosine + sine * friction / factor)
@@ -95,18 +101,18 @@ impl Slope {
     }
 
     /// The circle with the least factor.
-    pub fn critical(&self) -> Option<Circle> {
+    pub fn critical_circle(&self) -> Option<SlipCircle> {
         let face = self.height * self.cotangent;
         let limits = [(0.0, 0.5 * face), (face, face + 3.0 * self.height), (1e-3 * self.height, self.height)];
-        let circle = |[exit, entry, sag]: [f64; 3]| self.circle(exit, entry, sag);
-        let factor = |at: [f64; 3]| circle(at).map_or(f64::INFINITY, |circle| self.factor(&circle));
-        let (factor, at) = least(limits, SEARCH, factor)?;
-        Some(Circle { factor, ..circle(at)? })
+        let circle = |[exit, entry, sag]: [f64; 3]| self.slip_circle(exit, entry, sag);
+        let factor = |at: [f64; 3]| circle(at).map_or(f64::INFINITY, |circle| self.safety_factor(&circle));
+        let (factor, at) = grid_search_minimum(limits, SEARCH_GRID, factor)?;
+        Some(SlipCircle { safety_factor: factor, ..circle(at)? })
     }
 }
 
 /// Centre and radius of the circle through two points with a sag (m) below their chord.
-pub fn through(low: [f64; 2], high: [f64; 2], sag: f64) -> ([f64; 2], f64) {
+pub fn circle_through(low: [f64; 2], high: [f64; 2], sag: f64) -> ([f64; 2], f64) {
     let along = [high[0] - low[0], high[1] - low[1]];
     let chord = along[0].hypot(along[1]);
     let radius = (0.25 * chord * chord + sag * sag) / (2.0 * sag);
@@ -117,7 +123,7 @@ pub fn through(low: [f64; 2], high: [f64; 2], sag: f64) -> ([f64; 2], f64) {
 
 /// The factor with which what `resisting` says of it balances what drives a circle; infinite where none does, or where
 /// `resisting` is.
-pub fn balance(driving: f64, resisting: impl Fn(f64) -> f64) -> f64 {
+pub fn solve_safety_factor(driving: f64, resisting: impl Fn(f64) -> f64) -> f64 {
     let mut factor = 1.0;
     for _ in 0..100 {
         let next = resisting(factor) / driving;
@@ -138,17 +144,27 @@ mod tests {
 
     #[test]
     fn the_example_of_griffiths_and_lane() {
-        let slope =
-            Slope { height: 10.0, cotangent: 2.0, unit_weight: 20e3, cohesion: 10e3, friction_angle: 20.0 };
-        let circle = slope.critical().unwrap();
-        assert!((circle.factor - 1.379).abs() < 2e-3, "{circle:?}");
+        let slope = HomogeneousSlope {
+            height: 10.0,
+            cotangent: 2.0,
+            unit_weight: 20e3,
+            cohesion: 10e3,
+            friction_angle: 20.0,
+        };
+        let circle = slope.critical_circle().unwrap();
+        assert!((circle.safety_factor - 1.379).abs() < 2e-3, "{circle:?}");
     }
 
     #[test]
     fn a_factor_scales_with_strength() {
-        let slope =
-            Slope { height: 5.0, cotangent: 1.0, unit_weight: 18e3, cohesion: 12e3, friction_angle: 25.0 };
-        let factor = slope.critical().unwrap().factor;
-        assert!((slope.weakened(factor).critical().unwrap().factor - 1.0).abs() < 1e-6);
+        let slope = HomogeneousSlope {
+            height: 5.0,
+            cotangent: 1.0,
+            unit_weight: 18e3,
+            cohesion: 12e3,
+            friction_angle: 25.0,
+        };
+        let factor = slope.critical_circle().unwrap().safety_factor;
+        assert!((slope.weakened(factor).critical_circle().unwrap().safety_factor - 1.0).abs() < 1e-6);
     }
 }

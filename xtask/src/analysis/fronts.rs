@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use colluvium::case::Snapshot;
 
-use super::numbers::Largest;
+use super::numbers::MaxOrNan;
 
 /// How far `along` that share of the particles reaches, all of one mass (m).
-pub fn reach_of(snapshot: &Snapshot, share: f64, along: impl Fn(&[f64; 3]) -> f64) -> f64 {
+pub fn mass_quantile_position(snapshot: &Snapshot, share: f64, along: impl Fn(&[f64; 3]) -> f64) -> f64 {
     let mut places: Vec<f64> = snapshot.positions.iter().map(along).collect();
     places.sort_by(f64::total_cmp);
     let number = (share * places.len() as f64).ceil() as usize;
@@ -15,12 +15,12 @@ pub fn reach_of(snapshot: &Snapshot, share: f64, along: impl Fn(&[f64; 3]) -> f6
 }
 
 /// The outermost particle along x with at least two neighbours within 1.5 spacings (sheet: sph §5.4 set S), in m.
-pub fn held_front(snapshot: &Snapshot, spacing: f64) -> f64 {
-    farthest_held(snapshot, spacing, |x| x[0])
+pub fn connected_front(snapshot: &Snapshot, spacing: f64) -> f64 {
+    farthest_connected(snapshot, spacing, |x| x[0])
 }
 
 /// How far `along` the particles reach that have at least two neighbours within 1.5 spacings (m).
-pub fn farthest_held(snapshot: &Snapshot, spacing: f64, along: impl Fn(&[f64; 3]) -> f64) -> f64 {
+pub fn farthest_connected(snapshot: &Snapshot, spacing: f64, along: impl Fn(&[f64; 3]) -> f64) -> f64 {
     let x = &snapshot.positions;
     let near = |a: &[f64; 3], b: &[f64; 3]| {
         (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() <= (1.5 * spacing).powi(2)
@@ -34,12 +34,12 @@ pub fn farthest_held(snapshot: &Snapshot, spacing: f64, along: impl Fn(&[f64; 3]
 /// Height of the highest point before `x` (m).
 pub fn crest(snapshot: &Snapshot, x: f64) -> f64 {
     let near = snapshot.positions.iter().zip(&snapshot.extents).filter(|(p, _)| p[0] < x);
-    near.map(|(p, e)| p[1] + 0.5 * e[1]).largest()
+    near.map(|(p, e)| p[1] + 0.5 * e[1]).max_or_nan()
 }
 
 /// Where what moves ends: in each column of particles, given by their places at the start (m) and a value, from the top
 /// down the first place where the value falls below a level.
-pub fn lower_boundary(
+pub fn base_of_moving_mass(
     particles: impl IntoIterator<Item = ([f64; 2], f64)>,
     spacing: f64,
     level: f64,
@@ -70,10 +70,10 @@ mod tests {
     #[test]
     fn reach_is_that_of_the_share_and_not_of_the_farthest() {
         let row = snapshot((0..10).map(|i| [f64::from(i), 0.0, 0.0]).collect());
-        assert_eq!(reach_of(&row, 1.0, |x| x[0]), 9.0);
-        assert_eq!(reach_of(&row, 0.9, |x| x[0]), 8.0);
-        assert_eq!(reach_of(&row, 0.5, |x| -x[0]), -5.0);
-        assert!(reach_of(&snapshot(Vec::new()), 0.5, |x| x[0]).is_nan());
+        assert_eq!(mass_quantile_position(&row, 1.0, |x| x[0]), 9.0);
+        assert_eq!(mass_quantile_position(&row, 0.9, |x| x[0]), 8.0);
+        assert_eq!(mass_quantile_position(&row, 0.5, |x| -x[0]), -5.0);
+        assert!(mass_quantile_position(&snapshot(Vec::new()), 0.5, |x| x[0]).is_nan());
     }
 
     #[test]
@@ -81,9 +81,9 @@ mod tests {
         // A row a metre apart, the last of which has one neighbour, and one that flew off.
         let mut row: Vec<[f64; 3]> = (0..4).map(|i| [f64::from(i), 0.0, 0.0]).collect();
         row.push([9.0, 0.0, 0.0]);
-        assert_eq!(held_front(&snapshot(row.clone()), 1.0), 2.0);
-        assert_eq!(farthest_held(&snapshot(row), 1.0, |x| -x[0]), -1.0);
-        assert!(held_front(&snapshot(vec![[0.0; 3]]), 1.0).is_nan());
+        assert_eq!(connected_front(&snapshot(row.clone()), 1.0), 2.0);
+        assert_eq!(farthest_connected(&snapshot(row), 1.0, |x| -x[0]), -1.0);
+        assert!(connected_front(&snapshot(vec![[0.0; 3]]), 1.0).is_nan());
     }
 
     #[test]
@@ -98,6 +98,6 @@ mod tests {
         // Two columns: the value falls by one a metre downwards, and in the second one nothing stands still.
         let first = (0..4).map(|i| ([0.5, f64::from(i)], f64::from(i)));
         let second = (0..4).map(|i| ([1.5, f64::from(i)], 9.0));
-        assert_eq!(lower_boundary(first.chain(second), 1.0, 1.25), [[0.5, 1.25]]);
+        assert_eq!(base_of_moving_mass(first.chain(second), 1.0, 1.25), [[0.5, 1.25]]);
     }
 }

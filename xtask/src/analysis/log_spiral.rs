@@ -2,22 +2,22 @@
 //! about a point beyond the face on a logarithmic spiral through the toe (Chen 1975, *Limit Analysis and Soil
 //! Plasticity*, §9.2). No slope of associated Mohr–Coulomb soil has a factor of safety above the one found here.
 
-use super::bishop::Slope;
-use super::numbers::least;
+use super::bishop::HomogeneousSlope;
+use super::numbers::grid_search_minimum;
 
 /// A spiral and the factor that it bounds.
 #[derive(Clone, Copy, Debug)]
-pub struct Spiral {
+pub struct LogSpiral {
     /// Factor of safety.
-    pub factor: f64,
+    pub safety_factor: f64,
     /// Where it meets the crest, from the toe (m).
-    pub entry: f64,
+    pub crest_entry: f64,
 }
 
 /// Places per angle of a round of the search, and how much narrower the next one is.
-const SEARCH: (usize, f64) = (25, 0.5);
+const SEARCH_GRID: (usize, f64) = (25, 0.5);
 /// Halvings of the factor.
-const HALVINGS: usize = 40;
+const BISECTIONS: usize = 40;
 
 /// Critical height times unit weight over cohesion, and what meets the crest over the height, of a spiral whose radii to
 /// the crest and to the toe stand at the angles `from` and `to`; `None` where they make no mechanism.
@@ -43,29 +43,30 @@ fn mechanism(slope: f64, friction: f64, [from, to]: [f64; 2]) -> Option<[f64; 2]
 }
 
 /// The least stability number `γ H / c` of a slope (angles in radians), and the crest that moves over the height.
-fn stability(slope: f64, friction: f64) -> Option<[f64; 2]> {
+fn min_stability_number(slope: f64, friction: f64) -> Option<[f64; 2]> {
     let limits = [(0.02, 2.0), (0.1, 3.0)];
     let found = |at: [f64; 2]| mechanism(slope, friction, at).filter(|_| at[1] > at[0]);
-    let (_, at) = least(limits, SEARCH, |at| found(at).map_or(f64::INFINITY, |[number, _]| number))?;
+    let (_, at) =
+        grid_search_minimum(limits, SEARCH_GRID, |at| found(at).map_or(f64::INFINITY, |[number, _]| number))?;
     found(at)
 }
 
-impl Slope {
+impl HomogeneousSlope {
     /// The least upper bound of the factor of safety by spirals through the toe.
-    pub fn log_spiral(&self) -> Option<Spiral> {
+    pub fn log_spiral(&self) -> Option<LogSpiral> {
         let face = (1.0 / self.cotangent).atan();
         let reduced = |factor: f64| {
             let weak = self.weakened(factor);
-            let [number, crest] = stability(face, weak.friction_angle.to_radians())?;
+            let [number, crest] = min_stability_number(face, weak.friction_angle.to_radians())?;
             Some((number * weak.cohesion / weak.unit_weight, crest))
         };
         let (mut low, mut high) = (0.1, 10.0);
-        for _ in 0..HALVINGS {
+        for _ in 0..BISECTIONS {
             let middle = 0.5 * (low + high);
             if reduced(middle)?.0 > self.height { low = middle } else { high = middle }
         }
         let (_, crest) = reduced(low)?;
-        Some(Spiral { factor: low, entry: self.height * (self.cotangent + crest) })
+        Some(LogSpiral { safety_factor: low, crest_entry: self.height * (self.cotangent + crest) })
     }
 }
 
@@ -77,16 +78,22 @@ mod tests {
     fn stability_numbers_are_those_of_chen() {
         // Friction angle, slope (degrees), γ H / c.
         for (friction, slope, published) in [(0.0, 90.0, 3.83), (20.0, 60.0, 10.39)] {
-            let [number, _] = stability(f64::to_radians(slope), f64::to_radians(friction)).unwrap();
+            let [number, _] =
+                min_stability_number(f64::to_radians(slope), f64::to_radians(friction)).unwrap();
             assert!((number - published).abs() < 5e-3, "{friction}, {slope}: {number}");
         }
     }
 
     #[test]
     fn a_factor_scales_with_strength() {
-        let slope =
-            Slope { height: 5.0, cotangent: 1.0, unit_weight: 18e3, cohesion: 12e3, friction_angle: 25.0 };
-        let factor = slope.log_spiral().unwrap().factor;
-        assert!((slope.weakened(factor).log_spiral().unwrap().factor - 1.0).abs() < 1e-6);
+        let slope = HomogeneousSlope {
+            height: 5.0,
+            cotangent: 1.0,
+            unit_weight: 18e3,
+            cohesion: 12e3,
+            friction_angle: 25.0,
+        };
+        let factor = slope.log_spiral().unwrap().safety_factor;
+        assert!((slope.weakened(factor).log_spiral().unwrap().safety_factor - 1.0).abs() < 1e-6);
     }
 }

@@ -7,7 +7,7 @@ use colluvium::case::{Snapshot, Solver};
 ///
 /// # Errors
 /// Where the first stage cannot begin.
-pub fn largest_over_steps<const N: usize>(
+pub fn max_errors_over_steps<const N: usize>(
     solver: &mut dyn Solver,
     end: f64,
     errors: impl Fn(&Snapshot) -> [f64; N],
@@ -26,7 +26,7 @@ pub fn largest_over_steps<const N: usize>(
 }
 
 /// Root mean square distance (m) of points from where a solution has them at the time of a snapshot.
-pub fn distance(snapshot: &Snapshot, exact: impl Fn([f64; 3], f64) -> [f64; 3]) -> f64 {
+pub fn rms_position_error(snapshot: &Snapshot, exact: impl Fn([f64; 3], f64) -> [f64; 3]) -> f64 {
     let displacement = snapshot.vectors("displacement").unwrap_or(&[]);
     let squares = snapshot.positions.iter().zip(displacement).map(|(x, u)| {
         let place = exact(std::array::from_fn(|c| x[c] - u[c]), snapshot.time);

@@ -8,5 +8,5 @@ pub mod manufactured;
 mod numbers;
 pub mod undrained;
 
-pub use fronts::{crest, farthest_held, held_front, lower_boundary, reach_of};
-pub use numbers::{Largest, larger, scatter, slope};
+pub use fronts::{base_of_moving_mass, connected_front, crest, farthest_connected, mass_quantile_position};
+pub use numbers::{MaxOrNan, max_or_nan, mean_and_deviation, regression_slope};

@@ -1,41 +1,41 @@
 //! Numbers out of many numbers: the largest, the least over a box, a straight line through points.
 
 /// The larger of both; not a number where one of them is none, so that a check fails on it.
-pub fn larger(a: f64, b: f64) -> f64 {
+pub fn max_or_nan(a: f64, b: f64) -> f64 {
     if a.is_nan() || a >= b { a } else { b }
 }
 
 /// Mean of some drawings, and their standard deviation.
-pub fn scatter(drawn: &[f64]) -> (f64, f64) {
+pub fn mean_and_deviation(drawn: &[f64]) -> (f64, f64) {
     let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
     let square = drawn.iter().map(|own| (own - mean).powi(2)).sum::<f64>() / (drawn.len() - 1) as f64;
     (mean, square.sqrt())
 }
 
 /// The largest of what a benchmark found.
-pub trait Largest {
+pub trait MaxOrNan {
     /// NaN, which fails every check, where there are no numbers or one of them is none.
-    fn largest(self) -> f64;
+    fn max_or_nan(self) -> f64;
 }
 
-impl<I: Iterator<Item = f64>> Largest for I {
-    fn largest(self) -> f64 {
-        self.reduce(larger).unwrap_or(f64::NAN)
+impl<I: Iterator<Item = f64>> MaxOrNan for I {
+    fn max_or_nan(self) -> f64 {
+        self.reduce(max_or_nan).unwrap_or(f64::NAN)
     }
 }
 
 /// Rounds of a search, each in a finer box around the best place.
-const ROUNDS: usize = 12;
+const SEARCH_ROUNDS: usize = 12;
 
 /// The least value over a box and where it is, by `places` along each axis in each round; each box is as wide as `narrower` of the one
 /// before. `None` where no value is finite.
-pub fn least<const N: usize>(
+pub fn grid_search_minimum<const N: usize>(
     limits: [(f64, f64); N],
     (places, narrower): (usize, f64),
     value: impl Fn([f64; N]) -> f64,
 ) -> Option<(f64, [f64; N])> {
     let (mut bounds, mut best) = (limits, (f64::INFINITY, [0.0; N]));
-    for _ in 0..ROUNDS {
+    for _ in 0..SEARCH_ROUNDS {
         for number in 0..places.pow(N as u32) {
             let mut rest = number;
             let at: [f64; N] = std::array::from_fn(|axis| {
@@ -59,7 +59,7 @@ pub fn least<const N: usize>(
 }
 
 /// Slope of the straight line through the points, by least squares.
-pub fn slope(points: &[(f64, f64)]) -> f64 {
+pub fn regression_slope(points: &[(f64, f64)]) -> f64 {
     let n = points.len() as f64;
     let (mx, my) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
     let (xy, xx) = points
@@ -74,25 +74,25 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_the_largest() {
-        assert_eq!([3.0, -1.0, 7.0].into_iter().largest(), 7.0);
+        assert_eq!([3.0, -1.0, 7.0].into_iter().max_or_nan(), 7.0);
         for list in [&[][..], &[f64::NAN, 1.0], &[1.0, f64::NAN], &[1.0, f64::NAN, 2.0]] {
-            assert!(list.iter().copied().largest().is_nan(), "{list:?}");
+            assert!(list.iter().copied().max_or_nan().is_nan(), "{list:?}");
         }
     }
 
     #[test]
     fn the_least_of_a_bowl_is_its_bottom_or_the_side_next_to_it() {
         let bowl = |[x, y]: [f64; 2]| (x - 0.3).powi(2) + (y - 2.0).powi(2);
-        let (_, at) = least([(-1.0, 1.0), (0.0, 1.0)], (9, 0.5), bowl).unwrap();
+        let (_, at) = grid_search_minimum([(-1.0, 1.0), (0.0, 1.0)], (9, 0.5), bowl).unwrap();
         assert!((at[0] - 0.3).abs() < 1e-3 && at[1] == 1.0, "{at:?}");
-        assert!(least([(0.0, 1.0)], (9, 0.5), |_| f64::NAN).is_none());
+        assert!(grid_search_minimum([(0.0, 1.0)], (9, 0.5), |_| f64::NAN).is_none());
     }
 
     #[test]
     fn the_slope_of_a_line_is_its_own_and_scatter_counts_by_squares() {
         let line: Vec<(f64, f64)> = (0..5).map(|i| (f64::from(i), 2.0 - 0.5 * f64::from(i))).collect();
-        assert!((slope(&line) + 0.5).abs() < 1e-15);
+        assert!((regression_slope(&line) + 0.5).abs() < 1e-15);
         // Sums of squares 2 about the mean of x, and of products 3.
-        assert_eq!(slope(&[(0.0, 0.0), (1.0, 0.0), (2.0, 3.0)]), 1.5);
+        assert_eq!(regression_slope(&[(0.0, 0.0), (1.0, 0.0), (2.0, 3.0)]), 1.5);
     }
 }

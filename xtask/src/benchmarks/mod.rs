@@ -13,9 +13,9 @@ mod sph;
 use colluvium::case::output::Table;
 use colluvium::case::{Case, FieldData, RunOptions, RunReport, Snapshot};
 
-use crate::analysis::larger;
-pub use outcome::{Check, Criterion, Film, Known, Outcome, Verdict};
-pub use recorder::Recorder;
+use crate::analysis::max_or_nan;
+pub use outcome::{BenchmarkAnimation, BenchmarkOutcome, Check, CheckVerdict, Criterion, OpenDefect};
+pub use recorder::InputRecorder;
 
 /// A benchmark: a source, what must hold, and the way to find out.
 pub struct Benchmark {
@@ -26,11 +26,11 @@ pub struct Benchmark {
     /// Where it comes from.
     pub source: &'static str,
     /// Seconds to expect of the short form, on one core; `None` where `--quick` leaves it out.
-    pub quick: Option<u32>,
+    pub short_seconds: Option<u32>,
     /// Seconds to expect of the full form, on one core.
-    pub full: u32,
+    pub full_seconds: u32,
     /// Runs it; `quick` asks for the short form.
-    pub run: fn(quick: bool) -> Result<Outcome, String>,
+    pub run: fn(quick: bool) -> Result<BenchmarkOutcome, String>,
 }
 
 /// The benchmarks of each method, a line each.
@@ -51,39 +51,39 @@ pub fn all() -> impl Iterator<Item = &'static Benchmark> {
 }
 
 /// The case of a benchmark, `validation/<folder>/case.json`.
-fn case(folder: &str) -> Result<Case, String> {
+fn load_case(folder: &str) -> Result<Case, String> {
     let path = crate::root().join("validation").join(folder).join("case.json");
-    recorder::reads(&path);
+    recorder::record_file(&path);
     Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 
 /// Reference data, a CSV file under `validation/` whose first lines say where the numbers are from.
-fn reference(file: &str) -> Result<Table, String> {
+fn reference_table(file: &str) -> Result<Table, String> {
     let path = crate::root().join("validation").join(file);
-    recorder::reads(&path);
+    recorder::record_file(&path);
     Table::read(&path).map_err(|error| error.to_string())
 }
 
 /// Two columns of reference data, without the rows that lack one of them.
-fn curve(table: &Table, x: &str, y: &str) -> Result<Vec<(f64, f64)>, String> {
+fn reference_curve(table: &Table, x: &str, y: &str) -> Result<Vec<(f64, f64)>, String> {
     let pairs = table.pairs(x, y).ok_or_else(|| format!("the reference data lack {x} or {y}"))?;
     Ok(pairs.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite()).collect())
 }
 
 /// Sets an option of the material point method.
-fn set(case: &mut Case, option: &str, value: impl Into<serde_json::Value>) {
-    set_of(case, "mpm", option, value);
+fn set_mpm_option(case: &mut Case, option: &str, value: impl Into<serde_json::Value>) {
+    set_method_option(case, "mpm", option, value);
 }
 
 /// Sets an option of a method.
-fn set_of(case: &mut Case, method: &str, option: &str, value: impl Into<serde_json::Value>) {
+fn set_method_option(case: &mut Case, method: &str, option: &str, value: impl Into<serde_json::Value>) {
     if let Some(serde_json::Value::Object(options)) = case.methods.get_mut(method) {
         options.insert(option.to_owned(), value.into());
     }
 }
 
 /// Changes a case by JSON pointers: what each leads to is set, or added to the object above it.
-fn changed(case: &Case, changes: &[(&str, serde_json::Value)]) -> Result<Case, String> {
+fn patched_case(case: &Case, changes: &[(&str, serde_json::Value)]) -> Result<Case, String> {
     let mut text: serde_json::Value = serde_json::from_str(&case.to_json()).map_err(|e| e.to_string())?;
     for (pointer, value) in changes {
         let (parent, key) = pointer.rsplit_once('/').ok_or("no pointer")?;
@@ -105,19 +105,19 @@ fn set_material(case: &mut Case, material: &str, keys: &[(&str, serde_json::Valu
 }
 
 /// Runs a case with the material point method in memory, frames kept.
-fn run(case: &Case) -> Result<RunReport, String> {
-    run_by("mpm", case)
+fn run_mpm(case: &Case) -> Result<RunReport, String> {
+    run_in_memory("mpm", case)
 }
 
 /// Runs a case in memory, frames kept.
-fn run_by(name: &str, case: &Case) -> Result<RunReport, String> {
+fn run_in_memory(name: &str, case: &Case) -> Result<RunReport, String> {
     let method = colluvium::method(name).ok_or_else(|| format!("no method {name}"))?;
     let options = RunOptions { method: name.to_owned(), keep_frames: true, ..RunOptions::default() };
     // Where a case names no interval steps end on its rows all the same, so that series are at even times.
     let mut case = case.clone();
     case.output.measures = case.output.measures.or(Some(case.end_time() / 100.0));
     let report = colluvium::case::run_method(method, &case, &options).map_err(|error| error.to_string())?;
-    recorder::ran(name, &case, &report);
+    recorder::record_run(name, &case, &report);
     Ok(report)
 }
 
@@ -130,7 +130,7 @@ fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
 }
 
 /// A JSON object with entries of another added or replaced.
-fn with(mut object: serde_json::Value, more: serde_json::Value) -> serde_json::Value {
+fn merged(mut object: serde_json::Value, more: serde_json::Value) -> serde_json::Value {
     if let (Some(object), serde_json::Value::Object(more)) = (object.as_object_mut(), more) {
         object.extend(more);
     }
@@ -144,8 +144,8 @@ fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
 
 /// The largest depth of a point's centre under the first obstacle of a case in space, in any frame (m). A centre on the surface, to
 /// the round-off of its coordinates, is not under it.
-fn deepest(case: &Case, report: &RunReport) -> Result<f64, String> {
-    let standing = case.standing::<3>().map_err(|error| error.to_string())?;
+fn max_penetration(case: &Case, report: &RunReport) -> Result<f64, String> {
+    let standing = case.placed_obstacles::<3>().map_err(|error| error.to_string())?;
     let surface = &standing[0].surface;
     let places = report.frames.iter().flat_map(|frame| &frame.positions);
     let depth = |x: &[f64; 3]| {
@@ -153,7 +153,7 @@ fn deepest(case: &Case, report: &RunReport) -> Result<f64, String> {
         let depth = -surface.gap(x, f64::INFINITY)?.distance;
         (depth > 4.0 * f64::EPSILON * largest).then_some(depth)
     };
-    Ok(places.filter(|x| surface.contains(x)).filter_map(depth).fold(0.0, larger))
+    Ok(places.filter(|x| surface.contains(x)).filter_map(depth).fold(0.0, max_or_nan))
 }
 
 /// Centre of mass of the points (m).
@@ -172,28 +172,28 @@ fn stresses(snapshot: &Snapshot) -> Vec<colluvium::constitutive::SymTensor> {
 }
 
 /// A column of the measures; empty where there is none.
-fn series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
+fn measure_series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
     report.table.pairs("time", name).unwrap_or_default()
 }
 
 /// What becomes of gravity's work on obstacles, over that work.
-struct OnObstacles {
+struct ObstacleEnergyShares {
     /// Largest rise of the sum of all energies, with what obstacles took.
     rise: f64,
     /// Work of friction.
     friction: f64,
     /// What was taken from points that were stopped before a surface.
-    stopped: f64,
+    penetration_limit: f64,
 }
 
 /// The balance of energy of a run with obstacles; kinetic, elastic and potential energy, what springs hold, and what friction and
 /// stops took: their sum falls by what the material dissipates.
-fn on_obstacles(report: &RunReport) -> OnObstacles {
+fn obstacle_energy_shares(report: &RunReport) -> ObstacleEnergyShares {
     let parts =
         ["kinetic_energy", "elastic_energy", "potential_energy", "obstacles.friction", "obstacles.stopped"];
-    let [.., potential, friction, stopped] = parts.map(|name| series(report, name));
-    let fallen = potential.iter().map(|(_, e)| potential[0].1 - e).fold(0.0, larger);
-    let all = parts.into_iter().chain(["obstacles.stored"]).map(|name| series(report, name));
+    let [.., potential, friction, stopped] = parts.map(|name| measure_series(report, name));
+    let fallen = potential.iter().map(|(_, e)| potential[0].1 - e).fold(0.0, max_or_nan);
+    let all = parts.into_iter().chain(["obstacles.stored"]).map(|name| measure_series(report, name));
     let mut sums = vec![0.0; potential.len()];
     all.for_each(|part| part.iter().zip(&mut sums).for_each(|((_, e), sum)| *sum += e));
     let (mut least, mut rise) = (f64::INFINITY, 0f64);
@@ -202,11 +202,11 @@ fn on_obstacles(report: &RunReport) -> OnObstacles {
         rise = rise.max(energy - least);
     }
     let last = |part: &[(f64, f64)]| part.last().map_or(f64::NAN, |last| last.1) / fallen;
-    OnObstacles { rise: rise / fallen, friction: last(&friction), stopped: last(&stopped) }
+    ObstacleEnergyShares { rise: rise / fallen, friction: last(&friction), penetration_limit: last(&stopped) }
 }
 
 /// Where the points of a case in the plane were at the start (m).
-fn starts(snapshot: &Snapshot) -> Vec<[f64; 2]> {
+fn initial_positions(snapshot: &Snapshot) -> Vec<[f64; 2]> {
     let displacement = vectors(snapshot, "displacement");
     snapshot.positions.iter().zip(displacement).map(|(x, u)| [x[0] - u[0], x[1] - u[1]]).collect()
 }

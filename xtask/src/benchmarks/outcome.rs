@@ -5,13 +5,14 @@ use serde::{Deserialize, Serialize};
 
 /// What a benchmark found.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct BenchmarkOutcome {
     /// What must hold, and whether it does.
     pub checks: Vec<Check>,
     /// Pictures.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<BenchmarkFigure>,
     /// Runs as animations.
-    pub films: Vec<Film>,
+    #[serde(rename = "films")]
+    pub animations: Vec<BenchmarkAnimation>,
     /// Runs of one case by several methods side by side: part of a page.
     #[serde(default)]
     pub comparison: Option<String>,
@@ -19,7 +20,7 @@ pub struct Outcome {
 
 /// A run as an animation.
 #[derive(Clone, Serialize, Deserialize)]
-pub struct Film {
+pub struct BenchmarkAnimation {
     /// What it shows.
     pub caption: String,
     /// The element of HTML that the player's script takes.
@@ -41,16 +42,17 @@ pub struct Check {
     pub reason: String,
     /// What is known of a check that does not hold: an open defect.
     #[serde(skip)]
-    pub defect: Option<Known>,
+    pub defect: Option<OpenDefect>,
 }
 
 /// What is known of an open defect.
 #[derive(Clone, Debug, Serialize)]
-pub struct Known {
+pub struct OpenDefect {
     /// How it stands with what the source asks.
     pub criterion: Criterion,
     /// What was found.
-    pub found: String,
+    #[serde(rename = "found")]
+    pub observation: String,
 }
 
 /// How a check that fails stands with what its source asks.
@@ -70,7 +72,7 @@ impl Criterion {
     pub const ALL: [Self; 3] = [Self::Missed, Self::Disputed, Self::Met];
 
     /// In words, after a number of checks or before what was found.
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Missed => "against a criterion of the source that is missed",
             Self::Disputed => "against a criterion that another reference contradicts",
@@ -81,7 +83,7 @@ impl Criterion {
 
 /// What a check says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum CheckVerdict {
     /// The value lies within its bounds.
     Pass,
     /// It does not.
@@ -89,36 +91,36 @@ pub enum Verdict {
     /// It does not, and is listed among the open defects.
     Open,
     /// It has no bounds.
-    NotJudged,
+    Unbounded,
 }
 
-impl Verdict {
+impl CheckVerdict {
     /// The verdict in words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
             Self::Fail => "FAIL",
             Self::Open => "FAIL, open",
-            Self::NotJudged => "not judged",
+            Self::Unbounded => "not judged",
         }
     }
 }
 
 impl Check {
     /// Whether the measured value lies within the bounds; NaN never does.
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> CheckVerdict {
         match self.range {
-            None => Verdict::NotJudged,
-            Some((low, high)) if self.measured >= low && self.measured <= high => Verdict::Pass,
-            Some(_) if self.defect.is_some() => Verdict::Open,
-            Some(_) => Verdict::Fail,
+            None => CheckVerdict::Unbounded,
+            Some((low, high)) if self.measured >= low && self.measured <= high => CheckVerdict::Pass,
+            Some(_) if self.defect.is_some() => CheckVerdict::Open,
+            Some(_) => CheckVerdict::Fail,
         }
     }
 }
 
 /// A picture with its caption, as a file.
 #[derive(Serialize, Deserialize)]
-pub struct Figure {
+pub struct BenchmarkFigure {
     /// Caption.
     pub caption: String,
     /// `svg` or `png`.
@@ -128,7 +130,7 @@ pub struct Figure {
 }
 
 /// A number of the source to ten digits, plain where that is short.
-fn short(value: f64) -> String {
+fn ten_digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.9e}").parse().unwrap_or(value);
     match rounded.abs() {
         0.0 => "0".to_owned(),
@@ -137,8 +139,8 @@ fn short(value: f64) -> String {
     }
 }
 
-impl Outcome {
-    pub fn within(
+impl BenchmarkOutcome {
+    pub fn assert_within(
         &mut self,
         name: impl Into<String>,
         claim: &str,
@@ -151,30 +153,52 @@ impl Outcome {
     }
 
     /// A value that is shown and not judged; the reason says why.
-    pub fn show(&mut self, name: impl Into<String>, claim: &str, measured: f64, reason: &str) {
+    pub fn info(&mut self, name: impl Into<String>, claim: &str, measured: f64, reason: &str) {
         let (name, claim, reason) = (name.into(), claim.to_owned(), reason.to_owned());
         self.checks.push(Check { name, claim, measured, range: None, reason, defect: None });
     }
 
     /// Within a relative distance of the source's value (absolute for a value of zero).
-    pub fn near(&mut self, name: impl Into<String>, exact: f64, tolerance: f64, measured: f64, reason: &str) {
+    pub fn assert_close(
+        &mut self,
+        name: impl Into<String>,
+        exact: f64,
+        tolerance: f64,
+        measured: f64,
+        reason: &str,
+    ) {
         let width = tolerance * if exact == 0.0 { 1.0 } else { exact.abs() };
-        self.within(name, &short(exact), measured, (exact - width, exact + width), reason);
+        self.assert_within(name, &ten_digits(exact), measured, (exact - width, exact + width), reason);
     }
 
-    pub fn below(&mut self, name: impl Into<String>, claim: &str, measured: f64, bound: f64, reason: &str) {
-        self.within(name, claim, measured, (f64::NEG_INFINITY, bound), reason);
+    pub fn assert_below(
+        &mut self,
+        name: impl Into<String>,
+        claim: &str,
+        measured: f64,
+        bound: f64,
+        reason: &str,
+    ) {
+        self.assert_within(name, claim, measured, (f64::NEG_INFINITY, bound), reason);
     }
 
     pub fn svg(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
         let bytes = picture.to_svg()?.into_bytes();
-        self.figures.push(Figure { caption: caption.to_owned(), extension: "svg".to_owned(), bytes });
+        self.figures.push(BenchmarkFigure {
+            caption: caption.to_owned(),
+            extension: "svg".to_owned(),
+            bytes,
+        });
         Ok(())
     }
 
     pub fn png(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
         let bytes = picture.to_png()?;
-        self.figures.push(Figure { caption: caption.to_owned(), extension: "png".to_owned(), bytes });
+        self.figures.push(BenchmarkFigure {
+            caption: caption.to_owned(),
+            extension: "png".to_owned(),
+            bytes,
+        });
         Ok(())
     }
 }
@@ -186,6 +210,6 @@ mod tests {
     #[test]
     fn numbers_of_a_source_are_as_short_as_they_are_exact() {
         let values = [0.404, 0.0, -2.5e-7, 1e9, 1.0 / 3.0, 0.1 + 0.2];
-        assert_eq!(values.map(short), ["0.404", "0", "-2.5e-7", "1e9", "0.3333333333", "0.3"]);
+        assert_eq!(values.map(ten_digits), ["0.404", "0", "-2.5e-7", "1e9", "0.3333333333", "0.3"]);
     }
 }

@@ -6,37 +6,37 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use colluvium::case::{Case, RunReport};
-use colluvium::pictures::plane_under;
+use colluvium::pictures::view_plane_for_gravity;
 use colluvium::plots::{Animation, Panel, View};
 use rayon::ThreadPool;
 
-use super::Film;
+use super::BenchmarkAnimation;
 
 /// Runs of a benchmark that are shown as animations, at most: the first ones.
-const FILMS: usize = 4;
+const MAX_ANIMATIONS: usize = 4;
 /// Bytes of an animation.
-const BYTES: usize = 300_000;
+const ANIMATION_BYTES: usize = 300_000;
 /// Frames and points below which there is nothing to see.
-const LEAST: [usize; 2] = [5, 30];
+const MIN_FRAMES_AND_POINTS: [usize; 2] = [5, 30];
 
 /// Follows what the threads of a pool do.
 #[derive(Clone, Default)]
-pub struct Recorder(Arc<Mutex<Record>>);
+pub struct InputRecorder(Arc<Mutex<RecordedInputs>>);
 
 #[derive(Default)]
-struct Record {
+struct RecordedInputs {
     files: BTreeSet<String>,
-    films: Vec<Film>,
+    animations: Vec<BenchmarkAnimation>,
     runs: usize,
 }
 
 thread_local! {
-    static OF_THREAD: RefCell<Option<Recorder>> = const { RefCell::new(None) };
+    static OF_THREAD: RefCell<Option<InputRecorder>> = const { RefCell::new(None) };
 }
 
-impl Recorder {
+impl InputRecorder {
     /// Of what the threads of `pool` do from now on.
-    pub fn follow(pool: &ThreadPool) -> Self {
+    pub fn attach(pool: &ThreadPool) -> Self {
         let recorder = Self::default();
         pool.broadcast(|_| OF_THREAD.replace(Some(recorder.clone())));
         recorder
@@ -48,27 +48,27 @@ impl Recorder {
     }
 
     /// The animations, each with its place among the runs.
-    pub fn films(&self) -> Vec<Film> {
+    pub fn animations(&self) -> Vec<BenchmarkAnimation> {
         let record = self.record();
-        let told = |film: &Film| Film {
+        let told = |film: &BenchmarkAnimation| BenchmarkAnimation {
             caption: format!("{} of {} runs", film.caption, record.runs),
             ..film.clone()
         };
-        record.films.iter().map(told).collect()
+        record.animations.iter().map(told).collect()
     }
 
-    fn record(&self) -> MutexGuard<'_, Record> {
+    fn record(&self) -> MutexGuard<'_, RecordedInputs> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// The recorder of this thread; none outside of the benchmarks of `validate`.
-fn of_thread() -> Option<Recorder> {
+fn of_thread() -> Option<InputRecorder> {
     OF_THREAD.with_borrow(Clone::clone)
 }
 
 /// Notes that the benchmark of this thread reads a file.
-pub fn reads(path: &Path) {
+pub fn record_file(path: &Path) {
     let name = path.strip_prefix(crate::root()).unwrap_or(path).to_string_lossy().into_owned();
     if let Some(recorder) = of_thread() {
         recorder.record().files.insert(name);
@@ -76,30 +76,36 @@ pub fn reads(path: &Path) {
 }
 
 /// Notes a run of the benchmark of this thread, and keeps an animation of the first ones.
-pub fn ran(method: &str, case: &Case, report: &RunReport) {
+pub fn record_run(method: &str, case: &Case, report: &RunReport) {
     let Some(recorder) = of_thread() else { return };
     let mut record = recorder.record();
     record.runs += 1;
     let seen = [report.frames.len(), report.snapshot.ids.len()];
-    if record.films.len() >= FILMS || seen[0] < LEAST[0] || seen[1] < LEAST[1] {
+    if record.animations.len() >= MAX_ANIMATIONS
+        || seen[0] < MIN_FRAMES_AND_POINTS[0]
+        || seen[1] < MIN_FRAMES_AND_POINTS[1]
+    {
         return;
     }
-    let panel =
-        Panel { name: method.to_owned(), frames: report.frames.iter().collect(), of: report.frames.len() };
+    let panel = Panel {
+        name: method.to_owned(),
+        frames: report.frames.iter().collect(),
+        frame_count: report.frames.len(),
+    };
     let Ok(text) = serde_json::to_value(case) else { return };
-    let plane = plane_under(case.gravity.get(2).copied(), None);
-    let ground = colluvium::ground::ground(case);
-    let view = View { bytes: BYTES, ground, ..colluvium::animation::view(&text, plane, &[]) };
-    if let Some(animation) = Animation::of(&[panel], &view) {
+    let plane = view_plane_for_gravity(case.gravity.get(2).copied(), None);
+    let ground = colluvium::ground::rigid_geometry(case);
+    let view = View { bytes: ANIMATION_BYTES, ground, ..colluvium::animation::view(&text, plane, &[]) };
+    if let Some(animation) = Animation::from_panels(&[panel], &view) {
         let caption = format!("{} ({method}): run {}", case.title, record.runs);
-        record.films.push(Film { caption, element: animation.element() });
+        record.animations.push(BenchmarkAnimation { caption, element: animation.element() });
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::benchmarks::{case, run};
+    use crate::benchmarks::{load_case, run_mpm};
 
     fn pool(threads: usize) -> ThreadPool {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
@@ -108,9 +114,10 @@ mod tests {
     #[test]
     fn the_files_of_a_benchmark_are_those_that_the_threads_of_its_pool_read() {
         let (one, two) = (pool(1), pool(2));
-        let (first, second) = (Recorder::follow(&one), Recorder::follow(&two));
-        one.install(|| case("mpm/bar")).unwrap();
-        let (a, b) = two.install(|| rayon::join(|| case("mpm/slope-in-motion"), || case("sph/balance")));
+        let (first, second) = (InputRecorder::attach(&one), InputRecorder::attach(&two));
+        one.install(|| load_case("mpm/bar")).unwrap();
+        let (a, b) =
+            two.install(|| rayon::join(|| load_case("mpm/slope-in-motion"), || load_case("sph/balance")));
         assert!(a.is_ok() && b.is_ok());
         assert_eq!(first.files(), ["validation/mpm/bar/case.json"]);
         assert_eq!(
@@ -118,23 +125,23 @@ mod tests {
             ["validation/mpm/slope-in-motion/case.json", "validation/sph/balance/case.json"]
         );
         // The next benchmark of a pool begins with none.
-        assert!(Recorder::follow(&one).files().is_empty());
+        assert!(InputRecorder::attach(&one).files().is_empty());
     }
 
     #[test]
     fn the_first_runs_with_frames_are_kept_as_animations() {
         let pool = pool(1);
-        let recorder = Recorder::follow(&pool);
+        let recorder = InputRecorder::attach(&pool);
         pool.install(|| {
-            let mut case = case("mpm/two-disks").unwrap();
+            let mut case = load_case("mpm/two-disks").unwrap();
             case.stages[0].duration = 0.01;
             case.output.frames = Some(0.002);
-            for _ in 0..=FILMS {
-                run(&case).unwrap();
+            for _ in 0..=MAX_ANIMATIONS {
+                run_mpm(&case).unwrap();
             }
         });
-        let films = recorder.films();
-        assert_eq!(films.len(), FILMS);
+        let films = recorder.animations();
+        assert_eq!(films.len(), MAX_ANIMATIONS);
         assert!(films[1].caption.ends_with("run 2 of 5 runs"), "{}", films[1].caption);
         assert!(films[0].element.starts_with("<div class=\"player\">"));
     }

@@ -8,24 +8,24 @@ mod rows;
 
 use clap::Args;
 
-pub use page::{html, words};
-use rows::Sheet;
-pub use rows::sheets;
+pub use page::{html, summary_text};
+use rows::ChecklistSheet;
+pub use rows::load_sheets;
 
 #[derive(Args)]
-pub struct Arguments {}
+pub struct CoverageArguments {}
 
 /// The page of the documentation that is made of the rows.
-pub const PAGE: &str = "docs/coverage.md";
+pub const PAGE_FILE: &str = "docs/coverage.md";
 
 /// Writes the page; true when every name in the rows is there.
-pub fn run(_: &Arguments) -> Result<bool, String> {
-    let sheets = sheets()?;
-    let wrong: Vec<String> = sheets.iter().flat_map(Sheet::wrong).collect();
+pub fn run(_: &CoverageArguments) -> Result<bool, String> {
+    let sheets = load_sheets()?;
+    let wrong: Vec<String> = sheets.iter().flat_map(ChecklistSheet::wrong).collect();
     wrong.iter().for_each(|line| eprintln!("{line}"));
-    let path = crate::root().join(PAGE);
+    let path = crate::root().join(PAGE_FILE);
     std::fs::write(&path, page::markdown(&sheets)).map_err(|error| format!("{}: {error}", path.display()))?;
-    println!("{}\nwrote {PAGE}", words(&sheets));
+    println!("{}\nwrote {PAGE_FILE}", summary_text(&sheets));
     Ok(wrong.is_empty())
 }
 
@@ -35,13 +35,13 @@ mod tests {
 
     #[test]
     fn every_row_names_tests_files_and_benchmarks_that_are_there() {
-        let wrong: Vec<String> = sheets().unwrap().iter().flat_map(Sheet::wrong).collect();
+        let wrong: Vec<String> = load_sheets().unwrap().iter().flat_map(ChecklistSheet::wrong).collect();
         assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     }
 
     #[test]
     fn the_page_is_that_of_the_rows() {
-        let written = std::fs::read_to_string(crate::root().join(PAGE)).unwrap_or_default();
-        assert!(written == page::markdown(&sheets().unwrap()), "write it anew: cargo xtask coverage");
+        let written = std::fs::read_to_string(crate::root().join(PAGE_FILE)).unwrap_or_default();
+        assert!(written == page::markdown(&load_sheets().unwrap()), "write it anew: cargo xtask coverage");
     }
 }

@@ -4,26 +4,26 @@ use std::fmt::Write;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::rows::{Row, Sheet, State};
+use super::rows::{ChecklistRow, ChecklistSheet, ChecklistState};
 
 /// How many rows are in each state, in a line.
-pub fn words(sheets: &[Sheet]) -> String {
+pub fn summary_text(sheets: &[ChecklistSheet]) -> String {
     let all: usize = sheets.iter().map(|sheet| sheet.rows.len()).sum();
-    let count = |state: State| sheets.iter().map(|sheet| sheet.count(state)).sum::<usize>();
-    let parts = State::ALL.map(|state| format!("{} {}", count(state), state.name()));
+    let count = |state: ChecklistState| sheets.iter().map(|sheet| sheet.count(state)).sum::<usize>();
+    let parts = ChecklistState::ALL.map(|state| format!("{} {}", count(state), state.name()));
     format!("{all} rows: {}", parts.join(", "))
 }
 
 /// The rows of a sheet, those that lack something first.
-fn sorted(sheet: &Sheet) -> Vec<&Row> {
-    let mut rows: Vec<&Row> = sheet.rows.iter().collect();
-    let rank = |row: &&Row| State::ALL.iter().position(|state| *state == row.state);
+fn incomplete_first(sheet: &ChecklistSheet) -> Vec<&ChecklistRow> {
+    let mut rows: Vec<&ChecklistRow> = sheet.rows.iter().collect();
+    let rank = |row: &&ChecklistRow| ChecklistState::ALL.iter().position(|state| *state == row.state);
     rows.sort_by_key(rank);
     rows
 }
 
 /// The page of the documentation.
-pub fn markdown(sheets: &[Sheet]) -> String {
+pub fn markdown(sheets: &[ChecklistSheet]) -> String {
     let mut text = format!(
         "# Coverage of specification sheets\n\nEvery row of the checklists of the [specification sheets](sheets/README.md): what implements it, \
          and which test or benchmark shows it. Made by `cargo xtask coverage` of their checklists and of what is known of the rows, \
@@ -32,16 +32,16 @@ pub fn markdown(sheets: &[Sheet]) -> String {
          says nothing of whether it is implemented. *Done*: implemented, and shown by a test or a benchmark. *Background*: nothing to \
          compute, or left out by its sheet. Rows are filled in by what files say of themselves at their head, and by names and sources of \
          tests and benchmarks; nobody has held every line of them against its row.\n\n{}.\n\n| sheet |",
-        words(sheets)
+        summary_text(sheets)
     );
     // Writing to a string cannot fail.
-    for state in State::ALL {
+    for state in ChecklistState::ALL {
         let _ = write!(text, " {} |", state.name());
     }
-    let _ = writeln!(text, "\n|---|{}", "---|".repeat(State::ALL.len()));
+    let _ = writeln!(text, "\n|---|{}", "---|".repeat(ChecklistState::ALL.len()));
     for sheet in sheets {
         let _ = write!(text, "| [{0}](#{0}) |", sheet.name);
-        State::ALL.iter().for_each(|state| {
+        ChecklistState::ALL.iter().for_each(|state| {
             let _ = write!(text, " {} |", sheet.count(*state));
         });
         text.push('\n');
@@ -51,7 +51,7 @@ pub fn markdown(sheets: &[Sheet]) -> String {
         text.push_str(
             "| row | feature | state | files | tests and benchmarks | note |\n|---|---|---|---|---|---|\n",
         );
-        for row in sorted(sheet) {
+        for row in incomplete_first(sheet) {
             let code = |names: &mut dyn Iterator<Item = &String>| {
                 names
                     .map(|name| format!("`{}`", name.trim_start_matches("crates/")))
@@ -69,7 +69,7 @@ pub fn markdown(sheets: &[Sheet]) -> String {
 }
 
 /// The page of the report; `up` leads to the root of the repository.
-pub fn html(sheets: &[Sheet], style: &str, up: &str) -> Markup {
+pub fn html(sheets: &[ChecklistSheet], style: &str, up: &str) -> Markup {
     let link = |file: &str, text: &str| html! { a href={ (up) (file) } { (text) } };
     html! {
         (DOCTYPE)
@@ -83,17 +83,17 @@ pub fn html(sheets: &[Sheet], style: &str, up: &str) -> Markup {
             body { main {
                 p class="soft" { a href="index.html" { "← all benchmarks" } }
                 h1 { "Coverage of specification sheets" }
-                p { (words(sheets)) ". Rows that lack something come first; what is not checked nobody has compared with the code. The others are filled in by the heads of "
+                p { (summary_text(sheets)) ". Rows that lack something come first; what is not checked nobody has compared with the code. The others are filled in by the heads of "
                     "files and the names and sources of tests and benchmarks." }
                 @for sheet in sheets {
                     h2 id=(sheet.name) { (link(&format!("docs/sheets/{}.md", sheet.name), sheet.name)) }
                     div class="card" { table class="rows" {
                         thead { tr { @for name in ["Row", "Feature", "State", "Files", "Tests and benchmarks", "Note"] { th { (name) } } } }
-                        tbody { @for row in sorted(sheet) {
+                        tbody { @for row in incomplete_first(sheet) {
                             tr {
                                 td { (row.id) }
                                 td { (row.text) }
-                                td { span class={ "badge " (class(row.state)) } { (row.state.name()) } }
+                                td { span class={ "badge " (badge_class(row.state)) } { (row.state.name()) } }
                                 td { @for file in &row.files { (link(file, file.trim_start_matches("crates/"))) br; } }
                                 td {
                                     @for test in &row.tests {
@@ -112,11 +112,11 @@ pub fn html(sheets: &[Sheet], style: &str, up: &str) -> Markup {
 }
 
 /// The badge of a state.
-fn class(state: State) -> &'static str {
+fn badge_class(state: ChecklistState) -> &'static str {
     match state {
-        State::Missing => "fail",
-        State::Part => "open",
-        State::Done => "pass",
-        State::NotChecked | State::Background => "shown",
+        ChecklistState::Missing => "fail",
+        ChecklistState::Partial => "open",
+        ChecklistState::Done => "pass",
+        ChecklistState::NotChecked | ChecklistState::Background => "shown",
     }
 }

@@ -11,11 +11,11 @@ const SHEETS: [&str; 6] = ["depth-sph", "dem", "snow-mpm", "mpm", "sph", "consti
 
 /// How a row stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
+pub enum ChecklistState {
     /// Not implemented.
     Missing,
     /// Implemented in part, or shown by nothing.
-    Part,
+    Partial,
     /// Nobody has looked.
     NotChecked,
     /// Implemented, with a test or a benchmark that shows it.
@@ -24,15 +24,15 @@ pub enum State {
     Background,
 }
 
-impl State {
+impl ChecklistState {
     /// Each, in the order of the page.
-    pub const ALL: [Self; 5] = [Self::Missing, Self::Part, Self::NotChecked, Self::Done, Self::Background];
+    pub const ALL: [Self; 5] = [Self::Missing, Self::Partial, Self::NotChecked, Self::Done, Self::Background];
 
     /// In words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Missing => "missing",
-            Self::Part => "in part",
+            Self::Partial => "in part",
             Self::NotChecked => "not checked",
             Self::Done => "done",
             Self::Background => "background",
@@ -42,13 +42,13 @@ impl State {
 
 /// A row of a checklist.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct ChecklistRow {
     /// Its number or label.
     pub id: String,
     /// What it asks for.
     pub text: String,
     /// How it stands.
-    pub state: State,
+    pub state: ChecklistState,
     /// Files that implement it.
     pub files: Vec<String>,
     /// Tests, as `file::name`.
@@ -61,27 +61,30 @@ pub struct Row {
 
 /// A sheet with its rows.
 #[derive(Clone, Debug)]
-pub struct Sheet {
+pub struct ChecklistSheet {
     /// Its name.
     pub name: &'static str,
     /// Its rows, in their order.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ChecklistRow>,
     /// What of the data belongs to no row, or cannot be read.
-    stray: Vec<String>,
+    unassigned: Vec<String>,
 }
 
 /// All sheets, with what is known of their rows.
-pub fn sheets() -> Result<Vec<Sheet>, String> {
+pub fn load_sheets() -> Result<Vec<ChecklistSheet>, String> {
     SHEETS.iter().map(|name| sheet(name)).collect()
 }
 
-fn sheet(name: &'static str) -> Result<Sheet, String> {
+fn sheet(name: &'static str) -> Result<ChecklistSheet, String> {
     let read = |file: &Path| {
         std::fs::read_to_string(file).map_err(|error| OutputError::new(file, error).to_string())
     };
     let folder = crate::root().join("docs/sheets");
-    let mut sheet =
-        Sheet { name, rows: checklist(&read(&folder.join(format!("{name}.md")))?), stray: Vec::new() };
+    let mut sheet = ChecklistSheet {
+        name,
+        rows: checklist(&read(&folder.join(format!("{name}.md")))?),
+        unassigned: Vec::new(),
+    };
     let data = folder.join("coverage").join(format!("{name}.csv"));
     if data.exists() {
         sheet.know(&read(&data)?);
@@ -90,7 +93,7 @@ fn sheet(name: &'static str) -> Result<Sheet, String> {
 }
 
 /// The rows of the table below the heading “Feature checklist”.
-fn checklist(text: &str) -> Vec<Row> {
+fn checklist(text: &str) -> Vec<ChecklistRow> {
     let table = text.split_once("## 4. Feature checklist").map_or("", |(_, after)| after);
     let table = table.split("\n## ").next().unwrap_or_default();
     let row = |line: &str| {
@@ -98,10 +101,10 @@ fn checklist(text: &str) -> Vec<Row> {
         let (id, text) = (cells.next()?, cells.next()?);
         let numbered = id.trim_start_matches(|c: char| c.is_ascii_uppercase());
         let named = numbered.starts_with(|c: char| c.is_ascii_digit()) && !text.is_empty();
-        named.then(|| Row {
+        named.then(|| ChecklistRow {
             id: id.to_owned(),
             text: text.to_owned(),
-            state: State::NotChecked,
+            state: ChecklistState::NotChecked,
             files: Vec::new(),
             tests: Vec::new(),
             benchmarks: Vec::new(),
@@ -111,7 +114,7 @@ fn checklist(text: &str) -> Vec<Row> {
     table.lines().filter_map(row).collect()
 }
 
-impl Sheet {
+impl ChecklistSheet {
     /// Takes in lines `row;state;files;tests;benchmarks;note`, names separated by spaces.
     fn know(&mut self, data: &str) {
         for (number, line) in data.lines().enumerate() {
@@ -119,11 +122,12 @@ impl Sheet {
                 continue;
             }
             let cells: Vec<&str> = line.splitn(6, ';').map(str::trim).collect();
-            let state =
-                cells.get(1).and_then(|name| State::ALL.into_iter().find(|state| state.name() == *name));
+            let state = cells
+                .get(1)
+                .and_then(|name| ChecklistState::ALL.into_iter().find(|state| state.name() == *name));
             let row = self.rows.iter_mut().find(|row| Some(&row.id.as_str()) == cells.first());
             let (Some(row), Some(state), 6) = (row, state, cells.len()) else {
-                self.stray.push(format!("{}, line {}: {line}", self.file(), number + 1));
+                self.unassigned.push(format!("{}, line {}: {line}", self.file(), number + 1));
                 continue;
             };
             let names = |k: usize| cells[k].split_whitespace().map(str::to_owned).collect();
@@ -138,17 +142,17 @@ impl Sheet {
     }
 
     /// How many rows are in a state.
-    pub fn count(&self, state: State) -> usize {
+    pub fn count(&self, state: ChecklistState) -> usize {
         self.rows.iter().filter(|row| row.state == state).count()
     }
 
     /// What is wrong: names that are not there, and states without what they need.
     pub fn wrong(&self) -> Vec<String> {
-        let of = |row: &Row| {
+        let of = |row: &ChecklistRow| {
             let said = |what: String| format!("{}, row {}: {what}", self.file(), row.id);
             row.wrong().into_iter().map(said).collect::<Vec<_>>()
         };
-        self.stray
+        self.unassigned
             .iter()
             .map(|line| format!("{line}: no row and state"))
             .chain(self.rows.iter().flat_map(of))
@@ -156,7 +160,7 @@ impl Sheet {
     }
 }
 
-impl Row {
+impl ChecklistRow {
     fn wrong(&self) -> Vec<String> {
         let mut wrong = Vec::new();
         let there = |file: &str| crate::root().join(file).is_file();
@@ -175,10 +179,10 @@ impl Row {
             self.benchmarks.iter().filter(|id| !known(id)).map(|id| format!("there is no benchmark {id}")),
         );
         let shown = !self.tests.is_empty() || !self.benchmarks.is_empty();
-        if self.state == State::Done && (self.files.is_empty() || !shown) {
+        if self.state == ChecklistState::Done && (self.files.is_empty() || !shown) {
             wrong.push("done, and names no file, or no test or benchmark".to_owned());
         }
-        if matches!(self.state, State::Missing | State::Part) && self.note.is_empty() {
+        if matches!(self.state, ChecklistState::Missing | ChecklistState::Partial) && self.note.is_empty() {
             wrong.push(format!("{}, and does not say what is missing", self.state.name()));
         }
         wrong
@@ -192,8 +196,8 @@ mod tests {
     const TEXT: &str = "## 4. Feature checklist\n\n| # | feature | source |\n|---|---|---|\n| 1 | drag | (2) |\n\
                         | F2 | shear | (3) |\n\n## 5. Benchmarks\n| 3 | no row | |\n";
 
-    fn known(data: &str) -> Sheet {
-        let mut sheet = Sheet { name: "dem", rows: checklist(TEXT), stray: Vec::new() };
+    fn known(data: &str) -> ChecklistSheet {
+        let mut sheet = ChecklistSheet { name: "dem", rows: checklist(TEXT), unassigned: Vec::new() };
         sheet.know(&format!("row;state;files;tests;benchmarks;note\n{data}"));
         sheet
     }
@@ -204,8 +208,9 @@ mod tests {
         let rows: Vec<(&str, &str)> =
             sheet.rows.iter().map(|row| (row.id.as_str(), row.text.as_str())).collect();
         assert_eq!(rows, [("1", "drag"), ("F2", "shear")]);
-        assert_eq!((sheet.count(State::NotChecked), sheet.wrong()), (2, vec![]));
-        let counts = sheets().unwrap().iter().map(|sheet| (sheet.name, sheet.rows.len())).collect::<Vec<_>>();
+        assert_eq!((sheet.count(ChecklistState::NotChecked), sheet.wrong()), (2, vec![]));
+        let counts =
+            load_sheets().unwrap().iter().map(|sheet| (sheet.name, sheet.rows.len())).collect::<Vec<_>>();
         assert_eq!(counts[..3], [("depth-sph", 64), ("dem", 52), ("snow-mpm", 56)]);
         assert!(counts.iter().all(|(_, rows)| *rows > 20), "{counts:?}");
     }

@@ -33,7 +33,7 @@ const LINE: usize = 1500;
 const STEPS: usize = 3;
 
 /// A file to begin from, and the folder it is tried in, where the files that it names lie.
-struct Origin {
+struct SeedFile {
     name: String,
     value: Value,
     folder: PathBuf,
@@ -41,7 +41,7 @@ struct Origin {
 
 /// How far a file got; one that is too large to be tried counts as refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Outcome {
+pub enum FuzzOutcome {
     Refused,
     Planned,
     Run,
@@ -58,9 +58,10 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
     let mut origins = origins(&scratch)?;
     let parts: Vec<Value> = origins.iter().map(|origin| origin.value.clone()).collect();
     keep(&mut origins, method)?;
-    let (mut outcomes, mut failures): (BTreeMap<Outcome, u64>, BTreeMap<String, String>) = Default::default();
-    let watched = watch();
-    let said = listen();
+    let (mut outcomes, mut failures): (BTreeMap<FuzzOutcome, u64>, BTreeMap<String, String>) =
+        Default::default();
+    let watched = start_watchdog();
+    let said = capture_panics();
     let begun = Instant::now();
     for number in numbers {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -74,7 +75,7 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
             *watched = Some((Instant::now(), path.clone()));
         }
         let element = origin.value.get("material").is_some();
-        let outcome = panic::catch_unwind(AssertUnwindSafe(|| attempt(&path, element)))
+        let outcome = panic::catch_unwind(AssertUnwindSafe(|| try_file(&path, element)))
             .unwrap_or_else(|_| Err(said.lock().map_or_else(|_| "panic".to_owned(), |text| text.clone())));
         if let Ok(mut watched) = watched.lock() {
             *watched = None;
@@ -102,9 +103,9 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
     let count = |outcome| outcomes.get(&outcome).copied().unwrap_or(0);
     println!(
         "{files} files, seed {seed}: {} refused, {} planned, {} run for {STEPS} steps, {} failures of {} kinds, {:.0} s",
-        count(Outcome::Refused),
-        count(Outcome::Planned),
-        count(Outcome::Run),
+        count(FuzzOutcome::Refused),
+        count(FuzzOutcome::Planned),
+        count(FuzzOutcome::Run),
         files - outcomes.values().sum::<u64>(),
         failures.len(),
         begun.elapsed().as_secs_f64(),
@@ -113,7 +114,7 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
 }
 
 /// Keeps the cases of a method, where one is given.
-fn keep(origins: &mut Vec<Origin>, method: Option<&str>) -> Fallible<()> {
+fn keep(origins: &mut Vec<SeedFile>, method: Option<&str>) -> Fallible<()> {
     let Some(method) = method else { return Ok(()) };
     origins.retain(|origin| origin.value["methods"].get(method).is_some());
     if origins.is_empty() {
@@ -124,7 +125,7 @@ fn keep(origins: &mut Vec<Origin>, method: Option<&str>) -> Fallible<()> {
 }
 
 /// All starting cases, benchmark cases, element tests and cases for this alone (`validation/fuzz`), each with a folder of its own.
-fn origins(scratch: &Path) -> Fallible<Vec<Origin>> {
+fn origins(scratch: &Path) -> Fallible<Vec<SeedFile>> {
     if scratch.exists() {
         fs::remove_dir_all(scratch)?;
     }
@@ -137,7 +138,7 @@ fn origins(scratch: &Path) -> Fallible<Vec<Origin>> {
         // Cells of grains are brought under their stress by up to two million steps.
         let ready = !text.contains("granular-cell");
         if value.get("stages").is_some() && ready {
-            origins.push(Origin { name, value, folder });
+            origins.push(SeedFile { name, value, folder });
         }
         Fallible::Ok(())
     };
@@ -180,75 +181,75 @@ fn json_files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
 }
 
 /// What `check` does with a file, and the first steps of what it finds sound.
-fn attempt(path: &Path, element: bool) -> Result<Outcome, String> {
+fn try_file(path: &Path, element: bool) -> Result<FuzzOutcome, String> {
     if element {
         return match colluvium::load_element_test(path) {
-            Err(errors) => refused(&errors),
-            Ok(_) => Ok(Outcome::Planned),
+            Err(errors) => check_messages(&errors),
+            Ok(_) => Ok(FuzzOutcome::Planned),
         };
     }
     let case = match Case::load(path) {
-        Err(errors) => return refused(&errors),
+        Err(errors) => return check_messages(&errors),
         Ok(case) => case,
     };
-    let mut outcome = Outcome::Refused;
+    let mut outcome = FuzzOutcome::Refused;
     for name in case.methods.keys() {
         let Some(method) = colluvium::method(name) else { continue };
-        outcome = outcome.max(with(method, &case)?);
+        outcome = outcome.max(try_method(method, &case)?);
     }
     Ok(outcome)
 }
 
-fn with(method: &dyn Method, case: &Case) -> Result<Outcome, String> {
-    let sized = method.size(case).and_then(|size| size.fit(MEMORY).map(|()| size.points));
+fn try_method(method: &dyn Method, case: &Case) -> Result<FuzzOutcome, String> {
+    let sized = method.problem_size(case).and_then(|size| size.check_memory(MEMORY).map(|()| size.points));
     let planned = match sized {
-        Ok(points) if method.name() == "dem" && points > PLANNED => return Ok(Outcome::Refused),
+        Ok(points) if method.name() == "dem" && points > PLANNED => return Ok(FuzzOutcome::Refused),
         Ok(_) => method.plan(case),
         Err(error) => Err(error),
     };
     let plan = match planned {
-        Err(error) => return refused(&CaseErrors::one(error)),
+        Err(error) => return check_messages(&CaseErrors::one(error)),
         Ok(plan) => plan,
     };
     for warning in plan.all_warnings(case) {
-        readable(&warning)?;
+        check_readable(&warning)?;
     }
     let step = plan.time_step.dt;
     if !(step.is_finite() && step > 0.0) {
         return Err(format!("{}: a planned time step of {step} s", method.name()));
     }
     if plan.points > POINTS {
-        return Ok(Outcome::Planned);
+        return Ok(FuzzOutcome::Planned);
     }
     let mut solver = match method.build(case) {
-        Err(error) => return refused(&CaseErrors::one(error)),
+        Err(error) => return check_messages(&CaseErrors::one(error)),
         Ok(solver) => solver,
     };
     if solver.begin_stage(0, 0.0).is_err() {
-        return Ok(Outcome::Planned);
+        return Ok(FuzzOutcome::Planned);
     }
     for _ in 0..STEPS {
         let dt = solver.limit().dt;
         if !dt.is_finite() || solver.step(dt).is_err() {
-            return Ok(Outcome::Planned);
+            return Ok(FuzzOutcome::Planned);
         }
     }
     let snapshot = solver.snapshot();
     match snapshot.positions.iter().flatten().find(|x| !x.is_finite()) {
         Some(x) => Err(format!("{}: a point at {x} after {STEPS} steps", method.name())),
-        None => Ok(Outcome::Run),
+        None => Ok(FuzzOutcome::Run),
     }
 }
 
 /// What is refused is refused in lines that can be read.
-fn refused(errors: &CaseErrors) -> Result<Outcome, String> {
+fn check_messages(errors: &CaseErrors) -> Result<FuzzOutcome, String> {
     for error in &errors.0 {
-        readable(&error.to_string())?;
+        check_readable(&error.to_string())?;
     }
-    if errors.0.is_empty() { Err("is refused without a word".to_owned()) } else { Ok(Outcome::Refused) }
+    if errors.0.is_empty() { Err("is refused without a word".to_owned()) } else { Ok(FuzzOutcome::Refused) }
 }
 
-fn readable(line: &str) -> Result<(), String> {
+fn check_readable(line: &str) -> Result<(), String> {
     let printed = colluvium::case::printable(line);
     if printed.chars().count() > LINE {
         let start: String = printed.chars().take(200).collect();
@@ -261,7 +262,7 @@ fn readable(line: &str) -> Result<(), String> {
 }
 
 /// Ends the program where one file takes too long.
-fn watch() -> Arc<Mutex<Option<(Instant, PathBuf)>>> {
+fn start_watchdog() -> Arc<Mutex<Option<(Instant, PathBuf)>>> {
     let watched: Arc<Mutex<Option<(Instant, PathBuf)>>> = Arc::default();
     let seen = watched.clone();
     std::thread::spawn(move || {
@@ -280,7 +281,7 @@ fn watch() -> Arc<Mutex<Option<(Instant, PathBuf)>>> {
 }
 
 /// Takes what panics say in place of standard error.
-fn listen() -> Arc<Mutex<String>> {
+fn capture_panics() -> Arc<Mutex<String>> {
     let said: Arc<Mutex<String>> = Arc::default();
     let heard = said.clone();
     panic::set_hook(Box::new(move |about| {
@@ -305,8 +306,8 @@ mod tests {
         let files = json_files(&crate::root().join("validation/fuzz")).unwrap();
         assert!(!files.is_empty());
         for path in files {
-            let outcome = attempt(&path, false).unwrap();
-            assert_eq!(outcome, Outcome::Run, "{}", path.display());
+            let outcome = try_file(&path, false).unwrap();
+            assert_eq!(outcome, FuzzOutcome::Run, "{}", path.display());
         }
     }
 }

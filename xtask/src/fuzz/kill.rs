@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use super::Fallible;
 
 /// Wall-clock time of a whole run (s), about, on one thread of a release build.
-const WALL: f64 = 0.5;
+const WALL_TIME: f64 = 0.5;
 
 /// Frames, rows, of a whole run.
 const FRAMES: f64 = 8.0;
@@ -38,12 +38,12 @@ pub fn run(times: u64, seed: u64) -> Fallible<bool> {
     for name in colluvium::template_names() {
         let folder = scratch.join(name);
         fs::create_dir_all(&folder)?;
-        runs.push(Whole::of(name, &folder)?);
+        runs.push(ReferenceRun::complete(name, &folder)?);
     }
     let (mut killed, mut failures) = (0, 0);
     while killed < times {
         for whole in &runs {
-            let (kills, problem) = whole.interrupted(&mut random)?;
+            let (kills, problem) = whole.kill_and_resume(&mut random)?;
             killed += kills;
             if let Some(problem) = problem {
                 failures += 1;
@@ -59,7 +59,7 @@ pub fn run(times: u64, seed: u64) -> Fallible<bool> {
 ///
 /// # Errors
 /// When the run fails.
-pub fn one(case: &Case, out: &Path) -> Fallible<bool> {
+pub fn run_one(case: &Case, out: &Path) -> Fallible<bool> {
     let name = case.methods.keys().next().ok_or("no method")?;
     let method = colluvium::method(name).ok_or("unknown method")?;
     let resume = out.join("summary.json").exists() || out.join("checkpoint.bin").exists();
@@ -70,7 +70,7 @@ pub fn one(case: &Case, out: &Path) -> Fallible<bool> {
 }
 
 /// A run that nothing disturbed.
-struct Whole {
+struct ReferenceRun {
     name: &'static str,
     case: PathBuf,
     folder: PathBuf,
@@ -78,8 +78,8 @@ struct Whole {
     files: BTreeMap<PathBuf, Vec<u8>>,
 }
 
-impl Whole {
-    fn of(name: &'static str, folder: &Path) -> Fallible<Self> {
+impl ReferenceRun {
+    fn complete(name: &'static str, folder: &Path) -> Fallible<Self> {
         colluvium::write_template_files(name, folder)?;
         let case = folder.join("case.json");
         fs::write(&case, colluvium::template(name).unwrap_or_default())?;
@@ -87,7 +87,7 @@ impl Whole {
         short.methods = short.methods.into_iter().take(1).collect();
         let method =
             short.methods.keys().next().and_then(|name| colluvium::method(name)).ok_or("no method")?;
-        let share = (WALL / method.plan(&short)?.seconds()).min(1.0);
+        let share = (WALL_TIME / method.plan(&short)?.seconds()).min(1.0);
         for stage in &mut short.stages {
             stage.duration *= share;
             stage.gravity_ramp *= share;
@@ -99,29 +99,29 @@ impl Whole {
         fs::write(&case, short.to_json())?;
         let whole = folder.join("whole");
         let begun = Instant::now();
-        let done = child(&case, &whole)?.wait()?;
+        let done = spawn_run(&case, &whole)?.wait()?;
         if !done.success() {
             return Err(format!("{name}: the undisturbed run fails").into());
         }
         let wall = begun.elapsed();
         println!("{name}: {:.1} s", wall.as_secs_f64());
-        Ok(Self { name, case, folder: folder.to_owned(), wall, files: left(&whole)? })
+        Ok(Self { name, case, folder: folder.to_owned(), wall, files: folder_files(&whole)? })
     }
 
     /// Kills a run some times and lets it end; how often it was killed, and what is wrong.
-    fn interrupted(&self, random: &mut ChaCha8Rng) -> Fallible<(u64, Option<String>)> {
+    fn kill_and_resume(&self, random: &mut ChaCha8Rng) -> Fallible<(u64, Option<String>)> {
         let out = self.folder.join("killed");
         if out.exists() {
             fs::remove_dir_all(&out)?;
         }
         let mut kills = 0;
         for _ in 0..KILLS {
-            let mut run = child(&self.case, &out)?;
+            let mut run = spawn_run(&self.case, &out)?;
             std::thread::sleep(self.wall.mul_f64(random.random_range(0.0..1.0)));
             run.kill()?;
             let ended = run.wait()?;
             kills += u64::from(!ended.success());
-            if let Some(problem) = looks(&out) {
+            if let Some(problem) = folder_problem(&out) {
                 return Ok((kills, Some(problem)));
             }
             if ended.success() {
@@ -130,13 +130,13 @@ impl Whole {
         }
         let complete =
             |out: &Path| read_json(&out.join("summary.json")).is_ok_and(|s| s["status"] == "completed");
-        if !complete(&out) && !child(&self.case, &out)?.wait()?.success() {
+        if !complete(&out) && !spawn_run(&self.case, &out)?.wait()?.success() {
             return Ok((kills, Some("does not go on".to_owned())));
         }
-        if let Some(problem) = looks(&out) {
+        if let Some(problem) = folder_problem(&out) {
             return Ok((kills, Some(problem)));
         }
-        let files = left(&out)?;
+        let files = folder_files(&out)?;
         let differs = self.files.iter().find(|(name, bytes)| files.get(*name) != Some(*bytes));
         let more = files.keys().find(|name| !self.files.contains_key(*name));
         let problem = differs.map(|(name, _)| name).or(more);
@@ -147,14 +147,14 @@ impl Whole {
     }
 }
 
-fn child(case: &Path, out: &Path) -> std::io::Result<std::process::Child> {
+fn spawn_run(case: &Path, out: &Path) -> std::io::Result<std::process::Child> {
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["fuzz", "--one"]).arg(case).arg(out).stdout(Stdio::null()).stderr(Stdio::null()).spawn()
 }
 
 /// What is wrong in the folder of a run that may have been killed: complete it is only with all its files, and what its
 /// collection names is there.
-fn looks(out: &Path) -> Option<String> {
+fn folder_problem(out: &Path) -> Option<String> {
     let summary = out.join("summary.json");
     if !summary.exists() {
         return None;
@@ -184,7 +184,7 @@ fn looks(out: &Path) -> Option<String> {
 }
 
 /// The files in a folder and below, but the summary, which holds times of the clock.
-fn left(folder: &Path) -> std::io::Result<BTreeMap<PathBuf, Vec<u8>>> {
+fn folder_files(folder: &Path) -> std::io::Result<BTreeMap<PathBuf, Vec<u8>>> {
     let mut files = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(place) = folders.pop() {

@@ -12,7 +12,7 @@ type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
 
 /// Which, and how many.
 #[derive(Args)]
-pub struct Arguments {
+pub struct FuzzArguments {
     /// Number of files that are made from all starting cases, benchmark cases and element tests.
     #[arg(default_value_t = 100_000)]
     files: u64,
@@ -37,13 +37,13 @@ pub struct Arguments {
 ///
 /// # Errors
 /// When scratch files cannot be written.
-pub fn run(arguments: &Arguments) -> Result<bool, String> {
-    chosen(arguments).map_err(|error| error.to_string())
+pub fn run(arguments: &FuzzArguments) -> Result<bool, String> {
+    dispatch(arguments).map_err(|error| error.to_string())
 }
 
-fn chosen(arguments: &Arguments) -> Fallible<bool> {
+fn dispatch(arguments: &FuzzArguments) -> Fallible<bool> {
     if let Some([case, out]) = arguments.one.as_deref() {
-        return kill::one(&Case::load(case)?, out);
+        return kill::run_one(&Case::load(case)?, out);
     }
     match arguments.kill {
         Some(times) => kill::run(times, arguments.seed),

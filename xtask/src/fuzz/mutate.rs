@@ -44,27 +44,28 @@ const TEXTS: [&str; 9] = [
 /// Changes one to three things. `others` are values that parts are taken from.
 pub fn mutate(value: &mut Value, others: &[Value], random: &mut ChaCha8Rng) {
     for _ in 0..random.random_range(1..=3) {
-        let count = nodes(value);
+        let count = value_count(value);
         let place = random.random_range(0..count);
-        let part =
-            others.choose(random).map(|other| nth(other, random.random_range(0..nodes(other))).clone());
+        let part = others
+            .choose(random)
+            .map(|other| nth_value(other, random.random_range(0..value_count(other))).clone());
         if let Some(node) = nth_mut(value, &mut { place }) {
-            change(node, part, random);
+            change_value(node, part, random);
         }
     }
 }
 
 /// How many values there are in a value, itself included.
-fn nodes(value: &Value) -> usize {
+fn value_count(value: &Value) -> usize {
     1 + match value {
-        Value::Array(items) => items.iter().map(nodes).sum(),
-        Value::Object(map) => map.values().map(nodes).sum::<usize>(),
+        Value::Array(items) => items.iter().map(value_count).sum(),
+        Value::Object(map) => map.values().map(value_count).sum::<usize>(),
         _ => 0,
     }
 }
 
 /// The value of that number, depth first; the whole where there are not as many.
-fn nth(value: &Value, number: usize) -> &Value {
+fn nth_value(value: &Value, number: usize) -> &Value {
     fn find<'a>(value: &'a Value, left: &mut usize) -> Option<&'a Value> {
         if *left == 0 {
             return Some(value);
@@ -91,7 +92,7 @@ fn nth_mut<'a>(value: &'a mut Value, left: &mut usize) -> Option<&'a mut Value> 
     }
 }
 
-fn change(node: &mut Value, part: Option<Value>, random: &mut ChaCha8Rng) {
+fn change_value(node: &mut Value, part: Option<Value>, random: &mut ChaCha8Rng) {
     match random.random_range(0..10) {
         0 => *node = retyped(random),
         1 => *node = part.unwrap_or(Value::Null),

@@ -3,18 +3,18 @@
 use colluvium::compare::SECTIONS_STYLE;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::words::{STYLE, badge, bounds, number, seconds, verdict};
-use super::{Entry, Provenance, form};
-use crate::benchmarks::{Check, Verdict};
+use super::words::{STYLE, badge, bounds_text, duration_text, number_text, verdict_badge};
+use super::{BenchmarkEntry, Provenance, form_text};
+use crate::benchmarks::{Check, CheckVerdict};
 
 /// Name of the file of a picture, beside the page.
-pub fn picture(entry: &Entry, number: usize) -> String {
+pub fn picture(entry: &BenchmarkEntry, number: usize) -> String {
     let name = entry.benchmark.id.rsplit('/').next().unwrap_or_default();
     format!("{name}-{}.{}", number + 1, entry.outcome.figures[number].extension)
 }
 
 /// The page; `up` leads from it to the root of the repository.
-pub fn page(entry: &Entry, about: &Provenance, up: &str) -> Markup {
+pub fn page(entry: &BenchmarkEntry, about: &Provenance, up: &str) -> Markup {
     let benchmark = entry.benchmark;
     // A page lies as deep below the folder of the report as its name has parts.
     let index = format!("{}index.html#{}", "../".repeat(1 + benchmark.id.matches('/').count()), benchmark.id);
@@ -30,19 +30,19 @@ pub fn page(entry: &Entry, about: &Provenance, up: &str) -> Markup {
             body { main {
                 p class="soft" { a href=(index) { "← all benchmarks" } }
                 h1 { (benchmark.title) " " (badge(entry.status())) }
-                p class="soft" { (benchmark.id) ", in its " (form(entry)) " form; run time " (seconds(entry.seconds))
-                    @if entry.kept { ", kept from an earlier run: program and files have not changed" }
+                p class="soft" { (benchmark.id) ", in its " (form_text(entry)) " form; run time " (duration_text(entry.seconds))
+                    @if entry.cached { ", kept from an earlier run: program and files have not changed" }
                 }
                 p { strong { "Source: " } (benchmark.source) }
                 @if let Some(error) = &entry.error {
                     p class="problem" { strong { "Could not finish: " } (error) }
                 }
                 (open(entry))
-                (films(entry))
+                (animation_section(entry))
                 (figures(entry))
                 (checks(entry))
                 @if let Some(comparison) = &entry.outcome.comparison { (PreEscaped(comparison)) }
-                (again(entry, up))
+                (reproduction_section(entry, up))
                 p class="soft" { "Commit " (about.commit) ", " (about.date) ", " (about.machine) ", " (about.rustc) }
             } }
         }
@@ -50,21 +50,21 @@ pub fn page(entry: &Entry, about: &Provenance, up: &str) -> Markup {
 }
 
 /// The checks that are known to fail, by what was found.
-fn open(entry: &Entry) -> Markup {
-    let known = entry.outcome.checks.iter().filter(|check| check.verdict() == Verdict::Open);
+fn open(entry: &BenchmarkEntry) -> Markup {
+    let known = entry.outcome.checks.iter().filter(|check| check.verdict() == CheckVerdict::Open);
     let mut causes: Vec<(&str, &str, Vec<&str>)> = Vec::new();
     for check in known {
         let Some(defect) = &check.defect else { continue };
-        match causes.iter_mut().find(|(_, found, _)| *found == defect.found) {
+        match causes.iter_mut().find(|(_, found, _)| *found == defect.observation) {
             Some((.., names)) => names.push(&check.name),
-            None => causes.push((defect.criterion.words(), &defect.found, vec![&check.name])),
+            None => causes.push((defect.criterion.text(), &defect.observation, vec![&check.name])),
         }
     }
     html! {
         @if !causes.is_empty() { h2 { "Open" } }
         @for (criterion, found, names) in &causes {
             div class="card" {
-                p { (badge(super::Status::Open)) " " (names.join("; ")) }
+                p { (badge(super::BenchmarkStatus::Open)) " " (names.join("; ")) }
                 p { em { "A check " (criterion) ". " } "Found: " (found) "." }
             }
         }
@@ -72,8 +72,8 @@ fn open(entry: &Entry) -> Markup {
 }
 
 /// Runs as animations.
-fn films(entry: &Entry) -> Markup {
-    let films = &entry.outcome.films;
+fn animation_section(entry: &BenchmarkEntry) -> Markup {
+    let films = &entry.outcome.animations;
     html! {
         @if !films.is_empty() {
             h2 { "Animation" }
@@ -84,7 +84,7 @@ fn films(entry: &Entry) -> Markup {
     }
 }
 
-fn figures(entry: &Entry) -> Markup {
+fn figures(entry: &BenchmarkEntry) -> Markup {
     html! {
         @if !entry.outcome.figures.is_empty() { h2 { "Pictures" } }
         @for (number, figure) in entry.outcome.figures.iter().enumerate() {
@@ -96,20 +96,20 @@ fn figures(entry: &Entry) -> Markup {
     }
 }
 
-fn checks(entry: &Entry) -> Markup {
+fn checks(entry: &BenchmarkEntry) -> Markup {
     let row = |check: &Check| {
         let state = match check.verdict() {
-            Verdict::Fail => "fail",
-            Verdict::Open => "open",
-            Verdict::Pass | Verdict::NotJudged => "",
+            CheckVerdict::Fail => "fail",
+            CheckVerdict::Open => "open",
+            CheckVerdict::Pass | CheckVerdict::Unbounded => "",
         };
         html! {
             tr class=(state) {
-                td { (verdict(check)) }
+                td { (verdict_badge(check)) }
                 td { (check.name) }
                 td data-head="Source:" { (check.claim) }
-                td class="number" data-head="Found:" { (number(check.measured)) }
-                td class="number" data-head="Passes:" { (bounds(check.range)) }
+                td class="number" data-head="Found:" { (number_text(check.measured)) }
+                td class="number" data-head="Passes:" { (bounds_text(check.range)) }
                 td class="soft" data-head="Why:" { (check.reason) }
             }
         }
@@ -126,7 +126,7 @@ fn checks(entry: &Entry) -> Markup {
 }
 
 /// Case files, commands, theory and sheets.
-fn again(entry: &Entry, up: &str) -> Markup {
+fn reproduction_section(entry: &BenchmarkEntry, up: &str) -> Markup {
     let id = entry.benchmark.id;
     let form = if entry.short { " --quick" } else { " --long" };
     let link = |file: &str| html! { a href={ (up) (file) } { (file) } };

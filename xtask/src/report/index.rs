@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::words::{STYLE, badge, open_in_words, seconds};
-use super::{COVERAGE, Entry, PAGES, Provenance, Scope, Status, form};
-use crate::benchmarks::Verdict;
+use super::words::{STYLE, badge, duration_text, open_defect_text};
+use super::{BenchmarkEntry, BenchmarkStatus, COVERAGE, PAGES, Provenance, ReportScope, form_text};
+use crate::benchmarks::CheckVerdict;
 
 /// The page.
-pub fn page(entries: &[Entry], about: &Provenance, scope: &Scope) -> Markup {
-    let worst = [Status::Fail, Status::Open].into_iter().find(|status| count(entries, *status) > 0);
+pub fn page(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> Markup {
+    let worst =
+        [BenchmarkStatus::Fail, BenchmarkStatus::Open].into_iter().find(|status| count(entries, *status) > 0);
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -21,9 +22,9 @@ pub fn page(entries: &[Entry], about: &Provenance, scope: &Scope) -> Markup {
                 style { (PreEscaped(STYLE)) }
             }
             body { main {
-                h1 { "Validation " (badge(worst.unwrap_or(Status::Pass))) }
+                h1 { "Validation " (badge(worst.unwrap_or(BenchmarkStatus::Pass))) }
                 (head(entries, about, scope))
-                (tools(entries))
+                (filter_section(entries))
                 div class="card" { table class="rows" {
                     thead { tr { @for name in HEADS { th { (name) } } } }
                     tbody { @for entry in entries { (row(entry)) } }
@@ -39,32 +40,32 @@ pub fn page(entries: &[Entry], about: &Provenance, scope: &Scope) -> Markup {
 
 const HEADS: [&str; 6] = ["State", "Benchmark", "Source", "Checks", "Form", "Run time"];
 
-fn count(entries: &[Entry], status: Status) -> usize {
+fn count(entries: &[BenchmarkEntry], status: BenchmarkStatus) -> usize {
     entries.iter().filter(|entry| entry.status() == status).count()
 }
 
-fn head(entries: &[Entry], about: &Provenance, scope: &Scope) -> Markup {
-    let checks: usize = entries.iter().map(Entry::judged).sum();
-    let shown: usize = entries.iter().map(|entry| entry.count(Verdict::NotJudged)).sum();
+fn head(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> Markup {
+    let checks: usize = entries.iter().map(BenchmarkEntry::judged).sum();
+    let shown: usize = entries.iter().map(|entry| entry.count(CheckVerdict::Unbounded)).sum();
     let time: f64 = entries.iter().map(|entry| entry.seconds).sum();
     html! {
         p {
-            strong { (scope.words()) } ". "
-            @for status in [Status::Pass, Status::Open, Status::Fail] {
+            strong { (scope.text()) } ". "
+            @for status in [BenchmarkStatus::Pass, BenchmarkStatus::Open, BenchmarkStatus::Fail] {
                 (badge(status)) " " (count(entries, status)) " "
             }
         }
         p class="soft" {
-            (checks) " checks; " (open_in_words(entries)) "; " (shown) " values shown without judgement; "
-            (seconds(time)) " of runs. Pass: every check holds. Open: what does not hold is known, with its reason on the page of the "
+            (checks) " checks; " (open_defect_text(entries)) "; " (shown) " values shown without judgement; "
+            (duration_text(time)) " of runs. Pass: every check holds. Open: what does not hold is known, with its reason on the page of the "
             "benchmark. Fail: a check does not hold, and nothing is known of it, or the benchmark did not finish. "
             a href=(COVERAGE) { "Coverage of specification sheets" } "." br;
             "Commit " (about.commit) ", " (about.date) ", " (about.machine) ", " (about.rustc)
         }
-        @if count(entries, Status::Fail) > 0 {
+        @if count(entries, BenchmarkStatus::Fail) > 0 {
             p class="problem" {
                 strong { "Failures: " }
-                @for entry in entries.iter().filter(|entry| entry.status() == Status::Fail) {
+                @for entry in entries.iter().filter(|entry| entry.status() == BenchmarkStatus::Fail) {
                     a href={ "#" (entry.benchmark.id) } { (entry.benchmark.id) } " "
                 }
             }
@@ -73,10 +74,10 @@ fn head(entries: &[Entry], about: &Provenance, scope: &Scope) -> Markup {
 }
 
 /// Search and filters; hidden where there are no scripts.
-fn tools(entries: &[Entry]) -> Markup {
-    let methods: BTreeSet<&str> = entries.iter().map(Entry::method).collect();
+fn filter_section(entries: &[BenchmarkEntry]) -> Markup {
+    let methods: BTreeSet<&str> = entries.iter().map(BenchmarkEntry::method).collect();
     let all: BTreeSet<String> = entries.iter().flat_map(|entry| sources(entry.benchmark.source)).collect();
-    let states = [Status::Pass, Status::Open, Status::Fail];
+    let states = [BenchmarkStatus::Pass, BenchmarkStatus::Open, BenchmarkStatus::Fail];
     html! {
         div class="tools" hidden {
             input id="search" type="search" placeholder="search name, title, source" aria-label="search";
@@ -92,7 +93,7 @@ fn tools(entries: &[Entry]) -> Markup {
                 option value="" { "all states" }
                 @for state in states { option value=(state.name()) { (state.name()) } }
             }
-            @for state in [Status::Fail, Status::Open] {
+            @for state in [BenchmarkStatus::Fail, BenchmarkStatus::Open] {
                 @if count(entries, state) > 0 {
                     button type="button" id={ "next-" (state.name()) } { "next " (state.name()) }
                 }
@@ -102,11 +103,11 @@ fn tools(entries: &[Entry]) -> Markup {
     }
 }
 
-fn row(entry: &Entry) -> Markup {
+fn row(entry: &BenchmarkEntry) -> Markup {
     let benchmark = entry.benchmark;
     let status = entry.status();
-    let mut checks = vec![format!("{} pass", entry.count(Verdict::Pass))];
-    for (verdict, word) in [(Verdict::Open, "open"), (Verdict::Fail, "fail")] {
+    let mut checks = vec![format!("{} pass", entry.count(CheckVerdict::Pass))];
+    for (verdict, word) in [(CheckVerdict::Open, "open"), (CheckVerdict::Fail, "fail")] {
         let number = entry.count(verdict);
         checks.extend((number > 0).then(|| format!("{number} {word}")));
     }
@@ -118,8 +119,8 @@ fn row(entry: &Entry) -> Markup {
             td { a href={ (PAGES) "/" (benchmark.id) ".html" } { (benchmark.id) } br; (benchmark.title) }
             td class="soft" data-head="Source:" { (benchmark.source) }
             td data-head="Checks:" { (checks.join(", ")) }
-            td data-head="Form:" { (form(entry)) }
-            td class="number" data-head="Run time:" { (seconds(entry.seconds)) }
+            td data-head="Form:" { (form_text(entry)) }
+            td class="number" data-head="Run time:" { (duration_text(entry.seconds)) }
         }
     }
 }

@@ -12,20 +12,20 @@ use std::path::Path;
 
 use serde_json::json;
 
-use crate::benchmarks::{Benchmark, Check, Outcome, Verdict};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, Check, CheckVerdict};
 use crate::coverage;
 use provenance::{Provenance, provenance};
-pub use scope::Scope;
-pub use words::open_in_words;
+pub use scope::ReportScope;
+pub use words::open_defect_text;
 
 /// A benchmark and what came of it.
-pub struct Entry {
+pub struct BenchmarkEntry {
     /// The benchmark.
     pub benchmark: &'static Benchmark,
     /// Whether it ran in its short form.
     pub short: bool,
     /// What it found.
-    pub outcome: Outcome,
+    pub outcome: BenchmarkOutcome,
     /// Why it could not finish.
     pub error: Option<String>,
     /// Wall-clock time (s).
@@ -33,12 +33,12 @@ pub struct Entry {
     /// Case files and reference data that it read, below the root of the repository.
     pub files: Vec<String>,
     /// Whether it was kept from an earlier run of the same program and files.
-    pub kept: bool,
+    pub cached: bool,
 }
 
 /// How a benchmark stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
+pub enum BenchmarkStatus {
     /// Every check that is judged holds.
     Pass,
     /// What does not hold is listed among the open defects.
@@ -47,7 +47,7 @@ pub enum Status {
     Fail,
 }
 
-impl Status {
+impl BenchmarkStatus {
     /// In a word.
     pub fn name(self) -> &'static str {
         match self {
@@ -58,18 +58,18 @@ impl Status {
     }
 }
 
-impl Entry {
+impl BenchmarkEntry {
     /// True when it finished, judged something, and no check failed but for open defects.
     pub fn passes(&self) -> bool {
-        self.error.is_none() && self.judged() > 0 && self.count(Verdict::Fail) == 0
+        self.error.is_none() && self.judged() > 0 && self.count(CheckVerdict::Fail) == 0
     }
 
     /// How it stands.
-    pub fn status(&self) -> Status {
-        match (self.passes(), self.count(Verdict::Open)) {
-            (false, _) => Status::Fail,
-            (true, 0) => Status::Pass,
-            (true, _) => Status::Open,
+    pub fn status(&self) -> BenchmarkStatus {
+        match (self.passes(), self.count(CheckVerdict::Open)) {
+            (false, _) => BenchmarkStatus::Fail,
+            (true, 0) => BenchmarkStatus::Pass,
+            (true, _) => BenchmarkStatus::Open,
         }
     }
 
@@ -79,18 +79,18 @@ impl Entry {
     }
 
     /// Number of checks with a verdict.
-    pub fn count(&self, verdict: Verdict) -> usize {
+    pub fn count(&self, verdict: CheckVerdict) -> usize {
         self.outcome.checks.iter().filter(|check| check.verdict() == verdict).count()
     }
 
     /// Number of checks that were judged.
     pub fn judged(&self) -> usize {
-        self.outcome.checks.len() - self.count(Verdict::NotJudged)
+        self.outcome.checks.len() - self.count(CheckVerdict::Unbounded)
     }
 }
 
 /// In which form a benchmark ran.
-fn form(entry: &Entry) -> &'static str {
+fn form_text(entry: &BenchmarkEntry) -> &'static str {
     if entry.short { "short" } else { "full" }
 }
 
@@ -101,7 +101,7 @@ const PAGES: &str = "pages";
 const COVERAGE: &str = "coverage.html";
 
 /// Writes `index.html`, `report.json` and the page of each benchmark to `folder`.
-pub fn write(folder: &Path, entries: &[Entry], scope: &Scope) -> Result<(), String> {
+pub fn write(folder: &Path, entries: &[BenchmarkEntry], scope: &ReportScope) -> Result<(), String> {
     let about = provenance();
     let pages = folder.join(PAGES);
     if pages.exists() {
@@ -117,10 +117,10 @@ pub fn write(folder: &Path, entries: &[Entry], scope: &Scope) -> Result<(), Stri
         for (number, figure) in entry.outcome.figures.iter().enumerate() {
             save(&page.with_file_name(benchmark::picture(entry, number)), &figure.bytes)?;
         }
-        save(&page, benchmark::page(entry, &about, &up(&page)).into_string().as_bytes())?;
+        save(&page, benchmark::page(entry, &about, &path_to_root(&page)).into_string().as_bytes())?;
     }
-    let (sheets, place) = (coverage::sheets()?, folder.join(COVERAGE));
-    save(&place, coverage::html(&sheets, words::STYLE, &up(&place)).into_string().as_bytes())?;
+    let (sheets, place) = (coverage::load_sheets()?, folder.join(COVERAGE));
+    save(&place, coverage::html(&sheets, words::STYLE, &path_to_root(&place)).into_string().as_bytes())?;
     let text =
         serde_json::to_string_pretty(&to_json(entries, &about, scope)).map_err(|error| error.to_string())?;
     save(&folder.join("report.json"), text.as_bytes())?;
@@ -128,33 +128,33 @@ pub fn write(folder: &Path, entries: &[Entry], scope: &Scope) -> Result<(), Stri
 }
 
 /// The way from a page up to the root of the repository, as a relative link that ends in a slash; empty for a page elsewhere.
-fn up(page: &Path) -> String {
+fn path_to_root(page: &Path) -> String {
     let below = page.strip_prefix(crate::root()).ok().and_then(Path::parent);
     below.map_or(String::new(), |folder| "../".repeat(folder.components().count()))
 }
 
-fn to_json(entries: &[Entry], about: &Provenance, scope: &Scope) -> serde_json::Value {
+fn to_json(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> serde_json::Value {
     let check = |c: &Check| {
         json!({
             "name": c.name, "claim": c.claim, "measured": c.measured,
             "verdict": c.verdict().name(),
-            "pass": c.range.map(|_| c.verdict() == Verdict::Pass),
+            "pass": c.range.map(|_| c.verdict() == CheckVerdict::Pass),
             "lower": c.range.map(|r| r.0).filter(|bound| bound.is_finite()),
             "upper": c.range.map(|r| r.1).filter(|bound| bound.is_finite()),
-            "reason": c.reason, "defect": c.defect.as_ref().filter(|_| c.verdict() == Verdict::Open),
+            "reason": c.reason, "defect": c.defect.as_ref().filter(|_| c.verdict() == CheckVerdict::Open),
         })
     };
-    let entry = |e: &Entry| {
+    let entry = |e: &BenchmarkEntry| {
         json!({
             "id": e.benchmark.id, "title": e.benchmark.title, "source": e.benchmark.source,
-            "form": form(e), "status": e.status().name(), "pass": e.passes(), "files": e.files, "kept": e.kept, "error": e.error, "seconds": e.seconds,
+            "form": form_text(e), "status": e.status().name(), "pass": e.passes(), "files": e.files, "kept": e.cached, "error": e.error, "seconds": e.seconds,
             "checks": e.outcome.checks.iter().map(check).collect::<Vec<_>>(),
         })
     };
     json!({
         "machine": about.machine, "rustc": about.rustc, "commit": about.commit, "date": about.date,
-        "filter": scope.filter, "quick": scope.quick, "scope": scope.words(), "left_out": scope.left_out,
-        "pass": entries.iter().all(Entry::passes),
+        "filter": scope.filter, "quick": scope.quick, "scope": scope.text(), "left_out": scope.left_out,
+        "pass": entries.iter().all(BenchmarkEntry::passes),
         "benchmarks": entries.iter().map(entry).collect::<Vec<_>>(),
     })
 }

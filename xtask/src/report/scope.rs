@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 /// What part of the benchmarks a report covers.
-pub struct Scope {
+pub struct ReportScope {
     /// What was asked for by name; all benchmarks where there is none.
     pub filter: Option<String>,
     /// Whether short forms were asked for.
@@ -16,7 +16,7 @@ pub struct Scope {
     pub left_out: Vec<&'static str>,
 }
 
-impl Scope {
+impl ReportScope {
     /// Where the report goes: a report of a part never takes the place of one of the whole.
     pub fn folder(&self) -> PathBuf {
         let folder = crate::root().join("target/validation");
@@ -27,7 +27,7 @@ impl Scope {
     }
 
     /// Which benchmarks run, and in which form.
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let (run, left) = (self.short + self.full, self.left_out.len());
         let mut words = match left {
             0 => format!("{run} benchmarks"),
@@ -56,7 +56,7 @@ mod tests {
     fn the_head_says_what_ran_in_which_form() {
         let scope = |filter: Option<&str>, full, short, left_out: &[&'static str]| {
             let filter = filter.map(str::to_owned);
-            Scope { filter, quick: false, short, full, left_out: left_out.to_vec() }.words()
+            ReportScope { filter, quick: false, short, full, left_out: left_out.to_vec() }.text()
         };
         assert_eq!(scope(None, 3, 0, &[]), "3 benchmarks, in full");
         assert_eq!(

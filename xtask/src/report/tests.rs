@@ -1,42 +1,48 @@
 //! What the pages of the report say.
 
 use super::*;
-use crate::benchmarks::{Criterion, Known, all};
+use crate::benchmarks::{Criterion, OpenDefect, all};
 
-fn entry(checks: &[(f64, bool)]) -> Entry {
-    let mut outcome = Outcome::default();
+fn entry(checks: &[(f64, bool)]) -> BenchmarkEntry {
+    let mut outcome = BenchmarkOutcome::default();
     for (number, (measured, known)) in checks.iter().enumerate() {
-        outcome.near(format!("check {number}"), 1.0, 0.1, *measured, "a tenth, as <the source> has it");
-        let defect = Known { criterion: Criterion::Missed, found: "it is \"too far\"".into() };
+        outcome.assert_close(
+            format!("check {number}"),
+            1.0,
+            0.1,
+            *measured,
+            "a tenth, as <the source> has it",
+        );
+        let defect = OpenDefect { criterion: Criterion::Missed, observation: "it is \"too far\"".into() };
         outcome.checks[number].defect = known.then_some(defect);
     }
     let benchmark = all().find(|benchmark| benchmark.id == "mpm/column-collapse").unwrap();
-    Entry {
+    BenchmarkEntry {
         benchmark,
         short: true,
         outcome,
         error: None,
         seconds: 0.2,
         files: vec!["validation/a/case.json".into()],
-        kept: false,
+        cached: false,
     }
 }
 
-fn scope(entries: &[Entry]) -> Scope {
-    Scope { filter: None, quick: true, short: entries.len(), full: 0, left_out: vec!["sph/drum"] }
+fn scope(entries: &[BenchmarkEntry]) -> ReportScope {
+    ReportScope { filter: None, quick: true, short: entries.len(), full: 0, left_out: vec!["sph/drum"] }
 }
 
 #[test]
 fn a_failing_check_makes_a_benchmark_fail_whatever_else_is_open() {
-    assert_eq!(entry(&[(1.0, false)]).status(), Status::Pass);
+    assert_eq!(entry(&[(1.0, false)]).status(), BenchmarkStatus::Pass);
     // A defect that does not show any more is none.
-    assert_eq!(entry(&[(1.0, true)]).status(), Status::Pass);
-    assert_eq!(entry(&[(1.0, false), (2.0, true)]).status(), Status::Open);
-    assert_eq!(entry(&[(2.0, true), (2.0, false)]).status(), Status::Fail);
-    assert_eq!(entry(&[(f64::NAN, false)]).status(), Status::Fail);
-    assert_eq!(entry(&[]).status(), Status::Fail);
-    let broken = Entry { error: Some("no disk".into()), ..entry(&[(1.0, false)]) };
-    assert_eq!(broken.status(), Status::Fail);
+    assert_eq!(entry(&[(1.0, true)]).status(), BenchmarkStatus::Pass);
+    assert_eq!(entry(&[(1.0, false), (2.0, true)]).status(), BenchmarkStatus::Open);
+    assert_eq!(entry(&[(2.0, true), (2.0, false)]).status(), BenchmarkStatus::Fail);
+    assert_eq!(entry(&[(f64::NAN, false)]).status(), BenchmarkStatus::Fail);
+    assert_eq!(entry(&[]).status(), BenchmarkStatus::Fail);
+    let broken = BenchmarkEntry { error: Some("no disk".into()), ..entry(&[(1.0, false)]) };
+    assert_eq!(broken.status(), BenchmarkStatus::Fail);
 }
 
 #[test]
@@ -98,8 +104,8 @@ fn a_report_is_an_index_with_pages_and_pictures_beside_them() {
 
 #[test]
 fn the_index_of_all_benchmarks_is_below_a_megabyte_and_its_links_lead_to_documents() {
-    let with = |benchmark| Entry { benchmark, ..entry(&[(1.0, false)]) };
-    let entries: Vec<Entry> = all().map(with).collect();
+    let with = |benchmark| BenchmarkEntry { benchmark, ..entry(&[(1.0, false)]) };
+    let entries: Vec<BenchmarkEntry> = all().map(with).collect();
     let page = index::page(&entries, &provenance(), &scope(&entries)).into_string();
     assert!(page.len() < 1_000_000, "{} bytes", page.len());
     for entry in &entries {

@@ -2,21 +2,21 @@
 
 use maud::{Markup, html};
 
-use super::{Entry, Status};
-use crate::benchmarks::{Check, Criterion, Verdict};
+use super::{BenchmarkEntry, BenchmarkStatus};
+use crate::benchmarks::{Check, CheckVerdict, Criterion};
 
 /// What every page looks like.
 pub const STYLE: &str = include_str!("report.css");
 
 /// How many checks fail as open defects, and how each kind stands with its source.
-pub fn open_in_words(entries: &[Entry]) -> String {
+pub fn open_defect_text(entries: &[BenchmarkEntry]) -> String {
     let known: Vec<Criterion> = entries
         .iter()
         .flat_map(|entry| &entry.outcome.checks)
-        .filter(|check| check.verdict() == Verdict::Open)
+        .filter(|check| check.verdict() == CheckVerdict::Open)
         .filter_map(|check| Some(check.defect.as_ref()?.criterion))
         .collect();
-    let kinds = Criterion::ALL.map(|kind| (known.iter().filter(|&&k| k == kind).count(), kind.words()));
+    let kinds = Criterion::ALL.map(|kind| (known.iter().filter(|&&k| k == kind).count(), kind.text()));
     let kinds: Vec<String> = kinds
         .iter()
         .filter(|(count, _)| *count > 0)
@@ -29,27 +29,27 @@ pub fn open_in_words(entries: &[Entry]) -> String {
 }
 
 /// A state as a badge: colour, sign and word differ.
-pub fn badge(status: Status) -> Markup {
+pub fn badge(status: BenchmarkStatus) -> Markup {
     let sign = match status {
-        Status::Pass => "✓",
-        Status::Open => "◐",
-        Status::Fail => "✗",
+        BenchmarkStatus::Pass => "✓",
+        BenchmarkStatus::Open => "◐",
+        BenchmarkStatus::Fail => "✗",
     };
     html! { span class={ "badge " (status.name()) } { (sign) " " (status.name()) } }
 }
 
 /// The verdict on a check as a badge.
-pub fn verdict(check: &Check) -> Markup {
+pub fn verdict_badge(check: &Check) -> Markup {
     match check.verdict() {
-        Verdict::NotJudged => html! { span class="badge shown" { "not judged" } },
-        Verdict::Open => badge(Status::Open),
-        Verdict::Pass => badge(Status::Pass),
-        Verdict::Fail => badge(Status::Fail),
+        CheckVerdict::Unbounded => html! { span class="badge shown" { "not judged" } },
+        CheckVerdict::Open => badge(BenchmarkStatus::Open),
+        CheckVerdict::Pass => badge(BenchmarkStatus::Pass),
+        CheckVerdict::Fail => badge(BenchmarkStatus::Fail),
     }
 }
 
 /// A number, plain where that is short.
-pub fn number(value: f64) -> String {
+pub fn number_text(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {
         "0".to_owned()
@@ -62,7 +62,7 @@ pub fn number(value: f64) -> String {
 }
 
 /// A time that something took.
-pub fn seconds(value: f64) -> String {
+pub fn duration_text(value: f64) -> String {
     match value {
         value if value < 10.0 => format!("{value:.1} s"),
         value if value < 120.0 => format!("{value:.0} s"),
@@ -71,12 +71,12 @@ pub fn seconds(value: f64) -> String {
 }
 
 /// What passes.
-pub fn bounds(range: Option<(f64, f64)>) -> String {
+pub fn bounds_text(range: Option<(f64, f64)>) -> String {
     let Some((low, high)) = range else { return "–".to_owned() };
     match (low.is_finite(), high.is_finite()) {
-        (true, true) => format!("{} … {}", number(low), number(high)),
-        (true, false) => format!("≥ {}", number(low)),
-        (false, true) => format!("≤ {}", number(high)),
+        (true, true) => format!("{} … {}", number_text(low), number_text(high)),
+        (true, false) => format!("≥ {}", number_text(low)),
+        (false, true) => format!("≤ {}", number_text(high)),
         (false, false) => "any".to_owned(),
     }
 }
@@ -87,15 +87,16 @@ mod tests {
 
     #[test]
     fn numbers_times_and_bounds_are_short() {
-        assert_eq!([0.0, 0.5, 1e-5, -3.25].map(number), ["0", "0.5", "1.0000e-5", "-3.25"]);
-        assert_eq!([0.04, 42.3, 600.0].map(seconds), ["0.0 s", "42 s", "10 min"]);
-        assert_eq!(bounds(Some((f64::NEG_INFINITY, 2.0))), "≤ 2");
-        assert_eq!(bounds(None), "–");
+        assert_eq!([0.0, 0.5, 1e-5, -3.25].map(number_text), ["0", "0.5", "1.0000e-5", "-3.25"]);
+        assert_eq!([0.04, 42.3, 600.0].map(duration_text), ["0.0 s", "42 s", "10 min"]);
+        assert_eq!(bounds_text(Some((f64::NEG_INFINITY, 2.0))), "≤ 2");
+        assert_eq!(bounds_text(None), "–");
     }
 
     #[test]
     fn the_three_states_differ_in_colour_sign_and_word() {
-        let all = [Status::Pass, Status::Open, Status::Fail].map(|status| badge(status).into_string());
+        let all = [BenchmarkStatus::Pass, BenchmarkStatus::Open, BenchmarkStatus::Fail]
+            .map(|status| badge(status).into_string());
         for (text, word) in all.iter().zip(["✓ pass", "◐ open", "✗ fail"]) {
             assert!(text.contains(word), "{text}");
         }

@@ -4,19 +4,19 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use syn::visit::Visit;
 
-use super::Finding;
-use super::tree::{File, Tree};
+use super::RuleViolation;
+use super::tree::{SourceFile, SourceTree};
 
 /// Which module at the root names which others.
-type Graph = BTreeMap<String, BTreeSet<String>>;
+type ModuleGraph = BTreeMap<String, BTreeSet<String>>;
 
 /// Modules that are part of a circle.
 ///
 /// # Errors
 ///
 /// A source that is no Rust.
-pub fn circles(tree: &Tree) -> Result<Vec<Finding>, String> {
-    let mut crates: BTreeMap<&str, Vec<&File>> = BTreeMap::new();
+pub fn module_cycles(tree: &SourceTree) -> Result<Vec<RuleViolation>, String> {
+    let mut crates: BTreeMap<&str, Vec<&SourceFile>> = BTreeMap::new();
     for file in tree.sources() {
         if let Some((krate, _)) = file.path.split_once("/src/") {
             crates.entry(krate).or_default().push(file);
@@ -26,11 +26,11 @@ pub fn circles(tree: &Tree) -> Result<Vec<Finding>, String> {
     for (krate, files) in crates {
         let graph = graph(krate, &files)?;
         for module in graph.keys() {
-            let circle = circle(&graph, module);
+            let circle = cycle(&graph, module);
             if circle.len() > 1 {
                 let others: Vec<_> = circle.into_iter().filter(|other| other != module).collect();
                 let message = format!("module {module} is in a circle with {}", others.join(", "));
-                findings.push(Finding::new(
+                findings.push(RuleViolation::new(
                     "module in a circle",
                     &file_of(krate, module, &files),
                     0,
@@ -42,18 +42,18 @@ pub fn circles(tree: &Tree) -> Result<Vec<Finding>, String> {
     Ok(findings)
 }
 
-fn file_of(krate: &str, module: &str, files: &[&File]) -> String {
+fn file_of(krate: &str, module: &str, files: &[&SourceFile]) -> String {
     let folder = format!("{krate}/src/{module}/mod.rs");
     if files.iter().any(|file| file.path == folder) { folder } else { format!("{krate}/src/{module}.rs") }
 }
 
 /// The modules that `module` needs and that need it, itself among them.
-fn circle(graph: &Graph, module: &str) -> Vec<String> {
+fn cycle(graph: &ModuleGraph, module: &str) -> Vec<String> {
     let needed = reached(graph, module);
     needed.iter().filter(|other| reached(graph, other).contains(module)).cloned().collect()
 }
 
-fn reached(graph: &Graph, from: &str) -> BTreeSet<String> {
+fn reached(graph: &ModuleGraph, from: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     let mut open = vec![from];
     while let Some(module) = open.pop() {
@@ -66,9 +66,9 @@ fn reached(graph: &Graph, from: &str) -> BTreeSet<String> {
     found
 }
 
-fn graph(krate: &str, files: &[&File]) -> Result<Graph, String> {
+fn graph(krate: &str, files: &[&SourceFile]) -> Result<ModuleGraph, String> {
     let prefix = format!("{krate}/src/");
-    let inside = |file: &File| file.path[prefix.len()..].trim_end_matches(".rs").to_owned();
+    let inside = |file: &SourceFile| file.path[prefix.len()..].trim_end_matches(".rs").to_owned();
     let roots = ["lib", "main"];
     let is_module = |stem: &str| !roots.contains(&stem) && !stem.starts_with("bin/");
     let modules: BTreeSet<String> = files
@@ -81,15 +81,19 @@ fn graph(krate: &str, files: &[&File]) -> Result<Graph, String> {
     for file in files.iter().filter(|file| roots.contains(&inside(file).as_str())) {
         exports.extend(root_exports(&parse(file)?, &modules));
     }
-    let mut graph = Graph::new();
+    let mut graph = ModuleGraph::new();
     for file in files {
         let stem = inside(file);
         if !is_module(&stem) {
             continue;
         }
         let path: Vec<String> = stem.trim_end_matches("/mod").split('/').map(str::to_owned).collect();
-        let mut names =
-            Names { path: path.clone(), modules: &modules, exports: &exports, found: BTreeSet::new() };
+        let mut names = ModuleReferences {
+            path: path.clone(),
+            modules: &modules,
+            exports: &exports,
+            found: BTreeSet::new(),
+        };
         names.visit_file(&parse(file)?);
         names.found.remove(&path[0]);
         graph.entry(path[0].clone()).or_default().extend(names.found);
@@ -97,7 +101,7 @@ fn graph(krate: &str, files: &[&File]) -> Result<Graph, String> {
     Ok(graph)
 }
 
-fn parse(file: &File) -> Result<syn::File, String> {
+fn parse(file: &SourceFile) -> Result<syn::File, String> {
     syn::parse_file(&file.text).map_err(|error| format!("{}: {error}", file.path))
 }
 
@@ -140,14 +144,14 @@ fn flatten(tree: &syn::UseTree, above: &mut Vec<String>, paths: &mut Vec<Vec<Str
 }
 
 /// The modules at the root that a file names by `crate::…` or `super::…`. Tests may name all.
-struct Names<'a> {
+struct ModuleReferences<'a> {
     path: Vec<String>,
     modules: &'a BTreeSet<String>,
     exports: &'a BTreeMap<String, String>,
     found: BTreeSet<String>,
 }
 
-impl Names<'_> {
+impl ModuleReferences<'_> {
     fn name(&mut self, path: &[String]) {
         let first = match path.first().map(String::as_str) {
             Some("crate") => path.get(1),
@@ -176,7 +180,7 @@ fn is_test(attributes: &[syn::Attribute]) -> bool {
     })
 }
 
-impl<'ast> Visit<'ast> for Names<'_> {
+impl<'ast> Visit<'ast> for ModuleReferences<'_> {
     fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
         let mut paths = Vec::new();
         flatten(&item.tree, &mut Vec::new(), &mut paths);
@@ -209,7 +213,7 @@ mod tests {
         let files: Vec<_> =
             files.iter().map(|(name, text)| (format!("crates/k/src/{name}"), *text)).collect();
         let files: Vec<_> = files.iter().map(|(path, text)| (path.as_str(), *text)).collect();
-        circles(&Tree::of(&files)).unwrap().into_iter().map(|finding| finding.message).collect()
+        module_cycles(&SourceTree::of(&files)).unwrap().into_iter().map(|finding| finding.message).collect()
     }
 
     #[test]

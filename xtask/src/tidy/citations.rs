@@ -1,18 +1,18 @@
 //! Citations of the specification sheets: `sheet: mpm §3.3`, `sheet: sph V-40`, and what else `docs/sheets/README.md` lists.
 
-use super::Finding;
-use super::sheets::{Sheet, Sheets, label};
-use super::tree::{File, Tree};
+use super::RuleViolation;
+use super::sheets::{CitableSheet, SheetIndex, label};
+use super::tree::{SourceFile, SourceTree};
 
 const RULE: &str = "citation of a sheet";
 
 /// Citations of sheets, sections and rows that are not there, labels that belong to no sheet, and files that speak of “the sheet”
 /// and cite none.
-pub fn citations(tree: &Tree, sheets: &Sheets) -> Vec<Finding> {
+pub fn citations(tree: &SourceTree, sheets: &SheetIndex) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for file in &tree.files {
         // What is made of the sheets quotes them.
-        let quotes = file.path == crate::coverage::PAGE;
+        let quotes = file.path == crate::coverage::PAGE_FILE;
         if quotes || file.path.starts_with("docs/sheets/") || file.path.starts_with("xtask/src/tidy/") {
             continue;
         }
@@ -21,33 +21,38 @@ pub fn citations(tree: &Tree, sheets: &Sheets) -> Vec<Finding> {
     findings
 }
 
-fn check(file: &File, sheets: &Sheets, findings: &mut Vec<Finding>) {
+fn check(file: &SourceFile, sheets: &SheetIndex, findings: &mut Vec<RuleViolation>) {
     let text = without_margins(&file.text);
     let mut cited: Vec<&str> = folder_sheets(&file.path).to_vec();
     for start in starts(&text) {
         let line = text[..start].matches('\n').count() + 1;
-        let mut citation = Citation { rest: &text[start..], line, file: &file.path, findings };
+        let mut citation = CitationParser { rest: &text[start..], line, file: &file.path, findings };
         cited.extend(citation.read(sheets));
     }
-    if let Some(line) = old_form(&text) {
-        findings.push(Finding::new(
+    if let Some(line) = outdated_form(&text) {
+        findings.push(RuleViolation::new(
             RULE,
             &file.path,
             line,
             "cite a sheet as `sheet: <name> §3.3`".to_owned(),
         ));
     }
-    for (line, label) in bare_labels(&text) {
+    for (line, label) in unprefixed_labels(&text) {
         if !cited.iter().any(|name| sheets.get(name).is_some_and(|sheet| sheet.has_label(label))) {
             let message = format!("{label} is in no sheet that this file cites");
-            findings.push(Finding::new(RULE, &file.path, line, message));
+            findings.push(RuleViolation::new(RULE, &file.path, line, message));
         }
     }
     if cited.is_empty()
         && let Some(at) = text.find("the sheet")
     {
         let line = text[..at].matches('\n').count() + 1;
-        findings.push(Finding::new(RULE, &file.path, line, "speaks of a sheet and cites none".to_owned()));
+        findings.push(RuleViolation::new(
+            RULE,
+            &file.path,
+            line,
+            "speaks of a sheet and cites none".to_owned(),
+        ));
     }
 }
 
@@ -86,7 +91,7 @@ fn starts(text: &str) -> impl Iterator<Item = usize> {
 }
 
 /// Line of a citation as “sheet: mpm §2.5” or “Sheet V-01”.
-fn old_form(text: &str) -> Option<usize> {
+fn outdated_form(text: &str) -> Option<usize> {
     let found = text.match_indices("heet ").find(|(at, found)| {
         let rest = &text[at + found.len()..];
         rest.starts_with('§') || label(rest).is_some()
@@ -95,7 +100,7 @@ fn old_form(text: &str) -> Option<usize> {
 }
 
 /// Labels of rows as the sheets of soils have them, `V-40`, with their lines.
-fn bare_labels(text: &str) -> Vec<(usize, &str)> {
+fn unprefixed_labels(text: &str) -> Vec<(usize, &str)> {
     let mut labels = Vec::new();
     for (number, line) in text.lines().enumerate() {
         for (at, _) in line.match_indices('-') {
@@ -116,30 +121,30 @@ fn bare_labels(text: &str) -> Vec<(usize, &str)> {
 }
 
 /// What follows `sheet: `.
-struct Citation<'a, 'f> {
+struct CitationParser<'a, 'f> {
     rest: &'a str,
     line: usize,
     file: &'a str,
-    findings: &'f mut Vec<Finding>,
+    findings: &'f mut Vec<RuleViolation>,
 }
 
-impl<'a> Citation<'a, '_> {
+impl<'a> CitationParser<'a, '_> {
     /// Reads names and items; returns the sheets that are cited. Where no item follows the name it is no citation, but a variable
     /// of a program.
-    fn read(&mut self, sheets: &Sheets) -> Vec<&'a str> {
+    fn read(&mut self, sheets: &SheetIndex) -> Vec<&'a str> {
         let mut cited = Vec::new();
         loop {
             let name = self.word();
             if name.is_empty() || !self.at_item(name.len()) {
                 if sheets.get(name).is_some() {
-                    self.complain(format!("sheet {name} is cited without a section or row"));
+                    self.report_violation(format!("sheet {name} is cited without a section or row"));
                 }
                 return cited;
             }
             self.advance(name.len());
             let Some(sheet) = sheets.get(name) else {
                 let names = sheets.names().join(", ");
-                self.complain(format!("there is no sheet {name}: {names}"));
+                self.report_violation(format!("there is no sheet {name}: {names}"));
                 return cited;
             };
             cited.push(name);
@@ -153,7 +158,7 @@ impl<'a> Citation<'a, '_> {
         }
     }
 
-    fn items(&mut self, sheet: &Sheet, name: &str) {
+    fn items(&mut self, sheet: &CitableSheet, name: &str) {
         let mut section = String::new();
         loop {
             self.item(sheet, name, &mut section);
@@ -163,32 +168,32 @@ impl<'a> Citation<'a, '_> {
         }
     }
 
-    fn item(&mut self, sheet: &Sheet, name: &str, section: &mut String) {
+    fn item(&mut self, sheet: &CitableSheet, name: &str, section: &mut String) {
         if let Some(rest) = self.rest.strip_prefix('§') {
             let number = number(rest);
             self.rest = &rest[number.len()..];
             if !sheet.has_section(number) {
-                self.complain(format!("sheet {name} has no §{number}"));
+                self.report_violation(format!("sheet {name} has no §{number}"));
             }
             number.clone_into(section);
             self.section_detail(sheet, name, number);
         } else if let Some(label) = label(self.rest) {
             self.advance(label.len());
             if !sheet.has_label(&label) {
-                self.complain(format!("sheet {name} has no {label}"));
+                self.report_violation(format!("sheet {name} has no {label}"));
             }
         }
     }
 
     /// A letter, a row or a set behind the number of a section.
-    fn section_detail(&mut self, sheet: &Sheet, name: &str, number: &str) {
+    fn section_detail(&mut self, sheet: &CitableSheet, name: &str, number: &str) {
         for word in ["row ", "set "] {
             if let Some(rest) = self.rest.strip_prefix(' ').and_then(|rest| rest.strip_prefix(word)) {
                 let row: String = rest.chars().take_while(char::is_ascii_alphanumeric).collect();
                 let known =
                     if word == "row " { sheet.has_row(number, &row) } else { sheet.has_set(number, &row) };
                 if !known {
-                    self.complain(format!("sheet {name} has no {word}{row} in §{number}"));
+                    self.report_violation(format!("sheet {name} has no {word}{row} in §{number}"));
                 }
                 self.rest = &rest[row.len()..];
                 return;
@@ -203,7 +208,7 @@ impl<'a> Citation<'a, '_> {
             let known = sheet.has_letter(number, letter);
             if known || attached.len() == self.rest.len() {
                 if !known {
-                    self.complain(format!("sheet {name} has no ({letter}) in §{number}"));
+                    self.report_violation(format!("sheet {name} has no ({letter}) in §{number}"));
                 }
                 self.rest = &attached[1..];
             }
@@ -249,8 +254,8 @@ impl<'a> Citation<'a, '_> {
         self.rest = self.rest[bytes..].trim_start_matches([' ', '\n']);
     }
 
-    fn complain(&mut self, message: String) {
-        self.findings.push(Finding::new(RULE, self.file, self.line, message));
+    fn report_violation(&mut self, message: String) {
+        self.findings.push(RuleViolation::new(RULE, self.file, self.line, message));
     }
 }
 
@@ -271,12 +276,12 @@ mod tests {
     const SHEET: &str = "# A sheet\n### 2.5 Shapes\n(b) linear\n### 3.3 Step\n## 4. List\n| 58 | row |\n**A-27 Column**\n**A-28 Cylinder**\n";
 
     fn messages(path: &str, text: &str) -> Vec<String> {
-        let tree = Tree::of(&[
+        let tree = SourceTree::of(&[
             ("docs/sheets/mpm.md", SHEET),
             ("docs/sheets/sph.md", "**B-09 Columns**"),
             (path, text),
         ]);
-        citations(&tree, &Sheets::of(&tree)).into_iter().map(|finding| finding.message).collect()
+        citations(&tree, &SheetIndex::of(&tree)).into_iter().map(|finding| finding.message).collect()
     }
 
     #[test]

@@ -7,25 +7,25 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use super::Finding;
+use super::RuleViolation;
 
 const RULE: &str = "crate graph";
 
 /// A package of this workspace as `cargo metadata` describes it.
-struct Package {
+struct PackageDependencies {
     folder: String,
     normal: BTreeSet<String>,
     dev: BTreeSet<String>,
 }
 
-type Packages = BTreeMap<String, Package>;
+type Packages = BTreeMap<String, PackageDependencies>;
 
 /// Dependencies that point up or sideways, or that a crate must not have; names and lints that are not those of the workspace.
 ///
 /// # Errors
 ///
 /// `cargo metadata` cannot be run.
-pub fn crate_graph(root: &Path) -> Result<Vec<Finding>, String> {
+pub fn crate_graph(root: &Path) -> Result<Vec<RuleViolation>, String> {
     let packages = packages(root)?;
     let mut findings = Vec::new();
     for (name, package) in &packages {
@@ -34,13 +34,13 @@ pub fn crate_graph(root: &Path) -> Result<Vec<Finding>, String> {
         } else {
             format!("crates/{}/Cargo.toml", package.folder)
         };
-        for message in wrong(name, package, &packages) {
-            findings.push(Finding::new(RULE, &manifest, 0, message));
+        for message in dependency_violations(name, package, &packages) {
+            findings.push(RuleViolation::new(RULE, &manifest, 0, message));
         }
         let text =
             fs::read_to_string(root.join(&manifest)).map_err(|error| format!("{manifest}: {error}"))?;
         if !text.contains("[lints]\nworkspace = true") {
-            findings.push(Finding::new(RULE, &manifest, 0, "has lints of its own".to_owned()));
+            findings.push(RuleViolation::new(RULE, &manifest, 0, "has lints of its own".to_owned()));
         }
     }
     Ok(findings)
@@ -51,7 +51,7 @@ pub fn crate_graph(root: &Path) -> Result<Vec<Finding>, String> {
 /// # Errors
 ///
 /// `cargo tree` cannot be run.
-pub fn built_in_vain(root: &Path) -> Result<Vec<Finding>, String> {
+pub fn unneeded_dependencies(root: &Path) -> Result<Vec<RuleViolation>, String> {
     let mut findings = Vec::new();
     for (name, package) in packages(root)? {
         let arguments: &[&str] = match package.folder.as_str() {
@@ -60,10 +60,10 @@ pub fn built_in_vain(root: &Path) -> Result<Vec<Finding>, String> {
             _ if package.normal.contains("colluvium-case") => &[],
             _ => continue,
         };
-        let built = built(root, &name, arguments)?;
-        for program in PROGRAMS.into_iter().filter(|program| built.contains(*program)) {
+        let built = built_packages(root, &name, arguments)?;
+        for program in PROGRAM_DEPENDENCIES.into_iter().filter(|program| built.contains(*program)) {
             let manifest = format!("crates/{}/Cargo.toml", package.folder);
-            findings.push(Finding::new(
+            findings.push(RuleViolation::new(
                 RULE,
                 &manifest,
                 0,
@@ -75,7 +75,7 @@ pub fn built_in_vain(root: &Path) -> Result<Vec<Finding>, String> {
 }
 
 /// Names of all that a library user of a package builds.
-fn built(root: &Path, package: &str, arguments: &[&str]) -> Result<BTreeSet<String>, String> {
+fn built_packages(root: &Path, package: &str, arguments: &[&str]) -> Result<BTreeSet<String>, String> {
     let fixed = ["tree", "--offline", "--edges", "normal,build", "--prefix", "none", "--package", package];
     let tree = cargo(root, &[&fixed, arguments].concat())?;
     Ok(tree.lines().filter_map(|line| Some(line.split_whitespace().next()?.to_owned())).collect())
@@ -105,14 +105,14 @@ fn packages(root: &Path) -> Result<Packages, String> {
     Ok(entries.iter().map(package).collect())
 }
 
-fn package(entry: &Value) -> (String, Package) {
+fn package(entry: &Value) -> (String, PackageDependencies) {
     let dependencies = entry["dependencies"].as_array().map(Vec::as_slice).unwrap_or_default();
     let of = |wanted: fn(&Value) -> bool| {
         dependencies.iter().filter(|d| wanted(&d["kind"])).map(|d| text(&d["name"])).collect()
     };
     let folder =
         Path::new(entry["manifest_path"].as_str().unwrap_or_default()).parent().and_then(Path::file_name);
-    let package = Package {
+    let package = PackageDependencies {
         folder: folder.unwrap_or_default().to_string_lossy().into_owned(),
         normal: of(Value::is_null),
         dev: of(|kind| !kind.is_null()),
@@ -136,7 +136,7 @@ fn allowed(folder: &str) -> Option<&'static [&'static str]> {
 
 /// Dependencies from outside that one crate below the facade may have, or none: output is the business of `case`, pictures are
 /// that of `plots`, and the command line that of the facade.
-const RESERVED: [(&str, Option<&str>); 5] = [
+const EXCLUSIVE_DEPENDENCIES: [(&str, Option<&str>); 5] = [
     ("clap", None),
     ("plotters", Some("plots")),
     ("vtkio", Some("case")),
@@ -145,13 +145,13 @@ const RESERVED: [(&str, Option<&str>); 5] = [
 ];
 
 /// What programs need, and a library user of a method does not build.
-const PROGRAMS: [&str; 6] = ["clap", "ctrlc", "gif", "plotters", "png", "sysinfo"];
+const PROGRAM_DEPENDENCIES: [&str; 6] = ["clap", "ctrlc", "gif", "plotters", "png", "sysinfo"];
 
 /// All that the constitutive core may depend on: a finite-element code uses it alone.
-const CORE: [&str; 7] =
+const CORE_DEPENDENCIES: [&str; 7] =
     ["libloading", "nalgebra", "postcard", "schemars", "serde", "serde_json", "thiserror"];
 
-fn wrong(name: &str, package: &Package, packages: &Packages) -> Vec<String> {
+fn dependency_violations(name: &str, package: &PackageDependencies, packages: &Packages) -> Vec<String> {
     let mut messages = Vec::new();
     let above_all = package.folder == "colluvium" || package.folder == "xtask";
     if package.normal.contains("xtask") || package.dev.contains("xtask") {
@@ -168,13 +168,13 @@ fn wrong(name: &str, package: &Package, packages: &Packages) -> Vec<String> {
             messages.push(format!("must not depend on {dependency}"));
         }
     }
-    for (dependency, owner) in RESERVED {
+    for (dependency, owner) in EXCLUSIVE_DEPENDENCIES {
         if !above_all && package.normal.contains(dependency) && owner != Some(package.folder.as_str()) {
             messages.push(format!("must not depend on {dependency}"));
         }
     }
     if package.folder == "constitutive" {
-        let extra = package.normal.iter().filter(|d| !CORE.contains(&d.as_str()));
+        let extra = package.normal.iter().filter(|d| !CORE_DEPENDENCIES.contains(&d.as_str()));
         messages.extend(extra.map(|d| format!("the constitutive core gets a new dependency, {d}")));
     }
     let expected = if above_all { package.folder.clone() } else { format!("colluvium-{}", package.folder) };
@@ -188,9 +188,9 @@ fn wrong(name: &str, package: &Package, packages: &Packages) -> Vec<String> {
 mod tests {
     use super::*;
 
-    fn made(folder: &str, normal: &[&str], dev: &[&str]) -> Package {
+    fn made(folder: &str, normal: &[&str], dev: &[&str]) -> PackageDependencies {
         let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
-        Package { folder: folder.to_owned(), normal: names(normal), dev: names(dev) }
+        PackageDependencies { folder: folder.to_owned(), normal: names(normal), dev: names(dev) }
     }
 
     #[test]
@@ -200,7 +200,7 @@ mod tests {
             packages.insert(format!("colluvium-{folder}"), made(folder, &[], &[]));
         }
         let found = |folder: &str, normal: &[&str], dev: &[&str]| {
-            wrong(&format!("colluvium-{folder}"), &made(folder, normal, dev), &packages)
+            dependency_violations(&format!("colluvium-{folder}"), &made(folder, normal, dev), &packages)
         };
         assert!(
             found("sph", &["colluvium-case", "colluvium-points", "rayon"], &["colluvium-testkit"]).is_empty()
@@ -211,6 +211,9 @@ mod tests {
         assert_eq!(found("mpm", &["csv"], &[]), ["must not depend on csv"]);
         assert_eq!(found("case", &["csv", "plotters"], &[]), ["must not depend on plotters"]);
         assert_eq!(found("constitutive", &["rayon"], &[]).len(), 1);
-        assert_eq!(wrong("sph", &made("sph", &[], &[]), &packages), ["is named sph, not colluvium-sph"]);
+        assert_eq!(
+            dependency_violations("sph", &made("sph", &[], &[]), &packages),
+            ["is named sph, not colluvium-sph"]
+        );
     }
 }

@@ -1,10 +1,10 @@
 //! Links of the documentation lead somewhere, and every page is in the table of contents.
 
-use super::Finding;
-use super::tree::{File, Tree};
+use super::RuleViolation;
+use super::tree::{SourceFile, SourceTree};
 
 /// Links to files that are not there, and to headings that their page does not have.
-pub fn links(tree: &Tree) -> Vec<Finding> {
+pub fn broken_links(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for page in tree.pages() {
         for (number, line) in page.text.lines().enumerate() {
@@ -12,10 +12,10 @@ pub fn links(tree: &Tree) -> Vec<Finding> {
                 targets(line).filter(|target| !target.contains("://") && !target.starts_with("mailto:"))
             {
                 let (file, heading) = target.split_once('#').unwrap_or((target, ""));
-                let path = if file.is_empty() { page.path.clone() } else { beside(&page.path, file) };
-                if !leads_somewhere(tree, &path, heading) {
+                let path = if file.is_empty() { page.path.clone() } else { relative_path(&page.path, file) };
+                if !target_exists(tree, &path, heading) {
                     let message = format!("the link to {target} is dead");
-                    findings.push(Finding::new("dead link", &page.path, number + 1, message));
+                    findings.push(RuleViolation::new("dead link", &page.path, number + 1, message));
                 }
             }
         }
@@ -24,15 +24,17 @@ pub fn links(tree: &Tree) -> Vec<Finding> {
 }
 
 /// Pages under `docs/` that `docs/SUMMARY.md` does not list.
-pub fn pages_without_entry(tree: &Tree) -> Vec<Finding> {
+pub fn pages_without_entry(tree: &SourceTree) -> Vec<RuleViolation> {
     let listed: Vec<String> = tree
         .get("docs/SUMMARY.md")
-        .map(|summary| targets(&summary.text).map(|target| beside(&summary.path, target)).collect())
+        .map(|summary| targets(&summary.text).map(|target| relative_path(&summary.path, target)).collect())
         .unwrap_or_default();
     let pages = tree.pages().filter(|page| page.path.starts_with("docs/") && page.path != "docs/SUMMARY.md");
     pages
         .filter(|page| !listed.contains(&page.path))
-        .map(|page| Finding::new("page without entry", &page.path, 0, "is not in docs/SUMMARY.md".to_owned()))
+        .map(|page| {
+            RuleViolation::new("page without entry", &page.path, 0, "is not in docs/SUMMARY.md".to_owned())
+        })
         .collect()
 }
 
@@ -42,7 +44,7 @@ fn targets(text: &str) -> impl Iterator<Item = &str> {
 }
 
 /// The path of `file` as seen from the folder of `page`.
-fn beside(page: &str, file: &str) -> String {
+fn relative_path(page: &str, file: &str) -> String {
     let mut parts: Vec<&str> = page.split('/').collect();
     parts.pop();
     for part in file.split('/') {
@@ -57,7 +59,7 @@ fn beside(page: &str, file: &str) -> String {
     parts.join("/")
 }
 
-fn leads_somewhere(tree: &Tree, path: &str, heading: &str) -> bool {
+fn target_exists(tree: &SourceTree, path: &str, heading: &str) -> bool {
     match tree.get(path) {
         Some(page) => heading.is_empty() || has_heading(page, heading),
         // A folder, or a file that is not text.
@@ -71,7 +73,7 @@ fn anchor(heading: &str) -> String {
     kept.collect::<String>().to_lowercase().replace(' ', "-")
 }
 
-fn has_heading(page: &File, wanted: &str) -> bool {
+fn has_heading(page: &SourceFile, wanted: &str) -> bool {
     let mut headings = page.text.lines().filter(|line| line.starts_with('#'));
     headings.any(|line| anchor(line.trim_start_matches('#')) == wanted)
 }
@@ -82,7 +84,7 @@ mod tests {
 
     #[test]
     fn dead_links_and_missing_headings_are_found() {
-        let tree = Tree::of(&[
+        let tree = SourceTree::of(&[
             ("README.md", "[a](docs/a.md) [none](docs/none.md) [far](https://example.org)"),
             (
                 "docs/a.md",
@@ -90,7 +92,8 @@ mod tests {
             ),
             ("docs/sub/b.md", "## There\n[up](../a.md)"),
         ]);
-        let found: Vec<_> = links(&tree).into_iter().map(|finding| (finding.line, finding.message)).collect();
+        let found: Vec<_> =
+            broken_links(&tree).into_iter().map(|finding| (finding.line, finding.message)).collect();
         let expected =
             [(1, "the link to docs/none.md is dead"), (2, "the link to sub/b.md#not-there is dead")];
         assert_eq!(found, expected.map(|(line, text)| (line, text.to_owned())));
@@ -98,7 +101,8 @@ mod tests {
 
     #[test]
     fn pages_that_the_summary_does_not_list_are_found() {
-        let tree = Tree::of(&[("docs/SUMMARY.md", "[a](a.md)"), ("docs/a.md", ""), ("docs/sub/b.md", "")]);
+        let tree =
+            SourceTree::of(&[("docs/SUMMARY.md", "[a](a.md)"), ("docs/a.md", ""), ("docs/sub/b.md", "")]);
         let found: Vec<_> = pages_without_entry(&tree).into_iter().map(|finding| finding.file).collect();
         assert_eq!(found, ["docs/sub/b.md"]);
     }

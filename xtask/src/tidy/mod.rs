@@ -19,12 +19,12 @@ mod words;
 
 use std::path::Path;
 
-use ratchet::Ratchet;
-use tree::Tree;
+use ratchet::Baseline;
+use tree::SourceTree;
 
 /// Options of `tidy`.
 #[derive(clap::Args)]
-pub struct Arguments {
+pub struct TidyArguments {
     /// Writes down the lower counts where rules are broken less often than the ratchet knows.
     #[arg(long)]
     lower: bool,
@@ -35,7 +35,7 @@ pub struct Arguments {
 
 /// A place where a rule is broken.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-struct Finding {
+struct RuleViolation {
     /// The rule, as the ratchet names it.
     rule: &'static str,
     /// The file from the root of the repository, with `/`.
@@ -46,7 +46,7 @@ struct Finding {
     message: String,
 }
 
-impl Finding {
+impl RuleViolation {
     fn new(rule: &'static str, file: &str, line: usize, message: String) -> Self {
         Self { rule, file: file.to_owned(), line, message }
     }
@@ -67,12 +67,12 @@ impl Finding {
 /// # Errors
 ///
 /// What of the tree cannot be read, as text.
-pub fn run(arguments: &Arguments) -> Result<bool, String> {
+pub fn run(arguments: &TidyArguments) -> Result<bool, String> {
     let root = crate::root();
-    let findings = findings(root)?;
+    let findings = all_violations(root)?;
     let path = root.join("xtask/tidy-ratchet.json");
-    let mut ratchet = Ratchet::read(&path)?;
-    let verdict = ratchet.judge(&findings);
+    let mut ratchet = Baseline::read(&path)?;
+    let verdict = ratchet.compare(&findings);
     for finding in &findings {
         if arguments.all || verdict.is_new(finding) {
             println!("{}:{}: {} ({})", finding.file, finding.line, finding.message, finding.rule);
@@ -88,23 +88,23 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
 }
 
 /// All findings, in the order of rule, file and line.
-fn findings(root: &Path) -> Result<Vec<Finding>, String> {
-    let tree = Tree::read(root)?;
-    let sheets = sheets::Sheets::of(&tree);
-    let mut findings = lengths::files(&tree);
-    findings.extend(lengths::functions(&tree)?);
-    findings.extend(circles::circles(&tree)?);
+fn all_violations(root: &Path) -> Result<Vec<RuleViolation>, String> {
+    let tree = SourceTree::read(root)?;
+    let sheets = sheets::SheetIndex::of(&tree);
+    let mut findings = lengths::long_files(&tree);
+    findings.extend(lengths::long_functions(&tree)?);
+    findings.extend(circles::module_cycles(&tree)?);
     findings.extend(module_files::module_files(&tree));
-    findings.extend(cases_in_code::cases_in_code(&tree));
+    findings.extend(cases_in_code::inline_cases(&tree));
     findings.extend(words::openings(&tree));
     findings.extend(words::phrases(&tree));
     findings.extend(words::twins(&tree));
     findings.extend(words::files(&tree));
-    findings.extend(links::links(&tree));
+    findings.extend(links::broken_links(&tree));
     findings.extend(links::pages_without_entry(&tree));
     findings.extend(citations::citations(&tree, &sheets));
     findings.extend(crate_graph::crate_graph(root)?);
-    findings.extend(crate_graph::built_in_vain(root)?);
+    findings.extend(crate_graph::unneeded_dependencies(root)?);
     findings.sort();
     Ok(findings)
 }

@@ -4,17 +4,17 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use super::Finding;
+use super::RuleViolation;
 
 /// Known findings by rule and part of the tree.
-pub struct Ratchet {
-    known: Counts,
+pub struct Baseline {
+    known: ViolationCounts,
 }
 
-type Counts = BTreeMap<String, BTreeMap<String, usize>>;
+type ViolationCounts = BTreeMap<String, BTreeMap<String, usize>>;
 
 /// How the findings stand with the ratchet.
-pub struct Verdict {
+pub struct BaselineComparison {
     /// Rule, part, known count and count found, where more are found than are known.
     worse: Vec<(String, String, usize, usize)>,
     /// The same where fewer are found.
@@ -22,26 +22,26 @@ pub struct Verdict {
     known: usize,
 }
 
-fn count(findings: &[Finding]) -> Counts {
-    let mut counts = Counts::new();
+fn count(findings: &[RuleViolation]) -> ViolationCounts {
+    let mut counts = ViolationCounts::new();
     for finding in findings {
         *counts.entry(finding.rule.to_owned()).or_default().entry(finding.part()).or_default() += 1;
     }
     counts
 }
 
-fn number(counts: &Counts, rule: &str, part: &str) -> usize {
+fn number(counts: &ViolationCounts, rule: &str, part: &str) -> usize {
     counts.get(rule).and_then(|parts| parts.get(part)).copied().unwrap_or(0)
 }
 
-impl Ratchet {
+impl Baseline {
     /// Reads the ratchet; a file that is not there knows of nothing.
     ///
     /// # Errors
     ///
     /// A file that is no ratchet.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let Ok(text) = fs::read_to_string(path) else { return Ok(Self { known: Counts::new() }) };
+        let Ok(text) = fs::read_to_string(path) else { return Ok(Self { known: ViolationCounts::new() }) };
         let known = serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
         Ok(Self { known })
     }
@@ -57,9 +57,9 @@ impl Ratchet {
     }
 
     /// Compares what was found with what is known.
-    pub fn judge(&self, findings: &[Finding]) -> Verdict {
+    pub fn compare(&self, findings: &[RuleViolation]) -> BaselineComparison {
         let found = count(findings);
-        let mut verdict = Verdict { worse: Vec::new(), better: Vec::new(), known: 0 };
+        let mut verdict = BaselineComparison { worse: Vec::new(), better: Vec::new(), known: 0 };
         for counts in [&found, &self.known] {
             for (rule, parts) in counts {
                 for part in parts.keys() {
@@ -82,7 +82,7 @@ impl Ratchet {
     }
 
     /// Takes over the counts that have fallen. What has risen stays as it was known.
-    pub fn lower(&mut self, findings: &[Finding]) {
+    pub fn lower(&mut self, findings: &[RuleViolation]) {
         let found = count(findings);
         for (rule, parts) in &mut self.known {
             for (part, known) in &mut *parts {
@@ -94,9 +94,9 @@ impl Ratchet {
     }
 }
 
-impl Verdict {
+impl BaselineComparison {
     /// Whether `finding` is of a rule and part with more findings than are known.
-    pub fn is_new(&self, finding: &Finding) -> bool {
+    pub fn is_new(&self, finding: &RuleViolation) -> bool {
         let part = finding.part();
         self.worse.iter().any(|(rule, of, ..)| *rule == finding.rule && *of == part)
     }
@@ -126,22 +126,24 @@ impl Verdict {
 mod tests {
     use super::*;
 
-    fn finding(rule: &'static str, file: &str) -> Finding {
-        Finding::new(rule, file, 1, String::new())
+    fn finding(rule: &'static str, file: &str) -> RuleViolation {
+        RuleViolation::new(rule, file, 1, String::new())
     }
 
-    fn ratchet(rule: &str, part: &str, known: usize) -> Ratchet {
-        Ratchet { known: Counts::from([(rule.to_owned(), BTreeMap::from([(part.to_owned(), known)]))]) }
+    fn ratchet(rule: &str, part: &str, known: usize) -> Baseline {
+        Baseline {
+            known: ViolationCounts::from([(rule.to_owned(), BTreeMap::from([(part.to_owned(), known)]))]),
+        }
     }
 
     #[test]
     fn more_findings_than_are_known_fail_and_fewer_pass() {
         let two = [finding("long", "crates/a/src/x.rs"), finding("long", "crates/a/src/y.rs")];
-        assert!(!ratchet("long", "crates/a", 1).judge(&two).passes());
-        assert!(ratchet("long", "crates/a", 2).judge(&two).passes());
-        assert!(ratchet("long", "crates/a", 3).judge(&two).passes());
+        assert!(!ratchet("long", "crates/a", 1).compare(&two).passes());
+        assert!(ratchet("long", "crates/a", 2).compare(&two).passes());
+        assert!(ratchet("long", "crates/a", 3).compare(&two).passes());
         assert!(
-            !ratchet("long", "crates/b", 3).judge(&two).passes(),
+            !ratchet("long", "crates/b", 3).compare(&two).passes(),
             "another crate's findings are not known"
         );
     }

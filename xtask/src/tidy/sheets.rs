@@ -2,37 +2,37 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::tree::Tree;
+use super::tree::SourceTree;
 
 /// The sheets under `docs/sheets/`, by name.
-pub struct Sheets {
-    by_name: BTreeMap<String, Sheet>,
+pub struct SheetIndex {
+    by_name: BTreeMap<String, CitableSheet>,
 }
 
 /// What a sheet has that can be cited.
 #[derive(Default)]
-pub struct Sheet {
+pub struct CitableSheet {
     /// Text of each section and of all below it, by number (`2.5`, `3`).
     sections: BTreeMap<String, String>,
     /// Labels that a line, a row of a table or a passage in bold begins with (`V-40`, `A-27`, `B2`).
     labels: BTreeSet<String>,
 }
 
-impl Sheets {
+impl SheetIndex {
     /// Reads the sheets of `tree`.
-    pub fn of(tree: &Tree) -> Self {
+    pub fn of(tree: &SourceTree) -> Self {
         let mut by_name = BTreeMap::new();
         for page in tree.pages() {
             let name = page.path.strip_prefix("docs/sheets/").and_then(|name| name.strip_suffix(".md"));
             if let Some(name) = name.filter(|name| *name != "README") {
-                by_name.insert(name.to_owned(), Sheet::of(&page.text));
+                by_name.insert(name.to_owned(), CitableSheet::of(&page.text));
             }
         }
         Self { by_name }
     }
 
     /// The sheet of this name.
-    pub fn get(&self, name: &str) -> Option<&Sheet> {
+    pub fn get(&self, name: &str) -> Option<&CitableSheet> {
         self.by_name.get(name)
     }
 
@@ -42,7 +42,7 @@ impl Sheets {
     }
 }
 
-impl Sheet {
+impl CitableSheet {
     fn of(text: &str) -> Self {
         let mut sheet = Self::default();
         let mut open: Vec<String> = Vec::new();
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn sections_rows_letters_and_labels_are_found() {
-        let sheet = Sheet::of(TEXT);
+        let sheet = CitableSheet::of(TEXT);
         for number in ["2", "2.5", "2.10", "6.27"] {
             assert!(sheet.has_section(number), "{number}");
         }

@@ -4,20 +4,20 @@ use std::fs;
 use std::path::Path;
 
 /// Endings of the files that are read.
-const ENDINGS: [&str; 6] = ["rs", "md", "json", "csv", "toml", "py"];
+const EXTENSIONS: [&str; 6] = ["rs", "md", "json", "csv", "toml", "py"];
 
 /// Folders that are read, and the files beside them.
 const FOLDERS: [&str; 4] = ["crates", "docs", "validation", "xtask"];
 
 /// A file of the repository.
-pub struct File {
+pub struct SourceFile {
     /// Path from the root, with `/`.
     pub path: String,
     /// All of it.
     pub text: String,
 }
 
-impl File {
+impl SourceFile {
     /// The ending of its name.
     pub fn ending(&self) -> &str {
         self.path.rsplit_once('.').map_or("", |(_, ending)| ending)
@@ -25,12 +25,12 @@ impl File {
 }
 
 /// The files of the repository, in the order of their paths.
-pub struct Tree {
+pub struct SourceTree {
     /// What was read.
-    pub files: Vec<File>,
+    pub files: Vec<SourceFile>,
 }
 
-impl Tree {
+impl SourceTree {
     /// Reads what lies in the folders of the repository. Build folders and results, which begin with a dot or are named
     /// `target`, are none of it.
     ///
@@ -54,32 +54,33 @@ impl Tree {
     /// A tree of these files, for tests.
     #[cfg(test)]
     pub fn of(files: &[(&str, &str)]) -> Self {
-        let file = |(path, text): &(&str, &str)| File { path: (*path).to_owned(), text: (*text).to_owned() };
+        let file =
+            |(path, text): &(&str, &str)| SourceFile { path: (*path).to_owned(), text: (*text).to_owned() };
         Self { files: files.iter().map(file).collect() }
     }
 
     /// The sources of all crates, tests and benches included.
-    pub fn sources(&self) -> impl Iterator<Item = &File> {
+    pub fn sources(&self) -> impl Iterator<Item = &SourceFile> {
         self.files.iter().filter(|file| file.ending() == "rs")
     }
 
     /// The pages of the documentation and those at the root.
-    pub fn pages(&self) -> impl Iterator<Item = &File> {
+    pub fn pages(&self) -> impl Iterator<Item = &SourceFile> {
         self.files.iter().filter(|file| file.ending() == "md")
     }
 
     /// The file at `path`, if there is one.
-    pub fn get(&self, path: &str) -> Option<&File> {
+    pub fn get(&self, path: &str) -> Option<&SourceFile> {
         self.files.iter().find(|file| file.path == path)
     }
 }
 
-fn read(root: &Path, path: &str) -> Result<File, String> {
+fn read(root: &Path, path: &str) -> Result<SourceFile, String> {
     let text = fs::read_to_string(root.join(path)).map_err(|error| format!("{path}: {error}"))?;
-    Ok(File { path: path.to_owned(), text })
+    Ok(SourceFile { path: path.to_owned(), text })
 }
 
-fn visit(root: &Path, folder: &str, files: &mut Vec<File>) -> Result<(), String> {
+fn visit(root: &Path, folder: &str, files: &mut Vec<SourceFile>) -> Result<(), String> {
     let entries = fs::read_dir(root.join(folder)).map_err(|error| format!("{folder}: {error}"))?;
     for entry in entries {
         let entry = entry.map_err(|error| format!("{folder}: {error}"))?;
@@ -90,7 +91,7 @@ fn visit(root: &Path, folder: &str, files: &mut Vec<File>) -> Result<(), String>
         }
         if entry.path().is_dir() {
             visit(root, &path, files)?;
-        } else if ENDINGS.iter().any(|ending| name.ends_with(&format!(".{ending}"))) {
+        } else if EXTENSIONS.iter().any(|ending| name.ends_with(&format!(".{ending}"))) {
             files.push(read(root, &path)?);
         }
     }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::Finding;
-use super::tree::{File, Tree};
+use super::RuleViolation;
+use super::tree::{SourceFile, SourceTree};
 
 /// First words that a doc comment does not have: its first sentence says what the item is, noun first.
 const OPENINGS: [&str; 3] = ["What ", "The same", "As it"];
@@ -47,7 +47,7 @@ const PLAIN: [&str; 14] = [
 ];
 
 /// Doc comments that begin with one of [`OPENINGS`].
-pub fn openings(tree: &Tree) -> Vec<Finding> {
+pub fn openings(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for file in tree.sources() {
         let mut before = None;
@@ -60,7 +60,7 @@ pub fn openings(tree: &Tree) -> Vec<Finding> {
                 .and_then(|text| OPENINGS.iter().find(|own| text.starts_with(**own)));
             if let Some(opening) = opening {
                 let message = format!("the doc comment begins with {:?}", opening.trim());
-                findings.push(Finding::new(
+                findings.push(RuleViolation::new(
                     "doc comment without a noun first",
                     &file.path,
                     number + 1,
@@ -78,11 +78,12 @@ fn doc_comment(line: &str) -> Option<&str> {
 }
 
 /// Phrases in comments, messages and pages. Specification sheets and generated pages are left out.
-pub fn phrases(tree: &Tree) -> Vec<Finding> {
+pub fn phrases(tree: &SourceTree) -> Vec<RuleViolation> {
     let generated = ["docs/coverage.md", "docs/case-file.md"];
-    let is_read =
-        |file: &&File| !file.path.starts_with("docs/sheets/") && !generated.contains(&file.path.as_str());
-    let own = |file: &&File| !file.path.ends_with("tidy/words.rs");
+    let is_read = |file: &&SourceFile| {
+        !file.path.starts_with("docs/sheets/") && !generated.contains(&file.path.as_str())
+    };
+    let own = |file: &&SourceFile| !file.path.ends_with("tidy/words.rs");
     let mut findings = Vec::new();
     for file in tree.sources().chain(tree.pages()).filter(is_read).filter(own) {
         for (number, line) in file.text.lines().enumerate() {
@@ -90,7 +91,7 @@ pub fn phrases(tree: &Tree) -> Vec<Finding> {
             let prose = prose.to_lowercase();
             for (phrase, other) in PHRASES.iter().filter(|(phrase, _)| has_words(&prose, phrase)) {
                 let message = format!("{phrase:?}: {other}");
-                findings.push(Finding::new("phrase of no textbook", &file.path, number + 1, message));
+                findings.push(RuleViolation::new("phrase of no textbook", &file.path, number + 1, message));
             }
         }
     }
@@ -115,16 +116,17 @@ fn has_words(text: &str, phrase: &str) -> bool {
 }
 
 /// Types of one name in a crate.
-pub fn twins(tree: &Tree) -> Vec<Finding> {
+pub fn twins(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut known: BTreeMap<(String, String), String> = BTreeMap::new();
     let mut findings = Vec::new();
     for file in tree.sources().filter(|file| file.path.contains("/src/")) {
         for (number, line) in file.text.lines().enumerate() {
             let Some(name) = declared_type(line) else { continue };
-            let finding = Finding::new("type name twice in a crate", &file.path, number + 1, String::new());
+            let finding =
+                RuleViolation::new("type name twice in a crate", &file.path, number + 1, String::new());
             match known.get(&(finding.part(), name.to_owned())) {
                 Some(first) => {
-                    findings.push(Finding { message: format!("{name} is also in {first}"), ..finding });
+                    findings.push(RuleViolation { message: format!("{name} is also in {first}"), ..finding });
                 }
                 None => drop(known.insert((finding.part(), name.to_owned()), file.path.clone())),
             }
@@ -147,7 +149,7 @@ fn declared_type(line: &str) -> Option<&str> {
 }
 
 /// Files and folders at the root of a crate whose name is neither a term of the glossary nor a plain part.
-pub fn files(tree: &Tree) -> Vec<Finding> {
+pub fn files(tree: &SourceTree) -> Vec<RuleViolation> {
     let glossary = terms(tree.get("docs/glossary.md").map_or("", |page| &page.text));
     let mut roots: Vec<(String, String)> = tree.sources().filter_map(root_name).collect();
     roots.sort();
@@ -158,7 +160,7 @@ pub fn files(tree: &Tree) -> Vec<Finding> {
     unknown
         .map(|(path, file)| {
             let message = format!("{} is no term of docs/glossary.md", name(&path));
-            Finding::new("file without a term", &file, 0, message)
+            RuleViolation::new("file without a term", &file, 0, message)
         })
         .collect()
 }
@@ -179,7 +181,7 @@ fn is_term(glossary: &str, name: &str) -> bool {
 }
 
 /// Path of the file or folder below `src` that a file is in, without ending, and the file.
-fn root_name(file: &File) -> Option<(String, String)> {
+fn root_name(file: &SourceFile) -> Option<(String, String)> {
     let (crate_path, below) = file.path.split_once("/src/")?;
     let first = below.split('/').next()?.trim_end_matches(".rs");
     Some((format!("{crate_path}/src/{first}"), file.path.clone()))
@@ -189,7 +191,7 @@ fn root_name(file: &File) -> Option<(String, String)> {
 mod tests {
     use super::*;
 
-    fn messages(findings: Vec<Finding>) -> Vec<(String, usize)> {
+    fn messages(findings: Vec<RuleViolation>) -> Vec<(String, usize)> {
         findings.into_iter().map(|finding| (finding.file, finding.line)).collect()
     }
 
@@ -197,14 +199,14 @@ mod tests {
     fn only_the_first_line_of_a_doc_comment_counts() {
         let text =
             "/// Mass of a point (kg).\n/// What follows.\nlet a = 1;\n/// What a point gets.\n//! The same.";
-        let found = messages(openings(&Tree::of(&[("crates/a/src/lib.rs", text)])));
+        let found = messages(openings(&SourceTree::of(&[("crates/a/src/lib.rs", text)])));
         assert_eq!(found, [("crates/a/src/lib.rs".to_owned(), 4)]);
     }
 
     #[test]
     fn phrases_are_found_in_comments_and_messages_and_not_in_code() {
         let text = "let sees = 1;\n// the wall sees a point\nf(\"the wall bears it\");\n/// forbears\n";
-        let found = messages(phrases(&Tree::of(&[
+        let found = messages(phrases(&SourceTree::of(&[
             ("crates/a/src/lib.rs", text),
             ("docs/a.md", "This is what is meant."),
         ])));
@@ -214,7 +216,7 @@ mod tests {
 
     #[test]
     fn a_type_name_is_found_where_it_is_declared_again_in_its_crate() {
-        let tree = Tree::of(&[
+        let tree = SourceTree::of(&[
             ("crates/a/src/lib.rs", "pub struct Side;\nimpl A for B {\n    type Side = u8;\n}\n"),
             ("crates/a/src/b.rs", "pub(crate) enum Side {}\n"),
             ("crates/b/src/lib.rs", "pub struct Side<const D: usize>;\n"),
@@ -224,7 +226,7 @@ mod tests {
 
     #[test]
     fn files_at_the_root_of_a_crate_are_terms() {
-        let tree = Tree::of(&[
+        let tree = SourceTree::of(&[
             ("crates/a/src/solver.rs", ""),
             ("crates/a/src/contact_forces.rs", ""),
             ("crates/a/src/rocks/mod.rs", ""),

@@ -2,12 +2,12 @@
 
 use serde::Deserialize;
 
-use crate::benchmarks::{Criterion, Known, all};
+use crate::benchmarks::{Criterion, OpenDefect, all};
 
 /// Checks that are known to fail, for one cause.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Defect {
+pub struct DefectRecord {
     /// Name of the benchmark.
     benchmark: String,
     /// How the names of the checks begin.
@@ -19,11 +19,11 @@ pub struct Defect {
 }
 
 /// The open defects; a benchmark that is none is an error.
-pub fn open() -> Result<Vec<Defect>, String> {
+pub fn open() -> Result<Vec<DefectRecord>, String> {
     let path = crate::root().join("validation/open-defects.json");
     let wrong = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let text = std::fs::read_to_string(&path).map_err(|error| wrong(&error))?;
-    let defects: Vec<Defect> = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+    let defects: Vec<DefectRecord> = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
     match defects.iter().find(|defect| all().all(|benchmark| benchmark.id != defect.benchmark)) {
         Some(stray) => Err(wrong(&format!("there is no benchmark {:?}", stray.benchmark))),
         None => Ok(defects),
@@ -31,14 +31,14 @@ pub fn open() -> Result<Vec<Defect>, String> {
 }
 
 /// What is known of a check.
-pub fn known(defects: &[Defect], benchmark: &str, check: &str) -> Option<Known> {
-    let of_check = |defect: &&Defect| {
+pub fn known(defects: &[DefectRecord], benchmark: &str, check: &str) -> Option<OpenDefect> {
+    let of_check = |defect: &&DefectRecord| {
         defect.benchmark == benchmark && defect.checks.iter().any(|begin| check.starts_with(begin))
     };
     defects
         .iter()
         .find(of_check)
-        .map(|defect| Known { criterion: defect.criterion, found: defect.found.clone() })
+        .map(|defect| OpenDefect { criterion: defect.criterion, observation: defect.found.clone() })
 }
 
 #[cfg(test)]
@@ -54,14 +54,14 @@ mod tests {
 
     #[test]
     fn a_check_is_known_by_how_its_name_begins() {
-        let defect = Defect {
+        let defect = DefectRecord {
             benchmark: "mpm/bar".into(),
             checks: vec!["order".into()],
             criterion: Criterion::Missed,
             found: "half".into(),
         };
-        assert_eq!(known(&[defect], "mpm/bar", "order of GIMP").unwrap().found, "half");
-        let defect = Defect {
+        assert_eq!(known(&[defect], "mpm/bar", "order of GIMP").unwrap().observation, "half");
+        let defect = DefectRecord {
             benchmark: "mpm/bar".into(),
             checks: vec![],
             criterion: Criterion::Met,

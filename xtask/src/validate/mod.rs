@@ -16,14 +16,14 @@ use std::time::Instant;
 use clap::Args;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::benchmarks::{Benchmark, Outcome, Recorder, Verdict, all};
-use crate::report::{self, Entry, Scope};
-use defects::Defect;
-use kept::Store;
-use progress::Progress;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, CheckVerdict, InputRecorder, all};
+use crate::report::{self, BenchmarkEntry, ReportScope};
+use defects::DefectRecord;
+use kept::OutcomeCache;
+use progress::ValidationProgress;
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct ValidateArguments {
     /// Only the benchmark of this name, or, where none is called so, those whose name contains it; several are run together.
     names: Vec<String>,
     /// The short form of each benchmark.
@@ -43,9 +43,9 @@ pub struct Arguments {
 }
 
 /// Seconds above which the full form of a benchmark is for `--long` only: on two cores the rest stays within ten minutes.
-const LONG: u32 = 50;
+const LONG_SECONDS: u32 = 50;
 
-impl Arguments {
+impl ValidateArguments {
     /// Whether a benchmark is asked for: by its own name, by a part of it that no other one has as its name, or with all.
     fn asks_for(&self, benchmark: &Benchmark) -> bool {
         let asks = |name: &String| match all().find(|other| other.id == name.as_str()) {
@@ -57,79 +57,85 @@ impl Arguments {
 
     /// Whether a benchmark runs in its short form; `None` where it is left out.
     fn short(&self, benchmark: &Benchmark) -> Option<bool> {
-        let short = self.quick || (benchmark.full > LONG && !self.long);
-        if short { benchmark.quick.map(|_| true) } else { Some(false) }
+        let short = self.quick || (benchmark.full_seconds > LONG_SECONDS && !self.long);
+        if short { benchmark.short_seconds.map(|_| true) } else { Some(false) }
     }
 }
 
 /// Runs the benchmarks; true when everything holds.
-pub fn run(arguments: &Arguments) -> Result<bool, String> {
+pub fn run(arguments: &ValidateArguments) -> Result<bool, String> {
     let chosen: Vec<&'static Benchmark> = all().filter(|benchmark| arguments.asks_for(benchmark)).collect();
     if arguments.list {
         list(&chosen);
         return Ok(true);
     }
-    let form = |&benchmark: &&'static Benchmark| Some(Work { benchmark, short: arguments.short(benchmark)? });
-    let work: Vec<Work> = chosen.iter().filter_map(form).collect();
+    let form = |&benchmark: &&'static Benchmark| {
+        Some(BenchmarkJob { benchmark, short: arguments.short(benchmark)? })
+    };
+    let work: Vec<BenchmarkJob> = chosen.iter().filter_map(form).collect();
     if work.is_empty() {
         let names = arguments.names.join(" or ");
         return Err(format!("no benchmark's name contains {names:?}, or it needs --long; see --list"));
     }
     let left_out = chosen.iter().filter(|benchmark| arguments.short(benchmark).is_none());
-    let scope = Scope {
+    let scope = ReportScope {
         filter: (!arguments.names.is_empty()).then(|| arguments.names.join(" ")),
         quick: arguments.quick,
         short: work.iter().filter(|work| work.short).count(),
         full: work.iter().filter(|work| !work.short).count(),
         left_out: left_out.map(|benchmark| benchmark.id).collect(),
     };
-    println!("{}", scope.words());
-    let known = Known { store: Store::open()?, defects: defects::open()? };
+    println!("{}", scope.text());
+    let known = KnownResults { store: OutcomeCache::open()?, defects: defects::open()? };
     let entries = all_entries(&work, &known, arguments.all)?;
     let folder = scope.folder();
     report::write(&folder, &entries, &scope)?;
     let failed = entries.iter().filter(|entry| !entry.passes()).count();
-    let checks: usize = entries.iter().map(Entry::judged).sum();
-    let shown: usize = entries.iter().map(|entry| entry.count(Verdict::NotJudged)).sum();
+    let checks: usize = entries.iter().map(BenchmarkEntry::judged).sum();
+    let shown: usize = entries.iter().map(|entry| entry.count(CheckVerdict::Unbounded)).sum();
     println!(
         "\n{}\n{checks} checks in {} benchmarks, {failed} benchmarks failed; {}; {shown} values shown without judgement",
-        scope.words(),
+        scope.text(),
         entries.len(),
-        report::open_in_words(&entries)
+        report::open_defect_text(&entries)
     );
     println!("report: {}", folder.join("index.html").display());
     Ok(failed == 0)
 }
 
 /// A benchmark to run.
-struct Work {
+struct BenchmarkJob {
     benchmark: &'static Benchmark,
     short: bool,
 }
 
-impl Work {
+impl BenchmarkJob {
     /// Seconds to expect on one core.
     fn seconds(&self) -> u32 {
-        if self.short { self.benchmark.quick.unwrap_or(self.benchmark.full) } else { self.benchmark.full }
+        if self.short {
+            self.benchmark.short_seconds.unwrap_or(self.benchmark.full_seconds)
+        } else {
+            self.benchmark.full_seconds
+        }
     }
 }
 
 /// What is known before anything runs.
-struct Known {
-    store: Store,
-    defects: Vec<Defect>,
+struct KnownResults {
+    store: OutcomeCache,
+    defects: Vec<DefectRecord>,
 }
 
-impl Known {
+impl KnownResults {
     /// What was kept of a benchmark that has not changed since, unless it fails by what is known of its defects now.
-    fn find(&self, work: &Work) -> Option<Entry> {
+    fn find(&self, work: &BenchmarkJob) -> Option<BenchmarkEntry> {
         let mut entry = self.store.find(work.benchmark, work.short)?;
         self.judge(work.benchmark, &mut entry.outcome);
         entry.passes().then_some(entry)
     }
 
     /// Notes what is known of checks that fail.
-    fn judge(&self, benchmark: &Benchmark, outcome: &mut Outcome) {
+    fn judge(&self, benchmark: &Benchmark, outcome: &mut BenchmarkOutcome) {
         for check in &mut outcome.checks {
             check.defect = defects::known(&self.defects, benchmark.id, &check.name);
         }
@@ -137,26 +143,34 @@ impl Known {
 }
 
 /// The entries of all benchmarks, in their order: those that have not changed as they were kept, the others from their runs.
-fn all_entries(work: &[Work], known: &Known, again: bool) -> Result<Vec<Entry>, String> {
-    let find = |work: &Work| if again { None } else { known.find(work) };
-    let mut entries: Vec<Option<Entry>> = work.iter().map(find).collect();
+fn all_entries(
+    work: &[BenchmarkJob],
+    known: &KnownResults,
+    again: bool,
+) -> Result<Vec<BenchmarkEntry>, String> {
+    let find = |work: &BenchmarkJob| if again { None } else { known.find(work) };
+    let mut entries: Vec<Option<BenchmarkEntry>> = work.iter().map(find).collect();
     let kept = entries.iter().flatten().count();
     if kept > 0 {
         println!("{kept} of them have not changed since they ran, and are not run again (--all runs them)");
     }
     let open: Vec<usize> = (0..work.len()).filter(|&number| entries[number].is_none()).collect();
-    for (number, entry) in fresh(work, open, known)? {
+    for (number, entry) in run_jobs(work, open, known)? {
         entries[number] = Some(entry?);
     }
     Ok(entries.into_iter().flatten().collect())
 }
 
 /// A benchmark's number and what came of it, or why that could not be kept.
-type Ran = (usize, Result<Entry, String>);
+type JobResult = (usize, Result<BenchmarkEntry, String>);
 
 /// Runs the benchmarks of some numbers, as many at a time as there are cores, the longest first: most are too small for many
 /// threads, and results do not depend on their number. Each is kept when it is done, so that what is interrupted can go on.
-fn fresh(work: &[Work], mut order: Vec<usize>, known: &Known) -> Result<Vec<Ran>, String> {
+fn run_jobs(
+    work: &[BenchmarkJob],
+    mut order: Vec<usize>,
+    known: &KnownResults,
+) -> Result<Vec<JobResult>, String> {
     if order.is_empty() {
         return Ok(Vec::new());
     }
@@ -164,8 +178,8 @@ fn fresh(work: &[Work], mut order: Vec<usize>, known: &Known) -> Result<Vec<Ran>
     let workers = cores.min(order.len());
     order.sort_by_key(|&number| std::cmp::Reverse(work[number].seconds()));
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    let progress = Progress::new(order.iter().map(|&number| work[number].seconds()), workers);
-    println!("{}", progress.head());
+    let progress = ValidationProgress::new(order.iter().map(|&number| work[number].seconds()), workers);
+    println!("{}", progress.header_text());
     let pools: Vec<_> = (0..workers)
         .map(|_| ThreadPoolBuilder::new().num_threads(cores / workers).build())
         .collect::<Result<_, _>>()
@@ -174,7 +188,7 @@ fn fresh(work: &[Work], mut order: Vec<usize>, known: &Known) -> Result<Vec<Ran>
         for pool in &pools {
             scope.spawn(|| {
                 while let Some(&number) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let entry = known.store.keep(entry(&work[number], pool, known, &progress));
+                    let entry = known.store.store(run_benchmark(&work[number], pool, known, &progress));
                     done.lock().expect("no benchmark panics out of its entry").push((number, entry));
                 }
             });
@@ -187,31 +201,36 @@ fn fresh(work: &[Work], mut order: Vec<usize>, known: &Known) -> Result<Vec<Ran>
 fn list(chosen: &[&Benchmark]) {
     println!("{:28} {:>8} {:>8}  seconds to expect on one core", "name", "--quick", "full");
     for benchmark in chosen {
-        let quick = benchmark.quick.map_or("left out".to_owned(), |seconds| format!("{seconds} s"));
-        let full = format!("{} s", benchmark.full);
+        let quick = benchmark.short_seconds.map_or("left out".to_owned(), |seconds| format!("{seconds} s"));
+        let full = format!("{} s", benchmark.full_seconds);
         println!("{:28} {quick:>8} {full:>8}  {}", benchmark.id, benchmark.title);
     }
-    let quick: u32 = chosen.iter().filter_map(|benchmark| benchmark.quick).sum();
-    let full: u32 = chosen.iter().map(|benchmark| benchmark.full).sum();
+    let quick: u32 = chosen.iter().filter_map(|benchmark| benchmark.short_seconds).sum();
+    let full: u32 = chosen.iter().map(|benchmark| benchmark.full_seconds).sum();
     println!("{:28} {:>8} {:>8}", "together", format!("{quick} s"), format!("{full} s"));
 }
 
 /// Runs a benchmark on the threads of a pool and prints what came of it.
-fn entry(work: &Work, pool: &ThreadPool, known: &Known, progress: &Progress) -> Entry {
-    let Work { benchmark, short } = *work;
-    let recorder = Recorder::follow(pool);
+fn run_benchmark(
+    work: &BenchmarkJob,
+    pool: &ThreadPool,
+    known: &KnownResults,
+    progress: &ValidationProgress,
+) -> BenchmarkEntry {
+    let BenchmarkJob { benchmark, short } = *work;
+    let recorder = InputRecorder::attach(pool);
     let start = Instant::now();
     // A benchmark that panics has failed; the others still run.
     let result = pool.install(|| catch_unwind(AssertUnwindSafe(|| (benchmark.run)(short))));
     let seconds = start.elapsed().as_secs_f64();
     let (mut outcome, error) = match result {
         Ok(Ok(outcome)) => (outcome, None),
-        Ok(Err(error)) => (Outcome::default(), Some(error)),
-        Err(_) => (Outcome::default(), Some("the benchmark panicked".to_owned())),
+        Ok(Err(error)) => (BenchmarkOutcome::default(), Some(error)),
+        Err(_) => (BenchmarkOutcome::default(), Some("the benchmark panicked".to_owned())),
     };
     // A comparison has the runs on one slider.
     if outcome.comparison.is_none() {
-        outcome.films = recorder.films();
+        outcome.animations = recorder.animations();
     }
     known.judge(benchmark, &mut outcome);
     let mut text = String::new();
@@ -230,9 +249,9 @@ fn entry(work: &Work, pool: &ThreadPool, known: &Known, progress: &Progress) -> 
         let _ = writeln!(text, "  FAIL        {error}");
     }
     // At once: others report meanwhile.
-    let line = progress.after(work.seconds(), seconds);
+    let line = progress.finished_text(work.seconds(), seconds);
     println!("\n{line}: {} — {}\n{text}  {seconds:.1} s", benchmark.id, benchmark.title);
-    Entry { benchmark, short, outcome, error, seconds, files: recorder.files(), kept: false }
+    BenchmarkEntry { benchmark, short, outcome, error, seconds, files: recorder.files(), cached: false }
 }
 
 #[cfg(test)]
@@ -243,7 +262,7 @@ mod tests {
     fn a_benchmark_called_by_its_name_runs_alone() {
         let chosen = |names: &[&str]| -> Vec<&str> {
             let names = names.iter().copied().map(str::to_owned).collect();
-            let arguments = Arguments { names, quick: false, long: true, all: false, list: false };
+            let arguments = ValidateArguments { names, quick: false, long: true, all: false, list: false };
             all().filter(|benchmark| arguments.asks_for(benchmark)).map(|benchmark| benchmark.id).collect()
         };
         assert_eq!(chosen(&["dem/column"]), ["dem/column"]);

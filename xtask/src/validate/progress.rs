@@ -4,44 +4,44 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 /// Counts benchmarks and compares what they took with what was expected.
-pub struct Progress {
+pub struct ValidationProgress {
     number: usize,
     workers: usize,
     start: Instant,
-    count: Mutex<Count>,
+    count: Mutex<ProgressCount>,
 }
 
 /// What is done and what is left.
-struct Count {
+struct ProgressCount {
     done: usize,
     /// Seconds that the finished benchmarks took, and that were expected of them.
-    took: f64,
+    elapsed: f64,
     expected: f64,
     /// Seconds expected of the others, each on one core.
-    left: f64,
+    remaining: f64,
 }
 
-impl Progress {
+impl ValidationProgress {
     /// Of benchmarks with the seconds to expect of each on one core, so many at a time.
     pub fn new(seconds: impl Iterator<Item = u32>, workers: usize) -> Self {
         let seconds: Vec<f64> = seconds.map(f64::from).collect();
-        let count = Count { done: 0, took: 0.0, expected: 0.0, left: seconds.iter().sum() };
+        let count = ProgressCount { done: 0, elapsed: 0.0, expected: 0.0, remaining: seconds.iter().sum() };
         Self { number: seconds.len(), workers, start: Instant::now(), count: Mutex::new(count) }
     }
 
     /// What lies ahead, in a line.
-    pub fn head(&self) -> String {
-        let left = self.count.lock().expect("nothing panics while it counts").left;
+    pub fn header_text(&self) -> String {
+        let left = self.count.lock().expect("nothing panics while it counts").remaining;
         format!("{} at a time, about {}", self.workers, duration(left / self.workers as f64))
     }
 
     /// Counts a benchmark; says which number it is, and the time to expect of the rest.
-    pub fn after(&self, expected: u32, took: f64) -> String {
+    pub fn finished_text(&self, expected: u32, took: f64) -> String {
         let mut count = self.count.lock().expect("nothing panics while it counts");
         count.done += 1;
-        count.took += took;
+        count.elapsed += took;
         count.expected += f64::from(expected);
-        count.left -= f64::from(expected);
+        count.remaining -= f64::from(expected);
         let elapsed = duration(self.start.elapsed().as_secs_f64());
         let rest = match self.number - count.done {
             0 => "the last".to_owned(),
@@ -51,10 +51,10 @@ impl Progress {
     }
 }
 
-impl Count {
+impl ProgressCount {
     /// Seconds of one core to expect of what is left, at the speed of what is done.
     fn rest(&self) -> f64 {
-        self.left * self.took / self.expected.max(1.0)
+        self.remaining * self.elapsed / self.expected.max(1.0)
     }
 }
 
@@ -73,12 +73,12 @@ mod tests {
 
     #[test]
     fn a_machine_of_half_the_speed_doubles_what_is_left() {
-        let progress = Progress::new([10, 30, 60].into_iter(), 1);
-        assert_eq!(progress.head(), "1 at a time, about 100 s");
-        let line = progress.after(30, 60.0);
+        let progress = ValidationProgress::new([10, 30, 60].into_iter(), 1);
+        assert_eq!(progress.header_text(), "1 at a time, about 100 s");
+        let line = progress.finished_text(30, 60.0);
         assert!(line.starts_with("1 of 3 after ") && line.ends_with("about 2 min to go"), "{line}");
-        assert!(progress.after(10, 20.0).ends_with("about 2 min to go"));
-        assert!(progress.after(60, 1.0).ends_with("the last"));
+        assert!(progress.finished_text(10, 20.0).ends_with("about 2 min to go"));
+        assert!(progress.finished_text(60, 1.0).ends_with("the last"));
     }
 
     #[test]

@@ -33,7 +33,7 @@ fn name_and_unit(head: &str) -> (&str, Option<&str>) {
     parted.map_or((head.trim(), None), |(name, unit)| (name.trim(), Some(unit.trim())))
 }
 
-fn is_remark(line: &str) -> bool {
+fn is_comment(line: &str) -> bool {
     line.starts_with('#') || line.trim().is_empty()
 }
 
@@ -53,18 +53,18 @@ impl ColumnFile {
     /// What is wrong with it, in a line with its place.
     pub fn read(file: &Path) -> Result<Self, String> {
         let text = colluvium_terrain::read_text(file).map_err(|error| error.problem)?;
-        Self::of(text)
+        Self::from_text(text)
     }
 
-    fn of(mut text: String) -> Result<Self, String> {
-        let Some(mut first) = text.lines().find(|line| !is_remark(line)).map(str::to_owned) else {
+    fn from_text(mut text: String) -> Result<Self, String> {
+        let Some(mut first) = text.lines().find(|line| !is_comment(line)).map(str::to_owned) else {
             return Ok(Self { text, separator: b',', heads: None });
         };
         // Spreadsheets name the separator in a line of its own.
         let named = first.trim().strip_prefix("sep=").and_then(|rest| rest.bytes().next());
         if named.is_some() {
             text = text.replacen(&first, "#", 1);
-            first = text.lines().find(|line| !is_remark(line)).unwrap_or_default().to_owned();
+            first = text.lines().find(|line| !is_comment(line)).unwrap_or_default().to_owned();
         }
         let found = [b';', b'\t', b','].into_iter().find(|byte| first.contains(char::from(*byte)));
         let blanks = first.split_whitespace().count() > 1
@@ -74,7 +74,7 @@ impl ColumnFile {
             None if blanks => {
                 let joined = |line: &str| {
                     let words: Vec<&str> = line.split_whitespace().collect();
-                    if is_remark(line) { line.to_owned() } else { words.join("\t") }
+                    if is_comment(line) { line.to_owned() } else { words.join("\t") }
                 };
                 text = text.lines().map(joined).collect::<Vec<_>>().join("\n");
                 b'\t'
@@ -87,7 +87,7 @@ impl ColumnFile {
         }
         let mut table = Self { text, separator, heads: None };
         let mut rows = table.reader();
-        let head = rows.records().next().transpose().map_err(|error| table.shape_of_line(&error))?;
+        let head = rows.records().next().transpose().map_err(|error| table.line_problem(&error))?;
         drop(rows);
         if let Some(head) = head {
             table.heads = table.names(&head)?;
@@ -113,7 +113,7 @@ impl ColumnFile {
     }
 
     /// The names of the columns; `None` where the first line holds numbers.
-    pub fn heads(&self) -> Option<&[String]> {
+    pub fn headings(&self) -> Option<&[String]> {
         self.heads.as_deref()
     }
 
@@ -132,7 +132,7 @@ impl ColumnFile {
     /// Each line that has another number of columns, in words with its place.
     pub fn rows(&self) -> impl Iterator<Item = Result<ColumnRow, String>> {
         self.reader().into_records().map(|record| {
-            let cells = record.map_err(|error| self.shape_of_line(&error))?;
+            let cells = record.map_err(|error| self.line_problem(&error))?;
             Ok(ColumnRow { line: cells.position().map_or(0, |at| self.line(at)), cells })
         })
     }
@@ -150,18 +150,18 @@ impl ColumnFile {
     }
 
     /// What is wrong with a line that is not one of the table.
-    fn shape_of_line(&self, error: &csv::Error) -> String {
+    fn line_problem(&self, error: &csv::Error) -> String {
         let csv::ErrorKind::UnequalLengths { pos, expected_len, len } = error.kind() else {
             return error.to_string();
         };
         let line = pos.as_ref().map_or(0, |at| self.line(at));
         let first = if self.heads.is_some() { "head" } else { "first line" };
-        let cure = self.decimals(*len, *expected_len);
+        let cure = self.decimal_comma_advice(*len, *expected_len);
         format!("line {line}: has {len} values, the {first} has {expected_len} columns{cure}")
     }
 
     /// A cure where `found` columns in place of `wanted` may be decimal commas.
-    fn decimals(&self, found: u64, wanted: u64) -> &'static str {
+    fn decimal_comma_advice(&self, found: u64, wanted: u64) -> &'static str {
         if self.separator == b',' && found > wanted {
             "; with decimal commas separate the columns by semicolons"
         } else {
@@ -176,10 +176,10 @@ impl ColumnFile {
     pub fn factor(head: &str, quantity: Quantity) -> Result<f64, String> {
         let (name, unit) = name_and_unit(head);
         // A unit alone, as `hours` or `m3/s`.
-        if let Some(factor) = quantity.known(head.trim()) {
+        if let Some(factor) = quantity.known_factor(head.trim()) {
             return Ok(factor);
         }
-        let unnamed = || Ok(below_line(name, quantity).unwrap_or(1.0));
+        let unnamed = || Ok(unit_after_underscore(name, quantity).unwrap_or(1.0));
         unit.map_or_else(unnamed, |unit| quantity.factor(unit))
             .map_err(|problem| format!("column {head:?}: {problem}"))
     }
@@ -191,12 +191,12 @@ impl ColumnFile {
 }
 
 /// Factor of the unit of a quantity after a line in a name, as in `t_h`, `Q_l_s`, `q_ls` or `discharge_m3s`, where it is one.
-fn below_line(name: &str, quantity: Quantity) -> Option<f64> {
+fn unit_after_underscore(name: &str, quantity: Quantity) -> Option<f64> {
     let (_, first) = name.split_once('_')?;
     let (_, last) = name.rsplit_once('_')?;
     let per_second =
         first.strip_suffix('s').filter(|volume| !volume.is_empty()).map(|volume| format!("{volume}/s"));
-    let known = |unit: &str| quantity.known(unit);
+    let known = |unit: &str| quantity.known_factor(unit);
     known(first)
         .or_else(|| known(&first.replace('_', "/")))
         .or_else(|| known(&per_second?))
@@ -204,15 +204,17 @@ fn below_line(name: &str, quantity: Quantity) -> Option<f64> {
 }
 
 /// Which of two quantities a column with this head has, by the words in its name or by its unit; `None` where neither tells, or both do.
-fn wanted(head: &str, of: &[(Quantity, &[&str]); 2]) -> Option<usize> {
+fn matching_quantity(head: &str, of: &[(Quantity, &[&str]); 2]) -> Option<usize> {
     let (name, unit) = name_and_unit(head);
     let name = name.to_lowercase();
     let words: Vec<&str> = name.split(|letter: char| !letter.is_alphanumeric()).collect();
     let is_named = |k: &usize| of[*k].1.iter().any(|own| words.contains(own));
     let unit_of = |k: &usize| {
         let quantity = of[*k].0;
-        let after = || unit.map_or_else(|| below_line(&name, quantity), |unit| quantity.known(unit));
-        quantity.known(head.trim()).or_else(after).is_some()
+        let after = || {
+            unit.map_or_else(|| unit_after_underscore(&name, quantity), |unit| quantity.known_factor(unit))
+        };
+        quantity.known_factor(head.trim()).or_else(after).is_some()
     };
     let only = |is: &dyn Fn(&usize) -> bool| {
         let found: Vec<usize> = (0..2).filter(is).collect();
@@ -230,9 +232,9 @@ pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 
     let table = ColumnFile::read(Path::new(file))?;
     let mut factors = [1.0; 2];
     let mut order = [0, 1];
-    if let Some(heads) = table.heads() {
+    if let Some(heads) = table.headings() {
         if let [first, second] = heads {
-            order = match (wanted(first, &of), wanted(second, &of)) {
+            order = match (matching_quantity(first, &of), matching_quantity(second, &of)) {
                 (Some(0), None | Some(1)) | (None, Some(1)) => [0, 1],
                 (Some(1), None | Some(0)) | (None, Some(0)) => [1, 0],
                 _ => {
@@ -255,7 +257,7 @@ pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 
         let ColumnRow { line, cells } = row?;
         if cells.len() != 2 {
             let found = cells.len();
-            let cure = table.decimals(found as u64, 2);
+            let cure = table.decimal_comma_advice(found as u64, 2);
             return Err(format!("line {line}: has {found} columns, and there must be two{cure}"));
         }
         let mut point = [0.0; 2];

@@ -15,7 +15,7 @@ pub enum Quantity {
     /// A velocity (m/s).
     Velocity,
     /// An angular velocity (rad/s).
-    Spin,
+    AngularVelocity,
     /// A stress (Pa).
     Stress,
     /// A mass (kg; kg/m in plane strain, kg/rad in axisymmetry).
@@ -23,7 +23,7 @@ pub enum Quantity {
     /// A volume (m³; m² in the plane, m in one dimension).
     Volume,
     /// A number without a unit, or a text.
-    Plain,
+    Dimensionless,
 }
 
 impl Quantity {
@@ -34,16 +34,16 @@ impl Quantity {
             Self::Time => (&[[0, 0, 1]], "a time, as s, min or h"),
             Self::Discharge => (&[[3, 0, -1], [2, 0, -1]], "a discharge, as m3/s or l/s"),
             Self::Velocity => (&[[1, 0, -1]], "a velocity, as m/s or km/h"),
-            Self::Spin => (&[[0, 0, -1]], "an angular velocity, as rad/s or rpm"),
+            Self::AngularVelocity => (&[[0, 0, -1]], "an angular velocity, as rad/s or rpm"),
             Self::Stress => (&[[-1, 1, -2]], "a stress, as Pa, kPa or kN/m2"),
             Self::Mass => (&[[0, 1, 0], [-1, 1, 0]], "a mass, as kg or t"),
             Self::Volume => (&[[3, 0, 0], [2, 0, 0], [1, 0, 0]], "a volume, as m3 or cm3"),
-            Self::Plain => (&[], ""),
+            Self::Dimensionless => (&[], ""),
         }
     }
 
     /// Factor that makes SI units of numbers in `unit`, where that is known to be one of the quantity. An inch may be meant as “in”.
-    pub(super) fn known(self, unit: &str) -> Option<f64> {
+    pub(super) fn known_factor(self, unit: &str) -> Option<f64> {
         let powers = self.units().0;
         parse(unit)
             .filter(|parsed| powers.contains(&parsed.powers) && unit != "in")
@@ -121,10 +121,10 @@ fn factor_of(word: &str, unit: Unit, sign: i32) -> Option<Unit> {
     let end = word.find(|c: char| c.is_ascii_digit() || c == '-').unwrap_or(word.len());
     let power = if end == word.len() { 1 } else { word[end..].parse::<i32>().ok()? };
     (1..=9).contains(&power.abs()).then_some(())?;
-    Some(unit.times(named(&word[..end])?, sign * power))
+    Some(unit.times(unit_by_name(&word[..end])?, sign * power))
 }
 
-fn named(word: &str) -> Option<Unit> {
+fn unit_by_name(word: &str) -> Option<Unit> {
     let of = |factor: f64, powers: [i32; 3]| Some(Unit { factor, powers });
     let (length, time, mass) = ([1, 0, 0], [0, 0, 1], [0, 1, 0]);
     let (force, stress, volume) = ([1, 1, -2], [-1, 1, -2], [3, 0, 0]);
@@ -178,7 +178,9 @@ mod tests {
 
     #[test]
     fn units_of_columns_are_taken_as_they_are_written() {
-        use Quantity::{Discharge, Length, Mass, Plain, Spin, Stress, Time, Velocity, Volume};
+        use Quantity::{
+            AngularVelocity, Dimensionless, Discharge, Length, Mass, Stress, Time, Velocity, Volume,
+        };
         for (quantity, unit, factor) in [
             (Length, "mm", 1e-3),
             (Length, "M", 1.0),
@@ -200,10 +202,10 @@ mod tests {
             (Volume, "cm3", 1e-6),
             (Volume, "m2", 1.0),
             (Volume, "l", 1e-3),
-            (Spin, "1/s", 1.0),
-            (Spin, "rpm", TAU / 60.0),
-            (Spin, "deg/s", PI / 180.0),
-            (Plain, "anything", 1.0),
+            (AngularVelocity, "1/s", 1.0),
+            (AngularVelocity, "rpm", TAU / 60.0),
+            (AngularVelocity, "deg/s", PI / 180.0),
+            (Dimensionless, "anything", 1.0),
         ] {
             let found = quantity.factor(unit).unwrap();
             assert!((found / factor - 1.0).abs() < 1e-12, "{unit}: {found}");

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// `NAME.mass`, what it has taken (kg), and `NAME.energy`, the kinetic and recoverable energy that went with it (J).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Cut {
+pub struct RemovalShape {
     /// Name, of letters, digits, _ and -; no measure has it too.
     pub name: String,
     /// Where it is when it begins to cut.
@@ -31,26 +31,26 @@ pub struct Cut {
     pub bodies: Option<Vec<String>>,
     /// What becomes of the points that it covers.
     #[serde(default)]
-    pub action: CutAction,
+    pub action: RemovalAction,
 }
 
 /// What a cut does to points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum CutAction {
+pub enum RemovalAction {
     /// Takes them away, with their mass, momentum and energy.
     #[default]
     Remove,
 }
 
-impl Cut {
+impl RemovalShape {
     /// How long it has been moving (s) at `elapsed` seconds after its times begin to count.
-    pub fn moving(&self, elapsed: f64) -> f64 {
+    pub fn moving_time(&self, elapsed: f64) -> f64 {
         elapsed.min(self.stop.unwrap_or(f64::INFINITY)).max(self.start) - self.start
     }
 
     /// Whether it cuts at some time between two (s), counted as `start` is.
-    pub fn cuts_between(&self, from: f64, to: f64) -> bool {
+    pub fn is_active_between(&self, from: f64, to: f64) -> bool {
         to > self.start && self.stop.is_none_or(|stop| from < stop)
     }
 
@@ -60,12 +60,12 @@ impl Cut {
     }
 
     /// Whether it cuts the body of this name.
-    pub fn takes(&self, body: &str) -> bool {
+    pub fn applies_to(&self, body: &str) -> bool {
         self.bodies.as_ref().is_none_or(|names| names.iter().any(|name| name == body))
     }
 
     /// Ends of its shape along each axis of a space of `dimension` coordinates (m), where it begins.
-    pub fn bounds(&self, dimension: usize) -> Bounds {
+    pub fn bounds(&self, dimension: usize) -> AxisBounds {
         let (low, high) = self.shape.bounds(dimension);
         let mut bounds = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
         bounds.iter_mut().zip(low.iter().zip(high)).for_each(|(of, (low, high))| *of = [*low, high]);
@@ -73,59 +73,59 @@ impl Cut {
     }
 
     /// What it sweeps between two times (s), counted as `start` is; `bounds` are those of its shape.
-    pub fn sweep(&self, from: f64, to: f64, bounds: &Bounds) -> Sweep<'_> {
-        let (begun, ended) = (self.moving(from), self.moving(to));
+    pub fn swept_region(&self, from: f64, to: f64, bounds: &AxisBounds) -> SweptRegion<'_> {
+        let (begun, ended) = (self.moving_time(from), self.moving_time(to));
         let way = self.speed() * (ended - begun);
         // A shape that moves by more than a part of its thickness is looked at on the way too.
-        let looks = (way / (LOOK * thinnest(bounds))).ceil().clamp(1.0, MOST_LOOKS);
+        let looks = (way / (SAMPLE_FRACTION * min_extent(bounds))).ceil().clamp(1.0, MAX_SAMPLES);
         let mut bounds = *bounds;
         for ([low, high], v) in bounds.iter_mut().zip(&self.velocity) {
             let (a, b) = (v * begun, v * ended);
             (*low, *high) = (*low + a.min(b), *high + a.max(b));
         }
-        Sweep { cut: self, begun, ended, looks: looks as usize, bounds }
+        SweptRegion { shape: self, start_time: begun, end_time: ended, samples: looks as usize, bounds }
     }
 }
 
 /// Lower and upper end along each axis (m); those of axes that the space does not have are infinite.
-pub type Bounds = [[f64; 2]; 3];
+pub type AxisBounds = [[f64; 2]; 3];
 
 /// Extent along the axis along which it is least (m).
-pub fn thinnest(bounds: &Bounds) -> f64 {
+pub fn min_extent(bounds: &AxisBounds) -> f64 {
     bounds.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min)
 }
 
 /// Share of the thickness of a shape by which it moves between two looks at what it covers.
-const LOOK: f64 = 0.25;
+const SAMPLE_FRACTION: f64 = 0.25;
 /// Looks in a step at most.
-const MOST_LOOKS: f64 = 64.0;
+const MAX_SAMPLES: f64 = 64.0;
 
 /// What a cut covers in a step.
 #[derive(Clone, Copy, Debug)]
-pub struct Sweep<'a> {
-    cut: &'a Cut,
-    begun: f64,
-    ended: f64,
-    looks: usize,
-    bounds: Bounds,
+pub struct SweptRegion<'a> {
+    shape: &'a RemovalShape,
+    start_time: f64,
+    end_time: f64,
+    samples: usize,
+    bounds: AxisBounds,
 }
 
-impl Sweep<'_> {
+impl SweptRegion<'_> {
     /// Ends of what it sweeps along each axis (m).
-    pub fn bounds(&self) -> &Bounds {
+    pub fn bounds(&self) -> &AxisBounds {
         &self.bounds
     }
 
     /// Whether the shape covers a place (m) at some time of the sweep.
     pub fn covers<const D: usize>(&self, place: &[f64; D]) -> bool {
         let within = |axis: usize| place[axis] >= self.bounds[axis][0] && place[axis] <= self.bounds[axis][1];
-        (0..D).all(within) && (0..=self.looks).any(|look| self.covers_at(look, place))
+        (0..D).all(within) && (0..=self.samples).any(|look| self.covers_at(look, place))
     }
 
     fn covers_at<const D: usize>(&self, look: usize, place: &[f64; D]) -> bool {
-        let moved = self.begun + (self.ended - self.begun) * look as f64 / self.looks as f64;
-        let back: [f64; D] = std::array::from_fn(|axis| place[axis] - self.cut.velocity[axis] * moved);
-        self.cut.shape.contains(&back)
+        let moved = self.start_time + (self.end_time - self.start_time) * look as f64 / self.samples as f64;
+        let back: [f64; D] = std::array::from_fn(|axis| place[axis] - self.shape.velocity[axis] * moved);
+        self.shape.shape.contains(&back)
     }
 }
 
@@ -133,7 +133,7 @@ impl Sweep<'_> {
 mod tests {
     use super::*;
 
-    fn saw() -> Cut {
+    fn saw() -> RemovalShape {
         serde_json::from_str(
             r#"{ "name": "saw", "shape": { "kind": "box", "min": [1, 0], "max": [1.1, 0.2] }, "velocity": [-2, 0],
             "start": 0.5, "stop": 1 }"#,
@@ -144,16 +144,16 @@ mod tests {
     #[test]
     fn it_moves_from_start_to_stop() {
         let saw = saw();
-        assert_eq!([0.0, 0.5, 0.75, 1.0, 3.0].map(|t| saw.moving(t)), [0.0, 0.0, 0.25, 0.5, 0.5]);
-        assert!(!saw.cuts_between(0.4, 0.5) && saw.cuts_between(0.4, 0.6));
-        assert!(saw.cuts_between(0.9, 1.1) && !saw.cuts_between(1.0, 1.1));
+        assert_eq!([0.0, 0.5, 0.75, 1.0, 3.0].map(|t| saw.moving_time(t)), [0.0, 0.0, 0.25, 0.5, 0.5]);
+        assert!(!saw.is_active_between(0.4, 0.5) && saw.is_active_between(0.4, 0.6));
+        assert!(saw.is_active_between(0.9, 1.1) && !saw.is_active_between(1.0, 1.1));
     }
 
     #[test]
     fn what_it_passes_within_a_step_is_covered_too() {
         let saw = saw();
         // From 1 m to 0 m in one go, ten times its width.
-        let sweep = saw.sweep(0.5, 1.0, &saw.bounds(2));
+        let sweep = saw.swept_region(0.5, 1.0, &saw.bounds(2));
         for i in 0..=100 {
             assert!(sweep.covers(&[0.001 + 0.01 * f64::from(i), 0.1]), "{i}");
         }

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct PrescribedMotion {
     /// Name of the rigid body or patch.
-    pub of: String,
+    #[serde(rename = "of")]
+    pub target: String,
     /// Velocity (m/s), one number per space dimension. Null leaves a component free: nodes of a patch then have their own, and
     /// a rigid body moves along it by Newton's law, with the mass of its points, under its weight, `force`, and the forces of
     /// what it touches; it begins with the velocity that it has.
@@ -25,7 +26,8 @@ pub struct PrescribedMotion {
     /// Whether a rigid body turns about its centre of mass as `moment` and the forces of what it touches make it; else it
     /// keeps its orientation.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub turns: bool,
+    #[serde(rename = "turns")]
+    pub rotates: bool,
     /// Time over which velocity, force and moment grow from zero (s), counted from the beginning of the stage.
     #[serde(default)]
     pub ramp: f64,
@@ -33,25 +35,25 @@ pub struct PrescribedMotion {
 
 impl PrescribedMotion {
     /// Share of the velocity, force and moment after `elapsed` seconds of the stage, 0 to 1.
-    fn grown(&self, elapsed: f64) -> f64 {
+    fn ramp_factor(&self, elapsed: f64) -> f64 {
         if self.ramp > 0.0 { (elapsed / self.ramp).clamp(0.0, 1.0) } else { 1.0 }
     }
 
     /// Velocity after `elapsed` seconds of the stage (m/s); `None` for a component that is free.
     pub fn velocity_at(&self, elapsed: f64) -> [Option<f64>; 3] {
-        let factor = self.grown(elapsed);
+        let factor = self.ramp_factor(elapsed);
         std::array::from_fn(|c| self.velocity.get(c).copied().flatten().map(|v| factor * v))
     }
 
     /// Force after `elapsed` seconds of the stage (N).
     pub fn force_at(&self, elapsed: f64) -> [f64; 3] {
-        let factor = self.grown(elapsed);
+        let factor = self.ramp_factor(elapsed);
         std::array::from_fn(|c| factor * self.force.get(c).copied().unwrap_or(0.0))
     }
 
     /// Moment about the centre of mass after `elapsed` seconds of the stage (N m); in the plane the last component counts.
     pub fn moment_at(&self, elapsed: f64) -> [f64; 3] {
-        let factor = self.grown(elapsed);
+        let factor = self.ramp_factor(elapsed);
         match self.moment[..] {
             [about] => [0.0, 0.0, factor * about],
             [x, y, z] => [x, y, z].map(|c| factor * c),
@@ -61,6 +63,6 @@ impl PrescribedMotion {
 
     /// Whether a rigid body that moves so follows forces in any way.
     pub fn is_free(&self) -> bool {
-        self.turns || self.velocity.contains(&None)
+        self.rotates || self.velocity.contains(&None)
     }
 }

@@ -1,7 +1,7 @@
 //! Rigid geometry that bodies meet.
 
 use colluvium_points::Shape;
-use colluvium_points::surface::Frame;
+use colluvium_points::surface::RigidTransform;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +43,7 @@ pub struct ObstacleRegion {
     pub outline: Option<String>,
     /// Where, in three dimensions: cells of a raster, as one of land cover.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub raster: Option<CellsOfRaster>,
+    pub raster: Option<RasterCellSelection>,
     /// How it acts there.
     pub wall: ObstacleWall,
 }
@@ -52,7 +52,7 @@ pub struct ObstacleRegion {
 /// are none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct CellsOfRaster {
+pub struct RasterCellSelection {
     /// The file, an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`), from the folder of the case.
     pub file: String,
     /// The number that they hold, one of a raster of classes; any, but no data, when absent.
@@ -92,7 +92,7 @@ impl ObstacleMotion {
     }
 
     /// Share of its full velocity that it has at `time` (s), 0 to 1.
-    pub fn pace(&self, time: f64) -> f64 {
+    pub fn ramp_factor(&self, time: f64) -> f64 {
         let since = time - self.start;
         if since < 0.0 {
             0.0
@@ -104,12 +104,12 @@ impl ObstacleMotion {
     }
 
     /// Where it is at `time` (s).
-    pub fn frame<const D: usize>(&self, time: f64) -> Frame<D> {
+    pub fn transform<const D: usize>(&self, time: f64) -> RigidTransform<D> {
         let full = self.full_time(time);
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
         let axis = std::array::from_fn(|c| at(&self.axis, c));
         let centre = std::array::from_fn(|c| at(&self.centre, c));
-        let turned = Frame::about(centre, axis, self.rotation.to_radians() * full);
+        let turned = RigidTransform::rotation_about(centre, axis, self.rotation.to_radians() * full);
         turned.shifted(&std::array::from_fn(|c| full * at(&self.velocity, c)))
     }
 }

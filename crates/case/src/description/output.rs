@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{FactorOfSafety, Side, whole};
+use super::{FactorOfSafety, Side, default_fraction};
 
 /// What is written, and when.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -94,21 +94,22 @@ pub struct Rasters {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cell: Option<f64>,
     /// Thickness from which on a cell counts as reached (m). Cells that never are hold no data but in the rasters of the end.
-    #[serde(default = "five_centimetres")]
+    #[serde(default = "default_threshold")]
     pub threshold: f64,
     /// File of the outline of an event that was mapped, in metres: GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the folder of
     /// the case. Each row of the measures then has the area of cells reached within it (`mapped_hit`, m²), not reached (`mapped_missed`), reached
     /// beyond it (`mapped_beyond`), and `mapped_fit`, the first over the sum of all three: 1 where both are the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mapped: Option<String>,
+    #[serde(rename = "mapped")]
+    pub mapped_outline: Option<String>,
 }
 
-const fn five_centimetres() -> f64 {
+const fn default_threshold() -> f64 {
     0.05
 }
 
 /// Sheet: snow-mpm §3.11.
-const fn twenty() -> usize {
+const fn default_min_points() -> usize {
     20
 }
 
@@ -122,7 +123,7 @@ pub struct CrackTip {
     /// Name of a field of numbers that tells what has failed: `collapsed` of a weak layer of `cohesive-cam-clay`.
     pub field: String,
     /// A point has failed where the field is at least this.
-    #[serde(default = "half")]
+    #[serde(default = "default_damage")]
     pub threshold: f64,
     /// Whether a point has failed where the field is at most the threshold instead.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -138,15 +139,16 @@ pub struct CrackTip {
 /// Points that have broken, by a field.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Broken {
+pub struct BreakageCriterion {
     /// Name of a field of numbers: `compressive_strength` of `cohesive-cam-clay`, which is zero where it has broken.
     pub field: String,
     /// A point has broken where the field is at most this.
     #[serde(default)]
-    pub at_most: f64,
+    #[serde(rename = "at_most")]
+    pub max: f64,
 }
 
-const fn half() -> f64 {
+const fn default_damage() -> f64 {
     0.5
 }
 
@@ -163,7 +165,7 @@ pub enum Measure {
         /// Direction in which the front moves.
         side: Side,
         /// Fraction of the mass behind the front.
-        #[serde(default = "whole")]
+        #[serde(default = "default_fraction")]
         quantile: f64,
         /// Width of the columns (m), for a quantile of 1; by default the cells of the method's grid, or two
         /// point widths for a method that tells of none.
@@ -183,7 +185,7 @@ pub enum Measure {
         /// Initial length (m).
         initial_length: f64,
         /// Fraction of the mass behind the front.
-        #[serde(default = "whole")]
+        #[serde(default = "default_fraction")]
         quantile: f64,
         /// Width of the columns (m), as in `front`.
         #[serde(default)]
@@ -223,9 +225,10 @@ pub enum Measure {
     /// fraction of the mass lies, by where each point is nearest to it. Rigid bodies do not count, unless `bodies` names them.
     ArcFront {
         /// Name of the obstacle, a `profile` or a `ground-line`.
-        of: String,
+        #[serde(rename = "of")]
+        obstacle: String,
         /// Fraction of the mass behind the front; with 1 it is that of the foremost point, with 0.99 stray points do not move it.
-        #[serde(default = "whole")]
+        #[serde(default = "default_fraction")]
         quantile: f64,
         /// Length of the line from its beginning to where the front is counted as zero (m).
         #[serde(default)]
@@ -241,11 +244,11 @@ pub enum Measure {
         /// Points not farther apart than this (m) hang together: 1 to 1.5 cells of the method's grid.
         link: f64,
         /// Points of the smallest piece that counts.
-        #[serde(default = "twenty")]
+        #[serde(default = "default_min_points")]
         least: usize,
         /// What has broken and holds no pieces together: points that crumble in a crack bridge it. All points count when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        broken: Option<Broken>,
+        broken: Option<BreakageCriterion>,
         /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
         /// included.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -269,7 +272,8 @@ pub enum Measure {
     /// the last step, and its impulse since the start (N s), whose slope is the mean force: columns `NAME.x`, `NAME.impulse.x`, ….
     Reaction {
         /// Name of the rigid body, patch or obstacle.
-        of: String,
+        #[serde(rename = "of")]
+        target: String,
         /// A place (m) about which the moment of the force of the last step is told too (N m; in plane strain N m per metre, anticlockwise):
         /// columns `NAME.moment.x`, …, in the plane `NAME.moment`. Of obstacles, in the plane and in space.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -280,7 +284,8 @@ pub enum Measure {
     /// pressure.
     ImpactPressure {
         /// Name of the rigid body, patch or obstacle.
-        of: String,
+        #[serde(rename = "of")]
+        target: String,
         /// Direction of what is pressed by, of any length.
         direction: Vec<f64>,
         /// Area that the force is taken over (m²; in plane strain a length, in m), as that of the obstacle across the flow.
@@ -297,9 +302,9 @@ pub enum Measure {
 
 impl Measure {
     /// What the material's force on is measured: a rigid body, a patch or an obstacle.
-    pub fn bearer(&self) -> Option<&str> {
+    pub fn reaction_target(&self) -> Option<&str> {
         match self {
-            Self::Reaction { of, .. } | Self::ImpactPressure { of, .. } => Some(of),
+            Self::Reaction { target: of, .. } | Self::ImpactPressure { target: of, .. } => Some(of),
             _ => None,
         }
     }

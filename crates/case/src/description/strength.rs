@@ -23,16 +23,16 @@ pub struct Weakening {
 }
 
 /// Takes an initial stress outside the yield surface back to it, in materials around another too.
-fn project(material: &mut MaterialSpec) {
+fn set_return_to_yield(material: &mut MaterialSpec) {
     match material {
-        MaterialSpec::DruckerPrager(spec) => spec.project = true,
-        MaterialSpec::MohrCoulomb(spec) => spec.project = true,
-        MaterialSpec::Tresca(spec) => spec.project = true,
-        MaterialSpec::VonMises(spec) => spec.project = true,
-        MaterialSpec::Sand(spec) => spec.project = true,
-        MaterialSpec::Eigenstrain(spec) => project(&mut spec.material),
-        MaterialSpec::StrengthReduced(spec) => project(&mut spec.material),
-        MaterialSpec::Undrained(spec) => project(&mut spec.skeleton),
+        MaterialSpec::DruckerPrager(spec) => spec.return_initial_stress_to_yield = true,
+        MaterialSpec::MohrCoulomb(spec) => spec.return_initial_stress_to_yield = true,
+        MaterialSpec::Tresca(spec) => spec.return_initial_stress_to_yield = true,
+        MaterialSpec::VonMises(spec) => spec.return_initial_stress_to_yield = true,
+        MaterialSpec::Sand(spec) => spec.return_initial_stress_to_yield = true,
+        MaterialSpec::Eigenstrain(spec) => set_return_to_yield(&mut spec.material),
+        MaterialSpec::StrengthReduced(spec) => set_return_to_yield(&mut spec.material),
+        MaterialSpec::Undrained(spec) => set_return_to_yield(&mut spec.skeleton),
         // No other can be weakened.
         _ => {}
     }
@@ -139,7 +139,7 @@ impl Case {
     ///
     /// # Errors
     /// When a material cannot be weakened, by the path of the stage.
-    pub fn weakened(&self, stage: usize) -> Result<Self, CaseError> {
+    pub fn with_weakening(&self, stage: usize) -> Result<Self, CaseError> {
         let Some(number) =
             (0..=stage).rev().find(|&n| self.stages.get(n).is_some_and(|s| s.weakening.is_some()))
         else {
@@ -162,7 +162,7 @@ impl Case {
             match spec.strength_reduced(&reduction) {
                 Ok(reduced) => {
                     (*spec, any) = (reduced, true);
-                    project(spec);
+                    set_return_to_yield(spec);
                 }
                 Err(MaterialError::Choice { field, .. }) if named.is_none() && field == "model" => {}
                 Err(error) => return Err(CaseError::new(path, format!("material {name:?}: {error}"))),
@@ -215,7 +215,7 @@ mod tests {
         all.extend(MaterialSpec::wrapped_examples());
         let mut names: Vec<&str> = Vec::new();
         for mut reduced in all.iter().filter_map(|spec| spec.strength_reduced(&reduction).ok()) {
-            project(&mut reduced);
+            set_return_to_yield(&mut reduced);
             let law = serde_json::to_value(innermost(&reduced)).unwrap();
             assert_eq!(law["project"], Value::Bool(true), "{} around {}", reduced.name(), law["model"]);
             names.push(reduced.name());

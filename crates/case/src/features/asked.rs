@@ -9,7 +9,7 @@ use crate::Case;
 
 /// Something that a case asks for.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Feature {
+pub struct RequestedFeature {
     /// The keys from the top, without names and numbers of entries, and the variant: `bodies.velocity=sine`.
     pub name: String,
     /// JSON path of where it stands: `bodies[2].velocity`.
@@ -18,23 +18,23 @@ pub struct Feature {
 
 /// What no method has to know: it says what the case is, not what is solved; options of methods are theirs; what a law makes
 /// of its parameters is its own affair.
-const OF_NO_METHOD: [&str; 4] = ["$schema", "title", "notes", "methods"];
+const METHOD_INDEPENDENT_KEYS: [&str; 4] = ["$schema", "title", "notes", "methods"];
 
 /// Keys that say which variant an object is.
 const TAGS: [&str; 2] = ["kind", "model"];
 
 /// Where the contents of an entry are not looked at: the law is the feature.
-const OPAQUE: &str = "materials";
+const OPAQUE_KEY: &str = "materials";
 
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Case).to_value());
 
 impl Case {
     /// What the case asks for beyond what every case has, in the order of their paths in the file.
     #[must_use]
-    pub fn features(&self) -> Vec<Feature> {
+    pub fn features(&self) -> Vec<RequestedFeature> {
         let value = serde_json::to_value(self).unwrap_or_default();
         let mut found = Vec::new();
-        walk_value(&SCHEMA, &value, &Place::default(), &mut |place| found.push(place.feature()));
+        walk_value(&SCHEMA, &value, &FeaturePath::default(), &mut |place| found.push(place.feature()));
         found
     }
 
@@ -42,19 +42,19 @@ impl Case {
     #[must_use]
     pub fn known_features() -> BTreeSet<String> {
         let mut names = BTreeSet::new();
-        walk_schema(&SCHEMA, &Place::default(), &mut Vec::new(), &mut names);
+        walk_schema(&SCHEMA, &FeaturePath::default(), &mut Vec::new(), &mut names);
         names
     }
 }
 
 /// Where a walk is.
 #[derive(Clone, Default)]
-struct Place {
+struct FeaturePath {
     name: String,
     path: String,
 }
 
-impl Place {
+impl FeaturePath {
     fn key(&self, key: &str) -> Self {
         let join = |to: &str| if to.is_empty() { key.to_owned() } else { format!("{to}.{key}") };
         Self { name: join(&self.name), path: join(&self.path) }
@@ -73,8 +73,8 @@ impl Place {
         Self { name: format!("{}={variant}", self.name), path: self.path.clone() }
     }
 
-    fn feature(&self) -> Feature {
-        Feature { name: self.name.clone(), path: self.path.clone() }
+    fn feature(&self) -> RequestedFeature {
+        RequestedFeature { name: self.name.clone(), path: self.path.clone() }
     }
 }
 
@@ -103,7 +103,7 @@ fn names_of(schema: &Value) -> impl Iterator<Item = &str> {
     schema["enum"].as_array().into_iter().flatten().filter_map(Value::as_str)
 }
 
-fn walk_value(schema: &Value, value: &Value, place: &Place, found: &mut dyn FnMut(&Place)) {
+fn walk_value(schema: &Value, value: &Value, place: &FeaturePath, found: &mut dyn FnMut(&FeaturePath)) {
     let schema = resolved(schema);
     let alternatives = alternatives(schema);
     if !alternatives.is_empty() {
@@ -129,14 +129,19 @@ fn walk_value(schema: &Value, value: &Value, place: &Place, found: &mut dyn FnMu
 }
 
 /// The alternative that `value` is, with its contents.
-fn walk_alternative(alternatives: &[Value], value: &Value, place: &Place, found: &mut dyn FnMut(&Place)) {
+fn walk_alternative(
+    alternatives: &[Value],
+    value: &Value,
+    place: &FeaturePath,
+    found: &mut dyn FnMut(&FeaturePath),
+) {
     let object = value.as_object();
     let tag = object.and_then(|object| TAGS.iter().find_map(|tag| object.get(*tag)?.as_str()));
     let name = value.as_str().or(tag);
     let named = alternatives.iter().find(|schema| name.is_some() && variant_of(schema) == name);
     if let (Some(schema), Some(name)) = (named, name) {
         found(&place.variant(name));
-        if let (Some(object), true) = (object, place.name != OPAQUE) {
+        if let (Some(object), true) = (object, place.name != OPAQUE_KEY) {
             walk_object(schema, object, place, found);
         }
         return;
@@ -146,7 +151,7 @@ fn walk_alternative(alternatives: &[Value], value: &Value, place: &Place, found:
         found(&place.variant(name.unwrap_or_default()));
         return;
     }
-    if place.name == OPAQUE {
+    if place.name == OPAQUE_KEY {
         return found(&place.variant("other"));
     }
     // An optional value, or one without a name: whatever is not null.
@@ -157,7 +162,12 @@ fn walk_alternative(alternatives: &[Value], value: &Value, place: &Place, found:
     }
 }
 
-fn walk_object(schema: &Value, object: &Map<String, Value>, place: &Place, found: &mut dyn FnMut(&Place)) {
+fn walk_object(
+    schema: &Value,
+    object: &Map<String, Value>,
+    place: &FeaturePath,
+    found: &mut dyn FnMut(&FeaturePath),
+) {
     let Some(properties) = schema["properties"].as_object() else { return };
     for (key, value) in object {
         let Some(property) = properties.get(key).filter(|_| is_looked_at(place, key)) else { continue };
@@ -174,8 +184,8 @@ fn walk_object(schema: &Value, object: &Map<String, Value>, place: &Place, found
     }
 }
 
-fn is_looked_at(place: &Place, key: &str) -> bool {
-    !(TAGS.contains(&key) || place.name.is_empty() && OF_NO_METHOD.contains(&key))
+fn is_looked_at(place: &FeaturePath, key: &str) -> bool {
+    !(TAGS.contains(&key) || place.name.is_empty() && METHOD_INDEPENDENT_KEYS.contains(&key))
 }
 
 fn is_required(schema: &Value, key: &str) -> bool {
@@ -193,7 +203,12 @@ fn is_default(property: &Value, value: &Value) -> bool {
     empty || property.get("default").is_some_and(|default| default == value)
 }
 
-fn walk_schema<'a>(schema: &'a Value, place: &Place, above: &mut Vec<&'a str>, names: &mut BTreeSet<String>) {
+fn walk_schema<'a>(
+    schema: &'a Value,
+    place: &FeaturePath,
+    above: &mut Vec<&'a str>,
+    names: &mut BTreeSet<String>,
+) {
     let name = schema["$ref"].as_str();
     let within = if name.is_some() { resolved(schema) } else { schema };
     if name.is_some_and(|name| above.contains(&name)) {
@@ -206,11 +221,11 @@ fn walk_schema<'a>(schema: &'a Value, place: &Place, above: &mut Vec<&'a str>, n
         match variant_of(alternative) {
             Some(variant) => {
                 names.insert(place.variant(variant).name);
-                if place.name != OPAQUE {
+                if place.name != OPAQUE_KEY {
                     walk_properties(alternative, place, above, names);
                 }
             }
-            None if place.name == OPAQUE => {
+            None if place.name == OPAQUE_KEY => {
                 names.insert(place.variant("other").name);
             }
             None => walk_schema(alternative, place, above, names),
@@ -230,7 +245,7 @@ fn walk_schema<'a>(schema: &'a Value, place: &Place, above: &mut Vec<&'a str>, n
 
 fn walk_properties<'a>(
     schema: &'a Value,
-    place: &Place,
+    place: &FeaturePath,
     above: &mut Vec<&'a str>,
     names: &mut BTreeSet<String>,
 ) {
@@ -329,7 +344,7 @@ mod tests {
         let templates = concat!(env!("CARGO_MANIFEST_DIR"), "/../colluvium/src/templates");
         for file in std::fs::read_dir(templates).unwrap() {
             let case = Case::load(&file.unwrap().path()).unwrap();
-            for Feature { name, .. } in case.features() {
+            for RequestedFeature { name, .. } in case.features() {
                 assert!(known.contains(&name), "{name} is asked for and not known");
             }
         }

@@ -2,11 +2,11 @@
 
 use std::borrow::Cow;
 
-use crate::{Case, CaseError, Feature};
+use crate::{Case, CaseError, RequestedFeature};
 
 /// What a method needs of a case to have a problem at all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Needs {
+pub struct RequiredInput {
     /// At least one body.
     pub bodies: bool,
     /// A material for each body.
@@ -15,7 +15,7 @@ pub struct Needs {
     pub gravity: bool,
 }
 
-impl Default for Needs {
+impl Default for RequiredInput {
     /// Bodies made of materials.
     fn default() -> Self {
         Self { bodies: true, materials: true, gravity: false }
@@ -23,10 +23,10 @@ impl Default for Needs {
 }
 
 #[derive(Clone, Debug)]
-enum Answer {
-    Takes,
-    PassesOver(String),
-    Refuses(String),
+enum Capability {
+    Supported,
+    IgnoredWithWarning(String),
+    Rejected(String),
 }
 
 /// What a method says to features: it takes them, passes them over with a note, or refuses them with a reason. What it does
@@ -35,17 +35,17 @@ enum Answer {
 /// A pattern is the name of a feature, or the beginning of names with a `*` behind it: `bodies.shape*` is every shape with all
 /// that it consists of. Of several patterns that fit, a whole name counts before a beginning, then the longest, then the last.
 #[derive(Clone, Debug)]
-pub struct Honours {
+pub struct Capabilities {
     method: Cow<'static, str>,
-    needs: Needs,
-    rules: Vec<(Cow<'static, str>, Answer)>,
+    needs: RequiredInput,
+    rules: Vec<(Cow<'static, str>, Capability)>,
 }
 
 /// What the run loop sees to, whatever the method.
-const OF_THE_RUN: [&str; 2] = ["output*", "stages.equilibrium*"];
+const HANDLED_BY_RUN: [&str; 2] = ["output*", "stages.equilibrium*"];
 
 /// What holds of bodies and stages for every method that moves points.
-const OF_POINTS: [&str; 27] = [
+const HANDLED_BY_POINT_METHODS: [&str; 27] = [
     "bodies",
     "materials",
     "gravity",
@@ -75,26 +75,26 @@ const OF_POINTS: [&str; 27] = [
     "measures=factor-of-safety",
 ];
 
-impl Honours {
+impl Capabilities {
     /// A method that takes what the run loop sees to, and nothing else.
     #[must_use]
     pub fn new(method: impl Into<Cow<'static, str>>) -> Self {
-        Self { method: method.into(), needs: Needs::default(), rules: Vec::new() }
-            .takes(&OF_THE_RUN)
-            .refuses("output.rasters*", "rasters over the plan are those of depth-sph and snow-mpm")
-            .refuses("output.contacts", "only grains (dem) have contacts to write")
+        Self { method: method.into(), needs: RequiredInput::default(), rules: Vec::new() }
+            .supports(&HANDLED_BY_RUN)
+            .rejects("output.rasters*", "rasters over the plan are those of depth-sph and snow-mpm")
+            .rejects("output.contacts", "only grains (dem) have contacts to write")
     }
 
     /// A method that moves points of bodies in one, two and three dimensions: it takes shapes, points from files, initial
     /// fields, materials and their weakening, what stages remove and reset, and the measures of points.
     #[must_use]
-    pub fn of_points(method: impl Into<Cow<'static, str>>) -> Self {
-        Self::new(method).takes(&OF_POINTS)
+    pub fn for_point_methods(method: impl Into<Cow<'static, str>>) -> Self {
+        Self::new(method).supports(&HANDLED_BY_POINT_METHODS)
     }
 
     /// What it needs; bodies with materials when not said.
     #[must_use]
-    pub fn needs(mut self, needs: Needs) -> Self {
+    pub fn requires(mut self, needs: RequiredInput) -> Self {
         self.needs = needs;
         self
     }
@@ -107,41 +107,42 @@ impl Honours {
 
     /// Takes the features that fit the patterns.
     #[must_use]
-    pub fn takes(mut self, patterns: &[&'static str]) -> Self {
-        self.rules.extend(patterns.iter().map(|pattern| (Cow::Borrowed(*pattern), Answer::Takes)));
+    pub fn supports(mut self, patterns: &[&'static str]) -> Self {
+        self.rules.extend(patterns.iter().map(|pattern| (Cow::Borrowed(*pattern), Capability::Supported)));
         self
     }
 
     /// Goes on without the features that fit, and says so in a warning: the note says what happens instead.
     #[must_use]
-    pub fn passes_over(mut self, pattern: &'static str, note: impl Into<String>) -> Self {
-        self.rules.push((Cow::Borrowed(pattern), Answer::PassesOver(note.into())));
+    pub fn ignores_with_warning(mut self, pattern: &'static str, note: impl Into<String>) -> Self {
+        self.rules.push((Cow::Borrowed(pattern), Capability::IgnoredWithWarning(note.into())));
         self
     }
 
     /// Refuses the features that fit, for a reason that names what to do instead.
     #[must_use]
-    pub fn refuses(mut self, pattern: &'static str, reason: impl Into<String>) -> Self {
-        self.rules.push((Cow::Borrowed(pattern), Answer::Refuses(reason.into())));
+    pub fn rejects(mut self, pattern: &'static str, reason: impl Into<String>) -> Self {
+        self.rules.push((Cow::Borrowed(pattern), Capability::Rejected(reason.into())));
         self
     }
 
-    /// As [`Honours::refuses`], where `holds`.
+    /// As [`Capabilities::rejects`], where `holds`.
     #[must_use]
-    pub fn refuses_if(self, holds: bool, pattern: &'static str, reason: impl Into<String>) -> Self {
-        if holds { self.refuses(pattern, reason) } else { self }
+    pub fn rejects_if(self, holds: bool, pattern: &'static str, reason: impl Into<String>) -> Self {
+        if holds { self.rejects(pattern, reason) } else { self }
     }
 
-    fn answer(&self, name: &str) -> Option<&Answer> {
-        let found = self.rules.iter().filter_map(|(pattern, answer)| Some((fit(pattern, name)?, answer)));
+    fn capability(&self, name: &str) -> Option<&Capability> {
+        let found =
+            self.rules.iter().filter_map(|(pattern, answer)| Some((match_pattern(pattern, name)?, answer)));
         // Of equals the last.
         found.max_by_key(|(fit, _)| *fit).map(|(_, answer)| answer)
     }
 
     /// Whether a rule speaks of the feature of that name, in whatever way.
     #[must_use]
-    pub fn knows(&self, name: &str) -> bool {
-        self.answer(name).is_some()
+    pub fn has_rule(&self, name: &str) -> bool {
+        self.capability(name).is_some()
     }
 
     /// Holds the case against what the method honours; the notes of what it passes over.
@@ -151,16 +152,16 @@ impl Honours {
     pub fn check(&self, case: &Case) -> Result<Vec<String>, CaseError> {
         self.check_needs(case)?;
         let mut notes: Vec<String> = Vec::new();
-        for Feature { name, path } in case.features() {
-            match self.answer(&name) {
-                Some(Answer::Takes) => {}
-                Some(Answer::PassesOver(note)) => {
+        for RequestedFeature { name, path } in case.features() {
+            match self.capability(&name) {
+                Some(Capability::Supported) => {}
+                Some(Capability::IgnoredWithWarning(note)) => {
                     let note = format!("{path}: {note}");
                     if !notes.contains(&note) {
                         notes.push(note);
                     }
                 }
-                Some(Answer::Refuses(reason)) => return Err(CaseError::new(path, reason.clone())),
+                Some(Capability::Rejected(reason)) => return Err(CaseError::new(path, reason.clone())),
                 None => {
                     let what = match name.rsplit_once('=') {
                         Some((_, variant)) => format!("{variant:?} is"),
@@ -191,7 +192,7 @@ impl Honours {
 }
 
 /// How closely a pattern fits a name: whether it is the whole of it, and how much of it it says; `None` where it does not fit.
-fn fit(pattern: &str, name: &str) -> Option<(bool, usize)> {
+fn match_pattern(pattern: &str, name: &str) -> Option<(bool, usize)> {
     match pattern.strip_suffix('*') {
         Some(beginning) => name.starts_with(beginning).then_some((false, beginning.len())),
         None => (name == pattern).then_some((true, pattern.len())),
@@ -214,40 +215,48 @@ mod tests {
 
     #[test]
     fn what_a_method_does_not_name_is_refused_with_its_place() {
-        let error = Honours::of_points("dem").takes(&["stages.damping"]).check(&case("")).unwrap_err();
+        let error = Capabilities::for_point_methods("dem")
+            .supports(&["stages.damping"])
+            .check(&case(""))
+            .unwrap_err();
         assert_eq!(error.to_string(), "stages[0].rayleigh_damping: is not available with dem");
-        let error = Honours::new("dem").check(&case("")).unwrap_err();
+        let error = Capabilities::new("dem").check(&case("")).unwrap_err();
         assert_eq!(error.to_string(), "bodies[0]: is not available with dem");
     }
 
     #[test]
     fn what_is_passed_over_is_told() {
-        let honours = Honours::of_points("dem")
-            .passes_over("stages.*", "grains are not damped")
-            .takes(&["stages.damping"]);
+        let honours = Capabilities::for_point_methods("dem")
+            .ignores_with_warning("stages.*", "grains are not damped")
+            .supports(&["stages.damping"]);
         let notes = honours.check(&case("")).unwrap();
         assert_eq!(notes, ["stages[0].rayleigh_damping: grains are not damped"]);
     }
 
     #[test]
     fn a_whole_name_counts_before_a_beginning_and_the_last_of_equals() {
-        let all = || Honours::new("dem").takes(&["*"]);
+        let all = || Capabilities::new("dem").supports(&["*"]);
         assert!(all().check(&case("")).unwrap().is_empty());
-        let error = all().refuses("stages.damping", "none").takes(&["stages.damping*"]).check(&case(""));
+        let error = all().rejects("stages.damping", "none").supports(&["stages.damping*"]).check(&case(""));
         assert_eq!(error.unwrap_err().to_string(), "stages[0].damping: none");
-        assert!(all().refuses("stages.damping", "none").takes(&["stages.damping"]).check(&case("")).is_ok());
+        assert!(
+            all().rejects("stages.damping", "none").supports(&["stages.damping"]).check(&case("")).is_ok()
+        );
     }
 
     #[test]
     fn a_case_without_what_the_method_needs_is_refused() {
-        let all = Honours::new("lbm").takes(&["*"]);
+        let all = Capabilities::new("lbm").supports(&["*"]);
         let mut empty = case("");
         empty.bodies.clear();
         let error = all.clone().check(&empty).unwrap_err();
         assert_eq!(error.to_string(), "bodies: there is none, and lbm needs it");
-        let none = Needs { bodies: false, materials: false, gravity: false };
-        assert!(all.clone().needs(none).check(&empty).is_ok());
-        let error = all.needs(Needs { gravity: true, ..Needs::default() }).check(&case("")).unwrap_err();
+        let none = RequiredInput { bodies: false, materials: false, gravity: false };
+        assert!(all.clone().requires(none).check(&empty).is_ok());
+        let error = all
+            .requires(RequiredInput { gravity: true, ..RequiredInput::default() })
+            .check(&case(""))
+            .unwrap_err();
         assert_eq!(error.path, "gravity");
     }
 }

@@ -7,5 +7,5 @@
 mod asked;
 mod honours;
 
-pub use asked::Feature;
-pub use honours::{Honours, Needs};
+pub use asked::RequestedFeature;
+pub use honours::{Capabilities, RequiredInput};

@@ -6,7 +6,7 @@ use crate::{Case, Snapshot};
 /// Distance along the line of the obstacle called `of` (m), behind which the fraction `quantile` of the mass lies; points are looked
 /// at where they are nearest to it. NaN without points, their `mass` or such an obstacle.
 pub fn arc_front(case: &Case, snapshot: &Snapshot, of: &str, quantile: f64) -> f64 {
-    let Some(line) = case.line_of(of) else { return f64::NAN };
+    let Some(line) = case.ground_line(of) else { return f64::NAN };
     let place = |x: &[f64; 3]| line.arc_length(&[x[0], x[1]]).unwrap_or(f64::NAN);
     let along: Vec<f64> = snapshot.positions.iter().map(place).collect();
     foremost(snapshot, &along, quantile).map_or(f64::NAN, |i| along[i])

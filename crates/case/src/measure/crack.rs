@@ -1,16 +1,16 @@
 //! How far a crack has run (sheet: snow-mpm §3.11).
 
-use super::Reading;
-use crate::description::{CrackTip, Cut};
+use super::ScalarOutput;
+use crate::description::{CrackTip, RemovalShape};
 use crate::{Case, Snapshot};
 
 /// What became of the points of a bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Bin {
+enum CrackBin {
     /// None is there: cut away, where the case cuts the body, else there was none.
     Empty,
     /// None has failed.
-    Whole,
+    Intact,
     /// At least one has failed.
     Failed,
 }
@@ -18,32 +18,32 @@ enum Bin {
 impl CrackTip {
     /// Distances along the direction from where the crack begins (m): of the end of what is cracked or cut without a gap, and
     /// of the end of the farthest bin that is. NaN where the snapshot lacks the field. `travels` are those of the
-    /// cuts by then ([`Solver::travels_of_cuts`](crate::Solver::travels_of_cuts)).
+    /// cuts by then ([`Solver::removal_shape_travel`](crate::Solver::removal_shape_travel)).
     pub fn read(&self, case: &Case, snapshot: &Snapshot, travels: &[Option<f64>]) -> [f64; 2] {
-        let (Some(bins), Some(end)) = (self.bins(case, snapshot), self.end(case)) else {
+        let (Some(bins), Some(end)) = (self.bins(case, snapshot), self.body_end(case)) else {
             return [f64::NAN; 2];
         };
         let reached = |count: usize| (count as f64 * self.bin).min(end);
         // Slanted ends of a layer leave bins without a point, at the sawn end too.
-        let ways: Vec<[f64; 2]> = self.ways_of_cuts(case, travels);
+        let ways: Vec<[f64; 2]> = self.swept_intervals(case, travels);
         let is_cut = |number: usize| {
             let [low, high] = [number, number + 1].map(|side| side as f64 * self.bin);
             ways.iter().any(|way| low < way[1] && high > way[0])
         };
         let gone = |number: &usize| match bins[*number] {
-            Bin::Empty => is_cut(*number),
-            Bin::Whole => false,
-            Bin::Failed => true,
+            CrackBin::Empty => is_cut(*number),
+            CrackBin::Intact => false,
+            CrackBin::Failed => true,
         };
         let farthest = |count: usize| (0..count).rfind(gone).map_or(0, |number| number + 1);
-        let whole = bins.iter().position(|bin| *bin == Bin::Whole).unwrap_or(bins.len());
+        let whole = bins.iter().position(|bin| *bin == CrackBin::Intact).unwrap_or(bins.len());
         [reached(farthest(whole)), reached(farthest(bins.len()))]
     }
 
     /// What the cuts of the body have swept (m from where the crack begins, along the direction).
-    fn ways_of_cuts(&self, case: &Case, travels: &[Option<f64>]) -> Vec<[f64; 2]> {
-        let along = self.along();
-        let way = |(cut, travel): (&Cut, &Option<f64>)| {
+    fn swept_intervals(&self, case: &Case, travels: &[Option<f64>]) -> Vec<[f64; 2]> {
+        let along = self.unit_direction();
+        let way = |(cut, travel): (&RemovalShape, &Option<f64>)| {
             let moving = if cut.speed() > 0.0 { (*travel)? / cut.speed() } else { (*travel)? };
             let mut ends = [0.0; 2];
             for (axis, [low, high]) in
@@ -54,34 +54,34 @@ impl CrackTip {
                 ends[0] += sides.into_iter().fold(f64::INFINITY, f64::min);
                 ends[1] += sides.into_iter().fold(f64::NEG_INFINITY, f64::max);
             }
-            cut.takes(&self.body).then_some(ends)
+            cut.applies_to(&self.body).then_some(ends)
         };
-        case.cuts.iter().zip(travels).filter_map(way).collect()
+        case.removal_shapes.iter().zip(travels).filter_map(way).collect()
     }
 
     /// Where the body ends along the direction (m from where the crack begins).
-    fn end(&self, case: &Case) -> Option<f64> {
+    fn body_end(&self, case: &Case) -> Option<f64> {
         let body = case.bodies.iter().find(|body| body.name == self.body)?;
         let (low, high) = body.shape.bounds(case.dimension());
-        let along = self.along();
+        let along = self.unit_direction();
         let most = |axis: usize| (along[axis] * low[axis]).max(along[axis] * high[axis]);
         let start: f64 = (0..case.dimension()).map(|axis| along[axis] * self.from[axis]).sum();
         Some((0..case.dimension()).map(most).sum::<f64>() - start)
     }
 
     /// The direction, of length one.
-    fn along(&self) -> [f64; 3] {
+    fn unit_direction(&self) -> [f64; 3] {
         let length = self.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
         std::array::from_fn(|axis| self.direction.get(axis).map_or(0.0, |c| c / length))
     }
 
-    fn bins(&self, case: &Case, snapshot: &Snapshot) -> Option<Vec<Bin>> {
+    fn bins(&self, case: &Case, snapshot: &Snapshot) -> Option<Vec<CrackBin>> {
         let number = case.bodies.iter().position(|body| body.name == self.body)?;
         let values = snapshot.scalars(&self.field)?;
         let moved = snapshot.vectors("displacement");
-        let along = self.along();
-        let count = (self.end(case)? / self.bin - 1e-9).ceil().max(0.0) as usize;
-        let mut bins = vec![Bin::Empty; count];
+        let along = self.unit_direction();
+        let count = (self.body_end(case)? / self.bin - 1e-9).ceil().max(0.0) as usize;
+        let mut bins = vec![CrackBin::Empty; count];
         for (i, place) in snapshot.positions.iter().enumerate() {
             if snapshot.bodies[i] as usize != number {
                 continue;
@@ -94,19 +94,19 @@ impl CrackTip {
                 continue;
             };
             let failed = if self.below { values[i] <= self.threshold } else { values[i] >= self.threshold };
-            *bin = if failed || *bin == Bin::Failed { Bin::Failed } else { Bin::Whole };
+            *bin = if failed || *bin == CrackBin::Failed { CrackBin::Failed } else { CrackBin::Intact };
         }
         Some(bins)
     }
 
     /// The columns of the measure called `name`.
-    pub(super) fn readings(
+    pub(super) fn scalar_outputs(
         &self,
         name: &str,
         case: &Case,
         snapshot: &Snapshot,
         travels: &[Option<f64>],
-    ) -> Vec<Reading> {
+    ) -> Vec<ScalarOutput> {
         let [main, farthest] = self.read(case, snapshot, travels);
         vec![(name.to_owned(), "m".to_owned(), main), (format!("{name}.farthest"), "m".to_owned(), farthest)]
     }
@@ -194,7 +194,7 @@ mod tests {
         assert_eq!(tips(&case, Some(0.0)), [0.0, 0.0], "as it begins");
         assert_eq!(tips(&case, Some(0.07)), [0.1, 0.1]);
         assert_eq!(tips(&case, Some(0.25)), [0.1, 0.1], "whole points in its way, as of another layer");
-        case.cuts.clear();
+        case.removal_shapes.clear();
         assert_eq!(tips(&case, None), [0.0, 0.0]);
     }
 

@@ -1,30 +1,30 @@
 //! Into how many pieces bodies have come apart (sheet: snow-mpm §3.11).
 
-use colluvium_points::{CellList, Pieces};
+use colluvium_points::{CellList, UnionFind};
 
-use super::Reading;
-use crate::{Role, Snapshot};
+use super::ScalarOutput;
+use crate::{FieldRole, Snapshot};
 
 /// The masses of the connected pieces (kg), largest first, and the mass of what is in smaller ones than `least` points. Points
 /// not farther apart than `link` (m) hang together. `None` where places or masses are no numbers.
 pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f64>, f64)> {
-    let mass = snapshot.amounts(Role::Mass)?;
+    let mass = snapshot.amounts(FieldRole::Mass)?;
     let mut cells = CellList::<3>::new();
     // A little wider, so that round-off does not keep a neighbour in a cell that is not looked at.
     cells.build(&snapshot.positions, link * (1.0 + 1e-6)).ok()?;
-    let mut joined = Pieces::new(mass.len());
+    let mut joined = UnionFind::new(mass.len());
     for (i, place) in snapshot.positions.iter().enumerate() {
         cells.visit(place, |j| {
             let other = &snapshot.positions[j as usize];
             let square: f64 = place.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum();
             if (j as usize) < i && square <= link * link * (1.0 + 1e-9) {
-                joined.join(i, j as usize);
+                joined.union(i, j as usize);
             }
         });
     }
     let mut pieces = vec![(0usize, 0.0); mass.len()];
     for (i, mass) in mass.iter().enumerate() {
-        let piece = &mut pieces[joined.of(i)];
+        let piece = &mut pieces[joined.root(i)];
         *piece = (piece.0 + 1, piece.1 + mass);
     }
     let loose = pieces.iter().filter(|(count, _)| *count < least).map(|(_, mass)| mass).sum();
@@ -35,7 +35,7 @@ pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f6
 }
 
 /// The columns of the measure called `name`.
-pub(super) fn readings(name: &str, snapshot: &Snapshot, link: f64, least: usize) -> Vec<Reading> {
+pub(super) fn scalar_outputs(name: &str, snapshot: &Snapshot, link: f64, least: usize) -> Vec<ScalarOutput> {
     let found = fragments(snapshot, link, least);
     let size = |number: usize| {
         found.as_ref().map_or(f64::NAN, |(large, _)| large.get(number).copied().unwrap_or(0.0))

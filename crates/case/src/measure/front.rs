@@ -1,7 +1,7 @@
 //! How far the mass reaches.
 
 use crate::description::Side;
-use crate::{Case, Role, Snapshot};
+use crate::{Case, FieldRole, Snapshot};
 
 /// Width of a column in point widths, where the method tells of no cells: two points per cell and
 /// direction are the usual.
@@ -19,7 +19,7 @@ pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
 /// The point up to which, in the order of the numbers `along`, the fraction `quantile` of the mass lies; `None` without points or
 /// their `mass`.
 pub(super) fn foremost(snapshot: &Snapshot, along: &[f64], quantile: f64) -> Option<usize> {
-    let mass = snapshot.amounts(Role::Mass)?;
+    let mass = snapshot.amounts(FieldRole::Mass)?;
     let mut order: Vec<usize> = (0..along.len()).collect();
     order.sort_by(|&a, &b| along[a].total_cmp(&along[b]));
     let total: f64 = order.iter().map(|&i| mass[i]).sum();
@@ -38,7 +38,7 @@ fn sign(side: Side) -> f64 {
 /// The columns of cells that stand on the base, in which the front of `sheet: mpm §3.9` is looked for: a column is occupied
 /// where a point lies in it, at any height. Flow that rolls over a rough base leaves few points in its lowest cells.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Columns {
+pub struct FrontColumns {
     /// Where the front moves.
     pub side: Side,
     /// Coordinate of the wall behind the mass (m); the columns are counted from it.
@@ -51,11 +51,11 @@ pub struct Columns {
 }
 
 /// A column: its number along the front's axis, counted from the wall, and across.
-type Column = (i64, i64);
+type FrontColumn = (i64, i64);
 
-impl Columns {
+impl FrontColumns {
     /// The columns of a case. `cell` is their width (m); without one it follows from the points' widths.
-    pub fn of(case: &Case, side: Side, cell: Option<f64>, snapshot: &Snapshot) -> Self {
+    pub fn of_case(case: &Case, side: Side, cell: Option<f64>, snapshot: &Snapshot) -> Self {
         let axis = side.axis();
         let g = case.gravity3();
         let vertical = (0..case.dimension())
@@ -64,7 +64,7 @@ impl Columns {
             .filter(|c| *c != axis);
         Self {
             side,
-            wall: innermost(case, side_of(axis, !side.is_max())),
+            wall: innermost_wall(case, side_of(axis, !side.is_max())),
             across: vertical.filter(|_| case.dimension() == 3).map(|c| 3 - c - axis),
             cell: cell.unwrap_or_else(|| POINT_WIDTHS_PER_COLUMN * median_width(snapshot, axis)),
         }
@@ -77,13 +77,13 @@ impl Columns {
             // Points without width form no columns.
             return front(snapshot, self.side, 1.0);
         }
-        let columns: Vec<Column> = snapshot.positions.iter().map(|x| self.column(x)).collect();
+        let columns: Vec<FrontColumn> = snapshot.positions.iter().map(|x| self.column(x)).collect();
         let mut occupied = columns.clone();
         // Most points stand in the column of the one before.
         occupied.dedup();
         occupied.sort_unstable();
         occupied.dedup();
-        let region = connected(&occupied);
+        let region = connected_columns(&occupied);
         let (axis, sign) = (self.side.axis(), sign(self.side));
         let end = |i: usize| sign * snapshot.positions[i][axis] + 0.5 * snapshot.extents[i][axis];
         let hangs = columns.chunk_by(|one, next| one == next).flat_map(|run| {
@@ -94,7 +94,7 @@ impl Columns {
         sign * ends.fold(f64::NAN, f64::max)
     }
 
-    fn column(&self, x: &[f64; 3]) -> Column {
+    fn column(&self, x: &[f64; 3]) -> FrontColumn {
         let along = sign(self.side) * (x[self.side.axis()] - self.wall) / self.cell;
         let across = self.across.map_or(0.0, |axis| x[axis] / self.cell);
         // What has sunk into the wall by round-off stands at the wall.
@@ -103,7 +103,7 @@ impl Columns {
 }
 
 /// Which of the `occupied` columns, in ascending order, hang together, by shared faces, with the rearmost.
-fn connected(occupied: &[Column]) -> Vec<bool> {
+fn connected_columns(occupied: &[FrontColumn]) -> Vec<bool> {
     let mut region = vec![false; occupied.len()];
     let Some((rear, _)) = occupied.first() else { return region };
     let mut open: Vec<usize> = (0..occupied.len()).take_while(|&i| occupied[i].0 == *rear).collect();
@@ -131,7 +131,7 @@ fn side_of(axis: usize, max: bool) -> Side {
 }
 
 /// Coordinate of the side of the domain (m), or of the innermost wall on it that stays for the whole run.
-fn innermost(case: &Case, side: Side) -> f64 {
+fn innermost_wall(case: &Case, side: Side) -> f64 {
     let axis = side.axis();
     let end = if side.is_max() { case.domain.max[axis] } else { case.domain.min[axis] };
     let walls = case.active_boundaries(usize::MAX);
@@ -174,8 +174,8 @@ mod tests {
         points(places.iter().map(|&x| [x, 0.05, 0.0]).collect(), 0.1)
     }
 
-    fn columns(cell: f64) -> Columns {
-        Columns { side: Side::XMax, wall: 0.0, across: None, cell }
+    fn columns(cell: f64) -> FrontColumns {
+        FrontColumns { side: Side::XMax, wall: 0.0, across: None, cell }
     }
 
     fn close(found: f64, exact: f64) {
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn a_front_that_moves_down_the_axis_is_counted_from_the_upper_wall() {
-        let towards = Columns { side: Side::XMin, wall: 1.0, ..columns(0.2) };
+        let towards = FrontColumns { side: Side::XMin, wall: 1.0, ..columns(0.2) };
         close(towards.front(&layer(&[0.95, 0.75, 0.7, 0.3, 0.1])), 0.65);
     }
 
@@ -224,7 +224,7 @@ mod tests {
         // A bow around an empty column, and a detached point beside it.
         let places = [[0.1, 0.1], [0.1, 0.3], [0.3, 0.3], [0.5, 0.3], [0.5, 0.1], [0.9, 0.1]];
         let positions = places.map(|[x, y]| [x, y, 0.05]).to_vec();
-        let flat = Columns { across: Some(1), ..columns(0.2) };
+        let flat = FrontColumns { across: Some(1), ..columns(0.2) };
         close(flat.front(&points(positions, 0.1)), 0.55);
     }
 
@@ -254,11 +254,11 @@ mod tests {
     #[test]
     fn wall_and_base_are_those_of_the_case() {
         let snapshot = layer(&[0.05, 0.15]);
-        let found = Columns::of(&case(""), Side::XMax, None, &snapshot);
-        assert_eq!(found, Columns { wall: -0.5, ..columns(0.2) });
-        let found = Columns::of(&case(""), Side::XMin, Some(0.5), &snapshot);
-        assert_eq!(found, Columns { side: Side::XMin, wall: 4.0, ..columns(0.5) });
-        let falling = Columns::of(&case(""), Side::YMin, Some(0.5), &snapshot);
+        let found = FrontColumns::of_case(&case(""), Side::XMax, None, &snapshot);
+        assert_eq!(found, FrontColumns { wall: -0.5, ..columns(0.2) });
+        let found = FrontColumns::of_case(&case(""), Side::XMin, Some(0.5), &snapshot);
+        assert_eq!(found, FrontColumns { side: Side::XMin, wall: 4.0, ..columns(0.5) });
+        let falling = FrontColumns::of_case(&case(""), Side::YMin, Some(0.5), &snapshot);
         assert_eq!(falling.wall, 2.0);
     }
 
@@ -271,7 +271,7 @@ mod tests {
             "stages": [ { "name": "go", "duration": 1 } ]
         }"#;
         let case = Case::from_json(text).unwrap();
-        let across = |side| Columns::of(&case, side, Some(0.5), &layer(&[])).across;
+        let across = |side| FrontColumns::of_case(&case, side, Some(0.5), &layer(&[])).across;
         assert_eq!([Side::XMax, Side::YMin, Side::ZMin].map(across), [Some(1), Some(0), None]);
     }
 

@@ -8,25 +8,30 @@ mod front;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use crate::description::{Body, Broken, Measure, Side};
-use crate::{Case, Field, FieldData, Reaction, Role, Snapshot, Solver, spatial};
+use crate::description::{Body, BreakageCriterion, Measure, Side};
+use crate::{Case, Field, FieldData, FieldRole, Reaction, Snapshot, Solver, spatial};
 
 pub use arc::arc_front;
 pub use fragments::fragments;
-pub use front::{Columns, front};
+pub use front::{FrontColumns, front};
 
 /// Name, unit and value of a measured number.
-pub type Reading = (String, String, f64);
+pub type ScalarOutput = (String, String, f64);
 
 /// Reads all scalar measures of the case off a snapshot, in the order of their names; `cell` is the width
-/// of the cells of the method's grid (m), if it has one; `travels` are those of the cuts by then ([`Solver::travels_of_cuts`]).
-pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>, travels: &[Option<f64>]) -> Vec<Reading> {
+/// of the cells of the method's grid (m), if it has one; `travels` are those of the cuts by then ([`Solver::removal_shape_travel`]).
+pub fn read(
+    case: &Case,
+    snapshot: &Snapshot,
+    cell: Option<f64>,
+    travels: &[Option<f64>],
+) -> Vec<ScalarOutput> {
     let mut readings = Vec::new();
     for (name, measure) in &case.measures {
         let front = |side: Side, quantile: f64, own: Option<f64>, bodies: &Option<Vec<String>>| {
-            let counted = counted(case, snapshot, bodies.as_deref());
+            let counted = counted_points(case, snapshot, bodies.as_deref());
             match quantile {
-                1.0 => Columns::of(case, side, own.or(cell), &counted).front(&counted),
+                1.0 => FrontColumns::of_case(case, side, own.or(cell), &counted).front(&counted),
                 _ => front(&counted, side, quantile),
             }
         };
@@ -43,9 +48,9 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>, travels: &[Opti
             Measure::Probe { position, radius, fields } => {
                 readings.extend(probe(name, snapshot, position, *radius, fields));
             }
-            Measure::CrackTip(tip) => readings.extend(tip.readings(name, case, snapshot, travels)),
-            Measure::ArcFront { of, quantile, zero, bodies } => {
-                let counted = counted(case, snapshot, bodies.as_deref());
+            Measure::CrackTip(tip) => readings.extend(tip.scalar_outputs(name, case, snapshot, travels)),
+            Measure::ArcFront { obstacle: of, quantile, zero, bodies } => {
+                let counted = counted_points(case, snapshot, bodies.as_deref());
                 readings.push((
                     name.clone(),
                     "m".to_owned(),
@@ -53,10 +58,11 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>, travels: &[Opti
                 ));
             }
             Measure::Fragments { link, least, bodies, broken } => {
-                let whole =
-                    broken.as_ref().map_or(Cow::Borrowed(snapshot), |broken| unbroken(snapshot, broken));
-                let counted = counted(case, &whole, bodies.as_deref());
-                readings.extend(fragments::readings(name, &counted, *link, *least));
+                let whole = broken
+                    .as_ref()
+                    .map_or(Cow::Borrowed(snapshot), |broken| unbroken_points(snapshot, broken));
+                let counted = counted_points(case, &whole, bodies.as_deref());
+                readings.extend(fragments::scalar_outputs(name, &counted, *link, *least));
             }
             Measure::Profile { .. }
             | Measure::Reaction { .. }
@@ -71,7 +77,7 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>, travels: &[Opti
 }
 
 /// Whether a measure is read off the places of a frame: points, or in their place nodes or cells.
-pub(crate) fn reads_places(measure: &Measure) -> bool {
+pub(crate) fn needs_places(measure: &Measure) -> bool {
     match measure {
         Measure::Front { .. }
         | Measure::RunOut { .. }
@@ -90,7 +96,11 @@ pub(crate) fn reads_places(measure: &Measure) -> bool {
 }
 
 /// The points that count where mass is looked for, with their `mass`: those of `bodies`, or of all that are not rigid.
-pub fn counted<'a>(case: &Case, snapshot: &'a Snapshot, bodies: Option<&[String]>) -> Cow<'a, Snapshot> {
+pub fn counted_points<'a>(
+    case: &Case,
+    snapshot: &'a Snapshot,
+    bodies: Option<&[String]>,
+) -> Cow<'a, Snapshot> {
     let counts = |body: &Body| match bodies {
         Some(names) => names.contains(&body.name),
         None => !body.rigid,
@@ -101,20 +111,20 @@ pub fn counted<'a>(case: &Case, snapshot: &'a Snapshot, bodies: Option<&[String]
     if kept.len() == snapshot.bodies.len() {
         return Cow::Borrowed(snapshot);
     }
-    Cow::Owned(part(snapshot, &kept))
+    Cow::Owned(point_subset(snapshot, &kept))
 }
 
 /// The points that have not broken, with their `mass`; all of them where there is no such field.
-fn unbroken<'a>(snapshot: &'a Snapshot, broken: &Broken) -> Cow<'a, Snapshot> {
+fn unbroken_points<'a>(snapshot: &'a Snapshot, broken: &BreakageCriterion) -> Cow<'a, Snapshot> {
     let Some(values) = snapshot.scalars(&broken.field) else { return Cow::Borrowed(snapshot) };
     // What has no such number, as of another law, has not broken.
-    let kept: Vec<usize> = (0..values.len()).filter(|&i| !(values[i] <= broken.at_most)).collect();
-    Cow::Owned(part(snapshot, &kept))
+    let kept: Vec<usize> = (0..values.len()).filter(|&i| !(values[i] <= broken.max)).collect();
+    Cow::Owned(point_subset(snapshot, &kept))
 }
 
 /// Some of the points, with their `mass`.
-fn part(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
-    let mass = snapshot.amounts(Role::Mass).map(|values| {
+fn point_subset(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
+    let mass = snapshot.amounts(FieldRole::Mass).map(|values| {
         let data = FieldData::Scalar(kept.iter().map(|&i| values[i]).collect());
         Field { name: "mass".to_owned(), unit: "kg", data }
     });
@@ -131,7 +141,7 @@ fn part(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
 
 /// Reads what the case measures and no snapshot tells off a solver: of reactions, force and impulse along each axis; energy
 /// dissipated; depth and velocity at gauges, discharge across lines.
-pub fn of_solver(case: &Case, solver: &dyn Solver) -> Vec<Reading> {
+pub fn solver_outputs(case: &Case, solver: &dyn Solver) -> Vec<ScalarOutput> {
     let mut readings = Vec::new();
     for (name, measure) in &case.measures {
         if let Measure::Dissipation {} = measure {
@@ -148,10 +158,10 @@ pub fn of_solver(case: &Case, solver: &dyn Solver) -> Vec<Reading> {
             let discharge = solver.discharge(*from, *to).unwrap_or(f64::NAN);
             readings.push((name.clone(), "m3/s".to_owned(), discharge));
         }
-        if let Measure::ImpactPressure { of, direction, area } = measure {
+        if let Measure::ImpactPressure { target: of, direction, area } = measure {
             readings.extend(pressure(name, solver.reaction(of), direction, *area));
         }
-        let Measure::Reaction { of, about } = measure else { continue };
+        let Measure::Reaction { target: of, about } = measure else { continue };
         let reaction = solver.reaction(of);
         for (c, axis) in ["x", "y", "z"].into_iter().enumerate().take(case.dimension()) {
             let of = |value: fn(&Reaction) -> [f64; 3]| reaction.as_ref().map_or(f64::NAN, |r| value(r)[c]);
@@ -167,7 +177,7 @@ pub fn of_solver(case: &Case, solver: &dyn Solver) -> Vec<Reading> {
 }
 
 /// A moment: its components, or in the plane the one out of it.
-fn moments(name: &str, dimension: usize, [x, y, z]: [f64; 3]) -> Vec<Reading> {
+fn moments(name: &str, dimension: usize, [x, y, z]: [f64; 3]) -> Vec<ScalarOutput> {
     let reading = |name: String, value: f64| (name, "N m".to_owned(), value);
     if dimension < 3 {
         return vec![reading(format!("{name}.moment"), z)];
@@ -177,7 +187,7 @@ fn moments(name: &str, dimension: usize, [x, y, z]: [f64; 3]) -> Vec<Reading> {
 }
 
 /// Pressure on what bears `reaction` along `direction` over `area` (m²).
-fn pressure(name: &str, reaction: Option<Reaction>, direction: &[f64], area: f64) -> [Reading; 2] {
+fn pressure(name: &str, reaction: Option<Reaction>, direction: &[f64], area: f64) -> [ScalarOutput; 2] {
     let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
     let over =
         |vector: [f64; 3]| direction.iter().zip(vector).map(|(d, v)| d * v).sum::<f64>() / (length * area);
@@ -200,7 +210,13 @@ pub fn profile(snapshot: &Snapshot, axis: usize, height: usize, bin: f64) -> Vec
     bins.into_iter().map(|(number, top)| ((number as f64 + 0.5) * bin, top)).collect()
 }
 
-fn probe(name: &str, snapshot: &Snapshot, place: &[f64], radius: f64, fields: &[String]) -> Vec<Reading> {
+fn probe(
+    name: &str,
+    snapshot: &Snapshot,
+    place: &[f64],
+    radius: f64,
+    fields: &[String],
+) -> Vec<ScalarOutput> {
     let near = |x: &[f64; 3]| {
         let square: f64 = place.iter().zip(x).map(|(p, x)| (p - x).powi(2)).sum();
         square <= radius * radius
@@ -219,7 +235,7 @@ fn probe(name: &str, snapshot: &Snapshot, place: &[f64], radius: f64, fields: &[
         };
         let unit = || field.unit.to_owned();
         match &field.data {
-            FieldData::Whole(values) => {
+            FieldData::Integer(values) => {
                 readings.push((format!("{name}.{wanted}"), unit(), mean(&|i| values[i] as f64)));
             }
             FieldData::Scalar(values) => {
@@ -307,7 +323,7 @@ mod tests {
             let found = readings.iter().find(|(n, ..)| n == name).unwrap().2;
             assert!((found - exact).abs() < 1e-12, "{name}: {found} is not {exact}");
         }
-        let heights = profile(&counted(&case, &snapshot, None), 0, 1, 9.0);
+        let heights = profile(&counted_points(&case, &snapshot, None), 0, 1, 9.0);
         assert!((heights[0].1 - 1.525).abs() < 1e-12, "the plough is higher: {heights:?}");
     }
 
@@ -316,14 +332,14 @@ mod tests {
         let mut row = line(&[0.0, 0.1, 0.2, 0.3, 0.4]);
         let strength = FieldData::Scalar(vec![1.0, 2.0, 0.0, f64::NAN, 1.0]);
         row.fields.push(Field { name: "strength".into(), unit: "Pa", data: strength });
-        let broken = |at_most: f64| Broken { field: "strength".into(), at_most };
-        let pieces = |broken: &Broken| {
-            let whole = unbroken(&row, broken);
+        let broken = |at_most: f64| BreakageCriterion { field: "strength".into(), max: at_most };
+        let pieces = |broken: &BreakageCriterion| {
+            let whole = unbroken_points(&row, broken);
             fragments(&whole, 0.12, 1).unwrap().0
         };
         assert_eq!(pieces(&broken(0.0)), [2.0, 2.0]);
         assert_eq!(pieces(&broken(1.0)), [1.0, 1.0]);
-        assert_eq!(pieces(&Broken { field: "none".into(), at_most: 9.0 }), [5.0]);
+        assert_eq!(pieces(&BreakageCriterion { field: "none".into(), max: 9.0 }), [5.0]);
     }
 
     #[test]

@@ -6,13 +6,13 @@ use crate::Case;
 use crate::description::ObstacleShape;
 
 /// How to say that a number stands for no data.
-const NAME_IT: &str = "name it in the file, under NODATA_value or in the tag of GDAL";
+const NO_DATA_ADVICE: &str = "name it in the file, under NODATA_value or in the tag of GDAL";
 
 /// Height below which there is no ground on Earth that anything flows over (m): what is lower is likely to stand for no data.
-const LOWEST: f64 = -9000.0;
+const MIN_HEIGHT: f64 = -9000.0;
 
 /// Steepness from which on the rim of a level part is no ground, where it is that steep all around.
-const UPRIGHT: f64 = 5.0;
+const MIN_RIM_SLOPE: f64 = 5.0;
 
 impl Case {
     /// Warns of heights that are no finite number, and of such as stand for no data without being named so. What cannot be read is refused
@@ -21,28 +21,28 @@ impl Case {
         for (number, obstacle) in self.obstacles.iter().enumerate() {
             let ObstacleShape::Raster { file, .. } = &obstacle.shape else { continue };
             let Ok(Some(raster)) = self.heights(number) else { continue };
-            let unmarked = raster.reference.unmarked;
+            let unmarked = raster.reference.undeclared_no_data;
             if unmarked > 0 {
                 warnings.push(format!(
                     "obstacles[{number}].shape.file: {file}: {unmarked} of its values are no finite number, without being its mark of no \
                      data: there is no ground; fill them where there should be"
                 ));
             }
-            let low = |height: &f64| height + self.origin()[2] < LOWEST;
+            let low = |height: &f64| height + self.origin()[2] < MIN_HEIGHT;
             let count = raster.values.iter().filter(|height| low(height)).count();
             if count > 0 {
                 let lowest = raster.values.iter().copied().fold(f64::INFINITY, f64::min) + self.origin()[2];
                 warnings.push(format!(
-                    "obstacles[{number}].shape.file: {file}: {count} of its heights are below {LOWEST} m, the lowest {lowest} m: if that stands \
-                     for no data, {NAME_IT}"
+                    "obstacles[{number}].shape.file: {file}: {count} of its heights are below {MIN_HEIGHT} m, the lowest {lowest} m: if that stands \
+                     for no data, {NO_DATA_ADVICE}"
                 ));
                 continue;
             }
-            for Apart { level, count, rim } in apart(&raster) {
+            for IsolatedLevel { level, count, rim } in isolated_levels(&raster) {
                 let (level, side) = (level + self.origin()[2], if rim > 0.0 { "above" } else { "below" });
                 warnings.push(format!(
                     "obstacles[{number}].shape.file: {file}: {count} of its heights are {level} m, and all beside them are at least {:.1} m {side}: \
-                     if that stands for no data, {NAME_IT}",
+                     if that stands for no data, {NO_DATA_ADVICE}",
                     rim.abs()
                 ));
             }
@@ -51,7 +51,7 @@ impl Case {
 }
 
 /// The lowest or the highest nodes of a raster, which stand apart from all others.
-struct Apart {
+struct IsolatedLevel {
     /// Height of them all (m).
     level: f64,
     /// Their number.
@@ -61,7 +61,7 @@ struct Apart {
 }
 
 /// Lowest and highest nodes with an upright rim all around.
-fn apart(raster: &Raster) -> Vec<Apart> {
+fn isolated_levels(raster: &Raster) -> Vec<IsolatedLevel> {
     let known = || raster.values.iter().copied().filter(|height| height.is_finite());
     let ends = [known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max)];
     let level = |level: f64, side: f64| {
@@ -79,10 +79,14 @@ fn apart(raster: &Raster) -> Vec<Apart> {
             let apart = others.filter(|other| *other != level).map(|other| side * (other - level));
             rim = apart.fold(rim, f64::min);
         }
-        let upright = UPRIGHT * raster.spacing[0].max(raster.spacing[1]);
+        let upright = MIN_RIM_SLOPE * raster.spacing[0].max(raster.spacing[1]);
         // Of two levels the one of fewer nodes is the doubtful one.
         let is_few = 2 * count < raster.values.len();
-        (is_few && rim.is_finite() && rim > upright).then_some(Apart { level, count, rim: side * rim })
+        (is_few && rim.is_finite() && rim > upright).then_some(IsolatedLevel {
+            level,
+            count,
+            rim: side * rim,
+        })
     };
     let of_ends = [(ends[0], 1.0), (ends[1], -1.0)].map(|(end, side)| level(end, side));
     of_ends.into_iter().flatten().collect()

@@ -27,7 +27,7 @@ impl ObstacleLaw {
     }
 
     /// Whether material lifts off it.
-    pub fn lets_go(&self) -> bool {
+    pub fn allows_separation(&self) -> bool {
         self.separation || matches!(self.wall, ObstacleWall::Frictional { .. })
     }
 }
@@ -55,7 +55,7 @@ impl ObstacleLaws {
             return 0;
         }
         let plan = &place[..place.len() - 1];
-        self.regions.iter().position(|region| region.holds(plan)).unwrap_or(self.regions.len())
+        self.regions.iter().position(|region| region.contains(plan)).unwrap_or(self.regions.len())
     }
 
     /// How it acts at a place of the surface (m).
@@ -99,13 +99,13 @@ mod tests {
             "stages": [{ "name": "s", "duration": 1 }]
         });
         let case = Case::from_value(&case, folder.path()).unwrap();
-        let standing = case.standing::<3>().unwrap();
+        let standing = case.placed_obstacles::<3>().unwrap();
         let friction = |x: f64, y: f64| standing[0].laws.at(&[x, y, 7.0]).friction();
         assert_eq!([friction(5.0, 5.0), friction(12.0, 5.0), friction(17.0, 5.0)], [0.0, 0.5, 0.5]);
         assert_eq!([friction(17.0, 9.5), friction(24.0, 5.0), friction(26.0, 5.0)], [0.2, 0.2, 0.0]);
         let mut missing = case.clone();
         missing.obstacles[0].regions[0].outline = Some("none.geojson".to_owned());
-        let problem = missing.standing::<3>().unwrap_err().to_string();
+        let problem = missing.placed_obstacles::<3>().unwrap_err().to_string();
         assert!(problem.starts_with("obstacles[0].regions[0].outline: none.geojson"), "{problem}");
     }
 }

@@ -9,8 +9,8 @@ mod nodes;
 use std::sync::Arc;
 
 pub use laws::{ObstacleLaw, ObstacleLaws};
-pub use moving::{MovingObstacle, slowed_for_obstacles};
-pub use nodes::{ObstaclesOnTheirWay, holding, normal_inside};
+pub use moving::{MovingObstacle, limit_step_by_obstacles};
+pub use nodes::{MovingObstacles, constraining_obstacles, normal_inside};
 
 use colluvium_points::{Raster, Surface};
 
@@ -19,7 +19,7 @@ use crate::{Case, CaseError};
 
 /// An obstacle of a case with its surface.
 #[derive(Clone, Debug)]
-pub struct Standing<'a, const D: usize> {
+pub struct PlacedObstacle<'a, const D: usize> {
     /// Number among the obstacles of the case.
     pub number: usize,
     /// What the case says of it.
@@ -31,11 +31,11 @@ pub struct Standing<'a, const D: usize> {
 }
 
 /// How deep points may lie in an obstacle at the start, and nodes above its surface that count as on it, over the cell of a grid.
-pub const SLACK: f64 = 1e-9;
+pub const OVERLAP_TOLERANCE: f64 = 1e-9;
 
 /// A place that an obstacle covers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Covering {
+pub struct ObstacleOverlap {
     /// Number of the obstacle.
     pub obstacle: usize,
     /// Number of the place among those asked for.
@@ -49,7 +49,7 @@ impl Case {
     ///
     /// # Errors
     /// A shape that is none in this space, or a file that cannot be read or holds none, with its path; the same of regions.
-    pub fn standing<const D: usize>(&self) -> Result<Vec<Standing<'_, D>>, CaseError> {
+    pub fn placed_obstacles<const D: usize>(&self) -> Result<Vec<PlacedObstacle<'_, D>>, CaseError> {
         let mut standing = Vec::with_capacity(self.obstacles.len());
         for (number, obstacle) in self.obstacles.iter().enumerate() {
             let surface =
@@ -62,13 +62,13 @@ impl Case {
                 })
             });
             let laws = ObstacleLaws::new(obstacle, regions.collect::<Result<_, _>>()?);
-            standing.push(Standing { number, obstacle, surface, laws });
+            standing.push(PlacedObstacle { number, obstacle, surface, laws });
         }
         Ok(standing)
     }
 
     /// The line of the obstacle of that name in the plane, along which places have a length; `None` where it has none.
-    pub fn line_of(&self, name: &str) -> Option<Arc<dyn Surface<2>>> {
+    pub fn ground_line(&self, name: &str) -> Option<Arc<dyn Surface<2>>> {
         let number = self.obstacles.iter().position(|obstacle| obstacle.name == name)?;
         let shape = &self.obstacles[number].shape;
         let is_line = matches!(shape, ObstacleShape::Profile { .. } | ObstacleShape::GroundLine { .. });
@@ -88,17 +88,17 @@ impl Case {
     ///
     /// # Errors
     /// The point that lies deepest.
-    pub fn refuse_covered<const D: usize>(
+    pub fn reject_overlapping_points<const D: usize>(
         &self,
-        standing: &[Standing<'_, D>],
+        standing: &[PlacedObstacle<'_, D>],
         body: usize,
         places: &[[f64; D]],
         slack: f64,
     ) -> Result<(), CaseError> {
-        let Some(deepest) = deepest(standing, places, slack) else { return Ok(()) };
+        let Some(deepest) = deepest_overlap(standing, places, slack) else { return Ok(()) };
         let problem = format!(
             "the point at {:.6?} m lies {:.3e} m in the obstacle {:?}: a body must not overlap one at the start",
-            self.place_on_map(&places[deepest.place]),
+            self.map_position(&places[deepest.place]),
             deepest.depth,
             self.obstacles[deepest.obstacle].name
         );
@@ -109,35 +109,35 @@ impl Case {
 impl Case {
     /// What is to be said at the end of a run of points at `places` (m) that lie deeper than `slack` (m) in an obstacle that stands
     /// still: how deep the deepest lies, with `reason`. Nothing where there is none.
-    pub fn remark_on_covered<const D: usize>(
+    pub fn overlap_warning<const D: usize>(
         &self,
         places: &[[f64; D]],
         slack: f64,
         reason: &str,
     ) -> Option<String> {
-        let mut standing = self.standing::<D>().ok()?;
+        let mut standing = self.placed_obstacles::<D>().ok()?;
         standing.retain(|standing| standing.obstacle.motion.is_none());
-        let Covering { obstacle, place, depth } = deepest(&standing, places, slack)?;
+        let ObstacleOverlap { obstacle, place, depth } = deepest_overlap(&standing, places, slack)?;
         let name = &self.obstacles[obstacle].name;
         Some(format!(
             "a point at {:.4?} m lies {depth:.3e} m under the surface of the obstacle {name:?}: {reason}",
-            self.place_on_map(&places[place])
+            self.map_position(&places[place])
         ))
     }
 }
 
 /// The place that lies deepest in an obstacle, and by more than `slack` (m).
-fn deepest<const D: usize>(
-    standing: &[Standing<'_, D>],
+fn deepest_overlap<const D: usize>(
+    standing: &[PlacedObstacle<'_, D>],
     places: &[[f64; D]],
     slack: f64,
-) -> Option<Covering> {
-    let mut worst: Option<Covering> = None;
-    for Standing { number, surface, .. } in standing {
+) -> Option<ObstacleOverlap> {
+    let mut worst: Option<ObstacleOverlap> = None;
+    for PlacedObstacle { number, surface, .. } in standing {
         for (place, x) in places.iter().enumerate().filter(|(_, x)| surface.contains(x)) {
             let depth = surface.gap(x, f64::INFINITY).map_or(0.0, |gap| -gap.distance);
             if depth > slack && worst.is_none_or(|worst| depth > worst.depth) {
-                worst = Some(Covering { obstacle: *number, place, depth });
+                worst = Some(ObstacleOverlap { obstacle: *number, place, depth });
             }
         }
     }

@@ -1,25 +1,25 @@
 //! Obstacles as the nodes of a grid find them.
 
 use colluvium_points::Surface;
-use colluvium_points::surface::{Frame, Nearest};
+use colluvium_points::surface::{NearestPoint, RigidTransform};
 
-use super::{MovingObstacle, ObstacleLaw, SLACK, Standing};
+use super::{MovingObstacle, OVERLAP_TOLERANCE, ObstacleLaw, PlacedObstacle};
 use crate::description::Obstacle;
 use crate::spatial;
 
 /// How deep under the surface nodes of a grid are held, over its cell: points do not get below that.
-const DEPTH: f64 = 6.0;
+const MAX_NODE_DEPTH: f64 = 6.0;
 
 /// The obstacles at rest that a node of a grid with cells of a size (m) lies in or on, each with its law and its normal there.
-pub fn holding<'s, 'a, const D: usize>(
-    standing: &'s [Standing<'a, D>],
+pub fn constraining_obstacles<'s, 'a, const D: usize>(
+    standing: &'s [PlacedObstacle<'a, D>],
     place: &'s [f64; D],
     cell: f64,
 ) -> impl Iterator<Item = (&'a Obstacle, ObstacleLaw, [f64; 3])> + use<'s, 'a, D> {
     let resting = standing.iter().filter(|own| own.obstacle.motion.is_none());
-    resting.filter_map(move |Standing { obstacle, surface, laws, .. }| {
+    resting.filter_map(move |PlacedObstacle { obstacle, surface, laws, .. }| {
         let gap = gap_inside(&**surface, place, cell)?;
-        Some((*obstacle, *laws.at(&gap.place), spatial(&gap.normal)))
+        Some((*obstacle, *laws.at(&gap.position), spatial(&gap.normal)))
     })
 }
 
@@ -32,28 +32,32 @@ pub fn normal_inside<const D: usize>(
     gap_inside(surface, place, cell).map(|gap| spatial(&gap.normal))
 }
 
-fn gap_inside<const D: usize>(surface: &dyn Surface<D>, place: &[f64; D], cell: f64) -> Option<Nearest<D>> {
-    surface.gap(place, DEPTH * cell).filter(|gap| gap.distance <= SLACK * cell)
+fn gap_inside<const D: usize>(
+    surface: &dyn Surface<D>,
+    place: &[f64; D],
+    cell: f64,
+) -> Option<NearestPoint<D>> {
+    surface.gap(place, MAX_NODE_DEPTH * cell).filter(|gap| gap.distance <= OVERLAP_TOLERANCE * cell)
 }
 
 /// The obstacles on their way, each with how a method has it act (`F`).
 #[derive(Clone, Debug)]
-pub struct ObstaclesOnTheirWay<F, const D: usize> {
-    all: Vec<(F, MovingObstacle<D>, Frame<D>)>,
+pub struct MovingObstacles<F, const D: usize> {
+    all: Vec<(F, MovingObstacle<D>, RigidTransform<D>)>,
     step: f64,
 }
 
-impl<F: Copy, const D: usize> ObstaclesOnTheirWay<F, D> {
+impl<F: Copy, const D: usize> MovingObstacles<F, D> {
     /// Those among the obstacles of a case in a domain with these corners (m); `acts` says how one with a law acts.
     pub fn new(
-        standing: &[Standing<'_, D>],
+        standing: &[PlacedObstacle<'_, D>],
         domain: ([f64; D], [f64; D]),
         acts: impl Fn(&Obstacle, &ObstacleLaw) -> F,
     ) -> Self {
-        let moving = |Standing { obstacle, surface, laws, .. }: &Standing<'_, D>| {
+        let moving = |PlacedObstacle { obstacle, surface, laws, .. }: &PlacedObstacle<'_, D>| {
             let motion = obstacle.motion.as_ref()?;
             let own = MovingObstacle::new(motion, surface, domain);
-            Some((acts(obstacle, laws.at(&[0.0; D])), own, motion.frame(0.0)))
+            Some((acts(obstacle, laws.at(&[0.0; D])), own, motion.transform(0.0)))
         };
         Self { all: standing.iter().filter_map(moving).collect(), step: 0.0 }
     }
@@ -70,18 +74,18 @@ impl<F: Copy, const D: usize> ObstaclesOnTheirWay<F, D> {
 
     /// Puts them where they are at the start of a step of `dt` (s) from `time` (s), with the velocity that takes them to where they
     /// are at its end.
-    pub fn place(&mut self, (time, dt): (f64, f64)) {
+    pub fn update_positions(&mut self, (time, dt): (f64, f64)) {
         self.step = dt;
         for (_, own, next) in &mut self.all {
-            own.go_to(time);
-            *next = own.motion.frame(time + dt);
+            own.move_to(time);
+            *next = own.motion.transform(time + dt);
         }
     }
 
     /// Those that a node of a grid with cells of a size (m) lies in or on: how they act, their normal and their velocity (m/s) there.
-    pub fn holding(&self, place: &[f64; D], cell: f64) -> impl Iterator<Item = (F, [f64; 3], [f64; 3])> {
+    pub fn constraining(&self, place: &[f64; D], cell: f64) -> impl Iterator<Item = (F, [f64; 3], [f64; 3])> {
         self.all.iter().filter_map(move |(acts, own, next)| {
-            let (normal, velocity) = own.holding(place, cell, (next, self.step))?;
+            let (normal, velocity) = own.nodal_constraint(place, cell, (next, self.step))?;
             Some((*acts, normal, velocity))
         })
     }

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::{OutputError, Seal};
+use super::{FileChecksum, OutputError};
 
 /// Name of the list of such files in their folder.
 pub const DERIVED: &str = "derived.txt";
@@ -15,7 +15,7 @@ pub const DERIVED: &str = "derived.txt";
 #[derive(Debug)]
 pub struct DerivedFiles {
     folder: PathBuf,
-    seals: BTreeMap<String, Seal>,
+    seals: BTreeMap<String, FileChecksum>,
     overwrite: bool,
 }
 
@@ -41,7 +41,7 @@ impl DerivedFiles {
     pub fn is_own(&self, name: &str) -> Result<bool, OutputError> {
         let path = self.folder.join(name);
         match self.seals.get(name) {
-            Some(seal) if path.is_file() => Ok(Seal::of_file(&path, None)? == *seal),
+            Some(seal) if path.is_file() => Ok(FileChecksum::of_file(&path, None)? == *seal),
             _ => Ok(false),
         }
     }
@@ -71,7 +71,7 @@ impl DerivedFiles {
         self.check(name)?;
         let path = self.folder.join(name);
         write(&path)?;
-        let seal = Seal::of_file(&path, None)?;
+        let seal = FileChecksum::of_file(&path, None)?;
         self.seals.insert(name.to_owned(), seal);
         let list = self.folder.join(DERIVED);
         let added = File::options()
@@ -84,11 +84,11 @@ impl DerivedFiles {
 }
 
 /// Name and seal of a line of the list.
-fn entry(line: &str) -> Option<(String, Seal)> {
+fn entry(line: &str) -> Option<(String, FileChecksum)> {
     let mut parts = line.splitn(3, ' ');
     let fnv1a = u64::from_str_radix(parts.next()?, 16).ok()?;
     let bytes = parts.next()?.parse().ok()?;
-    Some((parts.next()?.to_owned(), Seal { bytes, fnv1a }))
+    Some((parts.next()?.to_owned(), FileChecksum { bytes, fnv1a }))
 }
 
 #[cfg(test)]

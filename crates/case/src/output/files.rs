@@ -55,7 +55,7 @@ pub fn create_folder(path: &Path) -> Result<(), OutputError> {
 /// # Errors
 /// When the disk refuses.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    write_through(path, |file| file.write_all(bytes))
+    write_stream_atomically(path, |file| file.write_all(bytes))
 }
 
 /// Writes a text over that of a file, on the room that the file has: for a disk that takes no more. A crash meanwhile may leave a part.
@@ -79,7 +79,7 @@ pub fn write_in_place(path: &Path, text: &str) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// When the disk refuses, or `content` does.
-pub fn write_through(
+pub fn write_stream_atomically(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), OutputError> {

@@ -10,14 +10,14 @@ use vtkio::model::{
     UnstructuredGridPiece, VertexNumbers, Vtk,
 };
 
-use super::xml::{Array, Geometry, write_unstructured};
-use super::{OutputError, Seal, write_atomically};
+use super::xml::{VtkArray, VtkGeometry, write_unstructured};
+use super::{FileChecksum, OutputError, write_atomically};
 use crate::description::Compression;
-use crate::solver::{Dataset, Mesh, Role, Support, on_nodes};
+use crate::solver::{Dataset, DatasetGeometry, FieldRole, PolygonMesh, on_nodes};
 use crate::{Field, FieldData, Snapshot};
 
 /// Points as a file has them, and their fields.
-pub(super) struct Shown<'a> {
+pub(super) struct WrittenPoints<'a> {
     pub(super) ids: &'a [u64],
     /// Empty for methods without bodies.
     pub(super) bodies: &'a [u32],
@@ -30,7 +30,7 @@ pub(super) struct Shown<'a> {
 
 /// Fields of a frame that are written, and how.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Written<'a> {
+pub struct WriteOptions<'a> {
     /// Names of the fields; all when absent.
     pub only: Option<&'a [String]>,
     /// Compression of the files.
@@ -46,49 +46,49 @@ pub fn write_frame(
     path: &Path,
     snapshot: &Snapshot,
     origin: [f64; 3],
-    written: Written<'_>,
-) -> Result<Seal, OutputError> {
+    written: WriteOptions<'_>,
+) -> Result<FileChecksum, OutputError> {
     let Snapshot { ids, bodies, positions, extents, fields, .. } = snapshot;
     let wanted = |field: &&Field| written.only.is_none_or(|names| names.contains(&field.name));
     let fields = fields.iter().filter(wanted).collect();
-    write_points(path, Shown { ids, bodies, positions, extents, fields }, origin, written.compression)
+    write_points(path, WrittenPoints { ids, bodies, positions, extents, fields }, origin, written.compression)
 }
 
 /// Writes points, moved by `origin` (m), with their fields as a VTU file that ParaView opens; the seal of the file.
 pub(super) fn write_points(
     path: &Path,
-    shown: Shown<'_>,
+    shown: WrittenPoints<'_>,
     origin: [f64; 3],
     compression: Compression,
-) -> Result<Seal, OutputError> {
-    let Shown { ids, bodies, positions, extents, fields } = shown;
+) -> Result<FileChecksum, OutputError> {
+    let WrittenPoints { ids, bodies, positions, extents, fields } = shown;
     let count = ids.len();
-    let mut point: Vec<Array<'_>> = fields.into_iter().map(Array::of).collect();
-    point.push(Array::new("extent", 3, || match extents {
+    let mut point: Vec<VtkArray<'_>> = fields.into_iter().map(VtkArray::from_field).collect();
+    point.push(VtkArray::new("extent", 3, || match extents {
         [] => vec![0.0; 3 * count],
         _ => extents.as_flattened().to_vec(),
     }));
-    point.push(Array::new("id", 1, || ids.iter().map(|id| *id as i64).collect::<Vec<_>>()));
-    point.push(Array::new("body", 1, || match bodies {
+    point.push(VtkArray::new("id", 1, || ids.iter().map(|id| *id as i64).collect::<Vec<_>>()));
+    point.push(VtkArray::new("body", 1, || match bodies {
         [] => vec![i64::from(Snapshot::NO_BODY); count],
         _ => bodies.iter().map(|body| i64::from(*body)).collect(),
     }));
     let arrays = [
-        Array::new("Points", 3, || moved(positions, origin)),
-        Array::new("connectivity", 1, || (0..count as u64).collect::<Vec<_>>()),
-        Array::new("offsets", 1, || (1..=count as u64).collect::<Vec<_>>()),
-        Array::new("types", 1, || vec![CellType::Vertex as u8; count]),
+        VtkArray::new("Points", 3, || shifted(positions, origin)),
+        VtkArray::new("connectivity", 1, || (0..count as u64).collect::<Vec<_>>()),
+        VtkArray::new("offsets", 1, || (1..=count as u64).collect::<Vec<_>>()),
+        VtkArray::new("types", 1, || vec![CellType::Vertex as u8; count]),
     ];
     write_unstructured(
         path,
-        Geometry { places: count, cells: count, arrays },
+        VtkGeometry { places: count, cells: count, arrays },
         (point, Vec::new()),
         compression,
     )
 }
 
 /// Places moved by `origin` (m), one after the other.
-fn moved(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
+fn shifted(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
     let mut all = places.as_flattened().to_vec();
     if origin != [0.0; 3] {
         all.iter_mut().zip(origin.into_iter().cycle()).for_each(|(x, by)| *x += by);
@@ -99,11 +99,11 @@ fn moved(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
 /// Writes a mesh, moved by `origin` (m), with fields on its cells as a VTU file that ParaView opens; the seal of the file.
 pub(super) fn write_mesh(
     path: &Path,
-    mesh: &Mesh,
+    mesh: &PolygonMesh,
     origin: [f64; 3],
     fields: &[Field],
     compression: Compression,
-) -> Result<Seal, OutputError> {
+) -> Result<FileChecksum, OutputError> {
     let kinds = || {
         let starts = std::iter::once(0).chain(mesh.ends.iter().copied());
         let kind = |(start, end): (u64, &u64)| match end - start {
@@ -114,13 +114,18 @@ pub(super) fn write_mesh(
         starts.zip(&mesh.ends).map(kind).map(|kind| kind as u8).collect::<Vec<_>>()
     };
     let arrays = [
-        Array::new("Points", 3, || moved(&mesh.places, origin)),
-        Array::new("connectivity", 1, || mesh.corners.clone()),
-        Array::new("offsets", 1, || mesh.ends.clone()),
-        Array::new("types", 1, kinds),
+        VtkArray::new("Points", 3, || shifted(&mesh.vertices, origin)),
+        VtkArray::new("connectivity", 1, || mesh.corners.clone()),
+        VtkArray::new("offsets", 1, || mesh.ends.clone()),
+        VtkArray::new("types", 1, kinds),
     ];
-    let geometry = Geometry { places: mesh.places.len(), cells: mesh.ends.len(), arrays };
-    write_unstructured(path, geometry, (Vec::new(), fields.iter().map(Array::of).collect()), compression)
+    let geometry = VtkGeometry { places: mesh.vertices.len(), cells: mesh.ends.len(), arrays };
+    write_unstructured(
+        path,
+        geometry,
+        (Vec::new(), fields.iter().map(VtkArray::from_field).collect()),
+        compression,
+    )
 }
 
 /// Reads the lines of the file of a frame, with the fields on them, as of contacts; `None` where it holds something else.
@@ -134,10 +139,10 @@ pub fn read_lines(path: &Path) -> Result<Option<Dataset>, OutputError> {
     if piece.cells.types.iter().any(|kind| *kind != CellType::Line) {
         return Ok(None);
     }
-    let fields = Arrays::of(piece.data.cell).fields;
+    let fields = Arrays::from_attributes(piece.data.cell).fields;
     let mesh =
         mesh(&piece.points, piece.cells.cell_verts).map_err(|problem| OutputError::new(path, problem))?;
-    Ok(Some(Dataset { name: String::new(), support: Support::Mesh(mesh), fields }))
+    Ok(Some(Dataset { name: String::new(), geometry: DatasetGeometry::Mesh(mesh), fields }))
 }
 
 /// The dataset of a file.
@@ -172,12 +177,12 @@ pub fn read_frame(path: &Path, time: f64) -> Result<Snapshot, OutputError> {
 /// Points, or cells of a mesh.
 fn read_cells(piece: UnstructuredGridPiece, time: f64) -> Result<Snapshot, &'static str> {
     if piece.cells.types.iter().any(|kind| *kind != CellType::Vertex) {
-        let support = Support::Mesh(mesh(&piece.points, piece.cells.cell_verts)?);
-        let fields = Arrays::of(piece.data.cell).fields;
-        return Ok(Dataset { name: String::new(), support, fields }.into_points(time, 0));
+        let support = DatasetGeometry::Mesh(mesh(&piece.points, piece.cells.cell_verts)?);
+        let fields = Arrays::from_attributes(piece.data.cell).fields;
+        return Ok(Dataset { name: String::new(), geometry: support, fields }.into_points(time, 0));
     }
     let places = positions(&piece.points)?;
-    let Arrays { fields, ids, bodies, extents, .. } = Arrays::of(piece.data.point);
+    let Arrays { fields, ids, bodies, extents, .. } = Arrays::from_attributes(piece.data.point);
     let count = places.len();
     Ok(Snapshot {
         time,
@@ -195,20 +200,21 @@ fn positions(points: &IOBuffer) -> Result<Vec<[f64; 3]>, &'static str> {
     Ok(points.as_chunks().0.to_vec())
 }
 
-fn mesh(points: &IOBuffer, cells: VertexNumbers) -> Result<Mesh, &'static str> {
+fn mesh(points: &IOBuffer, cells: VertexNumbers) -> Result<PolygonMesh, &'static str> {
     let VertexNumbers::XML { connectivity: corners, offsets: ends } = cells else {
         return Err("has cells of the old format");
     };
-    Ok(Mesh { places: positions(points)?, corners, ends })
+    Ok(PolygonMesh { vertices: positions(points)?, corners, ends })
 }
 
 /// Nodes of a lattice or a raster.
 fn read_nodes(piece: RectilinearGridPiece, time: f64) -> Result<Snapshot, &'static str> {
     let Coordinates { x, y, z } = piece.coords;
     let axis = |values: IOBuffer| values.cast_into::<f64>().ok_or("has no coordinates");
-    let Arrays { fields, mask, .. } = Arrays::of(piece.data.point);
+    let Arrays { fields, mask, .. } = Arrays::from_attributes(piece.data.point);
     let (points, fields) = on_nodes(&[axis(x)?, axis(y)?, axis(z)?], &mask, fields);
-    Ok(Dataset { name: String::new(), support: Support::Points(points), fields }.into_points(time, 0))
+    Ok(Dataset { name: String::new(), geometry: DatasetGeometry::Points(points), fields }
+        .into_points(time, 0))
 }
 
 /// The arrays of a file: fields, and what every file of points or of nodes may hold beside them.
@@ -223,22 +229,22 @@ struct Arrays {
 }
 
 impl Arrays {
-    fn of(attributes: Vec<Attribute>) -> Self {
+    fn from_attributes(attributes: Vec<Attribute>) -> Self {
         let mut arrays = Self::default();
         for attribute in attributes {
             let Attribute::DataArray(array) = attribute else { continue };
-            arrays.take(&array);
+            arrays.add(&array);
         }
         arrays
     }
 
-    fn take(&mut self, array: &DataArray) {
+    fn add(&mut self, array: &DataArray) {
         let components = array.elem.num_comp();
         let name = array.name.as_str();
         let mut push =
             |data: FieldData| self.fields.push(Field { name: name.to_owned(), unit: unit_of(name), data });
         if let (IOBuffer::I64(values), false) = (&array.data, ["id", "body"].contains(&name)) {
-            push(FieldData::Whole(values.clone()));
+            push(FieldData::Integer(values.clone()));
             return;
         }
         let Some(values) = array.data.cast_into::<f64>() else { return };
@@ -259,7 +265,7 @@ impl Arrays {
 
 /// Unit of the fields that every method gives; files do not carry units.
 fn unit_of(name: &str) -> &'static str {
-    if let Some(role) = Role::of(name) {
+    if let Some(role) = FieldRole::of(name) {
         return role.unit();
     }
     match name {
@@ -348,7 +354,7 @@ mod tests {
                     data: FieldData::Vector(vec![[1.0, 2.0, 3.0]; 2]),
                 },
                 Field { name: "plastic_strain".into(), unit: "", data: FieldData::Scalar(vec![0.7, 1e-9]) },
-                Field { name: "grains".into(), unit: "", data: FieldData::Whole(vec![-3, 1 << 60]) },
+                Field { name: "grains".into(), unit: "", data: FieldData::Integer(vec![-3, 1 << 60]) },
                 Field {
                     name: "stress".into(),
                     unit: "Pa",
@@ -358,13 +364,14 @@ mod tests {
         };
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("frame.vtu");
-        write_frame(&path, &snapshot, [0.0; 3], Written::default()).unwrap();
+        write_frame(&path, &snapshot, [0.0; 3], WriteOptions::default()).unwrap();
         assert_eq!(read_frame(&path, 0.25).unwrap(), snapshot);
         for compression in [Compression::None, Compression::Best] {
-            write_frame(&path, &snapshot, [0.0; 3], Written { compression, ..Written::default() }).unwrap();
+            write_frame(&path, &snapshot, [0.0; 3], WriteOptions { compression, ..WriteOptions::default() })
+                .unwrap();
             assert_eq!(read_frame(&path, 0.25).unwrap(), snapshot);
         }
-        let stress = Written { only: Some(&["stress".to_owned()]), ..Written::default() };
+        let stress = WriteOptions { only: Some(&["stress".to_owned()]), ..WriteOptions::default() };
         write_frame(&path, &snapshot, [0.0; 3], stress).unwrap();
         assert_eq!(read_frame(&path, 0.25).unwrap().fields.len(), 1);
     }

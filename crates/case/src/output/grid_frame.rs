@@ -3,20 +3,20 @@
 use colluvium_constitutive::SymTensor;
 
 use crate::description::Space;
-use crate::{Case, Dataset, Field, FieldData, Lattice, Role, Snapshot, Support};
+use crate::{Case, Dataset, DatasetGeometry, Field, FieldData, FieldRole, Lattice, Snapshot};
 
 /// Name of the field of masses over volumes of space.
 const DENSITY: &str = "density";
 
 /// The share of a point's mass (kg) at a node.
-struct Share {
+struct NodeShare {
     point: usize,
     node: usize,
     mass: f64,
 }
 
 /// Nodes a cell apart over the domain of a case.
-struct Nodes {
+struct AveragingNodes {
     low: [f64; 3],
     cell: f64,
     count: [usize; 3],
@@ -30,7 +30,7 @@ struct Nodes {
 pub fn averages(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[String]>) -> Dataset {
     let nodes = lattice(case, cell);
     let Lattice { low, count, .. } = nodes;
-    let frame = Nodes { low, cell, count, dimension: case.dimension() };
+    let frame = AveragingNodes { low, cell, count, dimension: case.dimension() };
     let shares = frame.shares(snapshot);
     let periodic: Vec<usize> = case.domain.periodic.iter().map(|axis| axis.number()).collect();
     let mass = frame.sums(&shares, 1, |_, _| 1.0, &periodic);
@@ -43,7 +43,7 @@ pub fn averages(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[Stri
     };
     let average = |field: &Field| {
         let data = match &field.data {
-            FieldData::Whole(values) => FieldData::Scalar(mean(1, &|point, _| values[point] as f64)),
+            FieldData::Integer(values) => FieldData::Scalar(mean(1, &|point, _| values[point] as f64)),
             FieldData::Scalar(values) => FieldData::Scalar(mean(1, &|point, _| values[point])),
             FieldData::Vector(values) => {
                 FieldData::Vector(mean(3, &|point, c| values[point][c]).as_chunks().0.to_vec())
@@ -55,39 +55,40 @@ pub fn averages(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[Stri
         };
         Field { data, ..field.clone() }
     };
-    let has_average = |name: &String| name != DENSITY && !Role::of(name).is_some_and(Role::is_amount);
+    let has_average =
+        |name: &String| name != DENSITY && !FieldRole::of(name).is_some_and(FieldRole::is_amount);
     let wanted = |name: &String| has_average(name) && only.is_none_or(|names| names.contains(name));
     let radial = case.space == Space::Axisymmetric;
     let density = |(node, mass): (usize, &f64)| mass / frame.volume(node, radial, &periodic);
     let density = FieldData::Scalar(mass.iter().enumerate().map(density).collect());
     let mut fields = vec![Field { name: DENSITY.to_owned(), unit: "kg/m3", data: density }];
     fields.extend(snapshot.fields.iter().filter(|field| wanted(&field.name)).map(average));
-    let support = Support::Lattice { nodes, mask: Vec::new() };
-    Dataset { name: Dataset::GRID.to_owned(), support, fields }
+    let support = DatasetGeometry::Lattice { nodes, mask: Vec::new() };
+    Dataset { name: Dataset::GRID.to_owned(), geometry: support, fields }
 }
 
-impl Nodes {
+impl AveragingNodes {
     /// Sums over the points of shares times what they carry, a node after the other.
     fn sums(
         &self,
-        shares: &[Share],
+        shares: &[NodeShare],
         components: usize,
         value: impl Fn(usize, usize) -> f64,
         periodic: &[usize],
     ) -> Vec<f64> {
         let mut sums = vec![0.0; components * self.count.iter().product::<usize>()];
-        for Share { point, node, mass } in shares {
+        for NodeShare { point, node, mass } in shares {
             for c in 0..components {
                 sums[node * components + c] += mass * value(*point, c);
             }
         }
-        periodic.iter().for_each(|axis| self.fold(&mut sums, components, *axis));
+        periodic.iter().for_each(|axis| self.sum_periodic_images(&mut sums, components, *axis));
         sums
     }
 
     /// What the points give to the nodes around them, by linear weights; those beyond the domain nothing.
-    fn shares(&self, snapshot: &Snapshot) -> Vec<Share> {
-        let masses = snapshot.amounts(Role::Mass).unwrap_or_default();
+    fn shares(&self, snapshot: &Snapshot) -> Vec<NodeShare> {
+        let masses = snapshot.amounts(FieldRole::Mass).unwrap_or_default();
         let strides = [1, self.count[0], self.count[0] * self.count[1]];
         let mut shares = Vec::with_capacity(snapshot.positions.len() << self.dimension);
         'points: for (point, (x, mass)) in snapshot.positions.iter().zip(masses).enumerate() {
@@ -108,7 +109,7 @@ impl Nodes {
                     node += (first[axis] + upper) * strides[axis];
                     mass *= if upper == 1 { part[axis] } else { 1.0 - part[axis] };
                 }
-                shares.push(Share { point, node, mass });
+                shares.push(NodeShare { point, node, mass });
             }
         }
         shares
@@ -121,7 +122,7 @@ impl Nodes {
     }
 
     /// Adds what the first and the last nodes of an axis have, and gives it to both.
-    fn fold(&self, sums: &mut [f64], components: usize, axis: usize) {
+    fn sum_periodic_images(&self, sums: &mut [f64], components: usize, axis: usize) {
         let stride: usize = self.count[..axis].iter().product();
         let way = (self.count[axis] - 1) * stride;
         for node in (0..sums.len() / components).filter(|node| self.index(*node)[axis] == 0) {
@@ -223,7 +224,7 @@ mod tests {
     }
 
     fn count(dataset: &Dataset) -> [usize; 3] {
-        let Support::Lattice { nodes, .. } = &dataset.support else { panic!("a lattice") };
+        let DatasetGeometry::Lattice { nodes, .. } = &dataset.geometry else { panic!("a lattice") };
         nodes.count
     }
 

@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 use super::OutputError;
 
 /// Most characters of a name that becomes a column and a file; two of them and an ending fit into a file's name anywhere.
-const MOST_PLAIN: usize = 100;
+const MAX_PLAIN: usize = 100;
 /// Most bytes of a file's name, with room for the endings of temporary files.
-const MOST_BYTES: usize = 240;
+const MAX_BYTES: usize = 240;
 
 /// What a name must be that becomes a column and a file.
-pub const PLAIN: &str =
+pub const PLAIN_NAME_RULE: &str =
     "a name is made of up to 100 letters, digits, _ and -: it becomes a column and a file";
 
-/// Whether a name can stand in the head of a table and in the name of a file: see [`PLAIN`].
+/// Whether a name can stand in the head of a table and in the name of a file: see [`PLAIN_NAME_RULE`].
 pub fn is_plain(name: &str) -> bool {
     let known = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    (1..=MOST_PLAIN).contains(&name.len()) && name.chars().all(known)
+    (1..=MAX_PLAIN).contains(&name.len()) && name.chars().all(known)
 }
 
 /// The file `stem.ending` in a folder. The stem may have dots within, spaces and letters of any language; nothing that
@@ -28,7 +28,7 @@ pub fn named_file(folder: &Path, stem: &str, ending: &str) -> Result<PathBuf, Ou
     let harmless = |c: char| !c.is_control() && !r#"/\:*?"<>|"#.contains(c);
     let whole = stem.starts_with(|c: char| c.is_alphanumeric() || c == '_' || c == '-');
     let name = format!("{stem}.{ending}");
-    if whole && stem.chars().all(harmless) && name.len() <= MOST_BYTES {
+    if whole && stem.chars().all(harmless) && name.len() <= MAX_BYTES {
         return Ok(folder.join(name));
     }
     Err(OutputError::new(folder, format!("{stem:?} cannot be the name of a file")))

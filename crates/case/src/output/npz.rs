@@ -10,35 +10,35 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 use super::{OutputError, Table, write_atomically};
 use crate::{FieldData, Snapshot};
 
-/// Values of an [`Array`], the last axis fastest.
+/// Values of an [`NpzArray`], the last axis fastest.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Values {
+pub enum NpzValues {
     /// Numbers.
     Float(Vec<f64>),
     /// Whole numbers.
-    Whole(Vec<i64>),
+    Integer(Vec<i64>),
 }
 
 /// An array with a name.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Array {
+pub struct NpzArray {
     /// Its key in the archive.
     pub name: String,
     /// Length of each axis; none for a single number.
     pub shape: Vec<u64>,
     /// What is in it.
-    pub values: Values,
+    pub values: NpzValues,
 }
 
-impl Array {
+impl NpzArray {
     fn floats(name: &str, shape: &[u64], values: Vec<f64>) -> Self {
-        Self { name: name.to_owned(), shape: shape.to_vec(), values: Values::Float(values) }
+        Self { name: name.to_owned(), shape: shape.to_vec(), values: NpzValues::Float(values) }
     }
 
     fn write(&self, to: impl Write) -> std::io::Result<()> {
         match &self.values {
-            Values::Float(values) => numbers(to, &self.shape, values),
-            Values::Whole(values) => numbers(to, &self.shape, values),
+            NpzValues::Float(values) => numbers(to, &self.shape, values),
+            NpzValues::Integer(values) => numbers(to, &self.shape, values),
         }
     }
 }
@@ -55,19 +55,19 @@ fn numbers<T: npyz::AutoSerialize + Copy>(
 
 /// What is no number in an array becomes zero, and an array after it, named with `.mask`, is one there and zero elsewhere, as the
 /// masked arrays of NumPy have it.
-fn masked(arrays: Vec<Array>) -> Vec<Array> {
+fn with_masks(arrays: Vec<NpzArray>) -> Vec<NpzArray> {
     let mut all = Vec::with_capacity(arrays.len());
     for mut array in arrays {
         let mut mask = None;
-        if let Values::Float(values) = &mut array.values
+        if let NpzValues::Float(values) = &mut array.values
             && values.iter().any(|value| !value.is_finite())
         {
             let none = values.iter().map(|value| i64::from(!value.is_finite())).collect();
             values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
-            mask = Some(Array {
+            mask = Some(NpzArray {
                 name: format!("{}.mask", array.name),
                 shape: array.shape.clone(),
-                values: Values::Whole(none),
+                values: NpzValues::Integer(none),
             });
         }
         all.push(array);
@@ -79,48 +79,50 @@ fn masked(arrays: Vec<Array>) -> Vec<Array> {
 /// The arrays of a frame: `time` (s), `id`, `body`, `position` and `extent` (m) of shape (points, 3), and each field
 /// by its name: vectors of shape (points, 3), tensors of shape (points, 6) in the order xx, yy, zz, xy, yz, zx. Where a field is no
 /// number an array `NAME.mask` says so.
-pub fn frame_arrays(snapshot: &Snapshot) -> Vec<Array> {
+pub fn frame_arrays(snapshot: &Snapshot) -> Vec<NpzArray> {
     let count = snapshot.ids.len() as u64;
-    let whole = |name: &str, values: Vec<i64>| Array {
+    let whole = |name: &str, values: Vec<i64>| NpzArray {
         name: name.to_owned(),
         shape: vec![count],
-        values: Values::Whole(values),
+        values: NpzValues::Integer(values),
     };
     let of_points = [("position", &snapshot.positions), ("extent", &snapshot.extents)];
     let fields = snapshot.fields.iter().map(|field| match &field.data {
-        FieldData::Whole(values) => whole(&field.name, values.clone()),
-        FieldData::Scalar(values) => Array::floats(&field.name, &[count], values.clone()),
-        FieldData::Vector(values) => Array::floats(&field.name, &[count, 3], values.as_flattened().to_vec()),
+        FieldData::Integer(values) => whole(&field.name, values.clone()),
+        FieldData::Scalar(values) => NpzArray::floats(&field.name, &[count], values.clone()),
+        FieldData::Vector(values) => {
+            NpzArray::floats(&field.name, &[count, 3], values.as_flattened().to_vec())
+        }
         FieldData::Tensor(values) => {
-            Array::floats(&field.name, &[count, 6], values.iter().flat_map(|tensor| tensor.0).collect())
+            NpzArray::floats(&field.name, &[count, 6], values.iter().flat_map(|tensor| tensor.0).collect())
         }
     });
     let mut arrays = vec![
-        Array::floats("time", &[], vec![snapshot.time]),
+        NpzArray::floats("time", &[], vec![snapshot.time]),
         whole("id", snapshot.ids.iter().map(|id| *id as i64).collect()),
         whole("body", snapshot.bodies.iter().map(|body| i64::from(*body)).collect()),
     ];
     arrays.extend(
-        of_points.map(|(name, values)| Array::floats(name, &[count, 3], values.as_flattened().to_vec())),
+        of_points.map(|(name, values)| NpzArray::floats(name, &[count, 3], values.as_flattened().to_vec())),
     );
     arrays.extend(fields);
-    masked(arrays)
+    with_masks(arrays)
 }
 
 /// The columns of a table, each an array by its name without the unit, with its mask where a cell is empty.
-pub fn table_arrays(table: &Table) -> Vec<Array> {
+pub fn table_arrays(table: &Table) -> Vec<NpzArray> {
     let column = |(index, (name, _)): (usize, &(String, String))| {
         let values: Vec<f64> = table.rows.iter().map(|row| row[index]).collect();
-        Array::floats(name, &[values.len() as u64], values)
+        NpzArray::floats(name, &[values.len() as u64], values)
     };
-    masked(table.columns.iter().enumerate().map(column).collect())
+    with_masks(table.columns.iter().enumerate().map(column).collect())
 }
 
 /// Writes arrays as an archive that `numpy.load` opens, not compressed.
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn write_npz(path: &Path, arrays: &[Array]) -> Result<(), OutputError> {
+pub fn write_npz(path: &Path, arrays: &[NpzArray]) -> Result<(), OutputError> {
     let archive = || -> Result<Vec<u8>, zip::result::ZipError> {
         let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
         for array in arrays {
@@ -141,7 +143,7 @@ pub fn write_npz(path: &Path, arrays: &[Array]) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// When the file cannot be read, or holds anything else.
-pub fn read_npz(path: &Path) -> Result<Vec<Array>, OutputError> {
+pub fn read_npz(path: &Path) -> Result<Vec<NpzArray>, OutputError> {
     let fail = |problem: &dyn std::fmt::Display| OutputError::new(path, problem);
     let file = std::fs::File::open(path).map_err(|error| fail(&error))?;
     let mut archive = ZipArchive::new(file).map_err(|error| fail(&error))?;
@@ -157,14 +159,14 @@ pub fn read_npz(path: &Path) -> Result<Vec<Array>, OutputError> {
     Ok(arrays)
 }
 
-fn read(name: &str, bytes: &[u8]) -> std::io::Result<Array> {
+fn read(name: &str, bytes: &[u8]) -> std::io::Result<NpzArray> {
     let file = npyz::NpyFile::new(bytes)?;
     let shape = file.shape().to_vec();
     let values = match file.try_data::<i64>() {
-        Ok(values) => Values::Whole(values.collect::<Result<_, _>>()?),
-        Err(file) => Values::Float(file.into_vec::<f64>()?),
+        Ok(values) => NpzValues::Integer(values.collect::<Result<_, _>>()?),
+        Err(file) => NpzValues::Float(file.into_vec::<f64>()?),
     };
-    Ok(Array { name: name.to_owned(), shape, values })
+    Ok(NpzArray { name: name.to_owned(), shape, values })
 }
 
 #[cfg(test)]
@@ -196,12 +198,12 @@ mod tests {
         let back = read_npz(&path).unwrap();
         assert_eq!(back, arrays);
         let get = |name: &str| back.iter().find(|array| array.name == name).unwrap();
-        assert_eq!(get("time").values, Values::Float(vec![0.1 + 0.2]));
+        assert_eq!(get("time").values, NpzValues::Float(vec![0.1 + 0.2]));
         assert!(get("time").shape.is_empty());
-        assert_eq!(get("id").values, Values::Whole(vec![3, 5]));
+        assert_eq!(get("id").values, NpzValues::Integer(vec![3, 5]));
         assert_eq!(get("position").shape, [2, 3]);
         assert_eq!(get("stress").shape, [2, 6]);
-        let Values::Float(velocity) = &get("velocity").values else { panic!("numbers") };
+        let NpzValues::Float(velocity) = &get("velocity").values else { panic!("numbers") };
         assert_eq!(velocity[3].to_bits(), (-0.0f64).to_bits());
         let columns =
             vec![("time".to_owned(), "s".to_owned()), ("momentum.x".to_owned(), "kg m/s".to_owned())];
@@ -209,8 +211,11 @@ mod tests {
         write_npz(&path, &table_arrays(&table)).unwrap();
         let back = read_npz(&path).unwrap();
         assert_eq!((back[1].name.as_str(), &back[1].shape[..]), ("momentum.x", &[2][..]));
-        assert_eq!(back[1].values, Values::Float(vec![0.0, 1.0 / 3.0]));
-        assert_eq!((back[2].name.as_str(), &back[2].values), ("momentum.x.mask", &Values::Whole(vec![1, 0])));
+        assert_eq!(back[1].values, NpzValues::Float(vec![0.0, 1.0 / 3.0]));
+        assert_eq!(
+            (back[2].name.as_str(), &back[2].values),
+            ("momentum.x.mask", &NpzValues::Integer(vec![1, 0]))
+        );
         std::fs::write(&path, "no archive").unwrap();
         assert!(read_npz(&path).is_err());
     }

@@ -10,22 +10,22 @@ use super::OutputError;
 
 /// Length (bytes) and FNV-1a hash (64 bits) of what was written. It shows damage and edits, not forgery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Seal {
+pub struct FileChecksum {
     /// Number of bytes.
     pub bytes: u64,
     /// Their hash.
     pub fnv1a: u64,
 }
 
-impl Default for Seal {
+impl Default for FileChecksum {
     fn default() -> Self {
         Self { bytes: 0, fnv1a: 0xcbf2_9ce4_8422_2325 }
     }
 }
 
-impl Seal {
+impl FileChecksum {
     /// The seal of bytes.
-    pub fn of(bytes: &[u8]) -> Self {
+    pub fn of_bytes(bytes: &[u8]) -> Self {
         let mut seal = Self::default();
         seal.add(bytes);
         seal
@@ -36,11 +36,11 @@ impl Seal {
     /// # Errors
     /// When it cannot be read.
     pub fn of_file(path: &Path, length: Option<u64>) -> Result<Self, OutputError> {
-        let mut sealed = Sealed { into: io::sink(), seal: Self::default() };
+        let mut sealed = ChecksumWriter { into: io::sink(), checksum: Self::default() };
         File::open(path)
             .and_then(|file| io::copy(&mut file.take(length.unwrap_or(u64::MAX)), &mut sealed))
             .map_err(|error| OutputError::new(path, error))?;
-        Ok(sealed.seal)
+        Ok(sealed.checksum)
     }
 
     /// Goes on with more bytes.
@@ -52,17 +52,17 @@ impl Seal {
 }
 
 /// Passes on what is written and seals it.
-pub struct Sealed<W> {
+pub struct ChecksumWriter<W> {
     /// Where it goes.
     pub into: W,
     /// The seal of what has gone there.
-    pub seal: Seal,
+    pub checksum: FileChecksum,
 }
 
-impl<W: Write> Write for Sealed<W> {
+impl<W: Write> Write for ChecksumWriter<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let count = self.into.write(bytes)?;
-        self.seal.add(&bytes[..count]);
+        self.checksum.add(&bytes[..count]);
         Ok(count)
     }
 
@@ -81,7 +81,10 @@ mod tests {
         let known =
             [("", 0xcbf2_9ce4_8422_2325), ("a", 0xaf63_dc4c_8601_ec8c), ("foobar", 0x8594_4171_f739_67e8)];
         for (text, fnv1a) in known {
-            assert_eq!(Seal::of(text.as_bytes()), Seal { bytes: text.len() as u64, fnv1a });
+            assert_eq!(
+                FileChecksum::of_bytes(text.as_bytes()),
+                FileChecksum { bytes: text.len() as u64, fnv1a }
+            );
         }
     }
 
@@ -90,9 +93,9 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("f");
         std::fs::write(&path, "foobar").unwrap();
-        assert_eq!(Seal::of_file(&path, None).unwrap(), Seal::of(b"foobar"));
-        assert_eq!(Seal::of_file(&path, Some(3)).unwrap(), Seal::of(b"foo"));
-        assert_eq!(Seal::of_file(&path, Some(99)).unwrap(), Seal::of(b"foobar"));
-        assert!(Seal::of_file(&dir.path().join("none"), None).is_err());
+        assert_eq!(FileChecksum::of_file(&path, None).unwrap(), FileChecksum::of_bytes(b"foobar"));
+        assert_eq!(FileChecksum::of_file(&path, Some(3)).unwrap(), FileChecksum::of_bytes(b"foo"));
+        assert_eq!(FileChecksum::of_file(&path, Some(99)).unwrap(), FileChecksum::of_bytes(b"foobar"));
+        assert!(FileChecksum::of_file(&dir.path().join("none"), None).is_err());
     }
 }

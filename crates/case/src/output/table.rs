@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use colluvium_constitutive::driver::cell;
 use serde::{Deserialize, Serialize};
 
-use super::{OutputError, Seal, write_atomically};
+use super::{FileChecksum, OutputError, write_atomically};
 
 /// Columns with names and units, rows of numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -76,13 +76,13 @@ impl Table {
 }
 
 /// A name with its unit, if it has one: `front (m)`.
-pub fn heading(name: &str, unit: &str) -> String {
+pub fn column_heading(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") }
 }
 
 fn head(about: &str, columns: &[(String, String)]) -> String {
     let about: String = about.lines().map(|line| format!("# {line}\n")).collect();
-    let names: Vec<String> = columns.iter().map(|(name, unit)| heading(name, unit)).collect();
+    let names: Vec<String> = columns.iter().map(|(name, unit)| column_heading(name, unit)).collect();
     format!("{about}{}\n", names.join(","))
 }
 
@@ -100,7 +100,7 @@ fn lines(rows: &[Vec<f64>]) -> String {
 pub struct TableFile {
     path: PathBuf,
     file: File,
-    seal: Seal,
+    checksum: FileChecksum,
 }
 
 impl TableFile {
@@ -110,16 +110,16 @@ impl TableFile {
     /// When the disk refuses.
     pub fn create(path: &Path, about: &str, columns: &[(String, String)]) -> Result<Self, OutputError> {
         let file = File::create(path).map_err(|error| OutputError::new(path, error))?;
-        let mut table = Self { path: path.to_owned(), file, seal: Seal::default() };
+        let mut table = Self { path: path.to_owned(), file, checksum: FileChecksum::default() };
         table.write(&head(about, columns))?;
         Ok(table)
     }
 
-    /// Opens a table of which what had the seal counts; nothing changes before [`TableFile::cut`].
+    /// Opens a table of which what had the seal counts; nothing changes before [`TableFile::truncate`].
     ///
     /// # Errors
     /// When the file cannot be opened, is shorter than that or has been changed.
-    pub fn open(path: &Path, seal: Seal) -> Result<Self, OutputError> {
+    pub fn open(path: &Path, seal: FileChecksum) -> Result<Self, OutputError> {
         let fail = |problem: &dyn std::fmt::Display| OutputError::new(path, problem);
         let file = OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?;
         let found = file.metadata().map_err(|error| fail(&error))?.len();
@@ -127,18 +127,18 @@ impl TableFile {
             let had = seal.bytes;
             return Err(fail(&format!("has {found} bytes, the checkpoint was written when it had {had}")));
         }
-        if Seal::of_file(path, Some(seal.bytes))? != seal {
+        if FileChecksum::of_file(path, Some(seal.bytes))? != seal {
             return Err(fail(&"was changed since the checkpoint: run the case anew"));
         }
-        Ok(Self { path: path.to_owned(), file, seal })
+        Ok(Self { path: path.to_owned(), file, checksum: seal })
     }
 
     /// Cuts off what does not count.
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn cut(&mut self) -> Result<(), OutputError> {
-        let length = self.seal.bytes;
+    pub fn truncate(&mut self) -> Result<(), OutputError> {
+        let length = self.checksum.bytes;
         let cut = self.file.set_len(length).and_then(|()| self.file.seek(SeekFrom::Start(length)));
         cut.map(|_| ()).map_err(|error| OutputError::new(&self.path, error))
     }
@@ -153,7 +153,7 @@ impl TableFile {
 
     fn write(&mut self, text: &str) -> Result<(), OutputError> {
         self.file.write_all(text.as_bytes()).map_err(|error| OutputError::new(&self.path, error))?;
-        self.seal.add(text.as_bytes());
+        self.checksum.add(text.as_bytes());
         Ok(())
     }
 
@@ -161,9 +161,9 @@ impl TableFile {
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn sync(&self) -> Result<Seal, OutputError> {
+    pub fn sync(&self) -> Result<FileChecksum, OutputError> {
         self.file.sync_all().map_err(|error| OutputError::new(&self.path, error))?;
-        Ok(self.seal)
+        Ok(self.checksum)
     }
 }
 
@@ -202,12 +202,15 @@ mod tests {
         OpenOptions::new().append(true).open(&path).unwrap().write_all(b"7e0,1.2").unwrap();
         assert_eq!(Table::read(&path).unwrap().rows.len(), 4, "a torn row does not count");
         let mut file = TableFile::open(&path, seal).unwrap();
-        file.cut().unwrap();
+        file.truncate().unwrap();
         file.append(&rows[2..3]).unwrap();
         file.append(&rows[3..]).unwrap();
         let table = Table { columns, rows };
         assert_eq!(std::fs::read_to_string(&path).unwrap(), table.to_csv("about"));
-        assert!(TableFile::open(&path, Seal { bytes: 1_000_000, ..seal }).is_err(), "rows are missing");
+        assert!(
+            TableFile::open(&path, FileChecksum { bytes: 1_000_000, ..seal }).is_err(),
+            "rows are missing"
+        );
         let edited = std::fs::read_to_string(&path).unwrap().replacen("about", "About", 1);
         std::fs::write(&path, edited).unwrap();
         let error = TableFile::open(&path, seal).unwrap_err().to_string();

@@ -10,19 +10,19 @@ use vtkio::model::{
 use vtkio::xml::{self, Compressor, DataArrayFormat, se};
 
 use super::blocks;
-use super::files::write_through;
-use super::{OutputError, Seal, Sealed};
+use super::files::write_stream_atomically;
+use super::{ChecksumWriter, FileChecksum, OutputError};
 use crate::description::Compression;
 use crate::{Field, FieldData};
 
 /// An array of a file, made when its turn comes.
-pub(super) struct Array<'a> {
+pub(super) struct VtkArray<'a> {
     name: &'a str,
     components: u32,
     values: Box<dyn Fn() -> IOBuffer + 'a>,
 }
 
-impl<'a> Array<'a> {
+impl<'a> VtkArray<'a> {
     /// An array of what `values` gives.
     pub(super) fn new<V>(name: &'a str, components: u32, values: impl Fn() -> V + 'a) -> Self
     where
@@ -32,10 +32,10 @@ impl<'a> Array<'a> {
     }
 
     /// The values of a field; of tensors full 3×3 components, row by row, as ParaView expects them.
-    pub(super) fn of(field: &'a Field) -> Self {
+    pub(super) fn from_field(field: &'a Field) -> Self {
         let name = &field.name;
         match &field.data {
-            FieldData::Whole(values) => Self::new(name, 1, || values.clone()),
+            FieldData::Integer(values) => Self::new(name, 1, || values.clone()),
             FieldData::Scalar(values) => Self::new(name, 1, || values.clone()),
             FieldData::Vector(values) => Self::new(name, 3, || values.as_flattened().to_vec()),
             FieldData::Tensor(values) => Self::new(name, 9, || {
@@ -54,7 +54,7 @@ impl<'a> Array<'a> {
     }
 
     /// The attribute that has it, without values.
-    pub(super) fn hollow(&self) -> Attribute {
+    pub(super) fn without_values(&self) -> Attribute {
         Attribute::DataArray(self.with(IOBuffer::U8(Vec::new())))
     }
 
@@ -87,23 +87,23 @@ impl<'a> Array<'a> {
 const DATA_END: &str = "</DataArray>";
 
 /// What bears the arrays of a file of points or cells.
-pub(super) struct Geometry<'a> {
+pub(super) struct VtkGeometry<'a> {
     /// Number of places.
     pub(super) places: usize,
     /// Number of cells.
     pub(super) cells: usize,
     /// Places, corners, ends and kinds of cells.
-    pub(super) arrays: [Array<'a>; 4],
+    pub(super) arrays: [VtkArray<'a>; 4],
 }
 
 /// Writes points or cells with arrays on either as a VTU file; the seal of the file.
 pub(super) fn write_unstructured(
     path: &Path,
-    geometry: Geometry<'_>,
-    (point, cell): (Vec<Array<'_>>, Vec<Array<'_>>),
+    geometry: VtkGeometry<'_>,
+    (point, cell): (Vec<VtkArray<'_>>, Vec<VtkArray<'_>>),
     compression: Compression,
-) -> Result<Seal, OutputError> {
-    let hollow = |arrays: &[Array<'_>]| arrays.iter().map(Array::hollow).collect();
+) -> Result<FileChecksum, OutputError> {
+    let hollow = |arrays: &[VtkArray<'_>]| arrays.iter().map(VtkArray::without_values).collect();
     let verts = VertexNumbers::XML { connectivity: Vec::new(), offsets: Vec::new() };
     let piece = UnstructuredGridPiece {
         points: IOBuffer::U8(vec![0; 3 * geometry.places]),
@@ -118,29 +118,30 @@ pub(super) fn write_unstructured(
 pub(super) fn write_xml<'a>(
     path: &Path,
     hollow: DataSet,
-    arrays: impl Iterator<Item = Array<'a>>,
+    arrays: impl Iterator<Item = VtkArray<'a>>,
     compression: Compression,
-) -> Result<Seal, OutputError> {
-    let shell = whole(hollow, compression).map_err(|error| OutputError::new(path, error))?;
-    let mut seal = Seal::default();
-    write_through(path, |file| {
-        let mut out = Sealed { into: file, seal };
+) -> Result<FileChecksum, OutputError> {
+    let shell = complete_text(hollow, compression).map_err(|error| OutputError::new(path, error))?;
+    let mut seal = FileChecksum::default();
+    write_stream_atomically(path, |file| {
+        let mut out = ChecksumWriter { into: file, checksum: seal };
         let mut rest = shell.as_str();
         for array in arrays {
-            let (before, after) = around(rest).ok_or_else(|| io::Error::other("has an array too many"))?;
+            let (before, after) =
+                split_at_first_array(rest).ok_or_else(|| io::Error::other("has an array too many"))?;
             out.write_all(before.as_bytes())?;
             array.write(compression, &mut out)?;
             rest = after;
         }
         out.write_all(rest.as_bytes())?;
-        seal = out.seal;
+        seal = out.checksum;
         Ok(())
     })?;
     Ok(seal)
 }
 
 /// The text of a file.
-fn whole(data: DataSet, compression: Compression) -> Result<String, xml::Error> {
+fn complete_text(data: DataSet, compression: Compression) -> Result<String, xml::Error> {
     let title = String::new();
     let version = Version::new_xml(1, 0);
     let vtk = Vtk { version, title, byte_order: ByteOrder::LittleEndian, data, file_path: None };
@@ -149,7 +150,7 @@ fn whole(data: DataSet, compression: Compression) -> Result<String, xml::Error> 
 }
 
 /// What stands before the first array of a text, and after it.
-fn around(text: &str) -> Option<(&str, &str)> {
+fn split_at_first_array(text: &str) -> Option<(&str, &str)> {
     let (start, end) = (text.find("<DataArray")?, text.find(DATA_END)?);
     Some((&text[..start], &text[end + DATA_END.len()..]))
 }
@@ -165,9 +166,10 @@ mod tests {
         let numbers: Vec<i64> = (0..COUNT as i64).map(|k| k * k - 7).collect();
         let corners: Vec<u64> = (0..COUNT as u64).collect();
         let ends: Vec<u64> = (1..=COUNT as u64).collect();
-        let point = || vec![Array::new("a<b", 3, || places.clone()), Array::new("n", 1, || numbers.clone())];
-        let cell = || vec![Array::new("on cells", 1, || places[..COUNT].to_vec())];
-        let full = |arrays: Vec<Array<'_>>| {
+        let point =
+            || vec![VtkArray::new("a<b", 3, || places.clone()), VtkArray::new("n", 1, || numbers.clone())];
+        let cell = || vec![VtkArray::new("on cells", 1, || places[..COUNT].to_vec())];
+        let full = |arrays: Vec<VtkArray<'_>>| {
             arrays.iter().map(|own| Attribute::DataArray(own.with((own.values)()))).collect()
         };
         let folder = tempfile::tempdir().unwrap();
@@ -179,17 +181,17 @@ mod tests {
                 cells: Cells { cell_verts, types: vec![CellType::Vertex; COUNT] },
                 data: Attributes { point: full(point()), cell: full(cell()) },
             };
-            let at_once = whole(DataSet::inline(piece), compression).unwrap();
+            let at_once = complete_text(DataSet::inline(piece), compression).unwrap();
             let arrays = [
-                Array::new("Points", 3, || places.clone()),
-                Array::new("connectivity", 1, || corners.clone()),
-                Array::new("offsets", 1, || ends.clone()),
-                Array::new("types", 1, || vec![CellType::Vertex as u8; COUNT]),
+                VtkArray::new("Points", 3, || places.clone()),
+                VtkArray::new("connectivity", 1, || corners.clone()),
+                VtkArray::new("offsets", 1, || ends.clone()),
+                VtkArray::new("types", 1, || vec![CellType::Vertex as u8; COUNT]),
             ];
-            let geometry = Geometry { places: COUNT, cells: COUNT, arrays };
+            let geometry = VtkGeometry { places: COUNT, cells: COUNT, arrays };
             let seal = write_unstructured(&path, geometry, (point(), cell()), compression).unwrap();
             let text = std::fs::read_to_string(&path).unwrap();
-            assert_eq!(seal, Seal::of(text.as_bytes()));
+            assert_eq!(seal, FileChecksum::of_bytes(text.as_bytes()));
             let numbers_left_out = |text: &str| -> String {
                 text.split('>').map(|part| part.split_once('<').map_or("", |(_, element)| element)).collect()
             };
@@ -205,7 +207,7 @@ mod tests {
         if path.exists() {
             let mut full = std::fs::File::options().write(true).open(path).unwrap();
             let error =
-                Array::new("a", 1, || vec![0.5; 100_000]).write(Compression::None, &mut full).unwrap_err();
+                VtkArray::new("a", 1, || vec![0.5; 100_000]).write(Compression::None, &mut full).unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::StorageFull);
         }
     }

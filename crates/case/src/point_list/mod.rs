@@ -9,7 +9,7 @@ use colluvium_points::{Sample, Shape};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::decimal::taken_off;
+use crate::decimal::relative_to_origin;
 use crate::description::{Body, InitialStress, PorePressure, Space, Velocity};
 use crate::json::closest;
 use crate::{Case, CaseError, ColumnFile, ColumnRow, Quantity};
@@ -71,7 +71,7 @@ pub struct GrainColumns {
     /// Radii (m).
     pub radii: Option<Vec<f64>>,
     /// Names of kinds.
-    pub kinds: Option<Vec<String>>,
+    pub grain_types: Option<Vec<String>>,
     /// Initial spins (rad/s).
     pub spins: Option<Vec<[f64; 3]>>,
     /// Whether they are held.
@@ -87,10 +87,10 @@ impl GrainColumns {
     const OTHERS: [&str; 4] = [RADIUS, KIND, HELD, ID];
 
     /// Those that the file has, empty.
-    fn of(columns: &Columns) -> Self {
+    fn of(columns: &PointFileColumns) -> Self {
         Self {
             radii: columns.has(&[RADIUS]).then(Vec::new),
-            kinds: columns.has(&[KIND]).then(Vec::new),
+            grain_types: columns.has(&[KIND]).then(Vec::new),
             spins: columns.has(&Self::SPIN).then(Vec::new),
             held: columns.has(&[HELD]).then(Vec::new),
             ids: columns.has(&[ID]).then(Vec::new),
@@ -98,11 +98,11 @@ impl GrainColumns {
     }
 
     /// Takes what a line says.
-    fn take(&mut self, row: &Row<'_>, columns: &Columns) -> Result<(), String> {
+    fn add_row(&mut self, row: &PointFileRow<'_>, columns: &PointFileColumns) -> Result<(), String> {
         if let Some(radii) = &mut self.radii {
             radii.push(row.positive(columns, RADIUS)?);
         }
-        if let Some(kinds) = &mut self.kinds {
+        if let Some(kinds) = &mut self.grain_types {
             kinds.push(row.text(columns, KIND).to_owned());
         }
         let spin = row.numbers(columns, &Self::SPIN)?;
@@ -211,8 +211,8 @@ impl Case {
 
     fn read_points(&self, body: &Body, source: &PointFile) -> Result<PointList, String> {
         let table = ColumnFile::read(Path::new(&source.file))?;
-        let columns = Columns::new(&table, self.dimension())?;
-        columns.fit(body, source)?;
+        let columns = PointFileColumns::new(&table, self.dimension())?;
+        columns.check_against(body, source)?;
         let origin = self.origin();
         let unit_ball = Shape::Ball { centre: vec![0.0; self.dimension()], radius: 1.0 };
         let unit_ball = unit_ball.measure(self.dimension()).unwrap_or(f64::NAN);
@@ -227,10 +227,10 @@ impl Case {
         };
         for record in table.rows() {
             let ColumnRow { line, cells } = record?;
-            let row = Row { line, record: &cells, table: &table };
+            let row = PointFileRow { line, record: &cells, table: &table };
             let [x, velocity] = [&PLACE, &PointList::VELOCITY].map(|names| row.numbers(&columns, names));
             let (mut x, velocity) = (x?, velocity?);
-            (0..self.dimension()).for_each(|c| x[c] = taken_off(x[c], origin[c]));
+            (0..self.dimension()).for_each(|c| x[c] = relative_to_origin(x[c], origin[c]));
             if !body.shape.contains(&x[..self.dimension()]) {
                 let at = &x[..self.dimension()];
                 return Err(format!("line {}: the point at {at:?} m is not in the body's shape", row.line));
@@ -244,7 +244,7 @@ impl Case {
             if let Some(masses) = &mut list.masses {
                 masses.push(row.positive(&columns, PointList::MASS)?);
             }
-            list.grains.take(&row, &columns)?;
+            list.grains.add_row(&row, &columns)?;
             list.velocities.iter_mut().for_each(|all| all.push(velocity));
             let stress = row.numbers(&columns, &PointList::STRESS)?;
             list.stresses.iter_mut().for_each(|all| all.push(SymTensor(stress)));
@@ -255,7 +255,7 @@ impl Case {
         if rows.is_empty() {
             return Err("holds no points".to_owned());
         }
-        apart(&list.positions, &rows)?;
+        check_distinct(&list.positions, &rows)?;
         Ok(list)
     }
 }
@@ -277,20 +277,20 @@ fn quantity(name: &str) -> Quantity {
         _ if is_one_of(&PLACE) || name == RADIUS => Quantity::Length,
         _ if is_one_of(&PointList::VELOCITY) => Quantity::Velocity,
         _ if is_one_of(&PointList::STRESS) => Quantity::Stress,
-        _ if is_one_of(&GrainColumns::SPIN) => Quantity::Spin,
-        _ => Quantity::Plain,
+        _ if is_one_of(&GrainColumns::SPIN) => Quantity::AngularVelocity,
+        _ => Quantity::Dimensionless,
     }
 }
 
 /// The names of the columns, and what makes SI units of the numbers of each.
-struct Columns {
+struct PointFileColumns {
     names: Vec<String>,
     factors: Vec<f64>,
 }
 
-impl Columns {
+impl PointFileColumns {
     fn new(table: &ColumnFile, dimension: usize) -> Result<Self, String> {
-        let heads = table.heads().ok_or_else(|| {
+        let heads = table.headings().ok_or_else(|| {
             format!("has no names of columns in its first line, as {}", PLACE[..dimension].join(","))
         })?;
         let names: Vec<String> = heads.iter().map(|head| ColumnFile::name(head).to_owned()).collect();
@@ -334,7 +334,7 @@ impl Columns {
     }
 
     /// Refuses what is said twice, and what a rigid body does not have.
-    fn fit(&self, body: &Body, source: &PointFile) -> Result<(), String> {
+    fn check_against(&self, body: &Body, source: &PointFile) -> Result<(), String> {
         let twice = |what: &str, key: &str| {
             Err(format!("has {what}, and the body has `{key}` as well: give one of them"))
         };
@@ -365,15 +365,15 @@ impl Columns {
 }
 
 /// A line of the file.
-struct Row<'a> {
+struct PointFileRow<'a> {
     line: u64,
     record: &'a csv::StringRecord,
     table: &'a ColumnFile,
 }
 
-impl Row<'_> {
+impl PointFileRow<'_> {
     /// The number in a column, in SI units; zero where there is no such column.
-    fn number(&self, columns: &Columns, name: &str) -> Result<f64, String> {
+    fn number(&self, columns: &PointFileColumns, name: &str) -> Result<f64, String> {
         let Some(column) = columns.position(name) else { return Ok(0.0) };
         let text = &self.record[column];
         match self.table.number(text) {
@@ -382,7 +382,11 @@ impl Row<'_> {
         }
     }
 
-    fn numbers<const N: usize>(&self, columns: &Columns, names: &[&str; N]) -> Result<[f64; N], String> {
+    fn numbers<const N: usize>(
+        &self,
+        columns: &PointFileColumns,
+        names: &[&str; N],
+    ) -> Result<[f64; N], String> {
         let mut values = [0.0; N];
         for (value, name) in values.iter_mut().zip(names) {
             *value = self.number(columns, name)?;
@@ -390,7 +394,7 @@ impl Row<'_> {
         Ok(values)
     }
 
-    fn positive(&self, columns: &Columns, name: &str) -> Result<f64, String> {
+    fn positive(&self, columns: &PointFileColumns, name: &str) -> Result<f64, String> {
         let value = self.number(columns, name)?;
         if value > 0.0 {
             return Ok(value);
@@ -399,7 +403,7 @@ impl Row<'_> {
     }
 
     /// The whole number in a column, at most `most`.
-    fn whole(&self, columns: &Columns, name: &str, most: u32) -> Result<u32, String> {
+    fn whole(&self, columns: &PointFileColumns, name: &str, most: u32) -> Result<u32, String> {
         let text = self.text(columns, name);
         let value = text.parse().ok().filter(|value| *value <= most);
         let problem =
@@ -408,13 +412,13 @@ impl Row<'_> {
     }
 
     /// The text in a column; none where there is no such column.
-    fn text(&self, columns: &Columns, name: &str) -> &str {
+    fn text(&self, columns: &PointFileColumns, name: &str) -> &str {
         columns.position(name).map_or("", |column| &self.record[column])
     }
 }
 
 /// Refuses two points at one place; `lines` are theirs in the file.
-fn apart(positions: &[[f64; 3]], lines: &[u64]) -> Result<(), String> {
+fn check_distinct(positions: &[[f64; 3]], lines: &[u64]) -> Result<(), String> {
     // Both zeros are one place.
     let key = |number: &usize| positions[*number].map(|x| x + 0.0);
     let mut order: Vec<usize> = (0..positions.len()).collect();

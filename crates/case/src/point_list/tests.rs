@@ -77,7 +77,7 @@ fn grains_have_radii_kinds_spins_and_numbers_and_the_volume_of_a_disk() {
     assert!((list.volumes[0] - 0.01 * std::f64::consts::PI).abs() < 1e-15);
     let grains = GrainColumns {
         radii: Some(vec![0.1, 0.05]),
-        kinds: Some(vec!["gravel".into(), "sand".into()]),
+        grain_types: Some(vec!["gravel".into(), "sand".into()]),
         spins: Some(vec![[0.0, 0.0, 2.0], [0.0; 3]]),
         held: Some(vec![true, false]),
         ids: Some(vec![7, 3]),

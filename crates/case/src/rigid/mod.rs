@@ -11,13 +11,13 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use crate::description::Velocity;
-use crate::measure::Reading;
+use crate::measure::ScalarOutput;
 use crate::{Budget, spatial};
 
-pub use ground::{Planks, Rock, Side, Stood};
-pub use meet::{Touched, Touching, add_impulses, add_stiffness, remark_on_unsettled};
-pub use six::{Six, UPRIGHT, resultant, rotation, solve, times, transposed, velocity_at};
-pub use step::{Acts, RigidStep};
+pub use ground::{ObstacleContact, SupportPoints, SupportReaction, WallPlane};
+pub use meet::{ContactLawAtPoint, ContactSystem, add_impulses, add_stiffness, unconverged_warning};
+pub use six::{IDENTITY_AXES, Twist, multiply, rotation, solve, transposed, velocity_at, wrench_at};
+pub use step::{RigidBodyActions, RigidStep};
 
 /// Motion and orientation of a rigid body: what a restart needs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,22 +25,27 @@ pub struct RigidState {
     /// Velocity of the centre of mass (m/s).
     pub velocity: [f64; 3],
     /// Spin (rad/s).
-    pub spin: [f64; 3],
+    pub angular_velocity: [f64; 3],
     /// Angular momentum about the centre of mass (kg m²/s), with mass scaling.
-    pub turning: [f64; 3],
+    pub angular_momentum: [f64; 3],
     /// Its axes at the start of the case, where they are now, as columns.
     pub axes: [[f64; 3]; 3],
 }
 
 impl Default for RigidState {
     fn default() -> Self {
-        Self { velocity: [0.0; 3], spin: [0.0; 3], turning: [0.0; 3], axes: UPRIGHT }
+        Self {
+            velocity: [0.0; 3],
+            angular_velocity: [0.0; 3],
+            angular_momentum: [0.0; 3],
+            axes: IDENTITY_AXES,
+        }
     }
 }
 
 impl RigidState {
     /// With the velocity that the case gives it: uniform, or linear with a turn.
-    pub fn begun(mass: &RigidMass, given: &Velocity) -> Self {
+    pub fn initial(mass: &RigidMass, given: &Velocity) -> Self {
         let velocity = given.at(mass.centre);
         // The velocity is linear: differences over a metre are its gradient.
         let slope = |i: usize, j: usize| {
@@ -49,7 +54,12 @@ impl RigidState {
             given.at(to)[i] - velocity[i]
         };
         let spin = [slope(2, 1), slope(0, 2), slope(1, 0)];
-        Self { velocity, spin, turning: times(&mass.inertia, &spin), ..Self::default() }
+        Self {
+            velocity,
+            angular_velocity: spin,
+            angular_momentum: multiply(&mass.inertia, &spin),
+            ..Self::default()
+        }
     }
 
     /// With the momentum of points of these masses (kg) and velocities (m/s).
@@ -61,15 +71,20 @@ impl RigidState {
     ) -> Self {
         let mut sum = [0.0; 6];
         for ((m, x), v) in masses.iter().zip(positions).zip(velocities) {
-            let own = resultant(&spatial(&v.map(|c| m * c)), &mass.arm(&spatial(x)));
+            let own = wrench_at(&spatial(&v.map(|c| m * c)), &mass.arm(&spatial(x)));
             (0..6).for_each(|k| sum[k] += own[k]);
         }
         let [px, py, pz, lx, ly, lz] = sum;
         let free = [false, false, false, D == 3, D == 3, D >= 2];
         // The points do not turn themselves, before they belong to the body.
-        let spin = RigidMass::of(masses, positions, 0.0).spin(&[lx, ly, lz], &free);
+        let spin = RigidMass::of_points(masses, positions, 0.0).angular_velocity(&[lx, ly, lz], &free);
         let velocity = [px, py, pz].map(|p| p / mass.mass);
-        Self { velocity, spin, turning: times(&mass.inertia, &spin), ..Self::default() }
+        Self {
+            velocity,
+            angular_velocity: spin,
+            angular_momentum: multiply(&mass.inertia, &spin),
+            ..Self::default()
+        }
     }
 
     /// Brings it to rest where it is.
@@ -79,19 +94,19 @@ impl RigidState {
 
     /// Adds what its points have beside their motion to a budget: they turn themselves. They are squares or cubes of some width (m)
     /// and of a mass together (kg).
-    pub fn add_turns(&self, mass: f64, width: f64, budget: &mut Budget) {
+    pub fn add_rotation_energy(&self, mass: f64, width: f64, budget: &mut Budget) {
         let own = own_inertia(width) * mass;
-        budget.kinetic += 0.5 * own * self.spin.iter().map(|w| w * w).sum::<f64>();
-        (0..3).for_each(|c| budget.angular_momentum[c] += own * self.spin[c]);
+        budget.kinetic += 0.5 * own * self.angular_velocity.iter().map(|w| w * w).sum::<f64>();
+        (0..3).for_each(|c| budget.angular_momentum[c] += own * self.angular_velocity[c]);
     }
 
     /// What tables tell of a body of some name in a space of `dimension` axes: velocity, spin, and in the plane the angle.
-    pub fn readings(&self, name: &str, dimension: usize) -> Vec<Reading> {
+    pub fn scalar_outputs(&self, name: &str, dimension: usize) -> Vec<ScalarOutput> {
         let axes = ["x", "y", "z"].into_iter().enumerate();
         let along = axes.clone().take(dimension);
         let about = axes.filter(|(c, _)| dimension == 3 || (dimension == 2 && *c == 2));
         let velocities = along.map(|(c, axis)| (format!("{name}.velocity.{axis}"), "m/s", self.velocity[c]));
-        let spins = about.map(|(c, axis)| (format!("{name}.spin.{axis}"), "rad/s", self.spin[c]));
+        let spins = about.map(|(c, axis)| (format!("{name}.spin.{axis}"), "rad/s", self.angular_velocity[c]));
         let angle = (dimension == 2).then(|| (format!("{name}.angle"), "rad", self.angle()));
         let all = velocities.chain(spins).chain(angle);
         all.map(|(column, unit, value)| (column, unit.to_owned(), value)).collect()
@@ -121,7 +136,7 @@ fn own_inertia(width: f64) -> f64 {
 
 impl RigidMass {
     /// Of points of these masses (kg), which are squares or cubes of some width (m).
-    pub fn of<const D: usize>(masses: &[f64], positions: &[[f64; D]], width: f64) -> Self {
+    pub fn of_points<const D: usize>(masses: &[f64], positions: &[[f64; D]], width: f64) -> Self {
         let mut sum = [0.0; D];
         for (m, x) in masses.iter().zip(positions) {
             (0..D).for_each(|c| sum[c] += m * x[c]);
@@ -154,7 +169,7 @@ impl RigidMass {
     }
 
     /// Mass and moments of inertia as one matrix.
-    pub fn matrix(&self) -> [Six; 6] {
+    pub fn matrix(&self) -> [Twist; 6] {
         std::array::from_fn(|i| {
             std::array::from_fn(|j| match (i < 3, j < 3) {
                 (true, true) if i == j => self.mass,
@@ -165,7 +180,7 @@ impl RigidMass {
     }
 
     /// Spin (rad/s) about the components that are `free`, with an angular momentum (kg m²/s).
-    pub fn spin(&self, turning: &[f64; 3], free: &[bool; 6]) -> [f64; 3] {
+    pub fn angular_velocity(&self, turning: &[f64; 3], free: &[bool; 6]) -> [f64; 3] {
         let right = [0.0, 0.0, 0.0, turning[0], turning[1], turning[2]];
         let only = [false, false, false, free[3], free[4], free[5]];
         solve(&self.matrix(), &right, &only).map_or([0.0; 3], |x| [x[3], x[4], x[5]])

@@ -1,16 +1,16 @@
 //! Small linear algebra of rigid motion: three components of translation and three of rotation.
 
-use colluvium_points::surface::{Frame, cross, dot};
+use colluvium_points::surface::{RigidTransform, cross, dot};
 use nalgebra::{SMatrix, SVector};
 
 /// Three numbers of translation, then three of rotation.
-pub type Six = [f64; 6];
+pub type Twist = [f64; 6];
 
 /// Axes of a body that has not turned.
-pub const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+pub const IDENTITY_AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// A matrix times a vector.
-pub fn times<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N] {
+pub fn multiply<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|i| (0..N).map(|j| matrix[i][j] * vector[j]).sum())
 }
 
@@ -20,25 +20,25 @@ pub fn transposed(matrix: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
 }
 
 /// Velocity (m/s) at an arm (m) from the centre of what moves with a velocity and a spin (rad/s).
-pub fn velocity_at(motion: &Six, arm: &[f64; 3]) -> [f64; 3] {
+pub fn velocity_at(motion: &Twist, arm: &[f64; 3]) -> [f64; 3] {
     let [vx, vy, vz, wx, wy, wz] = *motion;
     let turn = cross(&[wx, wy, wz], arm);
     [vx + turn[0], vy + turn[1], vz + turn[2]]
 }
 
 /// A vector at an arm (m) from the centre, as a resultant and its moment about the centre.
-pub fn resultant(vector: &[f64; 3], arm: &[f64; 3]) -> Six {
+pub fn wrench_at(vector: &[f64; 3], arm: &[f64; 3]) -> Twist {
     let moment = cross(arm, vector);
     [vector[0], vector[1], vector[2], moment[0], moment[1], moment[2]]
 }
 
 /// Matrix of the turn about the vector `turn`, by its length (rad).
 pub fn rotation(turn: &[f64; 3]) -> [[f64; 3]; 3] {
-    Frame::about([0.0; 3], *turn, dot(turn, turn).sqrt()).rotation
+    RigidTransform::rotation_about([0.0; 3], *turn, dot(turn, turn).sqrt()).rotation
 }
 
 /// Solution of `matrix · x = right` in the components that are `free`, the others being zero; `None` where there is none.
-pub fn solve(matrix: &[Six; 6], right: &Six, free: &[bool; 6]) -> Option<Six> {
+pub fn solve(matrix: &[Twist; 6], right: &Twist, free: &[bool; 6]) -> Option<Twist> {
     let entry = |i: usize, j: usize| match (free[i] && free[j], i == j) {
         (true, _) => matrix[i][j],
         (false, true) => 1.0,
@@ -55,14 +55,14 @@ mod tests {
 
     #[test]
     fn a_system_with_held_components_is_solved_in_the_others() {
-        let matrix: [Six; 6] = std::array::from_fn(|i| {
+        let matrix: [Twist; 6] = std::array::from_fn(|i| {
             std::array::from_fn(|j| if i == j { 4.0 } else { 1.0 / (1.0 + i as f64 + 2.0 * j as f64) })
         });
         let free = [true, false, true, true, false, true];
         let right = [1.0, 2.0, -3.0, 0.5, 9.0, 4.0];
         let x = solve(&matrix, &right, &free).unwrap();
         assert_eq!((x[1], x[4]), (0.0, 0.0));
-        let back = times(&matrix, &x);
+        let back = multiply(&matrix, &x);
         for i in (0..6).filter(|i| free[*i]) {
             assert!((back[i] - right[i]).abs() < 1e-14, "{i}: {back:?}");
         }
@@ -72,11 +72,11 @@ mod tests {
     fn a_turn_keeps_lengths_and_its_axis() {
         let turn = [0.3, -0.7, 1.1];
         let matrix = rotation(&turn);
-        let kept = times(&matrix, &turn);
+        let kept = multiply(&matrix, &turn);
         assert!((0..3).all(|c| (kept[c] - turn[c]).abs() < 1e-15));
-        let turned = times(&matrix, &[1.0, 2.0, 3.0]);
+        let turned = multiply(&matrix, &[1.0, 2.0, 3.0]);
         assert!((turned.iter().map(|c| c * c).sum::<f64>() - 14.0).abs() < 1e-14);
-        let quarter = times(&rotation(&[0.0, 0.0, 0.5 * std::f64::consts::PI]), &[1.0, 0.0, 0.0]);
+        let quarter = multiply(&rotation(&[0.0, 0.0, 0.5 * std::f64::consts::PI]), &[1.0, 0.0, 0.0]);
         assert!((quarter[0].abs() + (quarter[1] - 1.0).abs()) < 1e-15, "{quarter:?}");
     }
 }

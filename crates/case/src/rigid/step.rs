@@ -1,29 +1,32 @@
 //! A rigid body in a step.
 
-use super::{RigidMass, RigidState, Six, UPRIGHT, rotation, solve, times, transposed, velocity_at};
-use crate::damping::{sign, slowed};
+use super::{
+    IDENTITY_AXES, RigidMass, RigidState, Twist, multiply, rotation, solve, transposed, velocity_at,
+};
+use crate::damping::{rayleigh_damped_velocity, sign_or_zero};
 use crate::description::PrescribedMotion;
 use crate::spatial;
 
 /// What acts on a rigid body from outside in a step, and what its motion follows.
 #[derive(Clone, Copy, Debug)]
-pub struct Acts {
+pub struct RigidBodyActions {
     /// Which components of its motion follow forces.
     pub free: [bool; 6],
     /// Velocities along those that do not (m/s).
-    pub held: [Option<f64>; 3],
+    pub prescribed: [Option<f64>; 3],
     /// Force (N).
     pub force: [f64; 3],
     /// Moment about the centre of mass (N m).
     pub moment: [f64; 3],
 }
 
-impl Acts {
+impl RigidBodyActions {
     /// Nothing, on a body at rest that nothing moves.
-    pub const REST: Self = Self { free: [false; 6], held: [Some(0.0); 3], force: [0.0; 3], moment: [0.0; 3] };
+    pub const REST: Self =
+        Self { free: [false; 6], prescribed: [Some(0.0); 3], force: [0.0; 3], moment: [0.0; 3] };
 
     /// By the motion of a stage after `elapsed` seconds of it, in a space of `dimension` axes, beside a force (N) and a moment (N m).
-    pub fn of(
+    pub fn of_motion(
         motion: &PrescribedMotion,
         elapsed: f64,
         dimension: usize,
@@ -32,26 +35,26 @@ impl Acts {
         let held = motion.velocity_at(elapsed);
         let free = std::array::from_fn(|c| match c {
             0..3 => c < dimension && held[c].is_none(),
-            5 => motion.turns && dimension >= 2,
-            _ => motion.turns && dimension == 3,
+            5 => motion.rotates && dimension >= 2,
+            _ => motion.rotates && dimension == 3,
         });
         let (force, moment) = (motion.force_at(elapsed), motion.moment_at(elapsed));
         Self {
             free,
-            held,
+            prescribed: held,
             force: std::array::from_fn(|c| force[c] + beside.0[c]),
             moment: std::array::from_fn(|c| moment[c] + beside.1[c]),
         }
     }
 
     /// Force and moment.
-    pub fn applied(&self) -> Six {
+    pub fn applied(&self) -> Twist {
         let ([fx, fy, fz], [mx, my, mz]) = (self.force, self.moment);
         [fx, fy, fz, mx, my, mz]
     }
 
     /// Whether the body turns.
-    fn turns(&self) -> bool {
+    fn rotates(&self) -> bool {
         self.free[5]
     }
 }
@@ -66,26 +69,26 @@ pub struct RigidStep {
     /// Which components of its motion follow forces.
     pub free: [bool; 6],
     /// Its motion at the start of the step.
-    pub start: Six,
+    pub start: Twist,
     /// Its motion at the end, as far as it is known.
-    pub motion: Six,
+    pub motion: Twist,
     /// Force and moment from outside (N, N m).
-    pub applied: Six,
+    pub applied: Twist,
 }
 
 impl RigidStep {
     /// The motion that forces from outside give a body in `dt` (s), with Rayleigh damping `share` (damping times step).
-    pub fn new(mass: RigidMass, state: &RigidState, acts: &Acts, dt: f64, share: f64) -> Self {
-        let Acts { free, held, force, moment } = *acts;
-        let turning = state.turning.map(|l| if acts.turns() { l } else { 0.0 });
-        let begun = mass.spin(&turning, &free);
+    pub fn new(mass: RigidMass, state: &RigidState, acts: &RigidBodyActions, dt: f64, share: f64) -> Self {
+        let RigidBodyActions { free, prescribed: held, force, moment } = *acts;
+        let turning = state.angular_momentum.map(|l| if acts.rotates() { l } else { 0.0 });
+        let begun = mass.angular_velocity(&turning, &free);
         let pushed: [f64; 3] =
-            std::array::from_fn(|c| slowed(turning[c], turning[c] + dt * moment[c], share));
-        let turned = mass.spin(&pushed, &free);
+            std::array::from_fn(|c| rayleigh_damped_velocity(turning[c], turning[c] + dt * moment[c], share));
+        let turned = mass.angular_velocity(&pushed, &free);
         let (mut start, mut motion) = ([0.0; 6], [0.0; 6]);
         for c in 0..3 {
             start[c] = state.velocity[c];
-            let pushed = slowed(start[c], start[c] + dt * force[c] / mass.mass, share);
+            let pushed = rayleigh_damped_velocity(start[c], start[c] + dt * force[c] / mass.mass, share);
             motion[c] = held[c].unwrap_or(if free[c] { pushed } else { 0.0 });
             (start[c + 3], motion[c + 3]) = (begun[c], turned[c]);
         }
@@ -98,14 +101,14 @@ impl RigidStep {
     }
 
     /// Kinetic energy (J) that the change of its motion in the step would have by itself.
-    pub fn gained(&self) -> f64 {
-        let change: Six = std::array::from_fn(|k| self.motion[k] - self.start[k]);
-        let momentum = times(&self.mass.matrix(), &change);
+    pub fn kinetic_energy_gain(&self) -> f64 {
+        let change: Twist = std::array::from_fn(|k| self.motion[k] - self.start[k]);
+        let momentum = multiply(&self.mass.matrix(), &change);
         0.5 * (0..6).map(|k| change[k] * momentum[k]).sum::<f64>()
     }
 
     /// Takes an impulse and its moment about the centre of mass (N s, N m s).
-    pub fn push(&mut self, impulse: &Six) {
+    pub fn add_impulse(&mut self, impulse: &Twist) {
         if let Some(change) = solve(&self.mass.matrix(), impulse, &self.free) {
             (0..6).for_each(|k| self.motion[k] += change[k]);
         }
@@ -117,16 +120,16 @@ impl RigidStep {
         for k in (0..6).filter(|k| self.free[*k]) {
             let change = self.motion[k] - self.start[k];
             let factor = damping.get(k).copied().unwrap_or(most);
-            self.motion[k] -= factor * change.abs() * sign(self.start[k]);
+            self.motion[k] -= factor * change.abs() * sign_or_zero(self.start[k]);
         }
     }
 
     /// Angular momentum about the centre of mass (kg m²/s), with mass scaling.
-    fn turning(&self) -> [f64; 3] {
-        if self.turns() { times(&self.mass.inertia, &self.spin()) } else { [0.0; 3] }
+    fn angular_momentum(&self) -> [f64; 3] {
+        if self.rotates() { multiply(&self.mass.inertia, &self.angular_velocity()) } else { [0.0; 3] }
     }
 
-    fn turns(&self) -> bool {
+    fn rotates(&self) -> bool {
         self.free[5]
     }
 
@@ -136,7 +139,7 @@ impl RigidStep {
     }
 
     /// Spin (rad/s).
-    pub fn spin(&self) -> [f64; 3] {
+    pub fn angular_velocity(&self) -> [f64; 3] {
         [self.motion[3], self.motion[4], self.motion[5]]
     }
 
@@ -146,54 +149,63 @@ impl RigidStep {
     }
 
     /// Gives the body the motion at the end of the step, where it is at the start.
-    pub fn settle(&self, state: &mut RigidState) {
-        (state.velocity, state.spin, state.turning) = (self.velocity(), self.spin(), self.turning());
+    pub fn finish(&self, state: &mut RigidState) {
+        (state.velocity, state.angular_velocity, state.angular_momentum) =
+            (self.velocity(), self.angular_velocity(), self.angular_momentum());
     }
 
     /// Turn of a step of `dt` (s): by the spin that the angular momentum makes in the middle of the step, so that it is of second order.
     fn rotation(&self, dt: f64) -> [[f64; 3]; 3] {
         let by = |spin: [f64; 3], time: f64| rotation(&spin.map(|w| time * w));
         // About an axis that stays, the spin does too.
-        let middle = if self.free[3] { self.spin_after(&by(self.spin(), 0.5 * dt)) } else { self.spin() };
+        let middle = if self.free[3] {
+            self.spin_after(&by(self.angular_velocity(), 0.5 * dt))
+        } else {
+            self.angular_velocity()
+        };
         by(middle, dt)
     }
 
     /// Spin of the body after a turn, with the angular momentum that it has (rad/s).
     fn spin_after(&self, turn: &[[f64; 3]; 3]) -> [f64; 3] {
-        times(turn, &self.mass.spin(&times(&transposed(turn), &self.turning()), &self.free))
+        multiply(
+            turn,
+            &self.mass.angular_velocity(&multiply(&transposed(turn), &self.angular_momentum()), &self.free),
+        )
     }
 
     /// Mean velocity gradient of a step of `dt` (s), over the places at its start: that of the turn (1/s).
     pub fn mean_gradient(&self, dt: f64) -> [[f64; 3]; 3] {
-        let turn = if self.turns() { self.rotation(dt) } else { UPRIGHT };
-        std::array::from_fn(|i| std::array::from_fn(|j| (turn[i][j] - UPRIGHT[i][j]) / dt))
+        let turn = if self.rotates() { self.rotation(dt) } else { IDENTITY_AXES };
+        std::array::from_fn(|i| std::array::from_fn(|j| (turn[i][j] - IDENTITY_AXES[i][j]) / dt))
     }
 
     /// Turns the body in a step of `dt` (s), by a matrix: it keeps its angular momentum.
-    pub fn turn(&self, dt: f64, state: &mut RigidState) -> [[f64; 3]; 3] {
+    pub fn rotate(&self, dt: f64, state: &mut RigidState) -> [[f64; 3]; 3] {
         let turn = self.rotation(dt);
         state.axes = std::array::from_fn(|i| {
             std::array::from_fn(|j| (0..3).map(|k| turn[i][k] * self.axes[k][j]).sum())
         });
-        state.spin = self.spin_after(&turn);
+        state.angular_velocity = self.spin_after(&turn);
         turn
     }
 
     /// Moves the body and its points in a step of `dt` (s), and gives them their velocities there: the body keeps its angular momentum.
-    pub fn carry<const D: usize>(
+    pub fn move_points<const D: usize>(
         &self,
         dt: f64,
         state: &mut RigidState,
         positions: &mut [[f64; D]],
         velocities: &mut [[f64; D]],
     ) {
-        let (turn, turns) = (self.turn(dt, state), self.turns());
+        let (turn, turns) = (self.rotate(dt, state), self.rotates());
         let [vx, vy, vz] = self.velocity();
-        let motion = [vx, vy, vz, state.spin[0], state.spin[1], state.spin[2]];
+        let motion =
+            [vx, vy, vz, state.angular_velocity[0], state.angular_velocity[1], state.angular_velocity[2]];
         for (x, v) in positions.iter_mut().zip(velocities) {
             let mut arm = self.mass.arm(&spatial(x));
             if turns {
-                arm = times(&turn, &arm);
+                arm = multiply(&turn, &arm);
             }
             let velocity = velocity_at(&motion, &arm);
             for c in 0..D {

@@ -2,7 +2,10 @@
 
 use serde_json::json;
 
-use super::{Acts, Planks, RigidMass, RigidState, RigidStep, Rock, Six, Stood, Touched, times, transposed};
+use super::{
+    ContactSystem, ObstacleContact, RigidBodyActions, RigidMass, RigidState, RigidStep, SupportPoints,
+    SupportReaction, Twist, multiply, transposed,
+};
 use crate::Case;
 use crate::description::Velocity;
 
@@ -19,23 +22,29 @@ fn points(counts: [usize; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
 
 fn boxed(counts: [usize; 3]) -> RigidMass {
     let (masses, places) = points(counts);
-    RigidMass::of(&masses, &places, 0.1)
+    RigidMass::of_points(&masses, &places, 0.1)
 }
 
-const FREE: Acts = Acts { free: [true; 6], ..Acts::REST };
+const FREE: RigidBodyActions = RigidBodyActions { free: [true; 6], ..RigidBodyActions::REST };
 
 /// The body after so many steps of `dt` (s) from a state.
-fn moved(mass: &RigidMass, mut state: RigidState, acts: &Acts, steps: usize, dt: f64) -> RigidState {
+fn moved(
+    mass: &RigidMass,
+    mut state: RigidState,
+    acts: &RigidBodyActions,
+    steps: usize,
+    dt: f64,
+) -> RigidState {
     let inertia = mass.inertia;
     for _ in 0..steps {
         // Moments of inertia where it is.
         let turned: [[f64; 3]; 3] = std::array::from_fn(|i| {
-            times(&state.axes, &times(&inertia, &std::array::from_fn(|k| state.axes[i][k])))
+            multiply(&state.axes, &multiply(&inertia, &std::array::from_fn(|k| state.axes[i][k])))
         });
         let here = RigidMass { inertia: transposed(&turned), ..*mass };
         let body = RigidStep::new(here, &state, acts, dt, 0.0);
-        body.settle(&mut state);
-        body.turn(dt, &mut state);
+        body.finish(&mut state);
+        body.rotate(dt, &mut state);
     }
     state
 }
@@ -64,12 +73,12 @@ fn points_of_a_turning_body_have_its_motion() {
     };
     let velocities: Vec<[f64; 3]> = places.iter().map(|x| given.at(*x)).collect();
     let (one, other) =
-        (RigidState::begun(&mass, &given), RigidState::of_points(&mass, &masses, &places, &velocities));
+        (RigidState::initial(&mass, &given), RigidState::of_points(&mass, &masses, &places, &velocities));
     for c in 0..3 {
-        assert!((one.spin[c] - [5.0, 3.0, 6.0][c]).abs() < 1e-13);
-        assert!((one.spin[c] - other.spin[c]).abs() < 1e-12);
+        assert!((one.angular_velocity[c] - [5.0, 3.0, 6.0][c]).abs() < 1e-13);
+        assert!((one.angular_velocity[c] - other.angular_velocity[c]).abs() < 1e-12);
         assert!((one.velocity[c] - other.velocity[c]).abs() < 1e-13);
-        assert!((one.turning[c] - other.turning[c]).abs() < 1e-12);
+        assert!((one.angular_momentum[c] - other.angular_momentum[c]).abs() < 1e-12);
     }
 }
 
@@ -78,12 +87,12 @@ fn a_moment_about_a_principal_axis_spins_a_body_up() {
     let (mass, axis) = (boxed([5, 3, 2]), 1);
     let mut acts = FREE;
     acts.moment[axis] = 0.7;
-    acts.held = [None; 3];
+    acts.prescribed = [None; 3];
     let angle = |steps: usize| {
         let dt = 1.0 / steps as f64;
         let state = moved(&mass, RigidState::default(), &acts, steps, dt);
         let exact = 0.7 / mass.inertia[axis][axis];
-        assert!((state.spin[axis] / exact - 1.0).abs() < 1e-12);
+        assert!((state.angular_velocity[axis] / exact - 1.0).abs() < 1e-12);
         // Velocities are those at the end of each step: half a step ahead.
         state.axes[0][2].atan2(state.axes[0][0]) - 0.5 * exact * (1.0 + dt)
     };
@@ -96,19 +105,19 @@ fn the_axis_of_a_free_top_goes_round_its_angular_momentum_to_second_order() {
     let mass = boxed([2, 2, 6]);
     let (across, along) = (mass.inertia[0][0], mass.inertia[2][2]);
     let spin = [3.0, 0.0, 5.0];
-    let turning = times(&mass.inertia, &spin);
+    let turning = multiply(&mass.inertia, &spin);
     let size = turning.iter().map(|l| l * l).sum::<f64>().sqrt();
     assert!((turning[0] - 3.0 * across).abs() < 1e-12 && (turning[2] - 5.0 * along).abs() < 1e-12);
     let (end, rate) = (2.0, size / across);
     let error = |steps: usize| {
-        let start = RigidState { spin, turning, ..RigidState::default() };
-        let acts = Acts { held: [None; 3], ..FREE };
+        let start = RigidState { angular_velocity: spin, angular_momentum: turning, ..RigidState::default() };
+        let acts = RigidBodyActions { prescribed: [None; 3], ..FREE };
         let state = moved(&mass, start, &acts, steps, end / steps as f64);
         // The momentum stays.
-        assert!((0..3).all(|c| (state.turning[c] - turning[c]).abs() < 1e-12 * size));
+        assert!((0..3).all(|c| (state.angular_momentum[c] - turning[c]).abs() < 1e-12 * size));
         // The axis z of the start, turned about the momentum.
         let about = super::rotation(&turning.map(|l| l / size * rate * end));
-        let exact = times(&about, &[0.0, 0.0, 1.0]);
+        let exact = multiply(&about, &[0.0, 0.0, 1.0]);
         let found: [f64; 3] = std::array::from_fn(|c| state.axes[c][2]);
         (0..3).map(|c| (found[c] - exact[c]).powi(2)).sum::<f64>().sqrt()
     };
@@ -117,22 +126,22 @@ fn the_axis_of_a_free_top_goes_round_its_angular_momentum_to_second_order() {
 }
 
 /// Ground to which all sticks, whatever is asked.
-struct Sticky<'a>(&'a Planks);
+struct Sticky<'a>(&'a SupportPoints);
 
-impl Touched for Sticky<'_> {
-    fn impulse(&self, motion: &Six, _: bool) -> Six {
+impl ContactSystem for Sticky<'_> {
+    fn impulse(&self, motion: &Twist, _: bool) -> Twist {
         self.0.impulse(motion, true)
     }
 
-    fn stiffness(&self, motion: &Six, _: bool) -> [Six; 6] {
+    fn stiffness(&self, motion: &Twist, _: bool) -> [Twist; 6] {
         self.0.stiffness(motion, true)
     }
 }
 
 /// A box that falls aslant on a half-space with friction: corners that it meets, the box in the step before it meets them.
-fn falling() -> (Planks, RigidStep) {
+fn falling() -> (SupportPoints, RigidStep) {
     let (_, places) = points([5, 3, 2]);
-    let mut planks = Planks::default();
+    let mut planks = SupportPoints::default();
     let mut body = RigidStep::new(boxed([5, 3, 2]), &RigidState::default(), &FREE, 0.01, 0.0);
     body.start = [2.0, 0.3, -1.0, 0.2, -0.4, 0.1];
     body.motion = body.start;
@@ -145,8 +154,9 @@ fn falling() -> (Planks, RigidStep) {
         "obstacles": plane, "stages": [{ "name": "s", "duration": 1 }]
     }).to_string())
     .unwrap();
-    let standing = case.standing::<3>().unwrap();
-    let rocks = standing.iter().map(|own| Rock { surface: &*own.surface, laws: &own.laws, moving: None });
+    let standing = case.placed_obstacles::<3>().unwrap();
+    let rocks =
+        standing.iter().map(|own| ObstacleContact { surface: &*own.surface, laws: &own.laws, moving: None });
     planks.list((&body, 0.01), (&places, 0.05), std::iter::empty(), rocks);
     (planks, body)
 }
@@ -156,9 +166,10 @@ fn what_obstacles_get_is_what_the_body_loses_whether_it_slides_or_sticks() {
     let (planks, body) = falling();
     assert!(!planks.is_empty());
     for stuck in [false, true] {
-        let (motion, done) = if stuck { body.settled(&Sticky(&planks)) } else { body.settled(&planks) };
+        let (motion, done) =
+            if stuck { body.solve_contact(&Sticky(&planks)) } else { body.solve_contact(&planks) };
         assert!(done);
-        let stood: Vec<Stood> = planks.stood(&RigidStep { motion, ..body }, stuck).collect();
+        let stood: Vec<SupportReaction> = planks.reactions(&RigidStep { motion, ..body }, stuck).collect();
         let size = body.mass.mass * body.start[0];
         for c in 0..3 {
             let lost = body.mass.mass * (body.motion[c] - motion[c]);

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::RunError;
 use super::folder::{self, CHECKPOINT};
-use super::progress::Progress;
-use crate::output::Seal;
+use super::progress::RunProgress;
+use crate::output::FileChecksum;
 use crate::solver::restore_value;
 use crate::{Case, CaseErrors, Method, Solver};
 
@@ -18,13 +18,13 @@ pub(super) struct Checkpoint {
     pub(super) version: String,
     pub(super) fingerprint: u64,
     pub(super) method: String,
-    pub(super) progress: Progress,
+    pub(super) progress: RunProgress,
     /// Seals of the tables on disk: what stands beyond is written again.
-    pub(super) tables: Vec<(String, Seal)>,
+    pub(super) tables: Vec<(String, FileChecksum)>,
 }
 
 /// An error of the checkpoint in a folder.
-pub(super) fn refuse(out: &Path, problem: String) -> RunError {
+pub(super) fn checkpoint_error(out: &Path, problem: String) -> RunError {
     RunError::Folder { path: out.join(CHECKPOINT), problem }
 }
 
@@ -39,13 +39,14 @@ pub(super) fn read_checkpoint(
         return Ok(None);
     }
     let mut file = folder::read_state(&path)?;
-    let checkpoint: Checkpoint = restore_value(&mut file).map_err(|error| refuse(out, error.to_string()))?;
+    let checkpoint: Checkpoint =
+        restore_value(&mut file).map_err(|error| checkpoint_error(out, error.to_string()))?;
     if checkpoint.fingerprint != fingerprint {
-        return Err(refuse(out, "was written for another case".to_owned()));
+        return Err(checkpoint_error(out, "was written for another case".to_owned()));
     }
     if checkpoint.method != method || checkpoint.version != env!("CARGO_PKG_VERSION") {
         let problem = format!("was written by {} of version {}", checkpoint.method, checkpoint.version);
-        return Err(refuse(out, problem));
+        return Err(checkpoint_error(out, problem));
     }
     Ok(Some((checkpoint, file)))
 }
@@ -60,7 +61,7 @@ pub fn last_state(out: &Path, method: &dyn Method, case: &Case) -> Result<Option
         return Ok(None);
     };
     let mut solver = method.build(case).map_err(CaseErrors::one)?;
-    solver.restore(&mut state).map_err(|error| refuse(out, error.to_string()))?;
+    solver.restore(&mut state).map_err(|error| checkpoint_error(out, error.to_string()))?;
     let progress = checkpoint.progress;
     if progress.begun {
         solver.begin_stage(progress.stage.min(case.stages.len() - 1), progress.stage_start())?;

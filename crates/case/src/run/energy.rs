@@ -5,18 +5,18 @@ use serde::{Deserialize, Serialize};
 use crate::Budget;
 
 /// Share of the largest exchange of energy by which the total may grow without a word.
-const SLACK: f64 = 0.01;
+const GROWTH_TOLERANCE: f64 = 0.01;
 
 /// Share of the recoverable energy below which an exchange counts as none: what is nearly still is known no better.
-const STILL: f64 = 0.1;
+const MIN_EXCHANGE: f64 = 0.1;
 
 /// The total energy of a stage: kinetic, recoverable and potential.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct EnergyWatch {
+pub(super) struct EnergyMonitor {
     /// Kinetic, recoverable and potential energy at its first row (J).
     first: Option<[f64; 3]>,
     /// Least total so far (J).
-    least: f64,
+    min_total: f64,
     /// Largest change of one of the three since the first row (J).
     exchange: f64,
     /// Largest recoverable energy so far (J).
@@ -25,14 +25,14 @@ pub(super) struct EnergyWatch {
     growth: (f64, f64),
 }
 
-impl EnergyWatch {
+impl EnergyMonitor {
     /// Whether the stage began with a row: nothing works on its bodies from outside.
     pub(super) fn is_followed(&self) -> bool {
         self.first.is_some()
     }
 
     /// A row at `time` (s).
-    pub(super) fn take(&mut self, budget: &Budget, time: f64) {
+    pub(super) fn add_row(&mut self, budget: &Budget, time: f64) {
         let now = [budget.kinetic, budget.elastic, budget.potential];
         let total = budget.total();
         if !total.is_finite() {
@@ -40,21 +40,21 @@ impl EnergyWatch {
         }
         self.stored = self.stored.max(budget.elastic);
         let Some(first) = self.first else {
-            (self.first, self.least) = (Some(now), total);
+            (self.first, self.min_total) = (Some(now), total);
             return;
         };
         let changes = now.iter().zip(first).map(|(now, first)| (now - first).abs());
         self.exchange = changes.fold(self.exchange, f64::max);
-        self.least = self.least.min(total);
-        if total - self.least > self.growth.0 {
-            self.growth = (total - self.least, time);
+        self.min_total = self.min_total.min(total);
+        if total - self.min_total > self.growth.0 {
+            self.growth = (total - self.min_total, time);
         }
     }
 
     /// What is worth a word.
-    pub(super) fn remark(&self) -> Option<String> {
+    pub(super) fn warning(&self) -> Option<String> {
         let (growth, time) = self.growth;
-        if growth <= SLACK * self.exchange.max(STILL * self.stored) {
+        if growth <= GROWTH_TOLERANCE * self.exchange.max(MIN_EXCHANGE * self.stored) {
             return None;
         }
         Some(format!(
@@ -71,13 +71,13 @@ mod tests {
     use super::*;
 
     fn watched(total: impl Fn(f64) -> f64) -> Option<String> {
-        let mut watch = EnergyWatch::default();
+        let mut watch = EnergyMonitor::default();
         for step in 0..200 {
             let time = 0.01 * f64::from(step);
             let kinetic = total(time) * (5.0 * time).sin().powi(2);
-            watch.take(&Budget { kinetic, elastic: total(time) - kinetic, ..Budget::default() }, time);
+            watch.add_row(&Budget { kinetic, elastic: total(time) - kinetic, ..Budget::default() }, time);
         }
-        watch.remark()
+        watch.warning()
     }
 
     #[test]

@@ -59,7 +59,7 @@ pub enum RunError {
         "t = {time} s: a step of {dt:.3e} s, limited by: {limit}, is lost beside the end at {end} s, more than 2^53 steps away: \
          the run stands still (look at stiffness, density and sizes)"
     )]
-    StandsStill {
+    StepTooSmall {
         /// Time (s).
         time: f64,
         /// The step (s).
@@ -94,7 +94,7 @@ pub enum RunError {
         "measures.{measure}.duration: cannot be found: with half of their weight taken away the bodies did not come to rest within \
          {time:.4} s of strong damping (unbalanced force {unbalanced:.1e} of the external one): give the longest duration of a trial (s)"
     )]
-    NeverSettles {
+    NeverAtRest {
         /// Name of the measure.
         measure: String,
         /// Unbalanced-force ratio at the end.

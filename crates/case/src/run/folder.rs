@@ -6,7 +6,9 @@ use std::io::{BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use crate::SolverError;
-use crate::output::{Collection, OutputError, Seal, Sealed, TableFile, create_folder, write_through};
+use crate::output::{
+    ChecksumWriter, Collection, FileChecksum, OutputError, TableFile, create_folder, write_stream_atomically,
+};
 use crate::run::RunError;
 
 pub(super) const CASE: &str = "case.json";
@@ -28,8 +30,8 @@ pub(super) fn frame(dataset: &str, number: usize, ending: &str) -> String {
     format!("{FRAMES}/{dataset}-{number:05}.{ending}")
 }
 
-/// Dataset and number of a file of [`frame`].
-pub(super) fn of_frame(file: &str) -> Option<(&str, usize)> {
+/// Dataset and number of a file of [`transform`].
+pub(super) fn parse_frame_name(file: &str) -> Option<(&str, usize)> {
     let (stem, _) = file.strip_prefix(FRAMES)?.strip_prefix('/')?.split_once('.')?;
     let (dataset, number) = stem.rsplit_once('-')?;
     Some((dataset, number.parse().ok()?))
@@ -45,7 +47,7 @@ pub(super) fn collections(out: &Path) -> Result<Vec<String>, OutputError> {
     let mut names = names(out)?;
     names.retain(|name| {
         let listed = || Collection::read(&out.join(name)).map(|collection| collection.frames);
-        let of_run = |(_, file): &(f64, String)| of_frame(file).is_some();
+        let of_run = |(_, file): &(f64, String)| parse_frame_name(file).is_some();
         name == COLLECTION
             || name.ends_with(".pvd")
                 && listed().is_ok_and(|files| !files.is_empty() && files.iter().all(of_run))
@@ -104,7 +106,7 @@ pub(super) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
 }
 
 /// What lies in the folder under a name that a run gives to its own files.
-pub(super) fn taken(out: &Path) -> Result<Option<String>, OutputError> {
+pub(super) fn existing_run_file(out: &Path) -> Result<Option<String>, OutputError> {
     let own = [CASE, MEASURES, FRAMES, RASTERS];
     let is_own = |name: &String| {
         own.contains(&name.as_str()) || name.ends_with(".pvd") || is_profile(name) || is_of_search(name)
@@ -120,7 +122,7 @@ fn remove(file: &Path) -> Result<(), OutputError> {
 }
 
 /// Makes the folder, with its folder of frames.
-pub(super) fn make(out: &Path) -> Result<(), OutputError> {
+pub(super) fn create(out: &Path) -> Result<(), OutputError> {
     create_folder(&out.join(FRAMES))
 }
 
@@ -130,13 +132,13 @@ pub(super) fn write_state(
     state: impl FnOnce(&mut dyn Write) -> Result<(), SolverError>,
 ) -> Result<(), RunError> {
     let mut failed = None;
-    let written = write_through(path, |file| {
-        let mut sealed = Sealed { into: file, seal: Seal::default() };
+    let written = write_stream_atomically(path, |file| {
+        let mut sealed = ChecksumWriter { into: file, checksum: FileChecksum::default() };
         if let Err(error) = state(&mut sealed) {
             failed = Some(error);
             return Err(std::io::Error::other("not written"));
         }
-        let seal = sealed.seal.fnv1a.to_le_bytes();
+        let seal = sealed.checksum.fnv1a.to_le_bytes();
         sealed.into.write_all(&seal)
     });
     match failed {
@@ -155,11 +157,11 @@ pub(super) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> 
     let mut file = File::open(path).map_err(fail)?;
     let length = file.metadata().map_err(fail)?.len();
     let length = length.checked_sub(size_of::<u64>() as u64).ok_or_else(damaged)?;
-    let mut sealed = Sealed { into: std::io::sink(), seal: Seal::default() };
+    let mut sealed = ChecksumWriter { into: std::io::sink(), checksum: FileChecksum::default() };
     std::io::copy(&mut (&file).take(length), &mut sealed).map_err(fail)?;
     let mut seal = [0; size_of::<u64>()];
     file.read_exact(&mut seal).map_err(fail)?;
-    if u64::from_le_bytes(seal) != sealed.seal.fnv1a {
+    if u64::from_le_bytes(seal) != sealed.checksum.fnv1a {
         return Err(damaged());
     }
     file.rewind().map_err(fail)?;
@@ -184,13 +186,13 @@ pub(super) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
 }
 
 /// Room on the disk (bytes) kept for the summary of a run that fails because the disk is full.
-const ROOM: usize = 1 << 16;
+const RESERVED_BYTES: usize = 1 << 16;
 
 /// Keeps room in the folder, beside that for `text`, until the file is closed; it has no name there. `None` where that is not
 /// possible: such a run writes its [last words](super::summary) over the summary that there is.
-pub(super) fn keep_room(out: &Path, text: &str) -> Option<File> {
+pub(super) fn reserve_space(out: &Path, text: &str) -> Option<File> {
     let mut file = tempfile::tempfile_in(out).ok()?;
-    file.write_all(&vec![1; ROOM + 2 * text.len()]).and_then(|()| file.sync_all()).ok()?;
+    file.write_all(&vec![1; RESERVED_BYTES + 2 * text.len()]).and_then(|()| file.sync_all()).ok()?;
     Some(file)
 }
 
@@ -209,7 +211,7 @@ pub(super) fn is_map(name: &str) -> bool {
 pub(super) fn is_frame(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
     let ending = [".vtu", ".vtr"].iter().any(|ending| name.ends_with(ending));
-    ending && of_frame(&format!("{FRAMES}/{name}")).is_some()
+    ending && parse_frame_name(&format!("{FRAMES}/{name}")).is_some()
 }
 
 /// Removes a folder that is empty.
@@ -237,7 +239,7 @@ pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
     }
     keep_profiles(out, &[])?;
     names(out)?.iter().filter(|name| is_of_search(name)).try_for_each(|name| remove(&out.join(name)))?;
-    remove_torn(out)?;
+    remove_partial_files(out)?;
     for (name, is_own) in [(FRAMES, is_frame as fn(&str) -> bool), (RASTERS, is_map)] {
         let folder = out.join(name);
         let own = names(&folder)?.into_iter().filter(|name| is_own(name));
@@ -254,7 +256,7 @@ pub(super) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError
 }
 
 /// Removes files that a killed run was in the middle of writing.
-pub(super) fn remove_torn(out: &Path) -> Result<(), OutputError> {
+pub(super) fn remove_partial_files(out: &Path) -> Result<(), OutputError> {
     for name in [CASE, CHECKPOINT, SUMMARY] {
         remove(&out.join(format!("{name}.tmp")))?;
     }
@@ -293,18 +295,18 @@ impl Tables {
     }
 
     /// Brings all rows safely to the disk; name and seal of each table.
-    pub(super) fn sync(&self) -> Result<Vec<(String, Seal)>, OutputError> {
+    pub(super) fn sync(&self) -> Result<Vec<(String, FileChecksum)>, OutputError> {
         self.files.iter().map(|(name, file)| Ok((name.clone(), file.sync()?))).collect()
     }
 
     /// Takes the tables up again where they had the given seals: all of them, or none is touched.
-    pub(super) fn resume(&mut self, seals: &[(String, Seal)]) -> Result<(), OutputError> {
+    pub(super) fn resume(&mut self, seals: &[(String, FileChecksum)]) -> Result<(), OutputError> {
         let Some(out) = &self.out else { return Ok(()) };
         let mut files = BTreeMap::new();
         for (name, seal) in seals {
             files.insert(name.clone(), TableFile::open(&out.join(name), *seal)?);
         }
-        files.values_mut().try_for_each(TableFile::cut)?;
+        files.values_mut().try_for_each(TableFile::truncate)?;
         self.files = files;
         Ok(())
     }

@@ -26,24 +26,24 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::description::Stage;
 use crate::output::Table;
 use crate::{Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver};
-use progress::Progress;
-use record::Recorder;
-use steps::{asked_to_stop, is_there, stable_step};
+use progress::RunProgress;
+use record::RunRecorder;
+use steps::{is_negligible, stable_step, stop_requested};
 
 pub use checkpoint::last_state;
 pub use error::RunError;
 pub use folder::remove_run;
-pub use pace::{Pace, frame_memory};
+pub use pace::{RunTiming, frame_memory};
 pub use row::{check_names, column_names};
-pub use safety::{Outcome, Safety, SearchCost, Trial, Verdict};
-pub use verify::{Verified, changed_inputs, verify};
+pub use safety::{SafetyResult, SearchCost, SearchOutcome, StrengthTrial, TrialVerdict};
+pub use verify::{VerificationResult, changed_inputs, verify};
 
 /// Wall-clock time between two summaries of a run that goes on, at least: frames may follow each other faster than a disk
 /// has them.
-const BETWEEN_SUMMARIES: Duration = Duration::from_secs(1);
+const SUMMARY_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Wall-clock time between two lines of progress where no terminal shows a bar.
-const BETWEEN_LINES: Duration = Duration::from_secs(5);
+const PROGRESS_INTERVAL: Duration = Duration::from_secs(5);
 
 /// How to run.
 #[derive(Clone, Debug, Default)]
@@ -67,7 +67,7 @@ pub struct RunOptions {
     pub stop: Option<Arc<AtomicBool>>,
     /// Commit of the program, for the record.
     pub commit: Option<String>,
-    /// Takes what is worth a word while the run goes on; it is among the [`RunReport::remarks`] too.
+    /// Takes what is worth a word while the run goes on; it is among the [`RunReport::warnings_at_end`] too.
     pub warn: Option<fn(&str)>,
     /// What was said of the case before it ran, for the record.
     pub warnings: Vec<String>,
@@ -75,7 +75,7 @@ pub struct RunOptions {
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum RunEnd {
     /// All stages and searches for a factor of safety are done.
     Completed,
     /// It was asked to stop.
@@ -86,7 +86,7 @@ pub enum Ending {
 #[derive(Clone, Debug)]
 pub struct RunReport {
     /// How it ended.
-    pub ending: Ending,
+    pub ending: RunEnd,
     /// The points at the end.
     pub snapshot: Snapshot,
     /// Measures in time.
@@ -100,20 +100,20 @@ pub struct RunReport {
     /// Steps done, those before a restart included.
     pub steps: u64,
     /// What of the run and of its state at the end is worth a word.
-    pub remarks: Vec<String>,
-    /// What the method tells of the run with which nothing is wrong ([`Solver::facts`]).
-    pub facts: Vec<String>,
+    pub warnings_at_end: Vec<String>,
+    /// What the method tells of the run with which nothing is wrong ([`Solver::notes`]).
+    pub notes: Vec<String>,
     /// Which of these [`RunOptions::warn`] has taken already.
-    pub said: Vec<String>,
+    pub reported: Vec<String>,
     /// Wall-clock time of this run (s).
     pub wall: f64,
     /// Point-updates per second of wall-clock time.
     pub updates_per_second: f64,
     /// What the searches for a factor of safety found, by the name of the measure.
-    pub safety: BTreeMap<String, Safety>,
+    pub safety: BTreeMap<String, SafetyResult>,
     /// The points at the end of the last failing trial of each, that with the least factor; `trial_displacement` is counted from its
     /// start.
-    pub failing: BTreeMap<String, Snapshot>,
+    pub failed_trials: BTreeMap<String, Snapshot>,
     /// What another case can begin with, if it was to be kept.
     pub specimen: Option<String>,
 }
@@ -129,11 +129,11 @@ pub fn run_method(method: &dyn Method, case: &Case, options: &RunOptions) -> Res
     start(case, solver, Some(method), options)
 }
 
-/// As [`run_method`], with the solver that [`Method::made`] has made already.
+/// As [`run_method`], with the solver that [`Method::plan_and_build`] has made already.
 ///
 /// # Errors
 /// As [`run_method`].
-pub fn run_made(
+pub fn run_with_plan(
     method: &dyn Method,
     case: &Case,
     solver: Box<dyn Solver>,
@@ -164,10 +164,10 @@ fn start(
     options: &RunOptions,
 ) -> Result<RunReport, RunError> {
     // On a thread of the pool: each loop of a step would wake one, and wait for it, from any other.
-    rayon::scope(|_| on_the_pool(case, solver, method, options))
+    rayon::scope(|_| run_on_thread_pool(case, solver, method, options))
 }
 
-fn on_the_pool(
+fn run_on_thread_pool(
     case: &Case,
     solver: Box<dyn Solver>,
     method: Option<&dyn Method>,
@@ -175,32 +175,32 @@ fn on_the_pool(
 ) -> Result<RunReport, RunError> {
     case.validate()?;
     check_names(case, &*solver)?;
-    let recorder = Recorder::open(case, options)?;
-    let mut run = Run {
+    let recorder = RunRecorder::open(case, options)?;
+    let mut run = RunLoop {
         case,
         options,
         solver,
         method,
         weakened: None,
         recorder,
-        progress: Progress::default(),
+        progress: RunProgress::default(),
         bar: bar(case, options),
         started: Instant::now(),
         saved: Instant::now(),
-        told: Instant::now(),
-        shown: Instant::now(),
+        last_report: Instant::now(),
+        last_progress_line: Instant::now(),
         first_step: 0,
         safety: BTreeMap::new(),
         failing: BTreeMap::new(),
         searched: Duration::ZERO,
         earlier: 0.0,
-        remarks: Vec::new(),
-        said: Vec::new(),
+        warnings_at_end: Vec::new(),
+        reported: Vec::new(),
     };
-    let result = run.all().map_err(|error| run.with_last_output(error));
+    let result = run.run_stages().map_err(|error| run.with_last_output(error));
     let ending = match &result {
-        Ok(Ending::Completed) => "completed",
-        Ok(Ending::Interrupted) => "interrupted",
+        Ok(RunEnd::Completed) => "completed",
+        Ok(RunEnd::Interrupted) => "interrupted",
         Err(_) => "failed",
     };
     let reason = result.as_ref().err().map(ToString::to_string);
@@ -210,23 +210,23 @@ fn on_the_pool(
     Ok(run.report(ending))
 }
 
-struct Run<'a> {
+struct RunLoop<'a> {
     case: &'a Case,
     options: &'a RunOptions,
     solver: Box<dyn Solver>,
     method: Option<&'a dyn Method>,
     /// Stage whose weakening the solver's materials have.
     weakened: Option<usize>,
-    recorder: Recorder<'a>,
-    progress: Progress,
+    recorder: RunRecorder<'a>,
+    progress: RunProgress,
     bar: ProgressBar,
     started: Instant,
     saved: Instant,
-    told: Instant,
+    last_report: Instant,
     /// When progress was last written as a line.
-    shown: Instant,
+    last_progress_line: Instant,
     first_step: u64,
-    safety: BTreeMap<String, Safety>,
+    safety: BTreeMap<String, SafetyResult>,
     /// The points of its last failing trial, by the name of the measure.
     failing: BTreeMap<String, Snapshot>,
     /// Wall-clock time of the searches.
@@ -234,9 +234,9 @@ struct Run<'a> {
     /// Wall-clock time of the sessions before this one (s).
     earlier: f64,
     /// What of the run is worth a word.
-    remarks: Vec<String>,
+    warnings_at_end: Vec<String>,
     /// What was said while it went on.
-    said: Vec<String>,
+    reported: Vec<String>,
 }
 
 fn bar(case: &Case, options: &RunOptions) -> ProgressBar {
@@ -250,8 +250,8 @@ fn bar(case: &Case, options: &RunOptions) -> ProgressBar {
     bar
 }
 
-impl Run<'_> {
-    fn all(&mut self) -> Result<Ending, RunError> {
+impl RunLoop<'_> {
+    fn run_stages(&mut self) -> Result<RunEnd, RunError> {
         if self.options.resume
             && let Some(progress) = self.recorder.resume(&mut *self.solver)?
         {
@@ -270,7 +270,7 @@ impl Run<'_> {
             if !resumed || stage != self.progress.stage {
                 self.progress.stage = stage;
                 self.progress.stage_starts.push(self.solver.time());
-                self.progress.held = 0;
+                self.progress.checks_at_rest = 0;
             }
             self.weaken(stage)?;
             self.solver.begin_stage(stage, self.progress.stage_start())?;
@@ -280,12 +280,12 @@ impl Run<'_> {
             if !self.progress.begun {
                 self.progress.begun = true;
                 self.recorder.begin(&*self.solver, &mut self.progress)?;
-                self.listen();
+                self.check_solver_warning();
             }
-            self.tell_so_far()?;
-            if self.stage(&self.case.stages[stage])? == Ending::Interrupted {
+            self.write_interim_summary()?;
+            if self.stage(&self.case.stages[stage])? == RunEnd::Interrupted {
                 self.save()?;
-                return Ok(Ending::Interrupted);
+                return Ok(RunEnd::Interrupted);
             }
             self.progress.stage_ends.push(self.solver.time());
             let done = &self.case.stages[stage];
@@ -300,7 +300,7 @@ impl Run<'_> {
     /// Adds to an error of the solver how far the output reaches.
     fn with_last_output(&self, error: RunError) -> RunError {
         let error = match error {
-            RunError::Solver(source) => RunError::Solver(source.moved(self.case.origin())),
+            RunError::Solver(source) => RunError::Solver(source.on_map(self.case.origin())),
             error => error,
         };
         match (error, self.progress.collection.frames.last()) {
@@ -316,7 +316,7 @@ impl Run<'_> {
         let by = self.case.stages.iter().take(stage + 1).rposition(|stage| stage.weakening.is_some());
         let (Some(method), true) = (self.method, by != self.weakened) else { return Ok(()) };
         let state = self.solver.saved()?;
-        let case = self.case.weakened(stage).map_err(CaseErrors::one)?;
+        let case = self.case.with_weakening(stage).map_err(CaseErrors::one)?;
         self.solver = method.build(&case).map_err(CaseErrors::one)?;
         self.solver.restore(&mut state.as_slice())?;
         self.weakened = by;
@@ -324,35 +324,35 @@ impl Run<'_> {
     }
 
     /// Steps through a stage.
-    fn stage(&mut self, stage: &Stage) -> Result<Ending, RunError> {
+    fn stage(&mut self, stage: &Stage) -> Result<RunEnd, RunError> {
         let end = self.progress.stage_start() + stage.duration;
         let span = stage.duration.min(self.recorder.shortest_interval());
         loop {
-            if asked_to_stop(self.options) {
-                return Ok(Ending::Interrupted);
+            if stop_requested(self.options) {
+                return Ok(RunEnd::Interrupted);
             }
             let limit = stable_step(&mut *self.solver, stage, end)?;
             let until = self.recorder.next_output(&self.progress).min(end);
             let time = self.solver.time();
-            if is_there(until - time, limit.dt.min(span)) {
+            if is_negligible(until - time, limit.dt.min(span)) {
                 self.output()?;
                 if until >= end {
-                    return self.stage_over(stage);
+                    return self.finish_stage(stage);
                 }
                 continue;
             }
-            self.watch(&limit);
+            self.check_step_collapse(&limit);
             self.progress.count(&limit, time);
             let done = self.solver.step(until - time)?;
             if !(self.solver.time() > time) {
-                return Err(RunError::StandsStill { time, dt: done.dt, limit: done.limit, end });
+                return Err(RunError::StepTooSmall { time, dt: done.dt, limit: done.limit, end });
             }
-            self.show(&done);
-            if self.recorder.row_in_passing(self.solver.time(), &self.progress) {
+            self.show_progress(&done);
+            if self.recorder.is_unscheduled_row_due(self.solver.time(), &self.progress) {
                 self.output()?;
             }
             if self.at_rest(stage) {
-                return Ok(Ending::Completed);
+                return Ok(RunEnd::Completed);
             }
             if self.saved.elapsed().as_secs_f64() > self.case.output.checkpoint {
                 self.save()?;
@@ -361,8 +361,8 @@ impl Run<'_> {
     }
 
     /// The duration is over: fine, unless the stage was to come to rest.
-    fn stage_over(&mut self, stage: &Stage) -> Result<Ending, RunError> {
-        let Some(criterion) = &stage.equilibrium else { return Ok(Ending::Completed) };
+    fn finish_stage(&mut self, stage: &Stage) -> Result<RunEnd, RunError> {
+        let Some(criterion) = &stage.equilibrium else { return Ok(RunEnd::Completed) };
         let last = self.solver.equilibrium();
         let missed = RunError::NoEquilibrium {
             stage: self.progress.stage,
@@ -373,8 +373,8 @@ impl Run<'_> {
         if criterion.required {
             return Err(missed);
         }
-        self.miss(&missed);
-        Ok(Ending::Completed)
+        self.note_missed_equilibrium(&missed);
+        Ok(RunEnd::Completed)
     }
 
     fn at_rest(&mut self, stage: &Stage) -> bool {
@@ -382,13 +382,13 @@ impl Run<'_> {
         if !self.solver.step_count().is_multiple_of(self.solver.steps_between_checks()) {
             return false;
         }
-        let loaded = self.case.has_grown(&self.progress.stage_starts, self.solver.time());
-        let grown = loaded && self.solver.has_grown();
+        let loaded = self.case.ramps_are_complete(&self.progress.stage_starts, self.solver.time());
+        let grown = loaded && self.solver.ramps_are_complete();
         let holds = self.solver.equilibrium().is_some_and(|e| {
             e.unbalanced_force < criterion.unbalanced_force && e.kinetic_ratio < criterion.kinetic_energy
         });
-        self.progress.held = if grown && holds { self.progress.held + 1 } else { 0 };
-        self.progress.held >= criterion.hold
+        self.progress.checks_at_rest = if grown && holds { self.progress.checks_at_rest + 1 } else { 0 };
+        self.progress.checks_at_rest >= criterion.hold
     }
 
     /// Wall-clock time of all sessions (s).
@@ -400,7 +400,7 @@ impl Run<'_> {
         self.progress.wall = self.wall();
         self.recorder.save(&*self.solver, &self.progress)?;
         self.saved = Instant::now();
-        self.tell_now_and_then()
+        self.write_interim_summary_if_due()
     }
 
     /// Writes what is due.
@@ -408,20 +408,20 @@ impl Run<'_> {
         let (rows, frames) = (self.progress.rows, self.progress.frames);
         self.recorder.output(&*self.solver, &mut self.progress)?;
         if self.progress.rows > rows {
-            self.listen();
+            self.check_solver_warning();
         }
-        if self.progress.frames > frames { self.tell_now_and_then() } else { Ok(()) }
+        if self.progress.frames > frames { self.write_interim_summary_if_due() } else { Ok(()) }
     }
 
     /// Writes the summary of a run that goes on: it is what one that is killed leaves.
-    fn tell_so_far(&mut self) -> Result<(), RunError> {
-        self.told = Instant::now();
-        self.summary("running", None, &self.remarks_so_far())
+    fn write_interim_summary(&mut self) -> Result<(), RunError> {
+        self.last_report = Instant::now();
+        self.summary("running", None, &self.warnings_so_far())
     }
 
     /// Likewise, but not too often.
-    fn tell_now_and_then(&mut self) -> Result<(), RunError> {
-        if self.told.elapsed() < BETWEEN_SUMMARIES { Ok(()) } else { self.tell_so_far() }
+    fn write_interim_summary_if_due(&mut self) -> Result<(), RunError> {
+        if self.last_report.elapsed() < SUMMARY_INTERVAL { Ok(()) } else { self.write_interim_summary() }
     }
 
     fn summary(&self, status: &str, reason: Option<&str>, remarks: &[String]) -> Result<(), RunError> {
@@ -433,15 +433,15 @@ impl Run<'_> {
         self.bar.finish_and_clear();
         let completed = ending == "completed";
         let last = if completed { self.last_output() } else { Ok(()) };
-        self.remarks = self.remarks_so_far();
+        self.warnings_at_end = self.warnings_so_far();
         if completed {
-            self.remarks.extend(self.recorder.blind_probes());
+            self.warnings_at_end.extend(self.recorder.probes_without_points());
         }
-        self.recorder.room = None;
+        self.recorder.reserved_space = None;
         match last {
-            Ok(()) => self.summary(ending, reason, &self.remarks),
+            Ok(()) => self.summary(ending, reason, &self.warnings_at_end),
             Err(error) => {
-                self.summary("failed", Some(&error.to_string()), &self.remarks)?;
+                self.summary("failed", Some(&error.to_string()), &self.warnings_at_end)?;
                 Err(error)
             }
         }
@@ -452,30 +452,30 @@ impl Run<'_> {
         self.recorder.output_last(&*self.solver, &mut self.progress)?;
         if self.solver.has_specimen() {
             // Nothing goes on from here: without times of clocks the file is the same for the same case.
-            self.recorder.save(&*self.solver, &Progress { wall: 0.0, ..self.progress.clone() })?;
+            self.recorder.save(&*self.solver, &RunProgress { wall: 0.0, ..self.progress.clone() })?;
         }
         Ok(self.recorder.rasters(&*self.solver)?)
     }
 
-    fn report(&mut self, ending: Ending) -> RunReport {
+    fn report(&mut self, ending: RunEnd) -> RunReport {
         let session = self.started.elapsed().as_secs_f64();
         let steps = self.solver.step_count();
         let updates = (steps - self.first_step) as f64 * self.solver.points() as f64;
         RunReport {
             ending,
-            snapshot: self.case.on_map(self.solver.snapshot()),
+            snapshot: self.case.snapshot_on_map(self.solver.snapshot()),
             table: std::mem::take(&mut self.recorder.table),
-            frames: std::mem::take(&mut self.recorder.kept),
+            frames: std::mem::take(&mut self.recorder.kept_frames),
             start: self.progress.start.unwrap_or(Budget::UNKNOWN),
             end: self.solver.totals(),
             steps,
-            remarks: std::mem::take(&mut self.remarks),
-            facts: self.solver.facts(),
-            said: std::mem::take(&mut self.said),
+            warnings_at_end: std::mem::take(&mut self.warnings_at_end),
+            notes: self.solver.notes(),
+            reported: std::mem::take(&mut self.reported),
             wall: self.wall(),
             updates_per_second: updates / (session - self.searched.as_secs_f64()),
             safety: std::mem::take(&mut self.safety),
-            failing: std::mem::take(&mut self.failing),
+            failed_trials: std::mem::take(&mut self.failing),
             specimen: if self.options.keep_specimen { self.solver.specimen() } else { None },
         }
     }

@@ -3,16 +3,16 @@
 use std::time::{Duration, Instant};
 
 use super::row;
-use crate::output::{Written, averages, write_frame};
-use crate::{Case, Plan, Solver, Wanted};
+use crate::output::{WriteOptions, averages, write_frame};
+use crate::{Case, FrameRequest, Plan, Solver};
 
 /// Fewest steps that are measured beside the first, unless they take longer than what they may.
-const FEW: u32 = 3;
+const MIN_STEPS: u32 = 3;
 
 /// Time of a step on one thread (s), as the plan expects it, above which none is made: of laws that are models of their own.
 const LONGEST_STEP: f64 = 20.0;
 /// Points from which on frames and rows are estimated: they would take the memory of the points once more.
-const MANY: usize = 200_000;
+const MAX_MEASURED_POINTS: usize = 200_000;
 /// Time of a frame for each of them (s), and of a row.
 const FRAME_OF_POINT: f64 = 3e-6;
 const ROW_OF_POINT: f64 = 5e-7;
@@ -26,7 +26,7 @@ pub fn frame_memory(points: usize) -> f64 {
 
 /// Wall-clock time of the parts of a run (s), and how many steps it has.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pace {
+pub struct RunTiming {
     /// A step.
     pub step: f64,
     /// A frame, with its file.
@@ -39,20 +39,22 @@ pub struct Pace {
     pub frame_memory: f64,
 }
 
-impl Pace {
+impl RunTiming {
     /// That of a solver at time zero, which steps on in the first stage for a time that it `may` take, and is of no further use. `None`
     /// where no step can be done, as the run will say, and where one would take too long.
-    pub fn of(case: &Case, plan: &Plan, solver: &mut dyn Solver, may: Duration) -> Option<Self> {
+    pub fn measure(case: &Case, plan: &Plan, solver: &mut dyn Solver, may: Duration) -> Option<Self> {
         if plan.seconds() > LONGEST_STEP * plan.steps as f64 {
             return None;
         }
         // On a thread of the pool: each loop of a step would wake one, and wait for it, from any other.
         rayon::scope(|_| {
-            let steps = Steps::measure(case, solver, may)?;
+            let steps = MeasuredSteps::measure(case, solver, may)?;
             // Points that have moved are more work to compress.
             let points = solver.points() as f64;
             let [frame, row, frame_memory] = match solver.points() {
-                MANY.. => [FRAME_OF_POINT, ROW_OF_POINT, FRAME_BYTES_OF_POINT].map(|each| points * each),
+                MAX_MEASURED_POINTS.. => {
+                    [FRAME_OF_POINT, ROW_OF_POINT, FRAME_BYTES_OF_POINT].map(|each| points * each)
+                }
                 _ => [frame(case, solver), row(case, solver), 0.0],
             };
             let left = 1.0 - steps.until / case.end_time();
@@ -63,7 +65,7 @@ impl Pace {
     }
 
     /// Time of a run, without its searches for factors of safety (s).
-    pub fn whole(&self, case: &Case) -> f64 {
+    pub fn run_time(&self, case: &Case) -> f64 {
         let outputs = |interval: Option<f64>, others: f64| {
             interval.map_or(others, |interval| (case.end_time() / interval).floor() + 1.0)
         };
@@ -73,7 +75,7 @@ impl Pace {
 }
 
 /// The first steps of a run.
-struct Steps {
+struct MeasuredSteps {
     count: u32,
     /// Time that they have come to (s).
     until: f64,
@@ -83,7 +85,7 @@ struct Steps {
     mean: f64,
 }
 
-impl Steps {
+impl MeasuredSteps {
     fn measure(case: &Case, solver: &mut dyn Solver, may: Duration) -> Option<Self> {
         solver.begin_stage(0, 0.0).ok()?;
         let end = case.stages.first()?.duration;
@@ -97,7 +99,10 @@ impl Steps {
         one(solver)?;
         let first = begun.elapsed();
         let (begun, mut count) = (Instant::now(), 0);
-        while (begun.elapsed() < may || count < FEW) && begun.elapsed() < 10 * may && one(solver).is_some() {
+        while (begun.elapsed() < may || count < MIN_STEPS)
+            && begun.elapsed() < 10 * may
+            && one(solver).is_some()
+        {
             count += 1;
         }
         let mean =
@@ -109,13 +114,13 @@ impl Steps {
 /// Time of a frame of points with its file, and of its averages on a grid (s); zero where no file can be made.
 fn frame(case: &Case, solver: &dyn Solver) -> f64 {
     let begun = Instant::now();
-    let Some(points) = solver.frame(Wanted::Written).take_points() else {
+    let Some(points) = solver.frame(FrameRequest::Written).take_points() else {
         return begun.elapsed().as_secs_f64();
     };
     if let Some(cell) = case.output.grid {
         std::hint::black_box(averages(case, cell, &points, case.output.fields.as_deref()));
     }
-    let written = Written { only: case.output.fields.as_deref(), compression: case.output.compression };
+    let written = WriteOptions { only: case.output.fields.as_deref(), compression: case.output.compression };
     let file = tempfile::tempdir().map(|folder| {
         let _ = write_frame(&folder.path().join("frame.vtu"), &points, [0.0; 3], written);
     });
@@ -125,9 +130,9 @@ fn frame(case: &Case, solver: &dyn Solver) -> f64 {
 /// Time of a row of the measures (s).
 fn row(case: &Case, solver: &dyn Solver) -> f64 {
     let begun = Instant::now();
-    let mut now = solver.frame(Wanted::Measured);
+    let mut now = solver.frame(FrameRequest::Measured);
     let points = now.take_points();
     let points = points.or_else(|| now.first_as_points()).unwrap_or_default();
-    std::hint::black_box((row::of_run(solver, None), row::of_case(case, solver, &points)));
+    std::hint::black_box((row::run_outputs(solver, None), row::case_outputs(case, solver, &points)));
     begun.elapsed().as_secs_f64()
 }

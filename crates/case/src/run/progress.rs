@@ -4,25 +4,25 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::energy::EnergyWatch;
-use crate::output::{Collection, Seal};
+use super::energy::EnergyMonitor;
+use crate::output::{Collection, FileChecksum};
 use crate::{Budget, TimeStep};
 
 /// Where a run stands: everything but the solver that a restart needs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Progress {
+pub(super) struct RunProgress {
     pub(super) begun: bool,
     pub(super) stage: usize,
     /// When the stages so far began (s).
     pub(super) stage_starts: Vec<f64>,
-    pub(super) held: u32,
+    pub(super) checks_at_rest: u32,
     /// Wall-clock time so far (s).
     pub(super) wall: f64,
     pub(super) frames: u64,
     pub(super) rows: u64,
     pub(super) collection: Collection,
     /// Seals of the files of the frames, by name.
-    pub(super) seals: BTreeMap<String, Seal>,
+    pub(super) seals: BTreeMap<String, FileChecksum>,
     /// Steps done at each frame of the collection.
     pub(super) frame_steps: Vec<u64>,
     /// Totals at the start.
@@ -36,39 +36,39 @@ pub(super) struct Progress {
     /// What the solver warned of first.
     pub(super) warning: Option<String>,
     /// The energy of the stage.
-    pub(super) energy: EnergyWatch,
+    pub(super) energy: EnergyMonitor,
     /// What was to be said of the energy of the stages before.
-    pub(super) grown: Option<String>,
+    pub(super) energy_warning: Option<String>,
     /// Stages that ended before they came to rest, which they need not, and what was said.
-    pub(super) missed: Vec<(usize, String)>,
+    pub(super) missed_equilibria: Vec<(usize, String)>,
     /// When the stages that are over ended (s).
     pub(super) stage_ends: Vec<f64>,
     /// What has bounded the steps so far.
-    pub(super) bounds: Vec<StepBound>,
+    pub(super) step_bounds: Vec<StepBoundCount>,
 }
 
 /// How often something bounded the step, and where most.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct StepBound {
+pub(super) struct StepBoundCount {
     pub(super) steps: u64,
     /// The least bound.
-    pub(super) least: TimeStep,
+    pub(super) min_step: TimeStep,
     /// When it was (s).
     pub(super) time: f64,
 }
 
-impl Progress {
+impl RunProgress {
     /// Counts a step from `time` (s) for what bounds it.
     pub(super) fn count(&mut self, bound: &TimeStep, time: f64) {
         self.time_step = Some(bound.dt);
-        match self.bounds.iter_mut().find(|known| known.least.limit == bound.limit) {
+        match self.step_bounds.iter_mut().find(|known| known.min_step.limit == bound.limit) {
             Some(known) => {
                 known.steps += 1;
-                if bound.dt < known.least.dt {
-                    (known.least, known.time) = (*bound, time);
+                if bound.dt < known.min_step.dt {
+                    (known.min_step, known.time) = (*bound, time);
                 }
             }
-            None => self.bounds.push(StepBound { steps: 1, least: *bound, time }),
+            None => self.step_bounds.push(StepBoundCount { steps: 1, min_step: *bound, time }),
         }
     }
 

@@ -8,18 +8,20 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::checkpoint::{Checkpoint, read_checkpoint, refuse};
+use super::checkpoint::{Checkpoint, checkpoint_error, read_checkpoint};
 use super::folder::{self, CASE, CHECKPOINT, COLLECTION, MEASURES, RASTERS, SUMMARY, Tables};
-use super::progress::Progress;
+use super::progress::RunProgress;
 use super::verify;
 use super::{RunError, RunOptions, row};
 use crate::description::Measure;
 use crate::output::{
-    Collection, OutputError, Seal, Table, Written, averages, create_folder, file_ending, read_frame,
-    read_json, write_atomically, write_dataset, write_frame,
+    Collection, FileChecksum, OutputError, Table, WriteOptions, averages, create_folder, file_extension,
+    read_frame, read_json, write_atomically, write_dataset, write_frame,
 };
 use crate::solver::save_value;
-use crate::{Case, Dataset, Frame, PlanRaster, Snapshot, Solver, SolverError, Support, Wanted, measure};
+use crate::{
+    Case, Dataset, DatasetGeometry, Frame, FrameRequest, PlanRaster, Snapshot, Solver, SolverError, measure,
+};
 
 /// Rows of the measures over a whole run, about, where the case names no interval.
 const DEFAULT_ROWS: f64 = 100.0;
@@ -30,7 +32,7 @@ fn is_due(time: f64, count: u64, interval: f64) -> bool {
 }
 
 /// What measures read: what is on `points`, or else what comes first among the `others`; no point where there is nothing.
-fn measured<'a>(points: Option<&'a Snapshot>, others: &Frame) -> Cow<'a, Snapshot> {
+fn measured_snapshot<'a>(points: Option<&'a Snapshot>, others: &Frame) -> Cow<'a, Snapshot> {
     match points {
         Some(points) => Cow::Borrowed(points),
         None => Cow::Owned(others.first_as_points().unwrap_or_default()),
@@ -38,7 +40,7 @@ fn measured<'a>(points: Option<&'a Snapshot>, others: &Frame) -> Cow<'a, Snapsho
 }
 
 /// Writes measures, frames, checkpoints and the summary of a run.
-pub(super) struct Recorder<'a> {
+pub(super) struct RunRecorder<'a> {
     pub(super) case: &'a Case,
     pub(super) options: &'a RunOptions,
     frame_interval: Option<f64>,
@@ -47,7 +49,7 @@ pub(super) struct Recorder<'a> {
     ends_on_rows: bool,
     pub(super) tables: Tables,
     pub(super) table: Table,
-    pub(super) kept: Vec<Snapshot>,
+    pub(super) kept_frames: Vec<Snapshot>,
     /// States of the solver at the ends of stages, by their names.
     states: BTreeMap<String, Vec<u8>>,
     /// Of the case.
@@ -57,15 +59,15 @@ pub(super) struct Recorder<'a> {
     /// Keeps other runs out of the folder.
     lock: Option<fs::File>,
     /// Keeps room on the disk for the last summary.
-    pub(super) room: Option<fs::File>,
+    pub(super) reserved_space: Option<fs::File>,
     /// Names of the files of rasters that were written, in the folder of the run.
     pub(super) rasters: Vec<String>,
 }
 
-impl<'a> Recorder<'a> {
+impl<'a> RunRecorder<'a> {
     /// Takes the folder into use.
     pub(super) fn open(case: &'a Case, options: &'a RunOptions) -> Result<Self, RunError> {
-        let files = case.marks_of_files();
+        let files = case.file_checksums();
         let mut recorder = Self {
             case,
             options,
@@ -74,12 +76,12 @@ impl<'a> Recorder<'a> {
             ends_on_rows: case.output.measures.is_some(),
             tables: Tables::new(options.out.clone()),
             table: Table::default(),
-            kept: Vec::new(),
+            kept_frames: Vec::new(),
             states: BTreeMap::new(),
             fingerprint: case.fingerprint_with(&files),
             files,
             lock: None,
-            room: None,
+            reserved_space: None,
             rasters: Vec::new(),
         };
         if let Some(out) = &options.out {
@@ -91,7 +93,7 @@ impl<'a> Recorder<'a> {
     fn prepare(&mut self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
         let running = json!({
-            "status": "running", "title": self.case.title, "method": self.options.method, "fingerprint": self.mark(),
+            "status": "running", "title": self.case.title, "method": self.options.method, "fingerprint": self.case_fingerprint(),
             "inputs": self.files,
             "version": env!("CARGO_PKG_VERSION"), "commit": self.options.commit, "warnings": self.options.warnings,
         });
@@ -103,12 +105,12 @@ impl<'a> Recorder<'a> {
             let problem = "holds an earlier run already (resume it, overwrite it or choose another)";
             return Err(folder(problem.to_owned()));
         }
-        if let Some(name) = folder::taken(out)?.filter(|_| !used) {
+        if let Some(name) = folder::existing_run_file(out)?.filter(|_| !used) {
             let problem = format!("holds {name}, which no run wrote: choose another folder, or move it away");
             return Err(folder(problem));
         }
         self.lock = folder::lock(out)?;
-        self.room = folder::keep_room(out, &self.case.to_json());
+        self.reserved_space = folder::reserve_space(out, &self.case.to_json());
         if self.options.resume {
             return self.check_resumable(out);
         }
@@ -117,7 +119,7 @@ impl<'a> Recorder<'a> {
         if used {
             folder::clear(out)?;
         }
-        folder::make(out)?;
+        folder::create(out)?;
         Ok(self.write_case(out)?)
     }
 
@@ -138,7 +140,7 @@ impl<'a> Recorder<'a> {
         if summary["status"] == "completed" {
             return Err(folder("holds a complete run: there is nothing to resume"));
         }
-        if summary["fingerprint"].as_str().is_some_and(|mark| mark != self.mark()) {
+        if summary["fingerprint"].as_str().is_some_and(|mark| mark != self.case_fingerprint()) {
             let changed = verify::changed_files(&summary, &self.files);
             return Err(folder(&match changed.is_empty() {
                 true => "holds a run of another case".to_owned(),
@@ -149,12 +151,12 @@ impl<'a> Recorder<'a> {
     }
 
     /// The fingerprint of the case in a summary.
-    pub(super) fn mark(&self) -> String {
+    pub(super) fn case_fingerprint(&self) -> String {
         format!("{:016x}", self.fingerprint)
     }
 
     /// First row and frame, at time zero.
-    pub(super) fn begin(&mut self, solver: &dyn Solver, progress: &mut Progress) -> Result<(), RunError> {
+    pub(super) fn begin(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
         progress.start = solver.budget();
         self.output(solver, progress)
     }
@@ -166,7 +168,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Time of the next row or frame at which a step is to end (s).
-    pub(super) fn next_output(&self, progress: &Progress) -> f64 {
+    pub(super) fn next_output(&self, progress: &RunProgress) -> f64 {
         let [row, frame] = self.intervals();
         // Before the first of them nothing is infinitely far.
         let next = |count: u64, interval: f64| if count == 0 { 0.0 } else { count as f64 * interval };
@@ -180,12 +182,12 @@ impl<'a> Recorder<'a> {
     }
 
     /// Whether a row is due at `time` (s) for which no step was to end.
-    pub(super) fn row_in_passing(&self, time: f64, progress: &Progress) -> bool {
+    pub(super) fn is_unscheduled_row_due(&self, time: f64, progress: &RunProgress) -> bool {
         !self.ends_on_rows && is_due(time, progress.rows, self.row_interval)
     }
 
     /// Writes the row and the frame that are due.
-    pub(super) fn output(&mut self, solver: &dyn Solver, progress: &mut Progress) -> Result<(), RunError> {
+    pub(super) fn output(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
         let time = solver.time();
         let row = is_due(time, progress.rows, self.row_interval);
         let frame = match self.frame_interval {
@@ -195,7 +197,7 @@ impl<'a> Recorder<'a> {
         if !row && !frame {
             return Ok(());
         }
-        let mut now = solver.frame(if frame { Wanted::Written } else { Wanted::Measured });
+        let mut now = solver.frame(if frame { FrameRequest::Written } else { FrameRequest::Measured });
         let points = now.take_points();
         if row {
             self.row(solver, points.as_ref(), &now, progress.time_step)?;
@@ -216,10 +218,10 @@ impl<'a> Recorder<'a> {
     pub(super) fn output_last(
         &mut self,
         solver: &dyn Solver,
-        progress: &mut Progress,
+        progress: &mut RunProgress,
     ) -> Result<(), RunError> {
         let time = solver.time();
-        let mut now = solver.frame(Wanted::Written);
+        let mut now = solver.frame(FrameRequest::Written);
         let points = now.take_points();
         if self.table.last("time") != Some(time) {
             self.row(solver, points.as_ref(), &now, progress.time_step)?;
@@ -238,9 +240,9 @@ impl<'a> Recorder<'a> {
         others: &Frame,
         time_step: Option<f64>,
     ) -> Result<(), RunError> {
-        let measured = measured(points, others);
-        let mut readings = row::of_run(solver, time_step);
-        readings.extend(row::of_case(self.case, solver, &measured));
+        let measured = measured_snapshot(points, others);
+        let mut readings = row::run_outputs(solver, time_step);
+        readings.extend(row::case_outputs(self.case, solver, &measured));
         if self.table.columns.is_empty() {
             self.table.columns =
                 readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
@@ -256,16 +258,16 @@ impl<'a> Recorder<'a> {
         &mut self,
         points: Option<Snapshot>,
         mut others: Frame,
-        progress: &mut Progress,
+        progress: &mut RunProgress,
     ) -> Result<(), RunError> {
         let only = self.case.output.fields.as_deref();
         let compression = self.case.output.compression;
         for dataset in &mut others.datasets {
-            if !matches!(dataset.support, Support::Mesh(_)) {
+            if !matches!(dataset.geometry, DatasetGeometry::Mesh(_)) {
                 dataset.fields.retain(|field| only.is_none_or(|names| names.contains(&field.name)));
             }
         }
-        self.profiles(&measured(points.as_ref(), &others))?;
+        self.profiles(&measured_snapshot(points.as_ref(), &others))?;
         if let Some(points) = &points {
             let on_nodes = |dataset: &Dataset| dataset.name == Dataset::GRID;
             if let Some(cell) = self.case.output.grid.filter(|_| !others.datasets.iter().any(on_nodes)) {
@@ -273,7 +275,8 @@ impl<'a> Recorder<'a> {
             }
         }
         let number = progress.collection.frames.len();
-        let file = |dataset: &Dataset| folder::frame(&dataset.name, number, file_ending(&dataset.support));
+        let file =
+            |dataset: &Dataset| folder::frame(&dataset.name, number, file_extension(&dataset.geometry));
         let of_points = points.as_ref().map(|_| folder::frame(Collection::POINTS, number, "vtu"));
         // A frame is called after what comes first in it.
         let first = of_points.clone().or_else(|| others.datasets.first().map(file)).unwrap_or_default();
@@ -281,8 +284,12 @@ impl<'a> Recorder<'a> {
         progress.frame_steps.push(others.step);
         if let Some(out) = &self.options.out {
             if let (Some(name), Some(points)) = (of_points, &points) {
-                let seal =
-                    write_frame(&out.join(&name), points, self.case.origin(), Written { only, compression })?;
+                let seal = write_frame(
+                    &out.join(&name),
+                    points,
+                    self.case.origin(),
+                    WriteOptions { only, compression },
+                )?;
                 progress.seals.insert(name, seal);
             }
             for dataset in &others.datasets {
@@ -294,17 +301,17 @@ impl<'a> Recorder<'a> {
         }
         if self.options.keep_frames {
             let shown = points.or_else(|| others.first_as_points());
-            self.kept.extend(shown.map(|shown| self.case.on_map(shown)));
+            self.kept_frames.extend(shown.map(|shown| self.case.snapshot_on_map(shown)));
         }
         Ok(())
     }
 
     /// Writes the times of the frames, and of each dataset beside what comes first in them.
-    fn write_collections(&self, out: &Path, progress: &Progress) -> Result<(), OutputError> {
+    fn write_collections(&self, out: &Path, progress: &RunProgress) -> Result<(), OutputError> {
         progress.collection.write(&out.join(COLLECTION))?;
         let mut beside: BTreeMap<&str, Vec<(usize, &String)>> = BTreeMap::new();
         for file in progress.seals.keys() {
-            if let Some((name, number)) = folder::of_frame(file) {
+            if let Some((name, number)) = folder::parse_frame_name(file) {
                 beside.entry(name).or_default().push((number, file));
             }
         }
@@ -326,7 +333,7 @@ impl<'a> Recorder<'a> {
         let columns = columns.map(|(name, unit)| (name.to_owned(), unit.to_owned()));
         for (name, measure) in &self.case.measures {
             let Measure::Profile { axis, height, bin, bodies } = measure else { continue };
-            let counted = measure::counted(self.case, snapshot, bodies.as_deref());
+            let counted = measure::counted_points(self.case, snapshot, bodies.as_deref());
             let from = self.case.origin();
             let heights = measure::profile(&counted, *axis, *height, *bin);
             let rows: Vec<Vec<f64>> = heights
@@ -339,7 +346,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Writes the checkpoint, once the rows before it are safely on the disk.
-    pub(super) fn save(&self, solver: &dyn Solver, progress: &Progress) -> Result<(), RunError> {
+    pub(super) fn save(&self, solver: &dyn Solver, progress: &RunProgress) -> Result<(), RunError> {
         let Some(out) = &self.options.out else { return Ok(()) };
         let checkpoint = Checkpoint {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -384,26 +391,26 @@ impl<'a> Recorder<'a> {
 
     /// Takes solver and progress from the checkpoint; `None` where the run died before its first, and
     /// starts anew. Tables and collection are set back to what they were at the checkpoint.
-    pub(super) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<Progress>, RunError> {
+    pub(super) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<RunProgress>, RunError> {
         let Some(out) = &self.options.out else { return Ok(None) };
         let of_run = (self.fingerprint, self.options.method.as_str());
         let Some((checkpoint, mut state)) = read_checkpoint(out, of_run)? else {
             folder::clear(out)?;
-            folder::make(out)?;
+            folder::create(out)?;
             self.keep_case(out)?;
             return Ok(None);
         };
-        solver.restore(&mut state).map_err(|error: SolverError| refuse(out, error.to_string()))?;
+        solver.restore(&mut state).map_err(|error: SolverError| checkpoint_error(out, error.to_string()))?;
         let progress = checkpoint.progress;
         self.check_frames(out, &progress.seals)?;
         if self.options.keep_frames {
-            self.kept = read_frames(out, &progress)?;
+            self.kept_frames = read_frames(out, &progress)?;
         }
         self.tables.resume(&checkpoint.tables)?;
         let kept: Vec<&str> = checkpoint.tables.iter().map(|(name, _)| name.as_str()).collect();
         folder::keep_profiles(out, &kept)?;
-        folder::remove_torn(out)?;
-        folder::make(out)?;
+        folder::remove_partial_files(out)?;
+        folder::create(out)?;
         self.keep_case(out)?;
         self.table = Table::read(&out.join(MEASURES))?;
         self.write_collections(out, &progress)?;
@@ -411,15 +418,18 @@ impl<'a> Recorder<'a> {
     }
 
     /// Refuses to go on without the frames of the run, or with others: the collection would name what it did not write.
-    fn check_frames(&self, out: &Path, seals: &BTreeMap<String, Seal>) -> Result<(), RunError> {
+    fn check_frames(&self, out: &Path, seals: &BTreeMap<String, FileChecksum>) -> Result<(), RunError> {
         for (name, seal) in seals {
             let path = out.join(name);
             let wrong = match path.exists() {
                 false => "gone",
-                true if Seal::of_file(&path, None)? != *seal => "not as it was written",
+                true if FileChecksum::of_file(&path, None)? != *seal => "not as it was written",
                 true => continue,
             };
-            return Err(refuse(out, format!("counts on {name}, which is {wrong}: run the case anew")));
+            return Err(checkpoint_error(
+                out,
+                format!("counts on {name}, which is {wrong}: run the case anew"),
+            ));
         }
         Ok(())
     }
@@ -458,7 +468,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Probes that no point has come near.
-    pub(super) fn blind_probes(&self) -> Vec<String> {
+    pub(super) fn probes_without_points(&self) -> Vec<String> {
         let sees = |name: &str| {
             let own = |column: &str| column.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
             let own: Vec<usize> =
@@ -473,7 +483,7 @@ impl<'a> Recorder<'a> {
 }
 
 /// The frames of a run so far, from their files.
-fn read_frames(out: &Path, progress: &Progress) -> Result<Vec<Snapshot>, OutputError> {
+fn read_frames(out: &Path, progress: &RunProgress) -> Result<Vec<Snapshot>, OutputError> {
     let frames = progress.collection.frames.iter().zip(&progress.frame_steps);
     let read = |((time, name), step): (&(f64, String), &u64)| {
         Ok(Snapshot { step: *step, ..read_frame(&out.join(name), *time)? })

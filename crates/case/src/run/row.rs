@@ -2,15 +2,15 @@
 
 use crate::description::Measure;
 use crate::json::closest;
-use crate::measure::{self, Reading};
-use crate::{Budget, Case, CaseError, CaseErrors, Snapshot, Solver, Wanted};
+use crate::measure::{self, ScalarOutput};
+use crate::{Budget, Case, CaseError, CaseErrors, FrameRequest, Snapshot, Solver};
 
 /// What every frame holds beside the fields of its snapshot.
 const ALWAYS_IN_FRAMES: [&str; 3] = ["id", "body", "extent"];
 
 /// What stands in a row whatever the case measures: time, totals, what the method adds. `time_step` is the bound on the
 /// last step (s).
-pub(super) fn of_run(solver: &dyn Solver, time_step: Option<f64>) -> Vec<Reading> {
+pub(super) fn run_outputs(solver: &dyn Solver, time_step: Option<f64>) -> Vec<ScalarOutput> {
     let mut readings = Vec::new();
     let mut push = |name: &str, unit: &str, value: f64| {
         readings.push((name.to_owned(), unit.to_owned(), value));
@@ -24,7 +24,7 @@ pub(super) fn of_run(solver: &dyn Solver, time_step: Option<f64>) -> Vec<Reading
     let equilibrium = solver.equilibrium();
     push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
     push("kinetic_ratio", "", equilibrium.map_or(f64::NAN, |e| e.kinetic_ratio));
-    readings.extend(solver.readings());
+    readings.extend(solver.scalar_outputs());
     readings
 }
 
@@ -51,22 +51,23 @@ fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &
 }
 
 /// What stands in a row because the case measures it.
-pub(super) fn of_case(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> Vec<Reading> {
-    let mut readings = measure::read(case, snapshot, solver.cell_size(), &solver.travels_of_cuts());
-    readings.extend(measure::of_solver(case, solver));
+pub(super) fn case_outputs(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> Vec<ScalarOutput> {
+    let mut readings = measure::read(case, snapshot, solver.cell_size(), &solver.removal_shape_travel());
+    readings.extend(measure::solver_outputs(case, solver));
     readings
 }
 
 /// Names of the numbers that a run ends with: columns of its measures, factors of safety.
 pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
-    let readings = of_run(solver, None).into_iter().chain(of_case(case, solver, &solver.snapshot()));
+    let readings =
+        run_outputs(solver, None).into_iter().chain(case_outputs(case, solver, &solver.snapshot()));
     let found = case.factors_of_safety().map(|(name, _)| name.to_owned());
     readings.map(|(name, ..)| name).chain(found).collect()
 }
 
 /// Refuses the measures that are read off the places of a frame, by path: of a solver whose frames hold nothing.
 fn check_without_places(case: &Case) -> Result<(), CaseErrors> {
-    let of_places = case.measures.iter().filter(|(_, measure)| measure::reads_places(measure));
+    let of_places = case.measures.iter().filter(|(_, measure)| measure::needs_places(measure));
     let error = |(name, _): (&String, &Measure)| {
         let problem = "is read off points, nodes or cells, and the frames of the method hold none";
         CaseError::new(format!("measures.{name}"), problem)
@@ -84,7 +85,7 @@ pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
     if case.output.fields.is_none() && case.measures.is_empty() {
         return Ok(());
     }
-    let mut now = solver.frame(Wanted::Measured);
+    let mut now = solver.frame(FrameRequest::Measured);
     let measured = now.take_points().or_else(|| now.first_as_points());
     if measured.is_none() {
         check_without_places(case)?;
@@ -117,9 +118,9 @@ pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
             check(format!("measures.{measure}.fields[{number}]"), name, &fields);
         }
     }
-    let taken = of_run(solver, None);
+    let taken = run_outputs(solver, None);
     let mut last = None;
-    for (column, ..) in of_case(case, solver, &snapshot) {
+    for (column, ..) in case_outputs(case, solver, &snapshot) {
         let measure = column.split('.').next().unwrap_or_default().to_owned();
         if taken.iter().any(|(name, ..)| *name == column) && last.as_ref() != Some(&measure) {
             let problem = format!("the column {column:?} is there in every run: choose another name");

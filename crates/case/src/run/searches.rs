@@ -3,14 +3,14 @@
 use std::io::Write;
 use std::time::Instant;
 
-use super::{Ending, Run, RunError, safety};
+use super::{RunEnd, RunError, RunLoop, safety};
 
-impl Run<'_> {
+impl RunLoop<'_> {
     /// Searches for the factors of safety, from the states that were kept. The checkpoint before lets an interrupted
     /// search be taken up again.
-    pub(super) fn search(&mut self) -> Result<Ending, RunError> {
+    pub(super) fn search(&mut self) -> Result<RunEnd, RunError> {
         let (Some(method), Some(_)) = (self.method, self.case.factors_of_safety().next()) else {
-            return Ok(Ending::Completed);
+            return Ok(RunEnd::Completed);
         };
         self.recorder.output_last(&*self.solver, &mut self.progress)?;
         self.progress.stage = self.case.stages.len();
@@ -19,20 +19,21 @@ impl Run<'_> {
         for (name, search) in self.case.factors_of_safety() {
             self.bar.set_message(format!("searching for {name}"));
             let rest = self.recorder.state(&search.after)?;
-            let tell = |line: &str| self.tell_of_search(line);
+            let tell = |line: &str| self.report_search(line);
             let (case, options) = (self.case, self.options);
-            let context = safety::Context { method, case, name, search, rest: &rest, options, tell: &tell };
+            let context =
+                safety::SearchContext { method, case, name, search, rest: &rest, options, report: &tell };
             let found = safety::search(&context);
             self.searched = begun.elapsed();
-            let Some((found, failing)) = found? else { return Ok(Ending::Interrupted) };
+            let Some((found, failing)) = found? else { return Ok(RunEnd::Interrupted) };
             self.safety.insert(name.to_owned(), found);
             self.failing.extend(failing.map(|points| (name.to_owned(), points)));
         }
-        Ok(Ending::Completed)
+        Ok(RunEnd::Completed)
     }
 
     /// Says how a search goes on.
-    fn tell_of_search(&self, line: &str) {
+    fn report_search(&self, line: &str) {
         if self.options.progress {
             self.bar.suspend(|| {
                 let _ = writeln!(std::io::stderr(), "{line}");

@@ -5,24 +5,24 @@ use std::fs;
 
 use serde_json::json;
 
-use super::checkpoint::refuse;
+use super::checkpoint::checkpoint_error;
 use super::folder::{CHECKPOINT, SUMMARY};
-use super::progress::{Progress, StepBound};
-use super::record::Recorder;
-use super::{RunError, Safety, verify};
+use super::progress::{RunProgress, StepBoundCount};
+use super::record::RunRecorder;
+use super::{RunError, SafetyResult, verify};
 use crate::description::Stage;
 use crate::output::{OutputError, write_atomically, write_in_place};
 use crate::{Budget, Solver};
 
-impl Recorder<'_> {
+impl RunRecorder<'_> {
     /// Writes the summary, with wall-clock time (s), factors of safety and remarks on the state.
     pub(super) fn summary(
         &self,
         status: &str,
         reason: Option<&str>,
         solver: &dyn Solver,
-        progress: &Progress,
-        (wall, safety, remarks): (f64, &BTreeMap<String, Safety>, &[String]),
+        progress: &RunProgress,
+        (wall, safety, remarks): (f64, &BTreeMap<String, SafetyResult>, &[String]),
     ) -> Result<(), RunError> {
         let budget = |b: Budget| {
             let mut all = json!({
@@ -49,7 +49,7 @@ impl Recorder<'_> {
             "method": self.options.method,
             "version": env!("CARGO_PKG_VERSION"),
             "commit": self.options.commit,
-            "fingerprint": self.mark(),
+            "fingerprint": self.case_fingerprint(),
             "inputs": self.files,
             "wall_time": wall,
             "steps": solver.step_count(),
@@ -57,9 +57,9 @@ impl Recorder<'_> {
             "points": solver.points(),
             "warnings": self.options.warnings,
             "remarks": remarks,
-            "facts": solver.facts(),
+            "facts": solver.notes(),
             "stages": self.stages(progress),
-            "time_step_limits": progress.bounds.iter().map(bound_to_json).collect::<Vec<_>>(),
+            "time_step_limits": progress.step_bounds.iter().map(bound_to_json).collect::<Vec<_>>(),
             "start": progress.start.map(budget),
             "measures": measures,
             "case": self.case,
@@ -74,7 +74,7 @@ impl Recorder<'_> {
             if let Some(out) = &self.options.out {
                 self.keep_case(out)?;
                 let sealed = progress.seals.clone().into_iter().chain(tables).collect();
-                summary["files"] = verify::to_json(&verify::seals(out, sealed, &self.rasters)?);
+                summary["files"] = verify::to_json(&verify::file_checksums(out, sealed, &self.rasters)?);
             }
             summary["end"] = json!(solver.budget().map(budget));
             summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
@@ -90,11 +90,12 @@ impl Recorder<'_> {
     }
 
     /// The stages that have begun, with their ends if they are over.
-    fn stages(&self, progress: &Progress) -> Vec<serde_json::Value> {
+    fn stages(&self, progress: &RunProgress) -> Vec<serde_json::Value> {
         let stages = self.case.stages.iter().zip(&progress.stage_starts).enumerate();
         let record = |(number, (stage, start)): (usize, (&Stage, &f64))| {
             let end = progress.stage_ends.get(number);
-            let rests = stage.equilibrium.is_some() && !progress.missed.iter().any(|(own, _)| *own == number);
+            let rests = stage.equilibrium.is_some()
+                && !progress.missed_equilibria.iter().any(|(own, _)| *own == number);
             let ended = if rests { "at rest" } else { "duration over" };
             json!({ "name": stage.name, "start": start, "end": end, "ended": end.map(|_| ended) })
         };
@@ -103,29 +104,30 @@ impl Recorder<'_> {
 
     pub(super) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
         let Some(out) = &self.options.out else { return Ok(()) };
-        let text = serde_json::to_string_pretty(summary).map_err(|error| refuse(out, error.to_string()))?;
+        let text = serde_json::to_string_pretty(summary)
+            .map_err(|error| checkpoint_error(out, error.to_string()))?;
         let path = out.join(SUMMARY);
         let written = write_atomically(&path, text.as_bytes());
         if written.is_err() && summary["status"] == "failed" {
             // A disk without room for another file has that of the summary that says `running`.
-            let _ = write_in_place(&path, &last_words(summary));
+            let _ = write_in_place(&path, &minimal_summary(summary));
         }
         Ok(written?)
     }
 }
 
-/// Longest reason in [`last_words`] (characters).
-const REASON: usize = 200;
+/// Longest reason in [`minimal_summary`] (characters).
+const MAX_REASON: usize = 200;
 
 /// A summary as short as can be: that of a run which fails on a full disk.
-fn last_words(summary: &serde_json::Value) -> String {
-    let reason: String = summary["reason"].as_str().unwrap_or_default().chars().take(REASON).collect();
+fn minimal_summary(summary: &serde_json::Value) -> String {
+    let reason: String = summary["reason"].as_str().unwrap_or_default().chars().take(MAX_REASON).collect();
     let [method, fingerprint] = ["method", "fingerprint"].map(|key| &summary[key]);
     json!({ "status": "failed", "reason": reason, "method": method, "fingerprint": fingerprint }).to_string()
 }
 
-fn bound_to_json(bound: &StepBound) -> serde_json::Value {
-    let StepBound { steps, least, time } = bound;
+fn bound_to_json(bound: &StepBoundCount) -> serde_json::Value {
+    let StepBoundCount { steps, min_step: least, time } = bound;
     let place = least.point.map(|_| least.position);
     json!({
         "limit": least.limit.to_string(), "steps": steps, "least": least.dt, "time": time, "point": least.point,

@@ -10,8 +10,8 @@ use crate::description::Reset;
 use crate::output::Collection;
 use crate::solver::{restore_value, save_value};
 use crate::{
-    Advance, Dataset, Equilibrium, Field, FieldData, Frame, Lattice, SolverError, StepLimit, Support,
-    TimeStep, Wanted,
+    Advance, Dataset, DatasetGeometry, Equilibrium, Field, FieldData, Frame, FrameRequest, Lattice,
+    SolverError, StepLimit, TimeStep,
 };
 use colluvium_constitutive::SymTensor;
 
@@ -84,7 +84,7 @@ impl Solver for Oscillators {
     }
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.limit();
-        let dt = limit.towards(at_most);
+        let dt = limit.limited_to(at_most);
         if self.fail_at.is_some_and(|at| self.time >= at) {
             assert!(!self.dies, "killed");
             let reason = "it was told to".to_owned();
@@ -97,7 +97,7 @@ impl Solver for Oscillators {
             });
         }
         if self.dies && self.time < Self::NAP && self.time + dt >= Self::NAP {
-            std::thread::sleep(BETWEEN_SUMMARIES);
+            std::thread::sleep(SUMMARY_INTERVAL);
         }
         for [x, v] in &mut self.state {
             *v -= dt * (9.0 * *x + 2.0 * self.damping * *v);
@@ -120,14 +120,14 @@ impl Solver for Oscillators {
         let worst = self.state.iter().map(|[x, v]| x.abs().max(v.abs())).fold(0.0, f64::max);
         Some(Equilibrium { unbalanced_force: worst, kinetic_ratio: worst, kinetic: worst })
     }
-    fn frame(&self, _: Wanted) -> Frame {
+    fn frame(&self, _: FrameRequest) -> Frame {
         let count = self.state.len();
         if self.on_nodes {
             let nodes = Lattice { low: [1.0, 0.0, 0.0], spacing: 1.0, count: [count, 1, 1] };
             let mask = (0..count).map(|node| node + 1 < count).collect();
             let mass = Field { name: "mass".into(), unit: "kg", data: FieldData::Scalar(vec![1.0; count]) };
-            let support = Support::Lattice { nodes, mask };
-            let datasets = vec![Dataset { name: "fluid".into(), support, fields: vec![mass] }];
+            let support = DatasetGeometry::Lattice { nodes, mask };
+            let datasets = vec![Dataset { name: "fluid".into(), geometry: support, fields: vec![mass] }];
             return Frame { time: self.time, step: self.steps, datasets };
         }
         Frame::from(Snapshot {
@@ -405,7 +405,7 @@ fn a_probe_that_no_point_comes_near_is_remarked() {
         case.measures.insert(name.into(), probe);
     }
     let report = run(&case, Oscillators::boxed(0.1, None), &RunOptions::default()).unwrap();
-    assert_eq!(report.remarks, ["measures.far: no point came within its radius"]);
+    assert_eq!(report.warnings_at_end, ["measures.far: no point came within its radius"]);
 }
 
 #[test]
@@ -420,7 +420,7 @@ fn a_step_that_collapses_is_remarked_with_its_place() {
     let with = RunOptions { warn: Some(warn), ..RunOptions::default() };
     let [(little, _), (much, said)] = [2e-3, 5e-4].map(|share| {
         let report = run(&case, falling(share), &with).unwrap();
-        (report.remarks, report.said)
+        (report.warnings_at_end, report.reported)
     });
     assert_eq!(little, [""; 0]);
     let [remark] = much.as_slice() else { panic!("{much:?}") };

@@ -8,15 +8,15 @@ use serde_json::{Value, json};
 
 use super::folder::{self, CASE, FRAMES, RASTERS, SUMMARY};
 use crate::Case;
-use crate::output::{OutputError, Seal, read_json};
+use crate::output::{FileChecksum, OutputError, read_json};
 
 /// The seals of all files of a run in `out` but its summary, by name: `sealed` while it ran, and those of the files that were
 /// written at its ends, `rasters` among them.
-pub(super) fn seals(
+pub(super) fn file_checksums(
     out: &Path,
-    sealed: BTreeMap<String, Seal>,
+    sealed: BTreeMap<String, FileChecksum>,
     rasters: &[String],
-) -> Result<BTreeMap<String, Seal>, OutputError> {
+) -> Result<BTreeMap<String, FileChecksum>, OutputError> {
     let mut names = folder::collections(out)?;
     names.push(CASE.to_owned());
     names.extend(
@@ -27,15 +27,15 @@ pub(super) fn seals(
     for name in names {
         let path = out.join(&name);
         if path.exists() {
-            seals.insert(name, Seal::of_file(&path, None)?);
+            seals.insert(name, FileChecksum::of_file(&path, None)?);
         }
     }
     Ok(seals)
 }
 
 /// Seals as they stand in a summary.
-pub(super) fn to_json(seals: &BTreeMap<String, Seal>) -> Value {
-    let one = |(name, seal): (&String, &Seal)| {
+pub(super) fn to_json(seals: &BTreeMap<String, FileChecksum>) -> Value {
+    let one = |(name, seal): (&String, &FileChecksum)| {
         (name.clone(), json!({ "bytes": seal.bytes, "fnv1a": format!("{:016x}", seal.fnv1a) }))
     };
     Value::Object(seals.iter().map(one).collect())
@@ -43,7 +43,7 @@ pub(super) fn to_json(seals: &BTreeMap<String, Seal>) -> Value {
 
 /// What is wrong with the files of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Verified {
+pub struct VerificationResult {
     /// Number of files that were looked at.
     pub files: usize,
     /// What is not as it was written, a line for each file.
@@ -54,7 +54,7 @@ pub struct Verified {
 ///
 /// # Errors
 /// When there is no summary, when it is not one of a complete run, or names no files: runs of older programs.
-pub fn verify(out: &Path) -> Result<Verified, OutputError> {
+pub fn verify(out: &Path) -> Result<VerificationResult, OutputError> {
     let path = out.join(SUMMARY);
     let summary = read_json(&path)?;
     let fail = |problem: String| OutputError::new(&path, problem);
@@ -78,7 +78,7 @@ pub fn verify(out: &Path) -> Result<Verified, OutputError> {
                 problems.push(format!("{name}: has {} bytes, the run wrote {was}", about.len()));
                 continue;
             }
-            Ok(_) => Seal::of_file(&path, None)?,
+            Ok(_) => FileChecksum::of_file(&path, None)?,
             Err(error) => {
                 problems.push(format!("{name}: {error}"));
                 continue;
@@ -94,7 +94,7 @@ pub fn verify(out: &Path) -> Result<Verified, OutputError> {
             format!("{name}: has the name of a result, and the run did not write it: move it away")
         }),
     );
-    Ok(Verified { files: files.len(), problems })
+    Ok(VerificationResult { files: files.len(), problems })
 }
 
 /// Names of the files in the folder of a run that have the names of results.
@@ -116,7 +116,7 @@ fn results(out: &Path) -> Result<Vec<String>, OutputError> {
 /// # Errors
 /// When there is no summary.
 pub fn changed_inputs(out: &Path, case: &Case) -> Result<Vec<String>, OutputError> {
-    Ok(changed_files(&read_json(&out.join(SUMMARY))?, &case.marks_of_files()))
+    Ok(changed_files(&read_json(&out.join(SUMMARY))?, &case.file_checksums()))
 }
 
 /// Paths of the files that a summary names and that have other marks now, or none.

@@ -21,16 +21,16 @@ pub struct Dataset {
     /// Name in lower case, with which its files begin.
     pub name: String,
     /// What bears the fields.
-    pub support: Support,
+    pub geometry: DatasetGeometry,
     /// One value for each point, node or cell.
     pub fields: Vec<Field>,
 }
 
 /// What bears the fields of a [`Dataset`].
 #[derive(Clone, Debug, PartialEq)]
-pub enum Support {
+pub enum DatasetGeometry {
     /// Points.
-    Points(Points),
+    Points(FramePoints),
     /// Nodes at equal distances.
     Lattice {
         /// The nodes.
@@ -41,13 +41,13 @@ pub enum Support {
     /// Nodes over the plan, with where they lie on Earth. What bears nothing is not-a-number in the fields.
     Raster(PlanNodes),
     /// Lines and polygons; fields are those of these.
-    Mesh(Mesh),
+    Mesh(PolygonMesh),
 }
 
 /// Points, in the order of their ids, whatever order the solver keeps. They may come and go; an id is that of one point for
 /// its whole life.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Points {
+pub struct FramePoints {
     /// Ids, ascending.
     pub ids: Vec<u64>,
     /// Index into `Case::bodies` of each; empty for methods without bodies.
@@ -86,9 +86,9 @@ pub struct PlanNodes {
 
 /// Lines and polygons between places.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Mesh {
+pub struct PolygonMesh {
     /// Places (m).
-    pub places: Vec<[f64; 3]>,
+    pub vertices: Vec<[f64; 3]>,
     /// Numbers of the places at the corners of the cells, cell after cell: two of a line, in turn those of a polygon.
     pub corners: Vec<u64>,
     /// Where in `corners` each cell ends.
@@ -108,7 +108,7 @@ pub struct PlanRaster {
 
 /// What a field is to those that do not know the method. A field with a role is called by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum FieldRole {
     /// Mass (kg).
     Mass,
     /// Volume (m³; m² × 1 m in the plane, per radian in axisymmetry).
@@ -121,7 +121,7 @@ pub enum Role {
     Bed,
 }
 
-impl Role {
+impl FieldRole {
     const ALL: [Self; 5] = [Self::Mass, Self::Volume, Self::Velocity, Self::Depth, Self::Bed];
 
     /// Name of the fields that have it.
@@ -162,7 +162,7 @@ impl Role {
 
 /// Which datasets of a frame are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
+pub enum FrameRequest {
     /// What rows of measures, searches and their like read: points, or what a method has in place of them.
     Measured,
     /// All that the case asks for in its frames.
@@ -181,21 +181,21 @@ impl Dataset {
     #[must_use]
     pub fn of_raster(PlanRaster { name, unit, raster }: PlanRaster) -> Self {
         let Raster { columns, rows, origin, spacing, values, reference } = raster;
-        let support = Support::Raster(PlanNodes { columns, rows, origin, spacing, reference });
+        let support = DatasetGeometry::Raster(PlanNodes { columns, rows, origin, spacing, reference });
         let field = Field { name: name.clone(), unit, data: FieldData::Scalar(values) };
-        Self { name, support, fields: vec![field] }
+        Self { name, geometry: support, fields: vec![field] }
     }
 
     /// Its scalars as rasters; none where it lies on something else.
     pub fn rasters(&self) -> impl Iterator<Item = PlanRaster> {
-        let nodes = match &self.support {
-            Support::Raster(nodes) => Some(nodes),
+        let nodes = match &self.geometry {
+            DatasetGeometry::Raster(nodes) => Some(nodes),
             _ => None,
         };
         nodes.into_iter().flat_map(|nodes| {
             self.fields.iter().filter_map(move |field| {
                 let FieldData::Scalar(values) = &field.data else { return None };
-                let raster = nodes.bearing(values.clone());
+                let raster = nodes.with_values(values.clone());
                 Some(PlanRaster { name: field.name.clone(), unit: field.unit, raster })
             })
         })
@@ -205,18 +205,18 @@ impl Dataset {
 impl PlanNodes {
     /// A raster of these values.
     #[must_use]
-    pub fn bearing(&self, values: Vec<f64>) -> Raster {
+    pub fn with_values(&self, values: Vec<f64>) -> Raster {
         let Self { columns, rows, origin, spacing, ref reference } = *self;
         Raster { columns, rows, origin, spacing, values, reference: reference.clone() }
     }
 }
 
-impl Mesh {
+impl PolygonMesh {
     /// Lines between pairs of places (m).
     #[must_use]
     pub fn of_lines(lines: &[[[f64; 3]; 2]]) -> Self {
         Self {
-            places: lines.as_flattened().to_vec(),
+            vertices: lines.as_flattened().to_vec(),
             corners: (0..2 * lines.len() as u64).collect(),
             ends: (1..=lines.len() as u64).map(|line| 2 * line).collect(),
         }
@@ -227,7 +227,7 @@ impl Mesh {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, end)| {
             let corners = &self.corners[start as usize..*end as usize];
-            corners.iter().map(|corner| self.places[*corner as usize]).collect()
+            corners.iter().map(|corner| self.vertices[*corner as usize]).collect()
         })
     }
 }
@@ -249,7 +249,7 @@ impl Frame {
     /// Takes out what is on points.
     #[must_use]
     pub fn take_points(&mut self) -> Option<Snapshot> {
-        let on_points = |dataset: &Dataset| matches!(dataset.support, Support::Points(_));
+        let on_points = |dataset: &Dataset| matches!(dataset.geometry, DatasetGeometry::Points(_));
         let number = self.datasets.iter().position(on_points)?;
         Some(self.datasets.remove(number).into_points(self.time, self.step))
     }
@@ -258,8 +258,12 @@ impl Frame {
 impl From<Snapshot> for Frame {
     fn from(snapshot: Snapshot) -> Self {
         let Snapshot { time, step, ids, bodies, positions, extents, fields } = snapshot;
-        let support = Support::Points(Points { ids, bodies, positions, extents });
-        Self { time, step, datasets: vec![Dataset { name: Dataset::POINTS.to_owned(), support, fields }] }
+        let support = DatasetGeometry::Points(FramePoints { ids, bodies, positions, extents });
+        Self {
+            time,
+            step,
+            datasets: vec![Dataset { name: Dataset::POINTS.to_owned(), geometry: support, fields }],
+        }
     }
 }
 
@@ -275,14 +279,15 @@ mod tests {
             bodies: vec![1, 0],
             positions: vec![[1.0; 3], [2.0; 3]],
             extents: vec![[0.5; 3]; 2],
-            fields: vec![Field { name: "kind".into(), unit: "", data: FieldData::Whole(vec![-1, 7]) }],
+            fields: vec![Field { name: "kind".into(), unit: "", data: FieldData::Integer(vec![-1, 7]) }],
         }
     }
 
     #[test]
     fn points_come_out_of_a_frame_as_they_went_in_and_leave_the_rest() {
-        let lines = Mesh::of_lines(&[[[0.0; 3], [1.0; 3]]]);
-        let contacts = Dataset { name: "contacts".into(), support: Support::Mesh(lines), fields: Vec::new() };
+        let lines = PolygonMesh::of_lines(&[[[0.0; 3], [1.0; 3]]]);
+        let contacts =
+            Dataset { name: "contacts".into(), geometry: DatasetGeometry::Mesh(lines), fields: Vec::new() };
         let mut frame = Frame::from(snapshot()).with(contacts.clone());
         assert_eq!(frame.take_points(), Some(snapshot()));
         assert_eq!(frame.take_points(), None);
@@ -292,7 +297,7 @@ mod tests {
     #[test]
     fn points_may_be_of_no_body_and_have_no_width() {
         let mut frame = Frame::from(snapshot());
-        let Support::Points(points) = &mut frame.datasets[0].support else { panic!("points") };
+        let DatasetGeometry::Points(points) = &mut frame.datasets[0].geometry else { panic!("points") };
         (points.bodies, points.extents) = (Vec::new(), Vec::new());
         let seen = frame.take_points().unwrap();
         assert_eq!((seen.bodies, seen.extents), (vec![Snapshot::NO_BODY; 2], vec![[0.0; 3]; 2]));
@@ -317,7 +322,7 @@ mod tests {
     #[test]
     fn cells_of_a_mesh_have_their_corners() {
         let places = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let mesh = Mesh { places: places.clone(), corners: vec![0, 2, 0, 1, 2], ends: vec![2, 5] };
+        let mesh = PolygonMesh { vertices: places.clone(), corners: vec![0, 2, 0, 1, 2], ends: vec![2, 5] };
         assert_eq!(mesh.cells().collect::<Vec<_>>(), [vec![places[0], places[2]], places]);
     }
 }

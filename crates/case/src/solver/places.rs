@@ -1,17 +1,17 @@
 //! What lies on nodes and cells as points, for all that reads numbers off places.
 
-use super::frame::{Dataset, Frame, Lattice, PlanNodes, Points, Support};
+use super::frame::{Dataset, DatasetGeometry, Frame, FramePoints, Lattice, PlanNodes};
 use super::snapshot::{Field, FieldData, Snapshot};
 
 impl FieldData {
     /// Those with the numbers `kept`.
     #[must_use]
-    pub fn of(&self, kept: &[usize]) -> Self {
+    pub fn subset(&self, kept: &[usize]) -> Self {
         fn some<T: Copy>(values: &[T], kept: &[usize]) -> Vec<T> {
             kept.iter().map(|&k| values[k]).collect()
         }
         match self {
-            Self::Whole(values) => Self::Whole(some(values, kept)),
+            Self::Integer(values) => Self::Integer(some(values, kept)),
             Self::Scalar(values) => Self::Scalar(some(values, kept)),
             Self::Vector(values) => Self::Vector(some(values, kept)),
             Self::Tensor(values) => Self::Tensor(some(values, kept)),
@@ -19,9 +19,9 @@ impl FieldData {
     }
 
     /// Whether number `k` is there; what bears nothing is not-a-number.
-    fn bears(&self, k: usize) -> bool {
+    fn is_defined(&self, k: usize) -> bool {
         match self {
-            Self::Whole(_) => true,
+            Self::Integer(_) => true,
             Self::Scalar(values) => !values[k].is_nan(),
             Self::Vector(values) => values[k].iter().any(|value| !value.is_nan()),
             Self::Tensor(values) => values[k].0.iter().any(|value| !value.is_nan()),
@@ -34,32 +34,32 @@ impl Dataset {
     /// that have more than one; cells of a mesh at the mean of their corners, without width. Numbers of nodes and cells are the ids.
     #[must_use]
     pub fn into_points(self, time: f64, step: u64) -> Snapshot {
-        let Self { support, fields, .. } = self;
+        let Self { geometry: support, fields, .. } = self;
         let along = |low: f64, spacing: f64, count: usize| -> Vec<f64> {
             (0..count).map(|node| low + spacing * node as f64).collect()
         };
         let (points, fields) = match support {
-            Support::Points(points) => (points, fields),
-            Support::Lattice { nodes: Lattice { low, spacing, count }, mask } => {
+            DatasetGeometry::Points(points) => (points, fields),
+            DatasetGeometry::Lattice { nodes: Lattice { low, spacing, count }, mask } => {
                 let axes = std::array::from_fn(|c| along(low[c], spacing, count[c]));
                 on_nodes(&axes, &mask, fields)
             }
-            Support::Raster(PlanNodes { columns, rows, origin, spacing, .. }) => {
+            DatasetGeometry::Raster(PlanNodes { columns, rows, origin, spacing, .. }) => {
                 let axes =
                     [along(origin[0], spacing[0], columns), along(origin[1], spacing[1], rows), vec![0.0]];
                 on_nodes(&axes, &[], fields)
             }
-            Support::Mesh(mesh) => {
+            DatasetGeometry::Mesh(mesh) => {
                 let middle = |corners: Vec<[f64; 3]>| {
                     let share = 1.0 / corners.len() as f64;
                     std::array::from_fn(|c| corners.iter().map(|x| x[c]).sum::<f64>() * share)
                 };
                 let positions: Vec<[f64; 3]> = mesh.cells().map(middle).collect();
                 let ids = (0..positions.len() as u64).collect();
-                (Points { ids, positions, ..Points::default() }, fields)
+                (FramePoints { ids, positions, ..FramePoints::default() }, fields)
             }
         };
-        let Points { ids, mut bodies, positions, mut extents } = points;
+        let FramePoints { ids, mut bodies, positions, mut extents } = points;
         bodies.resize(ids.len(), Snapshot::NO_BODY);
         extents.resize(ids.len(), [0.0; 3]);
         Snapshot { time, step, ids, bodies, positions, extents, fields }
@@ -68,22 +68,22 @@ impl Dataset {
 
 /// Nodes at the coordinates `axes` (m), the first axis fastest: those in `mask`, or all where it is empty, that bear a number in a
 /// field.
-pub(crate) fn on_nodes(axes: &[Vec<f64>; 3], mask: &[bool], fields: Vec<Field>) -> (Points, Vec<Field>) {
+pub(crate) fn on_nodes(axes: &[Vec<f64>; 3], mask: &[bool], fields: Vec<Field>) -> (FramePoints, Vec<Field>) {
     let [nx, ny, nz] = [0, 1, 2].map(|c| axes[c].len());
     let bears = |k: &usize| {
         let is_in = mask.get(*k).copied().unwrap_or(true);
-        is_in && (fields.is_empty() || fields.iter().any(|field| field.data.bears(*k)))
+        is_in && (fields.is_empty() || fields.iter().any(|field| field.data.is_defined(*k)))
     };
     let kept: Vec<usize> = (0..nx * ny * nz).filter(bears).collect();
     let width = [0, 1, 2].map(|c| axes[c].get(1).map_or(0.0, |next| next - axes[c][0]));
     let place = |&k: &usize| [axes[0][k % nx], axes[1][k / nx % ny], axes[2][k / (nx * ny)]];
-    let points = Points {
+    let points = FramePoints {
         ids: kept.iter().map(|&k| k as u64).collect(),
         bodies: Vec::new(),
         positions: kept.iter().map(place).collect(),
         extents: vec![width; kept.len()],
     };
-    let fields = fields.into_iter().map(|field| Field { data: field.data.of(&kept), ..field }).collect();
+    let fields = fields.into_iter().map(|field| Field { data: field.data.subset(&kept), ..field }).collect();
     (points, fields)
 }
 
@@ -105,7 +105,7 @@ impl Frame {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Mesh;
+    use super::super::PolygonMesh;
     use super::*;
 
     fn scalars(values: Vec<f64>) -> Vec<Field> {
@@ -115,9 +115,9 @@ mod tests {
     #[test]
     fn nodes_that_bear_something_are_points_as_wide_as_their_distance() {
         let nodes = Lattice { low: [1.0, 4.0, 0.0], spacing: 0.5, count: [3, 2, 1] };
-        let support = Support::Lattice { nodes, mask: vec![true, true, false, true, true, true] };
+        let support = DatasetGeometry::Lattice { nodes, mask: vec![true, true, false, true, true, true] };
         let fields = scalars(vec![0.0, 1.0, 2.0, 3.0, f64::NAN, 5.0]);
-        let found = Dataset { name: "fluid".into(), support, fields }.into_points(2.0, 7);
+        let found = Dataset { name: "fluid".into(), geometry: support, fields }.into_points(2.0, 7);
         assert_eq!((found.time, found.step, &found.ids[..]), (2.0, 7, &[0, 1, 3, 5][..]));
         assert_eq!(found.positions[2..], [[1.0, 4.5, 0.0], [2.0, 4.5, 0.0]]);
         assert_eq!(found.extents, vec![[0.5, 0.5, 0.0]; 4]);
@@ -127,9 +127,12 @@ mod tests {
 
     #[test]
     fn cells_of_a_mesh_are_points_in_their_middle() {
-        let lines = Mesh::of_lines(&[[[0.0; 3], [1.0, 2.0, 0.0]], [[1.0; 3], [3.0; 3]]]);
-        let set =
-            Dataset { name: "ribs".into(), support: Support::Mesh(lines), fields: scalars(vec![7.0, 8.0]) };
+        let lines = PolygonMesh::of_lines(&[[[0.0; 3], [1.0, 2.0, 0.0]], [[1.0; 3], [3.0; 3]]]);
+        let set = Dataset {
+            name: "ribs".into(),
+            geometry: DatasetGeometry::Mesh(lines),
+            fields: scalars(vec![7.0, 8.0]),
+        };
         let found = Frame { datasets: vec![set], ..Frame::default() }.first_as_points().unwrap();
         assert_eq!(found.positions, [[0.5, 1.0, 0.0], [2.0; 3]]);
         assert_eq!((found.ids, found.extents), (vec![0, 1], vec![[0.0; 3]; 2]));

@@ -6,7 +6,7 @@ use crate::{Case, CaseError, Resolution};
 
 /// About how large a problem is, known before any of it is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Size {
+pub struct ProblemSize {
     /// Number of points, those of walls included.
     pub points: f64,
     /// Number of grid nodes.
@@ -16,13 +16,13 @@ pub struct Size {
     /// Key of the case that it follows from: the size of cells, a spacing, or grains.
     pub key: &'static str,
     /// Time that it takes to place the points (s), where that is more than the time to write them down.
-    pub placing: f64,
+    pub placing_time: f64,
     /// What to do where it does not fit; “make it larger” when empty.
-    pub cure: &'static str,
+    pub advice: &'static str,
 }
 
 /// Time to place points (s) from which on it is told beforehand.
-const LONG: f64 = 5.0;
+const LONG_PLACING_TIME: f64 = 5.0;
 
 /// Memory of a node of `output.grid` (bytes): some twenty numbers of its fields, once as they are added up and once as they are written.
 const BYTES_OF_GRID_NODE: f64 = 320.0;
@@ -30,7 +30,7 @@ const BYTES_OF_GRID_NODE: f64 = 320.0;
 const BYTES_OF_SHARE: f64 = 24.0;
 
 /// A duration (s) in words.
-fn words(seconds: f64) -> String {
+fn duration_text(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "a second".to_owned(),
         s if s < 120.0 => format!("{s:.0} s"),
@@ -39,16 +39,16 @@ fn words(seconds: f64) -> String {
     }
 }
 
-impl Size {
+impl ProblemSize {
     /// What is told before the points are made: how many, and the time and the memory that they take; nothing where they are made
     /// in seconds.
-    pub fn beforehand(&self) -> Option<String> {
-        (self.placing >= LONG).then(|| {
+    pub fn size_notice(&self) -> Option<String> {
+        (self.placing_time >= LONG_PLACING_TIME).then(|| {
             format!(
                 "{}: about {:.1e} points are to be placed, which takes about {} and at least {:.2} GB of memory",
                 self.key,
                 self.points,
-                words(self.placing),
+                duration_text(self.placing_time),
                 self.memory / 1e9
             )
         })
@@ -58,12 +58,12 @@ impl Size {
     ///
     /// # Errors
     /// With the number of points and what they need, at the key that it follows from.
-    pub fn fit(&self, available: f64) -> Result<(), CaseError> {
+    pub fn check_memory(&self, available: f64) -> Result<(), CaseError> {
         // What is no number fits nowhere.
         if self.memory <= available {
             return Ok(());
         }
-        let cure = if self.cure.is_empty() { "make it larger" } else { self.cure };
+        let cure = if self.advice.is_empty() { "make it larger" } else { self.advice };
         if !self.memory.is_finite() {
             let problem = format!("gives more points or nodes than can be counted: {cure}");
             return Err(CaseError::new(self.key, problem));
@@ -117,7 +117,7 @@ impl Plan {
         notes: Vec<String>,
         has_laws: bool,
     ) -> Result<Self, CaseError> {
-        self.goes_on(case)?;
+        self.check_progress(case)?;
         self.has_points(case)?;
         self.count_output(case);
         if has_laws {
@@ -137,7 +137,7 @@ impl Plan {
     }
 
     /// Refuses a case in which nothing moves, and one whose end steps do not lead to.
-    fn goes_on(&self, case: &Case) -> Result<(), CaseError> {
+    fn check_progress(&self, case: &Case) -> Result<(), CaseError> {
         let TimeStep { dt, limit, .. } = self.time_step;
         if dt == f64::INFINITY {
             let loose = case.bodies.iter().any(|body| case.moves_freely(&body.name));
@@ -149,7 +149,7 @@ impl Plan {
             return Err(CaseError::new("bodies", problem));
         }
         let end = case.end_time();
-        if !(dt > 0.0) || self.time_step.is_lost_in(end) {
+        if !(dt > 0.0) || self.time_step.is_below_precision(end) {
             let problem = format!(
                 "the time step, {dt:.3e} s, limited by: {limit}, is lost beside the end at {end} s, more than 2^53 steps away: look at \
                  stiffness, density and sizes"
@@ -189,7 +189,7 @@ impl Plan {
                 body.material,
                 1e3 * cost.update,
                 1e3 * (1e-4 * cost.strain).max(cost.update),
-                words(points * self.steps as f64 * cost.update),
+                duration_text(points * self.steps as f64 * cost.update),
                 body.name,
                 self.steps
             ));

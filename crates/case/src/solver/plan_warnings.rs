@@ -1,14 +1,14 @@
 //! Warnings about a plan: bodies that are seen coarsely, and outputs that follow each other faster than steps.
 
 use colluvium_points::surface::distance_to_line;
-use colluvium_points::{Shape, overlap};
+use colluvium_points::{Shape, common_interior_point};
 
 use crate::description::{Body, Space};
 use crate::validate::OVERLAP_RESOLUTION;
 use crate::{Case, Plan};
 
 /// Share of its volume by which the points of a body may miss its shape without a word.
-const MASS_SLACK: f64 = 0.02;
+const VOLUME_TOLERANCE: f64 = 0.02;
 
 impl Plan {
     /// Mass of the points of each body (kg), pore fluid included.
@@ -32,7 +32,7 @@ impl Plan {
         for (number, (body, volume)) in bodies.filter(|(_, (body, _))| !body.rigid && self.grains.is_none()) {
             let exact = body.shape.volume(case.dimension(), case.space == Space::Axisymmetric);
             let excess = volume / exact - 1.0;
-            if excess.abs() > MASS_SLACK {
+            if excess.abs() > VOLUME_TOLERANCE {
                 let share = 100.0 * volume / exact;
                 let cure = match body.points {
                     Some(_) => {
@@ -66,7 +66,7 @@ pub struct Resolution {
     /// Width of a cell, or spacing of the points (m).
     pub width: f64,
     /// Distance of points (m).
-    pub apart: f64,
+    pub point_distance: f64,
     /// Number of axes along which they stand, from the first: those of the plan for a flow over terrain.
     pub axes: usize,
     /// Key of the case that says how wide it is.
@@ -76,7 +76,7 @@ pub struct Resolution {
 }
 
 /// Fewest widths across a body with which it bends and shears.
-const ACROSS: f64 = 2.0;
+const MIN_WIDTHS: f64 = 2.0;
 /// Share of a width that is round-off.
 const ROUND_OFF: f64 = 1e-6;
 
@@ -94,14 +94,14 @@ fn thinnest(case: &Case, body: &Body, axes: usize) -> Option<(f64, Option<usize>
 
 /// Warns of bodies that are thinner than two widths.
 fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
-    let Resolution { width, apart, axes, key, noun } = *resolution;
+    let Resolution { width, point_distance: apart, axes, key, noun } = *resolution;
     let mut found = Vec::new();
     for (number, body) in case.bodies.iter().enumerate() {
         if body.rigid || body.points.is_some() {
             continue;
         }
         let Some((thickness, axis)) = thinnest(case, body, axes) else { continue };
-        if thickness >= ACROSS * width * (1.0 - ROUND_OFF) {
+        if thickness >= MIN_WIDTHS * width * (1.0 - ROUND_OFF) {
             continue;
         }
         let rows = if thickness < 1.5 * apart { ", one row of points," } else { "" };
@@ -110,7 +110,7 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
             "bodies[{number}].shape: is {thickness:.4} m thick{place}, {:.1} {noun} of {width} m{rows} and neither bends nor shears as it should: make \
              {key} {:.3} m or less",
             thickness / width,
-            thickness / ACROSS
+            thickness / MIN_WIDTHS
         ));
     }
     found
@@ -158,7 +158,7 @@ fn gap_of_boxes(
 /// Gap (m) between two shapes in the plane with straight sides; zero where they overlap.
 fn gap_of_outlines(one: &Shape, other: &Shape, dimension: usize) -> Option<f64> {
     let (corners, others) = (closed_corners(one)?, closed_corners(other)?);
-    if overlap(one, other, dimension, OVERLAP_RESOLUTION).is_some() {
+    if common_interior_point(one, other, dimension, OVERLAP_RESOLUTION).is_some() {
         return Some(0.0);
     }
     let from = |corners: &[[f64; 2]], line: &[[f64; 2]]| {
@@ -242,8 +242,13 @@ mod tests {
         });
         change(&mut case["bodies"][1]["shape"]);
         let case = Case::from_json(&case.to_string()).unwrap();
-        let resolution =
-            Resolution { width: 0.2, apart: 0.1, axes: 2, key: "methods.mpm.cell_size", noun: "cells" };
+        let resolution = Resolution {
+            width: 0.2,
+            point_distance: 0.1,
+            axes: 2,
+            key: "methods.mpm.cell_size",
+            noun: "cells",
+        };
         let plan = Plan { volumes: Vec::new(), resolution: Some(resolution), ..planned(&json!({}), 1.0).1 };
         plan.all_warnings(&case)
     }

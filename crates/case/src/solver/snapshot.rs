@@ -2,7 +2,7 @@
 
 use colluvium_constitutive::SymTensor;
 
-use super::Role;
+use super::FieldRole;
 
 /// One named quantity on points, nodes or cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub struct Field {
 #[derive(Clone, Debug, PartialEq)]
 pub enum FieldData {
     /// Whole numbers.
-    Whole(Vec<i64>),
+    Integer(Vec<i64>),
     /// Scalars.
     Scalar(Vec<f64>),
     /// Vectors.
@@ -65,7 +65,7 @@ impl Snapshot {
     }
 
     /// The scalars with a role, one a point; `None` where there are none.
-    pub fn amounts(&self, role: Role) -> Option<&[f64]> {
+    pub fn amounts(&self, role: FieldRole) -> Option<&[f64]> {
         self.scalars(role.name())
     }
 
@@ -106,7 +106,7 @@ impl Snapshot {
             bytes.extend((field.name.len() as u64).to_le_bytes());
             bytes.extend(field.name.as_bytes());
             match &field.data {
-                FieldData::Whole(values) => bytes.extend(values.iter().flat_map(|v| v.to_le_bytes())),
+                FieldData::Integer(values) => bytes.extend(values.iter().flat_map(|v| v.to_le_bytes())),
                 FieldData::Scalar(values) => add(&mut bytes, values),
                 FieldData::Vector(values) => add(&mut bytes, values.as_flattened()),
                 FieldData::Tensor(values) => values.iter().for_each(|tensor| add(&mut bytes, &tensor.0)),

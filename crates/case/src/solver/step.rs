@@ -46,12 +46,12 @@ impl Serialize for StepLimit {
 
 impl<'de> Deserialize<'de> for StepLimit {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(Self(known(String::deserialize(deserializer)?)))
+        Ok(Self(static_name(String::deserialize(deserializer)?)))
     }
 }
 
 /// The text of that content which lives as long as the program; a checkpoint names a handful.
-fn known(name: String) -> &'static str {
+fn static_name(name: String) -> &'static str {
     static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(known) = names.get(name.as_str()) {
@@ -103,14 +103,14 @@ impl TimeStep {
 
     /// Whether the step is lost beside a time (s) in double precision: more than 2^53 of them lead there.
     #[must_use]
-    pub fn is_lost_in(&self, time: f64) -> bool {
+    pub fn is_below_precision(&self, time: f64) -> bool {
         self.dt > 0.0 && self.dt < 0.5 * f64::EPSILON * time
     }
 
     /// The step of an explicit method that is to go on by `at_most` (s): no longer than this one, the last two before the end
     /// alike so that none is a sliver.
     #[must_use]
-    pub fn towards(&self, at_most: f64) -> f64 {
+    pub fn limited_to(&self, at_most: f64) -> f64 {
         if at_most <= self.dt * (1.0 + 1e-9) {
             at_most
         } else if at_most < 2.0 * self.dt * (1.0 - 1e-9) {
@@ -133,7 +133,7 @@ impl TimeStep {
 
     /// What is wrong with the step that a case fixes (s), where it is longer than this one.
     #[must_use]
-    pub fn too_long(&self, fixed: Option<f64>) -> Option<String> {
+    pub fn fixed_step_problem(&self, fixed: Option<f64>) -> Option<String> {
         let Self { dt, limit, .. } = self;
         fixed.filter(|fixed| fixed > dt).map(|fixed| {
             format!(
@@ -154,7 +154,7 @@ mod tests {
         for (rest, step) in
             [(0.3, 0.3), (1.0, 1.0), (1.0 + 1e-10, 1.0 + 1e-10), (1.5, 0.75), (2.0, 1.0), (7.3, 1.0)]
         {
-            assert_eq!(limit.towards(rest), step, "{rest}");
+            assert_eq!(limit.limited_to(rest), step, "{rest}");
         }
     }
 

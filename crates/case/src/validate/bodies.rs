@@ -3,16 +3,16 @@
 use std::collections::HashSet;
 
 use colluvium_constitutive::MaterialSpec;
-use colluvium_points::{Sampling, SamplingError, Shape, meeting_boxes, overlap};
+use colluvium_points::{Sampling, SamplingError, Shape, common_interior_point, overlapping_boxes};
 
-use super::{Findings, OVERLAP_RESOLUTION};
+use super::{ErrorCollector, OVERLAP_RESOLUTION};
 use crate::Formula;
 use crate::description::{InitialStress, PoreFluid, PorePressure, Velocity};
 
 /// Places along each axis of a body at which its formulas are tried.
-const PLACES: usize = 7;
+const SAMPLES: usize = 7;
 
-impl Findings<'_> {
+impl ErrorCollector<'_> {
     pub(super) fn bodies(&mut self) {
         let case = self.case;
         let dimension = case.dimension();
@@ -36,7 +36,7 @@ impl Findings<'_> {
                 }
             }
             if let Some(spacing) = body.points.as_ref().and_then(|points| points.spacing) {
-                let longest = case.domain.extent();
+                let longest = case.domain.max_extent();
                 self.require(
                     spacing > 0.0 && spacing <= longest,
                     format!("{path}.points.spacing"),
@@ -47,7 +47,7 @@ impl Findings<'_> {
             let shape = Some(&body.shape).filter(|_| sound[number]);
             self.velocity(&format!("{path}.velocity"), shape, &body.velocity);
             self.initial_stress(&format!("{path}.stress"), shape, &body.stress);
-            let whole = !(body.rigid && body.drop_outside);
+            let whole = !(body.rigid && body.remove_outside);
             self.require(whole, format!("{path}.drop_outside"), "a rigid body stays whole");
             self.start_of_rigid(&format!("{path}.velocity"), number);
             let slack = !body.rigid || body.stress == InitialStress::None;
@@ -66,8 +66,8 @@ impl Findings<'_> {
         let placed: Vec<usize> = (0..case.bodies.len()).filter(|number| sound[*number]).collect();
         let bounds: Vec<_> =
             placed.iter().map(|number| case.bodies[*number].shape.bounds(dimension)).collect();
-        for (first, second) in meeting_boxes(&bounds) {
-            self.apart(placed[first], placed[second]);
+        for (first, second) in overlapping_boxes(&bounds) {
+            self.no_overlap(placed[first], placed[second]);
         }
     }
 
@@ -88,8 +88,9 @@ impl Findings<'_> {
             return self.require(!body.shape.follows_terrain(), path, rows);
         }
         // What is wrong with the shape itself is told of it.
-        let sides = self.case.dimension() == 2 && (body.shape.validate(2).is_err() || body.shape.has_sides());
-        self.require(sides, path, SamplingError::NoSides.to_string());
+        let sides = self.case.dimension() == 2
+            && (body.shape.validate(2).is_err() || body.shape.has_boundary_edges());
+        self.require(sides, path, SamplingError::NoBoundaryEdges.to_string());
     }
 
     /// What can be said of bodies with layers only once their files are read.
@@ -98,7 +99,7 @@ impl Findings<'_> {
             self.within_domain(number);
             for other in (0..self.case.bodies.len()).filter(|other| *other != number) {
                 if !layered.contains(&other) || other < number {
-                    self.apart(number.min(other), number.max(other));
+                    self.no_overlap(number.min(other), number.max(other));
                 }
             }
         }
@@ -134,9 +135,11 @@ impl Findings<'_> {
     }
 
     /// Two bodies must not overlap.
-    fn apart(&mut self, first: usize, second: usize) {
+    fn no_overlap(&mut self, first: usize, second: usize) {
         let (a, b) = (&self.case.bodies[first], &self.case.bodies[second]);
-        if let Some(place) = overlap(&a.shape, &b.shape, self.case.dimension(), OVERLAP_RESOLUTION) {
+        if let Some(place) =
+            common_interior_point(&a.shape, &b.shape, self.case.dimension(), OVERLAP_RESOLUTION)
+        {
             let place: Vec<f64> = place.iter().zip(self.origin).map(|(x, origin)| x + origin).collect();
             let problem = format!("overlaps the body {:?}, for example at {place:.4?} m", a.name);
             self.report(format!("bodies[{second}].shape"), problem);
@@ -148,19 +151,19 @@ impl Findings<'_> {
     fn formula(&mut self, path: impl Into<String>, shape: Option<&Shape>, formula: &Formula) {
         let dimension = self.case.dimension();
         let Some(shape) = shape else { return };
-        if let Some(name) = formula.beyond(dimension) {
+        if let Some(name) = formula.unknown_coordinate(dimension) {
             let problem = format!("has the coordinate {name}, the space has {dimension} dimensions");
             return self.report(path, problem);
         }
         let (low, high) = shape.bounds(dimension);
         let at = |number: usize| -> [f64; 3] {
             std::array::from_fn(|axis| {
-                let share = (number / PLACES.pow(axis as u32) % PLACES) as f64 / (PLACES - 1) as f64;
+                let share = (number / SAMPLES.pow(axis as u32) % SAMPLES) as f64 / (SAMPLES - 1) as f64;
                 if axis < dimension { low[axis] + share * (high[axis] - low[axis]) } else { 0.0 }
             })
         };
         let mut inside =
-            (0..PLACES.pow(dimension as u32)).map(at).filter(|x| shape.contains(&x[..dimension]));
+            (0..SAMPLES.pow(dimension as u32)).map(at).filter(|x| shape.contains(&x[..dimension]));
         if let Some(place) = inside.find(|x| !formula.at(*x).is_finite()) {
             self.report(path, format!("has no finite value at {:?} m", &place[..dimension]));
         }

@@ -2,25 +2,25 @@
 
 use std::collections::HashSet;
 
-use super::Findings;
-use crate::description::Cut;
-use crate::output::{PLAIN, is_plain};
+use super::ErrorCollector;
+use crate::description::RemovalShape;
+use crate::output::{PLAIN_NAME_RULE, is_plain};
 
-impl Findings<'_> {
-    pub(super) fn cuts(&mut self) {
+impl ErrorCollector<'_> {
+    pub(super) fn removal_shapes(&mut self) {
         let mut names = HashSet::new();
-        for (number, cut) in self.case.cuts.iter().enumerate() {
+        for (number, cut) in self.case.removal_shapes.iter().enumerate() {
             let path = format!("cuts[{number}]");
-            self.require(is_plain(&cut.name), format!("{path}.name"), PLAIN);
+            self.require(is_plain(&cut.name), format!("{path}.name"), PLAIN_NAME_RULE);
             let problem = format!("{:?} names two cuts", cut.name);
             self.require(names.insert(&cut.name), format!("{path}.name"), problem);
             let problem = format!("{:?} names a measure too", cut.name);
             self.require(!self.case.measures.contains_key(&cut.name), format!("{path}.name"), problem);
-            self.cut(&path, cut);
+            self.removal_shape(&path, cut);
         }
     }
 
-    fn cut(&mut self, path: &str, cut: &Cut) {
+    fn removal_shape(&mut self, path: &str, cut: &RemovalShape) {
         let case = self.case;
         if let Err(error) = cut.shape.validate(case.dimension()) {
             self.report(format!("{path}.shape.{}", error.path), error.problem);

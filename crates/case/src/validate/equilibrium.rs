@@ -1,8 +1,8 @@
 //! Rules of stages that come to rest.
 
-use super::Findings;
+use super::ErrorCollector;
 
-impl Findings<'_> {
+impl ErrorCollector<'_> {
     pub(super) fn equilibrium(&mut self, number: usize) {
         let case = self.case;
         let stage = &case.stages[number];

@@ -1,17 +1,17 @@
 //! Rules of measures.
 
-use super::Findings;
-use super::motions::driven;
+use super::ErrorCollector;
+use super::motions::movable_names;
 use crate::description::{CrackTip, Measure, Obstacle, ObstacleShape, Space};
-use crate::output::{PLAIN, is_plain};
+use crate::output::{PLAIN_NAME_RULE, is_plain};
 
-impl Findings<'_> {
+impl ErrorCollector<'_> {
     pub(super) fn measures(&mut self) {
         let case = self.case;
         let dimension = case.dimension();
         for (name, measure) in &case.measures {
             let path = format!("measures.{name}");
-            self.require(is_plain(name), path.clone(), PLAIN);
+            self.require(is_plain(name), path.clone(), PLAIN_NAME_RULE);
             match measure {
                 Measure::Front { side, quantile, cell, bodies }
                 | Measure::RunOut { side, quantile, cell, bodies, .. } => {
@@ -28,7 +28,7 @@ impl Findings<'_> {
                         self.positive(format!("{path}.initial_length"), *initial_length, "m");
                     }
                 }
-                Measure::Gauge { .. } | Measure::Discharge { .. } => self.of_flow(&path, measure),
+                Measure::Gauge { .. } | Measure::Discharge { .. } => self.flow_measure(&path, measure),
                 Measure::FactorOfSafety(search) => self.factor_of_safety(&path, search),
                 Measure::Dissipation {} => {}
                 Measure::Profile { axis, height, bin, bodies } => {
@@ -42,9 +42,9 @@ impl Findings<'_> {
                 Measure::ArcFront { .. } => self.arc_front(&path, measure),
                 Measure::CrackTip(tip) => self.crack_tip(&path, tip),
                 Measure::Fragments { .. } => self.fragments(&path, measure),
-                Measure::Reaction { of, about } => self.reaction(&path, of, about),
-                Measure::ImpactPressure { of, direction, area } => {
-                    self.bearer(&path, of);
+                Measure::Reaction { target: of, about } => self.reaction(&path, of, about),
+                Measure::ImpactPressure { target: of, direction, area } => {
+                    self.reaction_target(&path, of);
                     self.vector(&format!("{path}.direction"), direction);
                     let still = direction.iter().all(|c| *c == 0.0);
                     self.require(!still, format!("{path}.direction"), "has no length");
@@ -68,7 +68,7 @@ impl Findings<'_> {
     }
 
     fn reaction(&mut self, path: &str, of: &str, about: &[f64]) {
-        self.bearer(path, of);
+        self.reaction_target(path, of);
         if about.is_empty() {
             return;
         }
@@ -82,15 +82,15 @@ impl Findings<'_> {
         self.require(is_obstacle, path, problem);
     }
 
-    fn bearer(&mut self, path: &str, of: &str) {
-        let mut known = driven(self.case);
+    fn reaction_target(&mut self, path: &str, of: &str) {
+        let mut known = movable_names(self.case);
         known.extend(self.case.obstacles.iter().map(|obstacle| obstacle.name.as_str()));
         let what = "the name of a rigid body, a patch or an obstacle";
         self.name(&format!("{path}.of"), of, &known, what);
     }
 
     fn arc_front(&mut self, path: &str, measure: &Measure) {
-        let Measure::ArcFront { of, quantile, zero, bodies } = measure else { return };
+        let Measure::ArcFront { obstacle: of, quantile, zero, bodies } = measure else { return };
         self.counted_bodies(path, bodies.as_deref());
         let is_line = |obstacle: &&Obstacle| {
             matches!(obstacle.shape, ObstacleShape::Profile { .. } | ObstacleShape::GroundLine { .. })
@@ -117,7 +117,7 @@ impl Findings<'_> {
         self.counted_bodies(path, bodies.as_deref());
         self.positive(format!("{path}.link"), *link, "m");
         if let Some(broken) = broken {
-            self.finite(format!("{path}.broken.at_most"), broken.at_most);
+            self.finite(format!("{path}.broken.at_most"), broken.max);
             let problem = format!("{:?}: names of fields are made of letters, digits, _ and -", broken.field);
             self.require(is_plain(&broken.field), format!("{path}.broken.field"), problem);
         }
@@ -135,7 +135,7 @@ impl Findings<'_> {
     }
 
     /// Gauges and lines in plan.
-    fn of_flow(&mut self, path: &str, measure: &Measure) {
+    fn flow_measure(&mut self, path: &str, measure: &Measure) {
         let dimension = self.case.dimension();
         match measure {
             Measure::Gauge { position } => {

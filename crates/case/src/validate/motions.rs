@@ -5,35 +5,35 @@ use std::collections::HashSet;
 use crate::Case;
 use crate::description::{PrescribedMotion, Space, Stage, Velocity};
 
-use super::Findings;
+use super::ErrorCollector;
 
-impl Findings<'_> {
+impl ErrorCollector<'_> {
     pub(super) fn motions(&mut self, path: &str, stage: &Stage) {
         let case = self.case;
-        let driven = driven(case);
+        let driven = movable_names(case);
         let mut seen = HashSet::new();
         for (number, motion) in stage.motions.iter().enumerate() {
             let path = format!("{path}.motions[{number}]");
             let of = format!("{path}.of");
-            match case.obstacles.iter().position(|obstacle| obstacle.name == motion.of) {
-                Some(number) if !driven.contains(&motion.of.as_str()) => {
+            match case.obstacles.iter().position(|obstacle| obstacle.name == motion.target) {
+                Some(number) if !driven.contains(&motion.target.as_str()) => {
                     let free = motion.velocity.contains(&None);
                     let problem = if free || !(motion.force.is_empty() && motion.moment.is_empty()) {
                         format!(
                             "{:?} is an obstacle, which moves as obstacles[{number}].motion says and follows no force: take a rigid body, or, \
                              for a platen that follows a stress, a wall of boundaries with a method whose walls do",
-                            motion.of
+                            motion.target
                         )
                     } else {
                         let cure = format!("give its motion in obstacles[{number}].motion");
-                        format!("{:?} is an obstacle, which moves in a way of its own: {cure}", motion.of)
+                        format!("{:?} is an obstacle, which moves in a way of its own: {cure}", motion.target)
                     };
                     self.report(of, problem);
                 }
-                _ => self.name(&of, &motion.of, &driven, "the name of a rigid body or of a patch"),
+                _ => self.name(&of, &motion.target, &driven, "the name of a rigid body or of a patch"),
             }
-            let problem = format!("{:?} has two motions in the stage", motion.of);
-            self.require(seen.insert(&motion.of), format!("{path}.of"), problem);
+            let problem = format!("{:?} has two motions in the stage", motion.target);
+            self.require(seen.insert(&motion.target), format!("{path}.of"), problem);
             let dimension = case.dimension();
             let count = motion.velocity.len();
             let problem = format!("has {count} entries, the space has {dimension} dimensions");
@@ -49,11 +49,11 @@ impl Findings<'_> {
     /// Forces are on rigid bodies, and on what is free of them.
     fn forces(&mut self, path: &str, motion: &PrescribedMotion) {
         let case = self.case;
-        let patch = case.patches.iter().any(|patch| patch.name == motion.of);
+        let patch = case.patches.iter().any(|patch| patch.name == motion.target);
         for (key, given) in [
             ("force", !motion.force.is_empty()),
             ("moment", !motion.moment.is_empty()),
-            ("turns", motion.turns),
+            ("turns", motion.rotates),
         ] {
             let problem = "is of a rigid body: a patch holds nodes of what deforms, and has no mass";
             self.require(!(patch && given), format!("{path}.{key}"), problem);
@@ -74,11 +74,11 @@ impl Findings<'_> {
         let problem = format!("has {count} entries: one in the plane, three in space");
         self.require(count == 0 || count == axes, format!("{path}.moment"), problem);
         let problem = "acts on a body that keeps its orientation: let it have `turns`";
-        self.require(count == 0 || motion.turns, format!("{path}.moment"), problem);
+        self.require(count == 0 || motion.rotates, format!("{path}.moment"), problem);
         let whirls = matches!(case.space, Space::PlaneStrain | Space::ThreeD);
         let problem = "needs a space in which a body can turn: plane-strain or 3d";
-        self.require(whirls || !motion.turns, format!("{path}.turns"), problem);
-        let rigid = case.bodies.iter().any(|body| body.rigid && body.name == motion.of);
+        self.require(whirls || !motion.rotates, format!("{path}.turns"), problem);
+        let rigid = case.bodies.iter().any(|body| body.rigid && body.name == motion.target);
         let radial = case.space == Space::Axisymmetric && motion.velocity.first() == Some(&None);
         let problem = "is null: around an axis a rigid body moves along the axis only, let it be 0";
         self.require(!(rigid && radial), format!("{path}.velocity[0]"), problem);
@@ -101,7 +101,7 @@ impl Findings<'_> {
                 let turn = (0..3).all(|i| (0..3).all(|j| at(i, j) == -at(j, i)));
                 let problem = "of a rigid body is that of a turn: the entries (i, j) and (j, i) are opposite";
                 self.require(turn, format!("{path}.gradient"), problem);
-                let turns = first.is_some_and(|motion| motion.turns);
+                let turns = first.is_some_and(|motion| motion.rotates);
                 let still = gradient.iter().flatten().all(|g| *g == 0.0);
                 let problem =
                     "turns the body, which the motion of the first stage does not let it: give that `turns`";
@@ -115,8 +115,8 @@ impl Findings<'_> {
     pub(super) fn motions_of_removed(&mut self, stage: usize, gone: &HashSet<&str>) {
         let case = self.case;
         for (number, motion) in case.stages[stage].motions.iter().enumerate() {
-            if gone.contains(motion.of.as_str()) {
-                let problem = format!("the body {:?} is removed by then", motion.of);
+            if gone.contains(motion.target.as_str()) {
+                let problem = format!("the body {:?} is removed by then", motion.target);
                 self.report(format!("stages[{stage}].motions[{number}].of"), problem);
             }
         }
@@ -124,7 +124,7 @@ impl Findings<'_> {
 }
 
 /// Names of rigid bodies and patches: what can be driven.
-pub(super) fn driven(case: &Case) -> Vec<&str> {
+pub(super) fn movable_names(case: &Case) -> Vec<&str> {
     let rigid = case.bodies.iter().filter(|body| body.rigid).map(|body| body.name.as_str());
     rigid.chain(case.patches.iter().map(|patch| patch.name.as_str())).collect()
 }

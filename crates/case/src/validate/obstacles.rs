@@ -2,10 +2,10 @@
 
 use std::collections::HashSet;
 
-use super::Findings;
+use super::ErrorCollector;
 use crate::description::{Boundary, Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall};
 
-impl Findings<'_> {
+impl ErrorCollector<'_> {
     pub(super) fn obstacles(&mut self) {
         let case = self.case;
         let mut names: HashSet<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();

@@ -1,19 +1,19 @@
 //! Rules of weakened stages and of searches for a factor of safety.
 
-use super::Findings;
+use super::ErrorCollector;
 use crate::description::FactorOfSafety;
 
 /// More trials than anyone wants to wait for.
-const MOST_TRIALS: f64 = 40.0;
+const MAX_TRIALS: f64 = 40.0;
 
-impl Findings<'_> {
+impl ErrorCollector<'_> {
     pub(super) fn weakening(&mut self, stage: usize) {
         let Some(weakening) = &self.case.stages[stage].weakening else { return };
         let path = format!("stages[{stage}].weakening");
         self.positive(format!("{path}.factor"), weakening.factor, "strength is divided by it");
         self.weakened_materials(&path, weakening.materials.as_deref());
         let sound = weakening.factor.is_finite() && weakening.factor > 0.0;
-        if let (true, Err(error)) = (sound, self.case.weakened(stage)) {
+        if let (true, Err(error)) = (sound, self.case.with_weakening(stage)) {
             self.report(error.path, error.problem);
         }
     }
@@ -37,7 +37,7 @@ impl Findings<'_> {
         self.require(sound, format!("{path}.range"), format!("{low} and {high} must be positive and ascend"));
         let trials = ((high - low) / search.tolerance).log2();
         let problem = format!("{} would take {trials:.0} trials", search.tolerance);
-        self.require(!(trials > MOST_TRIALS), format!("{path}.tolerance"), problem);
+        self.require(!(trials > MAX_TRIALS), format!("{path}.tolerance"), problem);
         self.weakened_materials(path, search.materials.as_deref());
         if let (true, Err(problem)) = (sound, self.case.check_search(search)) {
             self.report(format!("{path}.range"), problem);

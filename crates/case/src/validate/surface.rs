@@ -1,10 +1,10 @@
 //! Loads, and sides without a wall.
 
-use super::Findings;
+use super::ErrorCollector;
 use crate::description::{Boundary, Load, LoadProfile, Side, Wall};
 use crate::lines;
 
-impl Findings<'_> {
+impl ErrorCollector<'_> {
     pub(super) fn absorbing(&mut self, path: &str, boundary: &Boundary) {
         let Wall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return };
         self.not_negative(format!("{path}.wall.normal"), normal, "");
@@ -112,7 +112,7 @@ impl Findings<'_> {
             self.finite(format!("{path}.shares[{number}][0]"), *at);
             self.finite(format!("{path}.shares[{number}][1]"), *share);
         }
-        for (number, at, before) in lines::descents(profile.shares.iter().map(|[at, _]| *at), true) {
+        for (number, at, before) in lines::non_ascending(profile.shares.iter().map(|[at, _]| *at), true) {
             let problem = format!("{at} m lies before the entry above it, at {before} m");
             self.report(format!("{path}.shares[{number}][0]"), problem);
         }

@@ -4,20 +4,20 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
-use colluvium::case::run::{Pace, SearchCost, check_names};
-use colluvium::case::{Case, Densities, Plan, TimeScales, printable};
+use colluvium::case::run::{RunTiming, SearchCost, check_names};
+use colluvium::case::{BodyDensities, Case, Plan, TimeScales, printable};
 
 use super::{
-    Failure, choose, duration, free_memory,
-    kind::{self, Kind},
-    largest_memory, threads,
+    CommandError, available_threads, duration_text, free_memory,
+    kind::{self, FileKind},
+    peak_memory, select_method,
 };
 
 /// Time for which steps are measured.
-const MEASURED: Duration = Duration::from_millis(700);
+const MEASURING_TIME: Duration = Duration::from_millis(700);
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct CheckArguments {
     /// The case file.
     case: PathBuf,
     /// The method; needed when the case has options for several.
@@ -25,72 +25,72 @@ pub struct Arguments {
     method: Option<String>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    kind::expect(&arguments.case, Kind::Case)?;
+pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
+    kind::require_kind(&arguments.case, FileKind::Case)?;
     let case = Case::load(&arguments.case)?;
-    let method = choose(&case, arguments.method.as_deref())?;
-    let size = method.size(&case)?;
-    size.fit(free_memory())?;
-    if let Some(ahead) = size.beforehand() {
-        complain!("note: {ahead}");
+    let method = select_method(&case, arguments.method.as_deref())?;
+    let size = method.problem_size(&case)?;
+    size.check_memory(free_memory())?;
+    if let Some(ahead) = size.size_notice() {
+        print_error_line!("note: {ahead}");
     }
-    let (mut plan, mut solver) = method.made(&case)?;
+    let (mut plan, mut solver) = method.plan_and_build(&case)?;
     check_names(&case, &*solver)?;
-    let threads = threads();
-    let pace = Pace::of(&case, &plan, &mut *solver, MEASURED);
+    let threads = available_threads();
+    let pace = RunTiming::measure(&case, &plan, &mut *solver, MEASURING_TIME);
     let seconds = match &pace {
         Some(pace) => {
             plan.steps = pace.steps.ceil() as u64;
             plan.updates_per_second = plan.points as f64 / pace.step / threads as f64;
-            pace.whole(&case)
+            pace.run_time(&case)
         }
         None => plan.seconds() / threads as f64,
     };
     drop(solver);
     plan.memory =
-        plan.memory.max(largest_memory().unwrap_or(0)) + pace.map_or(0, |pace| pace.frame_memory as u64);
+        plan.memory.max(peak_memory().unwrap_or(0)) + pace.map_or(0, |pace| pace.frame_memory as u64);
     let step = &plan.time_step;
-    say!("{}", printable(&case.title));
-    say!("method         {}: {}", method.name(), method.summary());
-    say!("points         {}", plan.points);
-    tell_bodies(&case, &plan)?;
+    print_line!("{}", printable(&case.title));
+    print_line!("method         {}: {}", method.name(), method.summary());
+    print_line!("points         {}", plan.points);
+    print_body_masses(&case, &plan)?;
     if plan.nodes > 0 {
-        say!("grid nodes     {}", plan.nodes);
+        print_line!("grid nodes     {}", plan.nodes);
     }
-    say!("time step      {:.4e} s at the start, limited by: {}", step.dt, step.limit);
+    print_line!("time step      {:.4e} s at the start, limited by: {}", step.dt, step.limit);
     if let Some(point) = step.point {
         let on_map = step.position.iter().zip(case.origin()).map(|(x, origin)| x + origin);
         let place: Vec<String> =
             on_map.take(case.dimension()).map(|coordinate| format!("{coordinate:.4}")).collect();
-        say!("               at point {point} ({}) m", place.join(", "));
+        print_line!("               at point {point} ({}) m", place.join(", "));
     }
-    say!("steps          about {}", plan.steps);
-    say!("memory         about {:.1} MB", plan.memory as f64 / 1e6);
-    say!("duration       about {} on {threads} threads", duration(seconds));
+    print_line!("steps          about {}", plan.steps);
+    print_line!("memory         about {:.1} MB", plan.memory as f64 / 1e6);
+    print_line!("duration       about {} on {threads} threads", duration_text(seconds));
     for (name, search) in case.factors_of_safety() {
-        say!("{}", searching(name, &SearchCost::of(&case, &plan, search), threads));
+        print_line!("{}", search_cost_text(name, &SearchCost::of_case(&case, &plan, search), threads));
     }
     for stage in &case.stages {
         let until = if stage.equilibrium.is_some() { ", or until at rest" } else { "" };
-        say!("stage          {}: {} s{until}", stage.name, stage.duration);
+        print_line!("stage          {}: {} s{until}", stage.name, stage.duration);
     }
-    let has_laws = method.has_elasticity() && method.honours(&case)?.has_materials();
-    say!("time scales    {}", scales(&case, has_laws));
+    let has_laws = method.has_elasticity() && method.capabilities(&case)?.has_materials();
+    print_line!("time scales    {}", time_scales(&case, has_laws));
     for warning in plan.all_warnings(&case) {
-        complain!("warning: {warning}");
+        print_error_line!("warning: {warning}");
     }
     Ok(())
 }
 
 /// Prints the masses of the bodies, and the densities of those with pore fluid.
-fn tell_bodies(case: &Case, plan: &Plan) -> Result<(), Failure> {
+fn print_body_masses(case: &Case, plan: &Plan) -> Result<(), CommandError> {
     for (body, mass) in case.bodies.iter().zip(plan.masses(case)) {
         let (name, material) = (printable(&body.name), printable(&body.material));
-        say!("mass           {name}: {mass:.4e} kg of {material}");
+        print_line!("mass           {name}: {mass:.4e} kg of {material}");
     }
     for body in &case.bodies {
-        if let Some(Densities { dry, saturated, grains }) = case.densities(body) {
-            say!(
+        if let Some(BodyDensities { dry, saturated, grains }) = case.densities(body) {
+            print_line!(
                 "densities      {}: dry {dry:.0}, saturated {saturated:.0}, grains {grains:.0} kg/m³",
                 printable(&body.name)
             );
@@ -100,8 +100,8 @@ fn tell_bodies(case: &Case, plan: &Plan) -> Result<(), Failure> {
 }
 
 /// Times that decide what a case shows, beside that of its run; those of stiffness where the method `has_laws`.
-fn scales(case: &Case, has_laws: bool) -> String {
-    let TimeScales { height, consolidation, wave, fall } = case.time_scales();
+fn time_scales(case: &Case, has_laws: bool) -> String {
+    let TimeScales { height, consolidation, wave, fall_time: fall } = case.time_scales();
     let of_law = |time: Option<f64>| time.filter(|_| has_laws);
     let named =
         [("consolidation h²/c_v", of_law(consolidation)), ("wave h/c", of_law(wave)), ("fall √(h/g)", fall)];
@@ -111,7 +111,7 @@ fn scales(case: &Case, has_laws: bool) -> String {
 }
 
 /// What the search `name` for a factor of safety takes beside the stages.
-fn searching(name: &str, cost: &SearchCost, threads: usize) -> String {
+fn search_cost_text(name: &str, cost: &SearchCost, threads: usize) -> String {
     let SearchCost { trials: [likely, most], blocks, block, seconds } = cost;
     let trials =
         format!("search         {name}: {likely} trials, {most} at most, of {blocks} blocks at most");
@@ -120,7 +120,7 @@ fn searching(name: &str, cost: &SearchCost, threads: usize) -> String {
             "{trials}; how long a block is shows when bodies that do not yield have come to rest"
         );
     }
-    let [usual, longest] = seconds.map(|seconds| duration(seconds / threads as f64));
+    let [usual, longest] = seconds.map(|seconds| duration_text(seconds / threads as f64));
     format!(
         "{trials}, about {block:.3} s each: about {usual}, {longest} at most, beside the duration of the stages"
     )

@@ -4,17 +4,17 @@ use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::case::Case;
-use colluvium::compare::{self, CompareOptions, Contender, Outcome, Reference};
-use colluvium::pictures::plane_under;
+use colluvium::compare::{self, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles};
+use colluvium::pictures::view_plane_for_gravity;
 
 use super::{
-    Failure, ResultFiles, free_memory,
-    kind::{self, Kind},
-    pool, print, stop_on_interrupt,
+    CommandError, OutputArguments, free_memory,
+    kind::{self, FileKind},
+    stop_on_interrupt, thread_pool, write_stdout,
 };
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct CompareArguments {
     /// The case file.
     case: PathBuf,
     /// The methods, by name and separated by commas; all that can honour the case when absent.
@@ -34,58 +34,64 @@ pub struct Arguments {
     #[arg(long, value_parser = ["xy", "xz", "yz"])]
     view: Option<String>,
     #[command(flatten)]
-    files: ResultFiles,
+    files: OutputArguments,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
-    kind::expect(&arguments.case, Kind::Case)?;
+    kind::require_kind(&arguments.case, FileKind::Case)?;
     let case = Case::load(&arguments.case)?;
-    let methods = compare::methods(&arguments.methods)?;
+    let methods = compare::methods_by_name(&arguments.methods)?;
     let quiet = files.quiet;
-    let reference = Reference::of(&arguments.case, arguments.reference.as_deref(), |file| {
-        if !quiet {
-            let _ = print(format_args!("reference: {}", file.display()));
-        }
-    })?;
-    let out = files.folder(&arguments.case, "compare");
+    let reference =
+        ReferenceProfiles::read_for_case(&arguments.case, arguments.reference.as_deref(), |file| {
+            if !quiet {
+                let _ = write_stdout(format_args!("reference: {}", file.display()));
+            }
+        })?;
+    let out = files.output_folder(&arguments.case, "compare");
     let options = CompareOptions {
         out: out.clone(),
         resume: files.resume,
         overwrite: files.overwrite,
-        progress: !files.quiet,
+        show_progress: !files.quiet,
         jobs: arguments.jobs.into(),
         free_memory: free_memory(),
         stop: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
-        warn: (!files.quiet).then_some(|remark| complain!("warning: {remark}")),
+        on_warning: (!files.quiet).then_some(|remark| print_error_line!("warning: {remark}")),
     };
-    let pool = pool(arguments.threads)?;
-    let results = pool.install(|| compare::run(&case, &methods, &options, &|result| tell(result, quiet)))?;
-    if results.iter().any(|result| matches!(result.outcome, Outcome::Interrupted)) {
-        return Err(Failure::Interrupted);
+    let pool = thread_pool(arguments.threads)?;
+    let results = pool
+        .install(|| compare::run(&case, &methods, &options, &|result| print_method_result(result, quiet)))?;
+    if results.iter().any(|result| matches!(result.outcome, MethodOutcome::Interrupted)) {
+        return Err(CommandError::Interrupted);
     }
-    let plane = plane_under(case.gravity.get(2).copied(), arguments.view.as_deref());
-    let page = compare::write(&out, &case, &results, plane, &reference)?;
-    say!("comparison: {}", page.display());
-    let failed = |result: &&Contender| matches!(result.outcome, Outcome::Failed(_));
+    let plane = view_plane_for_gravity(case.gravity.get(2).copied(), arguments.view.as_deref());
+    let page = compare::write_page(&out, &case, &results, plane, &reference)?;
+    print_line!("comparison: {}", page.display());
+    let failed = |result: &&MethodResult| matches!(result.outcome, MethodOutcome::Failed(_));
     match results.iter().filter(failed).count() {
         0 => Ok(()),
-        _ => Err(Failure::Other("not every method that began came to its end".to_owned())),
+        _ => Err(CommandError::Other("not every method that began came to its end".to_owned())),
     }
 }
 
 /// Says what came of a method, and what was chosen for it.
-fn tell(result: &Contender, quiet: bool) {
-    let Contender { method, took, outcome, .. } = result;
+fn print_method_result(result: &MethodResult, quiet: bool) {
+    let MethodResult { method, chosen_options: took, outcome, .. } = result;
     let line = match outcome {
-        Outcome::Failed(why) => return complain!("error: {method}: {}", why.replace('\n', "; ")),
+        MethodOutcome::Failed(why) => {
+            return print_error_line!("error: {method}: {}", why.replace('\n', "; "));
+        }
         _ if quiet => return,
-        Outcome::Refused(why) => format!("{method}: not for this case: {why}"),
-        Outcome::Interrupted => format!("{method}: interrupted"),
-        Outcome::Done(report) => format!("{method}: {} steps in {:.1} s", report.steps, report.wall),
+        MethodOutcome::Refused(why) => format!("{method}: not for this case: {why}"),
+        MethodOutcome::Interrupted => format!("{method}: interrupted"),
+        MethodOutcome::Completed(report) => {
+            format!("{method}: {} steps in {:.1} s", report.steps, report.wall_time)
+        }
     };
     let chosen = if took.is_empty() { String::new() } else { format!("; it took {took}") };
     // Where nobody reads on the program ends; any other failure meets the last line too.
-    let _ = print(format_args!("{line}{chosen}"));
+    let _ = write_stdout(format_args!("{line}{chosen}"));
 }

@@ -7,14 +7,16 @@ use colluvium::case::output::{create_folder, write_atomically};
 use colluvium::case::{CaseError, CaseErrors, json};
 use colluvium::constitutive::MaterialSpec;
 use colluvium::constitutive::driver::incremental::{self, IncrementalTest};
-use colluvium::constitutive::driver::{DriverError, ElementPath, Problem, StandardPlot, Trace, YieldLine};
+use colluvium::constitutive::driver::{
+    DriverError, ElementPath, StandardPlot, TestProblem, TestTrace, YieldCurve,
+};
 use colluvium::plots::{LineChart, Picture, Series, Style};
 
-use super::Failure;
-use super::kind::{self, Kind};
+use super::CommandError;
+use super::kind::{self, FileKind};
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct ElementTestArguments {
     /// The test file, or a folder with the files of an incrementalDriver: initialconditions.inp,
     /// test.inp and perhaps parameters.inp.
     file: PathBuf,
@@ -32,19 +34,21 @@ pub struct Arguments {
     format: String,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
     let file = &arguments.file;
-    kind::expect(file, Kind::ElementTest)?;
+    kind::require_kind(file, FileKind::ElementTest)?;
     let (test, incremental) = match (file.is_dir(), &arguments.material) {
         (true, Some(material)) => {
-            let test = incremental(file, material, arguments.stress_unit.as_deref())?;
+            let test = read_incremental_driver(file, material, arguments.stress_unit.as_deref())?;
             (test.test.clone(), Some(test))
         }
         (true, None) => {
-            return Err(Failure::Usage("a folder names no material law: give one with --material".into()));
+            return Err(CommandError::Usage(
+                "a folder names no material law: give one with --material".into(),
+            ));
         }
         (false, Some(_)) => {
-            return Err(Failure::Usage("--material goes with a folder; a test file has its own".into()));
+            return Err(CommandError::Usage("--material goes with a folder; a test file has its own".into()));
         }
         (false, None) => (colluvium::load_element_test(file)?, None),
     };
@@ -53,23 +57,27 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let broken = |error: DriverError| CaseError::new(file.display().to_string(), error.to_string());
     let mut trace = test.trace().map_err(broken)?;
     if let Some(incremental) = &incremental {
-        incremental.thin(&mut trace.path);
+        incremental.remove_unwanted_rows(&mut trace.path);
     }
-    write(&test.title, &trace, &out, &arguments.format)?;
+    write_results(&test.title, &trace, &out, &arguments.format)?;
     let [p, q] = ["p", "q"].map(|name| match trace.path.last(name) {
         value if value.is_finite() => format!("{value:.6e} Pa"),
         _ => "no number".to_owned(),
     });
-    say!("{} rows; at the end p = {p}, q = {q}; results in {}", trace.path.rows.len(), out.display());
-    trace.stopped.map_or(Ok(()), |error| Err(Failure::Other(error.to_string())))
+    print_line!("{} rows; at the end p = {p}, q = {q}; results in {}", trace.path.rows.len(), out.display());
+    trace.stopped.map_or(Ok(()), |error| Err(CommandError::Other(error.to_string())))
 }
 
 /// Reads the files of an incrementalDriver.
-fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<IncrementalTest, Failure> {
+fn read_incremental_driver(
+    folder: &Path,
+    material: &Path,
+    unit: Option<&str>,
+) -> Result<IncrementalTest, CommandError> {
     let beside = |key: &str| format!("{}: {key}", material.display());
     let parameters = folder.join(incremental::PARAMETERS);
     let parameters = if parameters.exists() { Some(json::text(&parameters)?) } else { None };
-    let input = incremental::Input {
+    let input = incremental::IncrementalInput {
         parameters: parameters.as_deref(),
         initial: &json::text(&folder.join(incremental::INITIAL))?,
         test: &json::text(&folder.join(incremental::TEST))?,
@@ -82,7 +90,7 @@ fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<Inc
         },
     };
     let test = IncrementalTest::read(&input).map_err(|problems| {
-        let located = problems.into_iter().map(|Problem { path, problem }| {
+        let located = problems.into_iter().map(|TestProblem { path, problem }| {
             // What does not stand in one of the files stands in the material's.
             let inner = path.strip_prefix("material.").map(beside);
             CaseError::new(inner.unwrap_or_else(|| folder.join(path).display().to_string()), problem)
@@ -94,19 +102,19 @@ fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<Inc
         (test.state.iter().filter(|value| **value != 0.0).count(), incremental::INITIAL, "state variables"),
     ];
     for ((count, file, what), _) in
-        of_files.iter().zip(test.takes).filter(|((count, ..), takes)| *count > 0 && !takes)
+        of_files.iter().zip(test.uses_file_values).filter(|((count, ..), takes)| *count > 0 && !takes)
     {
-        complain!("warning: {file}: the law of --material does not use the {count} {what}");
+        print_error_line!("warning: {file}: the law of --material does not use the {count} {what}");
     }
     Ok(test)
 }
 
 /// The table and the pictures, in place of those of an earlier test.
-fn write(title: &str, trace: &Trace, out: &Path, format: &str) -> Result<(), Failure> {
-    let fail = |error: std::io::Error| Failure::Other(format!("{}: {error}", out.display()));
+fn write_results(title: &str, trace: &TestTrace, out: &Path, format: &str) -> Result<(), CommandError> {
+    let fail = |error: std::io::Error| CommandError::Other(format!("{}: {error}", out.display()));
     create_folder(out)?;
     let mut table = Vec::new();
-    trace.path.write_csv(&mut table).map_err(|error| Failure::Other(error.to_string()))?;
+    trace.path.write_csv(&mut table).map_err(|error| CommandError::Other(error.to_string()))?;
     let path = out.join("path.csv");
     let pictures: Vec<PathBuf> = (StandardPlot::NAMES.iter())
         .flat_map(|name| ["png", "svg"].map(|format| out.join(format!("{name}.{format}"))))
@@ -117,7 +125,7 @@ fn write(title: &str, trace: &Trace, out: &Path, format: &str) -> Result<(), Fai
     let is_table = std::fs::read(&path).is_ok_and(|earlier| earlier.starts_with(units));
     let foreign = Some(&path).filter(|path| path.exists()).or(pictures.first());
     if let Some(file) = foreign.filter(|_| !is_table) {
-        return Err(Failure::Other(format!(
+        return Err(CommandError::Other(format!(
             "{} would be overwritten, and no element test wrote it: name another folder with --out",
             file.display()
         )));
@@ -126,12 +134,18 @@ fn write(title: &str, trace: &Trace, out: &Path, format: &str) -> Result<(), Fai
     write_atomically(&path, &table)?;
     for plot in trace.path.standard_plots() {
         let yield_lines = if plot.name == "q-p" { trace.yield_lines() } else { Vec::new() };
-        chart(title, &plot, &trace.path, yield_lines).write(&out.join(format!("{}.{format}", plot.name)))?;
+        line_chart(title, &plot, &trace.path, yield_lines)
+            .write(&out.join(format!("{}.{format}", plot.name)))?;
     }
     Ok(())
 }
 
-fn chart(title: &str, plot: &StandardPlot, path: &ElementPath, yield_lines: Vec<YieldLine>) -> LineChart {
+fn line_chart(
+    title: &str,
+    plot: &StandardPlot,
+    path: &ElementPath,
+    yield_lines: Vec<YieldCurve>,
+) -> LineChart {
     let column = |name: &str| path.column(name).unwrap_or_default();
     let points = column(plot.x).into_iter().zip(column(plot.y)).collect();
     let label = if yield_lines.is_empty() { "" } else { "path" };

@@ -9,17 +9,17 @@ use colluvium::case::output::{
     Collection, DerivedFiles, OutputError, Table, create_folder, frame_arrays, read_json, table_arrays,
     write_atomically, write_npz,
 };
-use colluvium::case::{Case, GrainColumns, PointList, Role, Snapshot};
-use colluvium::depth_sph::hand_over::stacks;
-use colluvium::pictures::frame;
+use colluvium::case::{Case, FieldRole, GrainColumns, PointList, Snapshot};
+use colluvium::depth_sph::hand_over::point_stacks;
+use colluvium::pictures::read_collection_frame;
 
-use super::{Failure, a_run, or_nothing};
+use super::{CommandError, check_run_folder, or_default_with_warning};
 
 /// Name of the folder of the archives.
-const FOLDER: &str = "npz";
+const ARCHIVE_FOLDER: &str = "npz";
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct ExportArguments {
     /// Folder of a run.
     folder: PathBuf,
     /// Write the last frame as `points.csv` instead: places, volumes, masses, velocities, stresses and pore pressures that `bodies.points` of
@@ -36,23 +36,23 @@ pub struct Arguments {
 }
 
 /// Name of the table of the measures.
-const MEASURES: &str = "measures.csv";
+const MEASURES_FILE: &str = "measures.csv";
 /// Name of the list of points.
-const POINTS: &str = "points.csv";
+const POINTS_FILE: &str = "points.csv";
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &ExportArguments) -> Result<(), CommandError> {
     let from = &arguments.folder;
-    a_run(from)?;
+    check_run_folder(from)?;
     if arguments.points {
-        return points(from, arguments);
+        return write_point_list(from, arguments);
     }
-    let to = from.join(FOLDER);
+    let to = from.join(ARCHIVE_FOLDER);
     create_folder(&to)?;
     let mut files = DerivedFiles::open(&to, arguments.overwrite)?;
-    clear(&to, &files)?;
+    remove_earlier_archives(&to, &files)?;
     let mut written = 0;
-    for name in tables(from)? {
-        let table = or_nothing(Table::read(&from.join(&name)), "it is not exported");
+    for name in table_names(from)? {
+        let table = or_default_with_warning(Table::read(&from.join(&name)), "it is not exported");
         if table.columns.is_empty() {
             continue;
         }
@@ -60,55 +60,56 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         files.write(&archive, |file| write_npz(file, &table_arrays(&table)))?;
         written += 1;
     }
-    let frames = or_nothing(Collection::read(&from.join("frames.pvd")), "no frames are exported").frames;
+    let frames =
+        or_default_with_warning(Collection::read(&from.join("frames.pvd")), "no frames are exported").frames;
     for (number, shown) in frames.iter().enumerate() {
-        let arrays = frame_arrays(&frame(from, shown)?);
+        let arrays = frame_arrays(&read_collection_frame(from, shown)?);
         files.write(&format!("frame-{number:05}.npz"), |file| write_npz(file, &arrays))?;
         written += 1;
     }
     if written == 0 {
         return Err(OutputError::new(from, "has nothing that could be exported").into());
     }
-    say!("wrote {written} archives to {}", to.display());
+    print_line!("wrote {written} archives to {}", to.display());
     Ok(())
 }
 
 /// Writes the last frame as a list of points, those of one body or all.
-fn points(from: &Path, arguments: &Arguments) -> Result<(), Failure> {
+fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), CommandError> {
     let mut files = DerivedFiles::open(from, arguments.overwrite)?;
-    files.check(POINTS)?;
+    files.check(POINTS_FILE)?;
     let path = from.join("case.json");
     let case = match Case::load(&path) {
         Ok(case) => case,
         Err(errors) => {
             let case = Case::load_without_files(&path);
             let case = case.map_err(|errors| OutputError::new(&path, errors.first()))?;
-            complain!("warning: {}: the points are exported without it", errors.first());
+            print_error_line!("warning: {}: the points are exported without it", errors.first());
             case
         }
     };
     let frames = Collection::read(&from.join("frames.pvd"))?.of_points();
     let last = frames.last().ok_or_else(|| OutputError::new(from, "holds no frame"))?;
-    let snapshot = frame(from, last)?;
-    let to = from.join(POINTS);
-    let list = if snapshot.amounts(Role::Bed).is_some() {
-        stacks(&case, &snapshot).map_err(|error| OutputError::new(&to, error))?
+    let snapshot = read_collection_frame(from, last)?;
+    let to = from.join(POINTS_FILE);
+    let list = if snapshot.amounts(FieldRole::Bed).is_some() {
+        point_stacks(&case, &snapshot).map_err(|error| OutputError::new(&to, error))?
     } else {
         if read_json(&from.join("summary.json"))?["method"] == "dem" {
-            all_of_grains(&case, &snapshot).map_err(|problem| OutputError::new(&to, problem))?;
+            check_grain_columns(&case, &snapshot).map_err(|problem| OutputError::new(&to, problem))?;
         }
         let problem = "the points of this run have no volume, velocity and stress";
-        list(&case, &snapshot).ok_or_else(|| OutputError::new(&to, problem))?
+        point_list(&case, &snapshot).ok_or_else(|| OutputError::new(&to, problem))?
     };
     let kept = match &arguments.body {
-        Some(name) => of_body(&case, &snapshot, &list, name)?,
+        Some(name) => point_indices_of_body(&case, &snapshot, &list, name)?,
         None => (0..list.positions.len()).collect(),
     };
-    let text = table(&list, case.dimension(), &kept);
-    files.write(POINTS, |file| write_atomically(file, text.as_bytes()))?;
-    say!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
-    if let Some([handed, whole]) = apart(&snapshot, &list) {
-        say!(
+    let text = point_table(&list, case.dimension(), &kept);
+    files.write(POINTS_FILE, |file| write_atomically(file, text.as_bytes()))?;
+    print_line!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
+    if let Some([handed, whole]) = mass_mismatch(&snapshot, &list) {
+        print_line!(
             "the points weigh {handed:.6e} kg and the flow {whole:.6e} kg: they are its grains with the fluid around them, and {:.4e} kg of fluid have no grains near",
             whole - handed
         );
@@ -117,7 +118,7 @@ fn points(from: &Path, arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Masses of a list of points and of the frame that it is of (kg), where they differ: of grains and fluid points stand for the grains.
-fn apart(snapshot: &Snapshot, list: &PointList) -> Option<[f64; 2]> {
+fn mass_mismatch(snapshot: &Snapshot, list: &PointList) -> Option<[f64; 2]> {
     let outside = snapshot.scalars("outside");
     let inside = |node: usize| outside.is_none_or(|outside| outside[node] == 0.0);
     let own = snapshot.scalars(PointList::MASS)?.iter().enumerate().filter(|(node, _)| inside(*node));
@@ -126,7 +127,7 @@ fn apart(snapshot: &Snapshot, list: &PointList) -> Option<[f64; 2]> {
 }
 
 /// Refuses frames that leave out what another case must know of grains.
-fn all_of_grains(case: &Case, snapshot: &Snapshot) -> Result<(), String> {
+fn check_grain_columns(case: &Case, snapshot: &Snapshot) -> Result<(), String> {
     let Some(written) = &case.output.fields else { return Ok(()) };
     let of_bodies = case.methods.get("dem").and_then(|options| options.get("bodies")?.as_object());
     let held = of_bodies.is_some_and(|bodies| bodies.values().any(|own| own["held"] == true))
@@ -142,7 +143,12 @@ fn all_of_grains(case: &Case, snapshot: &Snapshot) -> Result<(), String> {
 }
 
 /// Numbers of the points of a body.
-fn of_body(case: &Case, snapshot: &Snapshot, list: &PointList, name: &str) -> Result<Vec<usize>, Failure> {
+fn point_indices_of_body(
+    case: &Case,
+    snapshot: &Snapshot,
+    list: &PointList,
+    name: &str,
+) -> Result<Vec<usize>, CommandError> {
     let number = case.bodies.iter().position(|body| body.name == name).map(|number| number as u32);
     let own = |i: &usize| snapshot.bodies.get(*i).copied() == number;
     let kept: Vec<usize> = (0..list.positions.len()).filter(own).collect();
@@ -151,13 +157,13 @@ fn of_body(case: &Case, snapshot: &Snapshot, list: &PointList, name: &str) -> Re
         let known: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
         let problem =
             format!("--body {name}: no points of the last frame are of it; bodies are {}", known.join(", "));
-        return Err(Failure::Usage(problem));
+        return Err(CommandError::Usage(problem));
     }
     Ok(kept)
 }
 
 /// The points of a frame, as they are.
-fn list(case: &Case, snapshot: &Snapshot) -> Option<PointList> {
+fn point_list(case: &Case, snapshot: &Snapshot) -> Option<PointList> {
     // Dry points have no pressure in their pores.
     let pressures = |all: &[f64]| all.iter().map(|p| if p.is_nan() { 0.0 } else { *p }).collect();
     let (volumes, at) = (snapshot.scalars("volume")?, &snapshot.positions);
@@ -170,12 +176,12 @@ fn list(case: &Case, snapshot: &Snapshot) -> Option<PointList> {
         velocities: Some(snapshot.vectors("velocity")?.to_vec()),
         stresses: Some(snapshot.tensors("stress")?.to_vec()),
         pore_pressures: snapshot.scalars(PointList::PORE_PRESSURE).map(pressures),
-        grains: grains(case, snapshot),
+        grains: grain_columns(case, snapshot),
     })
 }
 
 /// What a frame says of grains; of other methods only the radii that there are.
-fn grains(case: &Case, snapshot: &Snapshot) -> GrainColumns {
+fn grain_columns(case: &Case, snapshot: &Snapshot) -> GrainColumns {
     let radii = snapshot.scalars("radius").map(<[f64]>::to_vec);
     let known = colluvium::dem::kinds(case).unwrap_or_default();
     let Some(kinds) = snapshot.scalars("kind").filter(|_| !known.is_empty()) else {
@@ -185,7 +191,7 @@ fn grains(case: &Case, snapshot: &Snapshot) -> GrainColumns {
     let about_z = |spins: &[f64]| spins.iter().map(|spin| [0.0, 0.0, *spin]).collect();
     GrainColumns {
         radii,
-        kinds: Some(kinds.iter().map(name).collect()),
+        grain_types: Some(kinds.iter().map(name).collect()),
         spins: snapshot.vectors("spin").map(<[_]>::to_vec).or(snapshot.scalars("spin").map(about_z)),
         held: snapshot.scalars("held").map(|held| held.iter().map(|own| *own == 1.0).collect()),
         ids: Some(snapshot.ids.iter().map(|id| *id as u32).collect()),
@@ -193,7 +199,7 @@ fn grains(case: &Case, snapshot: &Snapshot) -> GrainColumns {
 }
 
 /// Some of a list of points as a table with a head.
-fn table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
+fn point_table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
     let (axes, of_grains) = (&["x", "y", "z"][..dimension], &list.grains);
     let turning = if dimension == 3 { 0 } else { 2 };
     let mut heads: Vec<String> = axes.iter().map(|axis| format!("{axis} (m)")).collect();
@@ -206,7 +212,7 @@ fn table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
     heads.extend(list.pore_pressures.iter().flat_map(|_| names(&[PointList::PORE_PRESSURE], "Pa")));
     heads.extend(of_grains.radii.iter().flat_map(|_| names(&["radius"], "m")));
     heads.extend(of_grains.spins.iter().flat_map(|_| names(&GrainColumns::SPIN[turning..], "rad/s")));
-    heads.extend(of_grains.kinds.iter().map(|_| "kind".to_owned()));
+    heads.extend(of_grains.grain_types.iter().map(|_| "kind".to_owned()));
     heads.extend(of_grains.held.iter().map(|_| "held".to_owned()));
     heads.extend(of_grains.ids.iter().map(|_| "id".to_owned()));
     let mut text = heads.join(",") + "\n";
@@ -220,7 +226,7 @@ fn table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
         row.extend(of_grains.radii.iter().map(|all| all[i]));
         row.extend(of_grains.spins.iter().flat_map(|all| all[i][turning..].to_vec()));
         let mut row: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
-        row.extend(of_grains.kinds.iter().map(|all| all[i].clone()));
+        row.extend(of_grains.grain_types.iter().map(|all| all[i].clone()));
         row.extend(of_grains.held.iter().map(|all| u8::from(all[i]).to_string()));
         row.extend(of_grains.ids.iter().map(|all| all[i].to_string()));
         text += &(row.join(",") + "\n");
@@ -229,8 +235,8 @@ fn table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
 }
 
 /// Removes the archives that an earlier export wrote.
-fn clear(folder: &Path, files: &DerivedFiles) -> Result<(), OutputError> {
-    for name in names(folder)?.into_iter().filter(|name| name.ends_with(".npz")) {
+fn remove_earlier_archives(folder: &Path, files: &DerivedFiles) -> Result<(), OutputError> {
+    for name in file_names(folder)?.into_iter().filter(|name| name.ends_with(".npz")) {
         if files.is_own(&name)? {
             let file = folder.join(name);
             fs::remove_file(&file).map_err(|error| OutputError::new(&file, error))?;
@@ -240,7 +246,7 @@ fn clear(folder: &Path, files: &DerivedFiles) -> Result<(), OutputError> {
 }
 
 /// Names of what is in a folder, in order.
-fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
+fn file_names(folder: &Path) -> Result<Vec<String>, OutputError> {
     let fail = |error| OutputError::new(folder, error);
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).map_err(fail)? {
@@ -251,13 +257,13 @@ fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
 }
 
 /// Names of the tables in the folder of a run, that of the measures in any case.
-fn tables(folder: &Path) -> Result<Vec<String>, OutputError> {
+fn table_names(folder: &Path) -> Result<Vec<String>, OutputError> {
     let is_table = |name: &String| {
         let kinds = ["profile-", "trials-"];
         name.ends_with(".csv") && kinds.iter().any(|kind| name.starts_with(kind))
     };
-    let mut names = names(folder)?;
+    let mut names = file_names(folder)?;
     names.retain(is_table);
-    names.insert(0, MEASURES.to_owned());
+    names.insert(0, MEASURES_FILE.to_owned());
     Ok(names)
 }

@@ -6,11 +6,11 @@ use colluvium::case::{CaseError, json};
 use colluvium::constitutive::driver::incremental;
 use serde_json::Value;
 
-use super::Failure;
+use super::CommandError;
 
 /// Kind of a file that a user names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum FileKind {
     /// A case.
     Case,
     /// A test of a single material point.
@@ -19,9 +19,9 @@ pub enum Kind {
     Sweep,
 }
 
-impl Kind {
+impl FileKind {
     /// The kind of a JSON value by the keys that no other kind has; `None` where there are none, or those of several.
-    fn of(value: &Value) -> Option<Self> {
+    fn from_keys(value: &Value) -> Option<Self> {
         let has = |key: &str| value.get(key).is_some();
         let case = ["space", "domain", "bodies", "materials", "methods"].into_iter().any(has);
         let test = has("material") || has("initial_stress");
@@ -35,7 +35,7 @@ impl Kind {
     }
 
     /// Name, and the command that takes it.
-    fn words(self) -> (&'static str, &'static str) {
+    fn name_and_command(self) -> (&'static str, &'static str) {
         match self {
             Self::Case => ("a case", "colluvium check"),
             Self::ElementTest => ("an element test", "colluvium element-test"),
@@ -45,16 +45,16 @@ impl Kind {
 }
 
 /// Where files of terrain and tables are named.
-const NAMED_BY_CASE: &str = "a case names such files; `colluvium new debris-flow` writes one that does";
+const REFERENCED_BY_CASE: &str = "a case names such files; `colluvium new debris-flow` writes one that does";
 
 /// Kind of a file that its ending tells, and what to do with it.
-fn of_ending(file: &Path) -> Option<(&'static str, &'static str)> {
+fn from_extension(file: &Path) -> Option<(&'static str, &'static str)> {
     let ending = file.extension()?.to_string_lossy().to_lowercase();
     Some(match ending.as_str() {
-        "asc" | "grd" | "tif" | "tiff" => ("a raster", NAMED_BY_CASE),
-        "shp" | "geojson" | "gpkg" | "kml" => ("an outline", NAMED_BY_CASE),
-        "csv" => ("a table", NAMED_BY_CASE),
-        "stl" | "obj" | "msh" => ("a mesh", NAMED_BY_CASE),
+        "asc" | "grd" | "tif" | "tiff" => ("a raster", REFERENCED_BY_CASE),
+        "shp" | "geojson" | "gpkg" | "kml" => ("an outline", REFERENCED_BY_CASE),
+        "csv" => ("a table", REFERENCED_BY_CASE),
+        "stl" | "obj" | "msh" => ("a mesh", REFERENCED_BY_CASE),
         "vtu" | "pvd" => ("a frame of results", "`colluvium plot` draws the folder of a run"),
         _ => return None,
     })
@@ -62,14 +62,14 @@ fn of_ending(file: &Path) -> Option<(&'static str, &'static str)> {
 
 /// Refuses a file that is plainly of another kind than a command takes, with the command for it. What cannot be read is refused where it
 /// is.
-pub fn expect(file: &Path, wanted: Kind) -> Result<(), Failure> {
+pub fn require_kind(file: &Path, wanted: FileKind) -> Result<(), CommandError> {
     let wrong = |is: &str, cure: String| {
-        let problem = format!("is {is}, and not {}: {cure}", wanted.words().0);
+        let problem = format!("is {is}, and not {}: {cure}", wanted.name_and_command().0);
         Err(CaseError::new(file.display().to_string(), problem).into())
     };
     if file.is_dir() {
         let run = file.join("summary.json").exists();
-        let test = file.join(incremental::TEST).exists() && wanted != Kind::ElementTest;
+        let test = file.join(incremental::TEST).exists() && wanted != FileKind::ElementTest;
         let name = file.display();
         return match (run, test) {
             (true, _) => wrong("the folder of a run", format!("`colluvium report {name}` shows it")),
@@ -83,20 +83,20 @@ pub fn expect(file: &Path, wanted: Kind) -> Result<(), Failure> {
                 );
                 wrong("the folder of a sweep", tables)
             }
-            (false, false) if wanted != Kind::ElementTest => {
+            (false, false) if wanted != FileKind::ElementTest => {
                 wrong("a folder", "give the file itself".to_owned())
             }
             (false, false) => Ok(()),
         };
     }
-    if let Some((is, cure)) = of_ending(file).filter(|_| file.is_file()) {
+    if let Some((is, cure)) = from_extension(file).filter(|_| file.is_file()) {
         return wrong(is, cure.to_owned());
     }
     let Ok(value) = json::value(file) else { return Ok(()) };
     let has = |key: &&str| value.get(*key).is_some();
     let geometry = ["features", "coordinates", "geometries", "geometry"];
     if value.get("type").is_some_and(Value::is_string) && geometry.iter().any(has) {
-        return wrong("an outline", NAMED_BY_CASE.to_owned());
+        return wrong("an outline", REFERENCED_BY_CASE.to_owned());
     }
     if ["fingerprint", "status", "method"].iter().all(has) {
         return wrong(
@@ -104,9 +104,9 @@ pub fn expect(file: &Path, wanted: Kind) -> Result<(), Failure> {
             "`colluvium report` shows the run, given its folder".to_owned(),
         );
     }
-    match Kind::of(&value).filter(|found| *found != wanted) {
+    match FileKind::from_keys(&value).filter(|found| *found != wanted) {
         Some(found) => {
-            let (is, command) = found.words();
+            let (is, command) = found.name_and_command();
             wrong(is, format!("`{command} {}` takes it", file.display()))
         }
         None => Ok(()),

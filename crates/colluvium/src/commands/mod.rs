@@ -1,13 +1,13 @@
 //! The commands, one file each.
 
 /// Prints a line and passes a failure on.
-macro_rules! say {
-    ($($part:tt)*) => { $crate::commands::print(format_args!($($part)*))? };
+macro_rules! print_line {
+    ($($part:tt)*) => { $crate::commands::write_stdout(format_args!($($part)*))? };
 }
 
 /// Prints a line on standard error. One that nobody can take is no reason to end.
-macro_rules! complain {
-    ($($part:tt)*) => { $crate::commands::complain(format_args!($($part)*)) };
+macro_rules! print_error_line {
+    ($($part:tt)*) => { $crate::commands::write_stderr(format_args!($($part)*)) };
 }
 
 pub mod check;
@@ -38,27 +38,27 @@ use colluvium::sweep::SweepError;
 use thiserror::Error;
 
 /// Prints a line; what of it would move the cursor or colour is escaped. Where nobody reads on, as behind `head`, the program ends without a word.
-fn print(line: std::fmt::Arguments<'_>) -> Result<(), Failure> {
-    match writeln!(std::io::stdout().lock(), "{}", lines(&line.to_string())) {
+fn write_stdout(line: std::fmt::Arguments<'_>) -> Result<(), CommandError> {
+    match writeln!(std::io::stdout().lock(), "{}", escape_lines(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
-        written => written.map_err(|error| Failure::Other(format!("standard output: {error}"))),
+        written => written.map_err(|error| CommandError::Other(format!("standard output: {error}"))),
     }
 }
 
 /// Lines that a terminal can show.
-fn lines(text: &str) -> String {
+fn escape_lines(text: &str) -> String {
     text.split('\n').map(printable).collect::<Vec<_>>().join("\n")
 }
 
 /// Prints a line on standard error, if that is possible; what of it would move the cursor or colour is escaped, and what is too long to
 /// read is left out in its middle.
-pub fn complain(line: std::fmt::Arguments<'_>) {
+pub fn write_stderr(line: std::fmt::Arguments<'_>) {
     let _ = writeln!(std::io::stderr().lock(), "{}", shortened(&printable(&line.to_string())));
 }
 
 /// Why a command ends without success.
 #[derive(Debug, Error)]
-pub enum Failure {
+pub enum CommandError {
     /// The case file is wrong.
     #[error(transparent)]
     Case(#[from] CaseErrors),
@@ -85,18 +85,18 @@ pub enum Failure {
     Interrupted,
 }
 
-impl From<CaseError> for Failure {
+impl From<CaseError> for CommandError {
     fn from(error: CaseError) -> Self {
         Self::Case(error.into())
     }
 }
 
-impl Failure {
+impl CommandError {
     /// The exit code.
-    pub fn code(&self) -> u8 {
+    pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Case(_) | Self::Run(RunError::Case(_)) | Self::Compare(CompareError::None(_)) => 3,
-            Self::Usage(_) | Self::Compare(CompareError::Unknown { .. }) => 2,
+            Self::Case(_) | Self::Run(RunError::Case(_)) | Self::Compare(CompareError::NoMethod(_)) => 3,
+            Self::Usage(_) | Self::Compare(CompareError::UnknownMethod { .. }) => 2,
             Self::Run(_) | Self::Sweep(_) | Self::Compare(_) | Self::Output(_) | Self::Other(_) => 1,
             Self::Interrupted => 4,
         }
@@ -113,15 +113,15 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
 }
 
 /// Content of a file of a run. Where the file cannot be read, prints a warning with the consequence `without` and returns the default.
-fn or_nothing<T: Default>(read: Result<T, OutputError>, without: &str) -> T {
+fn or_default_with_warning<T: Default>(read: Result<T, OutputError>, without: &str) -> T {
     read.unwrap_or_else(|error| {
-        complain!("warning: {error}: {without}");
+        print_error_line!("warning: {error}: {without}");
         T::default()
     })
 }
 
 /// Refuses a folder that is not one of a run.
-fn a_run(folder: &Path) -> Result<(), Failure> {
+fn check_run_folder(folder: &Path) -> Result<(), CommandError> {
     if folder.join("summary.json").exists() {
         return Ok(());
     }
@@ -129,13 +129,13 @@ fn a_run(folder: &Path) -> Result<(), Failure> {
     if folder.join("sweep.json").exists() {
         let problem =
             format!("{name}: is the folder of a sweep: name that of one of its runs, as {name}/run-0001");
-        return Err(Failure::Usage(problem));
+        return Err(CommandError::Usage(problem));
     }
-    Err(Failure::Usage(format!("{name}: holds no run (there is no summary.json)")))
+    Err(CommandError::Usage(format!("{name}: holds no run (there is no summary.json)")))
 }
 
 /// Number of threads that this machine runs at a time.
-fn threads() -> usize {
+fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
@@ -148,14 +148,14 @@ fn free_memory() -> f64 {
 }
 
 /// Largest memory that this process has had so far (bytes), where the system tells.
-fn largest_memory() -> Option<u64> {
+fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     Some(1024 * line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok()?)
 }
 
 /// A duration in words.
-fn duration(seconds: f64) -> String {
+fn duration_text(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "a second".to_owned(),
         s if s < 120.0 => format!("{s:.0} s"),
@@ -166,15 +166,15 @@ fn duration(seconds: f64) -> String {
 }
 
 /// Threads for a run; all cores where no number is asked for.
-fn pool(threads: Option<u16>) -> Result<rayon::ThreadPool, Failure> {
+fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool, CommandError> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .build()
-        .map_err(|error| Failure::Other(format!("threads: {error}")))
+        .map_err(|error| CommandError::Other(format!("threads: {error}")))
 }
 
 /// The method to run a case with: the one asked for, or the only one the case has options for.
-fn choose(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method, Failure> {
+fn select_method(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method, CommandError> {
     let known: Vec<&str> = colluvium::methods().iter().map(|method| method.name()).collect();
     for name in case.methods.keys() {
         if !known.contains(&name.as_str()) {
@@ -191,18 +191,19 @@ fn choose(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method, Failu
         (None, _) => {
             let names: Vec<&str> = case.methods.keys().map(String::as_str).collect();
             let names = names.join(", ");
-            return Err(Failure::Usage(format!(
+            return Err(CommandError::Usage(format!(
                 "the case has several methods, {names}: choose one with --method"
             )));
         }
     };
-    colluvium::method(name)
-        .ok_or_else(|| Failure::Usage(format!("{name:?} is not a method; there are: {}", known.join(", "))))
+    colluvium::method(name).ok_or_else(|| {
+        CommandError::Usage(format!("{name:?} is not a method; there are: {}", known.join(", ")))
+    })
 }
 
 /// Where the results go, and what is done with those that lie there.
 #[derive(Args)]
-pub struct ResultFiles {
+pub struct OutputArguments {
     /// Folder for the results; `<file>-<method>` by default.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -217,9 +218,9 @@ pub struct ResultFiles {
     quiet: bool,
 }
 
-impl ResultFiles {
+impl OutputArguments {
     /// The folder for what `method` makes of a file: `folder/case.json` with `mpm` gives `case-mpm`.
-    fn folder(&self, file: &Path, method: &str) -> PathBuf {
+    fn output_folder(&self, file: &Path, method: &str) -> PathBuf {
         let stem = || file.file_stem().unwrap_or_default().to_string_lossy();
         self.out.clone().unwrap_or_else(|| format!("{}-{method}", stem()).into())
     }

@@ -7,18 +7,20 @@ use colluvium::case::output::{
     Collection, DerivedFiles, OutputError, Table, create_folder, named_file, read_lines, write_atomically,
 };
 use colluvium::case::{Dataset, Snapshot};
-use colluvium::ground::of_run;
-use colluvium::maps::maps;
-use colluvium::pictures::{case_value, chains, charts, cloud, frame, name_forces, plane};
-use colluvium::plots::{ForceChains, FramePicture, Ground, Picture, PointCloud, Shared, to_gif};
+use colluvium::ground::rigid_geometry_of_run;
+use colluvium::maps::raster_maps;
+use colluvium::pictures::{
+    charts, line_picture, point_picture, read_case_value, read_collection_frame, set_force_units, view_plane,
+};
+use colluvium::plots::{CommonScales, ForceChains, FramePicture, Picture, PointCloud, RigidGeometry, to_gif};
 
-use super::{Failure, a_run, or_nothing};
+use super::{CommandError, check_run_folder, or_default_with_warning};
 
 /// Frames of an animation, at most.
-const FILM: usize = 120;
+const MAX_ANIMATION_FRAMES: usize = 120;
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct PlotArguments {
     /// Folder of a run.
     folder: PathBuf,
     /// What is drawn: `points`, or another dataset of the run, as `grid` of `output.grid` or `contacts` of `output.contacts`. Nodes
@@ -32,7 +34,7 @@ pub struct Arguments {
     #[arg(long, default_value = "last")]
     frame: String,
     /// Values of the first and of the last colour, as LOW,HIGH; those of the field when absent. Not of contacts.
-    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = parse_range, allow_hyphen_values = true)]
     range: Option<(f64, f64)>,
     /// Draw an animated GIF of each field, too, of all frames or evenly of 120.
     #[arg(long)]
@@ -52,7 +54,7 @@ pub struct Arguments {
 }
 
 /// Two numbers, the second beyond the first.
-fn range(text: &str) -> Result<(f64, f64), String> {
+fn parse_range(text: &str) -> Result<(f64, f64), String> {
     let (low, high) = text.split_once(',').ok_or("give two numbers, LOW,HIGH")?;
     let number = |part: &str| {
         let value = part.trim().parse::<f64>().map_err(|_| format!("{part:?} is not a number"))?;
@@ -62,33 +64,36 @@ fn range(text: &str) -> Result<(f64, f64), String> {
     if low < high { Ok((low, high)) } else { Err(format!("{low} is not below {high}")) }
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
     let folder = &arguments.folder;
-    a_run(folder)?;
-    let frames = match frames(folder, &arguments.dataset) {
-        Err(Failure::Output(error)) => or_nothing(Err::<Option<Vec<_>>, _>(error), "no frames are drawn"),
+    check_run_folder(folder)?;
+    let frames = match frame_list(folder, &arguments.dataset) {
+        Err(CommandError::Output(error)) => {
+            or_default_with_warning(Err::<Option<Vec<_>>, _>(error), "no frames are drawn")
+        }
         read => Some(read?),
     };
-    let chosen = frames.as_ref().map(|frames| chosen(arguments, frames.len())).transpose()?;
+    let chosen = frames.as_ref().map(|frames| selected_frames(arguments, frames.len())).transpose()?;
     let (frames, chosen) = (frames.unwrap_or_default(), chosen.unwrap_or_default());
-    let ground = of_run(folder);
+    let ground = rigid_geometry_of_run(folder);
     if !ground.missing.is_empty() {
-        complain!("warning: {}: pictures are without the terrain and the obstacles", ground.missing);
+        print_error_line!("warning: {}: pictures are without the terrain and the obstacles", ground.missing);
     }
     let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
     create_folder(&out)?;
     let mut files = DerivedFiles::open(&out, arguments.overwrite)?;
     let mut written = 0;
-    let mut save = |picture: &dyn Fn(&Path) -> Result<(), Failure>, name: &str, ending: &str| {
+    let mut save = |picture: &dyn Fn(&Path) -> Result<(), CommandError>, name: &str, ending: &str| {
         written += 1;
-        files.write(&file_name(&out, name, ending)?, picture)
+        files.write(&output_file_name(&out, name, ending)?, picture)
     };
     let format = arguments.format.as_str();
-    let measures = or_nothing(Table::read(&folder.join("measures.csv")), "no measures are drawn");
+    let measures =
+        or_default_with_warning(Table::read(&folder.join("measures.csv")), "no measures are drawn");
     for (name, chart) in charts(&measures) {
         save(&|file| Ok(chart.write(file)?), &name, format)?;
     }
-    for (name, map) in maps(folder)? {
+    for (name, map) in raster_maps(folder)? {
         save(&|file| Ok(map.write(file)?), &format!("map-{name}"), format)?;
     }
     let fields: Vec<Option<&str>> = match &arguments.fields[..] {
@@ -96,36 +101,36 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         names => names.iter().map(|name| Some(name.as_str())).collect(),
     };
     for field in fields.into_iter().filter(|_| !chosen.is_empty()) {
-        for (name, number, picture) in pictures(arguments, (&frames, &chosen), field, &ground)? {
-            let name = format!("{}-{number:05}", titled(arguments, &name));
+        for (name, number, picture) in draw_pictures(arguments, (&frames, &chosen), field, &ground)? {
+            let name = format!("{}-{number:05}", picture_name(arguments, &name));
             save(&|file| Ok(picture.write(file)?), &name, format)?;
         }
         if arguments.gif {
-            let even = evenly(frames.len(), FILM);
-            let shown = pictures(arguments, (&frames, &even), field, &ground)?;
+            let even = evenly_spaced(frames.len(), MAX_ANIMATION_FRAMES);
+            let shown = draw_pictures(arguments, (&frames, &even), field, &ground)?;
             let name = shown.first().map_or_else(String::new, |(name, ..)| name.clone());
             let shown: Vec<FramePicture> = shown.into_iter().map(|(.., picture)| picture).collect();
-            let bytes = to_gif(&shown, 0.1).map_err(Failure::Other)?;
-            let name = titled(arguments, &name);
+            let bytes = to_gif(&shown, 0.1).map_err(CommandError::Other)?;
+            let name = picture_name(arguments, &name);
             save(&|file| Ok(write_atomically(file, &bytes)?), &name, "gif")?;
-            say!("{name}.gif shows {} of {} frames", even.len(), frames.len());
+            print_line!("{name}.gif shows {} of {} frames", even.len(), frames.len());
         }
     }
     if written == 0 {
         return Err(OutputError::new(folder, "has nothing that could be drawn").into());
     }
-    say!("wrote {} pictures to {}", written, out.display());
+    print_line!("wrote {} pictures to {}", written, out.display());
     Ok(())
 }
 
 /// Name of a file of the folder `out`.
-fn file_name(out: &Path, stem: &str, ending: &str) -> Result<String, OutputError> {
+fn output_file_name(out: &Path, stem: &str, ending: &str) -> Result<String, OutputError> {
     let file = named_file(out, stem, ending)?;
     Ok(file.file_name().unwrap_or_default().to_string_lossy().into_owned())
 }
 
 /// Time (s) and file of the frames of a dataset.
-fn frames(folder: &Path, dataset: &str) -> Result<Vec<(f64, String)>, Failure> {
+fn frame_list(folder: &Path, dataset: &str) -> Result<Vec<(f64, String)>, CommandError> {
     let first = Collection::read(&folder.join("frames.pvd"))?.frames;
     let own = folder.join(format!("{dataset}.pvd"));
     let is_own = |name: &str| first.first().is_some_and(|(_, file)| file.contains(&format!("/{name}-")));
@@ -141,28 +146,28 @@ fn frames(folder: &Path, dataset: &str) -> Result<Vec<(f64, String)>, Failure> {
             let mut known: Vec<String> = beside.filter(|name| name != "frames").collect();
             known.push(Dataset::POINTS.to_owned());
             known.sort();
-            Err(Failure::Usage(format!("--dataset {dataset}: the run has {}", known.join(", "))))
+            Err(CommandError::Usage(format!("--dataset {dataset}: the run has {}", known.join(", "))))
         }
     }
 }
 
 /// Numbers of the frames that are asked for.
-fn chosen(arguments: &Arguments, count: usize) -> Result<Vec<usize>, Failure> {
+fn selected_frames(arguments: &PlotArguments, count: usize) -> Result<Vec<usize>, CommandError> {
     let number = match arguments.frame.as_str() {
         "all" => return Ok((0..count).collect()),
         "last" => count.wrapping_sub(1),
-        text => {
-            text.parse().map_err(|_| Failure::Usage(format!("--frame {text}: give a number, last or all")))?
-        }
+        text => text
+            .parse()
+            .map_err(|_| CommandError::Usage(format!("--frame {text}: give a number, last or all")))?,
     };
     if number < count {
         return Ok(vec![number]);
     }
-    Err(Failure::Usage(format!("--frame {}: the run has {count} frames", arguments.frame)))
+    Err(CommandError::Usage(format!("--frame {}: the run has {count} frames", arguments.frame)))
 }
 
 /// Name of a picture of a field: with that of the dataset, where it is not that of the points.
-fn titled(arguments: &Arguments, field: &str) -> String {
+fn picture_name(arguments: &PlotArguments, field: &str) -> String {
     match arguments.dataset.as_str() {
         Dataset::POINTS => field.to_owned(),
         other => format!("{other}-{field}"),
@@ -170,97 +175,100 @@ fn titled(arguments: &Arguments, field: &str) -> String {
 }
 
 /// Numbers of at most `most` of `count` frames, evenly from the first to the last.
-fn evenly(count: usize, most: usize) -> Vec<usize> {
+fn evenly_spaced(count: usize, most: usize) -> Vec<usize> {
     let shown = count.min(most);
     (0..shown).map(|k| if shown > 1 { k * (count - 1) / (shown - 1) } else { 0 }).collect()
 }
 
 /// A picture with the name of its field and the number of its frame.
-type Numbered<T> = (String, usize, T);
+type NumberedPicture<T> = (String, usize, T);
 
 /// Pictures of some frames, with one scale and one set of axes where they are more than one: points coloured by a field, lines as
 /// wide as a field is large.
-fn pictures(
-    arguments: &Arguments,
+fn draw_pictures(
+    arguments: &PlotArguments,
     (frames, numbers): (&[(f64, String)], &[usize]),
     field: Option<&str>,
-    ground: &Ground,
-) -> Result<Vec<Numbered<FramePicture>>, Failure> {
+    ground: &RigidGeometry,
+) -> Result<Vec<NumberedPicture<FramePicture>>, CommandError> {
     let first = numbers.first().map(|number| read_lines(&arguments.folder.join(&frames[*number].1)));
     if let Some(Some(_)) = first.transpose()? {
-        let found = lines(arguments, (frames, numbers), field, ground)?;
+        let found = line_pictures(arguments, (frames, numbers), field, ground)?;
         return Ok(found
             .into_iter()
             .map(|(name, number, one)| (name, number, FramePicture::Lines(one)))
             .collect());
     }
-    let found = points(arguments, (frames, numbers), field, ground)?;
+    let found = point_pictures(arguments, (frames, numbers), field, ground)?;
     Ok(found.into_iter().map(|(name, number, one)| (name, number, FramePicture::Points(one))).collect())
 }
 
 /// The message where a frame has no such field.
-fn no_field(field: Option<&str>, known: &str) -> Failure {
-    Failure::Usage(format!("--fields {}: the frame has {known}", field.unwrap_or_default()))
+fn unknown_field_error(field: Option<&str>, known: &str) -> CommandError {
+    CommandError::Usage(format!("--fields {}: the frame has {known}", field.unwrap_or_default()))
 }
 
 /// Lines of some frames between the points of the same times.
-fn lines(
-    arguments: &Arguments,
+fn line_pictures(
+    arguments: &PlotArguments,
     (frames, numbers): (&[(f64, String)], &[usize]),
     field: Option<&str>,
-    ground: &Ground,
-) -> Result<Vec<Numbered<ForceChains>>, Failure> {
+    ground: &RigidGeometry,
+) -> Result<Vec<NumberedPicture<ForceChains>>, CommandError> {
     let folder = &arguments.folder;
     if arguments.range.is_some() {
         let dataset = &arguments.dataset;
-        return Err(Failure::Usage(format!(
+        return Err(CommandError::Usage(format!(
             "--range: the lines of {dataset} have widths in place of colours"
         )));
     }
-    let (plane, case) = (plane(folder, arguments.view.as_deref())?, case_value(folder)?);
+    let (plane, case) = (view_plane(folder, arguments.view.as_deref())?, read_case_value(folder)?);
     let states = Collection::read(&folder.join("frames.pvd"))?.of_points();
     let mut found = Vec::new();
     for &number in numbers {
         let (time, file) = &frames[number];
         let Some(mut contacts) = read_lines(&folder.join(file))? else { continue };
-        name_forces(&mut contacts.fields, &case);
+        set_force_units(&mut contacts.fields, &case);
         let nearest = states.iter().min_by(|a, b| (a.0 - time).abs().total_cmp(&(b.0 - time).abs()));
         let mut grains = match nearest {
-            Some(state) if (state.0 - time).abs() <= 1e-9 * time.abs() => frame(folder, state)?,
+            Some(state) if (state.0 - time).abs() <= 1e-9 * time.abs() => {
+                read_collection_frame(folder, state)?
+            }
             _ => Snapshot::default(),
         };
         grains.time = *time;
-        let (name, chains) =
-            chains(&contacts, &grains, field, plane).map_err(|known| no_field(field, &known))?;
+        let (name, chains) = line_picture(&contacts, &grains, field, plane)
+            .map_err(|known| unknown_field_error(field, &known))?;
         found.push((name, number, ForceChains { ground: ground.lines_at(*time), ..chains }));
     }
     if found.len() > 1 {
-        let shared = ForceChains::shared(found.iter().map(|(.., chains)| chains));
+        let shared = ForceChains::common_scales(found.iter().map(|(.., chains)| chains));
         found.iter_mut().for_each(|(.., chains)| chains.shared = Some(shared.clone()));
     }
     Ok(found)
 }
 
 /// The points of some frames coloured by a field, with its name and their numbers; more than one have one scale and one set of axes.
-fn points(
-    arguments: &Arguments,
+fn point_pictures(
+    arguments: &PlotArguments,
     (frames, numbers): (&[(f64, String)], &[usize]),
     field: Option<&str>,
-    ground: &Ground,
-) -> Result<Vec<Numbered<PointCloud>>, Failure> {
-    let plane = plane(&arguments.folder, arguments.view.as_deref())?;
-    let case = case_value(&arguments.folder)?;
-    let nothing = Ground::default();
+    ground: &RigidGeometry,
+) -> Result<Vec<NumberedPicture<PointCloud>>, CommandError> {
+    let plane = view_plane(&arguments.folder, arguments.view.as_deref())?;
+    let case = read_case_value(&arguments.folder)?;
+    let nothing = RigidGeometry::default();
     let ground = if arguments.dataset == Dataset::POINTS { ground } else { &nothing };
     let mut found = Vec::new();
     for &number in numbers {
-        let mut snapshot = frame(&arguments.folder, &frames[number])?;
-        name_forces(&mut snapshot.fields, &case);
-        let (name, cloud) = cloud(&snapshot, field, plane).map_err(|known| no_field(field, &known))?;
+        let mut snapshot = read_collection_frame(&arguments.folder, &frames[number])?;
+        set_force_units(&mut snapshot.fields, &case);
+        let (name, cloud) =
+            point_picture(&snapshot, field, plane).map_err(|known| unknown_field_error(field, &known))?;
         found.push((name, number, PointCloud { lines: ground.lines_at(snapshot.time), ..cloud }));
     }
     if found.len() > 1 || arguments.range.is_some() {
-        let mut shared = Shared::of(found.iter().map(|(.., cloud)| cloud));
+        let mut shared = CommonScales::of_clouds(found.iter().map(|(.., cloud)| cloud));
         if let Some((low, high)) = arguments.range {
             shared.values = low..high;
         }

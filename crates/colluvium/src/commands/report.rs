@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use colluvium::pictures::plane;
+use colluvium::pictures::view_plane;
 use colluvium::report::{self, Report, ReportError, ReportOptions};
 
-use super::Failure;
+use super::CommandError;
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct ReportArguments {
     /// Folder of a run, complete or not.
     folder: PathBuf,
     /// Field that colours the points; may be given several times. Displacement and velocity when absent.
@@ -26,22 +26,22 @@ pub struct Arguments {
     overwrite: bool,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &ReportArguments) -> Result<(), CommandError> {
     let options = ReportOptions {
         fields: arguments.field.clone(),
         frames: arguments.frames,
-        plane: plane(&arguments.folder, arguments.view.as_deref())?,
+        plane: view_plane(&arguments.folder, arguments.view.as_deref())?,
         overwrite: arguments.overwrite,
     };
-    let Report { file, missing } =
+    let Report { file, missing_files: missing } =
         report::write(&arguments.folder, &options).map_err(|error| match error {
-            ReportError::Output(error) => Failure::Output(error),
-            ReportError::NoRun(_) | ReportError::Field { .. } => Failure::Usage(error.to_string()),
-            other => Failure::Other(other.to_string()),
+            ReportError::Output(error) => CommandError::Output(error),
+            ReportError::NoRun(_) | ReportError::Field { .. } => CommandError::Usage(error.to_string()),
+            other => CommandError::Other(other.to_string()),
         })?;
     for file in missing {
-        complain!("warning: {file}");
+        print_error_line!("warning: {file}");
     }
-    say!("wrote {}", file.display());
+    print_line!("wrote {}", file.display());
     Ok(())
 }

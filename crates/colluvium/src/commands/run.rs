@@ -4,19 +4,19 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use colluvium::case::output::{OutputError, read_json};
-use colluvium::case::run::Ending;
+use colluvium::case::run::RunEnd;
 use colluvium::case::{Case, RunOptions, RunReport};
-use colluvium::maps::maps;
+use colluvium::maps::raster_maps;
 use colluvium::plots::Picture;
 
 use super::{
-    Failure, ResultFiles, choose, free_memory,
-    kind::{self, Kind},
-    pool, stop_on_interrupt,
+    CommandError, OutputArguments, free_memory,
+    kind::{self, FileKind},
+    select_method, stop_on_interrupt, thread_pool,
 };
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct RunArguments {
     /// The case file.
     case: PathBuf,
     /// The method; needed when the case has options for several.
@@ -26,27 +26,27 @@ pub struct Arguments {
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     #[command(flatten)]
-    files: ResultFiles,
+    files: OutputArguments,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
-    kind::expect(&arguments.case, Kind::Case)?;
+    kind::require_kind(&arguments.case, FileKind::Case)?;
     let case = Case::load(&arguments.case)?;
-    let method = choose(&case, arguments.method.as_deref())?;
-    let size = method.size(&case)?;
-    size.fit(free_memory())?;
-    if let Some(ahead) = size.beforehand().filter(|_| !files.quiet) {
-        complain!("note: {ahead}");
+    let method = select_method(&case, arguments.method.as_deref())?;
+    let size = method.problem_size(&case)?;
+    size.check_memory(free_memory())?;
+    if let Some(ahead) = size.size_notice().filter(|_| !files.quiet) {
+        print_error_line!("note: {ahead}");
     }
-    let out = files.folder(&arguments.case, method.name());
-    if files.resume && ended_without_map(&case, &out) {
+    let out = files.output_folder(&arguments.case, method.name());
+    if files.resume && is_complete_without_map(&case, &out) {
         draw_map(&out)?;
-        say!("the run was complete but for its map: {}", out.join(MAP).display());
+        print_line!("the run was complete but for its map: {}", out.join(MAP_FILE).display());
         return Ok(());
     }
-    let pool = pool(arguments.threads)?;
-    let (plan, solver) = pool.install(|| method.made(&case))?;
+    let pool = thread_pool(arguments.threads)?;
+    let (plan, solver) = pool.install(|| method.plan_and_build(&case))?;
     let warnings = plan.all_warnings(&case);
     let options = RunOptions {
         method: method.name().to_owned(),
@@ -58,60 +58,60 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         keep_specimen: false,
         stop: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
-        warn: (!files.quiet).then_some(|remark| complain!("warning: {remark}")),
+        warn: (!files.quiet).then_some(|remark| print_error_line!("warning: {remark}")),
         warnings,
     };
     if !files.quiet {
         for warning in &options.warnings {
-            complain!("warning: {warning}");
+            print_error_line!("warning: {warning}");
         }
     }
-    let report = pool.install(|| colluvium::case::run_made(method, &case, solver, &options))?;
-    if report.ending == Ending::Interrupted {
-        return Err(Failure::Interrupted);
+    let report = pool.install(|| colluvium::case::run_with_plan(method, &case, solver, &options))?;
+    if report.ending == RunEnd::Interrupted {
+        return Err(CommandError::Interrupted);
     }
     if case.output.rasters.is_some()
         && let Err(problem) = draw_map(&out)
     {
-        complain!("warning: no map is drawn: {problem}");
+        print_error_line!("warning: no map is drawn: {problem}");
     }
     if !files.quiet {
-        for remark in report.remarks.iter().filter(|remark| !report.said.contains(remark)) {
-            complain!("warning: {remark}");
+        for remark in report.warnings_at_end.iter().filter(|remark| !report.reported.contains(remark)) {
+            print_error_line!("warning: {remark}");
         }
-        for fact in &report.facts {
-            complain!("note: {fact}");
+        for fact in &report.notes {
+            print_error_line!("note: {fact}");
         }
-        print(&report, &out)?;
+        print_report(&report, &out)?;
     }
     Ok(())
 }
 
 /// Place of the map in the folder of a run.
-pub(super) const MAP: &str = "rasters/map.png";
+pub(super) const MAP_FILE: &str = "rasters/map.png";
 
 /// Whether a folder holds rasters of which a map would be drawn, and no map.
-pub(super) fn lacks_map(out: &Path) -> bool {
-    !out.join(MAP).exists() && maps(out).is_ok_and(|maps| !maps.is_empty())
+pub(super) fn is_map_missing(out: &Path) -> bool {
+    !out.join(MAP_FILE).exists() && raster_maps(out).is_ok_and(|maps| !maps.is_empty())
 }
 
 /// Whether a run of the case is complete in the folder, but was killed before its map was drawn.
-fn ended_without_map(case: &Case, out: &Path) -> bool {
+fn is_complete_without_map(case: &Case, out: &Path) -> bool {
     let summary = read_json(&out.join("summary.json")).unwrap_or_default();
     let same = summary["fingerprint"] == format!("{:016x}", case.fingerprint()).as_str();
-    same && summary["status"] == "completed" && case.output.rasters.is_some() && lacks_map(out)
+    same && summary["status"] == "completed" && case.output.rasters.is_some() && is_map_missing(out)
 }
 
 /// Draws the most telling raster of the run beside the rasters.
 fn draw_map(out: &Path) -> Result<(), OutputError> {
-    match maps(out)?.first() {
-        Some((_, map)) => map.write(&out.join(MAP)),
+    match raster_maps(out)?.first() {
+        Some((_, map)) => map.write(&out.join(MAP_FILE)),
         None => Ok(()),
     }
 }
 
-fn print(report: &RunReport, out: &Path) -> Result<(), Failure> {
-    say!(
+fn print_report(report: &RunReport, out: &Path) -> Result<(), CommandError> {
+    print_line!(
         "{} steps to t = {:.6} s in {:.1} s ({:.2} million point-updates per second)",
         report.steps,
         report.snapshot.time,
@@ -119,14 +119,14 @@ fn print(report: &RunReport, out: &Path) -> Result<(), Failure> {
         report.updates_per_second / 1e6
     );
     if report.start.mass.is_nan() {
-        say!("the method keeps no totals of mass and energy");
+        print_line!("the method keeps no totals of mass and energy");
     } else {
-        say!("mass {:.6} kg, from {:.6} kg", report.end.mass, report.start.mass);
-        say!("kinetic energy {:.4e} J, from {:.4e} J", report.end.kinetic, report.start.kinetic);
+        print_line!("mass {:.6} kg, from {:.6} kg", report.end.mass, report.start.mass);
+        print_line!("kinetic energy {:.4e} J, from {:.4e} J", report.end.kinetic, report.start.kinetic);
     }
     for (name, safety) in &report.safety {
-        say!("{name}: {}", safety.told());
+        print_line!("{name}: {}", safety.message());
     }
-    say!("results in {}", out.display());
+    print_line!("results in {}", out.display());
     Ok(())
 }

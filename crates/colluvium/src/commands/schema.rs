@@ -2,10 +2,10 @@
 
 use clap::Args;
 
-use super::Failure;
+use super::CommandError;
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct SchemaArguments {
     /// Print the case-file reference as Markdown instead.
     #[arg(long)]
     markdown: bool,
@@ -14,14 +14,14 @@ pub struct Arguments {
     sweep: bool,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &SchemaArguments) -> Result<(), CommandError> {
     if arguments.markdown {
-        say!("{}", colluvium::case_reference().trim_end());
+        print_line!("{}", colluvium::case_reference().trim_end());
     } else {
         let schema =
             if arguments.sweep { colluvium::sweep::Sweep::schema() } else { colluvium::case_schema() };
         let text = serde_json::to_string_pretty(&schema);
-        say!("{}", text.map_err(|error| Failure::Other(error.to_string()))?);
+        print_line!("{}", text.map_err(|error| CommandError::Other(error.to_string()))?);
     }
     Ok(())
 }

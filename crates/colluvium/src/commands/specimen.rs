@@ -4,17 +4,17 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use colluvium::case::output::{OutputError, read_json, write_atomically};
-use colluvium::case::run::{Ending, last_state};
-use colluvium::case::{Case, CaseError, Method, RunOptions, run_made};
+use colluvium::case::run::{RunEnd, last_state};
+use colluvium::case::{Case, CaseError, Method, RunOptions, run_with_plan};
 
 use super::{
-    Failure, a_run, choose, free_memory,
-    kind::{self, Kind},
-    pool, stop_on_interrupt,
+    CommandError, check_run_folder, free_memory,
+    kind::{self, FileKind},
+    select_method, stop_on_interrupt, thread_pool,
 };
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct SpecimenArguments {
     /// The case file, or the folder of a run of it, whose end is taken without running again.
     case: PathBuf,
     /// The file to write.
@@ -37,22 +37,23 @@ pub struct Arguments {
     quiet: bool,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &SpecimenArguments) -> Result<(), CommandError> {
     let out = &arguments.out;
     if out.exists() && !arguments.overwrite {
-        return Err(Failure::Usage(format!("{}: is there already: give --overwrite", out.display())));
+        return Err(CommandError::Usage(format!("{}: is there already: give --overwrite", out.display())));
     }
-    let made = if arguments.case.is_dir() { left(arguments)? } else { prepared(arguments)? };
+    let made =
+        if arguments.case.is_dir() { specimen_of_run_folder(arguments)? } else { run_case(arguments)? };
     write_atomically(out, made.text.as_bytes())?;
     if !arguments.quiet {
-        let Made { grains, time, .. } = made;
-        say!("wrote {grains} grains with their contacts at {time:.6} s to {}", out.display());
+        let PreparedSpecimen { grains, time, .. } = made;
+        print_line!("wrote {grains} grains with their contacts at {time:.6} s to {}", out.display());
     }
     Ok(())
 }
 
 /// A specimen.
-struct Made {
+struct PreparedSpecimen {
     text: String,
     grains: usize,
     /// Time of the run (s).
@@ -60,93 +61,98 @@ struct Made {
 }
 
 /// What a method without grains is told.
-fn of_grains(method: &dyn Method) -> Failure {
-    Failure::Usage(format!("specimens are of grains with contacts, and {} has none", method.name()))
+fn no_grains_error(method: &dyn Method) -> CommandError {
+    CommandError::Usage(format!("specimens are of grains with contacts, and {} has none", method.name()))
 }
 
 /// Runs the case.
-fn prepared(arguments: &Arguments) -> Result<Made, Failure> {
-    kind::expect(&arguments.case, Kind::Case)?;
+fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandError> {
+    kind::require_kind(&arguments.case, FileKind::Case)?;
     let mut case = Case::load(&arguments.case)?;
-    let method = choose(&case, arguments.method.as_deref())?;
+    let method = select_method(&case, arguments.method.as_deref())?;
     let quiet = arguments.quiet;
     if let Some(stage) = &arguments.until {
-        end_with(&mut case, stage)?;
+        truncate_stages_after(&mut case, stage)?;
     }
-    method.size(&case)?.fit(free_memory())?;
-    let pool = pool(arguments.threads)?;
-    let (plan, solver) = pool.install(|| method.made(&case))?;
+    method.problem_size(&case)?.check_memory(free_memory())?;
+    let pool = thread_pool(arguments.threads)?;
+    let (plan, solver) = pool.install(|| method.plan_and_build(&case))?;
     if !solver.has_specimen() {
-        return Err(of_grains(method));
+        return Err(no_grains_error(method));
     }
     let options = RunOptions {
         method: method.name().to_owned(),
         progress: !quiet,
         keep_specimen: true,
         stop: Some(stop_on_interrupt()),
-        warn: (!quiet).then_some(|remark| complain!("warning: {remark}")),
+        warn: (!quiet).then_some(|remark| print_error_line!("warning: {remark}")),
         warnings: plan.all_warnings(&case),
         ..RunOptions::default()
     };
     for warning in options.warnings.iter().filter(|_| !quiet) {
-        complain!("warning: {warning}");
+        print_error_line!("warning: {warning}");
     }
-    let report = pool.install(|| run_made(method, &case, solver, &options))?;
-    if report.ending == Ending::Interrupted {
-        return Err(Failure::Other(
+    let report = pool.install(|| run_with_plan(method, &case, solver, &options))?;
+    if report.ending == RunEnd::Interrupted {
+        return Err(CommandError::Other(
             "interrupted before the specimen was ready: nothing is written".to_owned(),
         ));
     }
     let (grains, time) = (report.snapshot.ids.len(), report.snapshot.time);
-    Ok(Made { text: report.specimen.unwrap_or_default(), grains, time })
+    Ok(PreparedSpecimen { text: report.specimen.unwrap_or_default(), grains, time })
 }
 
 /// Takes what a run has left in its folder.
-fn left(arguments: &Arguments) -> Result<Made, Failure> {
+fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandError> {
     let from = arguments.case.as_path();
-    a_run(from)?;
+    check_run_folder(from)?;
     let path = from.join("case.json");
     let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
     let summary = read_json(&from.join("summary.json"))?;
     let of_run = summary["method"].as_str().unwrap_or_default();
     if let Some(asked) = arguments.method.as_deref().filter(|asked| *asked != of_run) {
         let problem = format!("{}: is a run of {of_run}, not of {asked}", from.display());
-        return Err(Failure::Usage(problem));
+        return Err(CommandError::Usage(problem));
     }
-    let method = choose(&case, Some(of_run))?;
+    let method = select_method(&case, Some(of_run))?;
     let again = format!("`colluvium specimen {}", path.display());
     if let Some(stage) = &arguments.until {
-        end_with(&mut case.clone(), stage)?;
+        truncate_stages_after(&mut case.clone(), stage)?;
         if case.stages.last().is_none_or(|last| last.name != *stage) {
             let problem = format!(
                 "{}: holds the end of its last stage only; {again} --until {stage} --out {}` runs up to that of {stage:?} again",
                 from.display(),
                 arguments.out.display()
             );
-            return Err(Failure::Usage(problem));
+            return Err(CommandError::Usage(problem));
         }
     }
-    let pool = pool(arguments.threads)?;
+    let pool = thread_pool(arguments.threads)?;
     let Some(solver) = pool.install(|| last_state(from, method, &case))? else {
-        return Err(nothing_left(from, method, &case, &again)?);
+        return Err(missing_state_error(from, method, &case, &again)?);
     };
-    let Some(text) = solver.specimen() else { return Err(of_grains(method)) };
+    let Some(text) = solver.specimen() else { return Err(no_grains_error(method)) };
     let status = summary["status"].as_str().unwrap_or("unknown");
     if status != "completed" && !arguments.quiet {
         let (now, end) = (solver.time(), case.end_time());
-        complain!(
+        print_error_line!(
             "warning: the run is not complete ({status}): this is its last checkpoint, {now} of {end} s"
         );
     }
-    Ok(Made { text, grains: solver.points(), time: solver.time() })
+    Ok(PreparedSpecimen { text, grains: solver.points(), time: solver.time() })
 }
 
 /// Why a folder has no state to take, and what to do.
-fn nothing_left(from: &Path, method: &dyn Method, case: &Case, again: &str) -> Result<Failure, Failure> {
-    if !method.made(case)?.1.has_specimen() {
-        return Ok(of_grains(method));
+fn missing_state_error(
+    from: &Path,
+    method: &dyn Method,
+    case: &Case,
+    again: &str,
+) -> Result<CommandError, CommandError> {
+    if !method.plan_and_build(case)?.1.has_specimen() {
+        return Ok(no_grains_error(method));
     }
-    Ok(Failure::Other(format!(
+    Ok(CommandError::Other(format!(
         "{}: what contacts remember is in checkpoint.bin, which is not there: {again} --out FILE` runs the case again; `colluvium export \
          --points {}` writes grains without contacts",
         from.display(),
@@ -155,7 +161,7 @@ fn nothing_left(from: &Path, method: &dyn Method, case: &Case, again: &str) -> R
 }
 
 /// Leaves out what comes after a stage.
-fn end_with(case: &mut Case, stage: &str) -> Result<(), Failure> {
+fn truncate_stages_after(case: &mut Case, stage: &str) -> Result<(), CommandError> {
     let Some(last) = case.stages.iter().position(|own| own.name == stage) else {
         let names: Vec<&str> = case.stages.iter().map(|own| own.name.as_str()).collect();
         let problem = format!("there is no stage {stage:?}; there are {}", names.join(", "));

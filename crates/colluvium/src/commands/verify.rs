@@ -5,31 +5,31 @@ use std::path::PathBuf;
 use clap::Args;
 use colluvium::case::run::verify;
 
-use super::run::{MAP, lacks_map};
-use super::{Failure, a_run};
+use super::run::{MAP_FILE, is_map_missing};
+use super::{CommandError, check_run_folder};
 
 #[derive(Args)]
-pub struct Arguments {
+pub struct VerifyArguments {
     /// Folder of a complete run.
     folder: PathBuf,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &VerifyArguments) -> Result<(), CommandError> {
     let folder = &arguments.folder;
-    a_run(folder)?;
+    check_run_folder(folder)?;
     let mut verified = verify(folder)?;
     // The runs of a sweep have no maps of their own.
     let in_sweep = folder.parent().is_some_and(|sweep| sweep.join("sweep.json").exists());
-    if !in_sweep && lacks_map(folder) {
-        verified.problems.push(format!("{MAP}: the run ended without it: `run --resume` draws it"));
+    if !in_sweep && is_map_missing(folder) {
+        verified.problems.push(format!("{MAP_FILE}: the run ended without it: `run --resume` draws it"));
     }
     for problem in &verified.problems {
-        complain!("error: {}/{problem}", folder.display());
+        print_error_line!("error: {}/{problem}", folder.display());
     }
     let (files, wrong) = (verified.files, verified.problems.len());
     if wrong > 0 {
-        return Err(Failure::Other(format!("{wrong} of {files} files are not as the run left them")));
+        return Err(CommandError::Other(format!("{wrong} of {files} files are not as the run left them")));
     }
-    say!("{}: {files} files are as the run left them", folder.display());
+    print_line!("{}: {files} files are as the run left them", folder.display());
     Ok(())
 }

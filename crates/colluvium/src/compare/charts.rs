@@ -1,25 +1,25 @@
 //! Charts with every method in them.
 
-use super::figures::{Axes, Columns, Figures, short};
-use super::{Ran, Reference};
+use super::figures::{CaseAxes, KeyFigures, ProfileColumns, five_digits};
+use super::{CompletedRun, ReferenceProfiles};
 use crate::case::Snapshot;
-use crate::case::output::heading;
+use crate::case::output::column_heading;
 use crate::pictures;
 use crate::plots::{LineChart, Series, Style};
 
 /// Columns of the measures that say how a run went, not what came out.
-const HOUSEKEEPING: [&str; 4] = ["time", "step", "time_step", "mass"];
+const RUN_COLUMNS: [&str; 4] = ["time", "step", "time_step", "mass"];
 /// Beginnings of the names of totals, in the order in which they are shown; measures of the case come before them.
-const TOTALS: [&str; 6] =
+const TOTAL_PREFIXES: [&str; 6] =
     ["kinetic_energy", "elastic_energy", "potential_energy", "total_energy", "liquid_", "momentum"];
 
 /// Runs by the names of their methods.
-pub(super) type Runs<'a> = [(&'static str, &'a Ran)];
+pub(super) type MethodRuns<'a> = [(&'static str, &'a CompletedRun)];
 
 /// The frames at a time, of each run that has one there.
-pub(super) fn at_time<'a>(runs: &Runs<'a>, time: f64) -> Vec<(&'static str, &'a Snapshot)> {
+pub(super) fn frames_at<'a>(runs: &MethodRuns<'a>, time: f64) -> Vec<(&'static str, &'a Snapshot)> {
     let near = |frame: &&&Snapshot| (frame.time - time).abs() <= 1e-6 * time.abs().max(1e-9);
-    let found = |(method, report): &(&'static str, &'a Ran)| {
+    let found = |(method, report): &(&'static str, &'a CompletedRun)| {
         let frames: Vec<&'a Snapshot> = report.frames.iter().collect();
         Some((*method, *frames.iter().find(near)?))
     };
@@ -27,21 +27,26 @@ pub(super) fn at_time<'a>(runs: &Runs<'a>, time: f64) -> Vec<(&'static str, &'a 
 }
 
 /// Times (s) of the frames that every run has.
-pub(super) fn common(runs: &Runs<'_>) -> Vec<f64> {
+pub(super) fn common_times(runs: &MethodRuns<'_>) -> Vec<f64> {
     let times = runs.first().into_iter().flat_map(|(_, first)| first.frames.iter().map(|frame| frame.time));
-    times.filter(|time| at_time(runs, *time).len() == runs.len()).collect()
+    times.filter(|time| frames_at(runs, *time).len() == runs.len()).collect()
 }
 
 /// At most `wanted` times (s) of frames that every run has, the first and the last among them.
-pub(super) fn times(runs: &Runs<'_>, wanted: usize) -> Vec<f64> {
-    let common = common(runs);
-    crate::report::chosen(common.len(), wanted).into_iter().map(|k| common[k]).collect()
+pub(super) fn sampled_times(runs: &MethodRuns<'_>, wanted: usize) -> Vec<f64> {
+    let common = common_times(runs);
+    crate::report::evenly_spaced_frames(common.len(), wanted).into_iter().map(|k| common[k]).collect()
 }
 
 /// Profiles at equal times, all methods in each chart, with those of the reference.
-pub(super) fn profiles(runs: &Runs<'_>, axes: Axes, wanted: usize, reference: &Reference) -> Vec<LineChart> {
-    let common = common(runs);
-    let mut times = [times(runs, wanted), reference.times(&common)].concat();
+pub(super) fn profile_charts(
+    runs: &MethodRuns<'_>,
+    axes: CaseAxes,
+    wanted: usize,
+    reference: &ReferenceProfiles,
+) -> Vec<LineChart> {
+    let common = common_times(runs);
+    let mut times = [sampled_times(runs, wanted), reference.times(&common)].concat();
     times.sort_by(f64::total_cmp);
     times.dedup();
     // All start from one shape.
@@ -50,18 +55,18 @@ pub(super) fn profiles(runs: &Runs<'_>, axes: Axes, wanted: usize, reference: &R
     }
     let name = |axis: usize| ["x", "y", "z"][axis];
     let chart = |time: f64| {
-        let states = at_time(runs, time);
+        let states = frames_at(runs, time);
         let snapshots: Vec<&Snapshot> = states.iter().map(|(_, snapshot)| *snapshot).collect();
-        let columns = Columns::over(&snapshots, axes)?;
+        let columns = ProfileColumns::covering(&snapshots, axes)?;
         let line = |(method, snapshot): &(&'static str, &Snapshot)| {
-            Series::new(*method, covered(columns.profile(snapshot, axes)), Style::Line)
+            Series::new(*method, trim_empty_columns(columns.profile(snapshot, axes)), Style::Line)
         };
         let measured = reference.at(time, &common);
         let measured = measured.map(|curve| Series::new("reference", curve.clone(), Style::Markers));
         Some(LineChart {
-            title: format!("t = {} s", short(time)),
-            x_label: format!("{} (m)", name(axes.along)),
-            y_label: format!("height, {} (m)", name(axes.up)),
+            title: format!("t = {} s", five_digits(time)),
+            x_label: format!("{} (m)", name(axes.spreading)),
+            y_label: format!("height, {} (m)", name(axes.vertical)),
             log: false,
             series: states.iter().map(line).chain(measured).collect(),
         })
@@ -70,7 +75,7 @@ pub(super) fn profiles(runs: &Runs<'_>, axes: Axes, wanted: usize, reference: &R
 }
 
 /// A profile from the first column with points to the last: on a slope there is no floor at zero beyond.
-fn covered(profile: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+fn trim_empty_columns(profile: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let filled = |(_, height): &(f64, f64)| *height != 0.0;
     let Some(first) = profile.iter().position(filled) else { return profile };
     let last = profile.iter().rposition(filled).unwrap_or(first);
@@ -78,72 +83,73 @@ fn covered(profile: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 }
 
 /// One of the figures of a state.
-type Figure = fn(&Figures) -> f64;
+type KeyFigure = fn(&KeyFigures) -> f64;
 
 /// Front, top and speed in time, measured alike in all runs.
-pub(super) fn figures(runs: &Runs<'_>, axes: Axes) -> Vec<LineChart> {
+pub(super) fn key_figure_charts(runs: &MethodRuns<'_>, axes: CaseAxes) -> Vec<LineChart> {
     let name = |axis: usize| ["x", "y", "z"][axis];
-    let kinds: [(String, Figure); 4] = [
-        (format!("front along {}, 99.9 % of the mass (m)", name(axes.along)), |f| f.front),
-        (format!("top along {}, 99.9 % of the mass (m)", name(axes.up)), |f| f.top),
-        (format!("centre of mass along {} (m)", name(axes.along)), |f| f.centre[0]),
+    let kinds: [(String, KeyFigure); 4] = [
+        (format!("front along {}, 99.9 % of the mass (m)", name(axes.spreading)), |f| f.front),
+        (format!("top along {}, 99.9 % of the mass (m)", name(axes.vertical)), |f| f.top),
+        (format!("centre of mass along {} (m)", name(axes.spreading)), |f| f.centre[0]),
         ("speed, 99.9 % of the mass (m/s)".to_owned(), |f| f.speed),
     ];
-    let chart = |(label, value): &(String, Figure)| {
-        let line = |(method, report): &(&'static str, &Ran)| {
+    let chart = |(label, value): &(String, KeyFigure)| {
+        let line = |(method, report): &(&'static str, &CompletedRun)| {
             let states = report.frames.iter();
-            let points = states.filter_map(|s| Some((s.time, value(&Figures::of(s, axes)?))));
+            let points = states.filter_map(|s| Some((s.time, value(&KeyFigures::of_snapshot(s, axes)?))));
             Series::new(*method, points.collect(), Style::Line)
         };
-        in_time(label, runs.iter().map(line).collect())
+        time_chart(label, runs.iter().map(line).collect())
     };
     kinds.iter().filter_map(chart).collect()
 }
 
 /// What the case measures, and totals, in time; nothing that stays constant in all runs.
-pub(super) fn measures(runs: &Runs<'_>) -> Vec<LineChart> {
+pub(super) fn measure_charts(runs: &MethodRuns<'_>) -> Vec<LineChart> {
     let mut columns: Vec<&(String, String)> = Vec::new();
-    for column in runs.iter().flat_map(|(_, report)| &report.table.columns) {
-        if !HOUSEKEEPING.contains(&column.0.as_str()) && !columns.contains(&column) {
+    for column in runs.iter().flat_map(|(_, report)| &report.measures.columns) {
+        if !RUN_COLUMNS.contains(&column.0.as_str()) && !columns.contains(&column) {
             columns.push(column);
         }
     }
-    let rank = |name: &str| TOTALS.iter().position(|total| name.starts_with(total)).map_or(0, |k| k + 1);
+    let rank =
+        |name: &str| TOTAL_PREFIXES.iter().position(|total| name.starts_with(total)).map_or(0, |k| k + 1);
     columns.sort_by_key(|(name, _)| rank(name));
     let chart = |(name, unit): &(String, String)| {
-        let line = |(method, report): &(&'static str, &Ran)| {
-            Some(Series::new(*method, report.table.pairs("time", name)?, Style::Line))
+        let line = |(method, report): &(&'static str, &CompletedRun)| {
+            Some(Series::new(*method, report.measures.pairs("time", name)?, Style::Line))
         };
-        in_time(&heading(name, unit).replace('_', " "), runs.iter().filter_map(line).collect())
+        time_chart(&column_heading(name, unit).replace('_', " "), runs.iter().filter_map(line).collect())
     };
     columns.into_iter().filter_map(chart).collect()
 }
 
 /// Where the energy of each method is, in time: a chart each, on one scale of energy. Of potential energy and of the sum what they have
 /// gained since the start.
-pub(super) fn energies(runs: &Runs<'_>) -> Vec<LineChart> {
+pub(super) fn energy_charts(runs: &MethodRuns<'_>) -> Vec<LineChart> {
     let kinds = [
         ("kinetic_energy", "kinetic", false),
         ("elastic_energy", "elastic", false),
         ("potential_energy", "potential, since the start", true),
         ("total_energy", "sum, with what is known to be dissipated, since the start", true),
     ];
-    let chart = |(method, ran): &(&'static str, &Ran)| {
+    let chart = |(method, ran): &(&'static str, &CompletedRun)| {
         let line = |(column, name, since): &(&str, &str, bool)| {
-            let points = ran.table.pairs("time", column)?;
+            let points = ran.measures.pairs("time", column)?;
             let from = if *since { points.first().map_or(0.0, |p| p.1) } else { 0.0 };
             let points = points.into_iter().map(|(time, energy)| (time, energy - from)).collect();
             Some(Series::new(*name, points, Style::Line))
         };
-        let chart = in_time("energy (J)", kinds.iter().filter_map(line).collect())?;
+        let chart = time_chart("energy (J)", kinds.iter().filter_map(line).collect())?;
         Some(LineChart { title: (*method).to_owned(), ..chart })
     };
     runs.iter().filter_map(chart).collect()
 }
 
 /// A chart in time; `None` where nothing changes.
-fn in_time(label: &str, series: Vec<Series>) -> Option<LineChart> {
-    let changes = |series: &Series| pictures::changes(&series.points);
+fn time_chart(label: &str, series: Vec<Series>) -> Option<LineChart> {
+    let changes = |series: &Series| pictures::is_changing(&series.points);
     let series: Vec<Series> =
         series.into_iter().filter(|series| series.points.iter().any(|p| p.1.is_finite())).collect();
     series.iter().any(changes).then(|| LineChart {
@@ -163,10 +169,10 @@ mod tests {
         let line = |values: [f64; 3]| {
             Series::new("a", values.iter().enumerate().map(|(k, v)| (k as f64, *v)).collect(), Style::Line)
         };
-        assert!(in_time("m", vec![line([2.0; 3])]).is_none());
-        assert!(in_time("m", vec![line([2.0, 2.0 + 1e-15, 2.0])]).is_none());
-        assert!(in_time("m", vec![line([f64::NAN; 3])]).is_none());
-        let both = in_time("m", vec![line([2.0; 3]), line([2.0, 3.0, 2.0]), line([f64::NAN; 3])]).unwrap();
+        assert!(time_chart("m", vec![line([2.0; 3])]).is_none());
+        assert!(time_chart("m", vec![line([2.0, 2.0 + 1e-15, 2.0])]).is_none());
+        assert!(time_chart("m", vec![line([f64::NAN; 3])]).is_none());
+        let both = time_chart("m", vec![line([2.0; 3]), line([2.0, 3.0, 2.0]), line([f64::NAN; 3])]).unwrap();
         assert_eq!(both.series.len(), 2);
     }
 }

@@ -5,72 +5,77 @@ use serde_json::{Map, Value, json};
 use crate::case::{Case, Method};
 
 /// Points over the smallest extent of the smallest body, where no method of the case says how fine it is.
-const POINTS_ACROSS: f64 = 20.0;
+const DEFAULT_POINTS_ACROSS: f64 = 20.0;
 
 /// A case as one method takes it.
 #[derive(Clone, Debug)]
-pub struct Entrant {
+pub struct MethodCase {
     /// The case, with options for the method alone.
     pub case: Case,
     /// What was chosen for it, in words; empty where the case has all.
-    pub took: String,
+    pub chosen_options: String,
 }
 
 /// A distance between points (m), and where it comes from.
-struct Spacing {
+struct SpacingChoice {
     value: f64,
     origin: String,
 }
 
-impl Entrant {
+impl MethodCase {
     /// The case for `method`. Where it has no entry for it, the keys that the method cannot do without follow from the spacing
     /// of points that another method's entry asks for, or from the smallest body. A method that needs more than a spacing
     /// is left without, and refuses the case in its own words.
-    pub fn of(method: &dyn Method, case: &Case) -> Self {
+    pub fn for_method(method: &dyn Method, case: &Case) -> Self {
         let name = method.name();
         let mut own = case.clone();
         own.methods.retain(|key, _| key == name);
         if own.methods.contains_key(name) {
-            return Self { case: own, took: String::new() };
+            return Self { case: own, chosen_options: String::new() };
         }
         let schema = method.options_schema();
-        let Some(spacing) = spacing(case) else { return Self { case: own, took: String::new() } };
+        let Some(spacing) = requested_spacing(case) else {
+            return Self { case: own, chosen_options: String::new() };
+        };
         let mut options = Map::new();
-        for key in required(schema.as_value()) {
+        for key in required_keys(schema.as_value()) {
             let value = match key {
                 "spacing" => spacing.value,
-                "cell_size" => fitted(case, spacing.value * default(schema.as_value(), "points_per_cell")),
-                _ => return Self { case: own, took: String::new() },
+                "cell_size" => fitted_cell_size(
+                    case,
+                    spacing.value * default_value(schema.as_value(), "points_per_cell"),
+                ),
+                _ => return Self { case: own, chosen_options: String::new() },
             };
             options.insert(key.to_owned(), json!(value));
         }
         if options.is_empty() {
-            return Self { case: own, took: String::new() };
+            return Self { case: own, chosen_options: String::new() };
         }
         let told = |(key, value): (&String, &Value)| {
-            format!("{key} {} m", value.as_f64().map_or(f64::NAN, six_digits))
+            format!("{key} {} m", value.as_f64().map_or(f64::NAN, rounded_to_six_digits))
         };
         let took = options.iter().map(told).collect::<Vec<_>>().join(", ");
         own.methods.insert(name.to_owned(), Value::Object(options));
-        Self { case: own, took: format!("{took} ({}); the rest by default", spacing.origin) }
+        Self { case: own, chosen_options: format!("{took} ({}); the rest by default", spacing.origin) }
     }
 }
 
-fn required(schema: &Value) -> Vec<&str> {
+fn required_keys(schema: &Value) -> Vec<&str> {
     schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
 }
 
-fn default(schema: &Value, key: &str) -> f64 {
+fn default_value(schema: &Value, key: &str) -> f64 {
     schema["properties"][key]["default"].as_f64().unwrap_or(1.0)
 }
 
-fn six_digits(value: f64) -> f64 {
+fn rounded_to_six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// The cell nearest to `wanted` (m) of which every side of the domain has a whole number; `wanted` where none within a half of it
 /// does.
-fn fitted(case: &Case, wanted: f64) -> f64 {
+fn fitted_cell_size(case: &Case, wanted: f64) -> f64 {
     let sides: Vec<f64> =
         case.domain.min.iter().zip(&case.domain.max).map(|(low, high)| high - low).collect();
     let whole = |cell: &f64| {
@@ -84,47 +89,47 @@ fn fitted(case: &Case, wanted: f64) -> f64 {
     if !(most - fewest < 1e6) {
         return wanted;
     }
-    let cells =
-        (fewest.max(1.0) as u64..=most as u64).map(|count| six_digits_if(first / count as f64, whole));
+    let cells = (fewest.max(1.0) as u64..=most as u64)
+        .map(|count| rounded_where_fitting(first / count as f64, whole));
     let nearest = cells.filter(whole).min_by(|a, b| (a - wanted).abs().total_cmp(&(b - wanted).abs()));
     nearest.unwrap_or(wanted)
 }
 
 /// A cell with six digits where it fits as well: quotients of round numbers stay round.
-fn six_digits_if(cell: f64, fits: impl Fn(&f64) -> bool) -> f64 {
-    Some(six_digits(cell)).filter(|rounded| fits(rounded)).unwrap_or(cell)
+fn rounded_where_fitting(cell: f64, fits: impl Fn(&f64) -> bool) -> f64 {
+    Some(rounded_to_six_digits(cell)).filter(|rounded| fits(rounded)).unwrap_or(cell)
 }
 
 /// The spacing of points that the case asks for.
-fn spacing(case: &Case) -> Option<Spacing> {
+fn requested_spacing(case: &Case) -> Option<SpacingChoice> {
     let entries = || case.methods.iter();
     let direct = entries().find_map(|(name, options)| Some((name, options["spacing"].as_f64()?)));
     if let Some((name, value)) = direct {
-        return Some(Spacing { value, origin: format!("the spacing of methods.{name}") });
+        return Some(SpacingChoice { value, origin: format!("the spacing of methods.{name}") });
     }
     let cells = entries().find_map(|(name, options)| {
         let schema = crate::method(name)?.options_schema();
         let per_cell = options["points_per_cell"].as_f64();
-        let per_cell = per_cell.unwrap_or_else(|| default(schema.as_value(), "points_per_cell"));
+        let per_cell = per_cell.unwrap_or_else(|| default_value(schema.as_value(), "points_per_cell"));
         Some((name, options["cell_size"].as_f64()? / per_cell))
     });
     if let Some((name, value)) = cells {
-        return Some(Spacing { value, origin: format!("the spacing of points of methods.{name}") });
+        return Some(SpacingChoice { value, origin: format!("the spacing of points of methods.{name}") });
     }
     let least = |(low, high): (Vec<f64>, Vec<f64>)| {
         (0..case.dimension()).map(|c| high[c] - low[c]).fold(f64::INFINITY, f64::min)
     };
     let extents = case.bodies.iter().map(|body| least(body.shape.bounds(case.dimension())));
     let smallest = extents.filter(|extent| extent.is_finite() && *extent > 0.0).fold(f64::INFINITY, f64::min);
-    smallest.is_finite().then(|| Spacing {
-        value: smallest / POINTS_ACROSS,
-        origin: format!("{POINTS_ACROSS} points across the smallest body"),
+    smallest.is_finite().then(|| SpacingChoice {
+        value: smallest / DEFAULT_POINTS_ACROSS,
+        origin: format!("{DEFAULT_POINTS_ACROSS} points across the smallest body"),
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Entrant;
+    use super::MethodCase;
     use crate::case::Case;
 
     fn column() -> Case {
@@ -133,40 +138,40 @@ mod tests {
 
     #[test]
     fn a_method_without_an_entry_gets_the_spacing_of_another_and_says_so() {
-        let sph = Entrant::of(crate::method("sph").unwrap(), &column());
+        let sph = MethodCase::for_method(crate::method("sph").unwrap(), &column());
         assert_eq!(sph.case.methods.keys().collect::<Vec<_>>(), ["sph"]);
         // Cells of 5 mm with three points along each axis.
         assert!((sph.case.methods["sph"]["spacing"].as_f64().unwrap() - 0.005 / 3.0).abs() < 1e-8);
-        assert!(sph.took.contains("methods.mpm"), "{}", sph.took);
+        assert!(sph.chosen_options.contains("methods.mpm"), "{}", sph.chosen_options);
     }
 
     #[test]
     fn cells_divide_the_domain_of_the_template() {
-        let snow = Entrant::of(crate::method("snow-mpm").unwrap(), &column());
+        let snow = MethodCase::for_method(crate::method("snow-mpm").unwrap(), &column());
         let cell = snow.case.methods["snow-mpm"]["cell_size"].as_f64().unwrap();
         for side in [0.5, 0.15] {
             assert!((side / cell - (side / cell).round()).abs() < 1e-9 && cell < 0.005, "{cell}");
         }
-        assert!(snow.took.starts_with("cell_size 0.00333333 m"), "{}", snow.took);
+        assert!(snow.chosen_options.starts_with("cell_size 0.00333333 m"), "{}", snow.chosen_options);
     }
 
     #[test]
     fn without_any_entry_the_smallest_body_decides() {
         let mut case = column();
         case.methods.clear();
-        let mpm = Entrant::of(crate::method("mpm").unwrap(), &case);
+        let mpm = MethodCase::for_method(crate::method("mpm").unwrap(), &case);
         let cell = mpm.case.methods["mpm"]["cell_size"].as_f64().unwrap();
         let per_cell = cell / (0.1 / 20.0);
         assert!((per_cell - per_cell.round()).abs() < 1e-9 && per_cell >= 1.0, "{per_cell}");
-        assert!(mpm.took.contains("20 points"), "{}", mpm.took);
+        assert!(mpm.chosen_options.contains("20 points"), "{}", mpm.chosen_options);
     }
 
     #[test]
     fn an_entry_of_its_own_is_left_alone_and_grains_are_not_guessed() {
-        let mpm = Entrant::of(crate::method("mpm").unwrap(), &column());
+        let mpm = MethodCase::for_method(crate::method("mpm").unwrap(), &column());
         assert_eq!(mpm.case.methods["mpm"], column().methods["mpm"]);
-        assert!(mpm.took.is_empty());
-        let dem = Entrant::of(crate::method("dem").unwrap(), &column());
-        assert!(dem.case.methods.is_empty() && dem.took.is_empty());
+        assert!(mpm.chosen_options.is_empty());
+        let dem = MethodCase::for_method(crate::method("dem").unwrap(), &column());
+        assert!(dem.case.methods.is_empty() && dem.chosen_options.is_empty());
     }
 }

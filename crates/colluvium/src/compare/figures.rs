@@ -5,32 +5,32 @@ use crate::case::{Case, FieldData, Snapshot};
 /// Share of the mass that lies behind a front, or below a top: single points that fly ahead do not count.
 const QUANTILE: f64 = 0.999;
 /// Columns of a profile over the longest of all deposits.
-const COLUMNS: usize = 100;
+const PROFILE_COLUMNS: usize = 100;
 
 /// The axes in which a case is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Axes {
+pub struct CaseAxes {
     /// Along which deposits spread.
-    pub along: usize,
+    pub spreading: usize,
     /// Against gravity.
-    pub up: usize,
+    pub vertical: usize,
 }
 
-impl Axes {
+impl CaseAxes {
     /// Those of a case: up is the axis along which gravity is largest, y where there is none; along is the first other one.
-    pub fn of(case: &Case) -> Self {
+    pub fn of_case(case: &Case) -> Self {
         let size = |axis: usize| case.gravity.get(axis).copied().unwrap_or(0.0).abs();
         let dimension = case.dimension();
         let largest = (0..dimension).max_by(|a, b| size(*a).total_cmp(&size(*b)));
         let up =
             largest.filter(|axis| size(*axis) > 0.0).unwrap_or_else(|| dimension.saturating_sub(1).min(1));
-        Self { along: if up == 0 { 1 } else { 0 }, up }
+        Self { spreading: if up == 0 { 1 } else { 0 }, vertical: up }
     }
 }
 
 /// Figures of one state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Figures {
+pub struct KeyFigures {
     /// Place of the front along the axis of spreading (m): 99.9 % of the mass lies behind.
     pub front: f64,
     /// Height of the top (m): 99.9 % of the mass lies below.
@@ -41,9 +41,9 @@ pub struct Figures {
     pub speed: f64,
 }
 
-impl Figures {
+impl KeyFigures {
     /// Those of a snapshot; `None` where it has no points.
-    pub fn of(snapshot: &Snapshot, axes: Axes) -> Option<Self> {
+    pub fn of_snapshot(snapshot: &Snapshot, axes: CaseAxes) -> Option<Self> {
         let count = snapshot.positions.len();
         if count == 0 {
             return None;
@@ -61,9 +61,9 @@ impl Figures {
             _ => vec![f64::NAN; count],
         };
         Some(Self {
-            front: quantile((0..count).map(|i| (edge(axes.along, i), mass[i]))),
-            top: quantile((0..count).map(|i| (edge(axes.up, i), mass[i]))),
-            centre: [mean(axes.along), mean(axes.up)],
+            front: quantile((0..count).map(|i| (edge(axes.spreading, i), mass[i]))),
+            top: quantile((0..count).map(|i| (edge(axes.vertical, i), mass[i]))),
+            centre: [mean(axes.spreading), mean(axes.vertical)],
             speed: quantile(speeds.into_iter().zip(mass.iter().copied())),
         })
     }
@@ -90,18 +90,20 @@ fn quantile(values: impl Iterator<Item = (f64, f64)>) -> f64 {
 
 /// Columns in which profiles are measured, the same for all methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Columns {
+pub struct ProfileColumns {
     start: f64,
     width: f64,
     count: usize,
 }
 
-impl Columns {
+impl ProfileColumns {
     /// Columns over all that the snapshots cover, none narrower than their widest points.
-    pub fn over(snapshots: &[&Snapshot], axes: Axes) -> Option<Self> {
+    pub fn covering(snapshots: &[&Snapshot], axes: CaseAxes) -> Option<Self> {
         let ends = snapshots.iter().flat_map(|snapshot| {
             let points = snapshot.positions.iter().zip(&snapshot.extents);
-            points.map(|(x, e)| (x[axes.along] - 0.5 * e[axes.along], x[axes.along] + 0.5 * e[axes.along]))
+            points.map(|(x, e)| {
+                (x[axes.spreading] - 0.5 * e[axes.spreading], x[axes.spreading] + 0.5 * e[axes.spreading])
+            })
         });
         let (low, high, widest) = ends
             .filter(|(low, high)| (high - low).is_finite())
@@ -111,17 +113,17 @@ impl Columns {
         if low >= high || !(high - low).is_finite() {
             return None;
         }
-        let count = COLUMNS.min(((high - low) / widest.max(f64::MIN_POSITIVE)) as usize).max(1);
+        let count = PROFILE_COLUMNS.min(((high - low) / widest.max(f64::MIN_POSITIVE)) as usize).max(1);
         Some(Self { start: low, width: (high - low) / count as f64, count })
     }
 
     /// Height of the highest point over each column (m), with the column's centre (m); zero where there is none.
-    pub fn profile(&self, snapshot: &Snapshot, axes: Axes) -> Vec<(f64, f64)> {
+    pub fn profile(&self, snapshot: &Snapshot, axes: CaseAxes) -> Vec<(f64, f64)> {
         let mut heights = vec![0.0_f64; self.count];
         for (x, e) in snapshot.positions.iter().zip(&snapshot.extents) {
-            let (centre, half) = (x[axes.along], 0.5 * e[axes.along]);
+            let (centre, half) = (x[axes.spreading], 0.5 * e[axes.spreading]);
             let column = |place: f64| ((place - self.start) / self.width).clamp(0.0, (self.count - 1) as f64);
-            let top = x[axes.up] + 0.5 * e[axes.up];
+            let top = x[axes.vertical] + 0.5 * e[axes.vertical];
             // The columns whose middle it covers, and its own.
             let first = column(centre - half + 0.5 * self.width) as usize;
             let last = column(centre + half - 0.5 * self.width) as usize;
@@ -136,7 +138,7 @@ impl Columns {
 }
 
 /// Distance of two profiles over the size of the first, root mean square.
-pub fn distance(first: &[(f64, f64)], other: &[(f64, f64)]) -> f64 {
+pub fn relative_profile_distance(first: &[(f64, f64)], other: &[(f64, f64)]) -> f64 {
     let sum: f64 = first.iter().zip(other).map(|(a, b)| (a.1 - b.1).powi(2)).sum();
     let size: f64 = first.iter().map(|a| a.1 * a.1).sum();
     (sum / size).sqrt()
@@ -154,7 +156,7 @@ pub(super) fn interpolated(curve: &[(f64, f64)], x: f64) -> f64 {
 }
 
 /// A number to five digits.
-pub(super) fn short(value: f64) -> String {
+pub(super) fn five_digits(value: f64) -> String {
     let size = value.abs();
     if !value.is_finite() {
         return "–".to_owned();
@@ -199,12 +201,12 @@ mod tests {
         }
     }
 
-    const AXES: Axes = Axes { along: 0, up: 1 };
+    const AXES: CaseAxes = CaseAxes { spreading: 0, vertical: 1 };
 
     #[test]
     fn figures_of_a_block_are_its_edges_and_centre_at_any_spacing() {
         for spacing in [0.1, 0.02] {
-            let figures = Figures::of(&block(2.0, 1.0, spacing), AXES).unwrap();
+            let figures = KeyFigures::of_snapshot(&block(2.0, 1.0, spacing), AXES).unwrap();
             for (found, asked) in [
                 (figures.front, 2.0),
                 (figures.top, 1.0),
@@ -222,22 +224,22 @@ mod tests {
         let mut snapshot = block(2.0, 1.0, 0.1);
         let still = FieldData::Vector(vec![[0.0, 0.5, 0.0]; snapshot.positions.len()]);
         snapshot.fields.push(Field { name: "grid_velocity".into(), unit: "m/s", data: still });
-        assert!((Figures::of(&snapshot, AXES).unwrap().speed - 0.5).abs() < 1e-12);
+        assert!((KeyFigures::of_snapshot(&snapshot, AXES).unwrap().speed - 0.5).abs() < 1e-12);
     }
 
     #[test]
     fn blocks_of_unlike_spacing_have_one_profile_and_unlike_heights_their_difference() {
         let (coarse, fine, low) = (block(2.0, 1.0, 0.1), block(2.0, 1.0, 0.025), block(2.0, 0.5, 0.05));
-        let columns = Columns::over(&[&coarse, &fine, &low], AXES).unwrap();
+        let columns = ProfileColumns::covering(&[&coarse, &fine, &low], AXES).unwrap();
         let profile = |snapshot| columns.profile(snapshot, AXES);
-        assert!(distance(&profile(&coarse), &profile(&fine)) < 1e-12);
-        assert!((distance(&profile(&coarse), &profile(&low)) - 0.5).abs() < 1e-12);
+        assert!(relative_profile_distance(&profile(&coarse), &profile(&fine)) < 1e-12);
+        assert!((relative_profile_distance(&profile(&coarse), &profile(&low)) - 0.5).abs() < 1e-12);
     }
 
     #[test]
     fn one_point_that_flies_ahead_is_no_front() {
         let mut snapshot = block(2.0, 1.0, 0.02);
         snapshot.positions[7][0] = 50.0;
-        assert!((Figures::of(&snapshot, AXES).unwrap().front - 2.0).abs() < 1e-9);
+        assert!((KeyFigures::of_snapshot(&snapshot, AXES).unwrap().front - 2.0).abs() < 1e-9);
     }
 }

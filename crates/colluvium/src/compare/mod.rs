@@ -15,18 +15,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 use thiserror::Error;
 
 use crate::case::output::{OutputError, create_folder, write_atomically};
-use crate::case::run::Ending;
-use crate::case::{Case, CaseError, Method, RunError, RunOptions, Size, run_method};
-use crate::jobs::side_by_side;
+use crate::case::run::RunEnd;
+use crate::case::{Case, CaseError, Method, ProblemSize, RunError, RunOptions, run_method};
+use crate::jobs::run_in_parallel;
 
-pub use entrant::Entrant;
-pub use figures::{Axes, Figures};
+pub use entrant::MethodCase;
+pub use figures::{CaseAxes, KeyFigures};
 pub use page::{SECTIONS_STYLE, sections};
-pub use ran::Ran;
-pub use reference::Reference;
+pub use ran::CompletedRun;
+pub use reference::ReferenceProfiles;
 
 /// Name of the page in the folder of a comparison.
-pub const PAGE: &str = "index.html";
+pub const PAGE_FILE: &str = "index.html";
 
 /// How a comparison is made.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +38,7 @@ pub struct CompareOptions {
     /// Replace earlier results.
     pub overwrite: bool,
     /// Show the progress of each run.
-    pub progress: bool,
+    pub show_progress: bool,
     /// Methods at a time, each on its share of the threads: 0 and 1 are one after the other, each on all threads.
     pub jobs: usize,
     /// Memory that the runs at a time may take (bytes).
@@ -48,12 +48,12 @@ pub struct CompareOptions {
     /// Commit of the program, for the record.
     pub commit: Option<String>,
     /// Takes what is worth a word while a run goes on.
-    pub warn: Option<fn(&str)>,
+    pub on_warning: Option<fn(&str)>,
 }
 
 /// What came of a method.
 #[derive(Debug)]
-pub enum Outcome {
+pub enum MethodOutcome {
     /// It cannot honour the case; the text says why.
     Refused(String),
     /// It began and did not finish; the text says why.
@@ -61,36 +61,36 @@ pub enum Outcome {
     /// It was asked to stop.
     Interrupted,
     /// It ran to the end, now or before.
-    Done(Box<Ran>),
+    Completed(Box<CompletedRun>),
 }
 
 /// A method with what came of it.
 #[derive(Debug)]
-pub struct Contender {
+pub struct MethodResult {
     /// Name of the method.
     pub method: &'static str,
     /// What the comparison chose for it, in words; empty where the case has all.
-    pub took: String,
+    pub chosen_options: String,
     /// Memory that it needs at least (bytes), by its own estimate.
-    pub memory: f64,
+    pub estimated_memory: f64,
     /// What came of it.
-    pub outcome: Outcome,
+    pub outcome: MethodOutcome,
 }
 
 /// Why there is no comparison.
 #[derive(Debug, Error)]
 pub enum CompareError {
     /// A name is not that of a method.
-    #[error("{name:?} is not a method; there are: {known}")]
-    Unknown {
+    #[error("{name:?} is not a method; there are: {available}")]
+    UnknownMethod {
         /// The name.
         name: String,
         /// Those that there are.
-        known: String,
+        available: String,
     },
     /// No method takes the case.
     #[error("no method can honour this case:\n{0}")]
-    None(String),
+    NoMethod(String),
     /// A file could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -114,13 +114,14 @@ pub enum CompareError {
 ///
 /// # Errors
 /// When a name is not that of a method.
-pub fn methods(names: &[String]) -> Result<Vec<&'static dyn Method>, CompareError> {
+pub fn methods_by_name(names: &[String]) -> Result<Vec<&'static dyn Method>, CompareError> {
     if names.is_empty() {
         return Ok(crate::methods().to_vec());
     }
     let known = || crate::methods().iter().map(|method| method.name()).collect::<Vec<_>>().join(", ");
     let named = |name: &String| {
-        crate::method(name).ok_or_else(|| CompareError::Unknown { name: name.clone(), known: known() })
+        crate::method(name)
+            .ok_or_else(|| CompareError::UnknownMethod { name: name.clone(), available: known() })
     };
     names.iter().map(named).collect()
 }
@@ -134,9 +135,9 @@ pub fn run(
     case: &Case,
     methods: &[&'static dyn Method],
     options: &CompareOptions,
-    tell: &(dyn Fn(&Contender) + Sync),
-) -> Result<Vec<Contender>, CompareError> {
-    let page = options.out.join(PAGE);
+    tell: &(dyn Fn(&MethodResult) + Sync),
+) -> Result<Vec<MethodResult>, CompareError> {
+    let page = options.out.join(PAGE_FILE);
     let is_of_run = |method: &&dyn Method| options.out.join(method.name()).join("summary.json").exists();
     if page.exists() && !crate::methods().iter().any(is_of_run) {
         let problem = std::io::Error::other(
@@ -147,18 +148,18 @@ pub fn run(
     let jobs = options.jobs.clamp(1, methods.len().max(1));
     // Bars of several runs would write over each other.
     let own = CompareOptions {
-        progress: options.progress && jobs == 1,
+        show_progress: options.show_progress && jobs == 1,
         free_memory: options.free_memory / jobs as f64,
         ..options.clone()
     };
     let one = |method: &'static dyn Method| {
-        let entrant = Entrant::of(method, case);
-        let size = method.size(&entrant.case);
-        let result = Contender {
+        let entrant = MethodCase::for_method(method, case);
+        let size = method.problem_size(&entrant.case);
+        let result = MethodResult {
             method: method.name(),
-            took: entrant.took.clone(),
-            memory: size.as_ref().map_or(f64::NAN, |size| size.memory),
-            outcome: outcome(method, &entrant.case, size, &own),
+            chosen_options: entrant.chosen_options.clone(),
+            estimated_memory: size.as_ref().map_or(f64::NAN, |size| size.memory),
+            outcome: compare_one_method(method, &entrant.case, size, &own),
         };
         tell(&result);
         result
@@ -173,65 +174,66 @@ pub fn run(
         Ok(())
     };
     let threads = rayon::current_num_threads() / jobs;
-    side_by_side(methods.len(), (jobs, threads), work, CompareError::Threads)?;
+    run_in_parallel(methods.len(), (jobs, threads), work, CompareError::Threads)?;
     let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
     found.sort_by_key(|(number, _)| *number);
     Ok(found.into_iter().map(|(_, result)| result).collect())
 }
 
 /// Runs one method, of which `size` says what the case needs.
-fn outcome(
+fn compare_one_method(
     method: &dyn Method,
     case: &Case,
-    size: Result<Size, CaseError>,
+    size: Result<ProblemSize, CaseError>,
     options: &CompareOptions,
-) -> Outcome {
+) -> MethodOutcome {
     let attempt = || {
         let plan = || {
             let size = size?;
-            size.fit(options.free_memory)?;
-            if let (Some(warn), Some(ahead)) = (options.warn, size.beforehand()) {
+            size.check_memory(options.free_memory)?;
+            if let (Some(warn), Some(ahead)) = (options.on_warning, size.size_notice()) {
                 warn(&ahead);
             }
             method.plan(case)
         };
         let plan = match plan() {
             Ok(plan) => plan,
-            Err(refusal) => return Outcome::Refused(refusal.to_string()),
+            Err(refusal) => return MethodOutcome::Refused(refusal.to_string()),
         };
         let folder = options.out.join(method.name());
-        let state = ran::State::of(&folder, case);
-        if state == ran::State::Complete && options.resume {
-            return read(&folder);
+        let state = ran::RunFolderState::of_folder(&folder, case);
+        if state == ran::RunFolderState::Complete && options.resume {
+            return read_outcome(&folder);
         }
         let run = RunOptions {
             method: method.name().to_owned(),
             out: Some(folder.clone()),
-            resume: options.resume && state == ran::State::Begun,
+            resume: options.resume && state == ran::RunFolderState::Incomplete,
             overwrite: options.overwrite,
-            progress: options.progress,
+            progress: options.show_progress,
             keep_frames: false,
             keep_specimen: false,
             stop: options.stop.clone(),
             commit: options.commit.clone(),
-            warn: options.warn,
+            warn: options.on_warning,
             warnings: plan.all_warnings(case),
         };
         match run_method(method, case, &run) {
-            Ok(report) if report.ending == Ending::Interrupted => Outcome::Interrupted,
-            Ok(_) => read(&folder),
-            Err(RunError::Case(error)) => Outcome::Refused(error.to_string()),
-            Err(error) => Outcome::Failed(error.to_string()),
+            Ok(report) if report.ending == RunEnd::Interrupted => MethodOutcome::Interrupted,
+            Ok(_) => read_outcome(&folder),
+            Err(RunError::Case(error)) => MethodOutcome::Refused(error.to_string()),
+            Err(error) => MethodOutcome::Failed(error.to_string()),
         }
     };
-    catch_unwind(AssertUnwindSafe(attempt)).unwrap_or_else(|_| Outcome::Failed("it panicked".to_owned()))
+    catch_unwind(AssertUnwindSafe(attempt))
+        .unwrap_or_else(|_| MethodOutcome::Failed("it panicked".to_owned()))
 }
 
 /// What a run that came to its end left in `folder`.
-fn read(folder: &Path) -> Outcome {
-    match Ran::read(folder) {
-        Ok(ran) => Outcome::Done(Box::new(ran)),
-        Err(error) => Outcome::Failed(error.to_string()),
+fn read_outcome(folder: &Path) -> MethodOutcome {
+    match CompletedRun::read(folder) {
+        Ok(ran) => MethodOutcome::Completed(Box::new(ran)),
+        Err(error) => MethodOutcome::Failed(error.to_string()),
     }
 }
 
@@ -239,33 +241,33 @@ fn read(folder: &Path) -> Outcome {
 ///
 /// # Errors
 /// When no method took the case, a picture cannot be drawn, or the disk refuses.
-pub fn write(
+pub fn write_page(
     folder: &Path,
     case: &Case,
-    results: &[Contender],
+    results: &[MethodResult],
     plane: [usize; 2],
-    reference: &Reference,
+    reference: &ReferenceProfiles,
 ) -> Result<PathBuf, CompareError> {
-    if results.iter().all(|result| matches!(result.outcome, Outcome::Refused(_))) {
-        let why = |result: &Contender| match &result.outcome {
-            Outcome::Refused(why) => format!("{}: {why}", result.method),
+    if results.iter().all(|result| matches!(result.outcome, MethodOutcome::Refused(_))) {
+        let why = |result: &MethodResult| match &result.outcome {
+            MethodOutcome::Refused(why) => format!("{}: {why}", result.method),
             _ => String::new(),
         };
-        return Err(CompareError::None(results.iter().map(why).collect::<Vec<_>>().join("\n")));
+        return Err(CompareError::NoMethod(results.iter().map(why).collect::<Vec<_>>().join("\n")));
     }
     let page = page::page(case, results, plane, reference)?.into_string();
-    let file = folder.join(PAGE);
+    let file = folder.join(PAGE_FILE);
     create_folder(folder)?;
     write_atomically(&file, page.as_bytes())?;
     Ok(file)
 }
 
 /// The runs that came to their end, with their methods.
-fn runs(results: &[Contender]) -> Vec<(&'static str, &Ran)> {
+fn completed_runs(results: &[MethodResult]) -> Vec<(&'static str, &CompletedRun)> {
     results
         .iter()
         .filter_map(|result| match &result.outcome {
-            Outcome::Done(report) => Some((result.method, &**report)),
+            MethodOutcome::Completed(report) => Some((result.method, &**report)),
             _ => None,
         })
         .collect()

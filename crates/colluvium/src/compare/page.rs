@@ -2,24 +2,24 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::charts::{self, Runs, at_time};
-use super::figures::{Axes, Columns, Figures, distance, short};
+use super::charts::{self, MethodRuns, frames_at};
+use super::figures::{CaseAxes, KeyFigures, ProfileColumns, five_digits, relative_profile_distance};
 use super::reference::distance_to;
-use super::{CompareError, Contender, Outcome, Ran, Reference, runs};
+use super::{CompareError, CompletedRun, MethodOutcome, MethodResult, ReferenceProfiles, completed_runs};
 use crate::animation;
 use crate::case::{Case, Snapshot};
-use crate::ground::ground;
-use crate::plots::{Animation, Ground, LineChart, Panel, Picture, PointCloud, Shared, View};
+use crate::ground::rigid_geometry;
+use crate::plots::{Animation, CommonScales, LineChart, Panel, Picture, PointCloud, RigidGeometry, View};
 
 /// Times in the strip of pictures.
-const PICTURES: usize = 5;
+const PICTURE_TIMES: usize = 5;
 /// Bytes of the animation, about.
-const BYTES: usize = 800_000;
+const ANIMATION_BYTES: usize = 800_000;
 /// Times of profiles.
-const PROFILES: usize = 4;
+const PROFILE_TIMES: usize = 4;
 
 /// Of the page of a comparison alone.
-const STYLE: &str = "
+const PAGE_STYLE: &str = "
 body { font: 15px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1400px; margin: 0 auto; padding: 28px 20px 60px; }
 h1 { margin: 0 0 6px; font-size: 27px; } h2 { margin: 34px 0 8px; font-size: 19px; } h3 { margin: 12px 0 4px; font-size: 15px; }
 table { border-collapse: collapse; font-size: 13.5px; }
@@ -37,11 +37,11 @@ pub const SECTIONS_STYLE: &str = "
 
 pub(super) fn page(
     case: &Case,
-    results: &[Contender],
+    results: &[MethodResult],
     plane: [usize; 2],
-    reference: &Reference,
+    reference: &ReferenceProfiles,
 ) -> Result<Markup, CompareError> {
-    let runs = runs(results);
+    let runs = completed_runs(results);
     Ok(html! {
         (DOCTYPE)
         html lang="en" {
@@ -49,16 +49,16 @@ pub(super) fn page(
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width";
                 title { (case.title) ": methods compared" }
-                style { (PreEscaped(STYLE)) (PreEscaped(SECTIONS_STYLE)) }
+                style { (PreEscaped(PAGE_STYLE)) (PreEscaped(SECTIONS_STYLE)) }
             }
             body {
                 h1 { (case.title) }
                 @if !case.notes.is_empty() { p class="soft" { @for note in &case.notes { (note) " " } } }
-                (seen(case, &runs, plane, reference)?)
-                (differences(results, &runs, Axes::of(case), reference))
-                (methods(results))
-                (safety(case, &runs))
-                (measured(&runs)?)
+                (run_sections(case, &runs, plane, reference)?)
+                (difference_table(results, &runs, CaseAxes::of_case(case), reference))
+                (method_table(results))
+                (safety_table(case, &runs))
+                (measure_section(&runs)?)
             }
         }
     })
@@ -71,28 +71,27 @@ pub(super) fn page(
 /// When a picture cannot be drawn.
 pub fn sections(
     case: &Case,
-    runs: &[(&'static str, &Ran)],
+    runs: &[(&'static str, &CompletedRun)],
     plane: [usize; 2],
-    reference: &Reference,
+    reference: &ReferenceProfiles,
 ) -> Result<String, CompareError> {
-    let own =
-        html! { (seen(case, runs, plane, reference)?) (differences(&[], runs, Axes::of(case), reference)) };
+    let own = html! { (run_sections(case, runs, plane, reference)?) (difference_table(&[], runs, CaseAxes::of_case(case), reference)) };
     Ok(own.into_string())
 }
 
 /// What is seen of the runs, and what of them is drawn over time.
-fn seen(
+fn run_sections(
     case: &Case,
-    runs: &Runs<'_>,
+    runs: &MethodRuns<'_>,
     plane: [usize; 2],
-    reference: &Reference,
+    reference: &ReferenceProfiles,
 ) -> Result<Markup, CompareError> {
-    let (axes, ground) = (Axes::of(case), ground(case));
-    let strip = strip(runs, plane, &ground)?;
+    let (axes, ground) = (CaseAxes::of_case(case), rigid_geometry(case));
+    let strip = picture_strip(runs, plane, &ground)?;
     let player = player(case, runs, plane, ground);
-    let profiles = svg(&charts::profiles(runs, axes, PROFILES, reference))?;
-    let figures = svg(&charts::figures(runs, axes))?;
-    let energies = svg(&charts::energies(runs))?;
+    let profiles = charts_to_svg(&charts::profile_charts(runs, axes, PROFILE_TIMES, reference))?;
+    let figures = charts_to_svg(&charts::key_figure_charts(runs, axes))?;
+    let energies = charts_to_svg(&charts::energy_charts(runs))?;
     Ok(html! {
         (strip)
         @if let Some(player) = &player {
@@ -121,8 +120,8 @@ fn seen(
 }
 
 /// What the case measures, and totals, in time.
-fn measured(runs: &Runs<'_>) -> Result<Markup, CompareError> {
-    let measures = svg(&charts::measures(runs))?;
+fn measure_section(runs: &MethodRuns<'_>) -> Result<Markup, CompareError> {
+    let measures = charts_to_svg(&charts::measure_charts(runs))?;
     Ok(html! {
         @if !measures.is_empty() {
             h2 { "What the case measures, and totals" }
@@ -131,43 +130,47 @@ fn measured(runs: &Runs<'_>) -> Result<Markup, CompareError> {
     })
 }
 
-fn svg(charts: &[LineChart]) -> Result<Vec<String>, CompareError> {
+fn charts_to_svg(charts: &[LineChart]) -> Result<Vec<String>, CompareError> {
     charts.iter().map(|chart| chart.to_svg().map_err(CompareError::Picture)).collect()
 }
 
 /// All runs on one slider.
-fn player(case: &Case, runs: &Runs<'_>, plane: [usize; 2], ground: Ground) -> Option<String> {
+fn player(case: &Case, runs: &MethodRuns<'_>, plane: [usize; 2], ground: RigidGeometry) -> Option<String> {
     let mut panels: Vec<Panel<'_>> = Vec::new();
     for (method, ran) in runs {
         panels.push(Panel {
             name: (*method).to_owned(),
             frames: ran.frames.iter().collect(),
-            of: ran.frames.len(),
+            frame_count: ran.frames.len(),
         });
     }
     let text = serde_json::to_value(case).ok()?;
-    let view = View { ground, bytes: BYTES, ..animation::view(&text, plane, &[]) };
-    Some(animation::player(&Animation::of(&panels, &view)?))
+    let view = View { ground, bytes: ANIMATION_BYTES, ..animation::view(&text, plane, &[]) };
+    Some(animation::player(&Animation::from_panels(&panels, &view)?))
 }
 
 /// The field that colours the points: one that every run has.
-fn field(states: &[(&'static str, &Snapshot)]) -> Option<&'static str> {
+fn common_field(states: &[(&'static str, &Snapshot)]) -> Option<&'static str> {
     let all = |name: &&'static str| states.iter().all(|(_, snapshot)| snapshot.field(name).is_some());
     ["displacement", "velocity"].into_iter().find(all)
 }
 
 /// Pictures at equal times, a row each, with one scale of colours and one set of axes.
-fn strip(runs: &Runs<'_>, plane: [usize; 2], ground: &Ground) -> Result<Markup, CompareError> {
-    let times = charts::times(runs, PICTURES);
-    let rows: Vec<_> = times.iter().map(|time| at_time(runs, *time)).collect();
-    let Some(field) = rows.first().and_then(|states| field(states)) else { return Ok(html! {}) };
+fn picture_strip(
+    runs: &MethodRuns<'_>,
+    plane: [usize; 2],
+    ground: &RigidGeometry,
+) -> Result<Markup, CompareError> {
+    let times = charts::sampled_times(runs, PICTURE_TIMES);
+    let rows: Vec<_> = times.iter().map(|time| frames_at(runs, *time)).collect();
+    let Some(field) = rows.first().and_then(|states| common_field(states)) else { return Ok(html! {}) };
     let cloud = |snapshot: &Snapshot| {
-        PointCloud::of(snapshot, field, plane)
+        PointCloud::from_snapshot(snapshot, field, plane)
             .map(|cloud| PointCloud { lines: ground.lines_at(snapshot.time), ..cloud })
     };
     let clouds: Vec<Vec<Option<PointCloud>>> =
         rows.iter().map(|states| states.iter().map(|(_, snapshot)| cloud(snapshot)).collect()).collect();
-    let shared = Shared::of(clouds.iter().flatten().flatten());
+    let shared = CommonScales::of_clouds(clouds.iter().flatten().flatten());
     let picture = |cloud: &PointCloud, method: &str| -> Result<Markup, CompareError> {
         let cloud = PointCloud { shared: Some(shared.clone()), ..cloud.clone() };
         let alt = format!("{method}, {}", cloud.title);
@@ -197,16 +200,21 @@ fn strip(runs: &Runs<'_>, plane: [usize; 2], ground: &Ground) -> Result<Markup, 
 }
 
 /// How far the profiles at the end are from that of the first method, and from the reference.
-struct Apart<'a> {
-    axes: Axes,
-    columns: Option<Columns>,
+struct ProfileDifferences<'a> {
+    axes: CaseAxes,
+    columns: Option<ProfileColumns>,
     first: Option<Vec<(f64, f64)>>,
-    measured: Option<&'a Vec<(f64, f64)>>,
+    reference: Option<&'a Vec<(f64, f64)>>,
 }
 
-impl<'a> Apart<'a> {
-    fn of(snapshots: &[&Snapshot], axes: Axes, measured: Option<&'a Vec<(f64, f64)>>) -> Self {
-        let own = Self { axes, columns: Columns::over(snapshots, axes), first: None, measured };
+impl<'a> ProfileDifferences<'a> {
+    fn new(snapshots: &[&Snapshot], axes: CaseAxes, measured: Option<&'a Vec<(f64, f64)>>) -> Self {
+        let own = Self {
+            axes,
+            columns: ProfileColumns::covering(snapshots, axes),
+            first: None,
+            reference: measured,
+        };
         let first = snapshots.first().and_then(|snapshot| own.profile(snapshot));
         Self { first, ..own }
     }
@@ -215,33 +223,43 @@ impl<'a> Apart<'a> {
         self.columns.map(|columns| columns.profile(snapshot, self.axes))
     }
 
-    fn off_first(&self, snapshot: &Snapshot) -> f64 {
+    fn distance_to_first(&self, snapshot: &Snapshot) -> f64 {
         let pair = self.first.as_ref().zip(self.profile(snapshot));
-        pair.map_or(f64::NAN, |(first, own)| distance(first, &own))
+        pair.map_or(f64::NAN, |(first, own)| relative_profile_distance(first, &own))
     }
 
-    fn off_measured(&self, snapshot: &Snapshot) -> f64 {
-        let pair = self.measured.zip(self.profile(snapshot));
+    fn distance_to_reference(&self, snapshot: &Snapshot) -> f64 {
+        let pair = self.reference.zip(self.profile(snapshot));
         pair.map_or(f64::NAN, |(measured, own)| distance_to(measured, &own))
     }
 }
 
 /// What differs at the end, in figures.
-fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &Reference) -> Markup {
-    let common = charts::common(runs);
+fn difference_table(
+    results: &[MethodResult],
+    runs: &MethodRuns<'_>,
+    axes: CaseAxes,
+    reference: &ReferenceProfiles,
+) -> Markup {
+    let common = charts::common_times(runs);
     let measured = common.last().and_then(|end| reference.at(*end, &common));
     let memory = |method: &str| {
         let found = results.iter().find(|result| result.method == method);
-        short(found.map_or(f64::NAN, |result| result.memory / f64::from(1 << 20)))
+        five_digits(found.map_or(f64::NAN, |result| result.estimated_memory / f64::from(1 << 20)))
     };
-    let mut last: Vec<(&'static str, &Ran, &Snapshot)> = Vec::new();
+    let mut last: Vec<(&'static str, &CompletedRun, &Snapshot)> = Vec::new();
     for (method, ran) in runs {
         last.extend(ran.frames.last().map(|snapshot| (*method, *ran, snapshot)));
     }
-    let apart = Apart::of(&last.iter().map(|(.., snapshot)| *snapshot).collect::<Vec<_>>(), axes, measured);
+    let apart = ProfileDifferences::new(
+        &last.iter().map(|(.., snapshot)| *snapshot).collect::<Vec<_>>(),
+        axes,
+        measured,
+    );
     let head = last.first().map_or("", |(method, ..)| *method);
-    let value =
-        |figures: &Option<Figures>, pick: fn(&Figures) -> f64| short(figures.as_ref().map_or(f64::NAN, pick));
+    let value = |figures: &Option<KeyFigures>, pick: fn(&KeyFigures) -> f64| {
+        five_digits(figures.as_ref().map_or(f64::NAN, pick))
+    };
     html! {
         @if !last.is_empty() {
             h2 { "At the end" }
@@ -254,22 +272,22 @@ fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &R
                     th { "Time taken (s)" } th { "Updates per second" } @if !results.is_empty() { th { "Memory (MiB)" } }
                 }
                 @for (method, ran, snapshot) in &last {
-                    @let figures = Figures::of(snapshot, axes);
+                    @let figures = KeyFigures::of_snapshot(snapshot, axes);
                     tr {
                         td { (method) }
                         td class="number" { (value(&figures, |f| f.front)) }
                         td class="number" { (value(&figures, |f| f.top)) }
                         td class="number" { (value(&figures, |f| f.centre[0])) ", " (value(&figures, |f| f.centre[1])) }
                         td class="number" { (value(&figures, |f| f.speed)) }
-                        td class="number" { (short(ran.rests().unwrap_or(f64::NAN))) }
-                        td class="number" { (format!("{:.2} %", 100.0 * apart.off_first(snapshot))) }
+                        td class="number" { (five_digits(ran.time_at_rest().unwrap_or(f64::NAN))) }
+                        td class="number" { (format!("{:.2} %", 100.0 * apart.distance_to_first(snapshot))) }
                         @if measured.is_some() {
-                            td class="number" { (format!("{:.2} %", 100.0 * apart.off_measured(snapshot))) }
+                            td class="number" { (format!("{:.2} %", 100.0 * apart.distance_to_reference(snapshot))) }
                         }
-                        td class="number" { (short(ran.kinetic)) }
+                        td class="number" { (five_digits(ran.kinetic_energy)) }
                         td class="number" { (ran.points) }
                         td class="number" { (ran.steps) }
-                        td class="number" { (format!("{:.1}", ran.wall)) }
+                        td class="number" { (format!("{:.1}", ran.wall_time)) }
                         td class="number" { (format!("{:.2} million", ran.updates_per_second() / 1e6)) }
                         @if !results.is_empty() { td class="number" { (memory(method)) } }
                     }
@@ -285,26 +303,26 @@ fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &R
 }
 
 /// Every method, with what was chosen for it and what came of it.
-fn methods(results: &[Contender]) -> Markup {
+fn method_table(results: &[MethodResult]) -> Markup {
     html! {
         h2 { "Methods" }
         table {
             tr { th { "Method" } th { "Result" } th { "Discretisation" } th { "What it said" } }
-            @for Contender { method, took, outcome, .. } in results {
-                tr class=(if matches!(outcome, Outcome::Failed(_)) { "failed" } else { "" }) {
+            @for MethodResult { method, chosen_options: took, outcome, .. } in results {
+                tr class=(if matches!(outcome, MethodOutcome::Failed(_)) { "failed" } else { "" }) {
                     td { (method) }
                     td {
                         @match outcome {
-                            Outcome::Refused(why) => { "not for this case: " (why) }
-                            Outcome::Failed(why) => { "failed: " (why) }
-                            Outcome::Interrupted => { "interrupted; continue with --resume" }
-                            Outcome::Done(_) => { "completed" }
+                            MethodOutcome::Refused(why) => { "not for this case: " (why) }
+                            MethodOutcome::Failed(why) => { "failed: " (why) }
+                            MethodOutcome::Interrupted => { "interrupted; continue with --resume" }
+                            MethodOutcome::Completed(_) => { "completed" }
                         }
                     }
                     td { @if took.is_empty() { "as the case has it" } @else { (took) } }
                     td {
-                        @if let Outcome::Done(report) = outcome {
-                            @for remark in &report.remarks { (remark) br; }
+                        @if let MethodOutcome::Completed(report) = outcome {
+                            @for remark in &report.warnings { (remark) br; }
                         }
                     }
                 }
@@ -314,19 +332,20 @@ fn methods(results: &[Contender]) -> Markup {
 }
 
 /// Factors of safety.
-fn safety(case: &Case, runs: &Runs<'_>) -> Markup {
+fn safety_table(case: &Case, runs: &MethodRuns<'_>) -> Markup {
     let names: Vec<&str> = case.factors_of_safety().map(|(name, _)| name).collect();
-    let found = |ran: &Ran, name: &str| match ran.safety.iter().find(|(known, ..)| known == name) {
-        None => "–".to_owned(),
-        Some((_, [stable, failed], true)) => {
-            format!("undecided (stable at {stable:.3}, failed at {failed:.3})")
-        }
-        Some((_, [stable, failed], _)) if *stable == 0.0 => format!("below {failed:.3}"),
-        Some((_, [stable, failed], _)) if failed.is_infinite() => format!("above {stable:.3}"),
-        Some((_, [stable, failed], _)) => {
-            format!("{:.3} ({stable:.3} to {failed:.3})", 0.5 * (stable + failed))
-        }
-    };
+    let found =
+        |ran: &CompletedRun, name: &str| match ran.safety_factors.iter().find(|(known, ..)| known == name) {
+            None => "–".to_owned(),
+            Some((_, [stable, failed], true)) => {
+                format!("undecided (stable at {stable:.3}, failed at {failed:.3})")
+            }
+            Some((_, [stable, failed], _)) if *stable == 0.0 => format!("below {failed:.3}"),
+            Some((_, [stable, failed], _)) if failed.is_infinite() => format!("above {stable:.3}"),
+            Some((_, [stable, failed], _)) => {
+                format!("{:.3} ({stable:.3} to {failed:.3})", 0.5 * (stable + failed))
+            }
+        };
     html! {
         @if !names.is_empty() {
             h2 { "Factors of safety" }

@@ -7,34 +7,35 @@ use super::figures::interpolated;
 use crate::case::{ColumnFile, ColumnRow, Quantity};
 
 /// Name of the file of profiles beside a case.
-const BESIDE: &str = "reference.csv";
+const SIDECAR_FILE: &str = "reference.csv";
 
 /// A curve of position and height (m).
-type Curve = Vec<(f64, f64)>;
+type ProfileCurve = Vec<(f64, f64)>;
 
 /// Heights of the surface of what flows, at some times.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Reference {
+pub struct ReferenceProfiles {
     /// Times (s; that of the end where the file has none) and profiles, by time and place.
-    pub profiles: Vec<(Option<f64>, Curve)>,
+    pub profiles: Vec<(Option<f64>, ProfileCurve)>,
 }
 
-impl Reference {
+impl ReferenceProfiles {
     /// Reads a CSV file with the columns `position` and `height` (m), and `time` (s) where there are several profiles; a unit between
     /// brackets after a name counts. Lines that begin with `#` are remarks.
     ///
     /// # Errors
     /// When the file cannot be read, lacks a column, or has a number that is not finite.
     pub fn read(path: &Path) -> Result<Self, CompareError> {
-        Self::profiles_of(path)?.ok_or_else(|| refusal(path, "has no columns position and height (m)"))
+        Self::profiles_of(path)?
+            .ok_or_else(|| reference_error(path, "has no columns position and height (m)"))
     }
 
     /// The profiles of a file; `None` where it has no columns of them.
     fn profiles_of(path: &Path) -> Result<Option<Self>, CompareError> {
-        let wrong = |problem: String| refusal(path, &problem);
+        let wrong = |problem: String| reference_error(path, &problem);
         let table = ColumnFile::read(path).map_err(wrong)?;
         let named = |name: &str, quantity| {
-            let at = table.heads()?.iter().position(|head| ColumnFile::name(head) == name)?;
+            let at = table.headings()?.iter().position(|head| ColumnFile::name(head) == name)?;
             Some((at, quantity))
         };
         let (Some(position), Some(height)) =
@@ -42,10 +43,10 @@ impl Reference {
         else {
             return Ok(None);
         };
-        let column = |(at, quantity)| numbers_of(&table, at, quantity).map_err(wrong);
+        let column = |(at, quantity)| column_values(&table, at, quantity).map_err(wrong);
         let (position, height) = (column(position)?, column(height)?);
         let times = named("time", Quantity::Time).map(column).transpose()?;
-        let mut profiles: Vec<(Option<f64>, Curve)> = Vec::new();
+        let mut profiles: Vec<(Option<f64>, ProfileCurve)> = Vec::new();
         for (row, place) in position.into_iter().zip(height).enumerate() {
             let time = times.as_ref().map(|times| times[row]);
             match profiles.iter_mut().find(|(known, _)| *known == time) {
@@ -54,7 +55,7 @@ impl Reference {
             }
         }
         if profiles.is_empty() {
-            return Err(refusal(path, "has no rows"));
+            return Err(reference_error(path, "has no rows"));
         }
         profiles.iter_mut().for_each(|(_, curve)| curve.sort_by(|a, b| a.0.total_cmp(&b.0)));
         profiles.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(std::cmp::Ordering::Equal));
@@ -66,8 +67,8 @@ impl Reference {
     ///
     /// # Errors
     /// As [`Self::read`], but for columns that lack.
-    pub fn beside(case: &Path) -> Result<Option<(PathBuf, Self)>, CompareError> {
-        let file = case.with_file_name(BESIDE);
+    pub fn read_sidecar(case: &Path) -> Result<Option<(PathBuf, Self)>, CompareError> {
+        let file = case.with_file_name(SIDECAR_FILE);
         if !file.is_file() {
             return Ok(None);
         }
@@ -80,11 +81,15 @@ impl Reference {
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub fn of(case: &Path, named: Option<&Path>, tell: impl FnOnce(&Path)) -> Result<Self, CompareError> {
+    pub fn read_for_case(
+        case: &Path,
+        named: Option<&Path>,
+        tell: impl FnOnce(&Path),
+    ) -> Result<Self, CompareError> {
         if let Some(file) = named {
             return Self::read(file);
         }
-        let found = Self::beside(case)?;
+        let found = Self::read_sidecar(case)?;
         Ok(found
             .map(|(file, found)| {
                 tell(&file);
@@ -95,19 +100,19 @@ impl Reference {
 
     /// The times of `frames` (s, ascending) that lie nearest to those of the profiles.
     pub(super) fn times(&self, frames: &[f64]) -> Vec<f64> {
-        self.profiles.iter().filter_map(|(time, _)| nearest(frames, *time)).collect()
+        self.profiles.iter().filter_map(|(time, _)| nearest_time(frames, *time)).collect()
     }
 
     /// The profile of which `time` is the nearest of the times of `frames` (s).
-    pub(super) fn at(&self, time: f64, frames: &[f64]) -> Option<&Curve> {
-        let here = |(own, _): &&(Option<f64>, Curve)| nearest(frames, *own) == Some(time);
+    pub(super) fn at(&self, time: f64, frames: &[f64]) -> Option<&ProfileCurve> {
+        let here = |(own, _): &&(Option<f64>, ProfileCurve)| nearest_time(frames, *own) == Some(time);
         self.profiles.iter().find(here).map(|(_, curve)| curve)
     }
 }
 
 /// The numbers of a column, in SI units.
-fn numbers_of(table: &ColumnFile, at: usize, quantity: Quantity) -> Result<Vec<f64>, String> {
-    let factor = ColumnFile::factor(&table.heads().unwrap_or_default()[at], quantity)?;
+fn column_values(table: &ColumnFile, at: usize, quantity: Quantity) -> Result<Vec<f64>, String> {
+    let factor = ColumnFile::factor(&table.headings().unwrap_or_default()[at], quantity)?;
     let number = |row: Result<ColumnRow, String>| {
         let ColumnRow { line, cells } = row?;
         let found = table.number(&cells[at]).map(|value| value * factor);
@@ -116,12 +121,12 @@ fn numbers_of(table: &ColumnFile, at: usize, quantity: Quantity) -> Result<Vec<f
     table.rows().map(number).collect()
 }
 
-fn refusal(path: &Path, problem: &str) -> CompareError {
+fn reference_error(path: &Path, problem: &str) -> CompareError {
     CompareError::Reference { path: path.to_owned(), problem: problem.into() }
 }
 
 /// The time that lies nearest to another, or the last.
-fn nearest(frames: &[f64], time: Option<f64>) -> Option<f64> {
+fn nearest_time(frames: &[f64], time: Option<f64>) -> Option<f64> {
     let Some(time) = time else { return frames.last().copied() };
     frames.iter().copied().min_by(|a, b| (a - time).abs().total_cmp(&(b - time).abs()))
 }
@@ -142,18 +147,23 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("reference.csv");
         std::fs::write(&path, "# measured\ntime,position,height\n0.9,2,1\n0.9,1,3\n0.4,0,5\n").unwrap();
-        let reference = Reference::read(&path).unwrap();
+        let reference = ReferenceProfiles::read(&path).unwrap();
         assert_eq!(reference.profiles[0], (Some(0.4), vec![(0.0, 5.0)]));
         assert_eq!(reference.profiles[1].1, [(1.0, 3.0), (2.0, 1.0)]);
         let frames = [0.0, 0.5, 1.0];
         assert_eq!(reference.times(&frames), [0.5, 1.0]);
         assert!(reference.at(0.0, &frames).is_none() && reference.at(1.0, &frames).is_some());
         std::fs::write(&path, "time (min);position (mm);height (cm)\n0,5;2000;62,5\n").unwrap();
-        assert_eq!(Reference::read(&path).unwrap().profiles, [(Some(30.0), vec![(2.0, 0.625)])]);
+        assert_eq!(ReferenceProfiles::read(&path).unwrap().profiles, [(Some(30.0), vec![(2.0, 0.625)])]);
         std::fs::write(&path, "position,height\n0,nan\n").unwrap();
-        assert!(Reference::read(&path).unwrap_err().to_string().contains("line 2: \"nan\" is not a finite"));
+        assert!(
+            ReferenceProfiles::read(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("line 2: \"nan\" is not a finite")
+        );
         std::fs::write(&path, "x,height\n0,1\n").unwrap();
-        let error = Reference::read(&path).unwrap_err().to_string();
+        let error = ReferenceProfiles::read(&path).unwrap_err().to_string();
         assert!(error.contains("reference.csv: has no columns position and height"), "{error}");
     }
 
@@ -161,13 +171,14 @@ mod tests {
     fn profiles_beside_a_case_are_found_and_other_files_of_that_name_are_none() {
         let folder = tempfile::tempdir().unwrap();
         let case = folder.path().join("case.json");
-        let file = folder.path().join(BESIDE);
-        assert_eq!(Reference::beside(&case).unwrap(), None);
+        let file = folder.path().join(SIDECAR_FILE);
+        assert_eq!(ReferenceProfiles::read_sidecar(&case).unwrap(), None);
         std::fs::write(&file, "viscosity,front (m)\n0.1,0.4\n").unwrap();
-        assert_eq!(Reference::beside(&case).unwrap(), None);
+        assert_eq!(ReferenceProfiles::read_sidecar(&case).unwrap(), None);
         std::fs::write(&file, "position,height\n0,2\n1,1\n").unwrap();
         let mut told = None;
-        let found = Reference::of(&case, None, |file| told = Some(file.to_owned())).unwrap();
+        let found =
+            ReferenceProfiles::read_for_case(&case, None, |file| told = Some(file.to_owned())).unwrap();
         assert_eq!(found.profiles, [(None, vec![(0.0, 2.0), (1.0, 1.0)])]);
         assert_eq!(told, Some(file));
     }

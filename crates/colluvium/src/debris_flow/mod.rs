@@ -3,19 +3,20 @@
 use crate::points::Raster;
 
 /// Name and JSON text of the case.
-pub(crate) const CASE: (&str, &str) = ("debris-flow", include_str!("debris-flow.json"));
+pub(crate) const CASE_TEXT: (&str, &str) = ("debris-flow", include_str!("debris-flow.json"));
 
 /// Names of the files beside the case.
-pub(crate) const TERRAIN: &str = "debris-flow-terrain.asc";
-pub(crate) const RELEASE: (&str, &str) = ("debris-flow-release.geojson", include_str!("release.geojson"));
+pub(crate) const TERRAIN_FILES: &str = "debris-flow-terrain.asc";
+pub(crate) const RELEASE_FILE: (&str, &str) =
+    ("debris-flow-release.geojson", include_str!("release.geojson"));
 
 /// South-western corner of the terrain on its map (m).
-const CORNER: [f64; 2] = [600_000.0, 5_200_000.0];
+const MAP_CORNER: [f64; 2] = [600_000.0, 5_200_000.0];
 
 /// A slope that grows gentle, with a winding channel that ends on a fan, at nodes 5 m apart.
 pub(crate) fn terrain() -> Raster {
-    Raster::from_function([181, 81], CORNER, [5.0; 2], |east, north| {
-        let (x, y) = (east - CORNER[0], north - CORNER[1]);
+    Raster::from_function([181, 81], MAP_CORNER, [5.0; 2], |east, north| {
+        let (x, y) = (east - MAP_CORNER[0], north - MAP_CORNER[1]);
         let fan = {
             let t = ((x - 400.0) / 240.0).clamp(0.0, 1.0);
             t * t * (3.0 - 2.0 * t)

@@ -10,23 +10,25 @@ use contour::ContourBuilder;
 
 use crate::case::description::ObstacleMotion;
 use crate::case::run::changed_inputs;
-use crate::case::{Case, Standing};
-use crate::plots::{Ground, Heights, Moving, Shell, within};
+use crate::case::{Case, PlacedObstacle};
+use crate::plots::{Heights, MovingLines, MovingSurface, RigidGeometry, clip_line};
 
 /// Samples along the longer side of the domain: lines in a plane.
-const FINE: f64 = 300.0;
+const SAMPLES_IN_PLANE: f64 = 300.0;
 /// Nodes along the longer side of the domain: ground in space.
-const COARSE: f64 = 96.0;
+const NODES_IN_SPACE: f64 = 96.0;
 /// Times at which it is asked how much of a moving body comes into the domain.
-const SAMPLES: usize = 64;
+const MOTION_SAMPLES: usize = 64;
 /// How far beyond the domain, in its lengths, a moving body is drawn.
-const MOST: f64 = 2.0;
+const MAX_DISTANCE_DRAWN: f64 = 2.0;
 
-/// [`ground`] of the case in the folder of a run; nothing where its files are not those of the run any more.
-pub fn of_run(folder: &Path) -> Ground {
+/// [`rigid_geometry`] of the case in the folder of a run; nothing where its files are not those of the run any more.
+pub fn rigid_geometry_of_run(folder: &Path) -> RigidGeometry {
     match case_of_run(folder) {
-        Ok(case) => ground(&case),
-        Err(problem) => Ground { missing: format!("obstacles: {problem}"), ..Ground::default() },
+        Ok(case) => rigid_geometry(&case),
+        Err(problem) => {
+            RigidGeometry { missing: format!("obstacles: {problem}"), ..RigidGeometry::default() }
+        }
     }
 }
 
@@ -45,30 +47,33 @@ pub fn case_of_run(folder: &Path) -> Result<Case, String> {
 
 /// The obstacles of a case over its domain and at coordinates of the map: as lines in a plane; in space those that stand still
 /// as ground seen from above, against gravity, and those that move as shells.
-pub fn ground(case: &Case) -> Ground {
+pub fn rigid_geometry(case: &Case) -> RigidGeometry {
     if case.obstacles.is_empty() {
-        return Ground::default();
+        return RigidGeometry::default();
     }
     match case.dimension() {
-        0 | 1 => Ok(Ground::default()),
-        2 => case.standing::<2>().map(|standing| in_plane(case, &standing)),
-        _ => case.standing::<3>().map(|standing| in_space(case, &standing)),
+        0 | 1 => Ok(RigidGeometry::default()),
+        2 => case.placed_obstacles::<2>().map(|standing| plane_geometry(case, &standing)),
+        _ => case.placed_obstacles::<3>().map(|standing| space_geometry(case, &standing)),
     }
-    .unwrap_or_else(|error| Ground { missing: format!("obstacles: {error}"), ..Ground::default() })
+    .unwrap_or_else(|error| RigidGeometry {
+        missing: format!("obstacles: {error}"),
+        ..RigidGeometry::default()
+    })
 }
 
-fn in_plane(case: &Case, standing: &[Standing<'_, 2>]) -> Ground {
-    let domain = domain::<2>(case);
-    let mut ground = Ground::default();
-    for Standing { obstacle, surface, .. } in standing {
+fn plane_geometry(case: &Case, standing: &[PlacedObstacle<'_, 2>]) -> RigidGeometry {
+    let domain = domain_ranges::<2>(case);
+    let mut ground = RigidGeometry::default();
+    for PlacedObstacle { obstacle, surface, .. } in standing {
         let origin = [case.origin()[0], case.origin()[1]];
         let Some(motion) = &obstacle.motion else {
-            ground.lines.extend(boundary(&**surface, &domain, origin));
+            ground.lines.extend(surface_lines(&**surface, &domain, origin));
             continue;
         };
-        let centre = centre(motion, &domain);
-        ground.moving.push(Moving {
-            lines: boundary(&**surface, &passed(case, motion, &domain), centre.map(|x| -x)),
+        let centre = rotation_centre(motion, &domain);
+        ground.moving.push(MovingLines {
+            lines: surface_lines(&**surface, &swept_box(case, motion, &domain), centre.map(|x| -x)),
             about: [0, 1].map(|c| origin[c] + centre[c]),
             motion: ObstacleMotion { centre: Vec::new(), ..motion.clone() },
         });
@@ -76,26 +81,30 @@ fn in_plane(case: &Case, standing: &[Standing<'_, 2>]) -> Ground {
     ground
 }
 
-fn domain<const D: usize>(case: &Case) -> [Range<f64>; D] {
+fn domain_ranges<const D: usize>(case: &Case) -> [Range<f64>; D] {
     std::array::from_fn(|c| case.domain.min[c]..case.domain.max[c])
 }
 
 /// The place about which a body turns (m), the lower end of the domain along axes that have none.
-fn centre<const D: usize>(motion: &ObstacleMotion, domain: &[Range<f64>; D]) -> [f64; D] {
+fn rotation_centre<const D: usize>(motion: &ObstacleMotion, domain: &[Range<f64>; D]) -> [f64; D] {
     std::array::from_fn(|c| motion.centre.get(c).copied().unwrap_or(domain[c].start))
 }
 
 /// The box around all of a moving body that is in the domain at some time, as the body lies at the start.
-fn passed<const D: usize>(case: &Case, motion: &ObstacleMotion, domain: &[Range<f64>; D]) -> [Range<f64>; D] {
+fn swept_box<const D: usize>(
+    case: &Case,
+    motion: &ObstacleMotion,
+    domain: &[Range<f64>; D],
+) -> [Range<f64>; D] {
     let duration: f64 = case.stages.iter().map(|stage| stage.duration).sum();
     let mut passed = domain.clone();
-    for sample in 0..=SAMPLES {
-        let frame = motion.frame::<D>(duration * sample as f64 / SAMPLES as f64);
+    for sample in 0..=MOTION_SAMPLES {
+        let frame = motion.transform::<D>(duration * sample as f64 / MOTION_SAMPLES as f64);
         for corner in 0..1 << D {
             let end = |c: usize| if corner >> c & 1 > 0 { domain[c].end } else { domain[c].start };
-            let x = frame.inward(&std::array::from_fn(end));
+            let x = frame.to_body(&std::array::from_fn(end));
             for c in 0..D {
-                let most = MOST * (domain[c].end - domain[c].start);
+                let most = MAX_DISTANCE_DRAWN * (domain[c].end - domain[c].start);
                 passed[c].start = passed[c].start.min(x[c]).max(domain[c].start - most);
                 passed[c].end = passed[c].end.max(x[c]).min(domain[c].end + most);
             }
@@ -105,9 +114,9 @@ fn passed<const D: usize>(case: &Case, motion: &ObstacleMotion, domain: &[Range<
 }
 
 /// Where the distance from a surface changes its sign within a window (m), as lines shifted by `offset` (m).
-fn boundary(surface: &dyn Surface<2>, window: &[Range<f64>; 2], offset: [f64; 2]) -> Vec<Vec<[f64; 2]>> {
+fn surface_lines(surface: &dyn Surface<2>, window: &[Range<f64>; 2], offset: [f64; 2]) -> Vec<Vec<[f64; 2]>> {
     let sides = [0, 1].map(|c| window[c].end - window[c].start);
-    let step = sides[0].max(sides[1]) / FINE;
+    let step = sides[0].max(sides[1]) / SAMPLES_IN_PLANE;
     // Two samples more than the window needs: rings close along the outermost ones, outside of it.
     let counts = sides.map(|side| (side / step).ceil() as usize + 4);
     let first = [0, 1].map(|c| window[c].start - 1.5 * step);
@@ -125,14 +134,14 @@ fn boundary(surface: &dyn Surface<2>, window: &[Range<f64>; 2], offset: [f64; 2]
     let window = [0, 1].map(|c| window[c].start + offset[c]..window[c].end + offset[c]);
     let mut lines = Vec::new();
     for ring in rings.iter().flat_map(|line| &line.geometry().0) {
-        let line = straightened(ring.0.iter().map(|x| [x.x, x.y]), 0.05 * step);
-        lines.extend(within(&line, &window));
+        let line = simplify_line(ring.0.iter().map(|x| [x.x, x.y]), 0.05 * step);
+        lines.extend(clip_line(&line, &window));
     }
     lines
 }
 
 /// A line without the corners that lie within `slack` (m) of the chord of their neighbours.
-fn straightened(corners: impl Iterator<Item = [f64; 2]>, slack: f64) -> Vec<[f64; 2]> {
+fn simplify_line(corners: impl Iterator<Item = [f64; 2]>, slack: f64) -> Vec<[f64; 2]> {
     let mut kept: Vec<[f64; 2]> = Vec::new();
     let mut passed: Vec<[f64; 2]> = Vec::new();
     for corner in corners {
@@ -152,14 +161,14 @@ fn straightened(corners: impl Iterator<Item = [f64; 2]>, slack: f64) -> Vec<[f64
     kept
 }
 
-fn in_space(case: &Case, standing: &[Standing<'_, 3>]) -> Ground {
-    let domain = domain::<3>(case);
-    let mut ground = Ground { heights: heights(case, standing), ..Ground::default() };
-    for Standing { obstacle, surface, .. } in standing {
+fn space_geometry(case: &Case, standing: &[PlacedObstacle<'_, 3>]) -> RigidGeometry {
+    let domain = domain_ranges::<3>(case);
+    let mut ground = RigidGeometry { heights: top_heights(case, standing), ..RigidGeometry::default() };
+    for PlacedObstacle { obstacle, surface, .. } in standing {
         let Some(motion) = &obstacle.motion else { continue };
-        let centre = centre(motion, &domain);
-        let (corners, faces) = shell::shell(&**surface, &passed(case, motion, &domain));
-        ground.shells.push(Shell {
+        let centre = rotation_centre(motion, &domain);
+        let (corners, faces) = shell::surface_mesh(&**surface, &swept_box(case, motion, &domain));
+        ground.shells.push(MovingSurface {
             corners: corners.iter().map(|x| std::array::from_fn(|c| x[c] - centre[c])).collect(),
             faces,
             about: std::array::from_fn(|c| case.origin()[c] + centre[c]),
@@ -170,7 +179,7 @@ fn in_space(case: &Case, standing: &[Standing<'_, 3>]) -> Ground {
 }
 
 /// The highest ground that stands still under each node of a lattice; `None` where none does.
-fn heights(case: &Case, standing: &[Standing<'_, 3>]) -> Option<Heights> {
+fn top_heights(case: &Case, standing: &[PlacedObstacle<'_, 3>]) -> Option<Heights> {
     let still = || standing.iter().filter(|one| one.obstacle.motion.is_none());
     still().next()?;
     let size = |axis: usize| case.gravity[axis].abs();
@@ -179,7 +188,7 @@ fn heights(case: &Case, standing: &[Standing<'_, 3>]) -> Option<Heights> {
     let [a, b] = [[1, 2], [0, 2], [0, 1]][up];
     let (low, high) = (&case.domain.min, &case.domain.max);
     let sides = [high[a] - low[a], high[b] - low[b]];
-    let step = sides[0].max(sides[1]) / COARSE;
+    let step = sides[0].max(sides[1]) / NODES_IN_SPACE;
     let counts = sides.map(|side| (side / step).round().max(1.0) as usize + 1);
     let spacing = [0, 1].map(|c| sides[c] / (counts[c] - 1) as f64);
     let origin = case.origin();
@@ -188,7 +197,7 @@ fn heights(case: &Case, standing: &[Standing<'_, 3>]) -> Option<Heights> {
         x[a] = low[a] + (k % counts[0]) as f64 * spacing[0];
         x[b] = low[b] + (k / counts[0]) as f64 * spacing[1];
         x[up] = high[up];
-        let heights = still().filter_map(|one| below(&*one.surface, x, up, low[up], 1e-3 * step));
+        let heights = still().filter_map(|one| ray_down(&*one.surface, x, up, low[up], 1e-3 * step));
         heights.reduce(f64::max).map_or(f64::NAN, |height| height + origin[up])
     };
     let values = (0..counts[0] * counts[1]).map(top).collect();
@@ -198,7 +207,7 @@ fn heights(case: &Case, standing: &[Standing<'_, 3>]) -> Option<Heights> {
 
 /// Where a surface is met from `x` down along an axis, by steps as long as nothing is nearer; `None` where that begins in the
 /// solid, or nothing is met above `bottom`.
-fn below(surface: &dyn Surface<3>, mut x: [f64; 3], up: usize, bottom: f64, close: f64) -> Option<f64> {
+fn ray_down(surface: &dyn Surface<3>, mut x: [f64; 3], up: usize, bottom: f64, close: f64) -> Option<f64> {
     if surface.contains(&x) {
         return None;
     }
@@ -240,8 +249,11 @@ mod tests {
         let plane = json!({ "name": "slope", "shape": { "kind": "plane", "point": [0, 2], "normal": [1, 2] }, "wall": { "kind": "rough" } });
         let ball = json!({ "name": "ball", "shape": { "kind": "ball", "centre": [6, 3], "radius": 0.4 }, "wall": { "kind": "smooth" },
             "motion": { "velocity": [-3, 0] } });
-        let found =
-            ground(&case("plane-strain", &json!({ "min": [0, 0], "max": [4, 4] }), &json!([plane, ball])));
+        let found = rigid_geometry(&case(
+            "plane-strain",
+            &json!({ "min": [0, 0], "max": [4, 4] }),
+            &json!([plane, ball]),
+        ));
         let [ball] = &found.moving[..] else { panic!("{:?}", found.moving) };
         assert!(found.missing.is_empty() && !ball.lines.is_empty());
         for at in found.lines_at(0.5).iter().skip(1).flatten() {
@@ -265,7 +277,7 @@ mod tests {
         let ball = json!({ "name": "ball", "shape": { "kind": "ball", "centre": [106, 202, 302], "radius": 0.5 },
             "wall": { "kind": "smooth" }, "motion": { "velocity": [-3, 0, 0], "rotation": 90, "centre": [106, 202, 302], "axis": [0, 0, 1] } });
         let domain = json!({ "min": [100, 200, 300], "max": [104, 204, 304], "origin": [100, 200, 300] });
-        let found = ground(&case("3d", &domain, &json!([ball])));
+        let found = rigid_geometry(&case("3d", &domain, &json!([ball])));
         let [shell] = &found.shells[..] else { panic!("{found:?}") };
         assert!(found.heights.is_none() && found.missing.is_empty() && shell.faces.len() > 600);
         assert!(
@@ -289,7 +301,7 @@ mod tests {
             &json!({ "min": [100, 200, 300], "max": [104, 204, 304], "origin": [100, 200, 300] }),
             &obstacles,
         );
-        let heights = ground(&case).heights.unwrap();
+        let heights = rigid_geometry(&case).heights.unwrap();
         assert_eq!((heights.counts, heights.origin), ([97, 97], [100.0, 200.0]));
         for (k, height) in heights.values.iter().enumerate() {
             let [x, y] = [k % 97, k / 97].map(|i| i as f64 / 24.0);

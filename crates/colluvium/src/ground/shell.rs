@@ -6,14 +6,17 @@ use std::ops::Range;
 use colluvium_points::Surface;
 
 /// Cells along the longest side of what is covered.
-const CELLS: f64 = 20.0;
+const CELLS_ALONG_LONGEST: f64 = 20.0;
 
 /// Corners (m) and faces of a surface within a window, each face with its corners counter-clockwise as seen from outside; none
 /// where the surface does not come into the window.
 ///
 /// The faces are those between cells whose middle is in the solid and cells whose middle is not, their corners moved to the
 /// nearest place of the surface: closed where the surface is, and rounded off where edges stand out.
-pub(super) fn shell(surface: &dyn Surface<3>, window: &[Range<f64>; 3]) -> (Vec<[f64; 3]>, Vec<[usize; 4]>) {
+pub(super) fn surface_mesh(
+    surface: &dyn Surface<3>,
+    window: &[Range<f64>; 3],
+) -> (Vec<[f64; 3]>, Vec<[usize; 4]>) {
     let mut shell = (Vec::new(), Vec::new());
     let (low, high) = surface.bounds();
     let ends: [Range<f64>; 3] =
@@ -22,7 +25,7 @@ pub(super) fn shell(surface: &dyn Surface<3>, window: &[Range<f64>; 3]) -> (Vec<
     if ends.iter().any(|side| side.start > side.end) || longest <= 0.0 {
         return shell;
     }
-    let step = longest / CELLS;
+    let step = longest / CELLS_ALONG_LONGEST;
     // A layer of cells around what has an end closes it; the window cuts off what has none.
     let first: [f64; 3] = std::array::from_fn(|c| ends[c].start - step);
     let counts: [usize; 3] =
@@ -30,11 +33,12 @@ pub(super) fn shell(surface: &dyn Surface<3>, window: &[Range<f64>; 3]) -> (Vec<
     let place = |node: [usize; 3], shift: f64| -> [f64; 3] {
         std::array::from_fn(|c| first[c] + (node[c] as f64 + shift) * step)
     };
-    let solid: Vec<bool> =
-        (0..counts.iter().product()).map(|k| surface.contains(&place(cell(k, &counts), 0.5))).collect();
+    let solid: Vec<bool> = (0..counts.iter().product())
+        .map(|k| surface.contains(&place(cell_coordinates(k, &counts), 0.5)))
+        .collect();
     let mut numbers: HashMap<[usize; 3], usize> = HashMap::new();
     for (k, inside) in solid.iter().enumerate() {
-        let from = cell(k, &counts);
+        let from = cell_coordinates(k, &counts);
         for c in 0..3 {
             if from[c] + 1 == counts[c] {
                 continue;
@@ -54,7 +58,7 @@ pub(super) fn shell(surface: &dyn Surface<3>, window: &[Range<f64>; 3]) -> (Vec<
                 node[(c + 2) % 3] += v;
                 *numbers.entry(node).or_insert_with(|| {
                     let x = place(node, 0.0);
-                    shell.0.push(surface.gap(&x, f64::INFINITY).map_or(x, |nearest| nearest.place));
+                    shell.0.push(surface.gap(&x, f64::INFINITY).map_or(x, |nearest| nearest.position));
                     shell.0.len() - 1
                 })
             }));
@@ -64,7 +68,7 @@ pub(super) fn shell(surface: &dyn Surface<3>, window: &[Range<f64>; 3]) -> (Vec<
 }
 
 /// The cell of number `k`, counted along the first axis first.
-fn cell(k: usize, counts: &[usize; 3]) -> [usize; 3] {
+fn cell_coordinates(k: usize, counts: &[usize; 3]) -> [usize; 3] {
     [k % counts[0], k / counts[0] % counts[1], k / (counts[0] * counts[1])]
 }
 
@@ -90,7 +94,7 @@ mod tests {
     #[test]
     fn the_skin_of_a_ball_is_closed_and_as_large_as_the_ball() {
         let ball = BallSurface::new([1.0, -2.0, 3.0], 0.5, false).unwrap();
-        let skin = shell(&ball, &[-9.0..9.0, -9.0..9.0, -9.0..9.0]);
+        let skin = surface_mesh(&ball, &[-9.0..9.0, -9.0..9.0, -9.0..9.0]);
         for corner in &skin.0 {
             let from: f64 = corner.iter().zip([1.0, -2.0, 3.0]).map(|(x, y)| (x - y) * (x - y)).sum();
             assert!((from.sqrt() - 0.5).abs() < 1e-12);
@@ -111,8 +115,8 @@ mod tests {
     #[test]
     fn the_window_cuts_what_has_no_end() {
         let plane = HalfSpace::new([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).unwrap();
-        let (corners, faces) = shell(&plane, &[0.0..2.0, 0.0..2.0, 0.0..2.0]);
+        let (corners, faces) = surface_mesh(&plane, &[0.0..2.0, 0.0..2.0, 0.0..2.0]);
         assert!(faces.len() >= 400 && corners.iter().all(|x| x[2] == 1.0), "{faces:?}");
-        assert!(shell(&plane, &[0.0..2.0, 0.0..2.0, 3.0..4.0]).1.is_empty());
+        assert!(surface_mesh(&plane, &[0.0..2.0, 0.0..2.0, 3.0..4.0]).1.is_empty());
     }
 }

@@ -16,14 +16,15 @@ use crate::case::Snapshot;
 use crate::case::output::{
     Collection, DerivedFiles, OutputError, Table, named_file, read_json, write_atomically,
 };
-use crate::ground::of_run;
+use crate::ground::rigid_geometry_of_run;
 use crate::pictures;
 use crate::plots::{
-    Animation, Ground, LineChart, Panel, Picture, PointCloud, Series, Shared, Style, TerrainMap, View,
+    Animation, CommonScales, LineChart, Panel, Picture, PointCloud, RigidGeometry, Series, Style, TerrainMap,
+    View,
 };
 
 /// Name of the report in the folder of its run.
-pub const REPORT: &str = "report.html";
+pub const REPORT_FILE: &str = "report.html";
 
 /// What a report shows beside what is always there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,35 +55,35 @@ pub enum ReportError {
     #[error("{}: holds no run (there is no summary.json)", .0.display())]
     NoRun(PathBuf),
     /// The frames have no such field.
-    #[error("the frames have no field {name:?}; they have {known}")]
+    #[error("the frames have no field {name:?}; they have {available}")]
     Field {
         /// The field asked for.
         name: String,
         /// The fields there are.
-        known: String,
+        available: String,
     },
     /// A picture could not be drawn.
-    #[error("picture of {what}: {problem}")]
+    #[error("picture of {subject}: {problem}")]
     Picture {
         /// What it was to show.
-        what: String,
+        subject: String,
         /// What went wrong.
         problem: String,
     },
 }
 
 /// What a run has left, as far as it came.
-struct Results {
+struct RunResults {
     summary: Value,
     case: Value,
     /// Measures in time; empty before the first row.
-    table: Table,
+    measures: Table,
     /// Time (s) and file of the frames.
     frames: Vec<(f64, String)>,
     /// Profiles, by name: of each the time, position, height.
     profiles: Vec<(String, Table)>,
     /// Messages about files that are gone or cannot be read, each with what the report leaves out.
-    missing: Vec<String>,
+    missing_files: Vec<String>,
 }
 
 /// A report that was written.
@@ -91,10 +92,10 @@ pub struct Report {
     /// The page.
     pub file: PathBuf,
     /// Files that are gone, have changed or cannot be read, and what the page lacks without them.
-    pub missing: Vec<String>,
+    pub missing_files: Vec<String>,
 }
 
-impl Results {
+impl RunResults {
     fn read(folder: &Path) -> Result<Self, ReportError> {
         let summary = folder.join("summary.json");
         if !summary.exists() {
@@ -106,7 +107,7 @@ impl Results {
             case => case.clone(),
         };
         let mut missing = Vec::new();
-        let table = Table::read(&folder.join("measures.csv")).map(pictures::quiet);
+        let table = Table::read(&folder.join("measures.csv")).map(pictures::without_rounding_noise);
         let table = table.unwrap_or_else(|error| {
             missing.push(format!("{error}: the report is without the measures"));
             Table::default()
@@ -123,11 +124,11 @@ impl Results {
                 profiles.push((name.clone(), Table::read(&file)?));
             }
         }
-        Ok(Self { summary, case, table, frames, profiles, missing })
+        Ok(Self { summary, case, measures: table, frames, profiles, missing_files: missing })
     }
 
     /// Whether a column of the measures is one that the case asks for.
-    fn asks(&self, column: &str) -> bool {
+    fn is_requested(&self, column: &str) -> bool {
         let measures = self.case["measures"].as_object().into_iter().flatten();
         measures.into_iter().any(|(name, _)| {
             column.strip_prefix(&**name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
@@ -135,36 +136,36 @@ impl Results {
     }
 
     /// True when all stages and searches are done.
-    fn complete(&self) -> bool {
+    fn is_complete(&self) -> bool {
         self.summary["status"] == "completed"
     }
 }
 
 /// A picture with what stands below it.
-struct Figure {
+struct ReportFigure {
     /// An element of HTML or SVG.
     element: String,
     caption: String,
 }
 
 /// What is drawn.
-struct Pictures {
+struct ReportPictures {
     /// The points in time; `None` before the second frame.
     player: Option<String>,
-    points: Vec<Figure>,
+    points: Vec<ReportFigure>,
     /// Measures and profiles that the case asks for.
-    asked: Vec<Figure>,
-    charts: Vec<Figure>,
-    maps: Vec<Figure>,
-    safety: Vec<Figure>,
+    requested: Vec<ReportFigure>,
+    charts: Vec<ReportFigure>,
+    maps: Vec<ReportFigure>,
+    safety: Vec<ReportFigure>,
 }
 
 /// Beginnings of the names of columns that say how a run went more than what came out: they come last.
-const HOUSEKEEPING: [&str; 6] =
+const RUN_COLUMN_PREFIXES: [&str; 6] =
     ["time_step", "kinetic_energy", "momentum", "angular_momentum", "mass", "points"];
 
 /// Frames that are read for the player, at most.
-const PLAYED: usize = 80;
+const MAX_PLAYER_FRAMES: usize = 80;
 
 /// Writes the report of the run in `folder`, complete or not, into that folder.
 ///
@@ -172,31 +173,31 @@ const PLAYED: usize = 80;
 /// When the folder holds no run, its summary, its case or a frame cannot be read, a field is not in the frames, or a file that no report wrote is in the
 /// way.
 pub fn write(folder: &Path, options: &ReportOptions) -> Result<Report, ReportError> {
-    let mut results = Results::read(folder)?;
+    let mut results = RunResults::read(folder)?;
     let mut files = DerivedFiles::open(folder, options.overwrite)?;
-    files.check(REPORT)?;
-    let ground = of_run(folder);
+    files.check(REPORT_FILE)?;
+    let ground = rigid_geometry_of_run(folder);
     if !ground.missing.is_empty() {
         results
-            .missing
+            .missing_files
             .push(format!("{}: pictures are without the terrain and the obstacles", ground.missing));
     }
     let (asked, charts) = charts(&results)?;
-    let pictures = Pictures {
+    let pictures = ReportPictures {
         points: points(folder, &results, options, &ground)?,
         player: player(folder, &results, options, ground)?,
-        asked,
+        requested: asked,
         charts,
         maps: maps(folder)?,
-        safety: safety::figures(folder, &results, options.plane)?,
+        safety: safety::safety_figures(folder, &results, options.plane)?,
     };
     let page = page::page(&results, &pictures).into_string();
-    files.write(REPORT, |file| write_atomically(file, page.as_bytes()))?;
-    Ok(Report { file: folder.join(REPORT), missing: results.missing })
+    files.write(REPORT_FILE, |file| write_atomically(file, page.as_bytes()))?;
+    Ok(Report { file: folder.join(REPORT_FILE), missing_files: results.missing_files })
 }
 
 /// Numbers of at most `wanted` frames of `count`, evenly from the first to the last.
-pub(crate) fn chosen(count: usize, wanted: usize) -> Vec<usize> {
+pub(crate) fn evenly_spaced_frames(count: usize, wanted: usize) -> Vec<usize> {
     let shown = wanted.min(count);
     let last = count.saturating_sub(1);
     match shown {
@@ -209,43 +210,49 @@ pub(crate) fn chosen(count: usize, wanted: usize) -> Vec<usize> {
 /// The player of the frames.
 fn player(
     folder: &Path,
-    results: &Results,
+    results: &RunResults,
     options: &ReportOptions,
-    ground: Ground,
+    ground: RigidGeometry,
 ) -> Result<Option<String>, ReportError> {
-    let read = |number| pictures::frame(folder, &results.frames[number]);
-    let mut frames: Vec<Snapshot> =
-        chosen(results.frames.len(), PLAYED).into_iter().map(read).collect::<Result<_, _>>()?;
-    frames.iter_mut().for_each(|frame| pictures::name_forces(&mut frame.fields, &results.case));
+    let read = |number| pictures::read_collection_frame(folder, &results.frames[number]);
+    let mut frames: Vec<Snapshot> = evenly_spaced_frames(results.frames.len(), MAX_PLAYER_FRAMES)
+        .into_iter()
+        .map(read)
+        .collect::<Result<_, _>>()?;
+    frames.iter_mut().for_each(|frame| pictures::set_force_units(&mut frame.fields, &results.case));
     let name = results.summary["method"].as_str().unwrap_or("points").to_owned();
-    let panel = Panel { name, frames: frames.iter().collect(), of: results.frames.len() };
+    let panel = Panel { name, frames: frames.iter().collect(), frame_count: results.frames.len() };
     let view = View { ground, ..animation::view(&results.case, options.plane, &options.fields) };
-    Ok(Animation::of(&[panel], &view).map(|animation| animation::player(&animation)))
+    Ok(Animation::from_panels(&[panel], &view).map(|animation| animation::player(&animation)))
 }
 
 /// The points of some frames, as PNG: as SVG, each point is an element, and there may be very many. All pictures of a field have
 /// one scale of colours and one set of axes.
 fn points(
     folder: &Path,
-    results: &Results,
+    results: &RunResults,
     options: &ReportOptions,
-    ground: &Ground,
-) -> Result<Vec<Figure>, ReportError> {
+    ground: &RigidGeometry,
+) -> Result<Vec<ReportFigure>, ReportError> {
     let mut clouds: Vec<(String, Vec<(String, PointCloud)>)> = Vec::new();
-    for number in chosen(results.frames.len(), options.frames) {
-        let mut snapshot = pictures::frame(folder, &results.frames[number])?;
-        pictures::name_forces(&mut snapshot.fields, &results.case);
+    for number in evenly_spaced_frames(results.frames.len(), options.frames) {
+        let mut snapshot = pictures::read_collection_frame(folder, &results.frames[number])?;
+        pictures::set_force_units(&mut snapshot.fields, &results.case);
         let usual = ["displacement", "velocity"].iter().filter(|name| snapshot.field(name).is_some());
         let fields = match &options.fields[..] {
             [] => usual.map(|name| (*name).to_owned()).collect(),
             fields => fields.to_vec(),
         };
         for field in fields {
-            let cloud = pictures::cloud(&snapshot, Some(&field), options.plane);
-            let (_, cloud) = cloud.map_err(|known| ReportError::Field { name: field.clone(), known })?;
+            let cloud = pictures::point_picture(&snapshot, Some(&field), options.plane);
+            let (_, cloud) =
+                cloud.map_err(|known| ReportError::Field { name: field.clone(), available: known })?;
             let cloud = PointCloud { lines: ground.lines_at(snapshot.time), ..cloud };
-            let caption =
-                format!("{}, frame {number}, t = {} s", field.replace('_', " "), words::short(snapshot.time));
+            let caption = format!(
+                "{}, frame {number}, t = {} s",
+                field.replace('_', " "),
+                words::five_digits(snapshot.time)
+            );
             match clouds.iter_mut().find(|(known, _)| *known == field) {
                 Some((_, clouds)) => clouds.push((caption, cloud)),
                 None => clouds.push((field, vec![(caption, cloud)])),
@@ -254,10 +261,10 @@ fn points(
     }
     let mut figures = Vec::new();
     for (_, clouds) in clouds {
-        let shared = Shared::of(clouds.iter().map(|(_, cloud)| cloud));
+        let shared = CommonScales::of_clouds(clouds.iter().map(|(_, cloud)| cloud));
         for (caption, cloud) in clouds {
             let element = png(&PointCloud { shared: Some(shared.clone()), ..cloud }, &caption)?;
-            figures.push(Figure { element, caption });
+            figures.push(ReportFigure { element, caption });
         }
     }
     Ok(figures)
@@ -266,33 +273,34 @@ fn points(
 /// A picture as an `img` that carries its PNG.
 pub(crate) fn png(picture: &impl Picture, what: &str) -> Result<String, ReportError> {
     use base64::Engine;
-    let fail = |problem| ReportError::Picture { what: what.to_owned(), problem };
+    let fail = |problem| ReportError::Picture { subject: what.to_owned(), problem };
     let data = base64::engine::general_purpose::STANDARD.encode(picture.to_png().map_err(fail)?);
     Ok(maud::html! { img alt=(what) src=(format!("data:image/png;base64,{data}")); }.into_string())
 }
 
 /// Maps of the rasters, as PNG.
-fn maps(folder: &Path) -> Result<Vec<Figure>, ReportError> {
+fn maps(folder: &Path) -> Result<Vec<ReportFigure>, ReportError> {
     let figure = |(name, map): (String, TerrainMap)| {
         let caption = name.replace('_', " ");
-        Ok(Figure { element: png(&map, &caption)?, caption })
+        Ok(ReportFigure { element: png(&map, &caption)?, caption })
     };
-    crate::maps::maps(folder)?.into_iter().map(figure).collect()
+    crate::maps::raster_maps(folder)?.into_iter().map(figure).collect()
 }
 
 /// Charts as SVG of the measures that change: those that the case asks for with its profiles, and all others.
-fn charts(results: &Results) -> Result<(Vec<Figure>, Vec<Figure>), ReportError> {
-    let of_run = |name: &str| HOUSEKEEPING.iter().any(|begin| name.starts_with(begin));
-    let mut measures = pictures::charts(&results.table);
-    measures.retain(|(_, chart)| pictures::changes(&chart.series[0].points));
+fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>), ReportError> {
+    let of_run = |name: &str| RUN_COLUMN_PREFIXES.iter().any(|begin| name.starts_with(begin));
+    let mut measures = pictures::charts(&results.measures);
+    measures.retain(|(_, chart)| pictures::is_changing(&chart.series[0].points));
     measures.sort_by_key(|(name, _)| of_run(name));
-    let (asked, others): (Vec<_>, Vec<_>) = measures.into_iter().partition(|(name, _)| results.asks(name));
+    let (asked, others): (Vec<_>, Vec<_>) =
+        measures.into_iter().partition(|(name, _)| results.is_requested(name));
     let profiles = results.profiles.iter().map(|(name, table)| (name.clone(), profile(table)));
     let figure = |(name, chart): (String, LineChart)| {
-        let fail = |problem| ReportError::Picture { what: name.clone(), problem };
+        let fail = |problem| ReportError::Picture { subject: name.clone(), problem };
         // The caption below it is its title.
         let chart = LineChart { title: String::new(), ..chart };
-        Ok(Figure { element: chart.to_svg().map_err(fail)?, caption: name.replace('_', " ") })
+        Ok(ReportFigure { element: chart.to_svg().map_err(fail)?, caption: name.replace('_', " ") })
     };
     let asked: Result<_, ReportError> = asked.into_iter().chain(profiles).map(figure).collect();
     let others: Result<_, ReportError> = others.into_iter().map(figure).collect();
@@ -304,13 +312,13 @@ fn profile(table: &Table) -> LineChart {
     let mut times: Vec<f64> = table.column("time").unwrap_or_default();
     times.dedup();
     let rows = |time: f64| table.rows.iter().filter(move |row| row[0] == time).map(|row| (row[1], row[2]));
-    let shown = chosen(times.len(), 5).into_iter().map(|k| times[k]);
+    let shown = evenly_spaced_frames(times.len(), 5).into_iter().map(|k| times[k]);
     LineChart {
         x_label: "position (m)".to_owned(),
         y_label: "height (m)".to_owned(),
         series: shown
             .map(|time| {
-                Series::new(format!("t = {} s", words::short(time)), rows(time).collect(), Style::Line)
+                Series::new(format!("t = {} s", words::five_digits(time)), rows(time).collect(), Style::Line)
             })
             .collect(),
         ..LineChart::default()
@@ -319,14 +327,14 @@ fn profile(table: &Table) -> LineChart {
 
 #[cfg(test)]
 mod tests {
-    use super::chosen;
+    use super::evenly_spaced_frames;
 
     #[test]
     fn frames_are_chosen_evenly_with_the_first_and_the_last() {
-        assert_eq!(chosen(11, 3), [0, 5, 10]);
-        assert_eq!(chosen(6, 4), [0, 2, 3, 5]);
-        assert_eq!(chosen(3, 8), [0, 1, 2]);
-        assert_eq!(chosen(5, 1), [4]);
-        assert_eq!(chosen(0, 4), [0; 0]);
+        assert_eq!(evenly_spaced_frames(11, 3), [0, 5, 10]);
+        assert_eq!(evenly_spaced_frames(6, 4), [0, 2, 3, 5]);
+        assert_eq!(evenly_spaced_frames(3, 8), [0, 1, 2]);
+        assert_eq!(evenly_spaced_frames(5, 1), [4]);
+        assert_eq!(evenly_spaced_frames(0, 4), [0; 0]);
     }
 }

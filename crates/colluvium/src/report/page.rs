@@ -3,14 +3,14 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::Value;
 
-use super::words::{duration, short, text};
-use super::{Figure, Pictures, Results, safety, tables};
+use super::words::{duration_text, five_digits, value_text};
+use super::{ReportFigure, ReportPictures, RunResults, safety, tables};
 
 const STYLE: &str = include_str!("report.css");
 
 /// The page: first what the case asks for, then what else came out, how the run went, and every parameter.
-pub(super) fn page(results: &Results, pictures: &Pictures) -> Markup {
-    let title = text(&results.case["title"]);
+pub(super) fn page(results: &RunResults, pictures: &ReportPictures) -> Markup {
+    let title = value_text(&results.case["title"]);
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -22,36 +22,36 @@ pub(super) fn page(results: &Results, pictures: &Pictures) -> Markup {
             }
             body {
                 h1 { (title) }
-                (state(results))
-                (what_ran(results))
+                (incomplete_notice(results))
+                (run_summary(results))
                 @if let Some(notes) = results.case["notes"].as_array().filter(|notes| !notes.is_empty()) {
-                    p class="notes" { @for note in notes { (text(note)) " " } }
+                    p class="notes" { @for note in notes { (value_text(note)) " " } }
                 }
-                (warnings(&results.summary, &results.missing))
-                (safety::section(&results.summary, &pictures.safety))
-                (tables::asked(results))
-                @if !pictures.asked.is_empty() { (charts(&pictures.asked)) }
+                (warnings(&results.summary, &results.missing_files))
+                (safety::safety_section(&results.summary, &pictures.safety))
+                (tables::requested_measures(results))
+                @if !pictures.requested.is_empty() { (charts(&pictures.requested)) }
                 @if !pictures.maps.is_empty() { (figures("Maps", "", &pictures.maps)) }
                 @if let Some(player) = &pictures.player {
                     h2 { "Animation" }
                     (PreEscaped(player))
                 }
                 (figures("All else in time", "charts", &pictures.charts))
-                (tables::measures(results))
+                (tables::measure_table(results))
                 (figures("Points", "", &pictures.points))
-                (tables::budget(results))
-                (tables::stages(results))
-                (tables::limits(&results.summary))
-                (facts(results))
-                (tables::all_parameters(results))
+                (tables::balance_table(results))
+                (tables::stage_table(results))
+                (tables::limit_table(&results.summary))
+                (provenance(results))
+                (tables::parameter_table(results))
             }
         }
     }
 }
 
 /// Says so, where the run is not complete.
-fn state(results: &Results) -> Markup {
-    if results.complete() {
+fn incomplete_notice(results: &RunResults) -> Markup {
+    if results.is_complete() {
         return html! {};
     }
     let summary = &results.summary;
@@ -60,7 +60,7 @@ fn state(results: &Results) -> Markup {
         Some("interrupted") => "The run was interrupted; it can be resumed.",
         _ => "The run goes on, or was killed before its end.",
     };
-    let reached = results.table.last("time").map(short);
+    let reached = results.measures.last("time").map(five_digits);
     html! {
         div class="incomplete" {
             strong { "Incomplete. " (what) }
@@ -72,24 +72,24 @@ fn state(results: &Results) -> Markup {
 }
 
 /// In a line: the method with what the case chose of it, how large it was and how long it took.
-fn what_ran(results: &Results) -> Markup {
+fn run_summary(results: &RunResults) -> Markup {
     let summary = &results.summary;
-    let name = text(&summary["method"]);
+    let name = value_text(&summary["method"]);
     let options = results.case["methods"][&name].as_object();
     let chosen = |(key, value): (&String, &Value)| match value {
         Value::Object(_) | Value::Array(_) | Value::Null => None,
-        value => Some(format!("{} {}", key.replace('_', " "), text(value))),
+        value => Some(format!("{} {}", key.replace('_', " "), value_text(value))),
     };
     let chosen: Vec<String> = options.into_iter().flatten().filter_map(chosen).collect();
     html! {
         p class="soft" {
             strong { (name) }
             @if !chosen.is_empty() { " (" (chosen.join(", ")) ")" }
-            ", " (text(&results.case["space"]))
+            ", " (value_text(&results.case["space"]))
             @if let Some(points) = summary["points"].as_u64() { ", " (points) " points" }
-            @if let Some(time) = summary["time"].as_f64() { ", to t = " (short(time)) " s" }
-            @if let Some(wall) = summary["wall_time"].as_f64() { "; took " (duration(wall)) }
-            "." @if results.complete() { " Completed." }
+            @if let Some(time) = summary["time"].as_f64() { ", to t = " (five_digits(time)) " s" }
+            @if let Some(wall) = summary["wall_time"].as_f64() { "; took " (duration_text(wall)) }
+            "." @if results.is_complete() { " Completed." }
         }
     }
 }
@@ -107,7 +107,7 @@ fn warnings(summary: &Value, missing: &[String]) -> Markup {
             div class="warnings" {
                 strong { "Warnings" }
                 @for (of, list) in &parts {
-                    @for warning in list { p class="notes" { span class="soft" { (of) ": " } (text(warning)) } }
+                    @for warning in list { p class="notes" { span class="soft" { (of) ": " } (value_text(warning)) } }
                 }
             }
         }
@@ -115,40 +115,40 @@ fn warnings(summary: &Value, missing: &[String]) -> Markup {
 }
 
 /// How it was made.
-fn facts(results: &Results) -> Markup {
+fn provenance(results: &RunResults) -> Markup {
     let summary = &results.summary;
     let rows = [
-        ("Version", text(&summary["version"])),
-        ("Commit", text(&summary["commit"])),
-        ("Steps", text(&summary["steps"])),
-        ("Wall time", summary["wall_time"].as_f64().map_or("–".to_owned(), duration)),
-        ("Hash of the final state", text(&summary["snapshot_hash"])),
+        ("Version", value_text(&summary["version"])),
+        ("Commit", value_text(&summary["commit"])),
+        ("Steps", value_text(&summary["steps"])),
+        ("Wall time", summary["wall_time"].as_f64().map_or("–".to_owned(), duration_text)),
+        ("Hash of the final state", value_text(&summary["snapshot_hash"])),
     ];
     html! {
         h2 { "How it was computed" }
         div class="wide" { table {
             @for (what, value) in &rows { tr { td class="soft" { (what) } td { (value) } } }
         } }
-        @for fact in summary["facts"].as_array().into_iter().flatten() { p class="notes" { (text(fact)) } }
+        @for fact in summary["facts"].as_array().into_iter().flatten() { p class="notes" { (value_text(fact)) } }
         @if summary["warnings"].as_array().is_none_or(Vec::is_empty) && summary["remarks"].as_array().is_none_or(Vec::is_empty) {
             p class="soft" { "No warnings." }
         }
     }
 }
 
-fn figures(title: &str, class: &str, figures: &[Figure]) -> Markup {
+fn figures(title: &str, class: &str, figures: &[ReportFigure]) -> Markup {
     html! {
         h2 { (title) }
-        div class=(class) { (drawn(figures)) }
+        div class=(class) { (figure_list(figures)) }
         @if figures.is_empty() { p class="soft" { "Nothing yet." } }
     }
 }
 
-fn charts(figures: &[Figure]) -> Markup {
-    html! { div class="charts" { (drawn(figures)) } }
+fn charts(figures: &[ReportFigure]) -> Markup {
+    html! { div class="charts" { (figure_list(figures)) } }
 }
 
-fn drawn(figures: &[Figure]) -> Markup {
+fn figure_list(figures: &[ReportFigure]) -> Markup {
     html! {
         @for figure in figures {
             figure { (PreEscaped(&figure.element)) figcaption { (figure.caption) } }
@@ -165,23 +165,23 @@ mod tests {
     #[test]
     fn a_report_begins_with_what_was_asked_for() {
         let columns = ["time", "kinetic_energy", "front", "front.speed", "frontal"];
-        let results = Results {
+        let results = RunResults {
             summary: json!({ "status": "completed", "method": "mpm", "factors_of_safety": { "slope": {} } }),
             case: json!({ "title": "A case", "measures": { "front": {} }, "methods": {} }),
-            table: Table {
+            measures: Table {
                 columns: columns.map(|name| (name.to_owned(), "m".to_owned())).to_vec(),
                 rows: vec![vec![0.0, 1.0, 2.0, 3.0, 4.0], vec![1.0, 2.0, 3.0, 4.0, 5.0]],
             },
             frames: Vec::new(),
-            missing: Vec::new(),
+            missing_files: Vec::new(),
             profiles: Vec::new(),
         };
-        assert_eq!(columns.map(|name| results.asks(name)), [false, false, true, true, false]);
-        let figure = |name: &str| vec![Figure { element: String::new(), caption: name.to_owned() }];
-        let pictures = Pictures {
+        assert_eq!(columns.map(|name| results.is_requested(name)), [false, false, true, true, false]);
+        let figure = |name: &str| vec![ReportFigure { element: String::new(), caption: name.to_owned() }];
+        let pictures = ReportPictures {
             player: Some("the player".to_owned()),
             points: figure("the points"),
-            asked: figure("the front"),
+            requested: figure("the front"),
             charts: figure("the energy"),
             maps: figure("the map"),
             safety: Vec::new(),

@@ -3,14 +3,14 @@
 use serde_json::Value;
 
 /// A parameter: where it stands, its value, and whether it is a default that the case leaves out.
-pub(super) struct Parameter {
+pub(super) struct CaseParameter {
     pub(super) path: String,
     pub(super) value: String,
     pub(super) default: bool,
 }
 
 /// All parameters of a case, with the defaults of the options of `method` that the case leaves out.
-pub(super) fn all(case: &Value, method: &str) -> Vec<Parameter> {
+pub(super) fn all_parameters(case: &Value, method: &str) -> Vec<CaseParameter> {
     let mut found = Vec::new();
     flatten("", case, false, &mut found);
     let Some(method) = crate::method(method) else { return found };
@@ -25,7 +25,7 @@ pub(super) fn all(case: &Value, method: &str) -> Vec<Parameter> {
     found
 }
 
-fn flatten(path: &str, value: &Value, default: bool, found: &mut Vec<Parameter>) {
+fn flatten(path: &str, value: &Value, default: bool, found: &mut Vec<CaseParameter>) {
     match value {
         Value::Object(map) if !map.is_empty() => {
             for (key, value) in map {
@@ -41,9 +41,9 @@ fn flatten(path: &str, value: &Value, default: bool, found: &mut Vec<Parameter>)
         // What is absent has no value to show.
         Value::Null => {}
         Value::String(text) => {
-            found.push(Parameter { path: path.to_owned(), value: text.clone(), default });
+            found.push(CaseParameter { path: path.to_owned(), value: text.clone(), default });
         }
-        other => found.push(Parameter { path: path.to_owned(), value: other.to_string(), default }),
+        other => found.push(CaseParameter { path: path.to_owned(), value: other.to_string(), default }),
     }
 }
 
@@ -58,7 +58,7 @@ mod tests {
             "title": "t", "gravity": [0, -9.81], "bodies": [{ "shape": { "points": [[0, 1], [2, 3]] } }],
             "methods": { "mpm": { "cell_size": 0.5, "flip": 0.9 } }
         });
-        let all = all(&case, "mpm");
+        let all = all_parameters(&case, "mpm");
         let value = |path: &str| all.iter().find(|p| p.path == path).map(|p| (p.value.as_str(), p.default));
         assert_eq!(value("gravity"), Some(("[0,-9.81]", false)));
         assert_eq!(value("bodies[0].shape.points[1]"), Some(("[2,3]", false)));

@@ -5,13 +5,13 @@ use std::path::Path;
 use maud::{Markup, PreEscaped, html};
 use serde_json::Value;
 
-use super::words::text;
-use super::{Figure, ReportError, Results, png};
+use super::words::value_text;
+use super::{ReportError, ReportFigure, RunResults, png};
 use crate::case::output::{Table, named_file, read_frame};
 use crate::plots::{LineChart, Picture, PointCloud, Series, Style};
 
 /// What the searches found, with their pictures.
-pub(super) fn section(summary: &Value, figures: &[Figure]) -> Markup {
+pub(super) fn safety_section(summary: &Value, figures: &[ReportFigure]) -> Markup {
     let Some(found) = summary["factors_of_safety"].as_object() else { return html! {} };
     html! {
         h2 { "Factors of safety" }
@@ -20,11 +20,11 @@ pub(super) fn section(summary: &Value, figures: &[Figure]) -> Markup {
             @for (name, safety) in found {
                 tr {
                     td { (name) }
-                    td { (text(&safety["outcome"])) }
-                    td class="number" { (text(&safety["factor"])) }
-                    td class="number" { (text(&safety["stable"])) }
-                    td class="number" { (text(&safety["failed"])) }
-                    td class="number" { (text(&safety["trials"])) }
+                    td { (value_text(&safety["outcome"])) }
+                    td class="number" { (value_text(&safety["factor"])) }
+                    td class="number" { (value_text(&safety["stable"])) }
+                    td class="number" { (value_text(&safety["failed"])) }
+                    td class="number" { (value_text(&safety["trials"])) }
                 }
             }
         } }
@@ -40,11 +40,11 @@ pub(super) fn section(summary: &Value, figures: &[Figure]) -> Markup {
 }
 
 /// Of each search displacement over factor, and the points of the last failing trial.
-pub(super) fn figures(
+pub(super) fn safety_figures(
     folder: &Path,
-    results: &Results,
+    results: &RunResults,
     plane: [usize; 2],
-) -> Result<Vec<Figure>, ReportError> {
+) -> Result<Vec<ReportFigure>, ReportError> {
     let mut figures = Vec::new();
     for (name, measure) in results.case["measures"].as_object().into_iter().flatten() {
         if measure["kind"] != "factor-of-safety" {
@@ -52,22 +52,22 @@ pub(super) fn figures(
         }
         let trials = named_file(folder, &format!("trials-{name}"), "csv")?;
         if trials.exists() {
-            let fail = |problem| ReportError::Picture { what: name.clone(), problem };
+            let fail = |problem| ReportError::Picture { subject: name.clone(), problem };
             let chart = chart(&Table::read(&trials)?);
             let caption =
                 format!("{name}: displacement that a hundredth of the points exceed, in the trials");
-            figures.push(Figure { element: chart.to_svg().map_err(fail)?, caption });
+            figures.push(ReportFigure { element: chart.to_svg().map_err(fail)?, caption });
         }
         let failing = named_file(folder, &format!("failing-{name}"), "vtu")?;
         if !failing.exists() {
             continue;
         }
         let points = read_frame(&failing, 0.0)?;
-        if let Some(cloud) = PointCloud::of(&points, "trial_displacement", plane) {
+        if let Some(cloud) = PointCloud::from_snapshot(&points, "trial_displacement", plane) {
             let cloud = PointCloud { title: format!("{name}: last failing trial"), ..cloud };
             let caption =
                 format!("{name}: displacement in the last failing trial; the slip surface is where it ends");
-            figures.push(Figure { element: png(&cloud, &caption)?, caption });
+            figures.push(ReportFigure { element: png(&cloud, &caption)?, caption });
         }
     }
     Ok(figures)

@@ -3,12 +3,12 @@
 use maud::{Markup, html};
 use serde_json::Value;
 
-use super::words::{short, text};
-use super::{Results, parameters};
-use crate::case::output::heading;
+use super::words::{five_digits, value_text};
+use super::{RunResults, parameters};
+use crate::case::output::column_heading;
 
 /// Columns of the measures that are an energy or a mass, in the order of the table.
-const BUDGET: [&str; 9] = [
+const BALANCE_COLUMNS: [&str; 9] = [
     "mass",
     "kinetic_energy",
     "elastic_energy",
@@ -20,7 +20,7 @@ const BUDGET: [&str; 9] = [
     "liquid_potential_energy",
 ];
 
-pub(super) fn stages(results: &Results) -> Markup {
+pub(super) fn stage_table(results: &RunResults) -> Markup {
     let none = Vec::new();
     let begun = results.summary["stages"].as_array().unwrap_or(&none);
     let all = results.case["stages"].as_array().unwrap_or(&none);
@@ -31,10 +31,10 @@ pub(super) fn stages(results: &Results) -> Markup {
             @for (number, stage) in all.iter().enumerate() {
                 @let record = begun.get(number).unwrap_or(&Value::Null);
                 tr {
-                    td { (text(&stage["name"])) }
-                    td class="number" { (text(&record["start"])) }
-                    td class="number" { (text(&record["end"])) }
-                    td class="number" { (text(&stage["duration"])) }
+                    td { (value_text(&stage["name"])) }
+                    td class="number" { (value_text(&record["start"])) }
+                    td class="number" { (value_text(&record["end"])) }
+                    td class="number" { (value_text(&stage["duration"])) }
                     td {
                         @match (record.is_null(), record["ended"].as_str()) {
                             (_, Some(how)) => (how),
@@ -48,13 +48,13 @@ pub(super) fn stages(results: &Results) -> Markup {
     }
 }
 
-pub(super) fn limits(summary: &Value) -> Markup {
+pub(super) fn limit_table(summary: &Value) -> Markup {
     let Some(limits) = summary["time_step_limits"].as_array().filter(|limits| !limits.is_empty()) else {
         return html! {};
     };
     let place = |limit: &Value| match limit["position"].as_array() {
         Some(x) => {
-            let x: Vec<String> = x.iter().map(text).collect();
+            let x: Vec<String> = x.iter().map(value_text).collect();
             format!("point {} at ({}) m", limit["point"], x.join(", "))
         }
         None => "–".to_owned(),
@@ -65,10 +65,10 @@ pub(super) fn limits(summary: &Value) -> Markup {
             tr { th { "Limit" } th { "Steps" } th { "Least (s)" } th { "At t (s)" } th { "Where" } }
             @for limit in limits {
                 tr {
-                    td { (text(&limit["limit"])) }
-                    td class="number" { (text(&limit["steps"])) }
-                    td class="number" { (text(&limit["least"])) }
-                    td class="number" { (text(&limit["time"])) }
+                    td { (value_text(&limit["limit"])) }
+                    td class="number" { (value_text(&limit["steps"])) }
+                    td class="number" { (value_text(&limit["least"])) }
+                    td class="number" { (value_text(&limit["time"])) }
                     td { (place(limit)) }
                 }
             }
@@ -77,16 +77,16 @@ pub(super) fn limits(summary: &Value) -> Markup {
 }
 
 /// How much more the second is; nothing where rounding makes the difference.
-fn difference(from: f64, to: f64) -> f64 {
+fn rounded_difference(from: f64, to: f64) -> f64 {
     let difference = to - from;
     if difference.abs() < 1e-12 * from.abs().max(to.abs()) { 0.0 } else { difference }
 }
 
-pub(super) fn budget(results: &Results) -> Markup {
-    let table = &results.table;
+pub(super) fn balance_table(results: &RunResults) -> Markup {
+    let table = &results.measures;
     let (Some(first), Some(last)) = (table.rows.first(), table.rows.last()) else { return html! {} };
     let column = |name: &str| table.columns.iter().position(|(known, _)| known == name);
-    let found = BUDGET.iter().filter_map(|name| column(name));
+    let found = BALANCE_COLUMNS.iter().filter_map(|name| column(name));
     if found.clone().next().is_none() {
         return html! {
             h2 { "Mass and energy" }
@@ -101,18 +101,18 @@ pub(super) fn budget(results: &Results) -> Markup {
         html! {
             tr {
                 td { (name.replace('_', " ")) }
-                @for value in [from, to, difference(from, to)] { td class="number" { (short(value)) } }
+                @for value in [from, to, rounded_difference(from, to)] { td class="number" { (five_digits(value)) } }
             }
         }
     };
-    let end = if results.complete() { "At the end" } else { "In the last row" };
+    let end = if results.is_complete() { "At the end" } else { "In the last row" };
     html! {
         h2 { "Mass and energy" }
         div class="wide" { table {
             tr { th {} th { "At the start" } th { (end) } th { "Change" } }
             @for k in found {
                 @let (name, unit) = &table.columns[k];
-                (line(heading(name, unit), first[k], last[k]))
+                (line(column_heading(name, unit), first[k], last[k]))
             }
             (line("sum of the energies (J)".to_owned(), sum(first), sum(last)))
         } }
@@ -124,33 +124,33 @@ pub(super) fn budget(results: &Results) -> Markup {
 }
 
 /// First, least, largest and last value of the columns that the case asks for; nothing where it asks for none.
-pub(super) fn asked(results: &Results) -> Markup {
-    let columns = columns(results, |name| results.asks(name));
+pub(super) fn requested_measures(results: &RunResults) -> Markup {
+    let columns = matching_columns(results, |name| results.is_requested(name));
     html! {
         @if !columns.is_empty() {
             h2 { "Measures of the case" }
-            (ends(results, &columns))
+            (range_table(results, &columns))
         }
     }
 }
 
 /// First, least, largest and last value of each column.
-pub(super) fn measures(results: &Results) -> Markup {
+pub(super) fn measure_table(results: &RunResults) -> Markup {
     html! {
         h2 { "All measures" }
         p class="soft" { "Stress is tension-positive, pressure compression-positive. All rows are in measures.csv." }
-        (ends(results, &columns(results, |_| true)))
+        (range_table(results, &matching_columns(results, |_| true)))
     }
 }
 
 /// Numbers of the columns whose names are wanted.
-fn columns(results: &Results, wanted: impl Fn(&str) -> bool) -> Vec<usize> {
-    let columns = &results.table.columns;
+fn matching_columns(results: &RunResults, wanted: impl Fn(&str) -> bool) -> Vec<usize> {
+    let columns = &results.measures.columns;
     (0..columns.len()).filter(|k| wanted(&columns[*k].0)).collect()
 }
 
-fn ends(results: &Results, columns: &[usize]) -> Markup {
-    let table = &results.table;
+fn range_table(results: &RunResults, columns: &[usize]) -> Markup {
+    let table = &results.measures;
     let line = |k: usize| {
         let values = || table.rows.iter().map(|row| row[k]).filter(|value| value.is_finite());
         let (least, most) = (values().fold(f64::NAN, f64::min), values().fold(f64::NAN, f64::max));
@@ -158,9 +158,9 @@ fn ends(results: &Results, columns: &[usize]) -> Markup {
         let (name, unit) = &table.columns[k];
         html! {
             tr {
-                td { (heading(name, unit)) }
+                td { (column_heading(name, unit)) }
                 @for value in [first.unwrap_or(f64::NAN), least, most, last.unwrap_or(f64::NAN)] {
-                    td class="number" { (short(value)) }
+                    td class="number" { (five_digits(value)) }
                 }
             }
         }
@@ -173,13 +173,13 @@ fn ends(results: &Results, columns: &[usize]) -> Markup {
     }
 }
 
-pub(super) fn all_parameters(results: &Results) -> Markup {
+pub(super) fn parameter_table(results: &RunResults) -> Markup {
     let method = results.summary["method"].as_str().unwrap_or_default();
     html! {
         h2 { "Parameters" }
         details { summary { "Every parameter of the case, and the defaults that it leaves out" } table {
             tr { th { "Key" } th { "Value" } th {} }
-            @for parameter in parameters::all(&results.case, method) {
+            @for parameter in parameters::all_parameters(&results.case, method) {
                 tr {
                     td { (parameter.path) }
                     td { (parameter.value) }

@@ -3,17 +3,17 @@
 use serde_json::Value;
 
 /// A value of a file as text.
-pub(super) fn text(value: &Value) -> String {
+pub(super) fn value_text(value: &Value) -> String {
     match value {
         Value::Null => "–".to_owned(),
         Value::String(text) => text.clone(),
-        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), short),
+        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), five_digits),
         other => other.to_string(),
     }
 }
 
 /// A number to five digits, plain where that is short.
-pub(super) fn short(value: f64) -> String {
+pub(super) fn five_digits(value: f64) -> String {
     let size = value.abs();
     if !value.is_finite() {
         return "–".to_owned();
@@ -27,7 +27,7 @@ pub(super) fn short(value: f64) -> String {
 }
 
 /// A time that something took.
-pub(super) fn duration(seconds: f64) -> String {
+pub(super) fn duration_text(seconds: f64) -> String {
     match seconds {
         s if s < 10.0 => format!("{s:.1} s"),
         s if s < 120.0 => format!("{s:.0} s"),
@@ -43,9 +43,9 @@ mod tests {
     #[test]
     fn numbers_have_five_digits_and_times_the_unit_that_suits_them() {
         assert_eq!(
-            [0.15000000000000002, 1234567.0, -0.0, 1.5e-7].map(short),
+            [0.15000000000000002, 1234567.0, -0.0, 1.5e-7].map(five_digits),
             ["0.15", "1234567", "0", "1.5000e-7"]
         );
-        assert_eq!([0.25, 33.3, 240.0, 9000.0].map(duration), ["0.2 s", "33 s", "4 min", "2.5 h"]);
+        assert_eq!([0.25, 33.3, 240.0, 9000.0].map(duration_text), ["0.2 s", "33 s", "4 min", "2.5 h"]);
     }
 }

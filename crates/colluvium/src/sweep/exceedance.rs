@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 use colluvium_points::Raster;
 use colluvium_terrain::{read_raster, write_raster};
 
-use super::{Member, Row, Sweep};
+use super::{Sweep, SweepCase, SweepRow};
 use crate::case::output::{OutputError, create_folder, write_atomically};
 use crate::case::{Case, CaseError, CaseErrors};
 use crate::maps;
 use crate::plots::Picture;
 
 /// Name of the folder of these rasters.
-pub(super) const RASTERS: &str = "rasters";
+pub(super) const RASTER_FOLDER: &str = "rasters";
 
 /// Rasters of a run that have thresholds, what they mean, and their units.
-const KNOWN: [(&str, &str, &str); 6] = [
+const THRESHOLD_RASTERS: [(&str, &str, &str); 6] = [
     ("peak_thickness_vertical", "peak thickness", "m"),
     ("peak_thickness_normal", "peak thickness", "m"),
     ("final_thickness_vertical", "final thickness", "m"),
@@ -30,10 +30,10 @@ impl Sweep {
     pub(super) fn check_exceedance(&self, case: &Case) -> Result<(), CaseErrors> {
         for (name, thresholds) in &self.exceedance {
             let path = format!("exceedance.{name}");
-            known(case, name).map_err(|problem| CaseError::new(&path, problem))?;
+            check_raster_name(case, name).map_err(|problem| CaseError::new(&path, problem))?;
             for (k, threshold) in thresholds.iter().enumerate() {
                 let path = format!("{path}[{k}]");
-                reachable(case, name, *threshold).map_err(|problem| CaseError::new(path, problem))?;
+                check_threshold(case, name, *threshold).map_err(|problem| CaseError::new(path, problem))?;
             }
         }
         Ok(())
@@ -41,9 +41,9 @@ impl Sweep {
 }
 
 /// What is wrong with the name of a raster that a threshold is asked of.
-pub(super) fn known(case: &Case, name: &str) -> Result<(), String> {
-    if !KNOWN.iter().any(|(known, ..)| *known == name) {
-        let known: Vec<&str> = KNOWN.iter().map(|(known, ..)| *known).collect();
+pub(super) fn check_raster_name(case: &Case, name: &str) -> Result<(), String> {
+    if !THRESHOLD_RASTERS.iter().any(|(known, ..)| *known == name) {
+        let known: Vec<&str> = THRESHOLD_RASTERS.iter().map(|(known, ..)| *known).collect();
         return Err(format!("is not a raster with thresholds; there are {}", known.join(", ")));
     }
     let problem = || "the case writes no rasters: give it output.rasters".to_owned();
@@ -51,7 +51,7 @@ pub(super) fn known(case: &Case, name: &str) -> Result<(), String> {
 }
 
 /// What is wrong with a threshold of a raster.
-pub(super) fn reachable(case: &Case, name: &str, threshold: f64) -> Result<(), String> {
+pub(super) fn check_threshold(case: &Case, name: &str, threshold: f64) -> Result<(), String> {
     if !(threshold > 0.0 && threshold.is_finite()) {
         return Err(format!("{threshold} must be positive"));
     }
@@ -63,12 +63,12 @@ pub(super) fn reachable(case: &Case, name: &str, threshold: f64) -> Result<(), S
 }
 
 /// Whether two rasters have the same cells.
-pub(super) fn same_cells(a: &Raster, b: &Raster) -> bool {
+pub(super) fn have_equal_cells(a: &Raster, b: &Raster) -> bool {
     (a.columns, a.rows, a.origin, a.spacing) == (b.columns, b.rows, b.origin, b.spacing)
 }
 
 /// Numbers of the complete runs; none while runs are still to be done.
-pub(super) fn complete(rows: &[Row]) -> Vec<usize> {
+pub(super) fn complete_runs(rows: &[SweepRow]) -> Vec<usize> {
     let done = rows.iter().all(|row| row.status == "completed" || row.status == "failed");
     (0..rows.len()).filter(|&number| done && rows[number].status == "completed").collect()
 }
@@ -78,25 +78,27 @@ pub(super) fn complete(rows: &[Row]) -> Vec<usize> {
 ///
 /// # Errors
 /// When a raster cannot be read or written, or two runs have other cells.
-pub(super) fn write(
+pub(super) fn write_exceedance(
     sweep: &Sweep,
     out: &Path,
-    members: &[Member],
-    rows: &[Row],
+    members: &[SweepCase],
+    rows: &[SweepRow],
     folder: &dyn Fn(usize) -> PathBuf,
 ) -> Result<(), OutputError> {
-    let complete = complete(rows);
+    let complete = complete_runs(rows);
     if sweep.exceedance.is_empty() || complete.is_empty() {
         return Ok(());
     }
-    let own = out.join(RASTERS);
+    let own = out.join(RASTER_FOLDER);
     create_folder(&own)?;
     let mut table = "raster,threshold,unit,runs,of,cells\n".to_owned();
     for (name, thresholds) in &sweep.exceedance {
-        let rasters = rasters(name, &complete, folder)?;
-        let (_, meaning, unit) = KNOWN.into_iter().find(|(known, ..)| known == name).unwrap_or_default();
+        let rasters = read_rasters(name, &complete, folder)?;
+        let (_, meaning, unit) =
+            THRESHOLD_RASTERS.into_iter().find(|(known, ..)| known == name).unwrap_or_default();
         for threshold in thresholds {
-            let share = rasters.first().map(|first| exceeding(first, &rasters, *threshold, complete.len()));
+            let share =
+                rasters.first().map(|first| exceedance_share(first, &rasters, *threshold, complete.len()));
             let share = share.filter(|share| share.values.iter().any(|value| value.is_finite()));
             let cells =
                 share.iter().flat_map(|share| &share.values).filter(|value| value.is_finite()).count();
@@ -104,7 +106,7 @@ pub(super) fn write(
             let Some(share) = share else { continue };
             let label =
                 format!("share of {} runs with {meaning} of {threshold} {unit} or more", complete.len());
-            put(
+            write_sweep_raster(
                 &own.join(format!("exceedance-{name}-{threshold}")),
                 share,
                 &members[complete[0]],
@@ -124,10 +126,10 @@ pub(super) fn is_raster(name: &str) -> bool {
 }
 
 /// Writes a raster in both formats, and its map.
-pub(super) fn put(
+pub(super) fn write_sweep_raster(
     stem: &Path,
     raster: Raster,
-    of: &Member,
+    of: &SweepCase,
     title: &str,
     label: &str,
 ) -> Result<(), OutputError> {
@@ -138,21 +140,21 @@ pub(super) fn put(
         write_raster(&file, &raster).map_err(|error| OutputError::new(&file, error.problem))?;
     }
     let picture = file("png");
-    let map = maps::map(&of.case, raster, title, label);
+    let map = maps::raster_map(&of.case, raster, title, label);
     map.map_err(|error| OutputError::new(&picture, error))?.write(&picture)
 }
 
 /// The rasters of that name; a run in which no cell was reached has none.
-fn rasters(
+fn read_rasters(
     name: &str,
     complete: &[usize],
     folder: &dyn Fn(usize) -> PathBuf,
 ) -> Result<Vec<Raster>, OutputError> {
     let mut rasters: Vec<Raster> = Vec::new();
     for &number in complete {
-        let file = file_of(name, &folder(number));
-        let Some(raster) = read(name, &folder(number))? else { continue };
-        if rasters.first().is_some_and(|first| !same_cells(first, &raster)) {
+        let file = raster_file(name, &folder(number));
+        let Some(raster) = read_run_raster(name, &folder(number))? else { continue };
+        if rasters.first().is_some_and(|first| !have_equal_cells(first, &raster)) {
             let problem =
                 "has other cells than the runs before: give all of them the same output.rasters.cell";
             return Err(OutputError::new(&file, problem));
@@ -162,19 +164,19 @@ fn rasters(
     Ok(rasters)
 }
 
-fn file_of(name: &str, folder: &Path) -> PathBuf {
-    folder.join(maps::RASTERS).join(format!("{name}.asc"))
+fn raster_file(name: &str, folder: &Path) -> PathBuf {
+    folder.join(maps::RASTER_FOLDER).join(format!("{name}.asc"))
 }
 
 /// The raster of that name of a run; `None` where it has none.
-pub(super) fn read(name: &str, folder: &Path) -> Result<Option<Raster>, OutputError> {
-    let file = file_of(name, folder);
+pub(super) fn read_run_raster(name: &str, folder: &Path) -> Result<Option<Raster>, OutputError> {
+    let file = raster_file(name, folder);
     let raster = file.exists().then(|| read_raster(&file)).transpose();
     raster.map_err(|error| OutputError::new(&file, error.problem))
 }
 
 /// Share of `runs` that reach a threshold.
-fn exceeding(first: &Raster, rasters: &[Raster], threshold: f64, runs: usize) -> Raster {
+fn exceedance_share(first: &Raster, rasters: &[Raster], threshold: f64, runs: usize) -> Raster {
     let share = |cell: usize| {
         let count = rasters.iter().filter(|raster| raster.values[cell] >= threshold).count();
         if count == 0 { f64::NAN } else { count as f64 / runs as f64 }

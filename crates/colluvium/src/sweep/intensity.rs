@@ -7,19 +7,23 @@ use colluvium_points::Raster;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::exceedance::{RASTERS, complete, known, put, reachable, read, same_cells};
-use super::{Member, Row, Sweep};
-use crate::case::output::{OutputError, PLAIN, create_folder, is_plain};
+use super::exceedance::{
+    RASTER_FOLDER, check_raster_name, check_threshold, complete_runs, have_equal_cells, read_run_raster,
+    write_sweep_raster,
+};
+use super::{Sweep, SweepCase, SweepRow};
+use crate::case::output::{OutputError, PLAIN_NAME_RULE, create_folder, is_plain};
 use crate::case::{Case, CaseError, CaseErrors};
 
 /// A class of intensity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Intensity {
+pub struct IntensityClass {
     /// Its name, which files have.
     pub name: String,
     /// What a cell must reach to be of this class, all of it in one run: thresholds by the name of the raster, as in `exceedance`.
-    pub reaches: BTreeMap<String, f64>,
+    #[serde(rename = "reaches")]
+    pub thresholds: BTreeMap<String, f64>,
 }
 
 impl Sweep {
@@ -29,17 +33,18 @@ impl Sweep {
         for (number, class) in self.intensities.iter().enumerate() {
             let path = format!("intensities[{number}]");
             if !is_plain(&class.name) {
-                return Err(CaseError::new(format!("{path}.name"), PLAIN).into());
+                return Err(CaseError::new(format!("{path}.name"), PLAIN_NAME_RULE).into());
             }
             if !names.insert(&class.name) {
                 return Err(CaseError::new(format!("{path}.name"), "is that of another class too").into());
             }
-            if class.reaches.is_empty() {
+            if class.thresholds.is_empty() {
                 let problem = "gives no threshold: every cell would be of this class";
                 return Err(CaseError::new(format!("{path}.reaches"), problem).into());
             }
-            for (name, threshold) in &class.reaches {
-                let right = known(case, name).and_then(|()| reachable(case, name, *threshold));
+            for (name, threshold) in &class.thresholds {
+                let right =
+                    check_raster_name(case, name).and_then(|()| check_threshold(case, name, *threshold));
                 right.map_err(|problem| CaseError::new(format!("{path}.reaches.{name}"), problem))?;
             }
         }
@@ -52,23 +57,23 @@ impl Sweep {
 ///
 /// # Errors
 /// When a raster cannot be read or written, or two runs have other cells.
-pub(super) fn write(
+pub(super) fn write_intensity(
     sweep: &Sweep,
     out: &Path,
-    members: &[Member],
-    rows: &[Row],
+    members: &[SweepCase],
+    rows: &[SweepRow],
     folder: &dyn Fn(usize) -> PathBuf,
 ) -> Result<(), OutputError> {
-    let complete = complete(rows);
+    let complete = complete_runs(rows);
     if sweep.intensities.is_empty() || complete.is_empty() {
         return Ok(());
     }
     let mut found: Option<(Raster, Vec<Vec<u32>>)> = None;
     for &number in &complete {
-        let Some((like, classes)) = classes(sweep, &folder(number))? else { continue };
+        let Some((like, classes)) = intensity_raster(sweep, &folder(number))? else { continue };
         let (first, counts) = found
             .get_or_insert_with(|| (like.clone(), vec![vec![0; like.values.len()]; sweep.intensities.len()]));
-        if !same_cells(first, &like) {
+        if !have_equal_cells(first, &like) {
             let problem =
                 "has other cells than the runs before: give all of them the same output.rasters.cell";
             return Err(OutputError::new(&folder(number), problem));
@@ -78,7 +83,7 @@ pub(super) fn write(
         }
     }
     let Some((first, counts)) = found else { return Ok(()) };
-    let own = out.join(RASTERS);
+    let own = out.join(RASTER_FOLDER);
     create_folder(&own)?;
     let of = &members[complete[0]];
     let raster = |value: &dyn Fn(usize) -> f64| {
@@ -88,29 +93,42 @@ pub(super) fn write(
     let strongest = raster(&|cell| counts.iter().filter(|count| count[cell] > 0).count() as f64);
     let names: Vec<String> =
         sweep.intensities.iter().enumerate().map(|(k, class)| format!("{} {}", k + 1, class.name)).collect();
-    put(&own.join("intensity"), strongest, of, &sweep.title, &format!("intensity: {}", names.join(", ")))?;
+    write_sweep_raster(
+        &own.join("intensity"),
+        strongest,
+        of,
+        &sweep.title,
+        &format!("intensity: {}", names.join(", ")),
+    )?;
     for (class, count) in sweep.intensities.iter().zip(&counts) {
         let share = raster(&|cell| f64::from(count[cell]) / complete.len() as f64);
         let label = format!("share of {} runs of intensity {} or more", complete.len(), class.name);
-        put(&own.join(format!("exceedance-intensity-{}", class.name)), share, of, &sweep.title, &label)?;
+        write_sweep_raster(
+            &own.join(format!("exceedance-intensity-{}", class.name)),
+            share,
+            of,
+            &sweep.title,
+            &label,
+        )?;
     }
     Ok(())
 }
 
 /// Number of the strongest class that each cell of a run has, from 1 for the first; 0 for none. `None` for a run that has reached
 /// nothing.
-fn classes(sweep: &Sweep, folder: &Path) -> Result<Option<(Raster, Vec<usize>)>, OutputError> {
-    let names: BTreeSet<&String> = sweep.intensities.iter().flat_map(|class| class.reaches.keys()).collect();
+fn intensity_raster(sweep: &Sweep, folder: &Path) -> Result<Option<(Raster, Vec<usize>)>, OutputError> {
+    let names: BTreeSet<&String> =
+        sweep.intensities.iter().flat_map(|class| class.thresholds.keys()).collect();
     let mut rasters = BTreeMap::new();
     for name in names {
-        rasters.extend(read(name, folder)?.map(|raster| (name, raster)));
+        rasters.extend(read_run_raster(name, folder)?.map(|raster| (name, raster)));
     }
     let Some(like) = rasters.values().next().cloned() else { return Ok(None) };
     let has = |cell: usize, (name, least): (&String, &f64)| {
         rasters.get(name).is_some_and(|raster| raster.values[cell] >= *least)
     };
     let strongest = |cell: usize| {
-        let all = |number: &usize| sweep.intensities[*number].reaches.iter().all(|asked| has(cell, asked));
+        let all = |number: &usize| sweep.intensities[*number].thresholds.iter().all(|asked| has(cell, asked));
         (0..sweep.intensities.len()).rev().find(all).map_or(0, |number| number + 1)
     };
     let classes = (0..like.values.len()).map(strongest).collect();

@@ -15,14 +15,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::case::output::{PLAIN, is_plain};
+use crate::case::output::{PLAIN_NAME_RULE, is_plain};
 use crate::case::{Case, CaseError, CaseErrors, json};
 
-pub use convergence::{Order, order};
-pub use intensity::Intensity;
-pub use plan::Plan;
-pub use run::{RunState, SweepError, SweepOptions, run};
-pub use table::{Results, Row};
+pub use convergence::{ConvergenceOrder, observed_order};
+pub use intensity::IntensityClass;
+pub use plan::SamplingPlan;
+pub use run::{SweepError, SweepOptions, SweepRunState, run_sweep};
+pub use table::{SweepResults, SweepRow};
 
 /// A sweep, as its file describes it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -36,13 +36,13 @@ pub struct Sweep {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
     /// What is varied, by names of your own, of letters, digits, `_` and `-`: the columns of the table.
-    pub parameters: BTreeMap<String, Parameter>,
+    pub parameters: BTreeMap<String, SweepParameter>,
     /// Which values are run together.
     #[serde(default)]
-    pub plan: Plan,
+    pub plan: SamplingPlan,
     /// What was observed, by the name of a column of the measures: the table says how far each run is from it.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub targets: BTreeMap<String, Target>,
+    pub targets: BTreeMap<String, ObservedTarget>,
     /// Thresholds of the rasters of the runs, by the name of the raster: `peak_thickness_vertical`, `final_thickness_vertical` (m),
     /// `peak_velocity` (m/s), `peak_dynamic_pressure` (Pa). The sweep writes a raster with the share of the runs that reach each of
     /// them.
@@ -52,19 +52,20 @@ pub struct Sweep {
     /// writes a raster with the strongest class that any run has in a cell, and one for each class with the share of the runs that
     /// have it or a stronger one there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub intensities: Vec<Intensity>,
+    pub intensities: Vec<IntensityClass>,
     /// A study of convergence in one of the parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub convergence: Option<Convergence>,
+    pub convergence: Option<ConvergenceStudy>,
 }
 
 /// What is varied.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Parameter {
+pub struct SweepParameter {
     /// Where in the case the value goes, as error messages name it: `materials.sand.friction_angle`,
     /// `bodies[0].shape.max[1]`. Several places get the same value.
-    pub at: Vec<String>,
+    #[serde(rename = "at")]
+    pub paths: Vec<String>,
     /// The values: numbers, words or true and false.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<Value>,
@@ -73,13 +74,13 @@ pub struct Parameter {
     pub range: Option<[f64; 2]>,
     /// How values are spread over the range.
     #[serde(default)]
-    pub scale: Scale,
+    pub scale: ParameterScale,
 }
 
 /// How values are spread over a range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Scale {
+pub enum ParameterScale {
     /// Evenly.
     #[default]
     Linear,
@@ -90,7 +91,7 @@ pub enum Scale {
 /// What was observed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Target {
+pub struct ObservedTarget {
     /// The value, in the unit of the measure.
     pub value: f64,
     /// How well it is known: a run that is off by so much has a misfit of one.
@@ -100,7 +101,7 @@ pub struct Target {
 /// A study of convergence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Convergence {
+pub struct ConvergenceStudy {
     /// Name of the parameter that gets finer as it gets smaller: a cell size, a spacing, a time step.
     pub parameter: String,
     /// Columns of the measures whose last values are looked at.
@@ -109,7 +110,7 @@ pub struct Convergence {
 
 /// A case of a sweep.
 #[derive(Clone, Debug)]
-pub struct Member {
+pub struct SweepCase {
     /// Values of the parameters, in the order of their names.
     pub values: Vec<Value>,
     /// The case with them.
@@ -122,15 +123,15 @@ impl Sweep {
     /// # Errors
     /// When a file cannot be read, and everything that is wrong in the sweep or in the cases it makes, each with its
     /// JSON path.
-    pub fn load(path: &Path) -> Result<(Self, Vec<Member>), CaseErrors> {
+    pub fn load(path: &Path) -> Result<(Self, Vec<SweepCase>), CaseErrors> {
         let sweep: Self = json::read_file(path)?;
-        sweep.check()?;
+        sweep.validate()?;
         let file = path.parent().unwrap_or(Path::new("")).join(&sweep.case);
         let (base, folder) = (json::value(&file)?, file.parent().unwrap_or(Path::new("")));
         let case = Case::from_value(&base, folder).map_err(|errors| errors.in_file(&file))?;
         sweep.check_exceedance(&case)?;
         sweep.check_intensities(&case)?;
-        let members = sweep.members(&base, folder)?;
+        let members = sweep.cases(&base, folder)?;
         Ok((sweep, members))
     }
 
@@ -143,35 +144,35 @@ impl Sweep {
     ///
     /// # Errors
     /// Everything that is wrong in what the parameters make of it, by run and JSON path.
-    pub fn members(&self, base: &Value, folder: &Path) -> Result<Vec<Member>, CaseErrors> {
-        let parameters: Vec<(&String, &Parameter)> = self.parameters.iter().collect();
+    pub fn cases(&self, base: &Value, folder: &Path) -> Result<Vec<SweepCase>, CaseErrors> {
+        let parameters: Vec<(&String, &SweepParameter)> = self.parameters.iter().collect();
         let mut members = Vec::new();
         for (number, values) in self.plan.values(&self.parameters).into_iter().enumerate() {
             let mut case = base.clone();
             for ((name, parameter), value) in parameters.iter().zip(&values) {
-                for (k, at) in parameter.at.iter().enumerate() {
-                    path::set(&mut case, at, value)
+                for (k, at) in parameter.paths.iter().enumerate() {
+                    path::set_value(&mut case, at, value)
                         .map_err(|problem| CaseError::new(format!("parameters.{name}.at[{k}]"), problem))?;
                 }
             }
-            let case =
-                Case::from_value(&case, folder).map_err(|errors| self.of_run(number, &values, errors))?;
-            members.push(Member { values, case });
+            let case = Case::from_value(&case, folder)
+                .map_err(|errors| self.with_run_context(number, &values, errors))?;
+            members.push(SweepCase { values, case });
         }
         Ok(members)
     }
 
     /// Errors of a case, with the run and its values before them.
-    pub fn of_run(&self, number: usize, values: &[Value], errors: CaseErrors) -> CaseErrors {
-        let of = self.describe(number, values);
+    pub fn with_run_context(&self, number: usize, values: &[Value], errors: CaseErrors) -> CaseErrors {
+        let of = self.run_description(number, values);
         let located = errors.0.into_iter().map(|e| CaseError::new(format!("{of}: {}", e.path), e.problem));
         CaseErrors(located.collect())
     }
 
     /// `run 3 (friction = 25, width = 0.1)`.
-    pub fn describe(&self, number: usize, values: &[Value]) -> String {
+    pub fn run_description(&self, number: usize, values: &[Value]) -> String {
         let named =
-            self.parameters.keys().zip(values).map(|(name, value)| format!("{name} = {}", word(value)));
+            self.parameters.keys().zip(values).map(|(name, value)| format!("{name} = {}", table_text(value)));
         format!("run {} ({})", number + 1, named.collect::<Vec<_>>().join(", "))
     }
 
@@ -196,7 +197,7 @@ impl Sweep {
     }
 
     /// Everything that the schema cannot say.
-    fn check(&self) -> Result<(), CaseErrors> {
+    fn validate(&self) -> Result<(), CaseErrors> {
         let mut errors = Vec::new();
         let mut wrong = |path: String, problem: &str| errors.push(CaseError::new(path, problem));
         if self.parameters.is_empty() {
@@ -204,22 +205,22 @@ impl Sweep {
         }
         for (name, parameter) in &self.parameters {
             if !is_plain(name) {
-                wrong(format!("parameters.{name}"), PLAIN);
+                wrong(format!("parameters.{name}"), PLAIN_NAME_RULE);
             }
-            if let Some((key, problem)) = parameter.wrong() {
+            if let Some((key, problem)) = parameter.validation_error() {
                 wrong(format!("parameters.{name}.{key}"), &problem);
             }
         }
         let mut places = BTreeMap::<&str, &str>::new();
         for (name, parameter) in &self.parameters {
-            for (number, place) in parameter.at.iter().enumerate() {
+            for (number, place) in parameter.paths.iter().enumerate() {
                 if let Some(other) = places.insert(place, name) {
                     let problem = format!("{place} has the values of the parameter {other:?} already");
                     wrong(format!("parameters.{name}.at[{number}]"), &problem);
                 }
             }
         }
-        for (path, problem) in self.plan.wrong(&self.parameters) {
+        for (path, problem) in self.plan.validation_errors(&self.parameters) {
             wrong(path, &problem);
         }
         for (name, target) in &self.targets {
@@ -251,17 +252,19 @@ impl Sweep {
     }
 }
 
-impl Parameter {
+impl SweepParameter {
     /// Key and problem of what is wrong.
-    fn wrong(&self) -> Option<(&'static str, String)> {
+    fn validation_error(&self) -> Option<(&'static str, String)> {
         let plain = |value: &Value| value.is_number() || value.is_string() || value.is_boolean();
-        if self.at.is_empty() {
+        if self.paths.is_empty() {
             return Some(("at", "is empty: the value goes nowhere".into()));
         }
         match (self.range, self.values.is_empty()) {
             (None, true) => Some(("values", "is missing; give these or a range".into())),
             (Some(_), false) => Some(("range", "stands beside values; give one of them".into())),
-            (None, false) if self.scale != Scale::Linear => Some(("scale", "goes with a range".into())),
+            (None, false) if self.scale != ParameterScale::Linear => {
+                Some(("scale", "goes with a range".into()))
+            }
             (None, false) => {
                 let odd = self.values.iter().position(|value| !plain(value))?;
                 Some(("values", format!("{} is not a number, a word, true or false", self.values[odd])))
@@ -269,7 +272,7 @@ impl Parameter {
             (Some([low, high]), true) if !(low < high && low.is_finite() && high.is_finite()) => {
                 Some(("range", format!("{low} is not below {high}")))
             }
-            (Some([low, _]), true) if self.scale == Scale::Logarithmic && low <= 0.0 => {
+            (Some([low, _]), true) if self.scale == ParameterScale::Logarithmic && low <= 0.0 => {
                 Some(("range", format!("{low} is not above 0, as a logarithmic scale needs")))
             }
             (Some(_), true) => None,
@@ -277,10 +280,10 @@ impl Parameter {
     }
 
     /// The value at a fraction of the way, from 0 to below 1.
-    fn at_fraction(&self, fraction: f64) -> Value {
+    fn value_at_fraction(&self, fraction: f64) -> Value {
         match (self.range, self.scale) {
-            (Some([low, high]), Scale::Linear) => (low + fraction * (high - low)).into(),
-            (Some([low, high]), Scale::Logarithmic) => (low * (high / low).powf(fraction)).into(),
+            (Some([low, high]), ParameterScale::Linear) => (low + fraction * (high - low)).into(),
+            (Some([low, high]), ParameterScale::Logarithmic) => (low * (high / low).powf(fraction)).into(),
             (None, _) => {
                 let index = (fraction * self.values.len() as f64) as usize;
                 self.values[index.min(self.values.len() - 1)].clone()
@@ -290,7 +293,7 @@ impl Parameter {
 }
 
 /// A value as a word of a table: a text without its quotes.
-fn word(value: &Value) -> String {
+fn table_text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 

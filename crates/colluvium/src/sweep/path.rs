@@ -3,13 +3,13 @@
 use serde_json::Value;
 
 /// A step of a path: a key of an object or an index of a list.
-enum Step<'a> {
+enum PathStep<'a> {
     Key(&'a str),
     Index(usize),
 }
 
 /// The steps of `bodies[0].shape.max[1]`.
-fn steps(path: &str) -> Result<Vec<Step<'_>>, String> {
+fn parse_path(path: &str) -> Result<Vec<PathStep<'_>>, String> {
     let odd = || format!("{path:?} is not a path like bodies[0].shape.max[1]");
     let mut steps = Vec::new();
     for part in path.split('.') {
@@ -17,11 +17,11 @@ fn steps(path: &str) -> Result<Vec<Step<'_>>, String> {
         if key.is_empty() {
             return Err(odd());
         }
-        steps.push(Step::Key(key));
+        steps.push(PathStep::Key(key));
         let Some(indices) = indices else { continue };
         let indices = indices.strip_suffix(']').ok_or_else(odd)?;
         for index in indices.split("][") {
-            steps.push(Step::Index(index.parse().map_err(|_| odd())?));
+            steps.push(PathStep::Index(index.parse().map_err(|_| odd())?));
         }
     }
     Ok(steps)
@@ -31,18 +31,18 @@ fn steps(path: &str) -> Result<Vec<Step<'_>>, String> {
 ///
 /// # Errors
 /// When the path is none or leads nowhere.
-pub(super) fn set(case: &mut Value, path: &str, value: &Value) -> Result<(), String> {
+pub(super) fn set_value(case: &mut Value, path: &str, value: &Value) -> Result<(), String> {
     let nowhere = || format!("{path:?} is not in the case");
-    let steps = steps(path)?;
+    let steps = parse_path(path)?;
     let mut place = case;
     for (number, step) in steps.iter().enumerate() {
         let last = number + 1 == steps.len();
         let inner = match step {
-            Step::Key(key) => place.as_object_mut().and_then(|map| match last {
+            PathStep::Key(key) => place.as_object_mut().and_then(|map| match last {
                 true => Some(map.entry(*key).or_insert(Value::Null)),
                 false => map.get_mut(*key),
             }),
-            Step::Index(index) => place.as_array_mut().and_then(|items| items.get_mut(*index)),
+            PathStep::Index(index) => place.as_array_mut().and_then(|items| items.get_mut(*index)),
         };
         place = inner.ok_or_else(nowhere)?;
     }
@@ -59,9 +59,9 @@ mod tests {
     #[test]
     fn a_value_goes_where_its_path_leads() {
         let mut case = json!({ "bodies": [{ "shape": { "max": [1, 2] } }], "gravity": [[1, 2], [3, 4]] });
-        set(&mut case, "bodies[0].shape.max[1]", &json!(7)).unwrap();
-        set(&mut case, "bodies[0].rigid", &json!(true)).unwrap();
-        set(&mut case, "gravity[1][0]", &json!("x")).unwrap();
+        set_value(&mut case, "bodies[0].shape.max[1]", &json!(7)).unwrap();
+        set_value(&mut case, "bodies[0].rigid", &json!(true)).unwrap();
+        set_value(&mut case, "gravity[1][0]", &json!("x")).unwrap();
         let expected = json!({ "bodies": [{ "shape": { "max": [1, 7] }, "rigid": true }], "gravity": [[1, 2], ["x", 4]] });
         assert_eq!(case, expected);
     }
@@ -80,7 +80,7 @@ mod tests {
             "[0]",
         ] {
             let mut changed = case.clone();
-            assert!(set(&mut changed, path, &json!(1)).is_err(), "{path}");
+            assert!(set_value(&mut changed, path, &json!(1)).is_err(), "{path}");
             assert_eq!(changed, case, "{path}");
         }
     }

@@ -9,22 +9,24 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::Parameter;
+use super::SweepParameter;
 
 /// Most runs of a sweep.
-const MOST: usize = 100_000;
+const MAX_RUNS: usize = 100_000;
 /// Most parameters of a Sobol sequence.
 const SOBOL_DIMENSIONS: usize = sobol_burley::NUM_DIMENSIONS as usize;
 
 /// Which values of the parameters are run together.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Plan {
+pub enum SamplingPlan {
     /// Every value of each parameter with every value of the others.
     #[default]
-    Grid,
+    #[serde(rename = "grid")]
+    FullFactorial,
     /// The first values of all parameters, then the second ones, …
-    Together,
+    #[serde(rename = "together")]
+    Paired,
     /// Drawn at random so that each of `runs` equal parts of each parameter's range is met once (McKay, Beckman and
     /// Conover 1979).
     LatinHypercube {
@@ -45,24 +47,27 @@ pub enum Plan {
     },
 }
 
-impl Plan {
+impl SamplingPlan {
     /// Path and problem of everything that is wrong.
-    pub(super) fn wrong(&self, parameters: &BTreeMap<String, Parameter>) -> Vec<(String, String)> {
+    pub(super) fn validation_errors(
+        &self,
+        parameters: &BTreeMap<String, SweepParameter>,
+    ) -> Vec<(String, String)> {
         let mut wrong = Vec::new();
-        if let Self::Grid | Self::Together = self {
+        if let Self::FullFactorial | Self::Paired = self {
             let ranges = parameters.iter().filter(|(_, parameter)| parameter.range.is_some());
             let problem = "goes with the plans latin-hypercube and sobol; give values";
             wrong.extend(ranges.map(|(name, _)| (format!("parameters.{name}.range"), problem.to_owned())));
         }
         let mut counts = parameters.iter().map(|(name, parameter)| (name, parameter.values.len()));
         match self {
-            Self::Grid => {
+            Self::FullFactorial => {
                 let runs = counts.try_fold(1, |runs: usize, (_, count)| runs.checked_mul(count));
-                if runs.is_none_or(|runs| runs > MOST) {
-                    wrong.push(("plan".into(), format!("makes more than {MOST} runs")));
+                if runs.is_none_or(|runs| runs > MAX_RUNS) {
+                    wrong.push(("plan".into(), format!("makes more than {MAX_RUNS} runs")));
                 }
             }
-            Self::Together => {
+            Self::Paired => {
                 let Some((first, count)) = counts.next() else { return wrong };
                 wrong.extend(counts.filter(|(_, other)| *other != count).map(|(name, other)| {
                     let problem =
@@ -71,8 +76,8 @@ impl Plan {
                 }));
             }
             Self::LatinHypercube { runs, .. } | Self::Sobol { runs, .. } => {
-                if !(1..=MOST).contains(runs) {
-                    wrong.push(("plan.runs".into(), format!("{runs} is not in 1..={MOST}")));
+                if !(1..=MAX_RUNS).contains(runs) {
+                    wrong.push(("plan.runs".into(), format!("{runs} is not in 1..={MAX_RUNS}")));
                 }
             }
         }
@@ -85,17 +90,21 @@ impl Plan {
     }
 
     /// The values of each run, in the order of the parameters' names.
-    pub(super) fn values(&self, parameters: &BTreeMap<String, Parameter>) -> Vec<Vec<Value>> {
+    pub(super) fn values(&self, parameters: &BTreeMap<String, SweepParameter>) -> Vec<Vec<Value>> {
         let count = parameters.len();
         let drawn = |fractions: Vec<Vec<f64>>| {
             let of_run = |fractions: Vec<f64>| {
-                parameters.values().zip(fractions).map(|(parameter, u)| parameter.at_fraction(u)).collect()
+                parameters
+                    .values()
+                    .zip(fractions)
+                    .map(|(parameter, u)| parameter.value_at_fraction(u))
+                    .collect()
             };
             fractions.into_iter().map(of_run).collect()
         };
         match self {
-            Self::Grid => grid(parameters),
-            Self::Together => {
+            Self::FullFactorial => full_factorial(parameters),
+            Self::Paired => {
                 let runs = parameters.values().map(|parameter| parameter.values.len()).min().unwrap_or(0);
                 let of_run = |run: usize| parameters.values().map(|p| p.values[run].clone()).collect();
                 (0..runs).map(of_run).collect()
@@ -107,7 +116,7 @@ impl Plan {
 }
 
 /// All combinations; the last parameter varies fastest.
-fn grid(parameters: &BTreeMap<String, Parameter>) -> Vec<Vec<Value>> {
+fn full_factorial(parameters: &BTreeMap<String, SweepParameter>) -> Vec<Vec<Value>> {
     parameters.values().fold(vec![Vec::new()], |runs, parameter| {
         let mut longer = Vec::with_capacity(runs.len() * parameter.values.len());
         for run in runs {

@@ -8,15 +8,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 use serde_json::Value;
 use thiserror::Error;
 
-use super::{Member, Results, Row, Sweep, exceedance, intensity, table};
+use super::{Sweep, SweepCase, SweepResults, SweepRow, exceedance, intensity, table};
 use crate::case::description::Measure;
 use crate::case::output::{OutputError, create_folder, read_json, write_atomically};
-use crate::case::run::{Ending, verify};
+use crate::case::run::{RunEnd, verify};
 use crate::case::{Case, Method, RunOptions, run_method};
-use crate::jobs::side_by_side;
+use crate::jobs::run_in_parallel;
 
 /// Name of the copy of the sweep in its folder.
-const SWEEP: &str = "sweep.json";
+const SWEEP_FILE: &str = "sweep.json";
 
 /// How to run a sweep.
 #[derive(Clone, Debug, Default)]
@@ -39,9 +39,9 @@ pub struct SweepOptions {
 
 /// How a run of a sweep has ended.
 #[derive(Clone, Debug, PartialEq)]
-pub enum RunState {
+pub enum SweepRunState {
     /// It was complete already.
-    Kept,
+    AlreadyComplete,
     /// It is complete.
     Completed,
     /// It was asked to stop.
@@ -70,12 +70,12 @@ pub enum SweepError {
 }
 
 /// The folder of a run.
-fn folder(out: &Path, number: usize) -> PathBuf {
+fn run_folder(out: &Path, number: usize) -> PathBuf {
     out.join(format!("run-{:04}", number + 1))
 }
 
 /// Whether a name is that of such a folder.
-fn is_folder(name: &str) -> bool {
+fn is_run_folder(name: &str) -> bool {
     name.strip_prefix("run-")
         .is_some_and(|number| number.len() >= 4 && number.bytes().all(|b| b.is_ascii_digit()))
 }
@@ -85,45 +85,45 @@ fn is_folder(name: &str) -> bool {
 ///
 /// # Errors
 /// When the folder cannot be used, or the disk or the system refuses.
-pub fn run<'a>(
+pub fn run_sweep<'a>(
     sweep: &'a Sweep,
-    members: &[Member],
+    members: &[SweepCase],
     method: &dyn Method,
     options: &SweepOptions,
-    tell: &(dyn Fn(usize, &RunState) + Sync),
-) -> Result<Results<'a>, SweepError> {
-    prepare(sweep, options)?;
-    let waiting = |member: &Member| Row {
+    tell: &(dyn Fn(usize, &SweepRunState) + Sync),
+) -> Result<SweepResults<'a>, SweepError> {
+    prepare_folder(sweep, options)?;
+    let waiting = |member: &SweepCase| SweepRow {
         values: member.values.clone(),
         status: String::new(),
         reason: None,
         measures: Vec::new(),
-        wall: 0.0,
+        wall_time: 0.0,
     };
-    let results = Mutex::new(Results { sweep, rows: members.iter().map(waiting).collect() });
+    let results = Mutex::new(SweepResults { sweep, rows: members.iter().map(waiting).collect() });
     let work = |number: usize| -> Result<(), SweepError> {
         if options.stop.load(Ordering::Relaxed) {
             return Ok(());
         }
-        let (member, out) = (&members[number], folder(&options.out, number));
-        let state = one(method, &member.case, &out, options);
-        let row = row(&out, member, &state);
+        let (member, out) = (&members[number], run_folder(&options.out, number));
+        let state = run_case(method, &member.case, &out, options);
+        let row = result_row(&out, member, &state);
         tell(number, &state);
         let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
         results.rows[number] = row;
         Ok(results.write(&options.out)?)
     };
-    side_by_side(members.len(), (options.jobs, options.threads), work, SweepError::Threads)?;
+    run_in_parallel(members.len(), (options.jobs, options.threads), work, SweepError::Threads)?;
     let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.draw(&options.out, &measured(members))?;
-    let folder_of = |number| folder(&options.out, number);
-    exceedance::write(sweep, &options.out, members, &results.rows, &folder_of)?;
-    intensity::write(sweep, &options.out, members, &results.rows, &folder_of)?;
+    results.draw(&options.out, &scalar_measures(members))?;
+    let folder_of = |number| run_folder(&options.out, number);
+    exceedance::write_exceedance(sweep, &options.out, members, &results.rows, &folder_of)?;
+    intensity::write_intensity(sweep, &options.out, members, &results.rows, &folder_of)?;
     Ok(results)
 }
 
 /// What the cases measure that is one number a row.
-fn measured(members: &[Member]) -> Vec<String> {
+fn scalar_measures(members: &[SweepCase]) -> Vec<String> {
     let Some(first) = members.first() else { return Vec::new() };
     let number = |measure: &Measure| {
         matches!(
@@ -138,12 +138,12 @@ fn measured(members: &[Member]) -> Vec<String> {
 }
 
 /// Takes the folder into use.
-fn prepare(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepError> {
+fn prepare_folder(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepError> {
     let out = &options.out;
     let refuse = |problem: &str| Err(SweepError::Folder { path: out.clone(), problem: problem.to_owned() });
     let fail = |error: std::io::Error| OutputError::new(out, error);
     let text = serde_json::to_string_pretty(sweep).map_err(|error| OutputError::new(out, error))?;
-    let kept = out.join(SWEEP);
+    let kept = out.join(SWEEP_FILE);
     let earlier = kept.exists().then(|| fs::read_to_string(&kept)).transpose().map_err(fail)?;
     match earlier {
         Some(earlier) if options.resume && earlier != text => return refuse("holds another sweep"),
@@ -151,9 +151,9 @@ fn prepare(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepError> {
             return refuse("holds an earlier sweep already (resume it, overwrite it or choose another)");
         }
         None if options.resume => return refuse("holds no sweep to resume"),
-        Some(earlier) if options.overwrite => clear(out, &earlier)?,
+        Some(earlier) if options.overwrite => remove_earlier_sweep(out, &earlier)?,
         None => {
-            let foreign = table::TABLES.iter().find(|name| out.join(name).exists());
+            let foreign = table::TABLE_FILES.iter().find(|name| out.join(name).exists());
             if let Some(name) = foreign {
                 return refuse(&format!(
                     "holds {name}, which no sweep wrote: choose another folder, or move it away"
@@ -167,7 +167,7 @@ fn prepare(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepError> {
 }
 
 /// Removes the runs of an earlier sweep, with its tables, pictures and rasters, and nothing that it did not write.
-fn clear(out: &Path, earlier: &str) -> Result<(), OutputError> {
+fn remove_earlier_sweep(out: &Path, earlier: &str) -> Result<(), OutputError> {
     let earlier: Value = serde_json::from_str(earlier).unwrap_or_default();
     let parameters = earlier["parameters"].as_object().into_iter().flat_map(|all| all.keys());
     let endings: Vec<String> = parameters.map(|name| format!("-{name}.svg")).collect();
@@ -176,13 +176,13 @@ fn clear(out: &Path, earlier: &str) -> Result<(), OutputError> {
     for entry in fs::read_dir(out).map_err(fail)? {
         let path = entry.map_err(fail)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if is_folder(&name) && path.join("summary.json").exists() {
+        if is_run_folder(&name) && path.join("summary.json").exists() {
             crate::case::run::remove_run(&path)?;
-        } else if name == table::PICTURES {
-            remove_files(&path, &is_picture)?;
-        } else if name == exceedance::RASTERS {
-            remove_files(&path, &exceedance::is_raster)?;
-        } else if table::TABLES.contains(&name.as_str()) {
+        } else if name == table::PICTURE_FOLDER {
+            remove_own_files(&path, &is_picture)?;
+        } else if name == exceedance::RASTER_FOLDER {
+            remove_own_files(&path, &exceedance::is_raster)?;
+        } else if table::TABLE_FILES.contains(&name.as_str()) {
             fs::remove_file(&path).map_err(fail)?;
         }
     }
@@ -190,7 +190,7 @@ fn clear(out: &Path, earlier: &str) -> Result<(), OutputError> {
 }
 
 /// Removes the files of a folder whose names are the sweep's, and the folder once it is empty.
-fn remove_files(folder: &Path, is_own: &dyn Fn(&str) -> bool) -> Result<(), OutputError> {
+fn remove_own_files(folder: &Path, is_own: &dyn Fn(&str) -> bool) -> Result<(), OutputError> {
     let fail = |error: std::io::Error| OutputError::new(folder, error);
     let mut is_empty = true;
     for entry in fs::read_dir(folder).map_err(fail)? {
@@ -205,23 +205,23 @@ fn remove_files(folder: &Path, is_own: &dyn Fn(&str) -> bool) -> Result<(), Outp
 }
 
 /// One run, from where it stands.
-fn one(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> RunState {
+fn run_case(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> SweepRunState {
     let path = out.join("summary.json");
     let begun = path.exists();
     let summary = match begun.then(|| read_json(&path)).transpose() {
         Ok(summary) => summary.unwrap_or_default(),
-        Err(error) => return RunState::Failed(error.to_string()),
+        Err(error) => return SweepRunState::Failed(error.to_string()),
     };
     let same = summary["fingerprint"] == format!("{:016x}", case.fingerprint()).as_str();
     if begun && same && summary["status"] == "completed" {
         return match verify(out) {
-            Ok(verified) if verified.problems.is_empty() => RunState::Kept,
-            Ok(verified) => RunState::Failed(format!(
+            Ok(verified) if verified.problems.is_empty() => SweepRunState::AlreadyComplete,
+            Ok(verified) => SweepRunState::Failed(format!(
                 "{}: files are not as the run left them ({}): delete this folder to have it run anew",
                 out.display(),
                 verified.problems.join("; ")
             )),
-            Err(error) => RunState::Failed(error.to_string()),
+            Err(error) => SweepRunState::Failed(error.to_string()),
         };
     }
     let run = RunOptions {
@@ -238,28 +238,28 @@ fn one(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> 
         warnings: case.warnings(),
     };
     match run_method(method, case, &run) {
-        Ok(report) if report.ending == Ending::Interrupted => RunState::Interrupted,
-        Ok(_) => RunState::Completed,
-        Err(error) => RunState::Failed(error.to_string()),
+        Ok(report) if report.ending == RunEnd::Interrupted => SweepRunState::Interrupted,
+        Ok(_) => SweepRunState::Completed,
+        Err(error) => SweepRunState::Failed(error.to_string()),
     }
 }
 
 /// The row of a run that has ended.
-fn row(out: &Path, member: &Member, state: &RunState) -> Row {
-    let failed = |reason: String| Row {
+fn result_row(out: &Path, member: &SweepCase, state: &SweepRunState) -> SweepRow {
+    let failed = |reason: String| SweepRow {
         values: member.values.clone(),
         status: "failed".to_owned(),
         reason: Some(reason),
         measures: Vec::new(),
-        wall: f64::NAN,
+        wall_time: f64::NAN,
     };
-    match (table::read(out, member.values.clone()), state) {
+    match (table::read_row(out, member.values.clone()), state) {
         // A run that could not begin has left nothing of its own.
-        (Ok(row), RunState::Failed(reason)) => {
-            Row { status: "failed".to_owned(), reason: Some(reason.clone()), ..row }
+        (Ok(row), SweepRunState::Failed(reason)) => {
+            SweepRow { status: "failed".to_owned(), reason: Some(reason.clone()), ..row }
         }
         (Ok(row), _) => row,
-        (Err(_), RunState::Failed(reason)) => failed(reason.clone()),
+        (Err(_), SweepRunState::Failed(reason)) => failed(reason.clone()),
         (Err(error), _) => failed(error.to_string()),
     }
 }

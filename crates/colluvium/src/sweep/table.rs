@@ -4,20 +4,20 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::{Sweep, order, word};
+use super::{Sweep, observed_order, table_text};
 use crate::case::output::{
-    OutputError, Table, create_folder, heading, named_file, read_json, write_atomically,
+    OutputError, Table, column_heading, create_folder, named_file, read_json, write_atomically,
 };
 use crate::plots::{LineChart, Picture, Series, Style};
 
 /// Name of the table, and of those of convergence.
-pub(super) const TABLES: [&str; 2] = ["runs.csv", "convergence.csv"];
+pub(super) const TABLE_FILES: [&str; 2] = ["runs.csv", "convergence.csv"];
 /// Name of the folder of pictures.
-pub(super) const PICTURES: &str = "pictures";
+pub(super) const PICTURE_FOLDER: &str = "pictures";
 
 /// What came of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct SweepRow {
     /// Values of the parameters, in the order of their names.
     pub values: Vec<Value>,
     /// How it ended: `completed`, `failed`, `interrupted`; empty for one that is yet to be run.
@@ -27,12 +27,12 @@ pub struct Row {
     /// Last values of the measures, with the factors of safety: name, unit, value.
     pub measures: Vec<(String, String, f64)>,
     /// Wall-clock time (s).
-    pub wall: f64,
+    pub wall_time: f64,
 }
 
-impl Row {
+impl SweepRow {
     /// Last value of a measure; `None` where the run is not complete.
-    pub fn measure(&self, name: &str) -> Option<f64> {
+    pub fn measure_value(&self, name: &str) -> Option<f64> {
         let mut measures = self.measures.iter().filter(|_| self.status == "completed");
         measures.find(|(measure, ..)| measure == name).map(|(.., value)| *value)
     }
@@ -40,20 +40,20 @@ impl Row {
 
 /// What a sweep gave.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Results<'a> {
+pub struct SweepResults<'a> {
     /// The sweep.
     pub sweep: &'a Sweep,
     /// Its runs, in their order.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SweepRow>,
 }
 
-impl Results<'_> {
+impl SweepResults<'_> {
     /// Distance of a run from the targets, in their tolerances: the root of the mean square. `None` without targets,
     /// NaN where a run has no value.
-    pub fn misfit(&self, row: &Row) -> Option<f64> {
+    pub fn misfit(&self, row: &SweepRow) -> Option<f64> {
         let targets = &self.sweep.targets;
-        let square = |(name, target): (&String, &super::Target)| {
-            let value = row.measure(name).unwrap_or(f64::NAN);
+        let square = |(name, target): (&String, &super::ObservedTarget)| {
+            let value = row.measure_value(name).unwrap_or(f64::NAN);
             ((value - target.value) / target.tolerance).powi(2)
         };
         let sum: f64 = targets.iter().map(square).sum();
@@ -61,7 +61,7 @@ impl Results<'_> {
     }
 
     /// Number and row of the run nearest to the targets.
-    pub fn best(&self) -> Option<(usize, f64)> {
+    pub fn best_run(&self) -> Option<(usize, f64)> {
         let misfits =
             self.rows.iter().enumerate().filter_map(|(number, row)| Some((number, self.misfit(row)?)));
         misfits.filter(|(_, misfit)| misfit.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))
@@ -72,7 +72,7 @@ impl Results<'_> {
     /// # Errors
     /// When the disk refuses.
     pub fn write(&self, out: &Path) -> Result<(), OutputError> {
-        let path = out.join(TABLES[0]);
+        let path = out.join(TABLE_FILES[0]);
         let mut columns: Vec<(&str, &str)> = Vec::new();
         for (name, unit, _) in self.rows.iter().flat_map(|row| &row.measures) {
             if !columns.iter().any(|(known, _)| known == name) {
@@ -82,16 +82,16 @@ impl Results<'_> {
         let mut lines = vec![["run", "status"].map(str::to_owned).to_vec()];
         lines[0].extend(self.sweep.parameters.keys().cloned());
         lines[0].extend((!self.sweep.targets.is_empty()).then(|| "misfit".to_owned()));
-        lines[0].extend(columns.iter().map(|(name, unit)| heading(name, unit)));
+        lines[0].extend(columns.iter().map(|(name, unit)| column_heading(name, unit)));
         lines[0].extend(["wall_time (s)", "reason"].map(str::to_owned));
         for (number, row) in self.rows.iter().enumerate() {
             let mut line = vec![(number + 1).to_string(), row.status.clone()];
-            line.extend(row.values.iter().map(word));
+            line.extend(row.values.iter().map(table_text));
             if let Some(misfit) = self.misfit(row) {
-                line.push(cell((!row.status.is_empty()).then_some(misfit)));
+                line.push(cell_text((!row.status.is_empty()).then_some(misfit)));
             }
-            line.extend(columns.iter().map(|(name, _)| cell(row.measure(name))));
-            line.push(cell((!row.status.is_empty()).then_some(row.wall)));
+            line.extend(columns.iter().map(|(name, _)| cell_text(row.measure_value(name))));
+            line.push(cell_text((!row.status.is_empty()).then_some(row.wall_time)));
             line.push(row.reason.clone().unwrap_or_default());
             lines.push(line);
         }
@@ -111,13 +111,18 @@ impl Results<'_> {
         let heads = ["measure", "others", "size", "value", "order", "limit", "index"];
         let (mut lines, mut said) = (vec![heads.map(str::to_owned).to_vec()], Vec::new());
         for measure in &study.measures {
-            for (others, runs) in self.series(axis, measure) {
+            for (others, runs) in self.parameter_series(axis, measure) {
                 for (k, (size, value)) in runs.iter().enumerate() {
                     let three = |of: fn(&(f64, f64)) -> f64| [k - 2, k - 1, k].map(|k| of(&runs[k]));
-                    let found = (k >= 2).then(|| order(three(|run| run.0), three(|run| run.1)));
-                    let text = [measure.clone(), others.clone(), cell(Some(*size)), cell(Some(*value))];
-                    let estimates = [found.map(|o| o.order), found.map(|o| o.limit), found.map(|o| o.index)];
-                    lines.push([text.to_vec(), estimates.map(cell).to_vec()].concat());
+                    let found = (k >= 2).then(|| observed_order(three(|run| run.0), three(|run| run.1)));
+                    let text =
+                        [measure.clone(), others.clone(), cell_text(Some(*size)), cell_text(Some(*value))];
+                    let estimates = [
+                        found.map(|o| o.order),
+                        found.map(|o| o.limit),
+                        found.map(|o| o.grid_convergence_index),
+                    ];
+                    lines.push([text.to_vec(), estimates.map(cell_text).to_vec()].concat());
                     if let (Some(found), true) = (found, k + 1 == runs.len()) {
                         let with = if others.is_empty() { String::new() } else { format!(" ({others})") };
                         said.push(match found.order.is_nan() {
@@ -126,27 +131,29 @@ impl Results<'_> {
                                 "{measure}{with}: order {:.2}, limit {:.6e}, uncertainty of the finest {:.2} %",
                                 found.order,
                                 found.limit,
-                                100.0 * found.index
+                                100.0 * found.grid_convergence_index
                             ),
                         });
                     }
                 }
             }
         }
-        write_lines(&out.join(TABLES[1]), &lines)?;
+        write_lines(&out.join(TABLE_FILES[1]), &lines)?;
         Ok(said)
     }
 
     /// Pairs of a number of the parameter `axis` and a measure, from the largest to the least, for each set of values of
     /// the other parameters.
-    fn series(&self, axis: usize, measure: &str) -> Vec<(String, Vec<(f64, f64)>)> {
+    fn parameter_series(&self, axis: usize, measure: &str) -> Vec<(String, Vec<(f64, f64)>)> {
         let mut series: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
         for row in &self.rows {
-            let (Some(x), Some(y)) = (row.values[axis].as_f64(), row.measure(measure)) else { continue };
+            let (Some(x), Some(y)) = (row.values[axis].as_f64(), row.measure_value(measure)) else {
+                continue;
+            };
             let others =
                 self.sweep.parameters.keys().zip(&row.values).enumerate().filter(|(k, _)| *k != axis);
             let others: Vec<String> =
-                others.map(|(_, (name, value))| format!("{name} = {}", word(value))).collect();
+                others.map(|(_, (name, value))| format!("{name} = {}", table_text(value))).collect();
             let others = others.join(", ");
             match series.iter_mut().find(|(known, _)| *known == others) {
                 Some((_, pairs)) => pairs.push((x, y)),
@@ -162,12 +169,12 @@ impl Results<'_> {
     /// # Errors
     /// When the disk refuses.
     pub fn draw(&self, out: &Path, measures: &[String]) -> Result<(), OutputError> {
-        let folder = out.join(PICTURES);
+        let folder = out.join(PICTURE_FOLDER);
         create_folder(&folder)?;
         for (axis, name) in self.sweep.parameters.keys().enumerate() {
             for measure in measures {
                 let points: Vec<(f64, f64)> =
-                    self.series(axis, measure).into_iter().flat_map(|(_, runs)| runs).collect();
+                    self.parameter_series(axis, measure).into_iter().flat_map(|(_, runs)| runs).collect();
                 if points.len() < 2 {
                     continue;
                 }
@@ -176,7 +183,7 @@ impl Results<'_> {
                 let mut chart = LineChart {
                     title: self.sweep.title.clone(),
                     x_label: name.clone(),
-                    y_label: heading(measure, unit.map_or("", |(_, unit, _)| unit)),
+                    y_label: column_heading(measure, unit.map_or("", |(_, unit, _)| unit)),
                     ..LineChart::default()
                 };
                 if let Some(target) = self.sweep.targets.get(measure) {
@@ -197,7 +204,7 @@ impl Results<'_> {
 }
 
 /// A number as it stands in a table; nothing where there is none.
-fn cell(value: Option<f64>) -> String {
+fn cell_text(value: Option<f64>) -> String {
     value.filter(|value| !value.is_nan()).map_or(String::new(), |value| format!("{value:e}"))
 }
 
@@ -212,7 +219,7 @@ fn write_lines(path: &Path, lines: &[Vec<String>]) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// When its files cannot be read.
-pub(super) fn read(folder: &Path, values: Vec<Value>) -> Result<Row, OutputError> {
+pub(super) fn read_row(folder: &Path, values: Vec<Value>) -> Result<SweepRow, OutputError> {
     let path = folder.join("summary.json");
     let summary = read_json(&path)?;
     let mut measures = Vec::new();
@@ -231,11 +238,11 @@ pub(super) fn read(folder: &Path, values: Vec<Value>) -> Result<Row, OutputError
     let asked =
         |name: &str| summary["case"]["measures"].get(name.split('.').next().unwrap_or(name)).is_some();
     measures.sort_by_key(|(name, ..)| !asked(name));
-    Ok(Row {
+    Ok(SweepRow {
         values,
         status: summary["status"].as_str().unwrap_or_default().to_owned(),
         reason: summary["reason"].as_str().map(str::to_owned),
         measures,
-        wall: summary["wall_time"].as_f64().unwrap_or(f64::NAN),
+        wall_time: summary["wall_time"].as_f64().unwrap_or(f64::NAN),
     })
 }

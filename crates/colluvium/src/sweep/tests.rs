@@ -121,18 +121,18 @@ fn plans_make_their_runs() {
     let values: Vec<&Vec<Value>> = members.iter().map(|member| &member.values).collect();
     assert_eq!(values.len(), 6);
     assert_eq!((values[0], values[5]), (&vec![json!(0.1), json!(20)], &vec![json!(1.0), json!(40)]));
-    let mut drawn = Sweep { plan: Plan::LatinHypercube { runs: 8, seed: 1 }, ..sweep };
-    let modulus = Parameter {
-        at: vec!["materials.sand.youngs_modulus".into()],
+    let mut drawn = Sweep { plan: SamplingPlan::LatinHypercube { runs: 8, seed: 1 }, ..sweep };
+    let modulus = SweepParameter {
+        paths: vec!["materials.sand.youngs_modulus".into()],
         values: Vec::new(),
         range: Some([1e4, 1e8]),
-        scale: Scale::Logarithmic,
+        scale: ParameterScale::Logarithmic,
     };
     drawn.parameters.insert("modulus".into(), modulus);
-    let members = drawn.members(&block(), Path::new("")).unwrap();
+    let members = drawn.cases(&block(), Path::new("")).unwrap();
     let mut decades = [0; 4];
     let mut angles = [0; 2];
-    for Member { values, .. } in &members {
+    for SweepCase { values, .. } in &members {
         decades[values[2].as_f64().unwrap().log10() as usize - 4] += 1;
         angles[values[1].as_u64().unwrap() as usize / 20 - 1] += 1;
     }
@@ -140,11 +140,11 @@ fn plans_make_their_runs() {
 }
 
 /// Runs the sweep of a file; the table without the times.
-fn table(path: &Path, options: &SweepOptions) -> Result<(Vec<Vec<String>>, Vec<RunState>), SweepError> {
+fn table(path: &Path, options: &SweepOptions) -> Result<(Vec<Vec<String>>, Vec<SweepRunState>), SweepError> {
     let (sweep, members) = Sweep::load(path).unwrap();
-    let states = std::sync::Mutex::new(vec![RunState::Interrupted; members.len()]);
-    let tell = |number: usize, state: &RunState| states.lock().unwrap()[number] = state.clone();
-    run(&sweep, &members, crate::method("mpm").unwrap(), options, &tell)?;
+    let states = std::sync::Mutex::new(vec![SweepRunState::Interrupted; members.len()]);
+    let tell = |number: usize, state: &SweepRunState| states.lock().unwrap()[number] = state.clone();
+    run_sweep(&sweep, &members, crate::method("mpm").unwrap(), options, &tell)?;
     let mut reader =
         csv::ReaderBuilder::new().has_headers(false).from_path(options.out.join("runs.csv")).unwrap();
     let mut lines: Vec<Vec<String>> =
@@ -166,7 +166,7 @@ fn the_table_does_not_depend_on_how_the_runs_are_spread() {
     let (one, _) = table(&path, &options("one", 1, 2)).unwrap();
     let (three, states) = table(&path, &options("three", 3, 1)).unwrap();
     assert_eq!(one, three);
-    assert!(states.iter().all(|state| *state == RunState::Completed));
+    assert!(states.iter().all(|state| *state == SweepRunState::Completed));
     let column = |name: &str| {
         let index = one[0].iter().position(|head| head == name).unwrap();
         one[1..].iter().map(|line| line[index].parse::<f64>().unwrap()).collect::<Vec<_>>()
@@ -190,10 +190,10 @@ fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
     // Stops after the second run.
     let (sweep, members) = Sweep::load(&path).unwrap();
     let stop = std::sync::Arc::new(AtomicBool::new(false));
-    let tell = |number: usize, _: &RunState| stop.store(number == 1, Ordering::Relaxed);
+    let tell = |number: usize, _: &SweepRunState| stop.store(number == 1, Ordering::Relaxed);
     let method = crate::method("mpm").unwrap();
     let stopped = SweepOptions { stop: stop.clone(), ..options.clone() };
-    let results = run(&sweep, &members, method, &stopped, &tell).unwrap();
+    let results = run_sweep(&sweep, &members, method, &stopped, &tell).unwrap();
     let status: Vec<&str> = results.rows.iter().map(|row| row.status.as_str()).collect();
     assert_eq!(status, ["completed", "completed", "", "", "", ""]);
 
@@ -202,11 +202,14 @@ fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
     let resumed = SweepOptions { resume: true, ..options.clone() };
     let (rest, states) = table(&path, &resumed).unwrap();
     assert_eq!(rest, whole);
-    assert_eq!(states[1..3], [RunState::Kept, RunState::Completed]);
+    assert_eq!(states[1..3], [SweepRunState::AlreadyComplete, SweepRunState::Completed]);
 
     fs::remove_file(out.join("run-0001/measures.csv")).unwrap();
     let (_, states) = table(&path, &resumed).unwrap();
-    assert!(matches!(&states[0], RunState::Failed(reason) if reason.contains("measures.csv")), "{states:?}");
+    assert!(
+        matches!(&states[0], SweepRunState::Failed(reason) if reason.contains("measures.csv")),
+        "{states:?}"
+    );
 
     let mut other = self::sweep();
     other["parameters"]["friction"]["values"] = json!([20]);
@@ -245,7 +248,7 @@ fn a_run_that_fails_is_told_of_and_does_not_stop_the_others() {
     let options =
         SweepOptions { out: folder.path().join("out"), jobs: 1, threads: 1, ..SweepOptions::default() };
     let (lines, states) = table(&path, &options).unwrap();
-    assert!(matches!(&states[1], RunState::Failed(why) if why.contains("domain")), "{states:?}");
+    assert!(matches!(&states[1], SweepRunState::Failed(why) if why.contains("domain")), "{states:?}");
     let status: Vec<&str> = lines[1..].iter().map(|line| line[1].as_str()).collect();
     assert_eq!(status, ["completed", "failed", "completed"]);
     assert!(lines[2].last().unwrap().contains("domain"));
@@ -259,13 +262,19 @@ fn the_study_of_convergence_finds_the_order_of_each_series() {
     sweep["convergence"] = json!({ "parameter": "cell", "measures": ["front"] });
     let (folder, path) = files(&sweep);
     let (sweep, members) = Sweep::load(&path).unwrap();
-    let row = |member: &Member| {
+    let row = |member: &SweepCase| {
         let (cell, friction) = (member.values[0].as_f64().unwrap(), member.values[1].as_f64().unwrap());
         let front = 0.2 + cell.powf(friction / 20.0);
         let measures = vec![("front".to_owned(), "m".to_owned(), front)];
-        Row { values: member.values.clone(), status: "completed".into(), reason: None, measures, wall: 1.0 }
+        SweepRow {
+            values: member.values.clone(),
+            status: "completed".into(),
+            reason: None,
+            measures,
+            wall_time: 1.0,
+        }
     };
-    let results = Results { sweep: &sweep, rows: members.iter().map(row).collect() };
+    let results = SweepResults { sweep: &sweep, rows: members.iter().map(row).collect() };
     let said = results.write_convergence(folder.path()).unwrap();
     assert_eq!(said.len(), 2);
     assert!(said[0].starts_with("front (friction = 20): order 1.00, limit 2.000000e-1"), "{said:?}");

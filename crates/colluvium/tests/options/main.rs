@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
-use colluvium::case::{Case, Wanted};
+use colluvium::case::{Case, FrameRequest};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
-use colluvium_testkit::pairwise::Family;
+use colluvium_testkit::pairwise::CaseFamily;
 
 use crate::trials::{Trial, trials};
 
@@ -38,23 +38,23 @@ const COMBINED: [(&str, &[(&str, &str)]); 7] = [
 ];
 
 /// Families of cases of `cargo xtask same-bits`.
-fn families() -> Vec<Family> {
-    Family::read_all(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../validation/same-bits")).unwrap()
+fn families() -> Vec<CaseFamily> {
+    CaseFamily::read_all(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../validation/same-bits")).unwrap()
 }
 
 /// The bases, cases with one level that is not that of the base, and those of [`COMBINED`].
-fn runs(families: &[Family]) -> Runs {
+fn runs(families: &[CaseFamily]) -> Runs {
     let mut runs = Runs::new();
     for family in families {
         let accepts = |case: &Value| refusal(case).is_none();
         let combined = COMBINED.iter().filter(|(name, _)| *name == family.name);
         let combined = combined.map(|(_, levels)| family.row(levels));
-        for row in family.single(&accepts).into_iter().chain(combined) {
+        for row in family.single_changes(&accepts).into_iter().chain(combined) {
             let mut case = family.case(&row);
             for stage in case["stages"].as_array_mut().unwrap() {
                 stage["duration"] = json!(10);
             }
-            runs.insert(format!("{} ({})", family.name, family.describe(&row)), case);
+            runs.insert(format!("{} ({})", family.name, family.description(&row)), case);
         }
     }
     runs
@@ -190,7 +190,13 @@ fn shown(case: &Value) -> Option<u64> {
     };
     let stopped = run().err().map(|error| error.to_string());
     let mut hasher = DefaultHasher::new();
-    let seen = (solver.frame(Wanted::Written), solver.readings(), solver.budget(), solver.time(), stopped);
+    let seen = (
+        solver.frame(FrameRequest::Written),
+        solver.scalar_outputs(),
+        solver.budget(),
+        solver.time(),
+        stopped,
+    );
     format!("{seen:?}").hash(&mut hasher);
     Some(hasher.finish())
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use colluvium_testkit::pairwise::{Family, set};
+use colluvium_testkit::pairwise::{CaseFamily, set_value};
 use serde_json::{Value, json};
 
 /// Sets the values of `more`, object by object. A material is replaced as a whole.
@@ -43,7 +43,7 @@ pub struct Trial {
 }
 
 /// All of them; `folder` takes the terrain.
-pub fn trials(families: &[Family], folder: &Path) -> Vec<Trial> {
+pub fn trials(families: &[CaseFamily], folder: &Path) -> Vec<Trial> {
     let mut all = Vec::new();
     let mut add = |option: &'static str, case: Value, value: Value| {
         let path = option.replace("dem.stages.*", "dem.stages.s").replace("[]", "/0").replace('.', "/");
@@ -62,10 +62,10 @@ pub fn trials(families: &[Family], folder: &Path) -> Vec<Trial> {
 type Add<'a> = dyn FnMut(&'static str, Value, Value) + 'a;
 
 /// The case of some levels of a family, with more.
-fn with(families: &[Family], family: &str, levels: &[(&str, &str)], more: &Value) -> Value {
+fn with(families: &[CaseFamily], family: &str, levels: &[(&str, &str)], more: &Value) -> Value {
     let family = families.iter().find(|own| own.name == family).expect("a family of this name");
     let mut case = family.case(&family.row(levels));
-    set(&mut case, "/stages/0/duration", &json!(10));
+    set_value(&mut case, "/stages/0/duration", &json!(10));
     merged(case, more)
 }
 
@@ -73,7 +73,7 @@ fn dem(options: &Value) -> Value {
     json!({ "methods": { "dem": options } })
 }
 
-fn grains(families: &[Family], add: &mut Add<'_>) {
+fn grains(families: &[CaseFamily], add: &mut Add<'_>) {
     let run = |levels: &[(&str, &str)], more: Value| with(families, "dem", levels, &more);
     let averages = json!({ "output": { "grid": 0.1 } });
     add("dem.coarse_graining", run(&[], averages), json!(4.0));
@@ -147,7 +147,7 @@ fn over_terrain(folder: &Path, add: &mut Add<'_>) {
     add("depth-sph.leaving_is_an_error", on_bed(&shape, &leaves), json!(true));
 }
 
-fn flows(families: &[Family], add: &mut Add<'_>) {
+fn flows(families: &[CaseFamily], add: &mut Add<'_>) {
     let run =
         |options: Value| with(families, "depth-sph", &[], &json!({ "methods": { "depth-sph": options } }));
     let sticks = json!({ "basal": { "model": "coulomb", "friction_angle": 15, "cohesion": 2000 } });
@@ -162,7 +162,7 @@ fn flows(families: &[Family], add: &mut Add<'_>) {
     add("depth-sph.shortest_smoothing", jams, json!(0.06));
 }
 
-fn particles(families: &[Family], add: &mut Add<'_>) {
+fn particles(families: &[CaseFamily], add: &mut Add<'_>) {
     let run = |levels: &[(&str, &str)], options: Value| {
         with(families, "sph", levels, &json!({ "methods": { "sph": options } }))
     };
@@ -188,7 +188,7 @@ fn particles(families: &[Family], add: &mut Add<'_>) {
     add("sph.wall_guard", hits, json!(1.0));
 }
 
-fn on_grids(families: &[Family], add: &mut Add<'_>) {
+fn on_grids(families: &[CaseFamily], add: &mut Add<'_>) {
     let ground = json!({ "obstacles": [{ "name": "o", "shape": { "kind": "box", "min": [0.1, 0.0], "max": [0.25, 0.1] },
         "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] });
     let mut falls = with(families, "mpm", &[("material", "elastic"), ("walls", "acceleration")], &ground);

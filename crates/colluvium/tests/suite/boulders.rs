@@ -40,7 +40,7 @@ fn write_raster(file: &Path, raster: &Raster) {
     let mut text = format!("ncols {columns}\nnrows {rows}\nxllcenter {x}\nyllcenter {y}\ncellsize {width}\n");
     // The first row is that of the largest y.
     for j in (0..rows).rev() {
-        let row: Vec<String> = (0..columns).map(|i| raster.at(i, j).to_string()).collect();
+        let row: Vec<String> = (0..columns).map(|i| raster.value(i, j).to_string()).collect();
         text += &(row.join(" ") + "\n");
     }
     std::fs::write(file, text).unwrap();

@@ -527,7 +527,7 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
 
 #[test]
 fn an_export_has_every_frame_and_table_to_the_last_bit() {
-    use colluvium::case::output::{Table, Values, read_frame, read_npz};
+    use colluvium::case::output::{NpzValues, Table, read_frame, read_npz};
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
     let out = folder.path().join("out");
@@ -544,16 +544,16 @@ fn an_export_has_every_frame_and_table_to_the_last_bit() {
     let frame = read_frame(&out.join("frames/frame-00003.vtu"), 0.06).unwrap();
     let last = arrays("frame-00003.npz");
     let values = |name: &str| &last.iter().find(|array| array.name == name).unwrap().values;
-    assert_eq!(*values("position"), Values::Float(frame.positions.as_flattened().to_vec()));
+    assert_eq!(*values("position"), NpzValues::Float(frame.positions.as_flattened().to_vec()));
     assert_eq!(
         *values("velocity"),
-        Values::Float(frame.vectors("velocity").unwrap().as_flattened().to_vec())
+        NpzValues::Float(frame.vectors("velocity").unwrap().as_flattened().to_vec())
     );
     let table = Table::read(&out.join("measures.csv")).unwrap();
     let columns = arrays("measures.npz");
     let numbers = columns.iter().filter(|array| !array.name.ends_with(".mask")).count();
     assert_eq!(numbers, table.columns.len());
-    assert_eq!(columns[0].values, Values::Float(table.column("time").unwrap()));
+    assert_eq!(columns[0].values, NpzValues::Float(table.column("time").unwrap()));
     assert_eq!(output(program().arg("export").arg(folder.path())).0, 2, "holds no run");
 }
 

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use colluvium::case::Case;
-use colluvium::compare::{self, CompareError, CompareOptions, Contender, Outcome, Reference};
+use colluvium::compare::{
+    self, CompareError, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles,
+};
 
 /// The column of the template, for a moment.
 fn column() -> Case {
@@ -30,16 +32,20 @@ fn options(folder: &Path) -> CompareOptions {
 fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
     let folder = tempfile::tempdir().unwrap();
     let case = coarse();
-    let methods = compare::methods(&["mpm".to_owned(), "sph".to_owned(), "dem".to_owned()]).unwrap();
+    let methods = compare::methods_by_name(&["mpm".to_owned(), "sph".to_owned(), "dem".to_owned()]).unwrap();
     let results = compare::run(&case, &methods, &options(folder.path()), &|_| {}).unwrap();
-    let done = |result: &Contender| matches!(result.outcome, Outcome::Done(_));
+    let done = |result: &MethodResult| matches!(result.outcome, MethodOutcome::Completed(_));
     assert!(done(&results[0]) && done(&results[1]), "{results:?}");
-    assert!(results[1].took.starts_with("spacing 0.01 m"), "{}", results[1].took);
-    assert!(matches!(&results[2].outcome, Outcome::Refused(why) if why.contains("dem")), "{:?}", results[2]);
+    assert!(results[1].chosen_options.starts_with("spacing 0.01 m"), "{}", results[1].chosen_options);
+    assert!(
+        matches!(&results[2].outcome, MethodOutcome::Refused(why) if why.contains("dem")),
+        "{:?}",
+        results[2]
+    );
     let measured = folder.path().join("measured.csv");
     std::fs::write(&measured, "position,height\n0,0.1\n0.1,0.1\n").unwrap();
-    let reference = Reference::read(&measured).unwrap();
-    let page = compare::write(folder.path(), &case, &results, [0, 1], &reference).unwrap();
+    let reference = ReferenceProfiles::read(&measured).unwrap();
+    let page = compare::write_page(folder.path(), &case, &results, [0, 1], &reference).unwrap();
     let html = std::fs::read_to_string(page).unwrap();
     for words in [
         "At equal times",
@@ -64,8 +70,8 @@ fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
     );
     let resumed = CompareOptions { resume: true, ..options(folder.path()) };
     let again = compare::run(&case, &methods[..2], &resumed, &|_| {}).unwrap();
-    let hash = |result: &Contender| match &result.outcome {
-        Outcome::Done(ran) => (ran.hash.clone(), ran.steps),
+    let hash = |result: &MethodResult| match &result.outcome {
+        MethodOutcome::Completed(ran) => (ran.state_hash.clone(), ran.steps),
         other => panic!("{other:?}"),
     };
     assert_eq!(hash(&results[0]), hash(&again[0]));
@@ -81,18 +87,19 @@ fn a_failed_run_stands_beside_the_others_and_its_words_are_safe() {
     let case = coarse();
     let mut results = compare::run(
         &case,
-        &compare::methods(&["mpm".to_owned()]).unwrap(),
+        &compare::methods_by_name(&["mpm".to_owned()]).unwrap(),
         &options(folder.path()),
         &|_| {},
     )
     .unwrap();
-    results.push(Contender {
+    results.push(MethodResult {
         method: "broken",
-        took: String::new(),
-        memory: f64::NAN,
-        outcome: Outcome::Failed("step 3: <inside out>".to_owned()),
+        chosen_options: String::new(),
+        estimated_memory: f64::NAN,
+        outcome: MethodOutcome::Failed("step 3: <inside out>".to_owned()),
     });
-    let page = compare::write(folder.path(), &case, &results, [0, 1], &Reference::default()).unwrap();
+    let page =
+        compare::write_page(folder.path(), &case, &results, [0, 1], &ReferenceProfiles::default()).unwrap();
     let html = std::fs::read_to_string(page).unwrap();
     assert!(html.contains("failed: step 3: &lt;inside out&gt;") && html.contains("completed"));
 }
@@ -101,15 +108,16 @@ fn a_failed_run_stands_beside_the_others_and_its_words_are_safe() {
 fn what_no_method_takes_leaves_no_page_and_unknown_names_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let case = column();
-    let results = [Contender {
+    let results = [MethodResult {
         method: "dem",
-        took: String::new(),
-        memory: f64::NAN,
-        outcome: Outcome::Refused("methods.dem: is missing".to_owned()),
+        chosen_options: String::new(),
+        estimated_memory: f64::NAN,
+        outcome: MethodOutcome::Refused("methods.dem: is missing".to_owned()),
     }];
-    let error = compare::write(folder.path(), &case, &results, [0, 1], &Reference::default()).unwrap_err();
-    assert!(matches!(error, CompareError::None(_)) && error.to_string().contains("is missing"));
-    assert!(!folder.path().join(compare::PAGE).exists());
-    let error = compare::methods(&["lattice".to_owned()]).err().unwrap().to_string();
+    let error = compare::write_page(folder.path(), &case, &results, [0, 1], &ReferenceProfiles::default())
+        .unwrap_err();
+    assert!(matches!(error, CompareError::NoMethod(_)) && error.to_string().contains("is missing"));
+    assert!(!folder.path().join(compare::PAGE_FILE).exists());
+    let error = compare::methods_by_name(&["lattice".to_owned()]).err().unwrap().to_string();
     assert!(error.contains("\"lattice\"") && error.contains("mpm"), "{error}");
 }

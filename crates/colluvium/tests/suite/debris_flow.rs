@@ -111,7 +111,8 @@ fn a_deposit_is_released_by_a_next_case() {
     let deposit = "first/rasters/final_thickness_vertical.tif";
     let read = read_raster(&folder.join(deposit)).unwrap();
     assert!(read.values.iter().any(|depth| depth.is_nan()));
-    let ([west, south], [east, north]) = (read.place(1, 1), read.place(read.columns - 2, read.rows - 2));
+    let ([west, south], [east, north]) =
+        (read.node_position(1, 1), read.node_position(read.columns - 2, read.rows - 2));
     let ring = [[west, south], [east, south], [east, north], [west, north], [west, south]];
     let outline = |ring: &[[f64; 2]]| json!({ "type": "Polygon", "coordinates": [ring] }).to_string();
     fs::write(folder.join("around.geojson"), outline(&ring)).unwrap();

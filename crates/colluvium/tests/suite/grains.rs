@@ -1,7 +1,7 @@
 //! Grains that fill bodies, and cells of grains as the material of other methods.
 
 use colluvium::case::{Case, Snapshot, Solver};
-use colluvium::constitutive::driver::Trace;
+use colluvium::constitutive::driver::TestTrace;
 use serde_json::{Value, json};
 
 use super::{in_folder, output, program};
@@ -74,7 +74,7 @@ fn sph() -> Value {
 }
 
 fn read(case: &Value) -> Result<Case, String> {
-    colluvium::offer_materials();
+    colluvium::register_materials();
     Case::from_json(&case.to_string()).map_err(|errors| errors.to_string())
 }
 
@@ -104,7 +104,7 @@ fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
 }
 
 /// The cell alone in the element driver, by the same steps.
-fn driven() -> Trace {
+fn driven() -> TestTrace {
     let test = json!({
         "title": "the same cell", "material": cell(),
         "initial_stress": [-PRESSURE, -PRESSURE, -PRESSURE, 0, 0, 0],
@@ -275,7 +275,7 @@ fn grains_that_take_long_to_place_are_told_of_before_and_those_that_do_not_fit_a
     }
     // What is told beforehand of a box of a million grains, which is not placed here.
     let dem = colluvium::method("dem").unwrap();
-    let told = |value: &Value| dem.size(&case(value)).unwrap().beforehand();
+    let told = |value: &Value| dem.problem_size(&case(value)).unwrap().size_notice();
     let words = told(&filled(1.0, 0.01)).unwrap();
     assert!(
         words.starts_with("methods.dem.grains: about 1.4e6 points are to be placed, which takes about "),
@@ -407,7 +407,7 @@ fn mixed(dimension: usize) -> Value {
 
 #[test]
 fn points_of_an_export_are_the_grains_of_a_case_that_reads_them() {
-    use colluvium::case::output::{Collection, Values, read_frame, read_npz};
+    use colluvium::case::output::{Collection, NpzValues, read_frame, read_npz};
     for dimension in [2, 3] {
         let folder = tempfile::tempdir().unwrap();
         let mut value = mixed(dimension);
@@ -427,7 +427,7 @@ fn points_of_an_export_are_the_grains_of_a_case_that_reads_them() {
         let whole = json!({ "kind": "box", "min": value["domain"]["min"], "max": value["domain"]["max"] });
         value["bodies"] = json!([{ "name": "all", "material": "clay", "shape": whole, "points": { "file": "out/points.csv" } }]);
         value["methods"]["dem"]["bodies"] = json!({});
-        colluvium::offer_materials();
+        colluvium::register_materials();
         let again = Case::from_value(&value, folder.path()).unwrap();
         let mut solver = colluvium::method("dem").unwrap().build(&again).unwrap();
         solver.begin_stage(0, 0.0).unwrap();
@@ -443,8 +443,8 @@ fn points_of_an_export_are_the_grains_of_a_case_that_reads_them() {
         assert!(moved && kinds.contains(&0.0) && kinds.contains(&1.0));
         let arrays = read_npz(&out.join("npz/frame-00001.npz")).unwrap();
         let archived = |name: &str| arrays.iter().find(|array| array.name == name).unwrap().values.clone();
-        assert_eq!(archived("held"), Values::Float(held.to_vec()));
-        assert_eq!(archived("kind"), Values::Float(kinds.to_vec()));
+        assert_eq!(archived("held"), NpzValues::Float(held.to_vec()));
+        assert_eq!(archived("kind"), NpzValues::Float(kinds.to_vec()));
         let (code, said, problems) =
             in_folder(folder.path(), &["export", "out", "--points", "--body", "heap"]);
         let count = held.iter().filter(|own| **own == 0.0).count();

@@ -77,7 +77,7 @@ fn a_body_listed_point_by_point_moves_as_the_one_that_the_method_has_set() {
             let listed = Case::from_value(&value, folder.path()).unwrap();
             assert_eq!(after(method, &listed, 0).hash(), start.hash(), "{method}: start");
             let by = colluvium::method(method).unwrap();
-            assert_eq!(by.size(&listed).unwrap().points, 256.0, "{method}: the lines of the file");
+            assert_eq!(by.problem_size(&listed).unwrap().points, 256.0, "{method}: the lines of the file");
             let (a, b) = (after(method, &set, 40), after(method, &listed, 40));
             assert_eq!(a.hash(), b.hash(), "{method}: after 40 steps");
             assert_ne!(a.positions, start.positions);
@@ -178,7 +178,7 @@ fn a_size_is_that_of_the_plan_before_anything_is_made() {
     for (name, text) in colluvium::TEMPLATES {
         let case = Case::from_json(text).unwrap();
         for method in case.methods.keys().filter_map(|name| colluvium::method(name)) {
-            let (size, plan) = (method.size(&case).unwrap(), method.plan(&case).unwrap());
+            let (size, plan) = (method.problem_size(&case).unwrap(), method.plan(&case).unwrap());
             // The points of a disk or a polygon do not fill it exactly.
             let share = size.points / plan.points as f64;
             assert!((0.95..1.05).contains(&share), "{name}: {share} of the points");
@@ -186,7 +186,7 @@ fn a_size_is_that_of_the_plan_before_anything_is_made() {
             // A plan tells what a run holds. Grains take up to two and a half times that while they are made, which the size tells.
             let most = if method.name() == "dem" { 2.6 } else { 1.1 };
             assert!((0.6..most).contains(&share), "{name}: {share} of the memory");
-            assert!(size.fit(2.0 * size.memory).is_ok() && size.fit(1e3).is_err());
+            assert!(size.check_memory(2.0 * size.memory).is_ok() && size.check_memory(1e3).is_err());
             seen += 1;
         }
     }

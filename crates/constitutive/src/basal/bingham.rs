@@ -20,13 +20,13 @@ pub enum BinghamSolution {
 /// Root `ζ = τ_y/τ_b` in (0, 1] of `ζ³ - (3 + a) ζ + 2 = 0`, `a >= 0`.
 #[inline]
 pub fn plug_ratio(a: f64) -> f64 {
-    plug(a, 0.0, a).0
+    plug_root(a, 0.0, a).0
 }
 
 /// Root `ζ` in (0, 1] of `ζ³ - (3 + a) ζ + 2 + push = 0`, `held = a - push >= 0`, and `1 - ζ`, both to round-off of
 /// their own: at rest the root is double, so that it is `1 - ζ` that Newton's method looks for.
 #[inline]
-fn plug(a: f64, push: f64, held: f64) -> (f64, f64) {
+fn plug_root(a: f64, push: f64, held: f64) -> (f64, f64) {
     let mut gap = 2.0 * held / (a + (a * a + 12.0 * held).sqrt()).max(f64::MIN_POSITIVE);
     for _ in 0..6 {
         let slope = gap * (3.0 * gap - 6.0) - a;
@@ -82,7 +82,7 @@ impl BinghamSolution {
     /// takes. With `A = h τ_y/(6μ)` the speed of a plug ratio is `A a(ζ)`, so that `v₁ + k τ_y/ζ = v₀` is again a
     /// cubic (quadratic) equation of `ζ`.
     #[inline]
-    pub(super) fn slowed(
+    pub(super) fn speed_after_step(
         self,
         yield_stress: f64,
         viscosity: f64,
@@ -101,7 +101,7 @@ impl BinghamSolution {
         }
         let next = match self {
             Self::Exact => {
-                let (zeta, gap) = plug(speed, push, left);
+                let (zeta, gap) = plug_root(speed, push, left);
                 gap * gap * (3.0 - gap) / zeta
             }
             Self::Quadratic => {

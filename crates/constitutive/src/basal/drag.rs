@@ -4,7 +4,7 @@ use super::{BasalFlow, BinghamSolution};
 
 /// What speed adds to the strength of a base.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Drag {
+pub enum BasalDrag {
     /// Nothing.
     None,
     /// A power law of the shear rate: `μ ((1 + 2m)/m · v̄/h)^m`.
@@ -28,7 +28,7 @@ pub enum Drag {
     /// that of Bagnold's profile at its base.
     Granular {
         /// `μ_2 - μ_s`.
-        rise: f64,
+        friction_range: f64,
         /// Inertial number `I_0` at which friction is halfway between the two.
         reference: f64,
         /// Diameter `d` of the grains (m).
@@ -47,11 +47,11 @@ pub enum Drag {
 
 /// Speed `w` at which the inertial number of a column is `reference`.
 #[inline]
-fn speed_of(reference: f64, diameter: f64, grain_density: f64, effective: f64, depth: f64) -> f64 {
+fn reference_speed(reference: f64, diameter: f64, grain_density: f64, effective: f64, depth: f64) -> f64 {
     0.4 * reference * depth * (effective / grain_density).sqrt() / diameter
 }
 
-impl Drag {
+impl BasalDrag {
     /// Factor `b` of `b v̄²` for drag that grows with the square of speed.
     #[inline]
     fn quadratic(&self, flow: &BasalFlow) -> Option<f64> {
@@ -66,7 +66,7 @@ impl Drag {
     }
 
     /// Shear stress (Pa) beside the strength; `effective` is the effective normal stress (Pa). Zero for
-    /// [`Drag::Bingham`], which is no sum.
+    /// [`BasalDrag::Bingham`], which is no sum.
     #[inline]
     pub(super) fn shear_stress(&self, effective: f64, flow: &BasalFlow) -> f64 {
         match *self {
@@ -76,8 +76,8 @@ impl Drag {
             }
             Self::Turbulent { coefficient } => flow.unit_weight * flow.speed * flow.speed / coefficient,
             Self::Manning { .. } => self.quadratic(flow).unwrap_or(0.0) * flow.speed * flow.speed,
-            Self::Granular { rise, reference, diameter, grain_density } => {
-                let half = speed_of(reference, diameter, grain_density, effective, flow.depth);
+            Self::Granular { friction_range: rise, reference, diameter, grain_density } => {
+                let half = reference_speed(reference, diameter, grain_density, effective, flow.depth);
                 if flow.speed > 0.0 { effective * rise * flow.speed / (flow.speed + half) } else { 0.0 }
             }
         }
@@ -85,7 +85,7 @@ impl Drag {
 
     /// Root `v₁` of `v₁ - v₀ + k D(v₁) = 0`.
     #[inline]
-    pub(super) fn slowed(&self, effective: f64, flow: &BasalFlow, impulse: f64) -> f64 {
+    pub(super) fn speed_after_step(&self, effective: f64, flow: &BasalFlow, impulse: f64) -> f64 {
         let speed = flow.speed;
         if let Some(factor) = self.quadratic(flow) {
             return 2.0 * speed / (1.0 + (1.0 + 4.0 * impulse * factor * speed).sqrt());
@@ -98,8 +98,8 @@ impl Drag {
                 let factor = impulse * consistency * ((1.0 + 2.0 * m) / m / flow.depth).powf(m);
                 power_root(speed, factor, m)
             }
-            Self::Granular { rise, reference, diameter, grain_density } => {
-                let half = speed_of(reference, diameter, grain_density, effective, flow.depth);
+            Self::Granular { friction_range: rise, reference, diameter, grain_density } => {
+                let half = reference_speed(reference, diameter, grain_density, effective, flow.depth);
                 // v₁² + b v₁ - v₀ w = 0.
                 let b = half + impulse * effective * rise - speed;
                 let root = b.hypot(2.0 * (speed * half).sqrt());

@@ -1,7 +1,7 @@
 //! The basal law that a material of the other methods stands for: fluids by their Bingham form, soils by friction and
 //! cohesion.
 
-use super::{BasalRheology, BasalSpec, BinghamBaseSpec, CoulombSpec, GranularBaseSpec, Strength};
+use super::{BasalRheology, BasalSpec, BasalStrength, BinghamBaseSpec, CoulombSpec, GranularBaseSpec};
 use crate::laws::StrengthReduction;
 use crate::{MaterialError, MaterialSpec};
 
@@ -16,7 +16,7 @@ impl MaterialSpec {
     pub fn basal(&self) -> Result<BasalRheology, MaterialError> {
         self.build()?;
         let own = |law: BasalRheology| BasalRheology { name: self.name(), ..law };
-        self.basal_law().map(own).map_err(|error| error.of_model(self.name()))
+        self.basal_law().map(own).map_err(|error| error.with_model(self.name()))
     }
 
     fn basal_law(&self) -> Result<BasalRheology, MaterialError> {
@@ -51,8 +51,11 @@ impl MaterialSpec {
             Self::Bingham(spec) => fluid(spec.yield_stress, spec.viscosity),
             Self::FrictionalFluid(spec) => {
                 let rheology = spec.rheology()?;
-                let strength =
-                    Strength { friction: rheology.friction, cohesion: rheology.cohesion, ..Strength::NONE };
+                let strength = BasalStrength {
+                    friction: rheology.friction,
+                    cohesion: rheology.cohesion,
+                    ..BasalStrength::NONE
+                };
                 Ok(BasalRheology { strength, ..fluid(0.0, spec.viscosity)? })
             }
             Self::MuI(spec) => BasalSpec::Granular(GranularBaseSpec::new(

@@ -4,16 +4,16 @@
 //! A law is a strength and what speed adds to it. With flow depth `h`, depth-averaged speed `v̄`, the share `r_u`
 //! of the normal stress that water carries, and `σ' = ((1 - r_u) σ_b - p_b)₊`:
 //!
-//! - strength ([`Strength`]): `s = σ' tan φ + c`, or cohesion that vanishes with the normal stress;
-//! - [`Drag::Viscous`]: `τ_b = s + μ ((1 + 2m)/m · v̄/h)^m`;
-//! - [`Drag::Turbulent`]: `τ_b = s + ρ g v̄²/ξ` (Voellmy; Chézy with `ξ = C²`);
-//! - [`Drag::Manning`]: `τ_b = s + ρ g n² v̄²/h^⅓`;
-//! - [`Drag::Granular`]: `τ_b = s + σ' (μ_2 - μ_s)/(I_0/I + 1)`, `I = 5 v̄ d/(2h √(σ'/ρ_s))`;
-//! - [`Drag::Bingham`]: `v̄ = τ_b h/(6μ) (1 - ζ)² (2 + ζ)`, `ζ = s/τ_b`.
+//! - strength ([`BasalStrength`]): `s = σ' tan φ + c`, or cohesion that vanishes with the normal stress;
+//! - [`BasalDrag::Viscous`]: `τ_b = s + μ ((1 + 2m)/m · v̄/h)^m`;
+//! - [`BasalDrag::Turbulent`]: `τ_b = s + ρ g v̄²/ξ` (Voellmy; Chézy with `ξ = C²`);
+//! - [`BasalDrag::Manning`]: `τ_b = s + ρ g n² v̄²/h^⅓`;
+//! - [`BasalDrag::Granular`]: `τ_b = s + σ' (μ_2 - μ_s)/(I_0/I + 1)`, `I = 5 v̄ d/(2h √(σ'/ρ_s))`;
+//! - [`BasalDrag::Bingham`]: `v̄ = τ_b h/(6μ) (1 - ζ)² (2 + ζ)`, `ζ = s/τ_b`.
 //!
 //! All are positive numbers (Pa), to be applied against the velocity. Flow at rest is held by as much as drives it,
 //! up to its strength. Limits: profiles of steady uniform flow; the strength is taken constant over the depth in
-//! [`Drag::Bingham`], linear in the others.
+//! [`BasalDrag::Bingham`], linear in the others.
 
 mod bingham;
 mod drag;
@@ -23,13 +23,13 @@ mod spec;
 mod strength;
 
 pub use bingham::{BinghamSolution, plug_ratio, plug_ratio_quadratic};
-pub use drag::Drag;
-pub use skeleton::{Confinement, SkeletonSpec};
+pub use drag::BasalDrag;
+pub use skeleton::{LateralConfinement, SkeletonSpec};
 pub use spec::{
     BasalSpec, BinghamBaseSpec, ChezySpec, CoulombSpec, GranularBaseSpec, ManningSpec, ViscousFrictionalSpec,
     VoellmySpec,
 };
-pub use strength::{CohesionForm, Strength};
+pub use strength::{BasalStrength, CohesionForm};
 
 use crate::MaterialError;
 
@@ -56,32 +56,33 @@ pub struct BasalRheology {
     /// Name of the model as it stands in a case file.
     pub name: &'static str,
     /// What it bears without moving.
-    pub strength: Strength,
+    pub strength: BasalStrength,
     /// What speed adds.
-    pub drag: Drag,
+    pub drag: BasalDrag,
 }
 
 impl BasalRheology {
     /// A base that holds nothing.
-    pub const FRICTIONLESS: Self = Self { name: "none", strength: Strength::NONE, drag: Drag::None };
+    pub const FRICTIONLESS: Self =
+        Self { name: "none", strength: BasalStrength::NONE, drag: BasalDrag::None };
 
     /// Largest basal shear stress (Pa) that flow at rest bears without moving; where it moves, the limit of
-    /// [`BasalRheology::moving`] as the speed vanishes.
+    /// [`BasalRheology::moving_shear_stress`] as the speed vanishes.
     #[inline]
-    pub fn max_static(&self, flow: &BasalFlow) -> f64 {
-        let strength = self.strength.at(flow);
+    pub fn static_shear_strength(&self, flow: &BasalFlow) -> f64 {
+        let strength = self.strength.shear_strength(flow);
         match self.drag {
-            Drag::Bingham { solution, .. } => strength * solution.static_factor(),
+            BasalDrag::Bingham { solution, .. } => strength * solution.static_factor(),
             _ => strength,
         }
     }
 
     /// Basal shear stress (Pa) of flow whose speed is above zero; depth positive.
     #[inline]
-    pub fn moving(&self, flow: &BasalFlow) -> f64 {
-        let strength = self.strength.at(flow);
+    pub fn moving_shear_stress(&self, flow: &BasalFlow) -> f64 {
+        let strength = self.strength.shear_strength(flow);
         match self.drag {
-            Drag::Bingham { viscosity, solution } => {
+            BasalDrag::Bingham { viscosity, solution } => {
                 solution.shear_stress(strength, viscosity, flow.speed / flow.depth)
             }
             drag => strength + drag.shear_stress(self.strength.effective_stress(flow), flow),
@@ -107,16 +108,16 @@ impl BasalRheology {
             return Ok(0.0);
         }
         if speed > 0.0 {
-            return Ok(self.moving(flow));
+            return Ok(self.moving_shear_stress(flow));
         }
         let driving = normal_stress.max(0.0) * slope.abs();
-        Ok(driving.min(self.max_static(flow)))
+        Ok(driving.min(self.static_shear_strength(flow)))
     }
 
     /// Whether the strength and what speed adds to it are separate forces, `τ_b = s + D(v̄)`; a Bingham profile
     /// couples them.
     pub fn is_additive(&self) -> bool {
-        !matches!(self.drag, Drag::Bingham { .. })
+        !matches!(self.drag, BasalDrag::Bingham { .. })
     }
 
     /// Speed (m/s) after a step in which the base alone acts, implicitly (sheet: depth-sph §3.5): the root
@@ -124,29 +125,29 @@ impl BasalRheology {
     /// (m²s/kg); zero where the strength stops it. In closed form but for powers `m` other than 1 and 2, which an
     /// iteration solves to 1e-14 of `v₀`.
     #[inline]
-    pub fn slowed(&self, flow: &BasalFlow, impulse: f64) -> f64 {
-        let left = flow.speed - impulse * self.max_static(flow);
+    pub fn speed_after_step(&self, flow: &BasalFlow, impulse: f64) -> f64 {
+        let left = flow.speed - impulse * self.static_shear_strength(flow);
         if left <= 0.0 {
             return 0.0;
         }
         match self.drag {
-            Drag::Bingham { viscosity, solution } => {
-                solution.slowed(self.strength.at(flow), viscosity, flow, impulse, left)
+            BasalDrag::Bingham { viscosity, solution } => {
+                solution.speed_after_step(self.strength.shear_strength(flow), viscosity, flow, impulse, left)
             }
-            _ => self.dragged(&BasalFlow { speed: left, ..*flow }, impulse),
+            _ => self.speed_after_drag(&BasalFlow { speed: left, ..*flow }, impulse),
         }
     }
 
-    /// As [`BasalRheology::slowed`], by what speed adds to the strength alone. A Bingham profile has no such part:
+    /// As [`BasalRheology::speed_after_step`], by what speed adds to the strength alone. A Bingham profile has no such part:
     /// the speed stays.
     #[inline]
-    pub fn dragged(&self, flow: &BasalFlow, impulse: f64) -> f64 {
-        self.drag.slowed(self.strength.effective_stress(flow), flow, impulse)
+    pub fn speed_after_drag(&self, flow: &BasalFlow, impulse: f64) -> f64 {
+        self.drag.speed_after_step(self.strength.effective_stress(flow), flow, impulse)
     }
 
     /// The same law with a coefficient of friction of at most `friction`: a bed smoother than the material.
     #[must_use]
-    pub fn with_friction_at_most(mut self, friction: f64) -> Self {
+    pub fn with_max_friction(mut self, friction: f64) -> Self {
         self.strength.friction = self.strength.friction.min(friction);
         self
     }

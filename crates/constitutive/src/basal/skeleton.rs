@@ -16,13 +16,13 @@ pub struct SkeletonSpec {
     pub poissons_ratio: f64,
     /// How the sides of a column are held.
     #[serde(default)]
-    pub confinement: Confinement,
+    pub confinement: LateralConfinement,
 }
 
 /// How the sides of a column are held: mean over vertical effective stress `α`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Confinement {
+pub enum LateralConfinement {
     /// Under the same stress as the top: `α = 1`.
     Isotropic {},
     /// No lateral strain: `α = (1 + 2 k_0)/3`. With the elastic `k_0` the stiffness is the oedometric modulus. The
@@ -44,7 +44,7 @@ pub enum Confinement {
     },
 }
 
-impl Default for Confinement {
+impl Default for LateralConfinement {
     fn default() -> Self {
         Self::OneDimensional { k0: None }
     }
@@ -58,17 +58,17 @@ impl SkeletonSpec {
     pub fn stiffness(&self) -> Result<f64, MaterialError> {
         let elasticity = crate::laws::Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
         let alpha = match self.confinement {
-            Confinement::Isotropic {} => 1.0,
-            Confinement::OneDimensional { k0 } => {
+            LateralConfinement::Isotropic {} => 1.0,
+            LateralConfinement::OneDimensional { k0 } => {
                 let k0 = k0.unwrap_or(self.poissons_ratio / (1.0 - self.poissons_ratio));
                 not_negative("confinement.k0", k0, "")?;
                 (1.0 + 2.0 * k0) / 3.0
             }
-            Confinement::SourceK0 { k0 } => {
+            LateralConfinement::SourceK0 { k0 } => {
                 positive("confinement.k0", k0, "")?;
                 k0
             }
-            Confinement::Value { alpha } => {
+            LateralConfinement::Value { alpha } => {
                 positive("confinement.alpha", alpha, "")?;
                 alpha
             }

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{BasalRheology, BinghamSolution, CohesionForm, Drag, Strength};
+use super::{BasalDrag, BasalRheology, BasalStrength, BinghamSolution, CohesionForm};
 use crate::model::{check, not_negative, positive};
-use crate::{MaterialError, OrNone};
+use crate::{MaterialError, MaybeInfinite};
 
 /// A basal law of a case file: the model's name and its parameters, angles in degrees.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -53,7 +53,7 @@ impl BasalSpec {
             Self::Manning(spec) => ("manning", spec.law()),
             Self::Chezy(spec) => ("chezy", spec.law()),
         };
-        let (strength, drag) = law.map_err(|error| error.of_model(name))?;
+        let (strength, drag) = law.map_err(|error| error.with_model(name))?;
         Ok(BasalRheology { name, strength, drag })
     }
 
@@ -98,7 +98,7 @@ impl BasalSpec {
                 cohesion: 500.0,
                 cohesion_form: CohesionForm::Ramms,
                 pore_pressure_ratio: 0.3,
-                ..VoellmySpec::new(15.0, OrNone::NONE)
+                ..VoellmySpec::new(15.0, MaybeInfinite::NONE)
             }),
             Self::Coulomb(CoulombSpec { cohesion: 300.0, ..CoulombSpec::new(15.0) }),
             Self::Granular(GranularBaseSpec::new(0.38, 0.64, 0.279, 0.01, 2450.0)),
@@ -108,7 +108,7 @@ impl BasalSpec {
     }
 }
 
-type Parts = Result<(Strength, Drag), MaterialError>;
+type StrengthAndDrag = Result<(BasalStrength, BasalDrag), MaterialError>;
 
 /// `tan φ` of an angle in degrees.
 fn friction(angle: f64) -> Result<f64, MaterialError> {
@@ -149,16 +149,16 @@ impl BinghamBaseSpec {
         Self { yield_stress, friction_angle: 0.0, pore_pressure_ratio: 0.0, viscosity, solution }
     }
 
-    fn law(&self) -> Parts {
+    fn law(&self) -> StrengthAndDrag {
         not_negative("yield_stress", self.yield_stress, "Pa")?;
         not_negative("viscosity", self.viscosity, "Pa s")?;
-        let strength = Strength {
+        let strength = BasalStrength {
             friction: friction(self.friction_angle)?,
             cohesion: self.yield_stress,
             form: CohesionForm::Constant,
             pore_pressure_ratio: pore_pressure_ratio(self.pore_pressure_ratio)?,
         };
-        Ok((strength, Drag::Bingham { viscosity: self.viscosity, solution: self.solution }))
+        Ok((strength, BasalDrag::Bingham { viscosity: self.viscosity, solution: self.solution }))
     }
 }
 
@@ -188,13 +188,13 @@ macro_rules! frictional {
                 Self { $($field,)* cohesion: 0.0, cohesion_form, pore_pressure_ratio: 0.0 }
             }
 
-            fn strength(&self, friction: f64) -> Result<Strength, MaterialError> {
+            fn strength(&self, friction: f64) -> Result<BasalStrength, MaterialError> {
                 not_negative("cohesion", self.cohesion, "Pa")?;
                 if self.cohesion_form == CohesionForm::Ramms && friction > 1.0 {
                     let rule = "the form ramms is for friction angles up to 45 degrees";
                     return Err(MaterialError::choice("cohesion_form", rule));
                 }
-                Ok(Strength {
+                Ok(BasalStrength {
                     friction,
                     cohesion: self.cohesion,
                     form: self.cohesion_form,
@@ -218,11 +218,11 @@ frictional! {
 }
 
 impl ViscousFrictionalSpec {
-    fn law(&self) -> Parts {
+    fn law(&self) -> StrengthAndDrag {
         let friction = friction(self.friction_angle)?;
         not_negative("consistency", self.consistency, "Pa sᵐ")?;
         positive("exponent", self.exponent, "")?;
-        let drag = Drag::Viscous { consistency: self.consistency, exponent: self.exponent };
+        let drag = BasalDrag::Viscous { consistency: self.consistency, exponent: self.exponent };
         Ok((self.strength(friction)?, drag))
     }
 }
@@ -233,15 +233,15 @@ frictional! {
         /// Friction angle at the base (degrees), 0 to 90 (excluded).
         friction_angle: f64,
         /// Turbulence coefficient `ξ` (m/s²), > 0, or `"none"` for no turbulence.
-        turbulence: OrNone,
+        turbulence: MaybeInfinite,
     }
 }
 
 impl VoellmySpec {
-    fn law(&self) -> Parts {
+    fn law(&self) -> StrengthAndDrag {
         let friction = friction(self.friction_angle)?;
         let coefficient = self.turbulence.check_positive("turbulence", "m/s²")?;
-        Ok((self.strength(friction)?, Drag::Turbulent { coefficient }))
+        Ok((self.strength(friction)?, BasalDrag::Turbulent { coefficient }))
     }
 }
 
@@ -254,8 +254,8 @@ frictional! {
 }
 
 impl CoulombSpec {
-    fn law(&self) -> Parts {
-        Ok((self.strength(friction(self.friction_angle)?)?, Drag::None))
+    fn law(&self) -> StrengthAndDrag {
+        Ok((self.strength(friction(self.friction_angle)?)?, BasalDrag::None))
     }
 }
 
@@ -277,14 +277,14 @@ frictional! {
 }
 
 impl GranularBaseSpec {
-    fn law(&self) -> Parts {
+    fn law(&self) -> StrengthAndDrag {
         let (low, high) = (self.static_friction, self.limit_friction);
         crate::laws::mu_i::check_friction(low, high)?;
         positive("reference_inertial_number", self.reference_inertial_number, "")?;
         positive("grain_diameter", self.grain_diameter, "m")?;
         positive("grain_density", self.grain_density, "kg/m³")?;
-        let drag = Drag::Granular {
-            rise: high - low,
+        let drag = BasalDrag::Granular {
+            friction_range: high - low,
             reference: self.reference_inertial_number,
             diameter: self.grain_diameter,
             grain_density: self.grain_density,
@@ -304,10 +304,10 @@ frictional! {
 }
 
 impl ManningSpec {
-    fn law(&self) -> Parts {
+    fn law(&self) -> StrengthAndDrag {
         let friction = friction(self.friction_angle)?;
         not_negative("roughness", self.roughness, "s/m^⅓")?;
-        Ok((self.strength(friction)?, Drag::Manning { roughness: self.roughness }))
+        Ok((self.strength(friction)?, BasalDrag::Manning { roughness: self.roughness }))
     }
 }
 
@@ -322,9 +322,12 @@ frictional! {
 }
 
 impl ChezySpec {
-    fn law(&self) -> Parts {
+    fn law(&self) -> StrengthAndDrag {
         let friction = friction(self.friction_angle)?;
         positive("coefficient", self.coefficient, "m^½/s")?;
-        Ok((self.strength(friction)?, Drag::Turbulent { coefficient: self.coefficient * self.coefficient }))
+        Ok((
+            self.strength(friction)?,
+            BasalDrag::Turbulent { coefficient: self.coefficient * self.coefficient },
+        ))
     }
 }

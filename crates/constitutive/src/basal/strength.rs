@@ -7,7 +7,7 @@ use super::BasalFlow;
 
 /// Friction and cohesion at the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Strength {
+pub struct BasalStrength {
     /// Coefficient of friction `tan φ`.
     pub friction: f64,
     /// Cohesion `c` (Pa).
@@ -30,7 +30,7 @@ pub enum CohesionForm {
     Ramms,
 }
 
-impl Strength {
+impl BasalStrength {
     /// None.
     pub const NONE: Self =
         Self { friction: 0.0, cohesion: 0.0, form: CohesionForm::Constant, pore_pressure_ratio: 0.0 };
@@ -43,7 +43,7 @@ impl Strength {
 
     /// Shear stress (Pa) that the base bears under `flow`.
     #[inline]
-    pub fn at(&self, flow: &BasalFlow) -> f64 {
+    pub fn shear_strength(&self, flow: &BasalFlow) -> f64 {
         let stress = self.effective_stress(flow);
         let cohesion = match self.form {
             CohesionForm::Constant => self.cohesion,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::path::{Controlled, Path};
+use super::path::{ControlledQuantity, LoadingPath};
 use crate::{Mat3, SymTensor};
 
 /// Names of the components, for messages.
@@ -10,7 +10,7 @@ pub(super) const NAMES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
 
 /// What a stage does, for the stress it starts from.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Program {
+pub(super) struct ControlSequence {
     /// Parts one after another, each taken in the stage's number of steps.
     pub(super) parts: Vec<Control>,
 }
@@ -19,9 +19,9 @@ pub(super) struct Program {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Control {
     /// `S Δσ + E Δε = ΔY`.
-    Mixed(Conditions),
+    Mixed(ControlEquations),
     /// Time integral of the velocity gradient.
-    Given(Mat3),
+    PrescribedGradient(Mat3),
     /// A rigid rotation about z (rad).
     Rotation(f64),
     /// A deformation gradient that goes from one value to another.
@@ -35,7 +35,7 @@ pub(super) enum Control {
 
 /// The equation of the pore pressure, `a·Δσ' + b·Δε + c Δp_w = 0`, and its place in the six others.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pore {
+pub(super) struct PorePressureEquation {
     /// `a`.
     pub(super) stress: [f64; 6],
     /// `b`.
@@ -46,7 +46,7 @@ pub(super) struct Pore {
     pub(super) column: [f64; 6],
 }
 
-impl Pore {
+impl PorePressureEquation {
     /// It stays as it is.
     const DRAINED: Self = Self { stress: [0.0; 6], strain: [0.0; 6], pressure: 1.0, column: [0.0; 6] };
 
@@ -61,34 +61,34 @@ impl Pore {
 
 /// Six linear equations, with engineering shear in Δε; amounts over the part.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Conditions {
+pub(super) struct ControlEquations {
     pub(super) stress: [[f64; 6]; 6],
     pub(super) strain: [[f64; 6]; 6],
     /// The seventh, of the pore pressure.
-    pub(super) pore: Pore,
+    pub(super) pore: PorePressureEquation,
     pub(super) total: [f64; 6],
     /// Amplitude of one period of a sine.
     pub(super) amplitude: [f64; 6],
     /// Phase of the sine (rad).
     pub(super) phase: [f64; 6],
     /// The shear xy is simple shear: the material turns with it.
-    pub(super) shear_turns: bool,
+    pub(super) is_simple_shear: bool,
     /// Angles of rotation about x, y, z (rad).
     pub(super) spin: [f64; 3],
 }
 
-impl Conditions {
+impl ControlEquations {
     /// All strain increments zero.
-    fn still() -> Self {
+    fn zero_strain() -> Self {
         let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
         Self {
             stress: [[0.0; 6]; 6],
             strain: std::array::from_fn(|i| std::array::from_fn(|j| unit(i, j))),
-            pore: Pore::DRAINED,
+            pore: PorePressureEquation::DRAINED,
             total: [0.0; 6],
             amplitude: [0.0; 6],
             phase: [0.0; 6],
-            shear_turns: false,
+            is_simple_shear: false,
             spin: [0.0; 3],
         }
     }
@@ -106,13 +106,13 @@ impl Conditions {
     }
 
     fn simple_shear(mut self) -> Self {
-        self.shear_turns = true;
+        self.is_simple_shear = true;
         self
     }
 
-    /// The rows of stress are total stress; see [`Pore::undrained`].
+    /// The rows of stress are total stress; see [`PorePressureEquation::undrained`].
     fn undrained(mut self, fluid_stiffness: Option<f64>) -> Self {
-        self.pore = Pore::undrained(fluid_stiffness, &self.stress);
+        self.pore = PorePressureEquation::undrained(fluid_stiffness, &self.stress);
         self
     }
 
@@ -154,7 +154,7 @@ impl Control {
     fn reversed(&self, fraction: f64) -> Self {
         match self {
             Self::Mixed(conditions) => Self::Mixed(conditions.reversed(fraction)),
-            Self::Given(gradient) => Self::Given(*gradient * -fraction),
+            Self::PrescribedGradient(gradient) => Self::PrescribedGradient(*gradient * -fraction),
             Self::Rotation(angle) => Self::Rotation(-fraction * angle),
             Self::Deformation { from, to } => {
                 Self::Deformation { from: *to, to: *to + (*from - *to) * fraction }
@@ -163,39 +163,41 @@ impl Control {
     }
 }
 
-impl Program {
+impl ControlSequence {
     fn reversed(&self, fraction: f64) -> Self {
         let parts = self.parts.iter().rev().map(|part| part.reversed(fraction)).collect();
         Self { parts }
     }
 }
 
-impl Path {
+impl LoadingPath {
     /// What the path does from `stress`, within `duration` (s), after the stage `before`; `None` for a
     /// reversal of nothing.
     pub(super) fn program(
         &self,
         stress: &SymTensor,
         duration: f64,
-        before: Option<&Program>,
-    ) -> Option<Program> {
+        before: Option<&ControlSequence>,
+    ) -> Option<ControlSequence> {
         let parts = match self {
             Self::Reversal { fraction } => return before.map(|stage| stage.reversed(*fraction)),
-            Self::Direct { control, increments, spins } => direct(control, increments, spins),
-            Self::Flow { velocity_gradient } => vec![Control::Given(Mat3(*velocity_gradient) * duration)],
+            Self::Direct { control, increments, spins } => direct_control(control, increments, spins),
+            Self::Flow { velocity_gradient } => {
+                vec![Control::PrescribedGradient(Mat3(*velocity_gradient) * duration)]
+            }
             Self::DeformationGradient { deformation } => {
                 vec![Control::Deformation { from: Mat3::IDENTITY, to: Mat3(*deformation) }]
             }
-            Self::Relaxation {} => vec![Control::Given(Mat3::ZERO)],
+            Self::Relaxation {} => vec![Control::PrescribedGradient(Mat3::ZERO)],
             Self::Rotation { angle } => vec![Control::Rotation(angle.to_radians())],
             mixed => vec![Control::Mixed(mixed.conditions(stress))],
         };
-        Some(Program { parts })
+        Some(ControlSequence { parts })
     }
 
     /// The six equations of a path that is made of them.
-    fn conditions(&self, start: &SymTensor) -> Conditions {
-        let still = Conditions::still;
+    fn conditions(&self, start: &SymTensor) -> ControlEquations {
+        let still = ControlEquations::zero_strain;
         match *self {
             Self::Isotropic { pressure } => {
                 let to = |c: usize| -pressure - start[c];
@@ -223,8 +225,8 @@ impl Path {
             Self::SimpleShearConstantVolume { shear } => {
                 // As if undrained at constant total normal stress.
                 let stress = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
-                let pore = Pore { stress, pressure: -1.0, ..Pore::DRAINED };
-                Conditions { pore, ..still().strain(3, shear).simple_shear() }
+                let pore = PorePressureEquation { stress, pressure: -1.0, ..PorePressureEquation::DRAINED };
+                ControlEquations { pore, ..still().strain(3, shear).simple_shear() }
             }
             Self::SimpleShearConstantNormalStress { shear } => {
                 still().stress(1, 0.0).strain(3, shear).simple_shear()
@@ -232,14 +234,25 @@ impl Path {
             Self::SimpleShearStress { shear_stress } => {
                 still().stress(1, 0.0).stress(3, shear_stress).simple_shear()
             }
-            Self::Strain { increment } => Conditions { total: engineering(&increment), ..still() },
+            Self::Strain { increment } => ControlEquations { total: engineering(&increment), ..still() },
             Self::Stress { increment } => (0..6).fold(still(), |rows, c| rows.stress(c, increment[c])),
             Self::General { stress, mut strain, total, amplitude, phase, spin, fluid_stiffness } => {
                 // The file's strain has tensor shear, the solve engineering shear.
                 strain.iter_mut().for_each(|row| row[3..].iter_mut().for_each(|e| *e *= 0.5));
                 let (phase, spin) = (phase.map(f64::to_radians), spin.map(f64::to_radians));
-                let pore = fluid_stiffness.map_or(Pore::DRAINED, |k| Pore::undrained(Some(k), &stress));
-                Conditions { stress, strain, pore, total, amplitude, phase, shear_turns: false, spin }
+                let pore = fluid_stiffness.map_or(PorePressureEquation::DRAINED, |k| {
+                    PorePressureEquation::undrained(Some(k), &stress)
+                });
+                ControlEquations {
+                    stress,
+                    strain,
+                    pore,
+                    total,
+                    amplitude,
+                    phase,
+                    is_simple_shear: false,
+                    spin,
+                }
             }
             Self::Creep {} => (0..6).fold(still(), |rows, c| rows.stress(c, 0.0)),
             // The others are no equations; see `program`.
@@ -257,15 +270,19 @@ fn engineering(strain: &[f64; 6]) -> [f64; 6] {
     std::array::from_fn(|c| if c < 3 { strain[c] } else { 2.0 * strain[c] })
 }
 
-fn direct(control: &[Controlled; 6], increments: &[[f64; 6]], spins: &[[f64; 3]]) -> Vec<Control> {
+fn direct_control(
+    control: &[ControlledQuantity; 6],
+    increments: &[[f64; 6]],
+    spins: &[[f64; 3]],
+) -> Vec<Control> {
     let part = |(number, increment): (usize, &[f64; 6])| {
         let strain = engineering(increment);
-        let rows = (0..6).fold(Conditions::still(), |rows, c| match control[c] {
-            Controlled::Strain => rows.strain(c, strain[c]),
-            Controlled::Stress => rows.stress(c, increment[c]),
+        let rows = (0..6).fold(ControlEquations::zero_strain(), |rows, c| match control[c] {
+            ControlledQuantity::Strain => rows.strain(c, strain[c]),
+            ControlledQuantity::Stress => rows.stress(c, increment[c]),
         });
         let spin = spins.get(number).map_or([0.0; 3], |spin| spin.map(f64::to_radians));
-        Control::Mixed(Conditions { spin, ..rows })
+        Control::Mixed(ControlEquations { spin, ..rows })
     };
     increments.iter().enumerate().map(part).collect()
 }

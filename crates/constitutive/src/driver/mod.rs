@@ -21,12 +21,12 @@ use crate::{
     InitialCondition, Mat3, Material, MaterialError, MaterialSpec, Motion, StateBlock, States, SymTensor,
 };
 
-pub use path::{Controlled, Path};
-pub use plots::{StandardPlot, YieldLine};
+pub use path::{ControlledQuantity, LoadingPath};
+pub use plots::{StandardPlot, YieldCurve};
 pub use record::{ElementPath, cell};
-pub use validate::Problem;
+pub use validate::TestProblem;
 
-use record::Record;
+use record::PathRecorder;
 
 /// A test of a single material point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -48,7 +48,7 @@ pub struct ElementTest {
 #[serde(deny_unknown_fields)]
 pub struct TestStage {
     /// What is prescribed.
-    pub path: Path,
+    pub path: LoadingPath,
     /// Number of steps.
     #[serde(default = "steps")]
     pub steps: usize,
@@ -69,8 +69,8 @@ fn duration() -> f64 {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum DriverError {
     /// The test is described wrongly: everything found, one problem a line.
-    #[error("{}", validate::lines(.0))]
-    Invalid(Vec<Problem>),
+    #[error("{}", validate::problem_lines(.0))]
+    Invalid(Vec<TestProblem>),
     /// A stage cannot be carried out.
     #[error("stages[{stage}].path: {problem}")]
     Stage {
@@ -105,14 +105,14 @@ pub enum DriverError {
 
 /// The material point under test.
 #[derive(Clone)]
-struct Specimen {
+struct ElementSpecimen {
     material: std::sync::Arc<dyn Material>,
     stress: SymTensor,
     states: States,
     density: f64,
 }
 
-impl Specimen {
+impl ElementSpecimen {
     fn new(test: &ElementTest) -> Result<Self, MaterialError> {
         let material = test.material.build()?;
         let density = test.material.density();
@@ -127,13 +127,13 @@ impl Specimen {
 
     fn motion(&self, gradient: &Mat3, dt: f64) -> Option<Motion> {
         let mut motion = Motion::from_velocity_gradient(&(*gradient * (1.0 / dt)), dt, 1.0, 1.0)?;
-        motion.gradient = *gradient;
+        motion.velocity_gradient_dt = *gradient;
         motion.density = self.density / motion.deformation.determinant();
         Some(motion)
     }
 
     /// Stress and states after a motion; the specimen itself stays as it was.
-    fn tried(&self, motion: &Motion) -> Result<(SymTensor, States), MaterialError> {
+    fn trial_update(&self, motion: &Motion) -> Result<(SymTensor, States), MaterialError> {
         let mut states = self.states.clone();
         let mut stress = [self.stress];
         self.material
@@ -184,13 +184,13 @@ impl Specimen {
 }
 
 /// A test as far as it went.
-pub struct Trace {
+pub struct TestTrace {
     /// What the point went through up to the end or to where the test stopped.
     pub path: ElementPath,
     /// Why the test stopped before its end; `None` where it did not.
     pub stopped: Option<DriverError>,
-    start: Specimen,
-    end: Specimen,
+    start: ElementSpecimen,
+    end: ElementSpecimen,
 }
 
 impl ElementTest {
@@ -216,26 +216,26 @@ impl ElementTest {
     /// Runs the test as far as it goes.
     ///
     /// # Errors
-    /// When the test is described wrongly; what happens on the way is in [`Trace::stopped`].
-    pub fn trace(&self) -> Result<Trace, DriverError> {
+    /// When the test is described wrongly; what happens on the way is in [`TestTrace::stopped`].
+    pub fn trace(&self) -> Result<TestTrace, DriverError> {
         self.validate()?;
         let invalid = |error| DriverError::Invalid(vec![validate::material_problem(&error)]);
-        let mut specimen = Specimen::new(self).map_err(invalid)?;
+        let mut specimen = ElementSpecimen::new(self).map_err(invalid)?;
         if !specimen.stress.0.iter().all(|component| component.is_finite()) {
             let problem = "the stress at the start is no number: look at the size of moduli and strengths";
-            return Err(DriverError::Invalid(vec![Problem {
+            return Err(DriverError::Invalid(vec![TestProblem {
                 path: "material".to_owned(),
                 problem: problem.to_owned(),
             }]));
         }
         let start = specimen.clone();
-        let mut record = Record::new(&specimen);
+        let mut record = PathRecorder::new(&specimen);
         let stopped = self.stages(&mut specimen, &mut record).err();
         let path = record.finish(specimen.material.output_names());
-        Ok(Trace { path, stopped, start, end: specimen })
+        Ok(TestTrace { path, stopped, start, end: specimen })
     }
 
-    fn stages(&self, specimen: &mut Specimen, record: &mut Record) -> Result<(), DriverError> {
+    fn stages(&self, specimen: &mut ElementSpecimen, record: &mut PathRecorder) -> Result<(), DriverError> {
         let mut before = None;
         for (number, stage) in self.stages.iter().enumerate() {
             let program = stage.path.program(&specimen.stress, stage.duration, before.as_ref());
@@ -243,7 +243,7 @@ impl ElementTest {
                 stage: number,
                 problem: validate::NOTHING_TO_REVERSE.to_owned(),
             })?;
-            solve::stage(specimen, record, &solve::Place { number, stage }, &program)?;
+            solve::run_stage(specimen, record, &solve::StageContext { number, stage }, &program)?;
             before = Some(program);
         }
         Ok(())

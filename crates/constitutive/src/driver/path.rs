@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// when the specimen gets shorter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Path {
+pub enum LoadingPath {
     /// All normal stresses go to minus the given pressure.
     Isotropic {
         /// Pressure at the end (Pa, compression-positive).
@@ -101,7 +101,7 @@ pub enum Path {
     /// share of its duration. Every row prescribes either strain or stress.
     Direct {
         /// What each of the rows xx yy zz xy yz zx prescribes.
-        control: [Controlled; 6],
+        control: [ControlledQuantity; 6],
         /// Increments: tensor strain, or stress (Pa), tension-positive, as `control` says.
         increments: Vec<[f64; 6]>,
         /// Rotation that goes with each increment: angles about x, y, z (degrees); none when empty.
@@ -125,7 +125,7 @@ pub enum Path {
     /// The stage before, backwards: the same kind of control with all amounts turned round.
     Reversal {
         /// Share of the stage before that is taken back.
-        #[serde(default = "whole")]
+        #[serde(default = "default_fraction")]
         fraction: f64,
     },
     /// Rigid rotation about z.
@@ -138,13 +138,13 @@ pub enum Path {
 /// What a row of a direct path prescribes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Controlled {
+pub enum ControlledQuantity {
     /// The strain increment.
     Strain,
     /// The stress increment.
     Stress,
 }
 
-fn whole() -> f64 {
+fn default_fraction() -> f64 {
     1.0
 }

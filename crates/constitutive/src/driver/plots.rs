@@ -1,6 +1,6 @@
 //! The plots every soil test is looked at through.
 
-use super::{ElementPath, Trace};
+use super::{ElementPath, TestTrace};
 use crate::SymTensor;
 
 /// A plot worth drawing of an element test: columns and labels.
@@ -65,7 +65,7 @@ const VOID_RATIO: &str = "void_ratio";
 
 /// Where a law yields in triaxial compression.
 #[derive(Clone, Debug, PartialEq)]
-pub struct YieldLine {
+pub struct YieldCurve {
     /// What it is: `yield surface`, or that of the start and of the end where it moved.
     pub label: &'static str,
     /// p and q (Pa).
@@ -81,10 +81,10 @@ const BISECTIONS: usize = 60;
 /// Doublings in the search of a stress outside the yield surface.
 const DOUBLINGS: i32 = 40;
 
-impl Trace {
+impl TestTrace {
     /// The yield surface in triaxial compression over the pressures the test saw: one line, two where
     /// it moved, none for laws without one.
-    pub fn yield_lines(&self) -> Vec<YieldLine> {
+    pub fn yield_lines(&self) -> Vec<YieldCurve> {
         let extreme = |name: &str, start: f64, pick: fn(f64, f64) -> f64| {
             let values = self.path.column(name).unwrap_or_default();
             values.into_iter().filter(|v| v.is_finite()).fold(start, pick)
@@ -101,11 +101,11 @@ impl Trace {
         let same = start.len() == end.len()
             && start.iter().zip(&end).all(|(a, b)| (a.1 - b.1).abs() <= 1e-3 * scale);
         let lines = if same {
-            vec![YieldLine { label: "yield surface", points: end }]
+            vec![YieldCurve { label: "yield surface", points: end }]
         } else {
             vec![
-                YieldLine { label: "yield surface, start", points: start },
-                YieldLine { label: "yield surface, end", points: end },
+                YieldCurve { label: "yield surface, start", points: start },
+                YieldCurve { label: "yield surface, end", points: end },
             ]
         };
         lines.into_iter().filter(|line| !line.points.is_empty()).collect()

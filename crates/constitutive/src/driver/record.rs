@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::Specimen;
+use super::ElementSpecimen;
 use crate::{Motion, SymTensor};
 
 /// The columns every path has, with units.
@@ -99,7 +99,7 @@ pub fn cell(value: f64) -> String {
 }
 
 /// What is written down on the way.
-pub(super) struct Record {
+pub(super) struct PathRecorder {
     time: f64,
     strain: SymTensor,
     work: f64,
@@ -109,13 +109,13 @@ pub(super) struct Record {
     initial_energy: f64,
     initial_density: f64,
     pore_pressure: f64,
-    moved: bool,
+    has_new_row: bool,
     rows: Vec<Vec<f64>>,
 }
 
-impl Record {
+impl PathRecorder {
     /// A record that begins with the specimen as it is.
-    pub(super) fn new(specimen: &Specimen) -> Self {
+    pub(super) fn new(specimen: &ElementSpecimen) -> Self {
         let mut record = Self {
             time: 0.0,
             strain: SymTensor::ZERO,
@@ -124,7 +124,7 @@ impl Record {
             initial_energy: specimen.energy(),
             initial_density: specimen.density,
             pore_pressure: 0.0,
-            moved: true,
+            has_new_row: true,
             rows: Vec::new(),
         };
         record.push_if_moved(specimen);
@@ -132,7 +132,13 @@ impl Record {
     }
 
     /// Adds a motion that took `before` to `after` and changed the pore pressure by `pore` (Pa).
-    pub(super) fn add(&mut self, motion: &Motion, pore: f64, before: &Specimen, after: &Specimen) {
+    pub(super) fn add(
+        &mut self,
+        motion: &Motion,
+        pore: f64,
+        before: &ElementSpecimen,
+        after: &ElementSpecimen,
+    ) {
         let strain = motion.strain_increment();
         let work = 0.5 * (before.stress + after.stress).dot(&strain);
         self.time += motion.dt;
@@ -140,17 +146,17 @@ impl Record {
         self.work += work;
         self.reference_work += 0.5 * (self.volume(before) + self.volume(after)) * work;
         self.pore_pressure += pore;
-        self.moved = true;
+        self.has_new_row = true;
     }
 
     /// Volume over initial volume.
-    fn volume(&self, specimen: &Specimen) -> f64 {
+    fn volume(&self, specimen: &ElementSpecimen) -> f64 {
         self.initial_density / specimen.density
     }
 
     /// Writes a row unless the last one is the specimen's already.
-    pub(super) fn push_if_moved(&mut self, specimen: &Specimen) {
-        if !std::mem::take(&mut self.moved) {
+    pub(super) fn push_if_moved(&mut self, specimen: &ElementSpecimen) {
+        if !std::mem::take(&mut self.has_new_row) {
             return;
         }
         let (strain, stress) = (&self.strain, &specimen.stress);

@@ -2,14 +2,14 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::control::{Conditions, Control, NAMES, Program};
-use super::record::Record;
-use super::{DriverError, Specimen, TestStage};
+use super::control::{Control, ControlEquations, ControlSequence, NAMES};
+use super::record::PathRecorder;
+use super::{DriverError, ElementSpecimen, TestStage};
 use crate::{Mat3, Motion, SymTensor, Tangent};
 
 /// Of the seven unknowns, strain increment (engineering shear) and pore pressure, and their equations.
-type Matrix = SMatrix<f64, 7, 7>;
-type Vector = SVector<f64, 7>;
+type Matrix7 = SMatrix<f64, 7, 7>;
+type Vector7 = SVector<f64, 7>;
 
 /// Newton iterations of a step.
 const ITERATIONS: usize = 40;
@@ -21,7 +21,7 @@ const TOLERANCE: f64 = 1e-10;
 const HALVINGS: u32 = 10;
 
 /// How a stage stands in its test.
-pub(super) struct Place<'t> {
+pub(super) struct StageContext<'t> {
     /// Number of the stage.
     pub(super) number: usize,
     /// The stage.
@@ -29,11 +29,11 @@ pub(super) struct Place<'t> {
 }
 
 /// Runs one stage; what was reached is recorded whether or not it ends well.
-pub(super) fn stage(
-    specimen: &mut Specimen,
-    record: &mut Record,
-    place: &Place<'_>,
-    program: &Program,
+pub(super) fn run_stage(
+    specimen: &mut ElementSpecimen,
+    record: &mut PathRecorder,
+    place: &StageContext<'_>,
+    program: &ControlSequence,
 ) -> Result<(), DriverError> {
     let steps = place.stage.steps;
     let dt = place.stage.duration / (steps * program.parts.len().max(1)) as f64;
@@ -43,11 +43,11 @@ pub(super) fn stage(
             record.push_if_moved(specimen);
             let (stage, step) = (place.number, part * steps + step);
             result.map_err(|trouble| match trouble {
-                Trouble::Law(source) => DriverError::Law { stage, step, source },
-                Trouble::Singular => {
+                StepError::Law(source) => DriverError::Law { stage, step, source },
+                StepError::Singular => {
                     DriverError::Stage { stage, problem: "the motion of a step is singular".to_owned() }
                 }
-                Trouble::Row(row) => {
+                StepError::Row(row) => {
                     let name = NAMES.get(row).copied().unwrap_or("the pore pressure");
                     DriverError::LimitLoad { stage, step, row: format!("condition on {name}") }
                 }
@@ -59,24 +59,24 @@ pub(super) fn stage(
 
 /// One step of a part of a stage.
 fn advance(
-    specimen: &mut Specimen,
-    record: &mut Record,
+    specimen: &mut ElementSpecimen,
+    record: &mut PathRecorder,
     control: &Control,
     dt: f64,
     (step, steps): (usize, usize),
-) -> Result<(), Trouble> {
+) -> Result<(), StepError> {
     let share = 1.0 / steps as f64;
     let motion = match control {
         Control::Mixed(conditions) => {
-            let mixed = Mixed {
-                equations: Equations::of(conditions),
-                total: Vector::from_iterator(conditions.amounts(step, steps).into_iter().chain([0.0])),
-                shear_turns: conditions.shear_turns,
+            let mixed = MixedControl {
+                equations: ControlSystem::of(conditions),
+                total: Vector7::from_iterator(conditions.amounts(step, steps).into_iter().chain([0.0])),
+                shear_turns: conditions.is_simple_shear,
                 spin: conditions.spin(steps),
             };
             return mixed.advance(specimen, record, dt, HALVINGS);
         }
-        Control::Given(gradient) => specimen.motion(&(*gradient * share), dt),
+        Control::PrescribedGradient(gradient) => specimen.motion(&(*gradient * share), dt),
         Control::Rotation(angle) => {
             let rotation = Mat3::rotation_z(*angle * share);
             Motion::from_deformation(&rotation, dt, specimen.density, 1.0)
@@ -89,41 +89,41 @@ fn advance(
                 .and_then(|f| Motion::from_deformation(&f, dt, specimen.density / f.determinant(), 1.0))
         }
     };
-    apply(specimen, record, &motion.ok_or(Trouble::Singular)?, 0.0).map_err(Trouble::Law)
+    apply_step(specimen, record, &motion.ok_or(StepError::Singular)?, 0.0).map_err(StepError::Law)
 }
 
 /// Takes the step, which changes the pore pressure by `pore` (Pa).
-fn apply(
-    specimen: &mut Specimen,
-    record: &mut Record,
+fn apply_step(
+    specimen: &mut ElementSpecimen,
+    record: &mut PathRecorder,
     motion: &Motion,
     pore: f64,
 ) -> Result<(), crate::MaterialError> {
     let before = specimen.clone();
-    specimen.accept(motion, specimen.tried(motion)?);
+    specimen.accept(motion, specimen.trial_update(motion)?);
     record.add(motion, pore, &before, specimen);
     Ok(())
 }
 
 /// `S Δσ' + E Δε + P Δp_w = ΔY`, the last equation that of the pore pressure.
 #[derive(Clone, Copy)]
-struct Equations {
+struct ControlSystem {
     /// S; its last column is idle.
-    stress: Matrix,
+    stress: Matrix7,
     /// E, its last column P.
-    rest: Matrix,
+    rest: Matrix7,
 }
 
-impl Equations {
-    fn of(conditions: &Conditions) -> Self {
-        let Conditions { stress, strain, pore, .. } = conditions;
+impl ControlSystem {
+    fn of(conditions: &ControlEquations) -> Self {
+        let ControlEquations { stress, strain, pore, .. } = conditions;
         let entry = |row: usize, column: usize, six: &[[f64; 6]; 6], last: &[f64; 6]| match (row, column) {
             (_, 6) => 0.0,
             (6, _) => last[column],
             _ => six[row][column],
         };
-        let stress = Matrix::from_fn(|i, j| entry(i, j, stress, &pore.stress));
-        let mut rest = Matrix::from_fn(|i, j| entry(i, j, strain, &pore.strain));
+        let stress = Matrix7::from_fn(|i, j| entry(i, j, stress, &pore.stress));
+        let mut rest = Matrix7::from_fn(|i, j| entry(i, j, strain, &pore.strain));
         for row in 0..6 {
             rest[(row, 6)] = pore.column[row];
         }
@@ -132,14 +132,14 @@ impl Equations {
     }
 
     /// Derivative by the unknowns at the stiffness `tangent`.
-    fn jacobian(&self, tangent: &Tangent) -> Matrix {
-        let stiffness = Matrix::from_fn(|i, j| if i < 6 && j < 6 { tangent.0[i][j] } else { 0.0 });
+    fn jacobian(&self, tangent: &Tangent) -> Matrix7 {
+        let stiffness = Matrix7::from_fn(|i, j| if i < 6 && j < 6 { tangent.0[i][j] } else { 0.0 });
         self.stress * stiffness + self.rest
     }
 }
 
 /// The conditions must be independent for some elastic stiffness.
-pub(super) fn check_rank(conditions: &Conditions) -> Result<(), String> {
+pub(super) fn check_rank(conditions: &ControlEquations) -> Result<(), String> {
     // A generic positive stiffness stands for the material's.
     let stiffness = std::array::from_fn(|i| {
         std::array::from_fn(|j| {
@@ -148,7 +148,7 @@ pub(super) fn check_rank(conditions: &Conditions) -> Result<(), String> {
         })
     });
     // The pore pressure comes on top of the six; beside this stiffness that of a fluid is none.
-    let mut jacobian = Equations::of(conditions).jacobian(&Tangent(stiffness));
+    let mut jacobian = ControlSystem::of(conditions).jacobian(&Tangent(stiffness));
     if conditions.pore.strain != [0.0; 6] {
         jacobian[(6, 6)] = 0.0;
     }
@@ -167,7 +167,7 @@ pub(super) fn check_rank(conditions: &Conditions) -> Result<(), String> {
 const ROUND_OFF: f64 = 1e-12;
 
 /// Why a step cannot be solved.
-enum Trouble {
+enum StepError {
     /// The condition that cannot be met.
     Row(usize),
     /// The step turns the material inside out.
@@ -176,16 +176,16 @@ enum Trouble {
     Law(crate::MaterialError),
 }
 
-struct Mixed {
-    equations: Equations,
-    total: Vector,
+struct MixedControl {
+    equations: ControlSystem,
+    total: Vector7,
     shear_turns: bool,
     spin: Mat3,
 }
 
-impl Mixed {
+impl MixedControl {
     /// Velocity gradient times step of the strain increment `e` (engineering shear).
-    fn gradient(&self, e: &Vector) -> Mat3 {
+    fn gradient(&self, e: &Vector7) -> Mat3 {
         let mut a = Mat3([
             [e[0], 0.5 * e[3], 0.5 * e[5]],
             [0.5 * e[3], e[1], 0.5 * e[4]],
@@ -201,13 +201,13 @@ impl Mixed {
     /// One step, in halves where it does not converge.
     fn advance(
         &self,
-        specimen: &mut Specimen,
-        record: &mut Record,
+        specimen: &mut ElementSpecimen,
+        record: &mut PathRecorder,
         dt: f64,
         halvings: u32,
-    ) -> Result<(), Trouble> {
+    ) -> Result<(), StepError> {
         match self.solve(specimen, dt) {
-            Ok((motion, pore)) => apply(specimen, record, &motion, pore).map_err(Trouble::Law),
+            Ok((motion, pore)) => apply_step(specimen, record, &motion, pore).map_err(StepError::Law),
             Err(trouble) if halvings == 0 => Err(trouble),
             Err(_) => {
                 let half = Self { total: self.total * 0.5, spin: self.spin * 0.5, ..*self };
@@ -218,21 +218,21 @@ impl Mixed {
     }
 
     /// The motion of the step, and the change of the pore pressure (Pa).
-    fn solve(&self, specimen: &Specimen, dt: f64) -> Result<(Motion, f64), Trouble> {
-        let still = specimen.motion(&Mat3::ZERO, dt).ok_or(Trouble::Singular)?;
-        let initial = specimen.tangent(&still).map_err(Trouble::Law)?;
+    fn solve(&self, specimen: &ElementSpecimen, dt: f64) -> Result<(Motion, f64), StepError> {
+        let still = specimen.motion(&Mat3::ZERO, dt).ok_or(StepError::Singular)?;
+        let initial = specimen.tangent(&still).map_err(StepError::Law)?;
         let stiffness = (0..6).map(|i| initial.0[i][i].abs()).fold(1.0, f64::max);
-        let Equations { stress, rest } = &self.equations;
+        let ControlSystem { stress, rest } = &self.equations;
         // Strain rows are brought to the size of stresses, the pore pressure to that of strains.
         let of_strain = |i: usize| stress.row(i).norm() == 0.0 && rest.row(i).columns(0, 6).norm() > 0.0;
-        let rows = Vector::from_fn(|i, _| if of_strain(i) { stiffness } else { 1.0 });
-        let unknowns = Vector::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
+        let rows = Vector7::from_fn(|i, _| if of_strain(i) { stiffness } else { 1.0 });
+        let unknowns = Vector7::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
         let largest = (0..7).map(|i| (self.total[i] * rows[i]).abs()).fold(0.0, f64::max);
         let size = largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * stiffness);
         let accepted = (TOLERANCE * size).max(specimen.material.stress_tolerance() * specimen.stress.norm());
-        let residual = |x: &Vector| -> Result<(Vector, Motion), Trouble> {
-            let motion = specimen.motion(&self.gradient(x), dt).ok_or(Trouble::Singular)?;
-            let (new, _) = specimen.tried(&motion).map_err(Trouble::Law)?;
+        let residual = |x: &Vector7| -> Result<(Vector7, Motion), StepError> {
+            let motion = specimen.motion(&self.gradient(x), dt).ok_or(StepError::Singular)?;
+            let (new, _) = specimen.trial_update(&motion).map_err(StepError::Law)?;
             let change = stress_vector(&(new - specimen.stress));
             let left = stress * change + rest * x.component_mul(&unknowns);
             Ok(((left - self.total).component_mul(&rows), motion))
@@ -241,15 +241,15 @@ impl Mixed {
         // shortest step that is tried.
         let prescribed = stress.rows(0, 6).iter().all(|entry| *entry == 0.0);
         let mut refused = None;
-        let mut x = Vector::zeros();
+        let mut x = Vector7::zeros();
         let (mut r, mut motion) = residual(&x)?;
         for _ in 0..ITERATIONS {
             if r.amax() <= accepted {
                 return Ok((motion, x[6] * stiffness));
             }
-            let stuck = Trouble::Row(r.iamax());
-            let jacobian = self.equations.jacobian(&specimen.tangent(&motion).map_err(Trouble::Law)?);
-            let jacobian = Matrix::from_fn(|i, j| jacobian[(i, j)] * rows[i] * unknowns[j]);
+            let stuck = StepError::Row(r.iamax());
+            let jacobian = self.equations.jacobian(&specimen.tangent(&motion).map_err(StepError::Law)?);
+            let jacobian = Matrix7::from_fn(|i, j| jacobian[(i, j)] * rows[i] * unknowns[j]);
             // On an edge of a yield surface two conditions may become one: the shortest step serves both.
             let svd = jacobian.svd(true, true);
             let cut = 1e-9 * svd.singular_values.amax();
@@ -279,11 +279,11 @@ impl Mixed {
             }
         }
         let refused = refused.filter(|_| prescribed);
-        Err(refused.unwrap_or(Trouble::Row(r.iamax())))
+        Err(refused.unwrap_or(StepError::Row(r.iamax())))
     }
 }
 
 /// Components with an idle last one.
-fn stress_vector(stress: &SymTensor) -> Vector {
-    Vector::from_iterator(stress.0.into_iter().chain([0.0]))
+fn stress_vector(stress: &SymTensor) -> Vector7 {
+    Vector7::from_iterator(stress.0.into_iter().chain([0.0]))
 }

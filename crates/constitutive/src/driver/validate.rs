@@ -2,34 +2,34 @@
 
 use std::fmt;
 
-use super::control::{Conditions, Control};
-use super::path::Path;
-use super::{ElementTest, Specimen, TestStage, solve};
+use super::control::{Control, ControlEquations};
+use super::path::LoadingPath;
+use super::{ElementSpecimen, ElementTest, TestStage, solve};
 use crate::{Mat3, MaterialError, SymTensor};
 
 /// Something wrong in a test and where: `stages[1].path.b: 2 is not in 0..=1`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
+pub struct TestProblem {
     /// JSON path of the value.
     pub path: String,
     /// What is wrong with it.
     pub problem: String,
 }
 
-impl fmt::Display for Problem {
+impl fmt::Display for TestProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.path, self.problem)
     }
 }
 
 /// One problem a line.
-pub(super) fn lines(problems: &[Problem]) -> String {
+pub(super) fn problem_lines(problems: &[TestProblem]) -> String {
     let lines: Vec<String> = problems.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }
 
 /// Steps of a stage: more fill the memory with rows.
-const MOST_STEPS: usize = 1_000_000;
+const MAX_STEPS: usize = 1_000_000;
 
 /// Strain of a step: where it is larger, the relative deformation of the step turns inside out.
 const LARGEST_STRAIN: f64 = 1.0;
@@ -38,23 +38,23 @@ const LARGEST_STRAIN: f64 = 1.0;
 pub(super) const NOTHING_TO_REVERSE: &str = "there is no stage before it to reverse";
 
 /// A law's refusal, at the place it is about.
-pub(super) fn material_problem(error: &MaterialError) -> Problem {
+pub(super) fn material_problem(error: &MaterialError) -> TestProblem {
     let (path, problem) = match error {
-        error if let Some((field, problem)) = error.about_parameter() => {
+        error if let Some((field, problem)) = error.parameter_problem() => {
             (format!("material.{field}"), problem)
         }
         MaterialError::Initial { reason, .. } => ("initial_stress".to_owned(), reason.clone()),
         other => ("material".to_owned(), other.to_string()),
     };
-    Problem { path, problem }
+    TestProblem { path, problem }
 }
 
 /// Everything that is wrong with `test`.
-pub(super) fn problems(test: &ElementTest) -> Vec<Problem> {
-    let mut findings = Findings(Vec::new());
+pub(super) fn problems(test: &ElementTest) -> Vec<TestProblem> {
+    let mut findings = TestProblems(Vec::new());
     findings.finite("initial_stress", &test.initial_stress);
     if findings.0.is_empty()
-        && let Err(error) = Specimen::new(test)
+        && let Err(error) = ElementSpecimen::new(test)
     {
         findings.0.push(material_problem(&error));
     }
@@ -62,18 +62,18 @@ pub(super) fn problems(test: &ElementTest) -> Vec<Problem> {
     for (number, stage) in test.stages.iter().enumerate() {
         let place = format!("stages[{number}]");
         findings.stage(&place, stage);
-        let reverses = matches!(stage.path, Path::Reversal { .. });
+        let reverses = matches!(stage.path, LoadingPath::Reversal { .. });
         findings.require(number > 0 || !reverses, format!("{place}.path"), || NOTHING_TO_REVERSE.to_owned());
     }
     findings.0
 }
 
-struct Findings(Vec<Problem>);
+struct TestProblems(Vec<TestProblem>);
 
-impl Findings {
+impl TestProblems {
     fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl FnOnce() -> String) {
         if !holds {
-            self.0.push(Problem { path: path.into(), problem: problem() });
+            self.0.push(TestProblem { path: path.into(), problem: problem() });
         }
     }
 
@@ -89,8 +89,8 @@ impl Findings {
 
     fn stage(&mut self, place: &str, stage: &TestStage) {
         let (steps, duration) = (stage.steps, stage.duration);
-        self.require((1..=MOST_STEPS).contains(&steps), format!("{place}.steps"), || {
-            format!("{steps} is not in 1..={MOST_STEPS}")
+        self.require((1..=MAX_STEPS).contains(&steps), format!("{place}.steps"), || {
+            format!("{steps} is not in 1..={MAX_STEPS}")
         });
         self.require(duration.is_finite() && duration > 0.0, format!("{place}.duration"), || {
             format!("{duration} is not positive (s)")
@@ -105,34 +105,37 @@ impl Findings {
     }
 
     /// Every number of a path is finite and in its range.
-    fn amounts(&mut self, place: &str, path: &Path) {
+    fn amounts(&mut self, place: &str, path: &LoadingPath) {
         let at = |key: &str| format!("{place}.{key}");
         match path {
-            Path::Isotropic { pressure } => self.number(&at("pressure"), *pressure),
-            Path::Oedometer { axial_compression }
-            | Path::TriaxialDrained { axial_compression }
-            | Path::BiaxialPlaneStrain { axial_compression } => {
+            LoadingPath::Isotropic { pressure } => self.number(&at("pressure"), *pressure),
+            LoadingPath::Oedometer { axial_compression }
+            | LoadingPath::TriaxialDrained { axial_compression }
+            | LoadingPath::BiaxialPlaneStrain { axial_compression } => {
                 self.number(&at("axial_compression"), *axial_compression);
             }
-            Path::TriaxialUndrained { axial_compression, fluid_stiffness } => {
+            LoadingPath::TriaxialUndrained { axial_compression, fluid_stiffness } => {
                 self.number(&at("axial_compression"), *axial_compression);
                 self.fluid(&at("fluid_stiffness"), *fluid_stiffness);
             }
-            Path::TriaxialExtension { axial_extension } => {
+            LoadingPath::TriaxialExtension { axial_extension } => {
                 self.number(&at("axial_extension"), *axial_extension);
             }
-            Path::TrueTriaxial { axial_compression, b } => {
+            LoadingPath::TrueTriaxial { axial_compression, b } => {
                 self.number(&at("axial_compression"), *axial_compression);
                 self.require((0.0..=1.0).contains(b), at("b"), || format!("{b} is not in 0..=1"));
             }
-            Path::SimpleShearConstantVolume { shear } | Path::SimpleShearConstantNormalStress { shear } => {
+            LoadingPath::SimpleShearConstantVolume { shear }
+            | LoadingPath::SimpleShearConstantNormalStress { shear } => {
                 self.number(&at("shear"), *shear);
             }
-            Path::SimpleShearStress { shear_stress } => self.number(&at("shear_stress"), *shear_stress),
-            Path::Strain { increment } | Path::Stress { increment } => {
+            LoadingPath::SimpleShearStress { shear_stress } => {
+                self.number(&at("shear_stress"), *shear_stress)
+            }
+            LoadingPath::Strain { increment } | LoadingPath::Stress { increment } => {
                 self.finite(&at("increment"), increment);
             }
-            Path::General { stress, strain, total, amplitude, phase, spin, fluid_stiffness } => {
+            LoadingPath::General { stress, strain, total, amplitude, phase, spin, fluid_stiffness } => {
                 self.fluid(&at("fluid_stiffness"), *fluid_stiffness);
                 for (key, rows) in [("stress", stress), ("strain", strain)] {
                     for (number, row) in rows.iter().enumerate() {
@@ -144,7 +147,7 @@ impl Findings {
                 }
                 self.finite(&at("spin"), spin);
             }
-            Path::Direct { increments, spins, .. } => {
+            LoadingPath::Direct { increments, spins, .. } => {
                 let (count, turns) = (increments.len(), spins.len());
                 self.require(count > 0, at("increments"), || "at least one increment is needed".to_owned());
                 self.require(turns == 0 || turns == count, at("spins"), || {
@@ -157,15 +160,15 @@ impl Findings {
                     self.finite(&format!("{}[{number}]", at("spins")), spin);
                 }
             }
-            Path::Flow { velocity_gradient: rows } => self.rows(&at("velocity_gradient"), rows),
-            Path::DeformationGradient { deformation: rows } => self.rows(&at("deformation"), rows),
-            Path::Creep {} | Path::Relaxation {} => {}
-            Path::Reversal { fraction } => {
+            LoadingPath::Flow { velocity_gradient: rows } => self.rows(&at("velocity_gradient"), rows),
+            LoadingPath::DeformationGradient { deformation: rows } => self.rows(&at("deformation"), rows),
+            LoadingPath::Creep {} | LoadingPath::Relaxation {} => {}
+            LoadingPath::Reversal { fraction } => {
                 self.require(*fraction > 0.0 && fraction.is_finite(), at("fraction"), || {
                     format!("{fraction} is not positive")
                 });
             }
-            Path::Rotation { angle } => self.number(&at("angle"), *angle),
+            LoadingPath::Rotation { angle } => self.number(&at("angle"), *angle),
         }
     }
 
@@ -195,7 +198,7 @@ impl Findings {
                     }
                     largest_strain(conditions).max(conditions.spin.iter().fold(0.0, |m, a| a.abs().max(m)))
                 }
-                Control::Given(gradient) => size(gradient),
+                Control::PrescribedGradient(gradient) => size(gradient),
                 Control::Rotation(angle) => angle.abs(),
                 Control::Deformation { to, .. } => {
                     self.deformation(&format!("{path}.deformation"), to);
@@ -222,7 +225,7 @@ impl Findings {
 }
 
 /// Largest strain that a row of strain alone prescribes.
-fn largest_strain(conditions: &Conditions) -> f64 {
+fn largest_strain(conditions: &ControlEquations) -> f64 {
     let amount = |row: usize| {
         let free = conditions.stress[row].iter().all(|s| *s == 0.0);
         let factor = conditions.strain[row].iter().fold(0.0, |m: f64, e| m.max(e.abs()));

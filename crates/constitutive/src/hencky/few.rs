@@ -1,31 +1,31 @@
 //! Steps of several points at once at finite strain, for laws whose return keeps the directions of the trial. The
 //! operations on a point are the same however many stand beside it.
 
-use super::series::{LARGEST_EXP, LARGEST_LOG, exp_less_one, half_log};
-use super::{Hencky, HenckyState, PrincipalReturn, carried, wave_modulus};
+use super::series::{MAX_EXP_NORM_SQUARED, MAX_LOG_NORM_SQUARED, exp_minus_one, half_log};
+use super::{Hencky, HenckyState, PrincipalReturn, push_forward, wave_modulus};
 use crate::{BatchError, Mat3, Motion, Point, StressUpdate, SymTensor};
 
 /// Points that are taken at once.
 pub(super) const WIDTH: usize = 16;
 
-/// Stresses of several points and what a law makes of them: [`PrincipalReturn::return_few`].
-pub struct Few<const N: usize> {
+/// Stresses of several points and what a law makes of them: [`PrincipalReturn::return_batch`].
+pub struct SimdBatch<const N: usize> {
     /// Kirchhoff stresses (Pa), trial at first, component by component.
     pub stress: [[f64; N]; 6],
     /// One for points that yield, else zero.
-    pub yields: [f64; N],
+    pub is_yielding: [f64; N],
     /// One for points that the law leaves to [`PrincipalReturn::return_principal`], else zero.
-    pub left: [f64; N],
+    pub fallback: [f64; N],
 }
 
-/// What [`Few::left`] says of a point that does not move.
+/// What [`SimdBatch::fallback`] says of a point that does not move.
 const AT_REST: f64 = 2.0;
 
-impl<const N: usize> Few<N> {
+impl<const N: usize> SimdBatch<N> {
     /// Kirchhoff to Cauchy stresses; points whose stress is no number are left, and those that do not move marked.
     #[inline(never)]
-    fn become_cauchy<const PLANAR: bool>(&mut self, trials: &Trials<'_, N>) {
-        let Trials { deformation: [a, b, c, d, e, f, g, h, k], jacobian, .. } = trials;
+    fn to_cauchy_stress<const PLANAR: bool>(&mut self, trials: &TrialBatch<'_, N>) {
+        let TrialBatch { deformation: [a, b, c, d, e, f, g, h, k], jacobian, .. } = trials;
         for i in 0..N {
             let stress = self.stress_of(i) * (1.0 / jacobian[i]);
             let sum = (stress.0[0] + stress.0[1] + stress.0[2]) + (stress.0[3] + stress.0[4] + stress.0[5]);
@@ -33,8 +33,8 @@ impl<const N: usize> Few<N> {
             let across = (c[i] == 0.0) & (f[i] == 0.0) & (g[i] == 0.0) & (h[i] == 0.0);
             self.set_stress(i, &stress);
             // NaN and infinity make the product NaN.
-            let left = if sum * 0.0 == 0.0 { self.left[i] } else { 1.0 };
-            self.left[i] = if still & (PLANAR | across) { AT_REST } else { left };
+            let left = if sum * 0.0 == 0.0 { self.fallback[i] } else { 1.0 };
+            self.fallback[i] = if still & (PLANAR | across) { AT_REST } else { left };
         }
     }
 
@@ -47,12 +47,12 @@ impl<const N: usize> Few<N> {
     /// Gives a point its stress.
     #[inline(always)]
     pub fn set_stress(&mut self, index: usize, stress: &SymTensor) {
-        put(&mut self.stress, index, stress);
+        set_tensor(&mut self.stress, index, stress);
     }
 }
 
 /// Trials of several points.
-struct Trials<'a, const N: usize> {
+struct TrialBatch<'a, const N: usize> {
     deformation: &'a [[f64; N]; 9],
     elastic: [[f64; N]; 6],
     jacobian: [f64; N],
@@ -65,7 +65,7 @@ fn tensor<const N: usize>(lanes: &[[f64; N]; 6], index: usize) -> SymTensor {
 }
 
 #[inline(always)]
-fn put<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTensor) {
+fn set_tensor<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTensor) {
     let [xx, yy, zz, xy, yz, zx] = lanes;
     (xx[index], yy[index], zz[index]) = (value.0[0], value.0[1], value.0[2]);
     (xy[index], yz[index], zx[index]) = (value.0[3], value.0[4], value.0[5]);
@@ -73,7 +73,7 @@ fn put<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTenso
 
 /// One of two, without a branch.
 #[inline(always)]
-pub(crate) fn chosen(first: bool, a: &SymTensor, b: &SymTensor) -> SymTensor {
+pub(crate) fn select(first: bool, a: &SymTensor, b: &SymTensor) -> SymTensor {
     let of = |x: f64, y: f64| if first { x } else { y };
     let (a, b) = (&a.0, &b.0);
     SymTensor([
@@ -98,7 +98,7 @@ pub(crate) fn any<const N: usize>(flags: &[f64; N]) -> bool {
 
 /// [`carried`] for a step that leaves the third axis alone, and the change of volume.
 #[inline(always)]
-fn carried_in_plane([xx, yy, zz, xy]: [f64; 4], [a, b, d, e, k]: [f64; 5]) -> (SymTensor, f64) {
+fn push_forward_in_plane([xx, yy, zz, xy]: [f64; 4], [a, b, d, e, k]: [f64; 5]) -> (SymTensor, f64) {
     let (t0, t1) = (a * xx + b * xy, a * xy + b * yy);
     let (t3, t4) = (d * xx + e * xy, d * xy + e * yy);
     let (along, upward, across) = (a - 1.0, e - 1.0, k - 1.0);
@@ -113,7 +113,7 @@ fn carried_in_plane([xx, yy, zz, xy]: [f64; 4], [a, b, d, e, k]: [f64; 5]) -> (S
     (trial, a * (e * k) - b * (d * k))
 }
 
-impl<const N: usize> Trials<'_, N> {
+impl<const N: usize> TrialBatch<'_, N> {
     /// How many steps and elastic deformations leave the third axis alone.
     #[inline(always)]
     fn count_planar(&self) -> usize {
@@ -129,7 +129,7 @@ impl<const N: usize> Trials<'_, N> {
 
 /// One component of several points.
 #[inline(always)]
-fn lane<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
+fn component<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
     let mut lane = [0.0; N];
     for i in 0..N {
         lane[i] = of(i);
@@ -137,9 +137,9 @@ fn lane<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
     lane
 }
 
-/// As [`Motions::steps`], of motions that stand one by one.
+/// As [`MotionBlock::deformation_components`], of motions that stand one by one.
 #[inline(always)]
-pub(super) fn steps(motions: &[Motion], largest: f64, to: &mut [[f64; WIDTH]; 9]) -> bool {
+pub(super) fn deformation_components(motions: &[Motion], largest: f64, to: &mut [[f64; WIDTH]; 9]) -> bool {
     let most = largest * largest;
     let mut within = true;
     for motion in motions {
@@ -155,15 +155,15 @@ pub(super) fn steps(motions: &[Motion], largest: f64, to: &mut [[f64; WIDTH]; 9]
 
 /// Steps and states of several points, component by component.
 #[inline(always)]
-fn lanes_of<'a, const N: usize, S>(
+fn component_arrays<'a, const N: usize, S>(
     deformation: &'a [[f64; N]; 9],
     states: &[HenckyState<S>; N],
-) -> Trials<'a, N> {
-    let elastic = |component: usize| lane(|i| states[i].elastic.0[component]);
-    Trials {
+) -> TrialBatch<'a, N> {
+    let elastic = |index: usize| component(|i| states[i].elastic.0[index]);
+    TrialBatch {
         deformation,
         elastic: [elastic(0), elastic(1), elastic(2), elastic(3), elastic(4), elastic(5)],
-        jacobian: lane(|i| states[i].jacobian),
+        jacobian: component(|i| states[i].jacobian),
     }
 }
 
@@ -177,7 +177,7 @@ pub(super) fn wave_moduli<S>(
 ) {
     let (mut lanes, mut jacobians, mut moduli) = ([[0.0; WIDTH]; 6], [1.0; WIDTH], [0.0; WIDTH]);
     for (i, (stress, state)) in stresses.iter().zip(states).enumerate() {
-        put(&mut lanes, i, stress);
+        set_tensor(&mut lanes, i, stress);
         jacobians[i] = state.jacobian;
     }
     let mut planar = true;
@@ -206,7 +206,7 @@ pub(super) fn lies_in_plane(stress: &SymTensor) -> bool {
 /// Reads of each state a number at its start and one at its end, so that what lies in memory comes for all of them at once and not
 /// for one group after another.
 #[inline(always)]
-pub(super) fn fetch<S>(states: &[HenckyState<S>]) {
+pub(super) fn prefetch<S>(states: &[HenckyState<S>]) {
     let mut bits = 0;
     for state in states {
         bits |= state.elastic.0[0].to_bits() | state.jacobian.to_bits();
@@ -218,24 +218,24 @@ impl<L: PrincipalReturn> Hencky<L> {
     /// One step of `N` points, whatever their size, in place; tells which points it leaves as they are, because the
     /// series do not reach so far or the law wants them alone.
     #[inline]
-    fn few<const N: usize>(
+    fn step_batch<const N: usize>(
         &self,
         deformation: &[[f64; N]; 9],
         stresses: &mut [SymTensor; N],
         states: &mut [HenckyState<L::State>; N],
     ) -> [f64; N] {
-        let mut trials = lanes_of(deformation, states);
+        let mut trials = component_arrays(deformation, states);
         let planar = trials.count_planar();
         if planar == N {
-            return self.few_of::<N, true>(&mut trials, stresses, states);
+            return self.step_batch_of::<N, true>(&mut trials, stresses, states);
         }
         if planar == 0 {
-            return self.few_of::<N, false>(&mut trials, stresses, states);
+            return self.step_batch_of::<N, false>(&mut trials, stresses, states);
         }
         let mut left = [0.0; N];
         for i in 0..N {
             let (mut stress, mut state) = ([stresses[i]], [states[i].clone()]);
-            let alone = self.few::<1>(&deformation.map(|lane| [lane[i]]), &mut stress, &mut state);
+            let alone = self.step_batch::<1>(&deformation.map(|lane| [lane[i]]), &mut stress, &mut state);
             [stresses[i]] = stress;
             [states[i]] = state;
             left[i] = alone[0];
@@ -244,64 +244,76 @@ impl<L: PrincipalReturn> Hencky<L> {
     }
 
     #[inline(never)]
-    fn few_of<const N: usize, const PLANAR: bool>(
+    fn step_batch_of<const N: usize, const PLANAR: bool>(
         &self,
-        trials: &mut Trials<'_, N>,
+        trials: &mut TrialBatch<'_, N>,
         stresses: &mut [SymTensor; N],
         states: &mut [HenckyState<L::State>; N],
     ) -> [f64; N] {
-        let mut few = Few { stress: [[0.0; N]; 6], yields: [0.0; N], left: [0.0; N] };
-        self.trials::<N, PLANAR>(trials, &mut few);
+        let mut few = SimdBatch { stress: [[0.0; N]; 6], is_yielding: [0.0; N], fallback: [0.0; N] };
+        self.elastic_trials::<N, PLANAR>(trials, &mut few);
         let mut inner: [L::State; N] = std::array::from_fn(|i| states[i].inner.clone());
-        self.0.return_few(&mut few, &mut inner);
-        let yielding = any(&few.yields);
+        self.0.return_batch(&mut few, &mut inner);
+        let yielding = any(&few.is_yielding);
         if yielding {
-            self.keep::<N, PLANAR>(trials, &mut few);
+            self.update_elastic_deformation::<N, PLANAR>(trials, &mut few);
         }
-        few.become_cauchy::<PLANAR>(trials);
+        few.to_cauchy_stress::<PLANAR>(trials);
         for i in 0..N {
-            if few.left[i] == 0.0 {
+            if few.fallback[i] == 0.0 {
                 stresses[i] = few.stress_of(i);
                 (states[i].elastic, states[i].jacobian) = (tensor(&trials.elastic, i), trials.jacobian[i]);
             }
         }
         if yielding {
-            for i in (0..N).filter(|&i| few.left[i] == 0.0) {
+            for i in (0..N).filter(|&i| few.fallback[i] == 0.0) {
                 states[i].inner.clone_from(&inner[i]);
             }
         }
         // A point at rest keeps its state.
-        lane(|i| if few.left[i] == 1.0 { 1.0 } else { 0.0 })
+        component(|i| if few.fallback[i] == 1.0 { 1.0 } else { 0.0 })
     }
 
     /// Elastic trial: `b - 1`, volume and Kirchhoff stress.
     #[inline(never)]
-    fn trials<const N: usize, const PLANAR: bool>(&self, trials: &mut Trials<'_, N>, few: &mut Few<N>) {
+    fn elastic_trials<const N: usize, const PLANAR: bool>(
+        &self,
+        trials: &mut TrialBatch<'_, N>,
+        few: &mut SimdBatch<N>,
+    ) {
         let elasticity = self.0.elasticity();
         let (lame, two_mu) = (elasticity.lame(), 2.0 * elasticity.shear_modulus);
-        let Trials { deformation: [a, b, c, d, e, f, g, h, k], elastic, jacobian } = trials;
+        let TrialBatch { deformation: [a, b, c, d, e, f, g, h, k], elastic, jacobian } = trials;
         for i in 0..N {
             let old = tensor(elastic, i);
             let (trial, stretch) = if PLANAR {
-                carried_in_plane([old.0[0], old.0[1], old.0[2], old.0[3]], [a[i], b[i], d[i], e[i], k[i]])
+                push_forward_in_plane(
+                    [old.0[0], old.0[1], old.0[2], old.0[3]],
+                    [a[i], b[i], d[i], e[i], k[i]],
+                )
             } else {
                 let step = Mat3([[a[i], b[i], c[i]], [d[i], e[i], f[i]], [g[i], h[i], k[i]]]);
-                (carried(&old, &step), step.determinant())
+                (push_forward(&old, &step), step.determinant())
             };
             let strain = half_log::<PLANAR>(&trial);
             let stress = strain * two_mu + SymTensor::isotropic(lame * strain.trace());
             // Written so that NaN is left.
-            let reached = (trial.dot(&trial) <= LARGEST_LOG) & (stretch > 0.0) & (stretch < f64::MAX);
-            put(elastic, i, &trial);
-            put(&mut few.stress, i, &stress);
+            let reached =
+                (trial.dot(&trial) <= MAX_LOG_NORM_SQUARED) & (stretch > 0.0) & (stretch < f64::MAX);
+            set_tensor(elastic, i, &trial);
+            set_tensor(&mut few.stress, i, &stress);
             jacobian[i] *= stretch;
-            few.left[i] = if reached { 0.0 } else { 1.0 };
+            few.fallback[i] = if reached { 0.0 } else { 1.0 };
         }
     }
 
     /// Elastic deformation that belongs to the stress of the points that yield.
     #[inline(never)]
-    fn keep<const N: usize, const PLANAR: bool>(&self, trials: &mut Trials<'_, N>, few: &mut Few<N>) {
+    fn update_elastic_deformation<const N: usize, const PLANAR: bool>(
+        &self,
+        trials: &mut TrialBatch<'_, N>,
+        few: &mut SimdBatch<N>,
+    ) {
         let elasticity = self.0.elasticity();
         let (per_shear, per_bulk) = (1.0 / elasticity.shear_modulus, 2.0 / (3.0 * elasticity.bulk_modulus));
         let (mut elastic, mut left) = ([[0.0; N]; 6], [0.0; N]);
@@ -310,25 +322,25 @@ impl<L: PrincipalReturn> Hencky<L> {
             let mean = stress.trace() / 3.0;
             let doubled =
                 (stress - SymTensor::isotropic(mean)) * per_shear + SymTensor::isotropic(mean * per_bulk);
-            let kept = exp_less_one::<PLANAR>(&doubled);
-            let yields = few.yields[i] != 0.0;
-            let reached = doubled.dot(&doubled) <= LARGEST_EXP;
-            put(&mut elastic, i, &chosen(yields, &kept, &tensor(&trials.elastic, i)));
-            left[i] = few.left[i].max(if yields & !reached { 1.0 } else { 0.0 });
+            let kept = exp_minus_one::<PLANAR>(&doubled);
+            let yields = few.is_yielding[i] != 0.0;
+            let reached = doubled.dot(&doubled) <= MAX_EXP_NORM_SQUARED;
+            set_tensor(&mut elastic, i, &select(yields, &kept, &tensor(&trials.elastic, i)));
+            left[i] = few.fallback[i].max(if yields & !reached { 1.0 } else { 0.0 });
         }
-        (trials.elastic, few.left) = (elastic, left);
+        (trials.elastic, few.fallback) = (elastic, left);
     }
 
     /// One step of a point by itself, where the series reach and the law does not leave it.
     #[inline]
-    pub(super) fn alone(
+    pub(super) fn single(
         &self,
         motion: &Motion,
         old: &Point<HenckyState<L::State>>,
     ) -> Option<Point<HenckyState<L::State>>> {
         let [[a, b, c], [d, e, f], [g, h, k]] = motion.deformation.0;
         let (mut stress, mut state) = ([old.stress], [old.state.clone()]);
-        let [left] = self.few(&[[a], [b], [c], [d], [e], [f], [g], [h], [k]], &mut stress, &mut state);
+        let [left] = self.step_batch(&[[a], [b], [c], [d], [e], [f], [g], [h], [k]], &mut stress, &mut state);
         let ([stress], [state]) = (stress, state);
         (left == 0.0).then_some(Point { stress, state })
     }
@@ -336,7 +348,7 @@ impl<L: PrincipalReturn> Hencky<L> {
     /// A batch, [`WIDTH`] points at a time. `steps` gives deformations of so many points from one on, component by component, and
     /// whether none of their steps is too large; `each` gives the motion of a point.
     #[inline]
-    pub(super) fn together(
+    pub(super) fn update_all(
         &self,
         steps: impl Fn(usize, usize, &mut [[f64; WIDTH]; 9]) -> bool,
         each: impl Fn(usize) -> Motion,
@@ -348,13 +360,13 @@ impl<L: PrincipalReturn> Hencky<L> {
         for (group, (stresses, states)) in groups.enumerate() {
             let (first, count) = (group * WIDTH, stresses.len());
             let left = if steps(first, count, &mut deformation) {
-                self.group(&deformation, stresses, states)
+                self.update_group(&deformation, stresses, states)
             } else {
                 [1.0; WIDTH]
             };
             for i in (0..count).filter(|&i| left[i] != 0.0) {
                 let index = first + i;
-                self.one(&each(index), &mut stresses[i], &mut states[i])
+                self.update_one(&each(index), &mut stresses[i], &mut states[i])
                     .map_err(|source| BatchError { index, source })?;
             }
         }
@@ -363,26 +375,26 @@ impl<L: PrincipalReturn> Hencky<L> {
 
     /// Up to [`WIDTH`] points; the last one stands for those that are missing.
     #[inline]
-    fn group(
+    fn update_group(
         &self,
         deformation: &[[f64; WIDTH]; 9],
         stresses: &mut [SymTensor],
         states: &mut [HenckyState<L::State>],
     ) -> [f64; WIDTH] {
         if let ([stresses], [states]) = (stresses.as_chunks_mut().0, states.as_chunks_mut().0) {
-            return self.few::<WIDTH>(deformation, stresses, states);
+            return self.step_batch::<WIDTH>(deformation, stresses, states);
         }
         let last = stresses.len() - 1;
         let mut some = std::array::from_fn(|i| stresses[i.min(last)]);
         let mut of_some = std::array::from_fn(|i| states[i.min(last)].clone());
-        let left = self.few::<WIDTH>(deformation, &mut some, &mut of_some);
+        let left = self.step_batch::<WIDTH>(deformation, &mut some, &mut of_some);
         stresses.copy_from_slice(&some[..=last]);
         states.clone_from_slice(&of_some[..=last]);
         left
     }
 
     /// A point of a batch by itself.
-    pub(super) fn one(
+    pub(super) fn update_one(
         &self,
         motion: &Motion,
         stress: &mut SymTensor,

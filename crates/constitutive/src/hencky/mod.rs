@@ -7,16 +7,16 @@ mod series;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::Elasticity;
-use crate::laws::substep::{self, divided};
+use crate::laws::substep::{self, substepped_motion};
 use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent, shear_moduli};
 use crate::{
-    BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, Motions, Point, Pointwise, SmallStrain,
-    Spectrum, StressUpdate, SymTensor, Tangent,
+    BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, MotionBlock, Point, PointLaw,
+    SmallStrain, Spectrum, StressUpdate, SymTensor, Tangent,
 };
 
-pub use few::Few;
-pub(crate) use few::{any, chosen};
-pub use planar::{InvariantReturn, Landed, StressInvariants};
+pub use few::SimdBatch;
+pub(crate) use few::{any, select};
+pub use planar::{InvariantReturn, ReturnResult, StressInvariants};
 
 /// A return map in principal stresses, of a law with linear elasticity. The same map serves the
 /// rate form and, through [`Hencky`], finite strain.
@@ -34,8 +34,8 @@ pub trait PrincipalReturn: SmallStrain {
         state: &Self::State,
     ) -> Result<([f64; 3], Self::State), MaterialError>;
 
-    /// Whether [`PrincipalReturn::return_few`] does anything.
-    fn takes_few(&self) -> bool {
+    /// Whether [`PrincipalReturn::return_batch`] does anything.
+    fn supports_batch(&self) -> bool {
         false
     }
 
@@ -43,8 +43,8 @@ pub trait PrincipalReturn: SmallStrain {
     /// stresses and states in place, with the same operations however many points there are. States change only where
     /// points yield.
     #[inline]
-    fn return_few<const N: usize>(&self, few: &mut Few<N>, _states: &mut [Self::State; N]) {
-        few.left = [1.0; N];
+    fn return_batch<const N: usize>(&self, few: &mut SimdBatch<N>, _states: &mut [Self::State; N]) {
+        few.fallback = [1.0; N];
     }
 
     /// `∂σ_A/∂ε_B` of that map with respect to the principal strains of the trial (Pa), where the law has
@@ -98,7 +98,7 @@ fn strains(elasticity: &Elasticity, stresses: [f64; 3]) -> [f64; 3] {
 
 /// `f (1 + b) fᵀ - 1` of a left Cauchy–Green tensor less the unit tensor.
 #[inline(always)]
-pub(crate) fn carried(elastic: &SymTensor, step: &Mat3) -> SymTensor {
+pub(crate) fn push_forward(elastic: &SymTensor, step: &Mat3) -> SymTensor {
     let change = *step - Mat3::IDENTITY;
     let [[a, b, c], [d, e, f], [g, h, k]] = change.0;
     let square = SymTensor([
@@ -122,7 +122,7 @@ fn wave_modulus(elastic: f64, stress: &SymTensor, jacobian: f64) -> f64 {
 }
 
 /// The elastic trial of a step.
-struct Trial {
+struct HenckyTrial {
     elastic: SymTensor,
     spectrum: Spectrum,
     strains: [f64; 3],
@@ -131,21 +131,25 @@ struct Trial {
 }
 
 impl<L: PrincipalReturn> Hencky<L> {
-    fn trial(&self, motion: &Motion, old: &Point<HenckyState<L::State>>) -> Result<Trial, MaterialError> {
+    fn trial(
+        &self,
+        motion: &Motion,
+        old: &Point<HenckyState<L::State>>,
+    ) -> Result<HenckyTrial, MaterialError> {
         let invalid = |reason| MaterialError::Motion { model: self.0.name(), reason };
         let stretch = motion.deformation.determinant();
         // Written so that NaN is refused.
         if !(stretch > 0.0 && stretch.is_finite() && motion.deformation.is_finite()) {
             return Err(invalid("the step inverts the point"));
         }
-        let elastic = carried(&old.state.elastic, &motion.deformation);
+        let elastic = push_forward(&old.state.elastic, &motion.deformation);
         let spectrum = elastic.spectrum();
         if !(spectrum.values[2] > -1.0) {
             return Err(invalid("the elastic deformation is singular"));
         }
         let strains = spectrum.values.map(|b| 0.5 * b.ln_1p());
         let stresses = stresses(self.0.elasticity(), strains);
-        Ok(Trial { elastic, spectrum, strains, stresses, jacobian: old.state.jacobian * stretch })
+        Ok(HenckyTrial { elastic, spectrum, strains, stresses, jacobian: old.state.jacobian * stretch })
     }
 
     /// The step taken whole, whatever its size.
@@ -153,7 +157,7 @@ impl<L: PrincipalReturn> Hencky<L> {
     /// # Errors
     /// As [`StressUpdate::update`].
     #[inline]
-    pub fn undivided(
+    pub fn single_step(
         &self,
         motion: &Motion,
         old: &Point<HenckyState<L::State>>,
@@ -161,12 +165,12 @@ impl<L: PrincipalReturn> Hencky<L> {
         if motion.deformation == Mat3::IDENTITY {
             return Ok(old.clone());
         }
-        if self.0.takes_few()
-            && let Some(new) = self.alone(motion, old)
+        if self.0.supports_batch()
+            && let Some(new) = self.single(motion, old)
         {
             return Ok(new);
         }
-        let Trial { elastic, spectrum, stresses, jacobian, .. } = self.trial(motion, old)?;
+        let HenckyTrial { elastic, spectrum, stresses, jacobian, .. } = self.trial(motion, old)?;
         let (stress, inner) = self.0.return_principal(stresses, &old.state.inner)?;
         let elastic = if stress == stresses {
             elastic
@@ -180,7 +184,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         Ok(Point { stress, state: HenckyState { elastic, jacobian, inner } })
     }
 
-    fn undivided_dissipation(
+    fn single_step_dissipation(
         &self,
         motion: &Motion,
         old: &Point<HenckyState<L::State>>,
@@ -193,8 +197,8 @@ impl<L: PrincipalReturn> Hencky<L> {
         Some(work / new.state.jacobian)
     }
 
-    fn is_divided(&self, motion: &Motion) -> bool {
-        substep::count(&motion.strain_increment(), self.0.largest_step()) > 1
+    fn needs_substeps(&self, motion: &Motion) -> bool {
+        substep::substep_count(&motion.strain_increment(), self.0.max_strain_increment()) > 1
     }
 }
 
@@ -216,7 +220,7 @@ impl<L: PrincipalReturn> Law for Hencky<L> {
     }
 }
 
-impl<L: PrincipalReturn> Pointwise for Hencky<L> {
+impl<L: PrincipalReturn> PointLaw for Hencky<L> {
     type State = HenckyState<L::State>;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
@@ -258,14 +262,14 @@ impl<L: PrincipalReturn> Pointwise for Hencky<L> {
 impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
     #[inline]
     fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError> {
-        let (strain, largest) = (motion.strain_increment(), self.0.largest_step());
+        let (strain, largest) = (motion.strain_increment(), self.0.max_strain_increment());
         if strain.dot(&strain) <= largest * largest {
-            match self.undivided(motion, old) {
+            match self.single_step(motion, old) {
                 Err(MaterialError::NotConverged { .. }) => {}
                 result => return result,
             }
         }
-        divided(motion, largest, old, |part, from| self.undivided(part, from))
+        substepped_motion(motion, largest, old, |part, from| self.single_step(part, from))
     }
 
     /// Several points at once where the law can, else one by one.
@@ -276,13 +280,15 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         stresses: &mut [SymTensor],
         states: &mut [Self::State],
     ) -> Result<(), BatchError> {
-        if self.0.takes_few() {
-            let largest = self.0.largest_step();
-            let steps = |first, count, to: &mut _| few::steps(&motions[first..first + count], largest, to);
-            return self.together(steps, |index| motions[index], stresses, states);
+        if self.0.supports_batch() {
+            let largest = self.0.max_strain_increment();
+            let steps = |first, count, to: &mut _| {
+                few::deformation_components(&motions[first..first + count], largest, to)
+            };
+            return self.update_all(steps, |index| motions[index], stresses, states);
         }
         for (index, ((motion, stress), state)) in motions.iter().zip(stresses).zip(states).enumerate() {
-            self.one(motion, stress, state).map_err(|source| BatchError { index, source })?;
+            self.update_one(motion, stress, state).map_err(|source| BatchError { index, source })?;
         }
         Ok(())
     }
@@ -290,27 +296,27 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
     #[inline]
     fn update_block(
         &self,
-        motions: &Motions,
+        motions: &MotionBlock,
         stresses: &mut [SymTensor],
         states: &mut [Self::State],
     ) -> Result<(), BatchError> {
-        if self.0.takes_few() {
-            few::fetch(states);
-            let largest = self.0.largest_step();
+        if self.0.supports_batch() {
+            few::prefetch(states);
+            let largest = self.0.max_strain_increment();
             let steps = |first, count, to: &mut _| {
-                motions.steps(first, count, to);
-                motions.are_within::<{ few::WIDTH }>(first, count, largest)
+                motions.deformation_components(first, count, to);
+                motions.strains_are_within::<{ few::WIDTH }>(first, count, largest)
             };
-            return self.together(steps, |index| motions.at(index), stresses, states);
+            return self.update_all(steps, |index| motions.motion(index), stresses, states);
         }
         let count = stresses.len();
-        self.update_batch(&motions.each(count)[..count], stresses, states)
+        self.update_batch(&motions.to_array(count)[..count], stresses, states)
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Tangent, MaterialError> {
         let trial = self.trial(motion, old)?;
         let analytic = || {
-            if self.is_divided(motion) {
+            if self.needs_substeps(motion) {
                 return None;
             }
             let block = self.0.principal_tangent(trial.stresses, &old.state.inner)?;
@@ -332,15 +338,15 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         old: &Point<Self::State>,
         new: &Point<Self::State>,
     ) -> Option<f64> {
-        if self.is_divided(motion) {
+        if self.needs_substeps(motion) {
             let sum = |part: &Motion, (sum, from): &(f64, Point<Self::State>)| {
-                let next = self.undivided(part, from)?;
-                let dissipated = self.undivided_dissipation(part, from, &next).unwrap_or(0.0);
+                let next = self.single_step(part, from)?;
+                let dissipated = self.single_step_dissipation(part, from, &next).unwrap_or(0.0);
                 Ok((sum + dissipated, next))
             };
-            let parts = divided(motion, self.0.largest_step(), &(0.0, old.clone()), sum);
+            let parts = substepped_motion(motion, self.0.max_strain_increment(), &(0.0, old.clone()), sum);
             return parts.ok().map(|(sum, _)| sum);
         }
-        self.undivided_dissipation(motion, old, new)
+        self.single_step_dissipation(motion, old, new)
     }
 }

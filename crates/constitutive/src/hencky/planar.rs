@@ -9,11 +9,11 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Hencky, HenckyState, PrincipalReturn, carried};
+use super::{Hencky, HenckyState, PrincipalReturn, push_forward};
 use crate::laws::Elasticity;
-use crate::laws::substep::divided;
+use crate::laws::substep::substepped_motion;
 use crate::{
-    InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor,
+    InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor,
 };
 
 /// What pressure and deviatoric stress of a law are taken of.
@@ -49,13 +49,13 @@ impl StressInvariants {
     pub(crate) fn wrap<L: InvariantReturn>(self, law: L) -> Arc<dyn Material> {
         match self {
             Self::Space => Arc::new(Hencky(law)),
-            Self::Plane => Arc::new(Planar(law)),
+            Self::Plane => Arc::new(PlanarHencky(law)),
         }
     }
 }
 
 /// Pressure and `q` (Pa) where a trial ends, `None` where it stays, and the state there.
-pub type Landed<S> = Result<(Option<(f64, f64)>, S), MaterialError>;
+pub type ReturnResult<S> = Result<(Option<(f64, f64)>, S), MaterialError>;
 
 /// A return map in pressure and deviatoric stress that keeps the directions of the trial's deviator.
 pub trait InvariantReturn: PrincipalReturn {
@@ -63,17 +63,17 @@ pub trait InvariantReturn: PrincipalReturn {
     ///
     /// # Errors
     /// When the local solve fails.
-    fn return_invariants(&self, trial: (f64, f64), state: &Self::State) -> Landed<Self::State>;
+    fn return_invariants(&self, trial: (f64, f64), state: &Self::State) -> ReturnResult<Self::State>;
 }
 
 /// A law at finite strain in the plane; its elastic constants are those of the plane.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Planar<L>(pub(crate) L);
+pub(crate) struct PlanarHencky<L>(pub(crate) L);
 
 /// Largest shear or stretch across the plane that counts as none.
-const ACROSS: f64 = 1e-12;
+const OUT_OF_PLANE_TOLERANCE: f64 = 1e-12;
 
-impl<L: InvariantReturn> Planar<L> {
+impl<L: InvariantReturn> PlanarHencky<L> {
     fn invalid(&self, reason: &'static str) -> MaterialError {
         MaterialError::Motion { model: self.0.name(), reason }
     }
@@ -96,7 +96,7 @@ impl<L: InvariantReturn> Planar<L> {
         Point { stress, state: HenckyState { elastic, jacobian, inner } }
     }
 
-    fn undivided(
+    fn single_step(
         &self,
         motion: &Motion,
         old: &Point<HenckyState<L::State>>,
@@ -111,10 +111,10 @@ impl<L: InvariantReturn> Planar<L> {
             return Err(self.invalid("the step inverts the point"));
         }
         let across = [f.0[0][2], f.0[1][2], f.0[2][0], f.0[2][1], f.0[2][2] - 1.0];
-        if across.iter().any(|c| c.abs() > ACROSS) {
+        if across.iter().any(|c| c.abs() > OUT_OF_PLANE_TOLERANCE) {
             return Err(self.invalid("the motion leaves the plane that the invariants are taken in"));
         }
-        let trial = carried(&old.state.elastic, f);
+        let trial = push_forward(&old.state.elastic, f);
         let [xx, yy, _, xy, ..] = trial.0;
         let plane = SymTensor([xx, yy, 0.0, xy, 0.0, 0.0]);
         let spectrum = plane.spectrum();
@@ -148,7 +148,7 @@ impl<L: InvariantReturn> Planar<L> {
     }
 }
 
-impl<L: InvariantReturn> Law for Planar<L> {
+impl<L: InvariantReturn> Law for PlanarHencky<L> {
     fn name(&self) -> &'static str {
         self.0.name()
     }
@@ -158,7 +158,7 @@ impl<L: InvariantReturn> Law for Planar<L> {
         false
     }
 
-    fn stays_in_plane(&self) -> bool {
+    fn requires_plane_strain(&self) -> bool {
         true
     }
 
@@ -167,7 +167,7 @@ impl<L: InvariantReturn> Law for Planar<L> {
     }
 }
 
-impl<L: InvariantReturn> Pointwise for Planar<L> {
+impl<L: InvariantReturn> PointLaw for PlanarHencky<L> {
     type State = HenckyState<L::State>;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<HenckyState<L::State>>, MaterialError> {
@@ -197,12 +197,14 @@ impl<L: InvariantReturn> Pointwise for Planar<L> {
     }
 }
 
-impl<L: InvariantReturn> StressUpdate for Planar<L> {
+impl<L: InvariantReturn> StressUpdate for PlanarHencky<L> {
     fn update(
         &self,
         motion: &Motion,
         old: &Point<HenckyState<L::State>>,
     ) -> Result<Point<HenckyState<L::State>>, MaterialError> {
-        divided(motion, self.0.largest_step(), old, |part, from| self.undivided(part, from))
+        substepped_motion(motion, self.0.max_strain_increment(), old, |part, from| {
+            self.single_step(part, from)
+        })
     }
 }

@@ -3,17 +3,17 @@
 
 use crate::SymTensor;
 
-/// Terms of the logarithm: the first one left out is below 2⁻⁵⁶ of the tensor at [`LARGEST_LOG`].
+/// Terms of the logarithm: the first one left out is below 2⁻⁵⁶ of the tensor at [`MAX_LOG_NORM_SQUARED`].
 const LOG_TERMS: usize = 14;
 
 /// Square of the largest norm of `x` that [`half_log`] is for.
-pub(super) const LARGEST_LOG: f64 = 1.0 / 256.0;
+pub(super) const MAX_LOG_NORM_SQUARED: f64 = 1.0 / 256.0;
 
-/// Terms of the exponential: the first one left out is below 2⁻⁵⁶ of the tensor at [`LARGEST_EXP`].
+/// Terms of the exponential: the first one left out is below 2⁻⁵⁶ of the tensor at [`MAX_EXP_NORM_SQUARED`].
 const EXP_TERMS: usize = 13;
 
-/// Square of the largest norm of `2ε` that [`exp_less_one`] is for.
-pub(super) const LARGEST_EXP: f64 = 1.0 / 16.0;
+/// Square of the largest norm of `2ε` that [`exp_minus_one`] is for.
+pub(super) const MAX_EXP_NORM_SQUARED: f64 = 1.0 / 16.0;
 
 const LOG: [f64; LOG_TERMS] = {
     let mut terms = [0.0; LOG_TERMS];
@@ -85,7 +85,7 @@ pub(super) fn half_log<const PLANAR: bool>(x: &SymTensor) -> SymTensor {
 
 /// `exp(x) - 1`.
 #[inline(always)]
-pub(super) fn exp_less_one<const PLANAR: bool>(x: &SymTensor) -> SymTensor {
+pub(super) fn exp_minus_one<const PLANAR: bool>(x: &SymTensor) -> SymTensor {
     if PLANAR { planar_series(x, &EXP) } else { series(x, &EXP) }
 }
 
@@ -98,7 +98,7 @@ mod tests {
         #[test]
         fn series_are_those_of_the_spectrum(c in proptest::array::uniform6(-1.0..1.0f64), size in -9.0..0.0f64) {
             let x = SymTensor(c);
-            for (largest, planar) in [(LARGEST_LOG, false), (LARGEST_LOG, true), (LARGEST_EXP, false), (LARGEST_EXP, true)] {
+            for (largest, planar) in [(MAX_LOG_NORM_SQUARED, false), (MAX_LOG_NORM_SQUARED, true), (MAX_EXP_NORM_SQUARED, false), (MAX_EXP_NORM_SQUARED, true)] {
                 let mut x = x;
                 if planar {
                     (x[4], x[5]) = (0.0, 0.0);
@@ -106,9 +106,9 @@ mod tests {
                 let x = x * (largest.sqrt() * 10f64.powf(size) / x.norm().max(1e-3));
                 let spectrum = x.spectrum();
                 let exp = spectrum.compose(spectrum.values.map(f64::exp_m1));
-                let found = if planar { exp_less_one::<true>(&x) } else { exp_less_one::<false>(&x) };
+                let found = if planar { exp_minus_one::<true>(&x) } else { exp_minus_one::<false>(&x) };
                 prop_assert!((found - exp).norm() <= 2e-15 * x.norm(), "{:e}", (found - exp).norm() / x.norm());
-                if largest == LARGEST_LOG {
+                if largest == MAX_LOG_NORM_SQUARED {
                     let log = spectrum.compose(spectrum.values.map(|b| 0.5 * b.ln_1p()));
                     let found = if planar { half_log::<true>(&x) } else { half_log::<false>(&x) };
                     prop_assert!((found - log).norm() <= 2e-15 * x.norm(), "{:e}", (found - log).norm() / x.norm());

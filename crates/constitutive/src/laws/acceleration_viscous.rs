@@ -22,11 +22,11 @@ use serde::{Deserialize, Serialize};
 use crate::model::{check, not_negative, positive};
 use crate::tangent::numerical_tangent;
 use crate::{
-    InitialCondition, Law, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor, Tangent,
+    InitialCondition, Law, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor, Tangent,
 };
 
 /// Largest ratio of a component of `T` to that of `T_i`.
-const LARGEST: f64 = 10.0;
+const MAX_AMPLIFICATION: f64 = 10.0;
 
 /// How the viscous rate is integrated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -94,7 +94,7 @@ impl AccelerationViscosity {
         let mut local = inviscid.rotated(&axes.transpose());
         for (k, &(a, b)) in crate::tensor::PAIRS.iter().enumerate() {
             let share = phi * (spectrum.values[a] + spectrum.values[b]);
-            local[k] /= (1.0 - share).max(1.0 / LARGEST);
+            local[k] /= (1.0 - share).max(1.0 / MAX_AMPLIFICATION);
         }
         local.rotated(&axes)
     }
@@ -121,7 +121,7 @@ impl AccelerationViscosity {
 
 /// A frictional law with a viscous stress beside it. See the module's head.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Viscous<L> {
+pub struct AccelerationViscous<L> {
     frictional: L,
     viscosity: AccelerationViscosity,
 }
@@ -139,7 +139,7 @@ pub struct ViscousState<S> {
     pub stretching: SymTensor,
 }
 
-impl<L: StressUpdate> Viscous<L> {
+impl<L: StressUpdate> AccelerationViscous<L> {
     /// `viscosity` beside `frictional`.
     ///
     /// # Errors
@@ -154,7 +154,7 @@ impl<L: StressUpdate> Viscous<L> {
     }
 }
 
-impl<L: StressUpdate> Law for Viscous<L> {
+impl<L: StressUpdate> Law for AccelerationViscous<L> {
     fn name(&self) -> &'static str {
         self.frictional.name()
     }
@@ -176,7 +176,7 @@ impl<L: StressUpdate> Law for Viscous<L> {
     }
 }
 
-impl<L: StressUpdate> Pointwise for Viscous<L> {
+impl<L: StressUpdate> PointLaw for AccelerationViscous<L> {
     type State = ViscousState<L::State>;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
@@ -190,7 +190,7 @@ impl<L: StressUpdate> Pointwise for Viscous<L> {
 
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
         let phi = self.viscosity.phi(point.state.stretching.norm());
-        let factor = (1.0 - 2.0 * phi.abs()).max(1.0 / LARGEST);
+        let factor = (1.0 - 2.0 * phi.abs()).max(1.0 / MAX_AMPLIFICATION);
         self.frictional.wave_modulus(&Self::inner(point)) / factor
     }
 
@@ -205,7 +205,7 @@ impl<L: StressUpdate> Pointwise for Viscous<L> {
     }
 }
 
-impl<L: StressUpdate> StressUpdate for Viscous<L> {
+impl<L: StressUpdate> StressUpdate for AccelerationViscous<L> {
     fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError> {
         let invalid = |reason| MaterialError::Motion { model: self.name(), reason };
         if !(motion.dt > 0.0) {

@@ -16,9 +16,10 @@ use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
 use super::flow::{
-    EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, Viscous, shear_modulus, without_shear_modulus,
+    EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, ViscousFluid, shear_modulus,
+    without_shear_modulus,
 };
-use crate::model::{Facts, Kind, Model, check, not_negative, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
 use crate::{Corotational, Material, MaterialError};
 
 /// How the flow of `bingham` and `frictional-fluid` is integrated.
@@ -100,7 +101,7 @@ pub struct FrictionalFluidSpec {
 }
 
 /// What both models have in common.
-struct Common {
+struct ViscoplasticParameters {
     bulk_modulus: f64,
     shear_modulus: Option<f64>,
     tension: f64,
@@ -108,7 +109,7 @@ struct Common {
     form: YieldForm,
 }
 
-impl Common {
+impl ViscoplasticParameters {
     fn validate(&self, density: f64, viscosity: f64) -> Result<(), MaterialError> {
         positive("density", density, "kg/m³")?;
         positive("bulk_modulus", self.bulk_modulus, "Pa")?;
@@ -136,7 +137,7 @@ impl Common {
             YieldForm::Capped { max_viscosity } => {
                 without_shear_modulus(self.shear_modulus, "viscoplastic")?;
                 let rheology = Capped { law: law.rheology, max_viscosity };
-                Arc::new(Viscous { rheology, pressure: law.pressure })
+                Arc::new(ViscousFluid { rheology, pressure: law.pressure })
             }
         })
     }
@@ -152,8 +153,8 @@ impl Common {
 }
 
 impl BinghamSpec {
-    fn common(&self) -> Common {
-        Common {
+    fn common(&self) -> ViscoplasticParameters {
+        ViscoplasticParameters {
             bulk_modulus: self.bulk_modulus,
             shear_modulus: self.shear_modulus,
             tension: self.cavitation_strength,
@@ -182,8 +183,8 @@ impl BinghamSpec {
 }
 
 impl FrictionalFluidSpec {
-    fn common(&self) -> Common {
-        Common {
+    fn common(&self) -> ViscoplasticParameters {
+        ViscoplasticParameters {
             bulk_modulus: self.bulk_modulus,
             shear_modulus: self.shear_modulus,
             tension: self.cavitation_strength,
@@ -216,9 +217,9 @@ impl FrictionalFluidSpec {
 const TANGENT: &str = "analytic (capped form: numerical)";
 
 impl Model for BinghamSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Bingham 1922; Anura3D manual 2021, eq. 7.37 (corrected)",
-        kind: Kind::Fluid,
+        kind: ModelFamily::Fluid,
         strain: "rate",
         tangent: TANGENT,
     };
@@ -252,9 +253,9 @@ impl Model for BinghamSpec {
 }
 
 impl Model for FrictionalFluidSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Anura3D manual 2021, eqs. 7.37 (corrected), 7.38",
-        kind: Kind::Fluid,
+        kind: ModelFamily::Fluid,
         strain: "rate",
         tangent: TANGENT,
     };
@@ -368,12 +369,12 @@ impl<Y: YieldStress> FlowCurve for Y {
     }
 
     #[inline]
-    fn relaxed(&self, trial: f64, pressure: f64, stiffness: f64) -> f64 {
+    fn return_shear_stress(&self, trial: f64, pressure: f64, stiffness: f64) -> f64 {
         let viscosity = self.viscosity();
         (viscosity * trial + stiffness * self.yield_stress(pressure)) / (viscosity + stiffness)
     }
 
-    fn slopes(&self, _trial: f64, pressure: f64, stiffness: f64) -> (f64, f64) {
+    fn return_derivatives(&self, _trial: f64, pressure: f64, stiffness: f64) -> (f64, f64) {
         let viscosity = self.viscosity();
         let whole = viscosity + stiffness;
         (viscosity / whole, stiffness * self.yield_slope(pressure) / whole)

@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::equation_of_state::{Barotropic, EquationOfState};
 use super::flow::{FlowCurve, FlowOutputs, Viscoplastic};
-use super::linear_elastic::stiff_warnings;
-use crate::model::{Facts, Kind, Model, check, not_negative, positive};
+use super::linear_elastic::incompressibility_warnings;
+use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
 use crate::{Corotational, Material, MaterialError};
 
 /// Which measure of shear stress is held against the strength.
@@ -80,9 +80,9 @@ impl CfdSoilSpec {
 }
 
 impl Model for CfdSoilSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Bui & Nguyen 2021, eqs. 58–62",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate",
         tangent: "analytic",
     };
@@ -93,7 +93,7 @@ impl Model for CfdSoilSpec {
 
     fn warnings(&self) -> Vec<String> {
         let mut warnings = super::angle_warnings(self.friction_angle, 0.0);
-        warnings.extend(stiff_warnings(self.poissons_ratio));
+        warnings.extend(incompressibility_warnings(self.poissons_ratio));
         if self.norm == ShearNorm::VonMisesQ {
             warnings
                 .push("norm: von-mises-q makes the soil weaker than Coulomb's by the root of 3".to_owned());
@@ -144,11 +144,11 @@ impl FlowCurve for CfdSoil {
     }
 
     #[inline]
-    fn relaxed(&self, _trial: f64, pressure: f64, _stiffness: f64) -> f64 {
+    fn return_shear_stress(&self, _trial: f64, pressure: f64, _stiffness: f64) -> f64 {
         self.strength(0.0, pressure)
     }
 
-    fn slopes(&self, _trial: f64, pressure: f64, _stiffness: f64) -> (f64, f64) {
+    fn return_derivatives(&self, _trial: f64, pressure: f64, _stiffness: f64) -> (f64, f64) {
         (0.0, if self.cohesion + self.friction * pressure > 0.0 { self.friction } else { 0.0 })
     }
 }

@@ -69,14 +69,14 @@ pub struct CohesiveState {
 /// An elastic trial: normal traction, size of the shear traction, and how fast they fall with plastic opening
 /// and slip (Pa/m).
 #[derive(Clone, Copy)]
-struct Trial {
+struct TractionTrial {
     normal: f64,
     shear: f64,
     stiffness: [f64; 2],
 }
 
 /// A point of the hyperbola of softening `χ`, at shear traction `s`, seen from the trial.
-struct OnSurface {
+struct HyperbolaPoint {
     normal: f64,
     /// `A = z c - μ t_n = √(s² + z² b²)` and its derivatives by `s` and `χ`.
     a: [f64; 3],
@@ -87,7 +87,7 @@ struct OnSurface {
 }
 
 /// Where a trial returns to, with what the stiffness needs.
-struct Returned {
+struct BandReturn {
     normal: f64,
     shear: f64,
     softening: f64,
@@ -146,12 +146,12 @@ impl CohesiveBand {
 
     /// `√(t_s² + z² b²) - (z c - μ t_n)`: the yield function as a stress.
     #[inline]
-    fn excess(&self, normal: f64, shear: f64, softening: f64) -> f64 {
+    fn yield_excess(&self, normal: f64, shear: f64, softening: f64) -> f64 {
         let z = (-softening).exp();
         shear.hypot(z * self.offset) - (z * self.spec.cohesion - self.spec.friction_coefficient * normal)
     }
 
-    fn on_surface(&self, trial: &Trial, shear: f64, softening: f64) -> OnSurface {
+    fn on_surface(&self, trial: &TractionTrial, shear: f64, softening: f64) -> HyperbolaPoint {
         let CohesiveBandSpec { cohesion, friction_coefficient: mu, .. } = self.spec;
         let [normal_stiffness, shear_stiffness] = trial.stiffness;
         let z = (-softening).exp();
@@ -159,7 +159,7 @@ impl CohesiveBand {
         let (by_shear, by_softening) = (shear / a, -z * self.offset * (z * self.offset / a));
         let normal = (z * cohesion - a) / mu;
         let stiff = mu * normal_stiffness;
-        OnSurface {
+        HyperbolaPoint {
             normal,
             a: [a, by_shear, by_softening],
             opening: [
@@ -172,7 +172,7 @@ impl CohesiveBand {
     }
 
     /// Residual of the direction of flow, `d_n s - μ_ψ A d_s`, and its derivatives by `s` and `χ`.
-    fn flow(&self, trial: &Trial, on: &OnSurface, shear: f64) -> [f64; 3] {
+    fn flow(&self, trial: &TractionTrial, on: &HyperbolaPoint, shear: f64) -> [f64; 3] {
         let psi = self.spec.dilatancy_coefficient;
         [
             on.opening[0] * shear - psi * on.a[0] * on.slip,
@@ -183,7 +183,7 @@ impl CohesiveBand {
     }
 
     /// Shear traction at which the hyperbola of `softening` is left towards the trial.
-    fn shear_on(&self, trial: &Trial, softening: f64, start: f64) -> Option<f64> {
+    fn shear_at_softening(&self, trial: &TractionTrial, softening: f64, start: f64) -> Option<f64> {
         if trial.shear == 0.0 {
             return Some(0.0);
         }
@@ -199,8 +199,8 @@ impl CohesiveBand {
     /// Residual of the softening, `χ - χ_old - d_n/δ_I - d_s/δ_II`, and derivatives of both residuals.
     fn residual(
         &self,
-        trial: &Trial,
-        on: &OnSurface,
+        trial: &TractionTrial,
+        on: &HyperbolaPoint,
         shear: f64,
         softening: f64,
         old: f64,
@@ -213,7 +213,7 @@ impl CohesiveBand {
     }
 
     /// Implicit return of a trial outside the surface.
-    fn return_map(&self, trial: &Trial, old: f64) -> Result<Returned, MaterialError> {
+    fn return_map(&self, trial: &TractionTrial, old: f64) -> Result<BandReturn, MaterialError> {
         let failed = MaterialError::NotConverged { model: NAME, reason: "return to the band's surface" };
         let mu = self.spec.friction_coefficient;
         // Normal traction on the surface is never below that of bare friction.
@@ -222,7 +222,9 @@ impl CohesiveBand {
         let end = (old + widest).min(LARGEST_SOFTENING.max(old));
         let mut shear = trial.shear;
         let softening = falling_root(old, end, old, |softening| {
-            let Some(found) = self.shear_on(trial, softening, shear) else { return (f64::NAN, 0.0) };
+            let Some(found) = self.shear_at_softening(trial, softening, shear) else {
+                return (f64::NAN, 0.0);
+            };
             shear = found;
             let on = self.on_surface(trial, shear, softening);
             let (value, j) = self.residual(trial, &on, shear, softening, old);
@@ -230,34 +232,34 @@ impl CohesiveBand {
             (-value, -(j[1][1] - j[1][0] * turn))
         })
         .ok_or_else(|| failed.clone())?;
-        let shear = self.shear_on(trial, softening, shear).ok_or(failed)?;
+        let shear = self.shear_at_softening(trial, softening, shear).ok_or(failed)?;
         let on = self.on_surface(trial, shear, softening);
         let (_, mut jacobian) = self.residual(trial, &on, shear, softening, old);
         if softening >= LARGEST_SOFTENING {
             jacobian[1] = [0.0, 1.0];
         }
         let (opening, slip) = (on.opening[0].max(0.0), on.slip);
-        Ok(Returned { normal: on.normal, shear, softening, opening, slip, a: on.a[0], jacobian })
+        Ok(BandReturn { normal: on.normal, shear, softening, opening, slip, a: on.a[0], jacobian })
     }
 
     /// Parts of a trial traction, and whether it lies outside.
-    fn trial(&self, traction: [f64; 3], stiffness: [f64; 2], softening: f64) -> (Trial, bool) {
+    fn trial(&self, traction: [f64; 3], stiffness: [f64; 2], softening: f64) -> (TractionTrial, bool) {
         let [normal, s, t] = traction;
         let shear = s.hypot(t);
-        let excess = self.excess(normal, shear, softening);
+        let excess = self.yield_excess(normal, shear, softening);
         // Round-off of an earlier return is not flow.
         let scale =
             shear + self.spec.friction_coefficient * normal.abs() + self.spec.cohesion * (-softening).exp();
-        (Trial { normal, shear, stiffness }, !(excess <= 8.0 * f64::EPSILON * scale))
+        (TractionTrial { normal, shear, stiffness }, !(excess <= 8.0 * f64::EPSILON * scale))
     }
 
-    fn jumped(&self, jump: [f64; 3], old: [f64; 3]) -> [f64; 3] {
+    fn elastic_traction(&self, jump: [f64; 3], old: [f64; 3]) -> [f64; 3] {
         let CohesiveBandSpec { normal_stiffness: kn, shear_stiffness: ks, .. } = self.spec;
         [old[0] + kn * jump[0], old[1] + ks * jump[1], old[2] + ks * jump[2]]
     }
 
     /// Traction and state after the return of the trial traction, with the given stiffnesses.
-    fn returned(
+    fn state_after_return(
         &self,
         traction: [f64; 3],
         stiffness: [f64; 2],
@@ -298,10 +300,10 @@ impl InterfaceLaw for CohesiveBand {
         old: &InterfacePoint<CohesiveState>,
     ) -> Result<InterfacePoint<CohesiveState>, MaterialError> {
         let stiffness = [self.spec.normal_stiffness, self.spec.shear_stiffness];
-        self.returned(self.jumped(jump, old.traction), stiffness, &old.state)
+        self.state_after_return(self.elastic_traction(jump, old.traction), stiffness, &old.state)
     }
 
-    fn relaxed(
+    fn relax_with_surroundings(
         &self,
         trial: [f64; 3],
         resistance: [f64; 2],
@@ -314,7 +316,7 @@ impl InterfaceLaw for CohesiveBand {
         let (k, r) = ([kn, ks, ks], [rn, rs, rs]);
         let shared =
             std::array::from_fn(|i| old.traction[i] + k[i] / (k[i] + r[i]) * (trial[i] - old.traction[i]));
-        let new = self.returned(shared, series, &old.state)?;
+        let new = self.state_after_return(shared, series, &old.state)?;
         Ok((std::array::from_fn(|i| (trial[i] - new.traction[i]) / r[i]), new))
     }
 
@@ -325,7 +327,7 @@ impl InterfaceLaw for CohesiveBand {
     ) -> Result<[[f64; 3]; 3], MaterialError> {
         let CohesiveBandSpec { normal_stiffness: kn, shear_stiffness: ks, friction_coefficient: mu, .. } =
             self.spec;
-        let traction = self.jumped(jump, old.traction);
+        let traction = self.elastic_traction(jump, old.traction);
         let (trial, outside) = self.trial(traction, [kn, ks], old.state.softening);
         if !outside {
             return Ok([[kn, 0.0, 0.0], [0.0, ks, 0.0], [0.0, 0.0, ks]]);
@@ -371,7 +373,7 @@ impl InterfaceLaw for CohesiveBand {
 
     fn yield_value(&self, point: &InterfacePoint<CohesiveState>) -> f64 {
         let [n, s, t] = point.traction;
-        self.excess(n, s.hypot(t), point.state.softening)
+        self.yield_excess(n, s.hypot(t), point.state.softening)
     }
 
     fn critical_plane(&self, highest: f64, lowest: f64) -> (f64, f64) {
@@ -382,7 +384,7 @@ impl InterfaceLaw for CohesiveBand {
         let limit = radius * (1.0 + mu * mu);
         let cosine = if mu * a.max(0.0) < limit && a > 0.0 { mu * a / limit } else { 1.0 };
         let shear = radius * (1.0 - cosine * cosine).sqrt();
-        (self.excess(mean + radius * cosine, shear, 0.0), cosine)
+        (self.yield_excess(mean + radius * cosine, shear, 0.0), cosine)
     }
 
     fn tensile_strength(&self) -> f64 {
@@ -393,7 +395,7 @@ impl InterfaceLaw for CohesiveBand {
         -(-state.softening).exp_m1()
     }
 
-    fn largest_size(&self, youngs_modulus: f64, shear_modulus: f64) -> f64 {
+    fn snap_back_size(&self, youngs_modulus: f64, shear_modulus: f64) -> f64 {
         let opening = youngs_modulus * self.lengths[0] / self.spec.tensile_strength;
         opening.min(shear_modulus * self.lengths[1] / self.spec.cohesion)
     }

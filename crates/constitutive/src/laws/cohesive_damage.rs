@@ -41,7 +41,7 @@ pub struct DamageState {
     /// Jump (m), normal first, the elastic part at insertion included.
     pub jump: [f64; 3],
     /// Largest effective opening so far `κ` (m).
-    pub largest: f64,
+    pub max_opening: f64,
 }
 
 impl CohesiveDamageSpec {
@@ -63,7 +63,7 @@ impl CohesiveDamageSpec {
     }
 }
 
-fn effective(jump: [f64; 3]) -> f64 {
+fn effective_opening(jump: [f64; 3]) -> f64 {
     jump[0].max(0.0).hypot(jump[1].hypot(jump[2]))
 }
 
@@ -90,7 +90,7 @@ impl InterfaceLaw for CohesiveDamage {
 
     fn initial(&self, traction: [f64; 3]) -> DamageState {
         let jump = traction.map(|t| t / self.spec.stiffness);
-        DamageState { jump, largest: effective(jump) }
+        DamageState { jump, max_opening: effective_opening(jump) }
     }
 
     fn update(
@@ -99,12 +99,12 @@ impl InterfaceLaw for CohesiveDamage {
         old: &InterfacePoint<DamageState>,
     ) -> Result<InterfacePoint<DamageState>, MaterialError> {
         let jump = std::array::from_fn(|k| old.state.jump[k] + jump[k]);
-        let largest = old.state.largest.max(effective(jump));
+        let largest = old.state.max_opening.max(effective_opening(jump));
         let traction = self.traction(jump, self.integrity(largest));
-        Ok(InterfacePoint { traction, state: DamageState { jump, largest } })
+        Ok(InterfacePoint { traction, state: DamageState { jump, max_opening: largest } })
     }
 
-    fn relaxed(
+    fn relax_with_surroundings(
         &self,
         trial: [f64; 3],
         resistance: [f64; 2],
@@ -117,15 +117,15 @@ impl InterfaceLaw for CohesiveDamage {
         // At given integrity w: (w K₀ + R) u = T + R u_old, a closed crack with w = 1.
         let stiff = |i: usize, w: f64| if i == 0 && load[0] <= 0.0 { k + r[0] } else { w * k + r[i] };
         let jump = |w: f64| -> [f64; 3] { std::array::from_fn(|i| load[i] / stiff(i, w)) };
-        let mut largest = state.largest;
-        if effective(jump(self.integrity(largest))) > largest {
-            let end = effective(jump(0.0)).max(largest);
+        let mut largest = state.max_opening;
+        if effective_opening(jump(self.integrity(largest))) > largest {
+            let end = effective_opening(jump(0.0)).max(largest);
             largest = falling_root(largest, end, largest.max(self.lengths[0]), |kappa| {
                 let w = self.integrity(kappa);
                 let rate =
                     if kappa > self.lengths[0] { -w * (1.0 / kappa + 1.0 / self.lengths[1]) } else { 0.0 };
                 let u = jump(w);
-                let opening = effective(u);
+                let opening = effective_opening(u);
                 let open = [u[0].max(0.0), u[1], u[2]];
                 let slope: f64 = (0..3).map(|i| -open[i] * open[i] * k * rate / stiff(i, w)).sum();
                 (opening - kappa, slope / opening - 1.0)
@@ -136,7 +136,7 @@ impl InterfaceLaw for CohesiveDamage {
         let total = jump(integrity);
         let point = InterfacePoint {
             traction: self.traction(total, integrity),
-            state: DamageState { jump: total, largest: largest.max(effective(total)) },
+            state: DamageState { jump: total, max_opening: largest.max(effective_opening(total)) },
         };
         Ok((std::array::from_fn(|i| total[i] - state.jump[i]), point))
     }
@@ -147,8 +147,8 @@ impl InterfaceLaw for CohesiveDamage {
         old: &InterfacePoint<DamageState>,
     ) -> Result<[[f64; 3]; 3], MaterialError> {
         let jump: [f64; 3] = std::array::from_fn(|k| old.state.jump[k] + jump[k]);
-        let opening = effective(jump);
-        let largest = old.state.largest.max(opening);
+        let opening = effective_opening(jump);
+        let largest = old.state.max_opening.max(opening);
         let integrity = self.integrity(largest);
         let k = self.spec.stiffness;
         let normal = if jump[0] > 0.0 { integrity } else { 1.0 };
@@ -167,8 +167,8 @@ impl InterfaceLaw for CohesiveDamage {
     }
 
     fn yield_value(&self, point: &InterfacePoint<DamageState>) -> f64 {
-        let largest = point.state.largest.max(self.lengths[0]);
-        effective(point.traction) - self.integrity(largest) * self.spec.stiffness * largest
+        let largest = point.state.max_opening.max(self.lengths[0]);
+        effective_opening(point.traction) - self.integrity(largest) * self.spec.stiffness * largest
     }
 
     fn critical_plane(&self, highest: f64, lowest: f64) -> (f64, f64) {
@@ -186,16 +186,16 @@ impl InterfaceLaw for CohesiveDamage {
     }
 
     fn damage(&self, state: &DamageState) -> f64 {
-        1.0 - self.integrity(state.largest)
+        1.0 - self.integrity(state.max_opening)
     }
 
-    fn largest_size(&self, youngs_modulus: f64, shear_modulus: f64) -> f64 {
+    fn snap_back_size(&self, youngs_modulus: f64, shear_modulus: f64) -> f64 {
         youngs_modulus.min(shear_modulus) * self.lengths[1] / self.spec.tensile_strength
     }
 
     fn dissipation(&self, old: &InterfacePoint<DamageState>, new: &InterfacePoint<DamageState>) -> f64 {
-        let opening = effective(new.state.jump);
-        let lost = self.integrity(old.state.largest) - self.integrity(new.state.largest);
+        let opening = effective_opening(new.state.jump);
+        let lost = self.integrity(old.state.max_opening) - self.integrity(new.state.max_opening);
         0.5 * self.spec.stiffness * opening * opening * lost
     }
 }

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Facts, Kind, Model, check, positive};
-use crate::wrapper::{Around, Wrapper};
+use crate::model::{Model, ModelFamily, ModelInfo, check, positive};
+use crate::wrapper::{WrappedMaterial, Wrapper};
 use crate::{Mat3, Material, MaterialError, MaterialSpec, Motion, SymTensor};
 
 /// Parameters of `eigenstrain`.
@@ -26,9 +26,9 @@ pub struct EigenstrainSpec {
 }
 
 impl Model for EigenstrainSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Bui & Nguyen 2021, section 4.5",
-        kind: Kind::Wrapper,
+        kind: ModelFamily::Wrapper,
         strain: "the inner law's",
         tangent: "the inner law's",
     };
@@ -37,12 +37,12 @@ impl Model for EigenstrainSpec {
         Some(&self.material)
     }
 
-    fn around(&self, inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+    fn wrap(&self, inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         let strain = self.volumetric_strain;
         check("volumetric_strain", strain, strain.abs() <= 0.5, "is not between -0.5 and 0.5")?;
         positive("duration", self.duration, "s")?;
         let wrapper = Eigenstrain { volumetric: strain, duration: self.duration };
-        Ok(Arc::new(Around::new(wrapper, inner)))
+        Ok(Arc::new(WrappedMaterial::new(wrapper, inner)))
     }
 
     fn warnings(&self) -> Vec<String> {
@@ -70,7 +70,7 @@ struct Eigenstrain {
 }
 
 impl Wrapper for Eigenstrain {
-    type Own = f64;
+    type OwnState = f64;
 
     const NAME: &'static str = "eigenstrain";
     const TIME_DEPENDENT: bool = true;
@@ -92,7 +92,7 @@ impl Wrapper for Eigenstrain {
         let linear = self.volumetric * growing / self.duration / 3.0;
         let mut inside = *motion;
         if linear != 0.0 {
-            inside.gradient = motion.gradient - Mat3::IDENTITY * linear;
+            inside.velocity_gradient_dt = motion.velocity_gradient_dt - Mat3::IDENTITY * linear;
             inside.deformation = motion.deformation * (-linear).exp();
         }
         (inside, time + motion.dt)

@@ -4,10 +4,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use crate::hencky::carried;
+use crate::hencky::push_forward;
 use crate::tangent::from_spatial;
 use crate::{
-    InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor, Tangent,
+    InitialCondition, Law, Mat3, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor, Tangent,
 };
 
 /// Left Cauchy–Green tensor of a point less the unit tensor, `b - 1`: small strains keep their digits.
@@ -35,13 +35,13 @@ pub trait FiniteElastic: Send + Sync + 'static {
     ///
     /// # Errors
     /// When no deformation of moderate size carries the stress.
-    fn carrying(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError>;
+    fn deformation_for_stress(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError>;
 
     /// Spatial tangent (Pa) of the Kirchhoff stress.
     fn spatial_tangent(&self, b: &SymTensor) -> Tangent;
 
     /// P-wave modulus (Pa) in the stiffest direction; `stress` is the Cauchy stress (Pa).
-    fn largest_modulus(&self, b: &SymTensor, stress: &SymTensor) -> f64;
+    fn max_wave_modulus(&self, b: &SymTensor, stress: &SymTensor) -> f64;
 
     /// Energy per unit initial volume (J/m³).
     fn initial_energy(&self, b: &SymTensor) -> f64;
@@ -53,16 +53,16 @@ impl<L: FiniteElastic> Law for L {
     }
 }
 
-impl<L: FiniteElastic> Pointwise for L {
+impl<L: FiniteElastic> PointLaw for L {
     type State = LeftCauchyGreen;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        let b = self.carrying(&initial.stress)?;
+        let b = self.deformation_for_stress(&initial.stress)?;
         Ok(Point { stress: self.cauchy_stress(&b), state: LeftCauchyGreen(b) })
     }
 
     fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
-        self.largest_modulus(&point.state.0, &point.stress)
+        self.max_wave_modulus(&point.state.0, &point.stress)
     }
 
     fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
@@ -78,8 +78,8 @@ impl<L: FiniteElastic> StressUpdate for L {
         motion: &Motion,
         old: &Point<LeftCauchyGreen>,
     ) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        let b = stepped(L::NAME, &old.state.0, motion)?;
-        Ok(Point { stress: finite(L::NAME, self.cauchy_stress(&b))?, state: LeftCauchyGreen(b) })
+        let b = updated_left_cauchy_green(L::NAME, &old.state.0, motion)?;
+        Ok(Point { stress: check_finite(L::NAME, self.cauchy_stress(&b))?, state: LeftCauchyGreen(b) })
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
@@ -121,12 +121,12 @@ pub(super) fn elongations(changes: [f64; 3]) -> [f64; 3] {
 ///
 /// # Errors
 /// When the motion inverts the point or is not finite.
-pub(super) fn stepped(
+pub(super) fn updated_left_cauchy_green(
     model: &'static str,
     b: &SymTensor,
     motion: &Motion,
 ) -> Result<SymTensor, MaterialError> {
-    let new = carried(b, &motion.deformation);
+    let new = push_forward(b, &motion.deformation);
     // Written so that NaN is refused.
     if motion.deformation.determinant() > 0.0 && new.is_finite() {
         Ok(new)
@@ -136,7 +136,7 @@ pub(super) fn stepped(
 }
 
 /// `stress`, or an error where it is not finite.
-pub(super) fn finite(model: &'static str, stress: SymTensor) -> Result<SymTensor, MaterialError> {
+pub(super) fn check_finite(model: &'static str, stress: SymTensor) -> Result<SymTensor, MaterialError> {
     if stress.is_finite() {
         Ok(stress)
     } else {
@@ -149,7 +149,7 @@ pub(super) fn finite(model: &'static str, stress: SymTensor) -> Result<SymTensor
 ///
 /// # Errors
 /// When no deformation of moderate size carries the stress.
-pub(super) fn deformation_of(
+pub(super) fn solve_deformation(
     model: &'static str,
     stress: &SymTensor,
     elasticity: &Elasticity,

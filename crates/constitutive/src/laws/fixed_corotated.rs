@@ -11,9 +11,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use super::finite_elastic::{FiniteElastic, PrincipalStress, deformation_of, elongations, volume_change};
-use super::linear_elastic::stiff_warnings;
-use crate::model::{Facts, Kind, Model};
+use super::finite_elastic::{FiniteElastic, PrincipalStress, elongations, solve_deformation, volume_change};
+use super::linear_elastic::incompressibility_warnings;
+use crate::model::{Model, ModelFamily, ModelInfo};
 use crate::tangent::kirchhoff_tangent;
 use crate::{Material, MaterialError, SymTensor, Tangent};
 
@@ -30,9 +30,9 @@ pub struct FixedCorotatedSpec {
 }
 
 impl Model for FixedCorotatedSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Stomakhin et al. 2013; Gaume et al. 2020, 4.1",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "finite",
         tangent: "analytic",
     };
@@ -43,7 +43,7 @@ impl Model for FixedCorotatedSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        stiff_warnings(self.poissons_ratio)
+        incompressibility_warnings(self.poissons_ratio)
     }
 
     fn examples() -> Vec<Self> {
@@ -92,8 +92,8 @@ impl FiniteElastic for FixedCorotated {
         spectrum.compose(self.principal(elongations).stress) * (1.0 / (1.0 + volume_change(elongations)))
     }
 
-    fn carrying(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
-        deformation_of(Self::NAME, stress, &self.elasticity, |e| self.principal(e))
+    fn deformation_for_stress(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
+        solve_deformation(Self::NAME, stress, &self.elasticity, |e| self.principal(e))
     }
 
     fn spatial_tangent(&self, b: &SymTensor) -> Tangent {
@@ -102,7 +102,7 @@ impl FiniteElastic for FixedCorotated {
         kirchhoff_tangent(&spectrum, stress, spectrum.values.map(|b| 1.0 + b), &slope)
     }
 
-    fn largest_modulus(&self, b: &SymTensor, _stress: &SymTensor) -> f64 {
+    fn max_wave_modulus(&self, b: &SymTensor, _stress: &SymTensor) -> f64 {
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
         let values = b.spectrum().values;
         let jacobian = 1.0 + volume_change(elongations(values));

@@ -1,14 +1,14 @@
 //! What laws have in common whose pressure follows from density and whose shear stress is that of a flow
 //! (sheet: constitutive §3.4, §3.7.9). `τ = √J2`, shear rate `γ̇ = √(2 D':D')`, both positive.
 //!
-//! [`Viscous`]: `s = 2η(γ̇, p) dev D`; the viscosity must stay finite at rest, so there is no static yield.
+//! [`ViscousFluid`]: `s = 2η(γ̇, p) dev D`; the viscosity must stay finite at rest, so there is no static yield.
 //! [`Viscoplastic`]: elastic (`G`) up to the yield stress, above it the plastic shear rate is the one that
 //! the flow curve `τ(γ̇ᵖ, p)` gives, by backward Euler: `τ + GΔt γ̇ᵖ(τ, p) = τᵗʳ`, radially back.
 
 use super::equation_of_state::{Barotropic, FluidState};
 use super::{Elasticity, check_initial};
 use crate::{
-    InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, SmallStrain, StressUpdate,
+    InitialCondition, Law, Mat3, MaterialError, Motion, Point, PointLaw, SmallStrain, StressUpdate,
     SymTensor, Tangent,
 };
 
@@ -40,10 +40,10 @@ pub trait FlowCurve: FlowOutputs + Send + Sync + 'static {
 
     /// Shear stress (Pa) after a trial above the yield stress: the root of
     /// `τ = strength((trial - τ)/stiffness, pressure)`, with `stiffness = G Δt` (Pa s).
-    fn relaxed(&self, trial: f64, pressure: f64, stiffness: f64) -> f64;
+    fn return_shear_stress(&self, trial: f64, pressure: f64, stiffness: f64) -> f64;
 
-    /// Derivatives of [`FlowCurve::relaxed`] with respect to trial and pressure.
-    fn slopes(&self, trial: f64, pressure: f64, stiffness: f64) -> (f64, f64);
+    /// Derivatives of [`FlowCurve::return_shear_stress`] with respect to trial and pressure.
+    fn return_derivatives(&self, trial: f64, pressure: f64, stiffness: f64) -> (f64, f64);
 }
 
 /// Refuses a shear modulus that a viscous form would leave without effect; `form` is the one that has it.
@@ -54,14 +54,14 @@ pub(super) fn without_shear_modulus(given: Option<f64>, form: &str) -> Result<()
 
 /// A fluid with an effective viscosity.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Viscous<V> {
+pub struct ViscousFluid<V> {
     /// Its viscosity.
     pub rheology: V,
     /// Its pressure.
     pub pressure: Barotropic,
 }
 
-impl<V: EffectiveViscosity> Law for Viscous<V> {
+impl<V: EffectiveViscosity> Law for ViscousFluid<V> {
     fn name(&self) -> &'static str {
         V::NAME
     }
@@ -75,7 +75,7 @@ impl<V: EffectiveViscosity> Law for Viscous<V> {
     }
 }
 
-impl<V: EffectiveViscosity> Pointwise for Viscous<V> {
+impl<V: EffectiveViscosity> PointLaw for ViscousFluid<V> {
     type State = FluidState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<FluidState>, MaterialError> {
@@ -106,7 +106,7 @@ impl<V: EffectiveViscosity> Pointwise for Viscous<V> {
     }
 }
 
-impl<V: EffectiveViscosity> StressUpdate for Viscous<V> {
+impl<V: EffectiveViscosity> StressUpdate for ViscousFluid<V> {
     #[inline]
     fn update(&self, motion: &Motion, old: &Point<FluidState>) -> Result<Point<FluidState>, MaterialError> {
         let mut state = self.pressure.step(V::NAME, motion, &old.state)?;
@@ -145,17 +145,17 @@ pub struct Viscoplastic<R> {
 }
 
 /// An elastic trial: deviator and `√J2`.
-struct Trial {
+struct ShearTrial {
     deviator: SymTensor,
     shear: f64,
 }
 
 impl<R: FlowCurve> Viscoplastic<R> {
     #[inline]
-    fn trial(&self, strain: &SymTensor, old: &SymTensor) -> Trial {
+    fn trial(&self, strain: &SymTensor, old: &SymTensor) -> ShearTrial {
         let deviator = old.deviator() + strain.deviator() * (2.0 * self.shear_modulus);
         let shear = (0.5 * deviator.dot(&deviator)).sqrt();
-        Trial { deviator, shear }
+        ShearTrial { deviator, shear }
     }
 
     /// Whether a trial flows. Round-off of an earlier return is not flow.
@@ -182,7 +182,7 @@ impl<R: FlowCurve> Law for Viscoplastic<R> {
     }
 }
 
-impl<R: FlowCurve> Pointwise for Viscoplastic<R> {
+impl<R: FlowCurve> PointLaw for Viscoplastic<R> {
     type State = FluidState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<FluidState>, MaterialError> {
@@ -239,12 +239,12 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
             return Ok(Point { stress: if still { old.stress } else { trial.deviator + mean }, state });
         }
         let stiffness = self.shear_modulus * motion.dt;
-        let shear = self.rheology.relaxed(trial.shear, pressure, stiffness);
+        let shear = self.rheology.return_shear_stress(trial.shear, pressure, stiffness);
         state.shear_rate = (trial.shear - shear) / stiffness;
         Ok(Point { stress: trial.deviator * (shear / trial.shear) + mean, state })
     }
 
-    fn largest_step(&self) -> f64 {
+    fn max_strain_increment(&self) -> f64 {
         f64::INFINITY
     }
 
@@ -254,14 +254,16 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
         let state = self.pressure.step(R::NAME, motion, &old.state).ok()?;
         let Some(pressure) = self.pressure.pressure(state.ratio()) else { return Some(Tangent::ZERO) };
         let modulus = self.pressure.modulus(state.ratio());
-        let volume = (Mat3::IDENTITY - motion.gradient * motion.gradient * 0.25).inverse()?.sym();
+        let volume = (Mat3::IDENTITY - motion.velocity_gradient_dt * motion.velocity_gradient_dt * 0.25)
+            .inverse()?
+            .sym();
         let elasticity = Elasticity { bulk_modulus: modulus, shear_modulus: self.shear_modulus };
         let trial = self.trial(strain, &old.stress);
         let mut tangent;
         if self.flows(trial.shear, pressure) {
             let stiffness = self.shear_modulus * motion.dt;
-            let share = self.rheology.relaxed(trial.shear, pressure, stiffness) / trial.shear;
-            let (by_trial, by_pressure) = self.rheology.slopes(trial.shear, pressure, stiffness);
+            let share = self.rheology.return_shear_stress(trial.shear, pressure, stiffness) / trial.shear;
+            let (by_trial, by_pressure) = self.rheology.return_derivatives(trial.shear, pressure, stiffness);
             let m = trial.deviator * (1.0 / trial.shear);
             tangent = elasticity.deviatoric_tangent(share);
             tangent.add_dyad(self.shear_modulus * (by_trial - share), &m, &m);
@@ -286,11 +288,11 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
 }
 
 /// Shear over bulk modulus at a Poisson's ratio of 0.3.
-const USUAL_STIFFNESS: f64 = 6.0 / 13.0;
+const DEFAULT_SHEAR_RATIO: f64 = 6.0 / 13.0;
 
 /// The shear modulus of a material that yields: as given, or the usual share of the bulk modulus.
 pub(super) fn shear_modulus(given: Option<f64>, bulk_modulus: f64) -> Result<f64, MaterialError> {
-    let modulus = given.unwrap_or(USUAL_STIFFNESS * bulk_modulus);
+    let modulus = given.unwrap_or(DEFAULT_SHEAR_RATIO * bulk_modulus);
     crate::model::positive("shear_modulus", modulus, "Pa")?;
     Ok(modulus)
 }

@@ -14,7 +14,7 @@ use libloading::Library;
 use crate::MaterialError;
 
 /// Environment variable that allows libraries where it is `1`.
-const VARIABLE: &str = "COLLUVIUM_ALLOW_LIBRARY";
+const PERMISSION_VARIABLE: &str = "COLLUVIUM_ALLOW_LIBRARY";
 
 static ALLOWED: AtomicBool = AtomicBool::new(false);
 
@@ -25,20 +25,20 @@ pub fn allow_libraries() {
 }
 
 fn allowed() -> bool {
-    ALLOWED.load(Ordering::Relaxed) || std::env::var_os(VARIABLE).is_some_and(|value| value == "1")
+    ALLOWED.load(Ordering::Relaxed) || std::env::var_os(PERMISSION_VARIABLE).is_some_and(|value| value == "1")
 }
 
 /// A library and the lock its routines share.
-pub(super) type Opened = (Arc<Library>, Arc<Mutex<()>>);
+pub(super) type LoadedLibrary = (Arc<Library>, Arc<Mutex<()>>);
 
 /// Libraries in use, each opened once, so that materials of one library share its lock.
-fn libraries() -> &'static Mutex<HashMap<PathBuf, Opened>> {
-    static OPEN: OnceLock<Mutex<HashMap<PathBuf, Opened>>> = OnceLock::new();
+fn libraries() -> &'static Mutex<HashMap<PathBuf, LoadedLibrary>> {
+    static OPEN: OnceLock<Mutex<HashMap<PathBuf, LoadedLibrary>>> = OnceLock::new();
     OPEN.get_or_init(Mutex::default)
 }
 
 /// Why loading failed, with what the loader of the system says.
-pub(super) fn reason(error: &libloading::Error) -> String {
+pub(super) fn load_error(error: &libloading::Error) -> String {
     let source = error.source().map(ToString::to_string);
     source.unwrap_or_else(|| error.to_string())
 }
@@ -48,11 +48,11 @@ pub(super) fn reason(error: &libloading::Error) -> String {
 /// # Errors
 /// When it is not allowed, is no regular file or cannot be loaded.
 #[allow(unsafe_code, reason = "code of another language can be loaded in no other way")]
-pub(super) fn open(path: &Path) -> Result<Opened, MaterialError> {
+pub(super) fn open(path: &Path) -> Result<LoadedLibrary, MaterialError> {
     let fail = |problem: String| MaterialError::choice("library", format!("{}: {problem}", path.display()));
     if !allowed() {
         return Err(fail(format!(
-            "is code that would run with your rights; if you trust it, allow it with --allow-library or {VARIABLE}=1"
+            "is code that would run with your rights; if you trust it, allow it with --allow-library or {PERMISSION_VARIABLE}=1"
         )));
     }
     let file = path.canonicalize().map_err(|error| fail(error.to_string()))?;
@@ -64,9 +64,9 @@ pub(super) fn open(path: &Path) -> Result<Opened, MaterialError> {
         return Ok(opened.clone());
     }
     // SAFETY: initialisers of the library run here; the user has allowed that.
-    let library = guarded(|| unsafe { Library::new(&file) });
-    let library = library.map_err(|error| fail(format!("cannot be loaded: {}", reason(&error))))?;
-    let opened: Opened = (Arc::new(library), Arc::default());
+    let library = call_guarded(|| unsafe { Library::new(&file) });
+    let library = library.map_err(|error| fail(format!("cannot be loaded: {}", load_error(&error))))?;
+    let opened: LoadedLibrary = (Arc::new(library), Arc::default());
     open.insert(file, opened.clone());
     Ok(opened)
 }
@@ -77,7 +77,7 @@ thread_local! {
 }
 
 /// Runs code of a library. Should it end the program (`exit` of C, `STOP` of Fortran), then not as a success.
-pub(super) fn guarded<R>(call: impl FnOnce() -> R) -> R {
+pub(super) fn call_guarded<R>(call: impl FnOnce() -> R) -> R {
     watch_exit();
     let before = INSIDE.replace(true);
     let result = call();

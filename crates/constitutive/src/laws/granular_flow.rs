@@ -46,7 +46,7 @@ pub fn solid_fraction(inertial_number: f64, densest: f64, loosest: f64) -> f64 {
 
 /// Regimes of dry granular flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Regime {
+pub enum FlowRegime {
     /// Rate plays no part, `I < 10⁻³`.
     QuasiStatic,
     /// Dense flow, in between.
@@ -55,7 +55,7 @@ pub enum Regime {
     Collisional,
 }
 
-impl Regime {
+impl FlowRegime {
     /// Regime at the given inertial number.
     pub fn of(inertial_number: f64) -> Self {
         match inertial_number {

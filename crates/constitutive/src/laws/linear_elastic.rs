@@ -8,11 +8,11 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::hencky::Few;
-use crate::lanes::Lanes;
-use crate::model::{Facts, Kind, Model, StrainMeasure};
+use crate::hencky::SimdBatch;
+use crate::lanes::ComponentArrays;
+use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{
-    BLOCK, InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, PrincipalReturn,
+    BLOCK_SIZE, InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, PrincipalReturn,
     SmallStrain, SymTensor, Tangent,
 };
 
@@ -32,9 +32,9 @@ pub struct LinearElasticSpec {
 }
 
 impl Model for LinearElasticSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Hooke; Gaume et al. 2020, eqs. 17–19",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate or Hencky",
         tangent: "analytic",
     };
@@ -45,7 +45,7 @@ impl Model for LinearElasticSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        stiff_warnings(self.poissons_ratio)
+        incompressibility_warnings(self.poissons_ratio)
     }
 
     fn examples() -> Vec<Self> {
@@ -60,7 +60,7 @@ impl Model for LinearElasticSpec {
 }
 
 /// A word on nearly incompressible solids (sheet: mpm §7).
-pub(crate) fn stiff_warnings(poissons_ratio: f64) -> Vec<String> {
+pub(crate) fn incompressibility_warnings(poissons_ratio: f64) -> Vec<String> {
     if poissons_ratio >= 0.49 {
         vec![format!("poissons_ratio: {poissons_ratio} makes explicit steps short and low-order grids lock")]
     } else {
@@ -208,7 +208,7 @@ impl Law for LinearElastic {
     }
 }
 
-impl Pointwise for LinearElastic {
+impl PointLaw for LinearElastic {
     type State = ();
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<()>, MaterialError> {
@@ -236,12 +236,14 @@ impl SmallStrain for LinearElastic {
     }
 
     #[inline]
-    fn update_lanes(&self, lanes: &mut Lanes, _states: &mut [()]) -> bool {
-        lanes.for_each(&mut [0.0; BLOCK], |strain, stress| (*stress + self.elasticity.stress(strain), 0.0));
+    fn update_component_arrays(&self, lanes: &mut ComponentArrays, _states: &mut [()]) -> bool {
+        lanes.for_each(&mut [0.0; BLOCK_SIZE], |strain, stress| {
+            (*stress + self.elasticity.stress(strain), 0.0)
+        });
         true
     }
 
-    fn largest_step(&self) -> f64 {
+    fn max_strain_increment(&self) -> f64 {
         f64::INFINITY
     }
 
@@ -255,11 +257,11 @@ impl SmallStrain for LinearElastic {
 }
 
 impl PrincipalReturn for LinearElastic {
-    fn takes_few(&self) -> bool {
+    fn supports_batch(&self) -> bool {
         true
     }
 
-    fn return_few<const N: usize>(&self, _few: &mut Few<N>, _states: &mut [(); N]) {}
+    fn return_batch<const N: usize>(&self, _few: &mut SimdBatch<N>, _states: &mut [(); N]) {}
 
     fn elasticity(&self) -> &Elasticity {
         &self.elasticity

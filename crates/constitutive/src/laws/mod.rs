@@ -41,7 +41,7 @@ mod umat;
 mod undrained;
 mod von_mises;
 
-pub use acceleration_viscous::{AccelerationViscosity, Viscous, ViscousMode, ViscousState};
+pub use acceleration_viscous::{AccelerationViscosity, AccelerationViscous, ViscousMode, ViscousState};
 pub use bingham::{BinghamSpec, FrictionalFluidSpec, YieldForm};
 pub use cam_clay::{CamClay, CamClayReturn, CamClaySpec, CamClayState};
 pub use cfd_soil::{CfdSoilSpec, ShearNorm};
@@ -53,7 +53,9 @@ pub use cohesive_damage::{CohesiveDamage, CohesiveDamageSpec, DamageState};
 pub use double_scale::{
     BandSpec, BandedState, DoubleScale, DoubleScaleSpec, LocalSolve, Onset, OutsideStrength,
 };
-pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Integration, Matching, PlasticStrain, Softening};
+pub use drucker_prager::{
+    DruckerPrager, DruckerPragerSpec, Matching, PlasticIntegration, PlasticStrain, Softening,
+};
 pub use eigenstrain::EigenstrainSpec;
 pub use equation_of_state::{Barotropic, EquationOfState, FluidState};
 pub use finite_elastic::LeftCauchyGreen;
@@ -66,7 +68,7 @@ pub use mu_i::{MuIForm, MuISpec};
 pub use neo_hookean::{NeoHookean, NeoHookeanSpec, VolumetricLaw};
 pub use newtonian_fluid::{NewtonianFluid, NewtonianFluidSpec};
 pub use original_cam_clay::{OriginalCamClay, OriginalCamClaySpec};
-pub use outside::{MaterialFactory, OtherSpec, offer_material};
+pub use outside::{ExternalSpec, MaterialFactory, register_material};
 pub use pressure_elastic::{PressureElastic, PressureElasticSpec, PressureStiffness, VoidRatio};
 pub use sand::{Sand, SandHardening, SandSpec, SandState};
 pub use saturation_softened::SaturationSoftenedSpec;

@@ -16,10 +16,11 @@ use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
 use super::flow::{
-    EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, Viscous, shear_modulus, without_shear_modulus,
+    EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, ViscousFluid, shear_modulus,
+    without_shear_modulus,
 };
 use super::granular_flow::inertial_number;
-use crate::model::{Facts, Kind, Model, check, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, check, positive};
 use crate::{Corotational, Material, MaterialError};
 
 const NAME: &str = "mu-i";
@@ -143,9 +144,9 @@ impl MuISpec {
 }
 
 impl Model for MuISpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Jop et al. 2006; Bui & Nguyen 2021, eqs. 63–67; Dunatunga & Kamrin 2015",
-        kind: Kind::Fluid,
+        kind: ModelFamily::Fluid,
         strain: "rate",
         tangent: "analytic (viscous forms: numerical)",
     };
@@ -157,7 +158,7 @@ impl Model for MuISpec {
             form => {
                 without_shear_modulus(self.shear_modulus, "elasto-viscoplastic")?;
                 let rheology = RegularisedMuI { law: law.rheology, form };
-                Arc::new(Viscous { rheology, pressure: law.pressure })
+                Arc::new(ViscousFluid { rheology, pressure: law.pressure })
             }
         })
     }
@@ -215,7 +216,7 @@ pub struct MuI {
 }
 
 /// Coefficients of the quadratic `τ² - Bτ + H = 0` of the return, with `α` and `√(B² - 4H)`.
-struct Quadratic {
+struct ReturnQuadratic {
     b: f64,
     h: f64,
     alpha: f64,
@@ -238,16 +239,16 @@ impl MuI {
     }
 
     #[inline]
-    fn quadratic(&self, trial: f64, pressure: f64, stiffness: f64) -> Quadratic {
+    fn quadratic(&self, trial: f64, pressure: f64, stiffness: f64) -> ReturnQuadratic {
         let (s0, s2) = (self.static_friction * pressure, self.limit_friction * pressure);
         let alpha = self.reference / (self.diameter * self.grain_density.sqrt())
             * stiffness
             * pressure.max(0.0).sqrt();
         let (b, h) = (s2 + trial + alpha, s2 * trial + s0 * alpha);
-        Quadratic { b, h, alpha, root: b * (1.0 - 4.0 * (h / b) / b).max(0.0).sqrt() }
+        ReturnQuadratic { b, h, alpha, root: b * (1.0 - 4.0 * (h / b) / b).max(0.0).sqrt() }
     }
 
-    fn named(&self, rate: f64, shear: f64, pressure: f64, out: &mut [f64]) {
+    fn fill_outputs(&self, rate: f64, shear: f64, pressure: f64, out: &mut [f64]) {
         out[0] = rate;
         out[1] = if rate > 0.0 { shear / rate } else { 0.0 };
         // Finite also where there is no pressure left.
@@ -262,7 +263,7 @@ impl FlowOutputs for MuI {
     const OUTPUTS: &'static [&'static str] = OUTPUTS;
 
     fn outputs(&self, rate: f64, shear: f64, pressure: f64, out: &mut [f64]) {
-        self.named(rate, shear, pressure, out);
+        self.fill_outputs(rate, shear, pressure, out);
     }
 }
 
@@ -273,14 +274,14 @@ impl FlowCurve for MuI {
     }
 
     #[inline]
-    fn relaxed(&self, trial: f64, pressure: f64, stiffness: f64) -> f64 {
-        let Quadratic { b, h, root, .. } = self.quadratic(trial, pressure, stiffness);
+    fn return_shear_stress(&self, trial: f64, pressure: f64, stiffness: f64) -> f64 {
+        let ReturnQuadratic { b, h, root, .. } = self.quadratic(trial, pressure, stiffness);
         2.0 * h / (b + root)
     }
 
-    fn slopes(&self, trial: f64, pressure: f64, stiffness: f64) -> (f64, f64) {
-        let shear = self.relaxed(trial, pressure, stiffness);
-        let Quadratic { alpha, root, .. } = self.quadratic(trial, pressure, stiffness);
+    fn return_derivatives(&self, trial: f64, pressure: f64, stiffness: f64) -> (f64, f64) {
+        let shear = self.return_shear_stress(trial, pressure, stiffness);
+        let ReturnQuadratic { alpha, root, .. } = self.quadratic(trial, pressure, stiffness);
         if !(root > 0.0 && pressure > 0.0) {
             return (0.0, self.static_friction);
         }
@@ -305,7 +306,7 @@ impl FlowOutputs for RegularisedMuI {
     const OUTPUTS: &'static [&'static str] = OUTPUTS;
 
     fn outputs(&self, rate: f64, shear: f64, pressure: f64, out: &mut [f64]) {
-        self.law.named(rate, shear, pressure, out);
+        self.law.fill_outputs(rate, shear, pressure, out);
     }
 }
 

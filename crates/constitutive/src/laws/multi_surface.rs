@@ -10,7 +10,7 @@ use super::Elasticity;
 
 /// One plane of a yield surface, in principal stresses sorted `σ1 ≥ σ2 ≥ σ3`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane {
+pub struct YieldPlane {
     /// Outward normal `a`.
     pub normal: [f64; 3],
     /// Offset `b` (Pa): admissible stresses have `a · σ ≤ b`.
@@ -24,13 +24,13 @@ pub struct Plane {
 pub struct ActiveSet(pub u16);
 
 /// At most three planes are active at once.
-type Rows = [[f64; 3]; 3];
+type Matrix3Rows = [[f64; 3]; 3];
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-impl Plane {
+impl YieldPlane {
     /// `a · σ - b` (Pa).
     #[inline]
     pub fn excess(&self, stress: [f64; 3]) -> f64 {
@@ -44,8 +44,8 @@ impl ActiveSet {
         (1..=3).flat_map(move |size| (1u16..1 << count).filter(move |s| s.count_ones() == size)).map(Self)
     }
 
-    fn planes(self, planes: &[Plane]) -> ([Plane; 3], usize) {
-        let mut active = [Plane { normal: [0.0; 3], offset: 0.0, flow: [0.0; 3] }; 3];
+    fn planes(self, planes: &[YieldPlane]) -> ([YieldPlane; 3], usize) {
+        let mut active = [YieldPlane { normal: [0.0; 3], offset: 0.0, flow: [0.0; 3] }; 3];
         let mut count = 0;
         for (index, plane) in planes.iter().enumerate() {
             if self.0 >> index & 1 == 1 && count < 3 {
@@ -58,7 +58,7 @@ impl ActiveSet {
 }
 
 /// Inverse of the leading `n` by `n` part; `None` where singular.
-fn inverse(m: Rows, n: usize) -> Option<Rows> {
+fn inverse(m: Matrix3Rows, n: usize) -> Option<Matrix3Rows> {
     let mut a = m;
     let mut inverse = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let size = m[..n].iter().flat_map(|row| &row[..n]).fold(0.0, |s: f64, c| s.max(c.abs()));
@@ -90,7 +90,7 @@ fn stiffness(elasticity: &Elasticity, v: [f64; 3]) -> [f64; 3] {
 
 /// Return of `trial` to the planes of `set`: stress and multipliers; `None` where the system is singular.
 fn solve(
-    planes: &[Plane],
+    planes: &[YieldPlane],
     set: ActiveSet,
     elasticity: &Elasticity,
     trial: [f64; 3],
@@ -110,7 +110,7 @@ fn solve(
     }
     // Where three planes meet there is no room for round-off: a corner without stress has none.
     if n == 3
-        && let Some(corner) = corner(&active)
+        && let Some(corner) = plane_intersection(&active)
     {
         stress = corner;
     }
@@ -118,18 +118,23 @@ fn solve(
 }
 
 /// Where three planes meet (Pa); `None` where that is no point.
-fn corner(active: &[Plane; 3]) -> Option<[f64; 3]> {
+fn plane_intersection(active: &[YieldPlane; 3]) -> Option<[f64; 3]> {
     let inverse = inverse(active.map(|plane| plane.normal), 3)?;
     Some(inverse.map(|row| dot(row, active.map(|plane| plane.offset))))
 }
 
 /// Stress of the return of `trial` to the planes of `set`; the trial itself where the system is singular.
-pub fn return_to(planes: &[Plane], set: ActiveSet, elasticity: &Elasticity, trial: [f64; 3]) -> [f64; 3] {
+pub fn return_to(
+    planes: &[YieldPlane],
+    set: ActiveSet,
+    elasticity: &Elasticity,
+    trial: [f64; 3],
+) -> [f64; 3] {
     solve(planes, set, elasticity, trial).map_or(trial, |(stress, _)| stress)
 }
 
 /// The planes that carry the return of `trial` (sorted, outside the surface); `None` where no set does.
-pub fn active_set(planes: &[Plane], elasticity: &Elasticity, trial: [f64; 3]) -> Option<ActiveSet> {
+pub fn active_set(planes: &[YieldPlane], elasticity: &Elasticity, trial: [f64; 3]) -> Option<ActiveSet> {
     let size = trial.iter().fold(0.0, |s: f64, c| s.max(c.abs()));
     let slack = 1e-11 * (size + planes.iter().fold(0.0, |s: f64, plane| s.max(plane.offset.abs())));
     ActiveSet::all(planes.len()).find(|set| {
@@ -142,7 +147,7 @@ pub fn active_set(planes: &[Plane], elasticity: &Elasticity, trial: [f64; 3]) ->
 }
 
 /// `∂σ_A/∂ε_B` of the return to the planes of `set` (Pa): `D - D Gᵀ (A D Gᵀ)⁻¹ A D`.
-pub fn tangent(planes: &[Plane], set: ActiveSet, elasticity: &Elasticity) -> [[f64; 3]; 3] {
+pub fn tangent(planes: &[YieldPlane], set: ActiveSet, elasticity: &Elasticity) -> [[f64; 3]; 3] {
     let mut tangent = elasticity.principal();
     let (active, n) = set.planes(planes);
     let steps = active.map(|plane| stiffness(elasticity, plane.flow));

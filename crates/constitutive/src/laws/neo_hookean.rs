@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
 use super::finite_elastic::{FiniteElastic, log_jacobian};
-use super::linear_elastic::stiff_warnings;
-use crate::model::{Facts, Kind, Model};
+use super::linear_elastic::incompressibility_warnings;
+use crate::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, SymTensor, Tangent};
 
 /// Parameters of `neo-hookean`.
@@ -44,9 +44,9 @@ pub enum VolumetricLaw {
 }
 
 impl Model for NeoHookeanSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Larese et al. 2020, 4.3.1; Bonet & Wood 2008",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "finite",
         tangent: "analytic",
     };
@@ -57,7 +57,7 @@ impl Model for NeoHookeanSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        stiff_warnings(self.poissons_ratio)
+        incompressibility_warnings(self.poissons_ratio)
     }
 
     fn examples() -> Vec<Self> {
@@ -81,7 +81,7 @@ pub struct NeoHookean {
 }
 
 /// The volumetric term at some volume.
-struct Volumetric {
+struct VolumetricTerm {
     /// `U` (Pa).
     stress: f64,
     /// `dU/d ln J` (Pa).
@@ -91,15 +91,15 @@ struct Volumetric {
 }
 
 impl NeoHookean {
-    fn volumetric(&self, log: f64) -> Volumetric {
+    fn volumetric(&self, log: f64) -> VolumetricTerm {
         let lame = self.elasticity.lame();
         match self.volumetric_law {
             VolumetricLaw::Logarithmic => {
-                Volumetric { stress: lame * log, slope: lame, energy: 0.5 * lame * log * log }
+                VolumetricTerm { stress: lame * log, slope: lame, energy: 0.5 * lame * log * log }
             }
             VolumetricLaw::Quadratic => {
                 let change = (2.0 * log).exp_m1();
-                Volumetric {
+                VolumetricTerm {
                     stress: 0.5 * lame * change,
                     slope: lame * (1.0 + change),
                     energy: 0.25 * lame * change - 0.5 * lame * log,
@@ -143,7 +143,7 @@ impl FiniteElastic for NeoHookean {
             * (-log).exp()
     }
 
-    fn carrying(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
+    fn deformation_for_stress(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
         if *stress == SymTensor::ZERO {
             return Ok(SymTensor::ZERO);
         }
@@ -152,7 +152,7 @@ impl FiniteElastic for NeoHookean {
     }
 
     fn spatial_tangent(&self, b: &SymTensor) -> Tangent {
-        let Volumetric { stress, slope, .. } = self.volumetric(log_jacobian(b));
+        let VolumetricTerm { stress, slope, .. } = self.volumetric(log_jacobian(b));
         let shear = self.elasticity.shear_modulus - stress;
         // c = dU/d ln J 1⊗1 + 2 (μ - U) I
         let mut c = Tangent::ZERO;
@@ -164,10 +164,10 @@ impl FiniteElastic for NeoHookean {
         c
     }
 
-    fn largest_modulus(&self, b: &SymTensor, _stress: &SymTensor) -> f64 {
+    fn max_wave_modulus(&self, b: &SymTensor, _stress: &SymTensor) -> f64 {
         let mu = self.elasticity.shear_modulus;
         let log = log_jacobian(b);
-        let Volumetric { stress, slope, .. } = self.volumetric(log);
+        let VolumetricTerm { stress, slope, .. } = self.volumetric(log);
         // max (c_AAAA + τ_A) / J of §3.9.
         (slope + 2.0 * mu - stress + mu * b.principal_values()[0]) * (-log).exp()
     }

@@ -10,8 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
-use super::flow::{EffectiveViscosity, FlowOutputs, Viscous};
-use crate::model::{Facts, Kind, Model, not_negative, positive};
+use super::flow::{EffectiveViscosity, FlowOutputs, ViscousFluid};
+use crate::model::{Model, ModelFamily, ModelInfo, not_negative, positive};
 use crate::{Material, MaterialError};
 
 const NAME: &str = "newtonian-fluid";
@@ -51,14 +51,14 @@ impl NewtonianFluidSpec {
             tension: self.cavitation_strength,
             equation: self.equation_of_state,
         };
-        Ok(Viscous { rheology: Newton { viscosity: self.viscosity }, pressure })
+        Ok(ViscousFluid { rheology: ConstantViscosity { viscosity: self.viscosity }, pressure })
     }
 }
 
 impl Model for NewtonianFluidSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Anura3D manual 2021, eqs. 7.29–7.36; Cole 1948 (Tait)",
-        kind: Kind::Fluid,
+        kind: ModelFamily::Fluid,
         strain: "rate",
         tangent: "numerical",
     };
@@ -80,23 +80,23 @@ impl Model for NewtonianFluidSpec {
 }
 
 /// The law. See the module's head for source and limits.
-pub type NewtonianFluid = Viscous<Newton>;
+pub type NewtonianFluid = ViscousFluid<ConstantViscosity>;
 
 /// A constant viscosity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Newton {
+pub struct ConstantViscosity {
     /// Dynamic viscosity `μ` (Pa s).
     pub viscosity: f64,
 }
 
-impl FlowOutputs for Newton {
+impl FlowOutputs for ConstantViscosity {
     const NAME: &'static str = NAME;
     const OUTPUTS: &'static [&'static str] = &[];
 
     fn outputs(&self, _: f64, _: f64, _: f64, _: &mut [f64]) {}
 }
 
-impl EffectiveViscosity for Newton {
+impl EffectiveViscosity for ConstantViscosity {
     #[inline]
     fn viscosity(&self, _rate: f64, _pressure: f64) -> f64 {
         self.viscosity

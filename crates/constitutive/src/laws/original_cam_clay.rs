@@ -14,11 +14,11 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
 use super::cam_clay::{CamClayConstants, CamClaySpec, CamClayState, CamClayTrial, OUTPUTS};
-use super::root::{falling_root, less_round_off};
-use super::substep::Advance;
-use crate::model::{Facts, Kind, Model};
+use super::root::{drop_round_off, falling_root};
+use super::substep::SubstepResult;
+use crate::model::{Model, ModelFamily, ModelInfo};
 use crate::{
-    Corotational, InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, SmallStrain,
+    Corotational, InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, SmallStrain,
     SymTensor, Tangent,
 };
 
@@ -54,9 +54,9 @@ impl OriginalCamClaySpec {
 }
 
 impl Model for OriginalCamClaySpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Schofield & Wroth 1968; Anura3D manual 2021, eqs. 7.14–7.17",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate",
         tangent: "analytic",
     };
@@ -82,7 +82,7 @@ pub struct OriginalCamClay {
 
 /// Where the return of a step ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Return {
+enum OriginalCamClayReturn {
     Elastic,
     /// On the smooth surface: pressure (Pa), `ln(p_c/p)` and plastic shear `Δε_q`.
     Surface {
@@ -104,13 +104,13 @@ impl OriginalCamClay {
         self.constants.critical * pressure * (preconsolidation_pressure / pressure).ln()
     }
 
-    fn return_map(&self, trial: &CamClayTrial, size: f64) -> Result<Return, MaterialError> {
+    fn return_map(&self, trial: &CamClayTrial, size: f64) -> Result<OriginalCamClayReturn, MaterialError> {
         let m = self.constants.critical;
         let (p_tr, q_tr) = (trial.pressure, trial.q);
         let ratio = (size / p_tr).ln();
         let excess = q_tr - m * p_tr * ratio;
         if excess <= ON_SURFACE * (q_tr + m * p_tr * ratio.abs().max(1.0)) {
-            return Ok(Return::Elastic);
+            return Ok(OriginalCamClayReturn::Elastic);
         }
         if !excess.is_finite() {
             return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
@@ -120,7 +120,7 @@ impl OriginalCamClay {
         // All of the trial's deviator becomes plastic inside the cone of the two limiting normals.
         if ratio + stiffness * m * most <= 0.0 {
             let pressure = p_tr * (trial.theta / stiffness * ratio).exp();
-            return Ok(Return::Tip { pressure, shear: most });
+            return Ok(OriginalCamClayReturn::Tip { pressure, shear: most });
         }
         let at = |shear: f64| {
             let a = stiffness * m * shear;
@@ -133,25 +133,25 @@ impl OriginalCamClay {
             let l_slope = stiffness * m * (1.0 - ratio) / (1.0 + a).powi(2);
             let strength = m * l * p;
             let slope = m * p * l_slope * (1.0 - l * trial.theta / stiffness);
-            let value = less_round_off(q_tr - 3.0 * trial.shear * shear - strength, q_tr + strength.abs());
+            let value = drop_round_off(q_tr - 3.0 * trial.shear * shear - strength, q_tr + strength.abs());
             (value, -3.0 * trial.shear - slope)
         });
         let shear = root.ok_or(MaterialError::NotConverged { model: NAME, reason: "yield condition" })?;
         let (pressure, size_ratio, _) = at(shear);
-        Ok(Return::Surface { pressure, size_ratio, shear })
+        Ok(OriginalCamClayReturn::Surface { pressure, size_ratio, shear })
     }
 
     fn step(
         &self,
         strain: &SymTensor,
         old: &Point<CamClayState>,
-    ) -> Result<Advance<CamClayState>, MaterialError> {
+    ) -> Result<SubstepResult<CamClayState>, MaterialError> {
         let trial = self.constants.trial(strain, old);
         let mut advance = self.constants.elastic(&trial, strain, old);
         let (pressure, q, shear, p_c) = match self.return_map(&trial, old.state.preconsolidation_pressure)? {
-            Return::Elastic => return Ok(advance),
-            Return::Tip { pressure, shear } => (pressure, 0.0, shear, pressure),
-            Return::Surface { pressure, size_ratio, shear } => {
+            OriginalCamClayReturn::Elastic => return Ok(advance),
+            OriginalCamClayReturn::Tip { pressure, shear } => (pressure, 0.0, shear, pressure),
+            OriginalCamClayReturn::Surface { pressure, size_ratio, shear } => {
                 let q = (self.constants.critical * pressure * size_ratio).max(0.0);
                 (pressure, q, shear, pressure * size_ratio.exp())
             }
@@ -176,14 +176,14 @@ impl OriginalCamClay {
         // d ln p_tr/dΔ, and L_tr falls by as much.
         let log_slope = trial.pressure_slope / trial.pressure;
         match self.return_map(&trial, old.state.preconsolidation_pressure).ok()? {
-            Return::Elastic => {
+            OriginalCamClayReturn::Elastic => {
                 Some(trial.radial.tangent(1.0, &(unit * -trial.pressure_slope), &SymTensor::ZERO))
             }
-            Return::Tip { pressure, .. } => {
+            OriginalCamClayReturn::Tip { pressure, .. } => {
                 let slope = pressure * log_slope * trial.chi / stiffness;
                 Some(trial.radial.tangent(0.0, &(unit * -slope), &SymTensor::ZERO))
             }
-            Return::Surface { pressure: p, size_ratio: l, shear } => {
+            OriginalCamClayReturn::Surface { pressure: p, size_ratio: l, shear } => {
                 let ratio = (old.state.preconsolidation_pressure / trial.pressure).ln();
                 let a = stiffness * m * shear;
                 let share = trial.theta / stiffness;
@@ -219,7 +219,7 @@ impl Law for OriginalCamClay {
     }
 }
 
-impl Pointwise for OriginalCamClay {
+impl PointLaw for OriginalCamClay {
     type State = CamClayState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<CamClayState>, MaterialError> {

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::model::{Facts, Kind, Model};
+use crate::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError};
 
 /// Makes materials that this crate does not know.
@@ -29,7 +29,7 @@ static FACTORIES: RwLock<Vec<&'static dyn MaterialFactory>> = RwLock::new(Vec::n
 
 /// Makes the law of a factory known to case files, as `{"model": "other", "law": …}`. Of two factories with one name the first
 /// stays.
-pub fn offer_material(factory: &'static dyn MaterialFactory) {
+pub fn register_material(factory: &'static dyn MaterialFactory) {
     let mut known = FACTORIES.write().unwrap_or_else(PoisonError::into_inner);
     if known.iter().all(|other| other.name() != factory.name()) {
         known.push(factory);
@@ -39,7 +39,7 @@ pub fn offer_material(factory: &'static dyn MaterialFactory) {
 /// Parameters of `other`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct OtherSpec {
+pub struct ExternalSpec {
     /// Density of the material as a whole (kg/m³), > 0.
     pub density: f64,
     /// Name of the law: `granular-cell`, a periodic cell of grains.
@@ -49,10 +49,10 @@ pub struct OtherSpec {
     pub parameters: Map<String, Value>,
 }
 
-impl Model for OtherSpec {
-    const FACTS: Facts = Facts {
+impl Model for ExternalSpec {
+    const INFO: ModelInfo = ModelInfo {
         source: "a method that brings it",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "the law's",
         tangent: "the law's",
     };
@@ -61,10 +61,10 @@ impl Model for OtherSpec {
         let known = FACTORIES.read().unwrap_or_else(PoisonError::into_inner);
         let Some(factory) = known.iter().find(|factory| factory.name() == self.law) else {
             let names: Vec<&str> = known.iter().map(|factory| factory.name()).collect();
-            let rule = format!("no law {:?} is offered here; there is {}", self.law, listed(&names));
+            let rule = format!("no law {:?} is offered here; there is {}", self.law, name_list(&names));
             return Err(MaterialError::choice("law", rule));
         };
-        factory.build(self.density, &self.parameters).map_err(|error| error.under("parameters"))
+        factory.build(self.density, &self.parameters).map_err(|error| error.under_key("parameters"))
     }
 
     /// None: what there is depends on who offers it.
@@ -73,6 +73,6 @@ impl Model for OtherSpec {
     }
 }
 
-fn listed(names: &[&str]) -> String {
+fn name_list(names: &[&str]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }

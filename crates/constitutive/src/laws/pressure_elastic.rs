@@ -14,11 +14,11 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::linear_elastic::stiff_warnings;
+use super::linear_elastic::incompressibility_warnings;
 use super::radial::RadialTrial;
-use crate::model::{Facts, Kind, Model, between, check, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, check, positive, within_range};
 use crate::{
-    Corotational, InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, SmallStrain,
+    Corotational, InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, SmallStrain,
     SymTensor, Tangent,
 };
 
@@ -28,10 +28,10 @@ const NAME: &str = "pressure-dependent-elastic";
 pub(super) const REFERENCE_PRESSURE: f64 = 1e3;
 
 /// Least pressure, as a share of the reference pressure (sheet: constitutive P-14).
-const LEAST_SHARE: f64 = 1e-3;
+const MIN_PRESSURE_RATIO: f64 = 1e-3;
 
 /// Least pressure of laws without a reference pressure of their own (Pa).
-pub(super) const LEAST_PRESSURE: f64 = LEAST_SHARE * REFERENCE_PRESSURE;
+pub(super) const MIN_PRESSURE: f64 = MIN_PRESSURE_RATIO * REFERENCE_PRESSURE;
 
 /// How stiffness follows pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -96,12 +96,12 @@ impl PressureElasticSpec {
             PressureStiffness::Sand { shear_modulus, reference_pressure, exponent } => {
                 positive("stiffness.shear_modulus", shear_modulus, "Pa")?;
                 positive("stiffness.reference_pressure", reference_pressure, "Pa")?;
-                between("stiffness.exponent", exponent, 0.0, 1.0)?;
-                LEAST_SHARE * reference_pressure
+                within_range("stiffness.exponent", exponent, 0.0, 1.0)?;
+                MIN_PRESSURE_RATIO * reference_pressure
             }
             PressureStiffness::Clay { swelling_slope } => {
                 positive("stiffness.swelling_slope", swelling_slope, "")?;
-                LEAST_PRESSURE
+                MIN_PRESSURE
             }
         };
         check_poissons_ratio(self.poissons_ratio)?;
@@ -114,9 +114,9 @@ impl PressureElasticSpec {
 }
 
 impl Model for PressureElasticSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Anura3D manual 2021, eqs. 7.6–7.11",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate",
         tangent: "analytic",
     };
@@ -126,7 +126,7 @@ impl Model for PressureElasticSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        stiff_warnings(self.poissons_ratio)
+        incompressibility_warnings(self.poissons_ratio)
     }
 
     fn examples() -> Vec<Self> {
@@ -224,7 +224,7 @@ impl PressureElastic {
 
     /// Pressure after the compression `Δ` from `p` at void ratio `e`.
     fn compress(&self, p: f64, e: f64, compression: f64) -> VolumeStep {
-        let whole = self.compress_on_one_side(p, e, compression);
+        let whole = self.compress_within_branch(p, e, compression);
         let low = self.least_pressure;
         if (p < low) == (whole.pressure < low) || p == low {
             return whole;
@@ -232,13 +232,13 @@ impl PressureElastic {
         // Through the least pressure: to it, and on with the other branch.
         let first = self.compression_to(p, e, low);
         let middle = void_ratio_after(e, -first);
-        let second = self.compress_on_one_side(low, middle, compression - first);
+        let second = self.compress_within_branch(low, middle, compression - first);
         let secant = (second.pressure - p) / compression;
         VolumeStep { secant, secant_slope: (second.tangent - secant) / compression, ..second }
     }
 
     /// As [`Self::compress`], pressures on one side of the least pressure.
-    fn compress_on_one_side(&self, p: f64, e: f64, compression: f64) -> VolumeStep {
+    fn compress_within_branch(&self, p: f64, e: f64, compression: f64) -> VolumeStep {
         let modulus = self.bulk_modulus(p, e);
         let after = void_ratio_after(e, -compression);
         let linear = p < self.least_pressure || (p == self.least_pressure && compression < 0.0);
@@ -311,7 +311,7 @@ impl Law for PressureElastic {
     }
 }
 
-impl Pointwise for PressureElastic {
+impl PointLaw for PressureElastic {
     type State = VoidRatio;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<VoidRatio>, MaterialError> {
@@ -341,7 +341,7 @@ impl SmallStrain for PressureElastic {
         Ok(Point { stress: trial.stress(step.pressure, 1.0), state })
     }
 
-    fn largest_step(&self) -> f64 {
+    fn max_strain_increment(&self) -> f64 {
         f64::INFINITY
     }
 

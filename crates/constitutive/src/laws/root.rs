@@ -4,7 +4,7 @@
 const EVALUATIONS: usize = 300;
 
 /// Relative size of a step from which on Newton's method converges by leaps.
-const NEAR: f64 = 1e-9;
+const NEWTON_RANGE: f64 = 1e-9;
 
 /// Root of a function that falls from positive at `low` to negative at `high`, by Newton's method from
 /// `start`, safeguarded by bisection. `f` gives value and derivative. `None` where it is not finite.
@@ -35,7 +35,7 @@ pub(super) fn falling_root(
         // Newton's step where it stays inside and the steps go on shrinking, the middle otherwise.
         let good = newton > low && newton < high && step.abs() <= 0.5 * last_step.abs();
         // Near the root a step that is not good is round-off.
-        let settled = !good && step.abs() <= NEAR * x.abs();
+        let settled = !good && step.abs() <= NEWTON_RANGE * x.abs();
         if settled || step.abs() <= f64::EPSILON * x.abs() || high - low <= f64::EPSILON * high.abs() {
             return Some(x);
         }
@@ -47,7 +47,7 @@ pub(super) fn falling_root(
 }
 
 /// Evaluations of [`first_fixed_point`] whose stride secants choose; later ones double it, so that it comes to an end.
-const BY_SECANTS: usize = 20;
+const MAX_SECANT_STEPS: usize = 20;
 
 /// The least positive fixed point of a bounded `map`, to within `small`, where `first > 0` is the map of 0.
 ///
@@ -82,7 +82,7 @@ pub(super) fn first_fixed_point(first: f64, small: f64, mut map: impl FnMut(f64)
             return None;
         }
         low = (x, value);
-        let near = slope < 0.0 && evaluation < BY_SECANTS;
+        let near = slope < 0.0 && evaluation < MAX_SECANT_STEPS;
         x = (x + value).max(if near { secant.min(2.0 * x) } else { 2.0 * x });
     }
     None
@@ -90,7 +90,7 @@ pub(super) fn first_fixed_point(first: f64, small: f64, mut map: impl FnMut(f64)
 
 /// `difference`, or zero where it is round-off of the terms it comes from, whose sizes add up to `terms`.
 #[inline]
-pub(super) fn less_round_off(difference: f64, terms: f64) -> f64 {
+pub(super) fn drop_round_off(difference: f64, terms: f64) -> f64 {
     if difference.abs() <= 2.0 * f64::EPSILON * terms { 0.0 } else { difference }
 }
 

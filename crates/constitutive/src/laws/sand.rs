@@ -15,14 +15,14 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::linear_elastic::stiff_warnings;
+use super::linear_elastic::incompressibility_warnings;
 use super::root::falling_root;
 use super::strength_reduced::StrengthReduction;
 use super::{Elasticity, angle_warnings};
-use crate::hencky::{InvariantReturn, Landed, StressInvariants};
-use crate::model::{Facts, Kind, Model, check, not_negative};
+use crate::hencky::{InvariantReturn, ReturnResult, StressInvariants};
+use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative};
 use crate::{
-    InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain,
+    InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain,
     SymTensor,
 };
 
@@ -32,7 +32,7 @@ const NAME: &str = "sand";
 const ROOT_6: f64 = 2.449_489_742_783_178;
 
 /// What round-off leaves of a return, over the stress.
-const FUZZ: f64 = 8.0 * f64::EPSILON;
+const YIELD_TOLERANCE: f64 = 8.0 * f64::EPSILON;
 
 /// Parameters of `sand`, angles in degrees.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -50,17 +50,18 @@ pub struct SandSpec {
     #[serde(default)]
     pub hardening: Option<SandHardening>,
     /// Close what was pulled apart again before it bears stress. Sand keeps the volume that it has gained when false.
-    #[serde(default = "on")]
+    #[serde(default = "default_true")]
     pub volume_correction: bool,
     /// What the invariants are taken of.
     #[serde(default)]
     pub invariants: StressInvariants,
     /// Start on the cone, where the return of the initial stress ends, if that stress lies outside; refused when false.
     #[serde(default)]
-    pub project: bool,
+    #[serde(rename = "project")]
+    pub return_initial_stress_to_yield: bool,
 }
 
-fn on() -> bool {
+fn default_true() -> bool {
     true
 }
 
@@ -93,17 +94,17 @@ fn below() -> f64 {
 
 impl SandHardening {
     /// What is added to the friction angle (degrees) after the plastic strain `flow`, and its slope.
-    fn change(&self, flow: f64) -> (f64, f64) {
+    fn friction_change(&self, flow: f64) -> (f64, f64) {
         let (left, fade) = (self.growth * flow - self.below, (-self.fading * flow).exp());
         (left * fade, (self.growth - self.fading * left) * fade)
     }
 
     /// The most that is added to the friction angle (degrees).
-    fn most(&self) -> f64 {
+    fn max_friction_change(&self) -> f64 {
         if self.growth == 0.0 {
             return 0.0;
         }
-        self.change(1.0 / self.fading + self.below / self.growth).0.max(0.0)
+        self.friction_change(1.0 / self.fading + self.below / self.growth).0.max(0.0)
     }
 }
 
@@ -119,27 +120,29 @@ pub struct Sand {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SandState {
     /// Sum of the norms of the plastic strain of the steps.
-    pub flow: f64,
+    pub plastic_strain: f64,
     /// Volumetric strain that was gained at the apex and has not been closed.
-    pub opened: f64,
+    pub volume_correction: f64,
 }
 
 impl Sand {
     /// Friction angle (degrees) after the plastic strain `flow`.
     pub fn friction_angle(&self, flow: f64) -> f64 {
-        self.spec.friction_angle + self.spec.hardening.map_or(0.0, |hardening| hardening.change(flow).0)
+        self.spec.friction_angle
+            + self.spec.hardening.map_or(0.0, |hardening| hardening.friction_change(flow).0)
     }
 
     /// Slope `M` of the cone after the plastic strain `flow`, and its slope with it.
     fn slope(&self, flow: f64) -> (f64, f64) {
         let (sin, cos) = self.friction_angle(flow).to_radians().sin_cos();
         let share = 2.0 * self.spec.invariants.dimensions();
-        let turns = self.spec.hardening.map_or(0.0, |hardening| hardening.change(flow).1.to_radians());
+        let turns =
+            self.spec.hardening.map_or(0.0, |hardening| hardening.friction_change(flow).1.to_radians());
         (share * sin / (3.0 - sin), share * 3.0 * cos / (3.0 - sin).powi(2) * turns)
     }
 
     /// Deviatoric stress `q` (Pa) at `pressure` where a trial beyond the cone ends, and the plastic strain on the way.
-    fn on_cone(&self, pressure: f64, q: f64, flow: f64) -> Result<(f64, f64), MaterialError> {
+    fn return_to_cone(&self, pressure: f64, q: f64, flow: f64) -> Result<(f64, f64), MaterialError> {
         let per_strain = ROOT_6 * self.elasticity.shear_modulus;
         if self.spec.hardening.is_none() {
             let kept = self.slope(flow).0 * pressure;
@@ -156,12 +159,12 @@ impl Sand {
     }
 
     /// The return, see [`InvariantReturn::return_invariants`].
-    fn land(&self, (pressure, q): (f64, f64), state: &SandState) -> Landed<SandState> {
+    fn return_map(&self, (pressure, q): (f64, f64), state: &SandState) -> ReturnResult<SandState> {
         if !(pressure + q).is_finite() {
             return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
         }
         let bulk = self.elasticity.bulk_modulus;
-        let closed = pressure - bulk * state.opened;
+        let closed = pressure - bulk * state.volume_correction;
         if closed <= 0.0 {
             if pressure == 0.0 && q == 0.0 {
                 return Ok((None, *state));
@@ -169,18 +172,24 @@ impl Sand {
             let volumetric = -pressure / bulk / self.spec.invariants.dimensions().sqrt();
             let shear = q / (ROOT_6 * self.elasticity.shear_modulus);
             let opened = if self.spec.volume_correction { -closed / bulk } else { 0.0 };
-            return Ok((Some((0.0, 0.0)), SandState { flow: state.flow + shear.hypot(volumetric), opened }));
+            return Ok((
+                Some((0.0, 0.0)),
+                SandState {
+                    plastic_strain: state.plastic_strain + shear.hypot(volumetric),
+                    volume_correction: opened,
+                },
+            ));
         }
-        let shut = SandState { opened: 0.0, ..*state };
-        if q - self.slope(state.flow).0 * closed <= FUZZ * q {
-            return Ok(((state.opened > 0.0).then_some((closed, q)), shut));
+        let shut = SandState { volume_correction: 0.0, ..*state };
+        if q - self.slope(state.plastic_strain).0 * closed <= YIELD_TOLERANCE * q {
+            return Ok(((state.volume_correction > 0.0).then_some((closed, q)), shut));
         }
-        let (kept, grown) = self.on_cone(closed, q, state.flow)?;
-        Ok((Some((closed, kept)), SandState { flow: state.flow + grown, ..shut }))
+        let (kept, grown) = self.return_to_cone(closed, q, state.plastic_strain)?;
+        Ok((Some((closed, kept)), SandState { plastic_strain: state.plastic_strain + grown, ..shut }))
     }
 
     fn excess(&self, stress: &SymTensor, state: &SandState) -> f64 {
-        stress.q() - self.slope(state.flow).0 * stress.pressure()
+        stress.q() - self.slope(state.plastic_strain).0 * stress.pressure()
     }
 }
 
@@ -194,14 +203,14 @@ impl Law for Sand {
     }
 }
 
-impl Pointwise for Sand {
+impl PointLaw for Sand {
     type State = SandState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<SandState>, MaterialError> {
         let (stress, state) = (initial.stress, SandState::default());
-        if self.spec.project && stress.is_finite() {
+        if self.spec.return_initial_stress_to_yield && stress.is_finite() {
             let old = Point { stress, state };
-            let Point { stress, .. } = self.update(&SymTensor::ZERO, &Motion::STILL, &old)?;
+            let Point { stress, .. } = self.update(&SymTensor::ZERO, &Motion::AT_REST, &old)?;
             return Ok(Point { stress, state });
         }
         super::check_initial(NAME, &stress, self.excess(&stress, &state), stress.norm())?;
@@ -221,9 +230,9 @@ impl Pointwise for Sand {
     }
 
     fn outputs(&self, point: &Point<SandState>, out: &mut [f64]) {
-        out[0] = point.state.flow;
-        out[1] = point.state.opened;
-        out[2] = self.friction_angle(point.state.flow);
+        out[0] = point.state.plastic_strain;
+        out[1] = point.state.volume_correction;
+        out[2] = self.friction_angle(point.state.plastic_strain);
     }
 }
 
@@ -236,7 +245,7 @@ impl SmallStrain for Sand {
     ) -> Result<Point<SandState>, MaterialError> {
         let trial = old.stress + self.elasticity.stress(strain);
         let q = trial.q();
-        let (end, state) = self.land((trial.pressure(), q), &old.state)?;
+        let (end, state) = self.return_map((trial.pressure(), q), &old.state)?;
         let stress = match end {
             None => trial,
             Some((pressure, kept)) => {
@@ -248,7 +257,7 @@ impl SmallStrain for Sand {
     }
 
     /// Flow keeps directions, and the return is exact at any size.
-    fn largest_step(&self) -> f64 {
+    fn max_strain_increment(&self) -> f64 {
         f64::INFINITY
     }
 }
@@ -265,14 +274,14 @@ impl PrincipalReturn for Sand {
     ) -> Result<([f64; 3], SandState), MaterialError> {
         let [a, b, c] = trial;
         let old = Point { stress: SymTensor::diagonal(a, b, c), state: *state };
-        let new = self.update(&SymTensor::ZERO, &Motion::STILL, &old)?;
+        let new = self.update(&SymTensor::ZERO, &Motion::AT_REST, &old)?;
         Ok(([new.stress[0], new.stress[1], new.stress[2]], new.state))
     }
 }
 
 impl InvariantReturn for Sand {
-    fn return_invariants(&self, trial: (f64, f64), state: &SandState) -> Landed<SandState> {
-        self.land(trial, state)
+    fn return_invariants(&self, trial: (f64, f64), state: &SandState) -> ReturnResult<SandState> {
+        self.return_map(trial, state)
     }
 }
 
@@ -292,7 +301,7 @@ impl SandSpec {
             crate::model::positive("hardening.fading", fading, "")?;
             let rule = format!("is not between 0 and the friction angle, {angle} degrees (excluded)");
             check("hardening.below", below, (0.0..angle).contains(&below), &rule)?;
-            let most = angle + hardening.most();
+            let most = angle + hardening.max_friction_change();
             let rule = format!("takes the friction angle to {most:.4} degrees, which must stay below 90");
             check("hardening.growth", growth, most < 90.0, &rule)?;
         }
@@ -301,9 +310,9 @@ impl SandSpec {
 }
 
 impl Model for SandSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Klar et al. 2016; Tampubolon et al. 2017",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "Hencky",
         tangent: "numerical",
     };
@@ -313,7 +322,7 @@ impl Model for SandSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = stiff_warnings(self.poissons_ratio);
+        let mut warnings = incompressibility_warnings(self.poissons_ratio);
         warnings.extend(angle_warnings(self.friction_angle, 0.0));
         if self.invariants == StressInvariants::Plane {
             warnings.push(
@@ -342,7 +351,7 @@ impl Model for SandSpec {
             hardening,
             volume_correction,
             invariants: StressInvariants::Space,
-            project: false,
+            return_initial_stress_to_yield: false,
         };
         let hardening = SandHardening { growth: growth(), fading: fading(), below: below() };
         vec![with(true, None), with(false, None), with(true, Some(hardening))]

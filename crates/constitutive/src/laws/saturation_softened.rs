@@ -10,9 +10,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{DruckerPrager, Elasticity, MohrCoulomb, PlasticStrain};
-use crate::model::{Facts, Kind, Model, StrainMeasure, check};
+use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
 use crate::{
-    Corotational, InitialCondition, Law, Material, MaterialError, MaterialSpec, Motion, Point, Pointwise,
+    Corotational, InitialCondition, Law, Material, MaterialError, MaterialSpec, Motion, Point, PointLaw,
     SmallStrain, SymTensor, Tangent,
 };
 
@@ -29,9 +29,9 @@ pub struct SaturationSoftenedSpec {
 }
 
 impl Model for SaturationSoftenedSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "after Bui & Nguyen 2021, section 4.6",
-        kind: Kind::Wrapper,
+        kind: ModelFamily::Wrapper,
         strain: "rate",
         tangent: "the inner law's",
     };
@@ -40,13 +40,13 @@ impl Model for SaturationSoftenedSpec {
         Some(&self.material)
     }
 
-    fn around(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+    fn wrap(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         let saturated = self.saturated_cohesion;
         let within = |dry: f64| {
             let rule = format!("is not between 0 and the cohesion of the material, {dry} Pa");
             check("saturated_cohesion", saturated, (0.0..=dry).contains(&saturated), &rule)
         };
-        let under = |error: MaterialError| error.of_model(self.material.name()).under("material");
+        let under = |error: MaterialError| error.with_model(self.material.name()).under_key("material");
         let refuse = |rule: &str| Err(MaterialError::choice("material", rule));
         match &*self.material {
             MaterialSpec::DruckerPrager(spec) if spec.strain_measure == StrainMeasure::Rate => {
@@ -78,18 +78,18 @@ impl Model for SaturationSoftenedSpec {
 }
 
 /// A law whose cohesion can be set anew.
-pub(crate) trait Cohesive: SmallStrain<State = PlasticStrain> + Clone {
+pub(crate) trait ScalableCohesion: SmallStrain<State = PlasticStrain> + Clone {
     /// The law with `share` of its cohesion, peak and residual.
     fn with_cohesion_share(&self, share: f64) -> Self;
 }
 
-impl Cohesive for DruckerPrager {
+impl ScalableCohesion for DruckerPrager {
     fn with_cohesion_share(&self, share: f64) -> Self {
         self.scaled_cohesion(share)
     }
 }
 
-impl Cohesive for MohrCoulomb {
+impl ScalableCohesion for MohrCoulomb {
     fn with_cohesion_share(&self, share: f64) -> Self {
         self.scaled_cohesion(share)
     }
@@ -105,13 +105,13 @@ struct SaturationSoftened<L> {
 
 /// State of the inner law and the saturation it was left at.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Wetted {
+struct WettedState {
     inner: PlasticStrain,
     saturation: f64,
 }
 
-impl<L: Cohesive> SaturationSoftened<L> {
-    fn at(&self, saturation: f64) -> L {
+impl<L: ScalableCohesion> SaturationSoftened<L> {
+    fn law_at_saturation(&self, saturation: f64) -> L {
         if saturation == 0.0 || self.dry == 0.0 {
             return self.law.clone();
         }
@@ -119,12 +119,12 @@ impl<L: Cohesive> SaturationSoftened<L> {
         self.law.with_cohesion_share(cohesion / self.dry)
     }
 
-    fn inner(point: &Point<Wetted>) -> Point<PlasticStrain> {
+    fn inner(point: &Point<WettedState>) -> Point<PlasticStrain> {
         Point { stress: point.stress, state: point.state.inner }
     }
 }
 
-impl<L: Cohesive> Law for SaturationSoftened<L> {
+impl<L: ScalableCohesion> Law for SaturationSoftened<L> {
     fn name(&self) -> &'static str {
         NAME
     }
@@ -134,47 +134,48 @@ impl<L: Cohesive> Law for SaturationSoftened<L> {
     }
 }
 
-impl<L: Cohesive> Pointwise for SaturationSoftened<L> {
-    type State = Wetted;
+impl<L: ScalableCohesion> PointLaw for SaturationSoftened<L> {
+    type State = WettedState;
 
-    fn initial(&self, initial: &InitialCondition) -> Result<Point<Wetted>, MaterialError> {
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<WettedState>, MaterialError> {
         let Point { stress, state } = self.law.initial(initial)?;
-        Ok(Point { stress, state: Wetted { inner: state, saturation: 0.0 } })
+        Ok(Point { stress, state: WettedState { inner: state, saturation: 0.0 } })
     }
 
-    fn wave_modulus(&self, point: &Point<Wetted>) -> f64 {
+    fn wave_modulus(&self, point: &Point<WettedState>) -> f64 {
         self.law.wave_modulus(&Self::inner(point))
     }
 
-    fn yield_value(&self, point: &Point<Wetted>) -> Option<f64> {
-        self.at(point.state.saturation).yield_value(&Self::inner(point))
+    fn yield_value(&self, point: &Point<WettedState>) -> Option<f64> {
+        self.law_at_saturation(point.state.saturation).yield_value(&Self::inner(point))
     }
 
     fn linear_elasticity(&self) -> Option<&Elasticity> {
         self.law.linear_elasticity()
     }
 
-    fn outputs(&self, point: &Point<Wetted>, out: &mut [f64]) {
+    fn outputs(&self, point: &Point<WettedState>, out: &mut [f64]) {
         self.law.outputs(&Self::inner(point), out);
     }
 }
 
-impl<L: Cohesive> SmallStrain for SaturationSoftened<L> {
+impl<L: ScalableCohesion> SmallStrain for SaturationSoftened<L> {
     fn update(
         &self,
         strain: &SymTensor,
         motion: &Motion,
-        old: &Point<Wetted>,
-    ) -> Result<Point<Wetted>, MaterialError> {
+        old: &Point<WettedState>,
+    ) -> Result<Point<WettedState>, MaterialError> {
         let saturation = motion.pore.saturation;
         if !(0.0..=1.0).contains(&saturation) {
             return Err(MaterialError::Motion { model: NAME, reason: "saturation is not between 0 and 1" });
         }
-        let Point { stress, state } = self.at(saturation).update(strain, motion, &Self::inner(old))?;
-        Ok(Point { stress, state: Wetted { inner: state, saturation } })
+        let Point { stress, state } =
+            self.law_at_saturation(saturation).update(strain, motion, &Self::inner(old))?;
+        Ok(Point { stress, state: WettedState { inner: state, saturation } })
     }
 
-    fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<Wetted>) -> Option<Tangent> {
-        self.at(motion.pore.saturation).tangent(strain, motion, &Self::inner(old))
+    fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<WettedState>) -> Option<Tangent> {
+        self.law_at_saturation(motion.pore.saturation).tangent(strain, motion, &Self::inner(old))
     }
 }

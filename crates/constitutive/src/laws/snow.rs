@@ -17,14 +17,16 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::finite_elastic::{PrincipalStress, deformation_of, elongations, finite, stepped, volume_change};
+use super::finite_elastic::{
+    PrincipalStress, check_finite, elongations, solve_deformation, updated_left_cauchy_green, volume_change,
+};
 use super::linear_elastic::{snow_ratio_warnings, warn_above};
-use super::substep::divided;
+use super::substep::substepped_motion;
 use super::{Elasticity, FixedCorotated};
-use crate::model::{Facts, Kind, Model, check, not_negative, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
 use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent};
 use crate::{
-    InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, Pointwise, Spectrum, StressUpdate,
+    InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, Spectrum, StressUpdate,
     SymTensor, Tangent,
 };
 
@@ -121,9 +123,9 @@ impl SnowSpec {
 }
 
 impl Model for SnowSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Stomakhin et al. 2013; Gaume et al. 2020, eqs. 46–53",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "finite",
         tangent: "analytic",
     };
@@ -176,17 +178,17 @@ pub struct SnowState {
 }
 
 /// A step up to the clamp.
-struct Clamped {
+struct ClampedStretches {
     trial: SymTensor,
     spectrum: Spectrum,
     /// Stretches less one after the clamp.
     elongations: [f64; 3],
     /// Directions that were clamped.
-    cut: [bool; 3],
+    is_clamped: [bool; 3],
     plastic_volume: f64,
 }
 
-impl Clamped {
+impl ClampedStretches {
     fn jacobian(&self) -> f64 {
         self.plastic_volume * (1.0 + volume_change(self.elongations))
     }
@@ -228,7 +230,7 @@ impl Snow {
 
     /// Cuts the principal stretches of `trial = b_E - 1` to what the snow can bear.
     #[inline]
-    fn clamped(&self, trial: SymTensor, plastic_volume: f64) -> Clamped {
+    fn clamp_stretches(&self, trial: SymTensor, plastic_volume: f64) -> ClampedStretches {
         let (low, high) = (-self.spec.critical_compression, self.spec.critical_stretch);
         let spectrum = trial.spectrum();
         let stretched = elongations(spectrum.values);
@@ -236,21 +238,34 @@ impl Snow {
         let fuzz = 4.0 * f64::EPSILON;
         let cut = stretched.map(|e| e < low - fuzz || e > high + fuzz);
         if !cut.contains(&true) {
-            return Clamped { trial, spectrum, elongations: stretched, cut, plastic_volume };
+            return ClampedStretches {
+                trial,
+                spectrum,
+                elongations: stretched,
+                is_clamped: cut,
+                plastic_volume,
+            };
         }
         let elongations: [f64; 3] =
             std::array::from_fn(|a| if cut[a] { stretched[a].clamp(low, high) } else { stretched[a] });
         let taken = (1.0 + volume_change(stretched)) / (1.0 + volume_change(elongations));
-        Clamped { trial, spectrum, elongations, cut, plastic_volume: plastic_volume * taken }
+        ClampedStretches {
+            trial,
+            spectrum,
+            elongations,
+            is_clamped: cut,
+            plastic_volume: plastic_volume * taken,
+        }
     }
 
-    fn step(&self, motion: &Motion, state: &SnowState) -> Result<Clamped, MaterialError> {
-        Ok(self.clamped(stepped(NAME, &state.elastic, motion)?, state.plastic_volume))
+    fn step(&self, motion: &Motion, state: &SnowState) -> Result<ClampedStretches, MaterialError> {
+        Ok(self
+            .clamp_stretches(updated_left_cauchy_green(NAME, &state.elastic, motion)?, state.plastic_volume))
     }
 
-    fn point(&self, clamped: &Clamped) -> Result<Point<SnowState>, MaterialError> {
-        let Clamped { spectrum, elongations, plastic_volume, .. } = clamped;
-        let elastic = if clamped.cut.contains(&true) {
+    fn point(&self, clamped: &ClampedStretches) -> Result<Point<SnowState>, MaterialError> {
+        let ClampedStretches { spectrum, elongations, plastic_volume, .. } = clamped;
+        let elastic = if clamped.is_clamped.contains(&true) {
             spectrum.compose(elongations.map(|e| e * (2.0 + e)))
         } else {
             clamped.trial
@@ -258,7 +273,7 @@ impl Snow {
         let scale = self.hardening(*plastic_volume) / clamped.jacobian();
         let stress = spectrum.compose(self.principal(*elongations).stress) * scale;
         Ok(Point {
-            stress: finite(NAME, stress)?,
+            stress: check_finite(NAME, stress)?,
             state: SnowState { elastic, plastic_volume: *plastic_volume },
         })
     }
@@ -278,13 +293,13 @@ impl Law for Snow {
     }
 }
 
-impl Pointwise for Snow {
+impl PointLaw for Snow {
     type State = SnowState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<SnowState>, MaterialError> {
-        let elastic = deformation_of(NAME, &initial.stress, &self.elasticity, |e| self.principal(e))?;
-        let clamped = self.clamped(elastic, 1.0);
-        if let Some(a) = clamped.cut.iter().position(|cut| *cut) {
+        let elastic = solve_deformation(NAME, &initial.stress, &self.elasticity, |e| self.principal(e))?;
+        let clamped = self.clamp_stretches(elastic, 1.0);
+        if let Some(a) = clamped.is_clamped.iter().position(|cut| *cut) {
             let [low, high] = [-self.spec.critical_compression, self.spec.critical_stretch];
             let reason = format!(
                 "the stress needs an elastic stretch of 1 + {:.4e}, outside 1 + {low} … 1 + {high} (stress {:?} Pa)",
@@ -347,7 +362,7 @@ impl StressUpdate for Snow {
         if strain.dot(&strain) <= LARGEST_STEP * LARGEST_STEP {
             return step(motion, old);
         }
-        divided(motion, LARGEST_STEP, old, step)
+        substepped_motion(motion, LARGEST_STEP, old, step)
     }
 
     /// Consistent tangent: a clamped stretch feeds the volume, and through it the moduli.
@@ -360,7 +375,7 @@ impl StressUpdate for Snow {
         let (h, rate) =
             (self.hardening(clamped.plastic_volume), self.hardening_slope(clamped.plastic_volume));
         let block = std::array::from_fn(|a| {
-            std::array::from_fn(|b| if clamped.cut[b] { rate * stress[a] } else { h * slope[a][b] })
+            std::array::from_fn(|b| if clamped.is_clamped[b] { rate * stress[a] } else { h * slope[a][b] })
         });
         let stress = stress.map(|s| h * s);
         let squares = clamped.spectrum.values.map(|b| 1.0 + b);

@@ -11,9 +11,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use super::finite_elastic::{FiniteElastic, PrincipalStress, deformation_of, log_jacobian};
-use super::linear_elastic::stiff_warnings;
-use crate::model::{Facts, Kind, Model};
+use super::finite_elastic::{FiniteElastic, PrincipalStress, log_jacobian, solve_deformation};
+use super::linear_elastic::incompressibility_warnings;
+use crate::model::{Model, ModelFamily, ModelInfo};
 use crate::tensor::PAIRS;
 use crate::{Material, MaterialError, SymTensor, Tangent};
 
@@ -30,9 +30,9 @@ pub struct StVenantKirchhoffSpec {
 }
 
 impl Model for StVenantKirchhoffSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Gaume et al. 2020, eqs. 15–16",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "finite",
         tangent: "analytic",
     };
@@ -43,7 +43,7 @@ impl Model for StVenantKirchhoffSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        stiff_warnings(self.poissons_ratio)
+        incompressibility_warnings(self.poissons_ratio)
     }
 
     fn examples() -> Vec<Self> {
@@ -91,8 +91,8 @@ impl FiniteElastic for StVenantKirchhoff {
         self.kirchhoff_stress(b) * (-log_jacobian(b)).exp()
     }
 
-    fn carrying(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
-        deformation_of(Self::NAME, stress, &self.elasticity, |e| self.principal(e))
+    fn deformation_for_stress(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
+        solve_deformation(Self::NAME, stress, &self.elasticity, |e| self.principal(e))
     }
 
     fn spatial_tangent(&self, b: &SymTensor) -> Tangent {
@@ -109,7 +109,7 @@ impl FiniteElastic for StVenantKirchhoff {
         c
     }
 
-    fn largest_modulus(&self, b: &SymTensor, stress: &SymTensor) -> f64 {
+    fn max_wave_modulus(&self, b: &SymTensor, stress: &SymTensor) -> f64 {
         // max (c_AAAA + τ_A) / J of §3.9, without the relief that compression gives.
         let largest = 1.0 + b.principal_values()[0];
         let jacobian = log_jacobian(b).exp();

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Softening;
-use crate::model::{Facts, Kind, Model, check, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, check, positive};
 use crate::{Material, MaterialError, MaterialSpec};
 
 /// Which strengths are divided.
@@ -94,9 +94,9 @@ impl StrengthReducedSpec {
 }
 
 impl Model for StrengthReducedSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Bui & Nguyen 2021, sections 4.1, 4.3",
-        kind: Kind::Wrapper,
+        kind: ModelFamily::Wrapper,
         strain: "the inner law's",
         tangent: "the inner law's",
     };
@@ -105,9 +105,9 @@ impl Model for StrengthReducedSpec {
         Some(&self.material)
     }
 
-    fn around(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+    fn wrap(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         positive("factor", self.factor, "")?;
-        self.reduced().and_then(|material| material.build()).map_err(|error| error.under(Self::INNER))
+        self.reduced().and_then(|material| material.build()).map_err(|error| error.under_key(Self::INNER))
     }
 
     fn warnings(&self) -> Vec<String> {

@@ -4,11 +4,11 @@
 use crate::{MaterialError, Motion, Point, SymTensor};
 
 /// Most substeps before a step is given up.
-const MOST: u32 = 64;
+const MAX_SUBSTEPS: u32 = 64;
 
 /// What a step or substep leads to.
 #[derive(Clone, Debug)]
-pub(crate) struct Advance<S> {
+pub(crate) struct SubstepResult<S> {
     /// The new point.
     pub point: Point<S>,
     /// Work dissipated on the way (J/m³).
@@ -16,10 +16,10 @@ pub(crate) struct Advance<S> {
 }
 
 /// Number of equal substeps a strain increment starts with: none of them is larger than `largest`.
-pub(crate) fn count(strain: &SymTensor, largest: f64) -> u32 {
+pub(crate) fn substep_count(strain: &SymTensor, largest: f64) -> u32 {
     let norm = strain.norm();
     let mut count = 1;
-    while count < MOST && norm > largest * f64::from(count) {
+    while count < MAX_SUBSTEPS && norm > largest * f64::from(count) {
         count *= 2;
     }
     count
@@ -35,16 +35,16 @@ pub(crate) fn substepped<S: Clone>(
     strain: &SymTensor,
     largest: f64,
     old: &Point<S>,
-    step: impl Fn(&SymTensor, &Point<S>) -> Result<Advance<S>, MaterialError>,
-) -> Result<Advance<S>, MaterialError> {
+    step: impl Fn(&SymTensor, &Point<S>) -> Result<SubstepResult<S>, MaterialError>,
+) -> Result<SubstepResult<S>, MaterialError> {
     // Written so that NaN is refused.
     if !(strain.norm() < 1.0) {
         return Err(MaterialError::Motion { model, reason: "the strain increment is 1 or more" });
     }
-    let mut count = count(strain, largest);
+    let mut count = substep_count(strain, largest);
     loop {
-        match in_parts(count, strain, old, &step) {
-            Err(MaterialError::NotConverged { .. }) if count < MOST => count *= 2,
+        match run_substeps(count, strain, old, &step) {
+            Err(MaterialError::NotConverged { .. }) if count < MAX_SUBSTEPS => count *= 2,
             result => return result,
         }
     }
@@ -54,39 +54,39 @@ pub(crate) fn substepped<S: Clone>(
 ///
 /// # Errors
 /// What `step` says with the most substeps.
-pub(crate) fn divided<P>(
+pub(crate) fn substepped_motion<P>(
     motion: &Motion,
     largest: f64,
     old: &P,
     step: impl Fn(&Motion, &P) -> Result<P, MaterialError>,
 ) -> Result<P, MaterialError> {
-    let mut count = count(&motion.strain_increment(), largest);
+    let mut count = substep_count(&motion.strain_increment(), largest);
     loop {
         // A motion without a root is taken whole.
-        let part = if count > 1 { motion.part(count) } else { None };
+        let part = if count > 1 { motion.equal_part(count) } else { None };
         let (part, parts) = part.map_or((*motion, 1), |part| (part, count));
         let mut result = step(&part, old);
         for _ in 1..parts {
             result = result.and_then(|point| step(&part, &point));
         }
         match result {
-            Err(MaterialError::NotConverged { .. }) if count < MOST => count *= 2,
+            Err(MaterialError::NotConverged { .. }) if count < MAX_SUBSTEPS => count *= 2,
             result => return result,
         }
     }
 }
 
-fn in_parts<S: Clone>(
+fn run_substeps<S: Clone>(
     count: u32,
     strain: &SymTensor,
     old: &Point<S>,
-    step: impl Fn(&SymTensor, &Point<S>) -> Result<Advance<S>, MaterialError>,
-) -> Result<Advance<S>, MaterialError> {
+    step: impl Fn(&SymTensor, &Point<S>) -> Result<SubstepResult<S>, MaterialError>,
+) -> Result<SubstepResult<S>, MaterialError> {
     let part = *strain * (1.0 / f64::from(count));
     let mut advance = step(&part, old)?;
     for _ in 1..count {
         let next = step(&part, &advance.point)?;
-        advance = Advance { point: next.point, dissipated: advance.dissipated + next.dissipated };
+        advance = SubstepResult { point: next.point, dissipated: advance.dissipated + next.dissipated };
     }
     Ok(advance)
 }
@@ -99,13 +99,13 @@ mod tests {
         Point { stress: SymTensor::ZERO, state: 0 }
     }
 
-    fn counting(limit: f64) -> impl Fn(&SymTensor, &Point<u32>) -> Result<Advance<u32>, MaterialError> {
+    fn counting(limit: f64) -> impl Fn(&SymTensor, &Point<u32>) -> Result<SubstepResult<u32>, MaterialError> {
         move |strain, old| {
             if strain.norm() > limit {
                 return Err(MaterialError::NotConverged { model: "test", reason: "too large" });
             }
             let point = Point { stress: old.stress + *strain, state: old.state + 1 };
-            Ok(Advance { point, dissipated: 0.5 })
+            Ok(SubstepResult { point, dissipated: 0.5 })
         }
     }
 

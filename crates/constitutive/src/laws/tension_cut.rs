@@ -9,12 +9,12 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::multi_surface::{ActiveSet, Plane, active_set, return_to, tangent};
+use super::multi_surface::{ActiveSet, YieldPlane, active_set, return_to, tangent};
 use super::{Elasticity, LinearElasticSpec};
 use crate::hencky::small_strain_tangent;
-use crate::model::{Facts, Kind, Model, StrainMeasure, not_negative};
+use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, not_negative};
 use crate::{
-    InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain,
+    InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain,
     SymTensor, Tangent,
 };
 
@@ -38,7 +38,8 @@ pub struct TensionCutSpec {
     /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
     /// refused when false.
     #[serde(default)]
-    pub project: bool,
+    #[serde(rename = "project")]
+    pub return_initial_stress_to_yield: bool,
 }
 
 impl TensionCutSpec {
@@ -49,14 +50,18 @@ impl TensionCutSpec {
     pub fn law(&self) -> Result<TensionCut, MaterialError> {
         not_negative("tensile_strength", self.tensile_strength, "Pa")?;
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
-        Ok(TensionCut { elasticity, strength: self.tensile_strength, project: self.project })
+        Ok(TensionCut {
+            elasticity,
+            strength: self.tensile_strength,
+            return_initial_stress_to_yield: self.return_initial_stress_to_yield,
+        })
     }
 }
 
 impl Model for TensionCutSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Rankine; multi-surface return",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate or Hencky",
         tangent: "analytic",
     };
@@ -77,7 +82,7 @@ impl Model for TensionCutSpec {
             poissons_ratio: 0.3,
             tensile_strength: 5e3,
             strain_measure,
-            project: false,
+            return_initial_stress_to_yield: false,
         };
         [StrainMeasure::Rate, StrainMeasure::Hencky].map(with).into()
     }
@@ -88,14 +93,14 @@ impl Model for TensionCutSpec {
 pub struct TensionCut {
     elasticity: Elasticity,
     strength: f64,
-    project: bool,
+    return_initial_stress_to_yield: bool,
 }
 
 impl TensionCut {
-    fn planes(&self) -> [Plane; 3] {
+    fn planes(&self) -> [YieldPlane; 3] {
         let plane = |c| {
             let normal = std::array::from_fn(|i| if i == c { 1.0 } else { 0.0 });
-            Plane { normal, offset: self.strength, flow: normal }
+            YieldPlane { normal, offset: self.strength, flow: normal }
         };
         [plane(0), plane(1), plane(2)]
     }
@@ -115,13 +120,13 @@ impl Law for TensionCut {
     }
 }
 
-impl Pointwise for TensionCut {
+impl PointLaw for TensionCut {
     type State = ();
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<()>, MaterialError> {
-        if self.project && initial.stress.is_finite() {
+        if self.return_initial_stress_to_yield && initial.stress.is_finite() {
             let start = Point { stress: initial.stress, state: () };
-            return self.update(&SymTensor::ZERO, &Motion::STILL, &start);
+            return self.update(&SymTensor::ZERO, &Motion::AT_REST, &start);
         }
         let principal = initial.stress.principal_values();
         super::check_initial(NAME, &initial.stress, principal[0] - self.strength, initial.stress.norm())?;

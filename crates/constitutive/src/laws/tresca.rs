@@ -8,9 +8,9 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::linear_elastic::stiff_warnings;
+use super::linear_elastic::incompressibility_warnings;
 use super::{MohrCoulomb, MohrCoulombSpec, StrengthReduction};
-use crate::model::{Facts, Kind, Model, StrainMeasure, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
 use crate::{Material, MaterialError};
 
 /// Parameters of `tresca`.
@@ -31,7 +31,8 @@ pub struct TrescaSpec {
     /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
     /// refused when false.
     #[serde(default)]
-    pub project: bool,
+    #[serde(rename = "project")]
+    pub return_initial_stress_to_yield: bool,
 }
 
 impl TrescaSpec {
@@ -52,16 +53,16 @@ impl TrescaSpec {
             dilatancy_decay: 0.0,
             tensile_strength: None,
             strain_measure: self.strain_measure,
-            project: self.project,
+            return_initial_stress_to_yield: self.return_initial_stress_to_yield,
         };
-        Ok(law.law()?.named("tresca"))
+        Ok(law.law()?.with_name("tresca"))
     }
 }
 
 impl Model for TrescaSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Anura3D manual 2021, eq. 7.24",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate or Hencky",
         tangent: "analytic",
     };
@@ -71,7 +72,7 @@ impl Model for TrescaSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        stiff_warnings(self.poissons_ratio)
+        incompressibility_warnings(self.poissons_ratio)
     }
 
     fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
@@ -86,7 +87,7 @@ impl Model for TrescaSpec {
             poissons_ratio: 0.3,
             undrained_strength: 20e3,
             strain_measure,
-            project: false,
+            return_initial_stress_to_yield: false,
         };
         [StrainMeasure::Rate, StrainMeasure::Hencky].map(with).into()
     }

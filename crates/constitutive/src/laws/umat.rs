@@ -21,9 +21,9 @@ use serde::{Deserialize, Serialize};
 
 use super::foreign;
 use crate::corotational::half_rotation;
-use crate::model::{Facts, Kind, Model, check, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, check, positive};
 use crate::{
-    InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor,
+    InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor,
     Tangent,
 };
 
@@ -121,9 +121,9 @@ impl UmatSpec {
 }
 
 impl Model for UmatSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "a library of yours",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "the library's",
         tangent: "the library's (DDSDDE)",
     };
@@ -169,7 +169,8 @@ impl Routine {
         let function = match unsafe { library.get::<UmatFunction>(symbol.as_bytes()) } {
             Ok(function) => *function,
             Err(error) => {
-                let rule = format!("{symbol:?} is not in {}: {}", path.display(), foreign::reason(&error));
+                let rule =
+                    format!("{symbol:?} is not in {}: {}", path.display(), foreign::load_error(&error));
                 return Err(MaterialError::choice("symbol", rule));
             }
         };
@@ -199,7 +200,7 @@ struct UmatState {
 }
 
 /// What a call returns.
-struct Called {
+struct UmatOutput {
     stress: SymTensor,
     variables: Vec<f64>,
     tangent: Tangent,
@@ -214,7 +215,7 @@ fn from_umat(values: [f64; 6]) -> SymTensor {
 }
 
 /// Column-major, as Fortran has it.
-fn columns(m: &Mat3) -> [f64; 9] {
+fn column_major(m: &Mat3) -> [f64; 9] {
     std::array::from_fn(|k| m.0[k % 3][k / 3])
 }
 
@@ -227,7 +228,7 @@ impl Umat {
         state: &UmatState,
         motion: &Motion,
         rotation: &Mat3,
-    ) -> Result<Called, MaterialError> {
+    ) -> Result<UmatOutput, MaterialError> {
         let spec = &self.spec;
         let mut sigma = to_umat(&(*stress * (1.0 / spec.unit())), 1.0);
         let mut variables = state.variables.clone();
@@ -248,15 +249,15 @@ impl Umat {
         let props = if spec.props.is_empty() { vec![0.0] } else { spec.props.clone() };
         let coords = [0.0; 3];
         let mut pnewdt = 1.0;
-        let (drot, dfgrd0) = (columns(rotation), columns(&state.deformation));
-        let dfgrd1 = columns(&(motion.deformation * state.deformation));
+        let (drot, dfgrd0) = (column_major(rotation), column_major(&state.deformation));
+        let dfgrd1 = column_major(&(motion.deformation * state.deformation));
         let counter: c_int = 1;
         {
             let _turn =
                 (!spec.thread_safe).then(|| self.routine.lock.lock().unwrap_or_else(PoisonError::into_inner));
             // SAFETY: every pointer is to a live array of the length that the interface of a UMAT names; what
             // the library does with them is the word of the user.
-            foreign::guarded(|| unsafe {
+            foreign::call_guarded(|| unsafe {
                 (self.routine.function)(
                     sigma.as_mut_ptr(),
                     variables.as_mut_ptr(),
@@ -319,21 +320,23 @@ impl Umat {
             let reason = "the library returned a stiffness (DDSDDE) that is not finite";
             return Err(MaterialError::Motion { model: NAME, reason });
         }
-        Ok(Called { stress, variables, tangent })
+        Ok(UmatOutput { stress, variables, tangent })
     }
 
     /// Rotation of the step.
     fn rotation(motion: &Motion) -> Mat3 {
-        half_rotation(&motion.gradient).map_or(Mat3::IDENTITY, |half| half * half)
+        half_rotation(&motion.velocity_gradient_dt).map_or(Mat3::IDENTITY, |half| half * half)
     }
 
     /// A bound on the P-wave modulus: the largest normal stiffness, with room for anisotropy.
-    fn bound(&self, tangent: &Tangent) -> f64 {
+    fn wave_modulus_bound(&self, tangent: &Tangent) -> f64 {
         self.spec.wave_modulus.unwrap_or_else(|| 1.1 * (0..3).fold(0.0, |m: f64, i| m.max(tangent.0[i][i])))
     }
 
-    fn usable(motion: &Motion) -> Result<(), MaterialError> {
-        let sound = motion.gradient.is_finite() && motion.deformation.is_finite() && motion.dt.is_finite();
+    fn check_motion(motion: &Motion) -> Result<(), MaterialError> {
+        let sound = motion.velocity_gradient_dt.is_finite()
+            && motion.deformation.is_finite()
+            && motion.dt.is_finite();
         let reason = if !sound {
             "the motion is not finite"
         } else if motion.deformation.determinant() <= 0.0 {
@@ -357,7 +360,7 @@ impl Law for Umat {
         false
     }
 
-    fn is_in_rate_form(&self) -> bool {
+    fn is_hypoelastic(&self) -> bool {
         true
     }
 
@@ -367,7 +370,7 @@ impl Law for Umat {
     }
 }
 
-impl Pointwise for Umat {
+impl PointLaw for Umat {
     type State = UmatState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<UmatState>, MaterialError> {
@@ -383,9 +386,9 @@ impl Pointwise for Umat {
             modulus: 0.0,
         };
         // A step without strain tells the stiffness at the start.
-        let still = Motion { density: initial.density, ..Motion::STILL };
+        let still = Motion { density: initial.density, ..Motion::AT_REST };
         let called = self.call(&initial.stress, &state, &still, &Mat3::IDENTITY)?;
-        state.modulus = self.bound(&called.tangent);
+        state.modulus = self.wave_modulus_bound(&called.tangent);
         if !(state.modulus > 0.0 && state.modulus.is_finite()) {
             let reason = "the library returns no stiffness (DDSDDE): give wave_modulus".to_owned();
             return Err(MaterialError::Initial { model: NAME, reason });
@@ -400,7 +403,7 @@ impl Pointwise for Umat {
 
 impl StressUpdate for Umat {
     fn update(&self, motion: &Motion, old: &Point<UmatState>) -> Result<Point<UmatState>, MaterialError> {
-        Self::usable(motion)?;
+        Self::check_motion(motion)?;
         let rotation = Self::rotation(motion);
         let called = self.call(&old.stress.rotated(&rotation), &old.state, motion, &rotation)?;
         let state = UmatState {
@@ -408,7 +411,7 @@ impl StressUpdate for Umat {
             strain: old.state.strain.rotated(&rotation) + motion.strain_increment(),
             deformation: motion.deformation * old.state.deformation,
             time: old.state.time + motion.dt,
-            modulus: self.bound(&called.tangent).max(f64::MIN_POSITIVE),
+            modulus: self.wave_modulus_bound(&called.tangent).max(f64::MIN_POSITIVE),
         };
         Ok(Point { stress: called.stress, state })
     }
@@ -419,7 +422,7 @@ impl StressUpdate for Umat {
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<UmatState>) -> Result<Tangent, MaterialError> {
-        Self::usable(motion)?;
+        Self::check_motion(motion)?;
         let rotation = Self::rotation(motion);
         Ok(self.call(&old.stress.rotated(&rotation), &old.state, motion, &rotation)?.tangent)
     }

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Facts, Kind, Model, check, not_negative, positive};
-use crate::wrapper::{Around, Wrapper};
+use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
+use crate::wrapper::{WrappedMaterial, Wrapper};
 use crate::{Material, MaterialError, MaterialSpec, Motion, SymTensor, Tangent};
 
 /// Parameters of `undrained`.
@@ -33,9 +33,9 @@ pub struct UndrainedSpec {
 }
 
 impl Model for UndrainedSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Anura3D manual 2021, eq. 4.52",
-        kind: Kind::Wrapper,
+        kind: ModelFamily::Wrapper,
         strain: "the skeleton's",
         tangent: "the skeleton's",
     };
@@ -46,7 +46,7 @@ impl Model for UndrainedSpec {
         Some(&self.skeleton)
     }
 
-    fn around(&self, inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+    fn wrap(&self, inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         positive("fluid_bulk_modulus", self.fluid_bulk_modulus, "Pa")?;
         let inside = self.porosity > 0.0 && self.porosity < 1.0;
         check("porosity", self.porosity, inside, "is not between 0 and 1 (both excluded)")?;
@@ -62,7 +62,7 @@ impl Model for UndrainedSpec {
             start: pressure,
             least: self.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
         };
-        Ok(Arc::new(Around::new(wrapper, inner)))
+        Ok(Arc::new(WrappedMaterial::new(wrapper, inner)))
     }
 
     fn warnings(&self) -> Vec<String> {
@@ -116,7 +116,7 @@ struct Undrained {
 }
 
 impl Wrapper for Undrained {
-    type Own = f64;
+    type OwnState = f64;
 
     const NAME: &'static str = "undrained";
 
@@ -133,7 +133,7 @@ impl Wrapper for Undrained {
     }
 
     fn step(&self, motion: &Motion, pressure: &f64) -> (Motion, f64) {
-        (*motion, (pressure - self.modulus * motion.gradient.trace()).max(self.least))
+        (*motion, (pressure - self.modulus * motion.velocity_gradient_dt.trace()).max(self.least))
     }
 
     fn added_modulus(&self) -> f64 {

@@ -10,11 +10,12 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::linear_elastic::stiff_warnings;
+use super::linear_elastic::incompressibility_warnings;
 use super::{
-    DruckerPrager, DruckerPragerSpec, Integration, Matching, ReductionScope, Softening, StrengthReduction,
+    DruckerPrager, DruckerPragerSpec, Matching, PlasticIntegration, ReductionScope, Softening,
+    StrengthReduction,
 };
-use crate::model::{Facts, Kind, Model, StrainMeasure, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
 use crate::{Material, MaterialError};
 
 /// Parameters of `von-mises`.
@@ -44,7 +45,8 @@ pub struct VonMisesSpec {
     /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
     /// refused when false.
     #[serde(default)]
-    pub project: bool,
+    #[serde(rename = "project")]
+    pub return_initial_stress_to_yield: bool,
 }
 
 /// Stress states in which the circle of von Mises meets the hexagon of Tresca.
@@ -80,19 +82,19 @@ impl VonMisesSpec {
             },
             softening,
             dilatancy_decay: 0.0,
-            integration: Integration::default(),
+            integration: PlasticIntegration::default(),
             strain_measure: self.strain_measure,
-            project: self.project,
+            return_initial_stress_to_yield: self.return_initial_stress_to_yield,
         };
-        let own = |error: MaterialError| error.renamed("softening.residual_cohesion", "residual_cohesion");
+        let own = |error: MaterialError| error.with_key("softening.residual_cohesion", "residual_cohesion");
         let law =
-            law.law().map_err(|error| own(error.renamed("softening.cohesion_rate", "softening_rate")))?;
-        self.check_pair()?;
-        Ok(law.named("von-mises"))
+            law.law().map_err(|error| own(error.with_key("softening.cohesion_rate", "softening_rate")))?;
+        self.check_softening_pair()?;
+        Ok(law.with_name("von-mises"))
     }
 
     /// Either parameter of softening does nothing without the other.
-    fn check_pair(&self) -> Result<(), MaterialError> {
+    fn check_softening_pair(&self) -> Result<(), MaterialError> {
         let refuse = |field, rule| Err(MaterialError::choice(field, rule));
         match self.residual_cohesion {
             Some(_) if self.softening_rate == 0.0 => {
@@ -107,9 +109,9 @@ impl VonMisesSpec {
 }
 
 impl Model for VonMisesSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Bui & Nguyen 2021, section 4.3",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate or Hencky",
         tangent: "analytic",
     };
@@ -119,7 +121,7 @@ impl Model for VonMisesSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        stiff_warnings(self.poissons_ratio)
+        incompressibility_warnings(self.poissons_ratio)
     }
 
     fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
@@ -142,7 +144,7 @@ impl Model for VonMisesSpec {
             residual_cohesion,
             softening_rate: if residual_cohesion.is_some() { 5.0 } else { 0.0 },
             strain_measure: StrainMeasure::Rate,
-            project: false,
+            return_initial_stress_to_yield: false,
         };
         let hencky = Self { strain_measure: StrainMeasure::Hencky, ..with(ExactIn::PlaneStrain, None) };
         vec![with(ExactIn::PlaneStrain, None), with(ExactIn::Triaxial, Some(5e3)), hencky]

@@ -331,9 +331,9 @@ fn steps_that_no_law_can_take_are_refused() {
     let good = Motion::from_deformation(&turn, 1e-3, 2000.0, 0.1).unwrap();
     let scaled = |s: f64| Motion { deformation: Mat3::IDENTITY * s, ..good };
     let mut sheared = good;
-    sheared.gradient.0[0][1] = 3.0;
+    sheared.velocity_gradient_dt.0[0][1] = 3.0;
     let mut unknown = good;
-    unknown.gradient.0[0][0] = f64::NAN;
+    unknown.velocity_gradient_dt.0[0][0] = f64::NAN;
     let table = [
         (Motion { dt: 0.0, ..good }, "dt"),
         (Motion { dt: f64::NAN, ..good }, "dt"),

@@ -1,13 +1,13 @@
 //! Cohesive Cam Clay (sheet: constitutive §2.15, V-13, V-14, bad input of §7).
 
-use crate::common::near;
-use colluvium_constitutive::laws::cohesive_cam_clay::Ellipse;
+use crate::common::assert_near;
+use colluvium_constitutive::laws::cohesive_cam_clay::YieldEllipse;
 use colluvium_constitutive::laws::{
     CamClayHardening, CamClayIntegration, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState,
     Elasticity, StressInvariants,
 };
 use colluvium_constitutive::{
-    Hencky, HenckyState, InitialCondition, Mat3, Model, Motion, Point, Pointwise, PrincipalReturn,
+    Hencky, HenckyState, InitialCondition, Mat3, Model, Motion, Point, PointLaw, PrincipalReturn,
     StressUpdate, SymTensor,
 };
 
@@ -24,7 +24,7 @@ pub(crate) fn slab() -> CohesiveCamClaySpec {
         hardening: CamClayHardening::Slab,
         invariants: StressInvariants::Space,
         integration: CamClayIntegration::Implicit,
-        project: false,
+        return_initial_stress_to_yield: false,
     }
 }
 
@@ -108,10 +108,10 @@ fn returns_with_explicit_and_implicit_strength_are_those_of_the_sheet() {
     for (trial, integration, p, q, volumetric, p0) in table {
         let law = snow(integration, StressInvariants::Space).law().unwrap();
         let (found, state) = returned(&law, trial, &fresh(&law));
-        near(found.pressure(), p, 1e-6);
-        near(found.q(), q, 1e-6);
-        near(state.volumetric, volumetric, 1e-12);
-        near(law.ellipse(&state).strength, p0, 1e-5);
+        assert_near(found.pressure(), p, 1e-6);
+        assert_near(found.q(), q, 1e-6);
+        assert_near(state.volumetric, volumetric, 1e-12);
+        assert_near(law.ellipse(&state).strength, p0, 1e-5);
     }
 }
 
@@ -133,35 +133,35 @@ fn a_step_in_the_plane_is_that_of_the_sheet() {
         let end = hencky.update(&motion, &start).unwrap();
         let kirchhoff = end.stress * jacobian;
         for (found, exact) in [(kirchhoff[0], xx), (kirchhoff[3], xy), (kirchhoff[1], yy)] {
-            near(found, exact, 2e-6);
+            assert_near(found, exact, 2e-6);
         }
-        near(law.ellipse(&end.state.inner).strength, p0, 2e-6);
+        assert_near(law.ellipse(&end.state.inner).strength, p0, 2e-6);
         // Work of the plastic strain.
         let dissipated = hencky.dissipation(&motion, &start, &end).unwrap() * jacobian;
         let exact = if integration == Explicit { 18.985_115_688 } else { 18.824_376_249 };
-        near(dissipated, exact, 1e-8);
+        assert_near(dissipated, exact, 1e-8);
     }
     let material = snow(Explicit, Plane).build().unwrap();
     let start = InitialCondition { stress: SymTensor::ZERO, density: 250.0 };
     let (mut stress, mut states) = material.initial(&[start]).unwrap();
     material.update(&[motion], &mut stress, &mut states.blocks_mut()[0]).unwrap();
     let kirchhoff = stress[0] * jacobian;
-    near(kirchhoff[0], -2_508.913_022, 2e-6);
-    near(kirchhoff[3], 4_098.018_983, 2e-6);
-    near(kirchhoff[1], -14_068.824_057, 2e-6);
+    assert_near(kirchhoff[0], -2_508.913_022, 2e-6);
+    assert_near(kirchhoff[3], 4_098.018_983, 2e-6);
+    assert_near(kirchhoff[1], -14_068.824_057, 2e-6);
     let mut out = [0.0; 4];
     material.outputs(&stress, &states.blocks()[0], &mut out);
-    near(out[2], 20_389.567_155, 2e-6);
+    assert_near(out[2], 20_389.567_155, 2e-6);
     // Implicit, by the amendments.
     let law = snow(Implicit, Plane).law().unwrap();
     let landed = snow(Implicit, Plane).build().unwrap();
     let (mut stress, mut states) = landed.initial(&[start]).unwrap();
     landed.update(&[motion], &mut stress, &mut states.blocks_mut()[0]).unwrap();
     landed.outputs(&stress, &states.blocks()[0], &mut out);
-    near(out[2], 20_344.315_292, 1e-5);
-    near(out[1], -1.193_597_159e-4, 1e-13);
+    assert_near(out[2], 20_344.315_292, 1e-5);
+    assert_near(out[1], -1.193_597_159e-4, 1e-13);
     let kirchhoff = stress[0] * jacobian;
-    near(-0.5 * (kirchhoff[0] + kirchhoff[1]), 8_334.119_275, 1e-5);
+    assert_near(-0.5 * (kirchhoff[0] + kirchhoff[1]), 8_334.119_275, 1e-5);
     assert!(law.initial_strain() < 0.0);
 }
 
@@ -179,20 +179,20 @@ pub(crate) fn returned(
 #[test]
 fn returns_at_fixed_strength() {
     let elasticity = Elasticity::new(5e6, 0.3).unwrap();
-    near(elasticity.bulk_modulus, 4_166_666.7, 0.05);
-    near(elasticity.shear_modulus, 1_923_076.9, 0.05);
-    let ellipse = Ellipse { slope: 0.8, cohesion_ratio: 0.1, strength: 10e3 };
+    assert_near(elasticity.bulk_modulus, 4_166_666.7, 0.05);
+    assert_near(elasticity.shear_modulus, 1_923_076.9, 0.05);
+    let ellipse = YieldEllipse { slope: 0.8, cohesion_ratio: 0.1, strength: 10e3 };
     let trial = |strain: [f64; 3]| {
         let trial = stress(&elasticity, strain);
         (trial, trial.pressure(), trial.q())
     };
     let (_, p, q) = trial([-5e-4, -4e-4, -3e-4]);
-    near(p, 5000.0, 1e-9);
-    near(q, 666.173, 5.1e-4);
+    assert_near(p, 5000.0, 1e-9);
+    assert_near(q, 666.173, 5.1e-4);
     let f = ellipse.yield_value(p, q);
     // y is f times the sum of the terms whose difference f is.
     let radius = 0.5 * 0.8 * 1.1 * 10e3;
-    near(f * (f + 2.0 * radius), -1.866_75e7, 51.0);
+    assert_near(f * (f + 2.0 * radius), -1.866_75e7, 51.0);
     assert_eq!(ellipse.return_map(&elasticity, p, q).multiplier, 0.0);
 
     // Trial, p and q of the trial, p, q, Δγ, elastic strain, plastic volumetric strain.
@@ -227,26 +227,26 @@ fn returns_at_fixed_strength() {
     ];
     for (strain, at_trial, at_end, multiplier, elastic, volumetric) in rows {
         let (trial, p, q) = trial(strain);
-        near(p, at_trial[0], 5.1e-4);
-        near(q, at_trial[1], 5.1e-4);
+        assert_near(p, at_trial[0], 5.1e-4);
+        assert_near(q, at_trial[1], 5.1e-4);
         let found = ellipse.return_map(&elasticity, p, q);
-        near(found.pressure, at_end[0], 5.1e-6);
-        near(found.q, at_end[1], 5.1e-6);
-        near(found.multiplier, multiplier, 5.1e-15);
-        near(found.volumetric, volumetric, 5.1e-12);
+        assert_near(found.pressure, at_end[0], 5.1e-6);
+        assert_near(found.q, at_end[1], 5.1e-6);
+        assert_near(found.multiplier, multiplier, 5.1e-15);
+        assert_near(found.volumetric, volumetric, 5.1e-12);
         let shrink = if q > 1e-6 { found.q / q } else { 0.0 };
         let stress = trial.deviator() * shrink - SymTensor::isotropic(found.pressure);
         for c in 0..3 {
-            near(elasticity.strain(&stress)[c], elastic[c], 5.1e-12);
+            assert_near(elasticity.strain(&stress)[c], elastic[c], 5.1e-12);
         }
-        near(ellipse.yield_value(found.pressure, found.q), 0.0, 1e-10);
+        assert_near(ellipse.yield_value(found.pressure, found.q), 0.0, 1e-10);
     }
 }
 
 #[test]
 fn the_ellipse_has_the_tips_and_top_of_the_sheet() {
     let (m, beta, p0) = (0.8, 0.1, 10e3);
-    let ellipse = Ellipse { slope: m, cohesion_ratio: beta, strength: p0 };
+    let ellipse = YieldEllipse { slope: m, cohesion_ratio: beta, strength: p0 };
     let top = m * p0 * (1.0 + beta) / (2.0 * (1.0 + 2.0 * beta).sqrt());
     let points = [
         (p0, 0.0),
@@ -255,7 +255,7 @@ fn the_ellipse_has_the_tips_and_top_of_the_sheet() {
         (0.0, m * p0 * (beta / (1.0 + 2.0 * beta)).sqrt()),
     ];
     for (p, q) in points {
-        near(ellipse.yield_value(p, q), 0.0, 1e-11);
+        assert_near(ellipse.yield_value(p, q), 0.0, 1e-11);
     }
 }
 
@@ -263,40 +263,40 @@ fn the_ellipse_has_the_tips_and_top_of_the_sheet() {
 fn hardening_is_solved_with_the_return() {
     let law = slab().law().unwrap();
     let state = fresh(&law);
-    near(state.hardening_strain, -2.399_997_696_0e-4, 5.1e-15);
+    assert_near(state.hardening_strain, -2.399_997_696_0e-4, 5.1e-15);
 
     let (stress, new) = returned(&law, [-3e-3; 3], &state);
-    near(new.volumetric, -5.999_912_293_5e-4, 5.1e-15);
-    near(stress.pressure(), 35_000.036_5, 5.1e-5);
-    near(law.ellipse(&new).strength, 35_000.036_5, 5.1e-5);
+    assert_near(new.volumetric, -5.999_912_293_5e-4, 5.1e-15);
+    assert_near(stress.pressure(), 35_000.036_5, 5.1e-5);
+    assert_near(law.ellipse(&new).strength, 35_000.036_5, 5.1e-5);
     assert_eq!(stress.q(), 0.0);
 
     let (stress, new) = returned(&law, [-8e-3, -1e-3, 0.0], &state);
-    near(new.volumetric, -8.888_219_439_7e-4, 5.1e-15);
-    near(stress.pressure(), 33_796.575_2, 5.1e-5);
-    near(stress.q(), 16_487.405_9, 5.1e-5);
+    assert_near(new.volumetric, -8.888_219_439_7e-4, 5.1e-15);
+    assert_near(stress.pressure(), 33_796.575_2, 5.1e-5);
+    assert_near(stress.q(), 16_487.405_9, 5.1e-5);
     let ellipse = law.ellipse(&new);
-    near(ellipse.strength, 47_035.237_0, 5.1e-5);
+    assert_near(ellipse.strength, 47_035.237_0, 5.1e-5);
     let trial = self::stress(law.elasticity(), [-8e-3, -1e-3, 0.0]);
     let multiplier = ellipse.return_map(law.elasticity(), trial.pressure(), trial.q()).multiplier;
-    near(multiplier, 5.497_645_58e-8, 5.1e-17);
+    assert_near(multiplier, 5.497_645_58e-8, 5.1e-17);
 
     let (stress, new) = returned(&law, [2e-3, 1e-3, 0.0], &state);
     assert_eq!(stress, SymTensor::ZERO);
     assert_eq!(law.ellipse(&new).strength, 0.0);
-    near(new.volumetric, 3e-3, 1e-17);
+    assert_near(new.volumetric, 3e-3, 1e-17);
 
     // Frozen at the start of the step the strength would jump far beyond.
     let frozen = law.ellipse(&state).return_map(law.elasticity(), 37_500.0, 0.0).volumetric;
     let jump = CohesiveCamClayState { hardening_strain: state.hardening_strain + frozen, ..state };
-    near(law.ellipse(&jump).strength, 285_222.0, 0.5);
+    assert_near(law.ellipse(&jump).strength, 285_222.0, 0.5);
 }
 
 #[test]
 fn a_gap_must_close_before_packing_carries_load() {
     let law = slab().law().unwrap();
     let (_, open) = returned(&law, [1e-3; 3], &fresh(&law));
-    near(open.hardening_strain, 3e-3 - 2.399_997_696_0e-4, 5.1e-15);
+    assert_near(open.hardening_strain, 3e-3 - 2.399_997_696_0e-4, 5.1e-15);
     let (stress, closing) = returned(&law, [-5e-4; 3], &open);
     assert_eq!(stress, SymTensor::ZERO);
     let (stress, closed) = returned(&law, [-1e-3; 3], &closing);
@@ -353,7 +353,7 @@ fn tangents_hold_on_every_branch() {
             let (plus, minus) = (moved(h), moved(-h));
             for a in 0..3 {
                 let slope = (plus[a] - minus[a]) / (2.0 * h);
-                near(block[a][b], slope, 1e-6 * law.elasticity().p_wave_modulus());
+                assert_near(block[a][b], slope, 1e-6 * law.elasticity().p_wave_modulus());
             }
         }
     }
@@ -394,14 +394,14 @@ fn random_returns_land_on_their_surface_by_associated_flow() {
             let excess = ellipse.yield_value(p, q);
             assert!(excess <= 1e-9 * scale, "{spec:?}: f = {excess}");
             let volumetric = new.volumetric - state.volumetric;
-            near(k * volumetric, p - at_trial.pressure(), 1e-9 * scale);
-            near(3.0 * mu * (new.deviatoric - state.deviatoric), at_trial.q() - q, 1e-9 * scale);
+            assert_near(k * volumetric, p - at_trial.pressure(), 1e-9 * scale);
+            assert_near(3.0 * mu * (new.deviatoric - state.deviatoric), at_trial.q() - q, 1e-9 * scale);
             // Flow along the normal: the return of the trial to the surface of the end.
             let flowed = new != state && p.hypot(q) > 0.0 && new.collapsed == state.collapsed;
             if flowed {
                 let again = ellipse.return_map(law.elasticity(), at_trial.pressure(), at_trial.q());
-                near(again.pressure, p, 1e-8 * scale);
-                near(again.q, q, 1e-8 * scale);
+                assert_near(again.pressure, p, 1e-8 * scale);
+                assert_near(again.q, q, 1e-8 * scale);
             }
             let kept = law.elasticity().strain(&found);
             (elastic, state) = ([kept[0], kept[1], kept[2]], new);
@@ -433,14 +433,14 @@ fn parameters_out_of_range_are_named() {
     let snap = CohesiveCamClaySpec { hardening: weak(3.0), ..weak_layer() };
     assert!(snap.warnings()[0].starts_with("hardening.softening_factor: 3"));
     let outside = InitialCondition { stress: SymTensor::isotropic(-11e3), density: 250.0 };
-    let error = Pointwise::initial(&slab().law().unwrap(), &outside).unwrap_err().to_string();
+    let error = PointLaw::initial(&slab().law().unwrap(), &outside).unwrap_err().to_string();
     assert!(error.contains("outside the yield surface"), "{error}");
 }
 
 #[test]
 fn an_initial_stress_outside_is_moved_to_the_surface_on_wish() {
-    let law = CohesiveCamClaySpec { project: true, ..slab() }.law().unwrap();
-    let initial = |stress| Pointwise::initial(&law, &InitialCondition { stress, density: 250.0 }).unwrap();
+    let law = CohesiveCamClaySpec { return_initial_stress_to_yield: true, ..slab() }.law().unwrap();
+    let initial = |stress| PointLaw::initial(&law, &InitialCondition { stress, density: 250.0 }).unwrap();
     // The hydrostatic and the shear trial of §2.15, at frozen p0.
     let trial = stress(&slab().law().unwrap().elasticity().clone(), [-8e-3, -1e-3, 0.0]);
     let moved = initial(trial);

@@ -3,7 +3,7 @@
 use colluvium_constitutive::MaterialError;
 use colluvium_constitutive::laws::{DruckerPragerSpec, Elasticity, Matching, MohrCoulombSpec, StrainMeasure};
 
-pub use colluvium_testkit::{close, near};
+pub use colluvium_testkit::{assert_close, assert_near};
 
 /// Set R1 of the constitutive sheet, in kPa.
 pub fn r1() -> Elasticity {
@@ -24,7 +24,7 @@ pub fn drucker_prager(unit: f64, matching: Matching, dilatancy_angle: f64) -> Dr
         dilatancy_decay: 0.0,
         integration: Default::default(),
         strain_measure: StrainMeasure::Rate,
-        project: false,
+        return_initial_stress_to_yield: false,
     }
 }
 
@@ -41,7 +41,7 @@ pub fn mohr_coulomb(unit: f64, dilatancy_angle: f64) -> MohrCoulombSpec {
         dilatancy_decay: 0.0,
         tensile_strength: None,
         strain_measure: StrainMeasure::Rate,
-        project: false,
+        return_initial_stress_to_yield: false,
     }
 }
 

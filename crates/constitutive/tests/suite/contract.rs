@@ -8,11 +8,12 @@
 use std::sync::{Arc, LazyLock};
 
 use colluvium_constitutive::laws::{
-    DoubleScaleSpec, DruckerPragerSpec, Integration, Matching, MohrCoulombSpec, OutsideStrength, Softening,
-    StrainMeasure,
+    DoubleScaleSpec, DruckerPragerSpec, Matching, MohrCoulombSpec, OutsideStrength, PlasticIntegration,
+    Softening, StrainMeasure,
 };
 use colluvium_constitutive::{
-    InitialCondition, Mat3, Material, MaterialSpec, Motion, Motions, StateBlock, States, SymTensor, Tangent,
+    InitialCondition, Mat3, Material, MaterialSpec, Motion, MotionBlock, StateBlock, States, SymTensor,
+    Tangent,
 };
 use proptest::prelude::*;
 
@@ -105,7 +106,7 @@ fn steeply_softening() -> [MaterialSpec; 4] {
             dilatancy_decay: 0.0,
             integration,
             strain_measure: StrainMeasure::Rate,
-            project: false,
+            return_initial_stress_to_yield: false,
         })
     };
     let pyramid = MaterialSpec::MohrCoulomb(MohrCoulombSpec {
@@ -119,10 +120,11 @@ fn steeply_softening() -> [MaterialSpec; 4] {
         dilatancy_decay: 0.0,
         tensile_strength: None,
         strain_measure: StrainMeasure::Rate,
-        project: false,
+        return_initial_stress_to_yield: false,
     });
     let [returned, semi_implicit, explicit] =
-        [Integration::ClosestPoint, Integration::SemiImplicit, Integration::Explicit].map(cone);
+        [PlasticIntegration::ClosestPoint, PlasticIntegration::SemiImplicit, PlasticIntegration::Explicit]
+            .map(cone);
     [pyramid, returned, semi_implicit, explicit]
 }
 
@@ -166,7 +168,9 @@ impl Subject {
     fn apply(&self, walker: &Walker, motion: &Motion) -> Walker {
         match self.try_apply(walker, motion) {
             Ok(new) => new,
-            Err(error) => panic!("{}: {error} at {:?}, {:?}", self.name(), walker.stress, motion.gradient),
+            Err(error) => {
+                panic!("{}: {error} at {:?}, {:?}", self.name(), walker.stress, motion.velocity_gradient_dt)
+            }
         }
     }
 
@@ -221,7 +225,7 @@ impl Subject {
     /// Stress that a step handles: where it starts and its elastic trial.
     fn handled(&self, walker: &Walker, motion: &Motion) -> f64 {
         let modulus = one(walker, |stress, block, out| self.law.wave_moduli(stress, block, out));
-        walker.stress.norm() + modulus * motion.gradient.sym().norm()
+        walker.stress.norm() + modulus * motion.velocity_gradient_dt.sym().norm()
     }
 
     /// The point after it stopped: a viscous stress ends with the motion, so for laws that tell a viscosity
@@ -266,7 +270,11 @@ fn last_digits_changed(a: &Mat3) -> Mat3 {
 /// The same motion seen by an observer turned by `q`.
 fn turned(motion: &Motion, q: &Mat3) -> Motion {
     let turn = |m: &Mat3| *q * *m * q.transpose();
-    Motion { deformation: turn(&motion.deformation), gradient: turn(&motion.gradient), ..*motion }
+    Motion {
+        deformation: turn(&motion.deformation),
+        velocity_gradient_dt: turn(&motion.velocity_gradient_dt),
+        ..*motion
+    }
 }
 
 fn gradients(count: usize, size: f64) -> impl Strategy<Value = Vec<Mat3>> {
@@ -372,7 +380,7 @@ proptest! {
             let gradient = Mat3(*entries.as_chunks::<3>().0.first_chunk::<3>().expect("nine entries"));
             let motion = Motion {
                 deformation: Mat3::IDENTITY + gradient,
-                gradient,
+                velocity_gradient_dt: gradient,
                 dt: 1e-3,
                 density: walker.density,
                 size: 0.1,
@@ -399,7 +407,7 @@ proptest! {
                 let new = (&next.stress, &next.states.blocks()[0]);
                 if let Some(dissipated) = subject.law.dissipation(&motion, old, new) {
                     // Energy that the step handles.
-                    let strain = motion.gradient.sym().norm();
+                    let strain = motion.velocity_gradient_dt.sym().norm();
                     let scale = subject.handled(&walker, &motion) * strain + subject.energy(&walker);
                     prop_assert!(dissipated >= -1e-12 * scale, "{}: {dissipated} J/m³ of {scale}", subject.name());
                 }
@@ -503,10 +511,10 @@ proptest! {
                 gradients.iter().map(|a| subject.motion(&gradient(a), 1e-3, density)).collect();
             let start = vec![InitialCondition { stress: subject.start, density }; motions.len()];
             let (mut stresses, mut states) = subject.law.initial(&start).expect("admissible");
-            let mut block = Motions::still(motions[0].dt, motions[0].size, flat);
+            let mut block = MotionBlock::at_rest(motions[0].dt, motions[0].size, flat);
             // What stands behind the points must not count.
-            block.gradient[1].fill(f64::NAN);
-            motions.iter().enumerate().for_each(|(i, motion)| block.put(i, motion));
+            block.velocity_gradient_dt[1].fill(f64::NAN);
+            motions.iter().enumerate().for_each(|(i, motion)| block.set(i, motion));
             let (mut others, mut others_states) = (stresses.clone(), subject.law.initial(&start).expect("admissible").1);
             subject.law.update(&motions, &mut stresses, &mut states.blocks_mut()[0]).expect("a moderate step");
             subject.law.update_block(&block, &mut others, &mut others_states.blocks_mut()[0]).expect("the same step");
@@ -584,13 +592,13 @@ fn only_laws_in_rate_form_keep_a_stress_changed_from_outside() {
         let differs = subject.step(&whole, &strain, 1e-3).stress != subject.step(&less, &strain, 1e-3).stress;
         // Fluids whose shear is in rate form have their pressure from density: shear is what they keep.
         let shears = whole.stress.deviator() != SymTensor::ZERO;
-        assert_eq!(differs, subject.law.is_in_rate_form() && shears, "{}", subject.name());
+        assert_eq!(differs, subject.law.is_hypoelastic() && shears, "{}", subject.name());
     }
 }
 
 #[test]
 fn without_motion_only_time_dependent_laws_ask_how_long() {
-    for subject in subjects().iter().filter(|s| s.law.is_in_rate_form()) {
+    for subject in subjects().iter().filter(|s| s.law.is_hypoelastic()) {
         let mut beyond = subject.walker();
         // Beyond the yield surface of most.
         beyond.stress += SymTensor([2e4, -1e4, -1e4, 5e4, 0.0, 0.0]);

@@ -1,12 +1,12 @@
 //! Pressure-dependent elasticity, the Cam-clays and SIMSAND against `sheet: constitutive §2.2, §2.6, §2.7`,
 //! §3.7.5, §3.7.8, V-11, V-12 and V-18. The sheet's numbers are in kPa.
 
-use colluvium_constitutive::driver::{ElementPath, ElementTest, Path, TestStage};
+use colluvium_constitutive::driver::{ElementPath, ElementTest, LoadingPath, TestStage};
 use colluvium_constitutive::laws::{
     CamClaySpec, OriginalCamClaySpec, PressureElasticSpec, PressureStiffness, SimsandSpec,
 };
 use colluvium_constitutive::{
-    Corotational, InitialCondition, Mat3, MaterialError, MaterialSpec, Motion, Point, Pointwise, SmallStrain,
+    Corotational, InitialCondition, Mat3, MaterialError, MaterialSpec, Motion, Point, PointLaw, SmallStrain,
     StressUpdate, SymTensor,
 };
 
@@ -47,14 +47,14 @@ fn clay(preconsolidation: f64) -> CamClaySpec {
         void_ratio: 1.0,
         preconsolidation_pressure: Some(preconsolidation * 1e3),
         overconsolidation_ratio: None,
-        project: false,
+        return_initial_stress_to_yield: false,
     }
 }
 
 /// Element test from isotropic stress (kPa).
-fn test(material: MaterialSpec, pressure: f64, stages: &[(Path, usize)]) -> ElementPath {
+fn test(material: MaterialSpec, pressure: f64, stages: &[(LoadingPath, usize)]) -> ElementPath {
     let stage =
-        |(path, steps): &(Path, usize)| TestStage { path: path.clone(), steps: *steps, duration: 1.0 };
+        |(path, steps): &(LoadingPath, usize)| TestStage { path: path.clone(), steps: *steps, duration: 1.0 };
     let p = -pressure * 1e3;
     ElementTest {
         title: String::new(),
@@ -108,7 +108,7 @@ fn elastic_pressure_is_a_function_of_volume_alone() {
     let volume = |run: &ElementPath| run.last("volumetric_strain");
     let run = |stiffness, pressure, steps| {
         let material = MaterialSpec::PressureElastic(elastic(stiffness));
-        test(material, 100.0, &[(Path::Isotropic { pressure }, steps)])
+        test(material, 100.0, &[(LoadingPath::Isotropic { pressure }, steps)])
     };
     // Clay: e + κ ln p stays, in one step as in many.
     for steps in [1, 7] {
@@ -148,7 +148,7 @@ fn elastic_triaxial_slope_is_three_times_the_shear_modulus() {
     let run = test(
         material,
         100.0,
-        &[(Path::TriaxialUndrained { axial_compression: 1e-3, fluid_stiffness: None }, 10)],
+        &[(LoadingPath::TriaxialUndrained { axial_compression: 1e-3, fluid_stiffness: None }, 10)],
     );
     near(run.last("q"), 3.0 * 30e6 * 1e-3, 1e-9);
     near(run.last("p"), 100e3, 1e-9);
@@ -159,7 +159,7 @@ fn elastic_triaxial_slope_is_three_times_the_shear_modulus() {
 #[test]
 fn modified_cam_clay_returns_as_the_sheet_prints() {
     let law = clay(120.0).law().unwrap();
-    let old = Pointwise::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let old = PointLaw::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
     let strain = SymTensor([-0.02, 0.004, 0.004, 0.003, 0.0, 0.0]);
     let new = SmallStrain::update(&law, &strain, &still(), &old).unwrap();
     digits(new.stress[0], -145_694.100, 1e-3);
@@ -170,7 +170,7 @@ fn modified_cam_clay_returns_as_the_sheet_prints() {
     digits(new.stress.q(), 49_302.945, 1e-3);
     digits(new.state.preconsolidation_pressure, 134_973.173, 1e-3);
     digits(1.0 + new.state.void_ratio, 1.976_143_426, 1e-9);
-    let end = law.undivided_return(&strain, &old).unwrap().unwrap();
+    let end = law.single_step_return(&strain, &old).unwrap().unwrap();
     digits(end.multiplier, 9.568_375_503e-8, 1e-17);
 }
 
@@ -178,7 +178,7 @@ fn modified_cam_clay_returns_as_the_sheet_prints() {
 fn modified_cam_clay_trial_is_the_one_of_the_sheet() {
     // So strong that the same step stays elastic.
     let law = clay(1e4).law().unwrap();
-    let old = Pointwise::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let old = PointLaw::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
     let strain = SymTensor([-0.02, 0.004, 0.004, 0.003, 0.0, 0.0]);
     let new = SmallStrain::update(&law, &strain, &still(), &old).unwrap();
     digits(new.stress.pressure(), 161_607.440, 1e-3);
@@ -188,7 +188,7 @@ fn modified_cam_clay_trial_is_the_one_of_the_sheet() {
 #[test]
 fn modified_cam_clay_reaches_its_undrained_strength() {
     for (size, exact) in [(100.0, 59_460.355_75), (400.0, 168_179.283_05)] {
-        let path = Path::TriaxialUndrained { axial_compression: 3.0, fluid_stiffness: None };
+        let path = LoadingPath::TriaxialUndrained { axial_compression: 3.0, fluid_stiffness: None };
         let run = test(MaterialSpec::CamClay(clay(size)), 100.0, &[(path, 1000)]);
         near(run.last("p"), exact, 1e-5);
         near(run.last("q"), exact, 1e-5);
@@ -197,7 +197,7 @@ fn modified_cam_clay_reaches_its_undrained_strength() {
 
 #[test]
 fn modified_cam_clay_follows_its_undrained_path() {
-    let path = Path::TriaxialUndrained { axial_compression: 0.2, fluid_stiffness: None };
+    let path = LoadingPath::TriaxialUndrained { axial_compression: 0.2, fluid_stiffness: None };
     let run = test(MaterialSpec::CamClay(clay(100.0)), 100.0, &[(path, 1000)]);
     for (p, q) in run.column("p").unwrap().into_iter().zip(run.column("q").unwrap()) {
         near(p, 100e3 / (1.0 + (q / p).powi(2)).powf(0.75), 1e-5);
@@ -208,7 +208,7 @@ fn modified_cam_clay_follows_its_undrained_path() {
 #[test]
 fn modified_cam_clay_approaches_its_drained_strength() {
     for (size, p, q) in [(100.0, 149.64, 148.93), (500.0, 150.15, 150.46)] {
-        let path = Path::TriaxialDrained { axial_compression: 0.6 };
+        let path = LoadingPath::TriaxialDrained { axial_compression: 0.6 };
         let run = test(MaterialSpec::CamClay(clay(size)), 100.0, &[(path, 1000)]);
         digits(run.last("p") / 1e3, p, 1e-2);
         digits(run.last("q") / 1e3, q, 1e-2);
@@ -217,7 +217,7 @@ fn modified_cam_clay_approaches_its_drained_strength() {
 
 #[test]
 fn modified_cam_clay_compresses_along_its_lines() {
-    let isotropic = |pressure: f64| Path::Isotropic { pressure };
+    let isotropic = |pressure: f64| LoadingPath::Isotropic { pressure };
     let run = |steps| {
         let stages = [(isotropic(400e3), steps), (isotropic(200e3), steps)];
         test(MaterialSpec::CamClay(clay(100.0)), 100.0, &stages)
@@ -235,7 +235,7 @@ fn modified_cam_clay_compresses_along_its_lines() {
 #[test]
 fn modified_cam_clay_settles_at_its_lateral_pressure() {
     let ratios = |steps| {
-        let path = Path::Oedometer { axial_compression: 0.4 };
+        let path = LoadingPath::Oedometer { axial_compression: 0.4 };
         let run = test(MaterialSpec::CamClay(clay(100.0)), 100.0, &[(path, steps)]);
         [run.last("q") / run.last("p"), run.last("stress_xx") / run.last("stress_zz")]
     };
@@ -256,10 +256,10 @@ fn overconsolidation_sizes_the_surface_through_the_initial_stress() {
             overconsolidation_ratio: Some(ratio),
             ..clay(1.0)
         };
-        let modified = Pointwise::initial(&spec.law().unwrap(), &start(stress)).unwrap();
+        let modified = PointLaw::initial(&spec.law().unwrap(), &start(stress)).unwrap();
         near(modified.state.preconsolidation_pressure, ratio * (p + q * q / p), 1e-14);
         let original = OriginalCamClaySpec(spec).law().unwrap();
-        let original = Pointwise::initial(&original, &start(stress)).unwrap();
+        let original = PointLaw::initial(&original, &start(stress)).unwrap();
         near(original.state.preconsolidation_pressure, ratio * p * (q / p).exp(), 1e-14);
     }
 }
@@ -287,7 +287,7 @@ fn original_cam_clay_has_the_surface_of_the_sheet() {
 
 #[test]
 fn original_cam_clay_reaches_its_undrained_strength() {
-    let path = Path::TriaxialUndrained { axial_compression: 3.0, fluid_stiffness: None };
+    let path = LoadingPath::TriaxialUndrained { axial_compression: 3.0, fluid_stiffness: None };
     let run = test(MaterialSpec::OriginalCamClay(OriginalCamClaySpec(clay(100.0))), 100.0, &[(path, 1000)]);
     let exact = 100e3 * (-0.75f64).exp();
     near(run.last("p"), exact, 1e-5);
@@ -302,7 +302,7 @@ fn original_cam_clay_reaches_its_undrained_strength() {
 #[test]
 fn original_cam_clay_returns_to_its_tip() {
     let law = OriginalCamClaySpec(clay(100.0)).law().unwrap();
-    let old = Pointwise::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let old = PointLaw::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
     let returned = |shear: f64| {
         let strain = SymTensor([-0.002, -0.002, -0.002, shear, 0.0, 0.0]);
         SmallStrain::update(&law, &strain, &still(), &old).unwrap()
@@ -357,7 +357,7 @@ fn sand_in_extension_has_the_strength_of_its_angle() {
 
 /// Shear at constant volume without spin.
 fn sheared(void_ratio: f64, shear: f64) -> ElementPath {
-    let path = Path::Strain { increment: [0.0, 0.0, 0.0, 0.5 * shear, 0.0, 0.0] };
+    let path = LoadingPath::Strain { increment: [0.0, 0.0, 0.0, 0.5 * shear, 0.0, 0.0] };
     test(sand(void_ratio), 100.0, &[(path, 4000)])
 }
 
@@ -404,7 +404,7 @@ fn sand_sheared_far_approaches_its_critical_state() {
 #[test]
 fn sand_sheared_with_drainage_ends_at_one_strength() {
     for (e, exact) in [(0.77, 218.14), (0.81, 217.53), (0.91, 215.85)] {
-        let run = test(sand(e), 100.0, &[(Path::TriaxialDrained { axial_compression: 0.6 }, 4000)]);
+        let run = test(sand(e), 100.0, &[(LoadingPath::TriaxialDrained { axial_compression: 0.6 }, 4000)]);
         digits(run.last("q") / 1e3, exact, 1e-2);
         if e == 0.77 {
             // The peak grows by 0.1 kPa from 1000 steps to 16 000, hence the sheet's 1 %.
@@ -419,7 +419,7 @@ fn sand_sheared_with_drainage_ends_at_one_strength() {
 #[test]
 fn stretched_sand_liquefies_and_recovers_when_compressed() {
     let law = SimsandSpec::bui_nguyen(0.81).law().unwrap();
-    let old = Pointwise::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let old = PointLaw::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
     let step = |strain: f64, old: &Point<_>| {
         SmallStrain::update(&law, &SymTensor::isotropic(strain), &still(), old).unwrap()
     };
@@ -436,7 +436,7 @@ fn stretched_sand_liquefies_and_recovers_when_compressed() {
 #[test]
 fn bad_parameters_are_named() {
     type Change<T> = fn(&mut T);
-    let field = |error: MaterialError| match error.about_parameter() {
+    let field = |error: MaterialError| match error.parameter_problem() {
         Some((field, _)) => field.to_owned(),
         None => panic!("{error}"),
     };
@@ -541,8 +541,8 @@ fn inadmissible_initial_stresses_are_refused() {
 #[test]
 fn large_strain_increments_are_refused() {
     let law = Corotational(clay(200.0).law().unwrap());
-    let old = Pointwise::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
-    let motion = Motion { gradient: SymTensor::isotropic(-0.7).to_matrix(), ..still() };
+    let old = PointLaw::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let motion = Motion { velocity_gradient_dt: SymTensor::isotropic(-0.7).to_matrix(), ..still() };
     let refused = StressUpdate::update(&law, &motion, &old);
     assert!(matches!(refused, Err(MaterialError::Motion { .. })));
 }
@@ -552,8 +552,11 @@ fn an_initial_stress_outside_is_moved_to_the_surface_on_wish() {
     let outside = SymTensor([-100e3, -100e3, -400e3, 30e3, 0.0, 0.0]);
     let too_far = SymTensor::isotropic(-500e3);
     for spec in [
-        MaterialSpec::CamClay(CamClaySpec { project: true, ..clay(200.0) }),
-        MaterialSpec::OriginalCamClay(OriginalCamClaySpec(CamClaySpec { project: true, ..clay(200.0) })),
+        MaterialSpec::CamClay(CamClaySpec { return_initial_stress_to_yield: true, ..clay(200.0) }),
+        MaterialSpec::OriginalCamClay(OriginalCamClaySpec(CamClaySpec {
+            return_initial_stress_to_yield: true,
+            ..clay(200.0)
+        })),
     ] {
         let law = spec.build().unwrap();
         let (stresses, states) = law.initial(&[start(outside), start(too_far)]).unwrap();

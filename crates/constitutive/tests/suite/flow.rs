@@ -5,7 +5,7 @@ use crate::common::{assert_field, digits};
 use colluvium_constitutive::laws::bingham::{Capped, YieldStress};
 use colluvium_constitutive::laws::flow::{EffectiveViscosity, FlowCurve, Viscoplastic};
 use colluvium_constitutive::laws::granular_flow::{
-    BagnoldRegime, Regime, bagnold_number, inertial_number, krieger_dougherty, linear_concentration,
+    BagnoldRegime, FlowRegime, bagnold_number, inertial_number, krieger_dougherty, linear_concentration,
     savage_number, solid_fraction,
 };
 use colluvium_constitutive::laws::mu_i::RegularisedMuI;
@@ -14,7 +14,7 @@ use colluvium_constitutive::laws::{
     NewtonianFluidSpec, ShearNorm, YieldForm,
 };
 use colluvium_constitutive::{
-    Corotational, InitialCondition, Law, Mat3, MaterialError, MaterialSpec, Motion, Point, Pointwise,
+    Corotational, InitialCondition, Law, Mat3, MaterialError, MaterialSpec, Motion, Point, PointLaw,
     SmallStrain, StressUpdate, SymTensor,
 };
 
@@ -156,7 +156,7 @@ fn sand_relaxes_to_the_friction_of_its_plastic_rate() {
     ];
     let law = sand().viscoplastic().unwrap();
     for (dt, trial, shear, rate) in table {
-        digits(law.rheology.relaxed(trial, 1000.0, 1e6 * dt), shear, 10);
+        digits(law.rheology.return_shear_stress(trial, 1000.0, 1e6 * dt), shear, 10);
         let new = returned(&law, trial, 1000.0, dt);
         digits(new.stress[3], shear, 10);
         digits(new.state.shear_rate, rate, 10);
@@ -343,7 +343,10 @@ fn numbers_and_regimes_of_granular_flow() {
     assert_eq!(BagnoldRegime::of(100.0), BagnoldRegime::Transitional);
     let number = inertial_number(10.0, 0.53e-3, 1000.0, 2450.0);
     assert!((savage_number(10.0, 0.53e-3, 1000.0, 2450.0).sqrt() / number - 1.0).abs() < 1e-14);
-    assert_eq!([5e-4, 5e-3, 0.5].map(Regime::of), [Regime::QuasiStatic, Regime::Dense, Regime::Collisional]);
+    assert_eq!(
+        [5e-4, 5e-3, 0.5].map(FlowRegime::of),
+        [FlowRegime::QuasiStatic, FlowRegime::Dense, FlowRegime::Collisional]
+    );
     assert_eq!(krieger_dougherty(0.0, 0.64, 1.0, 1.6), 1.0);
     assert!((krieger_dougherty(0.32, 0.64, 2.0, 2.0) - 8.0).abs() < 1e-12);
     assert_eq!(krieger_dougherty(0.7, 0.64, 1.0, 1.6), f64::INFINITY);

@@ -1,9 +1,9 @@
 //! Split, flow rule, consistency and stiffness of plasticity, held against the cone (sheet: constitutive §2.3, §2.4).
 
-use crate::common::{close, near};
-use colluvium_constitutive::driver::{ElementPath, ElementTest, Path, TestStage};
+use crate::common::{assert_close, assert_near};
+use colluvium_constitutive::driver::{ElementPath, ElementTest, LoadingPath, TestStage};
 use colluvium_constitutive::laws::{
-    DruckerPrager, DruckerPragerSpec, Elasticity, Integration, Matching, PlasticStrain, Softening,
+    DruckerPrager, DruckerPragerSpec, Elasticity, Matching, PlasticIntegration, PlasticStrain, Softening,
     StrainMeasure, drucker_prager::Cone,
 };
 use colluvium_constitutive::{Mat3, MaterialSpec, Motion, Point, SmallStrain, SymTensor};
@@ -20,9 +20,9 @@ fn spec(matching: Matching) -> DruckerPragerSpec {
         matching,
         softening: None,
         dilatancy_decay: 0.0,
-        integration: Integration::ClosestPoint,
+        integration: PlasticIntegration::ClosestPoint,
         strain_measure: StrainMeasure::Rate,
-        project: false,
+        return_initial_stress_to_yield: false,
     }
 }
 
@@ -109,7 +109,7 @@ fn strain_splits_and_flows_along_the_potential_where_the_surface_is_reached() {
 fn on_the_surface() -> (DruckerPrager, SymTensor) {
     let law = DruckerPragerSpec {
         softening: Some(SOFTENING),
-        integration: Integration::Explicit,
+        integration: PlasticIntegration::Explicit,
         ..spec(Matching::Compression)
     }
     .law()
@@ -130,7 +130,7 @@ fn the_forward_step_takes_the_continuum_stiffness_and_is_consistent() {
     let (law, stress) = on_the_surface();
     let elastic = elasticity();
     let cone = law.cone_at(KAPPA);
-    near(excess(&cone, &stress), 0.0, 1e-10);
+    assert_near(excess(&cone, &stress), 0.0, 1e-10);
     let step = 1e-5;
     let hardening = (excess(&law.cone_at(KAPPA + step), &stress)
         - excess(&law.cone_at(KAPPA - step), &stress))
@@ -143,8 +143,8 @@ fn the_forward_step_takes_the_continuum_stiffness_and_is_consistent() {
     let strain = SymTensor([1e-4, -3e-4, 5e-5, 8e-5, -2e-5, 4e-5]);
     let drift = |share: f64| {
         let strain = strain * share;
-        let (new, multiplier) = law.forward(&stress, &strain, KAPPA);
-        close(multiplier, pull.dot(&strain) / below, 1e-7);
+        let (new, multiplier) = law.explicit_step(&stress, &strain, KAPPA);
+        assert_close(multiplier, pull.dot(&strain) / below, 1e-7);
         let exact = stress + elastic.stress(&strain) - flow * (pull.dot(&strain) / below);
         assert!((new - exact).norm() < 1e-7 * (exact - stress).norm(), "{new:?} for {exact:?}");
         excess(&law.cone_at(KAPPA + multiplier / 3f64.sqrt()), &new)
@@ -168,13 +168,16 @@ fn softening_to_a_share_is_softening_to_a_residual_cohesion() {
     .unwrap();
     for kappa in [0.0, 0.01, 0.2, 1.5] {
         let exact = start - start * share * (1.0 - f64::exp(-rate * kappa));
-        close(law.cone_at(kappa).strength, exact, 1e-13);
+        assert_close(law.cone_at(kappa).strength, exact, 1e-13);
     }
 }
 
 fn triaxial(material: DruckerPragerSpec, steps: usize) -> ElementPath {
-    let stages =
-        vec![TestStage { path: Path::TriaxialDrained { axial_compression: 0.15 }, steps, duration: 1.0 }];
+    let stages = vec![TestStage {
+        path: LoadingPath::TriaxialDrained { axial_compression: 0.15 },
+        steps,
+        duration: 1.0,
+    }];
     let test = ElementTest {
         title: String::new(),
         material: MaterialSpec::DruckerPrager(material),
@@ -194,7 +197,7 @@ fn dilation_decays_with_the_deviatoric_plastic_strain() {
     for kappa in [0.0, 0.01, 0.1] {
         let cone =
             Cone::new(Matching::Compression, 30f64.to_radians(), 10.0, angle * f64::exp(-decay * kappa));
-        close(law.cone_at(kappa).dilatancy, cone.dilatancy, 1e-13);
+        assert_close(law.cone_at(kappa).dilatancy, cone.dilatancy, 1e-13);
     }
     let path = triaxial(material, 3000);
     let kappa = path.column("plastic_strain").unwrap();

@@ -1,14 +1,14 @@
 //! Hypoplasticity and its viscous part: reference values of `sheet: constitutive §2.12, V-16, V-17`, and
 //! bad input of §7 (kPa in the comments, Pa in the code).
 
-use crate::common::near;
-use colluvium_constitutive::driver::{ElementPath, ElementTest, Path, TestStage};
+use crate::common::assert_near;
+use colluvium_constitutive::driver::{ElementPath, ElementTest, LoadingPath, TestStage};
 use colluvium_constitutive::laws::hypoplastic::{
-    Calibration, Constants, CriticalState, HypoplasticParameters, HypoplasticSpec,
+    Calibration, CriticalState, HypoplasticConstants, HypoplasticParameters, HypoplasticSpec,
 };
 use colluvium_constitutive::laws::{AccelerationViscosity, ViscousMode};
 use colluvium_constitutive::{
-    InitialCondition, Mat3, MaterialError, MaterialSpec, Model, Motion, Point, Pointwise, StressUpdate,
+    InitialCondition, Mat3, MaterialError, MaterialSpec, Model, Motion, Point, PointLaw, StressUpdate,
     SymTensor,
 };
 
@@ -28,8 +28,8 @@ fn calibration(friction_angle: f64, youngs_modulus: f64) -> Calibration {
     Calibration { youngs_modulus, pressure: 100e3, poissons_ratio: 0.0, friction_angle, dilatancy_angle: 0.0 }
 }
 
-fn constants(friction_angle: f64, youngs_modulus: f64) -> Constants {
-    Constants::calibrate(&calibration(friction_angle, youngs_modulus)).unwrap()
+fn constants(friction_angle: f64, youngs_modulus: f64) -> HypoplasticConstants {
+    HypoplasticConstants::calibrate(&calibration(friction_angle, youngs_modulus)).unwrap()
 }
 
 fn spec() -> HypoplasticSpec {
@@ -43,7 +43,7 @@ fn spec() -> HypoplasticSpec {
     }
 }
 
-fn run(spec: HypoplasticSpec, path: Path, steps: usize, duration: f64) -> ElementPath {
+fn run(spec: HypoplasticSpec, path: LoadingPath, steps: usize, duration: f64) -> ElementPath {
     let test = ElementTest {
         title: String::new(),
         material: MaterialSpec::Hypoplastic(spec),
@@ -59,9 +59,9 @@ fn calibrations_have_the_constants_of_the_sheet() {
         (30.0, 20e6, [-66.666_666_7, -615.481_247_3, -615.481_247_3, 654.341_392_4]),
         (33.0, 30e6, [-100.0, -819.194_246_3, -819.194_246_3, 638.811_112_2]),
     ] {
-        let Constants { c1, c2, c3, c4 } = constants(friction, modulus);
+        let HypoplasticConstants { c1, c2, c3, c4 } = constants(friction, modulus);
         for (found, exact) in [c1, c2, c3, c4].into_iter().zip(exact) {
-            near(found, exact, 1e-7);
+            assert_near(found, exact, 1e-7);
         }
     }
 }
@@ -69,35 +69,38 @@ fn calibrations_have_the_constants_of_the_sheet() {
 #[test]
 fn a_calibration_meets_its_four_conditions() {
     let of = Calibration { poissons_ratio: 0.2, dilatancy_angle: 5.0, ..calibration(32.0, 15e6) };
-    let set = Constants::calibrate(&of).unwrap();
+    let set = HypoplasticConstants::calibrate(&of).unwrap();
     let isotropic = SymTensor::isotropic(-100e3);
     let rate = set.rate(&isotropic, &SymTensor::diagonal(-1.0, 0.2, 0.2), 1.0);
-    near(rate[0], -15e6, 1e-6);
-    near(rate[2], 0.0, 1e-6);
+    assert_near(rate[0], -15e6, 1e-6);
+    assert_near(rate[2], 0.0, 1e-6);
     let sin = 32f64.to_radians().sin();
     let failure = SymTensor::diagonal((1.0 + sin) / (sin - 1.0), -1.0, -1.0) * 100e3;
     let nu = 0.5 * (1.0 + 5f64.to_radians().tan());
-    near(set.rate(&failure, &SymTensor::diagonal(-1.0, nu, nu), 1.0).norm(), 0.0, 1e-6);
-    near(set.failure_flow(&failure, 1.0).norm(), 1.0, 1e-12);
+    assert_near(set.rate(&failure, &SymTensor::diagonal(-1.0, nu, nu), 1.0).norm(), 0.0, 1e-6);
+    assert_near(set.failure_flow(&failure, 1.0).norm(), 1.0, 1e-12);
 }
 
 #[test]
 fn the_printed_table_is_a_degenerate_calibration() {
     // E_i = 500 kPa at 100 kPa, φ = 15°, ψ = 0: the exact constants behind Table 1.
-    let exact = Constants { c1: -1.666_666_7, c2: -283.437_391, c3: -283.437_391, c4: 2_419.349_97 };
+    let exact =
+        HypoplasticConstants { c1: -1.666_666_7, c2: -283.437_391, c3: -283.437_391, c4: 2_419.349_97 };
     let states = exact.stationary_states();
     assert_eq!(states.len(), 3, "{states:?}");
     for (state, (ratio, angle)) in states.iter().zip([(1.065, -43.0), (1.698, 0.0), (2.216, 63.0)]) {
-        near(state.stress_ratio, ratio, 6e-4);
-        near(state.dilatancy_angle.to_degrees(), angle, 0.5);
+        assert_near(state.stress_ratio, ratio, 6e-4);
+        assert_near(state.dilatancy_angle.to_degrees(), angle, 0.5);
     }
-    let refused = Constants::calibrate(&calibration(15.0, 500e3));
+    let refused = HypoplasticConstants::calibrate(&calibration(15.0, 500e3));
     let Err(MaterialError::Parameter { field, rule, .. }) = refused else { panic!("{refused:?}") };
     assert_eq!(field, "parameters.calibration.friction_angle");
     assert!(rule.contains("1.0645"), "{rule}");
     // Given directly the printed set is there for a reader, with a word of warning.
-    let printed =
-        HypoplasticSpec { parameters: HypoplasticParameters::Constants(Constants::TABLE_1), ..spec() };
+    let printed = HypoplasticSpec {
+        parameters: HypoplasticParameters::Constants(HypoplasticConstants::TABLE_1),
+        ..spec()
+    };
     printed.law().unwrap();
     assert!(printed.warnings()[0].starts_with("parameters.constants:"), "{:?}", printed.warnings());
     // From 18° on the wanted state is the only one.
@@ -108,7 +111,7 @@ fn the_printed_table_is_a_degenerate_calibration() {
     assert!(spec().warnings().is_empty());
     // Steeper sets have another one far above failure, out of reach.
     let steep = constants(40.0, 20e6).stationary_states();
-    near(steep[0].stress_ratio, 4.598_909_932, 1e-8);
+    assert_near(steep[0].stress_ratio, 4.598_909_932, 1e-8);
     assert!(steep[1..].iter().all(|state| state.stress_ratio > 10.0), "{steep:?}");
 }
 
@@ -117,22 +120,22 @@ fn a_single_evaluation() {
     let stress = SymTensor([-100e3, -80e3, -60e3, 15e3, 0.0, 0.0]);
     let l = Mat3([[-1e-3, 2e-3, 0.0], [0.5e-3, 0.5e-3, 0.0], [0.0; 3]]);
     let d = l.sym();
-    near(d.norm(), 0.002_091_650_066, 1e-12);
+    assert_near(d.norm(), 0.002_091_650_066, 1e-12);
     let rate = constants(30.0, 20e6).rate(&stress, &d, 0.9);
     let exact = [5.150_940_15, 18.825_191_32, 0.324_178_56, 12.255_688_38];
     for (k, exact) in exact.into_iter().enumerate() {
-        near(rate[k] * 1e-3, exact, 1e-8);
+        assert_near(rate[k] * 1e-3, exact, 1e-8);
     }
     let spin = l.skew();
     let turned = rate.to_matrix() + spin * stress.to_matrix() - stress.to_matrix() * spin;
-    near(turned.0[0][0] * 1e-3, 5.173_440_15, 1e-8);
-    near(turned.0[1][1] * 1e-3, 18.802_691_32, 1e-8);
-    near(turned.0[0][1] * 1e-3, 12.270_688_38, 1e-8);
+    assert_near(turned.0[0][0] * 1e-3, 5.173_440_15, 1e-8);
+    assert_near(turned.0[1][1] * 1e-3, 18.802_691_32, 1e-8);
+    assert_near(turned.0[0][1] * 1e-3, 12.270_688_38, 1e-8);
 }
 
 /// Stress ratio and void ratio at the end of a drained triaxial test.
 fn triaxial(spec: &HypoplasticSpec, axial_compression: f64, steps: usize) -> (f64, f64, ElementPath) {
-    let path = run(spec.clone(), Path::TriaxialDrained { axial_compression }, steps, 1.0);
+    let path = run(spec.clone(), LoadingPath::TriaxialDrained { axial_compression }, steps, 1.0);
     let ratio = path.last("stress_zz") / path.last("stress_xx");
     (ratio, path.last("void_ratio"), path)
 }
@@ -149,12 +152,12 @@ fn drained_triaxial_compression_goes_to_the_critical_stress_ratio() {
         (0.1, 3.0),
     ] {
         let (ratio, ..) = triaxial(&spec(), strain, 200);
-        near(ratio, exact, 5e-4 * exact);
+        assert_near(ratio, exact, 5e-4 * exact);
     }
     let (_, void_ratio, path) = triaxial(&spec(), 0.1, 400);
-    near(void_ratio, 0.687_857, 5e-4 * 0.687_857);
+    assert_near(void_ratio, 0.687_857, 5e-4 * 0.687_857);
     let lateral = path.column("strain_xx").unwrap();
-    near((lateral[400] - lateral[380]) / (0.1 * 20.0 / 400.0), 0.5, 5e-4);
+    assert_near((lateral[400] - lateral[380]) / (0.1 * 20.0 / 400.0), 0.5, 5e-4);
 }
 
 #[test]
@@ -162,18 +165,18 @@ fn dense_soil_peaks_and_softens_to_the_critical_state() {
     // sheet: constitutive V-16, e₀ = 0.70 and 0.90: peak, its strain, and the ends at a strain of 0.4; 5·10⁻⁴.
     let dense = HypoplasticSpec { critical_state: Some(CRITICAL), ..spec() };
     let (ratio, void_ratio, path) = triaxial(&dense, 0.4, 2000);
-    near(ratio, 3.2390, 5e-4 * 3.2390);
-    near(void_ratio, 0.805_491, 5e-4 * 0.805_491);
+    assert_near(ratio, 3.2390, 5e-4 * 3.2390);
+    assert_near(void_ratio, 0.805_491, 5e-4 * 0.805_491);
     let ratios = path.column("stress_zz").unwrap().into_iter().zip(path.column("stress_xx").unwrap());
     let ratios: Vec<f64> = ratios.map(|(axial, lateral)| axial / lateral).collect();
     let peak = (0..ratios.len()).max_by(|&a, &b| ratios[a].total_cmp(&ratios[b])).unwrap();
-    near(ratios[peak], 3.617_78, 5e-4 * 3.617_78);
-    near(0.4 / 2000.0 * peak as f64, 0.0403, 4e-4);
+    assert_near(ratios[peak], 3.617_78, 5e-4 * 3.617_78);
+    assert_near(0.4 / 2000.0 * peak as f64, 0.0403, 4e-4);
     let loose = HypoplasticSpec { void_ratio: 0.9, ..dense };
     let (_, void_ratio, path) = triaxial(&loose, 0.4, 2000);
-    near(void_ratio, 0.888_273, 5e-4 * 0.888_273);
+    assert_near(void_ratio, 0.888_273, 5e-4 * 0.888_273);
     let ratios = path.column("stress_zz").unwrap().into_iter().zip(path.column("stress_xx").unwrap());
-    near(ratios.map(|(a, l)| a / l).fold(0.0, f64::max), 3.0059, 5e-4 * 3.0059);
+    assert_near(ratios.map(|(a, l)| a / l).fold(0.0, f64::max), 3.0059, 5e-4 * 3.0059);
 }
 
 #[test]
@@ -210,10 +213,10 @@ fn expansion_ends_at_the_floor_and_recompression_starts_there() {
 #[test]
 fn the_integral_of_the_viscous_rate() {
     for (x, exact) in [(1.0, -5.658_739_302e-4), (50.0, -0.044_409_196_67), (500.0, -3.189_477_682)] {
-        near(VISCOSITY.phi(x), exact, 1e-9 * f64::abs(exact));
+        assert_near(VISCOSITY.phi(x), exact, 1e-9 * f64::abs(exact));
     }
     let linear = AccelerationViscosity { m2: 0.0, ..VISCOSITY };
-    near(linear.phi(3.0), -8e-4 * 0.5f64.sqrt() * 3.0, 1e-15);
+    assert_near(linear.phi(3.0), -8e-4 * 0.5f64.sqrt() * 3.0, 1e-15);
 }
 
 #[test]
@@ -252,9 +255,9 @@ fn viscous_stress_of_a_ramp_of_the_shear_rate() {
             viscous += VISCOSITY.increment(&total(&half), &from, &to, 1.0);
             rate += step;
         }
-        near(viscous[3], shear, 1e-2 * shear);
-        near(viscous[1], normal, 1e-2 * f64::abs(normal));
-        near(total(&viscous)[3], ratio, 1e-2 * ratio);
+        assert_near(viscous[3], shear, 1e-2 * shear);
+        assert_near(viscous[1], normal, 1e-2 * f64::abs(normal));
+        assert_near(total(&viscous)[3], ratio, 1e-2 * ratio);
     }
 }
 
@@ -264,7 +267,7 @@ fn fast_shear_raises_friction_and_void_ratio_and_unloads_the_skeleton() {
     let at = |rate: f64, mode| {
         let viscous = AccelerationViscosity { mode, ..VISCOSITY };
         let material = HypoplasticSpec { critical_state: Some(CRITICAL), viscous: Some(viscous), ..spec() };
-        let path = Path::SimpleShearConstantNormalStress { shear: 1.0 };
+        let path = LoadingPath::SimpleShearConstantNormalStress { shear: 1.0 };
         let stage = |rate: f64| TestStage { path: path.clone(), steps: 500, duration: 1.0 / rate };
         let test = ElementTest {
             title: String::new(),
@@ -289,7 +292,8 @@ fn with_the_material_rate_the_viscous_stress_of_steady_shear_stays() {
     use colluvium_constitutive::Corotational;
     let viscous = AccelerationViscosity { mode: ViscousMode::RateMaterial, ..VISCOSITY };
     let law =
-        colluvium_constitutive::laws::Viscous::new(Corotational(spec().law().unwrap()), viscous).unwrap();
+        colluvium_constitutive::laws::AccelerationViscous::new(Corotational(spec().law().unwrap()), viscous)
+            .unwrap();
     let start = InitialCondition { stress: SymTensor::isotropic(-100e3), density: 1700.0 };
     let l = Mat3([[0.0, 40.0, 0.0], [0.0; 3], [0.0; 3]]);
     let motion = Motion::from_velocity_gradient(&l, 1e-4, 1700.0, 1.0).unwrap();
@@ -305,8 +309,11 @@ fn with_the_material_rate_the_viscous_stress_of_steady_shear_stays() {
 #[test]
 fn viscous_stress_ends_with_the_motion_and_turns_with_the_observer() {
     use colluvium_constitutive::Corotational;
-    let law =
-        colluvium_constitutive::laws::Viscous::new(Corotational(spec().law().unwrap()), VISCOSITY).unwrap();
+    let law = colluvium_constitutive::laws::AccelerationViscous::new(
+        Corotational(spec().law().unwrap()),
+        VISCOSITY,
+    )
+    .unwrap();
     let start = InitialCondition { stress: SymTensor::isotropic(-100e3), density: 1700.0 };
     let l = Mat3([[-3.0, 20.0, 0.0], [5.0, 4.0, 1.0], [0.0, 2.0, -2.0]]);
     let motion = Motion::from_velocity_gradient(&l, 1e-3, 1700.0, 1.0).unwrap();
@@ -326,7 +333,7 @@ fn bad_input_is_refused_by_name() {
         Ok(_) => panic!("accepted {spec:?}"),
     };
     let direct = |c1: f64, c4: f64| {
-        let set = Constants { c1, c4, ..Constants::TABLE_1 };
+        let set = HypoplasticConstants { c1, c4, ..HypoplasticConstants::TABLE_1 };
         HypoplasticSpec { parameters: HypoplasticParameters::Constants(set), ..spec() }
     };
     assert_eq!(field(direct(0.0, 1.0)), "parameters.constants.c1");

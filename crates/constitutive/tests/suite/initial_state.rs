@@ -35,7 +35,7 @@ fn softening() -> Value {
 }
 
 fn sand(lode_dependence: bool) -> SimsandSpec {
-    SimsandSpec { lode_dependence, project: true, ..SimsandSpec::bui_nguyen(0.81) }
+    SimsandSpec { lode_dependence, return_initial_stress_to_yield: true, ..SimsandSpec::bui_nguyen(0.81) }
 }
 
 /// Every way to be told to project.
@@ -139,7 +139,7 @@ fn a_sand_keeps_its_pressure_and_the_direction_of_its_deviator() {
         assert!((found.q() - exact).abs() < 1e-9 * exact, "{} for {exact}", found.q());
         let law = build(&MaterialSpec::Simsand(spec.clone()));
         assert!(yield_value(&*law, found, &states).abs() < 1e-9 * pressure);
-        let refusing = MaterialSpec::Simsand(SimsandSpec { project: false, ..spec });
+        let refusing = MaterialSpec::Simsand(SimsandSpec { return_initial_stress_to_yield: false, ..spec });
         assert!(start(&*build(&refusing), stress).unwrap_err().contains("not below the strength"));
         assert!(start(&*law, SymTensor::isotropic(1e3)).unwrap_err().contains("compressive"));
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use colluvium_constitutive::{
-    InitialCondition, Material, MaterialError, MaterialFactory, MaterialSpec, SymTensor, offer_material,
+    InitialCondition, Material, MaterialError, MaterialFactory, MaterialSpec, SymTensor, register_material,
 };
 use serde_json::{Map, Value};
 
@@ -28,7 +28,7 @@ impl MaterialFactory for Doubled {
 
 #[test]
 fn a_law_from_outside_is_found_by_its_name_also_within_another() {
-    offer_material(&Doubled);
+    register_material(&Doubled);
     let read = |text: &str| serde_json::from_str::<MaterialSpec>(text).unwrap().build();
     let other = r#"{"model": "other", "law": "doubled", "density": 2000, "parameters": {"modulus": 5e6}}"#;
     let law = read(other).unwrap();

@@ -14,7 +14,7 @@ fn sand(friction_angle: f64) -> SandSpec {
         hardening: None,
         volume_correction: true,
         invariants: StressInvariants::Space,
-        project: false,
+        return_initial_stress_to_yield: false,
     }
 }
 

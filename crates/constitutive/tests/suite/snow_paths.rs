@@ -2,7 +2,7 @@
 //! sand and ice (sheet: snow-mpm §2.10, V20).
 
 use crate::cohesive_cam_clay::{slab, weak_layer};
-use colluvium_constitutive::laws::cohesive_cam_clay::Ellipse;
+use colluvium_constitutive::laws::cohesive_cam_clay::YieldEllipse;
 use colluvium_constitutive::laws::{
     CamClayHardening, CamClayIntegration, CohesiveCamClaySpec, DruckerPragerSpec, Elasticity, Matching,
     Softening, StrainMeasure,
@@ -140,11 +140,11 @@ fn a_weak_layer_fails_softens_and_packs_on_the_path_of_the_sheet() {
 #[test]
 fn without_cohesion_the_ellipse_is_that_of_modified_cam_clay() {
     for cohesion_ratio in [0.0, 0.3, 1.0] {
-        let ellipse = Ellipse { slope: 1.2, cohesion_ratio, strength: 3e3 };
+        let ellipse = YieldEllipse { slope: 1.2, cohesion_ratio, strength: 3e3 };
         // Whatever the cohesion, it cuts the critical state line at half of p0 (sheet: snow-mpm §2.6).
         assert!(ellipse.yield_value(1.5e3, 1.2 * 1.5e3).abs() < 1e-9);
     }
-    let ellipse = Ellipse { slope: 1.2, cohesion_ratio: 0.0, strength: 3e3 };
+    let ellipse = YieldEllipse { slope: 1.2, cohesion_ratio: 0.0, strength: 3e3 };
     for p in [0.0, 400.0, 1.5e3, 2.9e3, 3e3f64] {
         // q² = M² p (p0 - p).
         let q = 1.2 * (p * (3e3 - p)).sqrt();
@@ -166,7 +166,7 @@ fn cone(slope: f64, youngs_modulus: f64) -> DruckerPragerSpec {
         dilatancy_decay: 0.0,
         integration: Default::default(),
         strain_measure: StrainMeasure::Hencky,
-        project: false,
+        return_initial_stress_to_yield: false,
     }
 }
 

@@ -1,9 +1,9 @@
 //! Softening so steep that the strength falls nearly as fast as the stress unloads, or faster (sheet: constitutive §2.4,
 //! §2.5).
 
-use colluvium_constitutive::driver::{ElementPath, ElementTest, Path, TestStage};
+use colluvium_constitutive::driver::{ElementPath, ElementTest, LoadingPath, TestStage};
 use colluvium_constitutive::laws::{
-    DruckerPragerSpec, Elasticity, Integration, Matching, MohrCoulombSpec, PlasticStrain, Softening,
+    DruckerPragerSpec, Elasticity, Matching, MohrCoulombSpec, PlasticIntegration, PlasticStrain, Softening,
     StrainMeasure,
 };
 use colluvium_constitutive::{Mat3, MaterialSpec, Motion, Point, SmallStrain, SymTensor};
@@ -45,11 +45,11 @@ impl Clay {
             dilatancy_decay: 0.0,
             tensile_strength: None,
             strain_measure: StrainMeasure::Rate,
-            project: false,
+            return_initial_stress_to_yield: false,
         })
     }
 
-    fn drucker_prager(self, integration: Integration) -> DruckerPragerSpec {
+    fn drucker_prager(self, integration: PlasticIntegration) -> DruckerPragerSpec {
         DruckerPragerSpec {
             density: 2000.0,
             youngs_modulus: 1e6,
@@ -62,12 +62,12 @@ impl Clay {
             dilatancy_decay: 0.0,
             integration,
             strain_measure: StrainMeasure::Rate,
-            project: false,
+            return_initial_stress_to_yield: false,
         }
     }
 }
 
-fn run(material: MaterialSpec, path: Path, steps: usize) -> ElementPath {
+fn run(material: MaterialSpec, path: LoadingPath, steps: usize) -> ElementPath {
     let stages = vec![TestStage { path, steps, duration: 1.0 }];
     let test = ElementTest { title: String::new(), material, initial_stress: [0.0; 6], stages };
     test.run().unwrap_or_else(|error| panic!("{error}"))
@@ -75,7 +75,7 @@ fn run(material: MaterialSpec, path: Path, steps: usize) -> ElementPath {
 
 /// Stretch in x, as much compression in y, by `strain` in all.
 fn pure_shear(material: MaterialSpec, strain: f64, steps: usize) -> ElementPath {
-    run(material, Path::Strain { increment: [strain, -strain, 0.0, 0.0, 0.0, 0.0] }, steps)
+    run(material, LoadingPath::Strain { increment: [strain, -strain, 0.0, 0.0, 0.0, 0.0] }, steps)
 }
 
 #[test]
@@ -116,12 +116,12 @@ fn no_integration_of_drucker_prager_makes_a_softening_soil_stronger() {
     let peak = 2.0 * 25e3;
     let shear = |rate: f64, integration| {
         let law = Clay::steep(rate).drucker_prager(integration);
-        run(MaterialSpec::DruckerPrager(law), Path::SimpleShearConstantVolume { shear: 0.3 }, 300)
+        run(MaterialSpec::DruckerPrager(law), LoadingPath::SimpleShearConstantVolume { shear: 0.3 }, 300)
     };
     // From where softening is next to nothing to where strength falls three times as fast as the stress unloads.
     for rate in [0.1, 5.0, 11.0, 14.0, 20.0, 23.5, 24.5, 30.0, 72.0] {
-        let returned = shear(rate, Integration::ClosestPoint);
-        for integration in [Integration::SemiImplicit, Integration::Explicit] {
+        let returned = shear(rate, PlasticIntegration::ClosestPoint);
+        for integration in [PlasticIntegration::SemiImplicit, PlasticIntegration::Explicit] {
             let path = shear(rate, integration);
             let said = format!("{integration:?}, {rate}");
             let column = |name: &str| path.column(name).unwrap();
@@ -144,7 +144,9 @@ fn no_step_of_drucker_prager_gains_work() {
     // the pressure by more than is left of the shear stress.
     let still = Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2000.0, 1.0).unwrap();
     for rate in [100.0, 200.0, 400.0, 600.0, 800.0, 1000.0, 3000.0] {
-        for integration in [Integration::ClosestPoint, Integration::SemiImplicit, Integration::Explicit] {
+        for integration in
+            [PlasticIntegration::ClosestPoint, PlasticIntegration::SemiImplicit, PlasticIntegration::Explicit]
+        {
             let clay = Clay { peak: 10e3, residual: 0.0, rate };
             let law = DruckerPragerSpec {
                 youngs_modulus: 20e6,

@@ -1,17 +1,17 @@
 //! Weak layers of snow: cohesive Cam Clay that softens, collapses and packs (sheet: constitutive §2.15, V-14).
 
 use crate::cohesive_cam_clay::{compressed, fresh, returned, weak_layer};
-use crate::common::near;
+use crate::common::assert_near;
 use colluvium_constitutive::laws::{CamClayHardening, CohesiveCamClaySpec};
 use colluvium_constitutive::{
-    Hencky, InitialCondition, Mat3, Model, Motion, Pointwise, PrincipalReturn, StressUpdate, SymTensor,
+    Hencky, InitialCondition, Mat3, Model, Motion, PointLaw, PrincipalReturn, StressUpdate, SymTensor,
 };
 
 #[test]
 fn a_weak_layer_softens_collapses_and_packs() {
     let law = Hencky(weak_layer().law().unwrap());
     let bulk = law.0.elasticity().bulk_modulus;
-    near(bulk, 833_333.3, 0.05);
+    assert_near(bulk, 833_333.3, 0.05);
     let path = compressed(&law, 0.02, 2000);
     let at = |strain: f64| {
         let below = path.partition_point(|(e, ..)| *e < strain - 1e-12);
@@ -20,17 +20,17 @@ fn a_weak_layer_softens_collapses_and_packs() {
         if below == 0 { *p } else { p0 + (p - p0) * (strain - e0) / (e - e0) }
     };
     // The sheet's tolerance, 10⁻³ with 2000 steps.
-    near(at(0.0024), 2000.0, 2.0);
-    near(at(0.0030), 1500.0, 1.5);
-    near(at(0.004_799_995_4), 0.0, 2.0);
-    near(at(0.006_299_995_4), 416.667, 0.417);
-    near(at(0.0198), 4_166.684, 4.17);
+    assert_near(at(0.0024), 2000.0, 2.0);
+    assert_near(at(0.0030), 1500.0, 1.5);
+    assert_near(at(0.004_799_995_4), 0.0, 2.0);
+    assert_near(at(0.006_299_995_4), 416.667, 0.417);
+    assert_near(at(0.0198), 4_166.684, 4.17);
     // β goes at the switch, and only there.
     let switch = path.iter().position(|(.., point)| point.state.inner.collapsed).unwrap();
     let (before, after) = (&path[switch - 1].2, &path[switch].2);
     assert_eq!(law.0.ellipse(&before.state.inner).cohesion_ratio, 0.1);
     assert_eq!(law.0.ellipse(&after.state.inner).cohesion_ratio, 0.0);
-    near(path[switch].0, 0.004_799_995_4, 0.02 / 2000.0);
+    assert_near(path[switch].0, 0.004_799_995_4, 0.02 / 2000.0);
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn a_weak_layer_follows_its_closed_form_whatever_the_step() {
             let total = start / softening_factor + y + p / bulk;
             for steps in [1, 7, 500] {
                 let (_, found, point) = compressed(&law, total, steps).pop().unwrap();
-                near(found, p, 1e-9 * p);
+                assert_near(found, p, 1e-9 * p);
                 assert!(point.state.inner.collapsed);
             }
         }
@@ -65,7 +65,7 @@ fn a_layer_torn_apart_collapses_too() {
     assert_eq!(stress, SymTensor::ZERO);
     assert!(state.collapsed);
     // What is left after the collapse opens a gap.
-    near(state.hardening_strain, 7e-3 - 0.004_799_995_4, 1e-10);
+    assert_near(state.hardening_strain, 7e-3 - 0.004_799_995_4, 1e-10);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use colluvium_constitutive::laws::{
     SaturationSoftenedSpec, Softening, StrainMeasure, StrengthReducedSpec, StrengthReduction, UndrainedSpec,
 };
 use colluvium_constitutive::{
-    InitialCondition, Mat3, Material, MaterialSpec, Motion, Pore, States, SymTensor,
+    InitialCondition, Mat3, Material, MaterialSpec, Motion, PoreFluidState, States, SymTensor,
 };
 
 use crate::common;
@@ -36,7 +36,7 @@ fn start(law: &dyn Material, stress: SymTensor) -> (SymTensor, States) {
 fn step(law: &dyn Material, point: &mut (SymTensor, States), strain: SymTensor, saturation: f64) {
     let a = strain.to_matrix();
     let mut motion = Motion::from_velocity_gradient(&a, 1.0, 2000.0, 0.1).unwrap();
-    motion.pore = Pore { pressure: 0.0, saturation };
+    motion.pore = PoreFluidState { pressure: 0.0, saturation };
     let mut stress = [point.0];
     law.update(&[motion], &mut stress, &mut point.1.blocks_mut()[0]).unwrap();
     point.0 = stress[0];

@@ -3,7 +3,7 @@
 use super::{Adhesion, BondSpec, DemOptions, Friction, NormalLaw, PairSpec, RollingSpec, TangentialSpec};
 
 /// A rule that does not hold: path from the options, problem.
-pub type Broken = (String, String);
+pub type BrokenRule = (String, String);
 
 fn positive(value: f64) -> bool {
     value.is_finite() && value > 0.0
@@ -14,11 +14,11 @@ fn not_negative(value: f64) -> bool {
 }
 
 /// Collects the first rule that does not hold.
-struct Rules {
-    first: Option<Broken>,
+struct RuleChecker {
+    first: Option<BrokenRule>,
 }
 
-impl Rules {
+impl RuleChecker {
     fn rule(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
         if !holds && self.first.is_none() {
             self.first = Some((path.into(), problem.into()));
@@ -285,8 +285,8 @@ impl DemOptions {
     ///
     /// # Errors
     /// The first rule that does not hold.
-    pub fn validate(&self, dimension: usize) -> Result<(), Broken> {
-        let mut rules = Rules { first: None };
+    pub fn validate(&self, dimension: usize) -> Result<(), BrokenRule> {
+        let mut rules = RuleChecker { first: None };
         self.grain_rules(&mut rules, dimension);
         for (number, pair) in self.pairs.iter().enumerate() {
             rules.pair(&format!("pairs[{number}]"), pair);
@@ -323,7 +323,7 @@ impl DemOptions {
     }
 
     /// Kinds of grains and the bodies that they fill.
-    fn grain_rules(&self, rules: &mut Rules, dimension: usize) {
+    fn grain_rules(&self, rules: &mut RuleChecker, dimension: usize) {
         for (name, kind) in &self.grains {
             let path = format!("grains.{name}");
             rules.positive(format!("{path}.density"), kind.density, " (kg/m³)");
@@ -344,7 +344,7 @@ impl DemOptions {
             let fits = body.spin.is_empty() || body.spin.len() == count;
             let problem = format!("has {} entries, {count} needed", body.spin.len());
             rules.rule(fits, format!("{path}.spin"), problem);
-            if let Some(rain) = &body.rain {
+            if let Some(rain) = &body.pluviation {
                 let path = format!("{path}.rain");
                 rules.positive(format!("{path}.rate"), rain.rate, " (kg/s)");
                 rules.not_negative(format!("{path}.start"), rain.start, " (s)");

@@ -54,7 +54,7 @@ pub enum NormalLaw {
         damping_ratio: Option<f64>,
         /// Whether spring and dashpot together never pull. The damping ratio that follows from `restitution` is that of the
         /// law with the clamp or without it.
-        #[serde(default = "yes")]
+        #[serde(default = "default_true")]
         clamp: bool,
     },
     /// Elastic spheres after Hertz with friction after Mindlin; disks as spheres in a plane (sheet: dem §2.8).
@@ -77,7 +77,7 @@ pub enum NormalLaw {
         #[serde(default)]
         damping_ratio: Option<f64>,
         /// Whether elasticity and damping together never pull.
-        #[serde(default = "yes")]
+        #[serde(default = "default_true")]
         clamp: bool,
     },
 }
@@ -125,7 +125,7 @@ pub struct RollingSpec {
     /// Largest moment over effective radius times normal force: the tangent of the steepest slope on which a grain stays.
     pub friction: f64,
     /// Stiffness over tangential stiffness times square of the effective radius.
-    #[serde(default = "one")]
+    #[serde(default = "default_one")]
     pub stiffness_ratio: f64,
     /// Damping ratio; the dashpot is the tangential one of that ratio times the square of the effective radius.
     #[serde(default)]
@@ -175,10 +175,10 @@ pub struct BondSpec {
     /// Shear stiffness per area (Pa/m).
     pub shear_stiffness: f64,
     /// Radius over that of the smaller grain.
-    #[serde(default = "one")]
+    #[serde(default = "default_one")]
     pub radius_factor: f64,
     /// Share of the moments in the stresses that break it.
-    #[serde(default = "one")]
+    #[serde(default = "default_one")]
     pub moment_factor: f64,
     /// Tensile strength (Pa); does not break when absent.
     #[serde(default)]
@@ -193,7 +193,7 @@ pub struct BondSpec {
     #[serde(default)]
     pub scatter: f64,
     /// Largest gap over mean diameter of two grains that are bonded at the start.
-    #[serde(default = "gap")]
+    #[serde(default = "default_bond_gap")]
     pub gap: f64,
 }
 
@@ -217,13 +217,13 @@ pub struct PairOverride {
     pub rolling: Option<RollingSpec>,
 }
 
-fn yes() -> bool {
+fn default_true() -> bool {
     true
 }
-fn one() -> f64 {
+fn default_one() -> f64 {
     1.0
 }
 /// Sheet: dem, amendments.
-fn gap() -> f64 {
+fn default_bond_gap() -> f64 {
     0.01
 }

@@ -72,7 +72,7 @@ pub enum Fill {
     /// On a lattice, those that lie in the shape.
     Lattice {
         /// Which lattice.
-        packing: Packing,
+        packing: LatticePacking,
         /// Distance of next neighbours (m); the largest diameter when absent.
         #[serde(default)]
         pitch: Option<f64>,
@@ -115,7 +115,7 @@ pub enum Fill {
 /// Lattices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Packing {
+pub enum LatticePacking {
     /// Square; simple cubic in space.
     Square,
     /// Hexagonal, rows along x; in space hexagonal layers one above the other in the hollows, face-centred cubic.
@@ -137,14 +137,15 @@ pub struct BodyGrains {
     /// Angular velocity at the start (rad/s): one number in the plane, three in space.
     pub spin: Vec<f64>,
     /// Has its grains enter during the run, through its shape; it begins empty.
-    pub rain: Option<Rain>,
+    #[serde(rename = "rain")]
+    pub pluviation: Option<Pluviation>,
 }
 
 /// Grains that enter during a run: their sizes are those of their kind, their velocity is that of the body, their places are
 /// drawn at random in its shape, where there is room. Where there is none they wait, which the run tells.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Rain {
+pub struct Pluviation {
     /// Mass that enters in a second (kg/s; in the plane per metre of thickness), positive.
     pub rate: f64,
     /// When it begins (s), not negative.

@@ -10,11 +10,11 @@ use std::collections::BTreeMap;
 pub use contact::{
     Adhesion, BondSpec, Friction, NormalLaw, PairOverride, PairSpec, RollingSpec, SpringReset, TangentialSpec,
 };
-pub use grains::{BodyGrains, Diameters, Fill, GrainKind, Packing, Rain};
+pub use grains::{BodyGrains, Diameters, Fill, GrainKind, LatticePacking, Pluviation};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use stages::{
-    CellControl, CellEntry, CyclicStrain, CyclicStress, DampingForm, GrainStage, Membrane, Press, Shaking,
+    CellControl, CellEntry, CyclicStrain, CyclicStress, DampingForm, GrainStage, Membrane, Shaking, WallServo,
 };
 
 /// Options of the discrete element method.

@@ -35,7 +35,7 @@ pub struct GrainStage {
     pub cell: Option<CellControl>,
     /// Walls of the case, by name, that follow a stress in place of the velocity of their boundary: platens of a biaxial, triaxial
     /// or oedometer test.
-    pub walls: BTreeMap<String, Press>,
+    pub walls: BTreeMap<String, WallServo>,
 }
 
 /// A row of grains in the plane, or a sheet of them in space, on which a fluid presses, as on the membrane of a triaxial test: the pressure
@@ -84,7 +84,7 @@ impl Shaking {
 /// `sleeve` says it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Press {
+pub struct WallServo {
     /// Normal stress that the grains are to bear on it (Pa, tension-positive, so that -1e5 is a pressure; N/m in the plane).
     pub stress: f64,
     /// Largest speed (m/s), and that with which it comes where nothing touches it.
@@ -92,7 +92,7 @@ pub struct Press {
     /// Share of the missing force that it makes good in a step, 0 to 0.1; 0.05 when absent. The wall goes with the grains that
     /// touch it: one that moves has the whole stress, within 0.5 % in the mean over a strain of 1 % at inertial numbers up to 0.001, and the run
     /// warns where it is off by more than 2 %.
-    #[serde(default = "gain")]
+    #[serde(default = "default_gain")]
     pub gain: f64,
     /// Area that bears the stress (m²; m in the plane).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -104,7 +104,7 @@ pub struct Press {
 }
 
 /// Sheet: dem §3.7, half of the largest.
-fn gain() -> f64 {
+fn default_gain() -> f64 {
     0.05
 }
 
@@ -181,7 +181,7 @@ pub struct CyclicStress {
 
 impl CellEntry {
     /// What is wrong with it.
-    pub fn problem(&self) -> Option<String> {
+    pub fn validation_error(&self) -> Option<String> {
         let (numbers, period) = match *self {
             Self::Rate(value) | Self::Stress(value) => ([value, 0.0], None),
             Self::CyclicStrain(own) => ([own.amplitude, 0.0], Some(own.period)),

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use colluvium_points::columns::Raw;
+use colluvium_points::columns::FixedBytes;
 
-use super::{Push, Tally, Touch, rolls};
-use crate::vector::{dot, follow};
+use super::{ContactEnergies, ContactForce, ContactGeometry, rolling_and_twisting};
+use crate::vector::{dot, rotate_with_normal};
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,22 +54,22 @@ impl<const R: usize> Default for Bond<R> {
 impl<const R: usize> Bond<R> {
     /// Whether it holds.
     #[inline]
-    pub fn holds(&self) -> bool {
+    pub fn is_intact(&self) -> bool {
         self.strength > 0.0
     }
 }
 
-impl<const R: usize> Raw for Bond<R> {
-    const BYTES: usize = (3 + 2 * R) * size_of::<f64>();
+impl<const R: usize> FixedBytes for Bond<R> {
+    const BYTE_COUNT: usize = (3 + 2 * R) * size_of::<f64>();
 
-    fn put(self, out: &mut Vec<u8>) {
-        [self.strength, self.tension, self.twist].put(out);
-        self.shear.put(out);
-        self.bending.put(out);
+    fn append_bytes(self, out: &mut Vec<u8>) {
+        [self.strength, self.tension, self.twist].append_bytes(out);
+        self.shear.append_bytes(out);
+        self.bending.append_bytes(out);
     }
 
-    fn get(bytes: &[u8]) -> Self {
-        let number = |k: usize| f64::get(&bytes[8 * k..8 * (k + 1)]);
+    fn from_bytes(bytes: &[u8]) -> Self {
+        let number = |k: usize| f64::from_bytes(&bytes[8 * k..8 * (k + 1)]);
         Self {
             strength: number(0),
             tension: number(1),
@@ -81,7 +81,7 @@ impl<const R: usize> Raw for Bond<R> {
 }
 
 /// Area (m²), second moment of it about an axis across and about its own (m⁴), radius (m).
-struct Section {
+struct BeamSection {
     area: f64,
     bending: f64,
     torsion: f64,
@@ -89,13 +89,18 @@ struct Section {
 }
 
 impl Beam {
-    fn section<const D: usize>(&self, small: f64) -> Section {
+    fn section<const D: usize>(&self, small: f64) -> BeamSection {
         let radius = self.radius * small;
         if D == 2 {
-            return Section { area: 2.0 * radius, bending: 2.0 / 3.0 * radius.powi(3), torsion: 0.0, radius };
+            return BeamSection {
+                area: 2.0 * radius,
+                bending: 2.0 / 3.0 * radius.powi(3),
+                torsion: 0.0,
+                radius,
+            };
         }
         let fourth = radius.powi(4);
-        Section {
+        BeamSection {
             area: PI * radius * radius,
             bending: 0.25 * PI * fourth,
             torsion: 0.5 * PI * fourth,
@@ -110,26 +115,26 @@ impl Beam {
 
     /// Adds what the bond does over a step of `dt` (s), and breaks it.
     #[inline]
-    pub fn act<const D: usize, const R: usize>(
+    pub fn bond_force<const D: usize, const R: usize>(
         &self,
-        touch: &Touch<D, R>,
+        touch: &ContactGeometry<D, R>,
         bond: &mut Bond<R>,
-        push: &mut Push<R>,
+        push: &mut ContactForce<R>,
         dt: f64,
-        tally: &mut Tally,
+        tally: &mut ContactEnergies,
     ) {
-        if !bond.holds() {
+        if !bond.is_intact() {
             return;
         }
-        let section = self.section::<D>(touch.small);
+        let section = self.section::<D>(touch.min_radius);
         let (along, across) = (self.normal * section.area, self.shear * section.area);
         let (bending, torsion) = (self.normal * section.bending, self.shear * section.torsion);
-        let (roll, twist) = rolls(&touch.turning, &touch.normal);
-        bond.tension += along * touch.separation * dt;
-        bond.shear = follow(&bond.shear, &touch.normal, touch.spin * dt);
-        bond.bending = follow(&bond.bending, &touch.normal, touch.spin * dt);
+        let (roll, twist) = rolling_and_twisting(&touch.relative_spin, &touch.normal);
+        bond.tension += along * touch.separation_velocity * dt;
+        bond.shear = rotate_with_normal(&bond.shear, &touch.normal, touch.spin * dt);
+        bond.bending = rotate_with_normal(&bond.bending, &touch.normal, touch.spin * dt);
         for c in 0..R {
-            bond.shear[c] -= across * touch.sliding[c] * dt;
+            bond.shear[c] -= across * touch.sliding_velocity[c] * dt;
             bond.bending[c] -= bending * roll[c] * dt;
         }
         bond.twist -= torsion * twist * dt;
@@ -147,7 +152,7 @@ impl Beam {
         tally.elastic_bonds += energy;
         push.normal -= bond.tension;
         for c in 0..R {
-            push.across[c] += bond.shear[c];
+            push.tangential[c] += bond.shear[c];
             push.moment[c] += bond.bending[c];
         }
         if D == 3 {
@@ -157,7 +162,7 @@ impl Beam {
         }
     }
 
-    fn breaks<const R: usize>(&self, section: &Section, bond: &Bond<R>, shear: f64, bent: f64) -> bool {
+    fn breaks<const R: usize>(&self, section: &BeamSection, bond: &Bond<R>, shear: f64, bent: f64) -> bool {
         let tension = bond.tension / section.area;
         let outer = tension + self.moments * bent * section.radius / section.bending;
         let mut sheared = shear / section.area;

@@ -17,7 +17,7 @@ pub struct Capillary {
 
 impl Capillary {
     /// Gap (m) at which the bridge breaks, of spheres of effective radius `radius` (m).
-    pub fn bridge(&self, radius: f64) -> f64 {
+    pub fn rupture_distance(&self, radius: f64) -> f64 {
         self.rupture * self.volume.cbrt() * radius
     }
 
@@ -45,7 +45,7 @@ mod tests {
         let touching = 4.0 * PI * radius * 0.072;
         assert!((law.force(radius, 0.0) / touching - 1.0).abs() < 1e-12);
         assert!((law.force(radius, 1e-12) / touching - 1.0).abs() < 1e-3);
-        let end = law.bridge(radius);
+        let end = law.rupture_distance(radius);
         let falls = (0..50).map(|k| law.force(radius, end * f64::from(k) / 49.0)).collect::<Vec<_>>();
         assert!(falls.windows(2).all(|pair| pair[1] < pair[0]) && falls[49] > 0.0);
     }

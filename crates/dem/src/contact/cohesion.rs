@@ -1,6 +1,9 @@
 //! Contacts that bear tension and shear until they break (sheet: dem §2.7, adhesive-frictional contact).
 
-use super::{Attraction, Law, Memory, STUCK, TOUCHING, Tally, Touch};
+use super::{
+    AttractionLaw, CONTACT_BONDED, CONTACT_TOUCHING, ContactEnergies, ContactGeometry, ContactHistory,
+    PairLaw,
+};
 use crate::vector::dot;
 
 /// Parameters.
@@ -15,28 +18,28 @@ pub struct Cohesion {
     /// Whether later contacts have it too.
     pub new_contacts: bool,
     /// Gap (m) that no contact outlasts: tension over stiffness, of the largest grains.
-    pub bridge: f64,
+    pub rupture_distance: f64,
 }
 
 impl Cohesion {
     /// Bounds tension, breaks what is beyond, and gives the shear force that is borne without pressure (N).
     #[inline]
-    pub fn act<const D: usize, const R: usize>(
+    pub fn bound_tension<const D: usize, const R: usize>(
         &self,
-        touch: &Touch<D, R>,
-        memory: &mut Memory<R>,
+        touch: &ContactGeometry<D, R>,
+        memory: &mut ContactHistory<R>,
         normal: &mut f64,
         energy: &mut f64,
-        tally: &mut Tally,
+        tally: &mut ContactEnergies,
     ) -> f64 {
-        let size = touch.small.powi(D as i32 - 1);
-        if memory.state == STUCK && *normal < -self.tension * size {
-            memory.state = TOUCHING;
+        let size = touch.min_radius.powi(D as i32 - 1);
+        if memory.state == CONTACT_BONDED && *normal < -self.tension * size {
+            memory.state = CONTACT_TOUCHING;
             if touch.overlap < 0.0 {
                 tally.broken += *energy;
             }
         }
-        if memory.state == STUCK {
+        if memory.state == CONTACT_BONDED {
             return self.shear * size;
         }
         if touch.overlap < 0.0 {
@@ -49,11 +52,16 @@ impl Cohesion {
 
 /// Breaks a fragile contact that slips.
 #[inline]
-pub fn break_by_shear<const R: usize>(law: &Law, across: &[f64; R], cap: (f64, f64), memory: &mut Memory<R>) {
-    let Some(Attraction::Cohesion(cohesion)) = &law.attraction else { return };
+pub fn break_by_shear<const R: usize>(
+    law: &PairLaw,
+    across: &[f64; R],
+    cap: (f64, f64),
+    memory: &mut ContactHistory<R>,
+) {
+    let Some(AttractionLaw::Cohesion(cohesion)) = &law.attraction else { return };
     let limit = law.friction.coefficient * cap.0 + cap.1;
     let slips = dot(across, across).sqrt() >= limit * (1.0 - 1e-12);
-    if cohesion.fragile && memory.state == STUCK && slips {
-        memory.state = TOUCHING;
+    if cohesion.fragile && memory.state == CONTACT_BONDED && slips {
+        memory.state = CONTACT_TOUCHING;
     }
 }

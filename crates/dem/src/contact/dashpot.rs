@@ -1,29 +1,29 @@
 //! Dashpots along the normal in steps of finite length: what makes the restitution that of the law (sheet: dem §2.3).
 
-use super::{Elastic, Law, Touch};
-use crate::vector::Number;
+use super::{ContactGeometry, NormalResponse, PairLaw};
+use crate::vector::SimdNumber;
 
 /// Steps (s) before and after the time of the forces, which act over the half of either.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Steps<T = f64> {
+pub struct StepLengths<T = f64> {
     /// Step that has been taken; zero at the start.
     pub last: T,
     /// Step that follows.
     pub next: T,
     /// Step by half of which velocities are behind, where contacts see lagged ones: the last one, also where nothing goes on.
-    pub behind: T,
+    pub lag_step: T,
 }
 
-impl<T: Number> Steps<T> {
+impl<T: SimdNumber> StepLengths<T> {
     /// Of a step between `last` and `next` (s).
     #[inline(always)]
     pub fn between(last: T, next: T) -> Self {
-        Self { last, next, behind: last }
+        Self { last, next, lag_step: last }
     }
 
     /// Of contacts as they are, which do not go on, after a step of this length (s).
     pub fn after(behind: T) -> Self {
-        Self { last: T::of(0.0), next: T::of(0.0), behind }
+        Self { last: T::of(0.0), next: T::of(0.0), lag_step: behind }
     }
 
     /// Time over which a force acts (s).
@@ -44,19 +44,19 @@ impl<T: Number> Steps<T> {
 
 /// Dashpot (N s/m) of a contact in these steps, the first of which it sees where it `is_new`.
 #[inline]
-pub fn in_step<const D: usize, const R: usize>(
-    law: &Law,
-    base: &Elastic,
-    touch: &Touch<D, R>,
+pub fn dashpot_in_step<const D: usize, const R: usize>(
+    law: &PairLaw,
+    base: &NormalResponse,
+    touch: &ContactGeometry<D, R>,
     is_new: bool,
-    steps: &Steps,
+    steps: &StepLengths,
 ) -> f64 {
-    let mut damping = lagged(base.damping, touch.mass, law.lag * steps.behind);
+    let mut damping = lagged_dashpot(base.damping, touch.mass, law.velocity_lag * steps.lag_step);
     if is_new {
-        damping = at_onset(damping, touch, steps, law.is_hertz());
+        damping = onset_dashpot(damping, touch, steps, law.is_hertz());
     }
-    if !law.clamp && law.attraction.is_none() {
-        damping = at_release(&Elastic { damping, ..*base }, touch, steps, law.is_hertz());
+    if !law.no_tension && law.attraction.is_none() {
+        damping = release_dashpot(&NormalResponse { damping, ..*base }, touch, steps, law.is_hertz());
     }
     damping
 }
@@ -64,7 +64,7 @@ pub fn in_step<const D: usize, const R: usize>(
 /// Dashpot (N s/m) whose force with a velocity `lag` / 2 (s) behind damps a pair of this effective mass (kg) as `dashpot` does with the
 /// velocity of the time: the lag takes `dashpot × lag / 2` from the mass in the equation of motion, and the damping ratio is over its root.
 #[inline(always)]
-pub fn lagged<T: Number>(dashpot: T, mass: T, lag: T) -> T {
+pub fn lagged_dashpot<T: SimdNumber>(dashpot: T, mass: T, lag: T) -> T {
     let share = T::of(0.25) * dashpot * lag / mass;
     dashpot * ((T::of(1.0) + share * share).root() - share)
 }
@@ -72,16 +72,16 @@ pub fn lagged<T: Number>(dashpot: T, mass: T, lag: T) -> T {
 /// Dashpot in the first step of a contact: the impulse is that of the time since the grains met, `overlap / |v_n|`, and of the half step that
 /// follows. Stands unchanged where the grains met earlier or separate.
 #[inline(always)]
-pub fn at_onset<const D: usize, const R: usize, T: Number>(
+pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     dashpot: T,
-    touch: &Touch<D, R, T>,
-    steps: &Steps<T>,
+    touch: &ContactGeometry<D, R, T>,
+    steps: &StepLengths<T>,
     is_hertz: bool,
 ) -> T {
-    let time = -touch.overlap / touch.separation;
+    let time = -touch.overlap / touch.separation_velocity;
     // Grains that met a step ago are seen on either side of that.
     let time = time.above(steps.last, steps.last, time);
-    let way = -touch.separation * steps.last;
+    let way = -touch.separation_velocity * steps.last;
     let factor = steps.factor(time, T::of(0.5) * steps.next, is_hertz);
     (way + way).above(touch.overlap, dashpot * factor, dashpot)
 }
@@ -89,17 +89,19 @@ pub fn at_onset<const D: usize, const R: usize, T: Number>(
 /// Dashpot in the last step of a contact that pulls as it opens: the impulse is that of the half step before and of the time until the
 /// overlap ends. Stands unchanged where it does not end within the step.
 #[inline(always)]
-pub fn at_release<const D: usize, const R: usize, T: Number>(
-    base: &Elastic<T>,
-    touch: &Touch<D, R, T>,
-    steps: &Steps<T>,
+pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
+    base: &NormalResponse<T>,
+    touch: &ContactGeometry<D, R, T>,
+    steps: &StepLengths<T>,
     is_hertz: bool,
 ) -> T {
     let (dt, kick) = (steps.next, steps.kick() / touch.mass);
-    let whole = dt * (touch.separation + kick * (base.force - base.damping * touch.separation));
+    let whole =
+        dt * (touch.separation_velocity + kick * (base.force - base.damping * touch.separation_velocity));
     // Dashpots with which the overlap just ends, and just stays.
-    let [ends, stays] = [1.0 + 1e-9, 1.0 - 1e-9]
-        .map(|share| base.damping + (whole - touch.overlap * T::of(share)) / (dt * kick * touch.separation));
+    let [ends, stays] = [1.0 + 1e-9, 1.0 - 1e-9].map(|share| {
+        base.damping + (whole - touch.overlap * T::of(share)) / (dt * kick * touch.separation_velocity)
+    });
     let time = touch.overlap * dt / whole;
     let wanted = base.damping * steps.factor(time, T::of(0.5) * steps.last, is_hertz);
     // A contact that stays loses as much again as one that opens at once: the nearer of the two.
@@ -107,7 +109,7 @@ pub fn at_release<const D: usize, const R: usize, T: Number>(
     let most = (wanted - ends).above(T::of(0.5) * again, stays, ends);
     let ending = wanted.above(ends, most, wanted);
     let ending = whole.above(touch.overlap, ending, base.damping);
-    touch.separation.above(T::of(0.0), ending, base.damping)
+    touch.separation_velocity.above(T::of(0.0), ending, base.damping)
 }
 
 /// Impulse of a dashpot that goes with the fourth root of the time before the end, over half a step before it, in terms of that of its

@@ -2,12 +2,12 @@
 
 use wide::f64x4 as Lanes;
 
-use super::{Elastic, Memory, Tally, Touch};
+use super::{ContactEnergies, ContactGeometry, ContactHistory, NormalResponse};
 use crate::config::SpringReset;
-use crate::vector::{Number, dot, follow, times};
+use crate::vector::{SimdNumber, dot, rotate_with_normal, scaled};
 
 /// Coefficient of friction of walls on which nothing slips.
-pub const ROUGH: f64 = 1e12;
+pub const ROUGH_FRICTION: f64 = 1e12;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,47 +25,48 @@ impl Coulomb {
     /// `cap` what times friction, and what without it, is the largest force (N).
     #[inline]
     #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
-    pub fn act<const D: usize, const R: usize>(
+    pub fn tangential_force<const D: usize, const R: usize>(
         &self,
-        touch: &Touch<D, R>,
-        base: &Elastic,
+        touch: &ContactGeometry<D, R>,
+        base: &NormalResponse,
         before: (f64, bool),
         cap: (f64, f64),
-        memory: &mut Memory<R>,
+        memory: &mut ContactHistory<R>,
         dt: f64,
-        tally: &mut Tally,
+        tally: &mut ContactEnergies,
     ) -> [f64; R] {
-        let (stiffness, dashpot) = (base.across, base.damping_across);
-        let mut old = follow(&memory.slide, &touch.normal, touch.spin * dt);
+        let (stiffness, dashpot) = (base.tangential_stiffness, base.tangential_damping);
+        let mut old = rotate_with_normal(&memory.shear_displacement, &touch.normal, touch.spin * dt);
         if before.1 {
-            old = rescaled(old, touch.overlap, before.0, stiffness, tally);
+            old = rescaled_displacement(old, touch.overlap, before.0, stiffness, tally);
         }
         let mut slide = old;
         for c in 0..R {
-            slide[c] += touch.sliding[c] * dt;
+            slide[c] += touch.sliding_velocity[c] * dt;
         }
-        let mut force: [f64; R] = std::array::from_fn(|c| -stiffness * slide[c] - dashpot * touch.sliding[c]);
+        let mut force: [f64; R] =
+            std::array::from_fn(|c| -stiffness * slide[c] - dashpot * touch.sliding_velocity[c]);
         let square = dot(&force, &force);
         let mut limit = self.at_rest * cap.0 + cap.1;
         if square > limit * limit {
             limit = self.coefficient * cap.0 + cap.1;
             let size = square.sqrt();
-            force = times(limit / size, &force);
-            slide = self.left(&force, &touch.sliding, (stiffness, dashpot), limit);
+            force = scaled(limit / size, &force);
+            slide = self.remaining_displacement(&force, &touch.sliding_velocity, (stiffness, dashpot), limit);
             tally.sliding += 1;
-            let sliding = (&touch.sliding, dt);
-            tally.friction += slipped(&force, sliding, (stiffness, dashpot), (&old, &slide));
+            let sliding = (&touch.sliding_velocity, dt);
+            tally.friction += slip_dissipation(&force, sliding, (stiffness, dashpot), (&old, &slide));
         } else if dashpot > 0.0 {
-            tally.dashpots += dashpot * dot(&touch.sliding, &touch.sliding) * dt;
+            tally.dashpots += dashpot * dot(&touch.sliding_velocity, &touch.sliding_velocity) * dt;
         }
-        tally.elastic_across += 0.5 * stiffness * dot(&slide, &slide);
-        memory.slide = slide;
+        tally.elastic_tangential += 0.5 * stiffness * dot(&slide, &slide);
+        memory.shear_displacement = slide;
         force
     }
 
     /// Elongation that is left of a spring whose contact slips under `force`, at most `limit` (N).
     #[inline]
-    fn left<const R: usize>(
+    fn remaining_displacement<const R: usize>(
         &self,
         force: &[f64; R],
         sliding: &[f64; R],
@@ -78,12 +79,12 @@ impl Coulomb {
         }
         let compliance = 1.0 / stiffness;
         if self.reset == SpringReset::Spring || dashpot == 0.0 {
-            return times(-compliance, force);
+            return scaled(-compliance, force);
         }
         let slide: [f64; R] = std::array::from_fn(|c| -compliance * (force[c] + dashpot * sliding[c]));
         let size = dot(&slide, &slide).sqrt();
         let most = compliance * limit;
-        if size > most { times(most / size, &slide) } else { slide }
+        if size > most { scaled(most / size, &slide) } else { slide }
     }
 }
 
@@ -92,7 +93,7 @@ impl Coulomb {
 /// leap-frog steps; the latter is that of the spring. With a dashpot it is not known, and the work is that of the force. The dashpot's
 /// share is in it, and what a spring loses that is set back.
 #[inline(always)]
-pub fn slipped<T: Number, const R: usize>(
+pub fn slip_dissipation<T: SimdNumber, const R: usize>(
     force: &[T; R],
     (sliding, dt): (&[T; R], T),
     (stiffness, dashpot): (T, T),
@@ -107,12 +108,12 @@ pub fn slipped<T: Number, const R: usize>(
 /// A spring whose stiffness follows the overlap: its force stays where the contact is pressed together, its elongation where
 /// it opens, so that no energy comes of it.
 #[inline]
-fn rescaled<const R: usize>(
+fn rescaled_displacement<const R: usize>(
     old: [f64; R],
     overlap: f64,
     before: f64,
     stiffness: f64,
-    tally: &mut Tally,
+    tally: &mut ContactEnergies,
 ) -> [f64; R] {
     let square = dot(&old, &old);
     if square == 0.0 || before <= 0.0 {
@@ -122,16 +123,16 @@ fn rescaled<const R: usize>(
     let ratio = (before / overlap.max(f64::MIN_POSITIVE)).sqrt();
     if ratio < 1.0 {
         tally.rescaled += 0.5 * stiffness * square * ratio * (1.0 - ratio);
-        times(ratio, &old)
+        scaled(ratio, &old)
     } else {
         tally.rescaled += 0.5 * stiffness * square * (ratio - 1.0);
         old
     }
 }
 
-/// `Coulomb::left` of four contacts; `spring` is where the spring is reset to the force of friction.
+/// `Coulomb::remaining_displacement` of four contacts; `spring` is where the spring is reset to the force of friction.
 #[inline(always)]
-pub fn left_in_lanes<const R: usize>(
+pub fn remaining_displacement_simd<const R: usize>(
     force: &[Lanes; R],
     sliding: &[Lanes; R],
     (stiffness, dashpot): (Lanes, Lanes),
@@ -142,8 +143,8 @@ pub fn left_in_lanes<const R: usize>(
     let slide: [Lanes; R] = std::array::from_fn(|c| -compliance * (force[c] + dashpot * sliding[c]));
     let size = dot(&slide, &slide).sqrt();
     let most = compliance * limit;
-    let clipped = times(most / size, &slide);
-    let plain = times(-compliance, force);
+    let clipped = scaled(most / size, &slide);
+    let plain = scaled(-compliance, force);
     let whole = spring | dashpot.simd_eq(Lanes::ZERO);
     let (longer, stiff) = (size.simd_gt(most), stiffness.simd_gt(Lanes::ZERO));
     std::array::from_fn(|c| stiff & whole.bitselect(plain[c], longer.bitselect(clipped[c], slide[c])))
@@ -151,7 +152,7 @@ pub fn left_in_lanes<const R: usize>(
 
 /// `rescaled` of four contacts, and the energy that is lost (J).
 #[inline(always)]
-pub fn rescaled_in_lanes<const R: usize>(
+pub fn rescaled_displacement_simd<const R: usize>(
     old: &[Lanes; R],
     overlap: Lanes,
     before: Lanes,

@@ -1,8 +1,8 @@
 //! Elastic spheres after Hertz (1882), springs across after Mindlin, damping after Tsuji et al. (1992): the restitution does
 //! not depend on the speed (sheet: dem §2.8).
 
-use super::{Elastic, Touch};
-use crate::vector::Number;
+use super::{ContactGeometry, NormalResponse};
+use crate::vector::SimdNumber;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,32 +16,35 @@ pub struct Hertz<T = f64> {
     /// `2 √(5/6) β`, of a dashpot `that · √(S m_eff)`.
     pub damping: T,
     /// The same of the dashpot across, of which the stiffness is that across.
-    pub damping_across: T,
+    pub tangential_damping: T,
     /// Root of the stiffness across over that along.
-    pub root_across: T,
+    pub tangential_stiffness_root: T,
 }
 
 /// Dashpot over `√(S m_eff)` for a damping ratio, `β` of which is the ratio.
-pub fn dashpot(damping_ratio: f64) -> f64 {
+pub fn dashpot_factor(damping_ratio: f64) -> f64 {
     2.0 * (5.0f64 / 6.0).sqrt() * damping_ratio
 }
 
-impl<T: Number> Hertz<T> {
+impl<T: SimdNumber> Hertz<T> {
     /// What it says of an overlap.
     #[inline]
-    pub fn at<const D: usize, const R: usize>(&self, touch: &Touch<D, R, T>) -> Elastic<T> {
+    pub fn response<const D: usize, const R: usize>(
+        &self,
+        touch: &ContactGeometry<D, R, T>,
+    ) -> NormalResponse<T> {
         let overlap = touch.overlap.or_zero();
         let width = (touch.radius * overlap).root();
         let stiffness = T::of(2.0) * self.modulus * width;
         let across = T::of(8.0) * self.shear_modulus * width;
         let force = T::of(2.0 / 3.0) * stiffness * overlap;
         let root = (stiffness * touch.mass).root();
-        Elastic {
+        NormalResponse {
             force,
             energy: T::of(0.4) * force * overlap,
             damping: self.damping * root,
-            across,
-            damping_across: self.damping_across * self.root_across * root,
+            tangential_stiffness: across,
+            tangential_damping: self.tangential_damping * self.tangential_stiffness_root * root,
         }
     }
 }
@@ -55,20 +58,20 @@ impl Hertz {
             modulus: 1.0 / normal,
             shear_modulus: 1.0 / shear,
             grain_shear_modulus: 1.0 / shear,
-            damping: dashpot(damping_ratio),
-            damping_across: dashpot(damping_ratio_across),
-            root_across: (4.0 * normal / shear).sqrt(),
+            damping: dashpot_factor(damping_ratio),
+            tangential_damping: dashpot_factor(damping_ratio_across),
+            tangential_stiffness_root: (4.0 * normal / shear).sqrt(),
         }
     }
 
     /// With this stiffness across over that along in place of Mindlin's.
     #[must_use]
     pub fn with_stiffness_ratio(self, ratio: f64) -> Self {
-        Self { shear_modulus: 0.25 * ratio * self.modulus, root_across: ratio.sqrt(), ..self }
+        Self { shear_modulus: 0.25 * ratio * self.modulus, tangential_stiffness_root: ratio.sqrt(), ..self }
     }
 
     /// Largest overlap (m) of an elastic impact of effective mass (kg), radius (m) and speed (m/s).
-    pub fn deepest(&self, mass: f64, radius: f64, speed: f64) -> f64 {
+    pub fn max_impact_overlap(&self, mass: f64, radius: f64, speed: f64) -> f64 {
         (15.0 * mass * speed * speed / (16.0 * self.modulus * radius.sqrt())).powf(0.4)
     }
 
@@ -88,21 +91,21 @@ mod tests {
         let law = Hertz::new([70e9; 2], [0.3; 2], 0.0, 0.0);
         let mass = 0.5 * 4.0 / 3.0 * std::f64::consts::PI * 0.005f64.powi(3) * 2500.0;
         let (radius, speed) = (0.0025, 1.0);
-        let deepest = law.deepest(mass, radius, speed);
+        let deepest = law.max_impact_overlap(mass, radius, speed);
         assert!((deepest / 1.00358e-5 - 1.0).abs() < 1e-5);
         assert!((law.duration(mass, radius, speed) / 2.9538e-5 - 1.0).abs() < 1e-4);
-        let touch: Touch<3, 3> = Touch {
+        let touch: ContactGeometry<3, 3> = ContactGeometry {
             overlap: deepest,
             normal: [1.0, 0.0, 0.0],
-            separation: 0.0,
-            sliding: [0.0; 3],
-            turning: [0.0; 3],
+            separation_velocity: 0.0,
+            sliding_velocity: [0.0; 3],
+            relative_spin: [0.0; 3],
             spin: 0.0,
             mass,
             radius,
-            small: 0.005,
+            min_radius: 0.005,
         };
-        let at = law.at(&touch);
+        let at = law.response(&touch);
         assert!((at.force / 81.5202 - 1.0).abs() < 1e-5);
         assert!((at.energy / (0.5 * mass) - 1.0).abs() < 1e-9);
     }

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use super::hertz::Hertz;
 
 /// Steps of Newton's method, more than it takes.
-const STEPS: usize = 60;
+const MAX_ITERATIONS: usize = 60;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,25 +24,25 @@ impl Jkr {
     }
 
     /// Gap (m) at which they separate where the gap is prescribed.
-    pub fn bridge(&self, radius: f64) -> f64 {
+    pub fn rupture_distance(&self, radius: f64) -> f64 {
         // There dδ/da = 0: a³ = π w R² / 8 E*.
-        let a = self.tear(radius);
+        let a = self.tear_radius(radius);
         (2.0 * PI * self.work * a / self.modulus).sqrt() - a * a / radius
     }
 
     /// Radius (m) of the contact as it tears.
-    fn tear(&self, radius: f64) -> f64 {
+    fn tear_radius(&self, radius: f64) -> f64 {
         (PI * self.work * radius * radius / (8.0 * self.modulus)).cbrt()
     }
 
     /// Repulsive force (N) at an overlap (m), and the pull-off force (N).
     pub fn force(&self, hertz: &Hertz, radius: f64, overlap: f64) -> (f64, f64) {
         let modulus = hertz.modulus;
-        let least = self.tear(radius);
-        let overlap = overlap.max(-self.bridge(radius));
+        let least = self.tear_radius(radius);
+        let overlap = overlap.max(-self.rupture_distance(radius));
         // From above: the function is convex there, and steps stay on its side.
         let mut a = (radius * overlap.max(0.0)).sqrt() + 4.0 * least;
-        for _ in 0..STEPS {
+        for _ in 0..MAX_ITERATIONS {
             let root = (2.0 * PI * self.work * a / modulus).sqrt();
             let (value, slope) = (a * a / radius - root - overlap, 2.0 * a / radius - 0.5 * root / a);
             if slope <= 0.0 {
@@ -69,7 +69,7 @@ mod tests {
     fn the_least_force_is_the_pull_off_and_without_adhesion_it_is_that_of_hertz() {
         let hertz = Hertz::new([1e7; 2], [0.3; 2], 0.0, 0.0);
         let (radius, law) = (1e-3, Jkr { work: 0.05, modulus: hertz.modulus });
-        let bridge = law.bridge(radius);
+        let bridge = law.rupture_distance(radius);
         let sweep = (0..20_000).map(|k| -bridge + 3.0 * bridge * f64::from(k) / 20_000.0);
         let least = sweep.map(|overlap| law.force(&hertz, radius, overlap).0).fold(f64::INFINITY, f64::min);
         assert!((least / -law.pull_off(radius) - 1.0).abs() < 1e-6, "{least}");

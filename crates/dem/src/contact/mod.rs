@@ -16,16 +16,16 @@ pub mod rolling;
 
 use colluvium_constitutive::SymTensor;
 
-use crate::vector::{Number, across, along, dot, minus, times, turned};
+use crate::vector::{SimdNumber, difference, dot, normal_spin, scaled, spin_cross_normal, tangential_part};
 use bond::{Beam, Bond};
 use capillary::Capillary;
 use cohesion::Cohesion;
-use dashpot::Steps;
+use dashpot::StepLengths;
 use friction::Coulomb;
 use hertz::Hertz;
 use jkr::Jkr;
-use linear::Linear;
-use rolling::Resistance;
+use linear::LinearSpring;
+use rolling::RollingResistance;
 
 /// A contact at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub struct Contact<const D: usize> {
 }
 
 /// What contacts leave for their fabric.
-pub struct Met<const D: usize> {
+pub struct FabricSample<const D: usize> {
     /// Grains of each, those between grains first; what is held stands like a wall, of which there is `None`.
     pub pairs: Vec<(u32, Option<u32>)>,
     /// Force along the normal of each between grains (N).
@@ -53,19 +53,19 @@ pub struct Met<const D: usize> {
     /// Sum of `n ⊗ n` of these.
     pub dyads: SymTensor,
     /// Their stress times the volume, compression positive (N m).
-    pub pressed: [[f64; D]; D],
+    pub stress_volume: [[f64; D]; D],
 }
 
 /// Along the line of centres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Normal {
+pub enum NormalForceLaw {
     /// Spring and dashpot.
-    Linear(Linear),
+    Linear(LinearSpring),
     /// Elastic spheres.
     Hertz(Hertz),
 }
 
-impl Normal {
+impl NormalForceLaw {
     /// Overlap (m) under a force (N) at rest, between grains of this effective radius (m).
     pub fn overlap(&self, force: f64, radius: f64) -> f64 {
         match self {
@@ -75,7 +75,7 @@ impl Normal {
     }
 
     /// Factor of its stiffness or modulus that makes overlaps this many times smaller.
-    pub fn stiffer(&self, times: f64) -> f64 {
+    pub fn stiffness_factor(&self, times: f64) -> f64 {
         match self {
             Self::Linear(_) => times,
             Self::Hertz(_) => times.powf(1.5),
@@ -85,7 +85,7 @@ impl Normal {
 
 /// Attraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Attraction {
+pub enum AttractionLaw {
     /// Tension and shear until it breaks.
     Cohesion(Cohesion),
     /// Johnson, Kendall and Roberts.
@@ -96,38 +96,38 @@ pub enum Attraction {
 
 /// All that a pair of kinds does.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Law {
+pub struct PairLaw {
     /// Along the line of centres.
-    pub normal: Normal,
+    pub normal: NormalForceLaw,
     /// Whether elasticity and damping together never pull.
-    pub clamp: bool,
+    pub no_tension: bool,
     /// Lag of the velocities that dashpots see, over half a step: 1 where they are lagged, 0 where they are carried on.
-    pub lag: f64,
+    pub velocity_lag: f64,
     /// Across it.
     pub friction: Coulomb,
     /// Against rolling.
-    pub rolling: Option<Resistance>,
+    pub rolling: Option<RollingResistance>,
     /// Against twisting.
-    pub twisting: Option<Resistance>,
+    pub twisting: Option<RollingResistance>,
     /// Attraction.
-    pub attraction: Option<Attraction>,
+    pub attraction: Option<AttractionLaw>,
     /// Bonds.
     pub bond: Option<Beam>,
 }
 
 /// Two bodies in contact, as they see each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch<const D: usize, const R: usize, T = f64> {
+pub struct ContactGeometry<const D: usize, const R: usize, T = f64> {
     /// Overlap (m); negative for a gap that attraction bridges.
     pub overlap: T,
     /// From `j` to `i`.
     pub normal: [T; D],
     /// Rate at which they separate (m/s).
-    pub separation: T,
+    pub separation_velocity: T,
     /// Velocity of the surface of `i` against that of `j`, in tangent coordinates (m/s).
-    pub sliding: [T; R],
+    pub sliding_velocity: [T; R],
     /// Angular velocity of `i` less that of `j` (rad/s).
-    pub turning: [T; R],
+    pub relative_spin: [T; R],
     /// Mean angular velocity about the normal (rad/s).
     pub spin: T,
     /// Effective mass (kg).
@@ -135,12 +135,12 @@ pub struct Touch<const D: usize, const R: usize, T = f64> {
     /// Effective radius (m).
     pub radius: T,
     /// The smaller radius (m).
-    pub small: T,
+    pub min_radius: T,
 }
 
 /// One of two grains in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Side<const D: usize, const R: usize, T = f64> {
+pub struct ContactBody<const D: usize, const R: usize, T = f64> {
     /// Velocity (m/s).
     pub velocity: [T; D],
     /// Angular velocity (rad/s).
@@ -151,13 +151,13 @@ pub struct Side<const D: usize, const R: usize, T = f64> {
     pub inverse_mass: T,
 }
 
-impl<const D: usize, const R: usize, T: Number> Touch<D, R, T> {
+impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
     /// Of two grains, the second seen from the first at a `distance` along `apart` (m), the images of which move at `drift`
     /// (m/s); and their lever arms over their radii, which are one where `radii` are the arms. One division serves the normal,
     /// the arms and the mass.
     #[inline(always)]
     pub fn between(
-        [one, two]: [&Side<D, R, T>; 2],
+        [one, two]: [&ContactBody<D, R, T>; 2],
         (apart, distance): (&[T; D], T),
         drift: Option<&[T; D]>,
         radii: bool,
@@ -165,12 +165,12 @@ impl<const D: usize, const R: usize, T: Number> Touch<D, R, T> {
         let (a, b) = (one.radius, two.radius);
         let (sum, inverse) = (a + b, one.inverse_mass + two.inverse_mass);
         let part = T::of(1.0) / (distance * sum * inverse);
-        let normal = times(part * (sum * inverse), apart);
+        let normal = scaled(part * (sum * inverse), apart);
         let per_sum = part * (distance * inverse);
         let arm = if radii { T::of(1.0) } else { per_sum * distance };
-        let mut relative = minus(&one.velocity, &two.velocity);
+        let mut relative = difference(&one.velocity, &two.velocity);
         if let Some(drift) = drift {
-            relative = minus(&relative, drift);
+            relative = difference(&relative, drift);
         }
         let (of_one, of_two) = (arm * a, arm * b);
         let both: [T; R] = std::array::from_fn(|c| of_one * one.spin[c] + of_two * two.spin[c]);
@@ -178,42 +178,45 @@ impl<const D: usize, const R: usize, T: Number> Touch<D, R, T> {
         let touch = Self {
             overlap: sum - distance,
             normal,
-            separation: dot(&relative, &normal),
-            sliding: minus(&across(&relative, &normal), &turned(&both, &normal)),
-            turning: minus(&one.spin, &two.spin),
-            spin: T::of(0.5) * along(&sum_of_spins, &normal),
+            separation_velocity: dot(&relative, &normal),
+            sliding_velocity: difference(
+                &tangential_part(&relative, &normal),
+                &spin_cross_normal(&both, &normal),
+            ),
+            relative_spin: difference(&one.spin, &two.spin),
+            spin: T::of(0.5) * normal_spin(&sum_of_spins, &normal),
             mass: part * (distance * sum),
             radius: a * b * per_sum,
-            small: a.above(b, b, a),
+            min_radius: a.above(b, b, a),
         };
         (touch, arm)
     }
 }
 
-impl<const D: usize, const R: usize, T: Number> Touch<D, R, T> {
+impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
     /// Of a grain of this mass (kg) and a wall that does not turn, whose part there has this velocity (m/s), `distance` away (m) along the
     /// normal; and the lever arm (m).
     #[inline(always)]
-    pub fn against(
-        (one, mass): (&Side<D, R, T>, T),
+    pub fn with_wall(
+        (one, mass): (&ContactBody<D, R, T>, T),
         (distance, normal): (T, &[T; D]),
         of_wall: &[T; D],
         radii: bool,
     ) -> (Self, T) {
         let radius = one.radius;
         let arm = if radii { radius } else { distance };
-        let relative = minus(&one.velocity, of_wall);
-        let rolling = turned(&one.spin.map(|c| arm * c), normal);
+        let relative = difference(&one.velocity, of_wall);
+        let rolling = spin_cross_normal(&one.spin.map(|c| arm * c), normal);
         let touch = Self {
             overlap: radius - distance,
             normal: *normal,
-            separation: dot(&relative, normal),
-            sliding: minus(&across(&relative, normal), &rolling),
-            turning: one.spin,
-            spin: T::of(0.5) * along(&one.spin, normal),
+            separation_velocity: dot(&relative, normal),
+            sliding_velocity: difference(&tangential_part(&relative, normal), &rolling),
+            relative_spin: one.spin,
+            spin: T::of(0.5) * normal_spin(&one.spin, normal),
             mass,
             radius,
-            small: radius,
+            min_radius: radius,
         };
         (touch, arm)
     }
@@ -221,50 +224,56 @@ impl<const D: usize, const R: usize, T: Number> Touch<D, R, T> {
 
 /// What a contact remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Memory<const R: usize> {
-    /// See [`APART`], [`TOUCHING`], [`STUCK`].
+pub struct ContactHistory<const R: usize> {
+    /// See [`CONTACT_APART`], [`CONTACT_TOUCHING`], [`CONTACT_BONDED`].
     pub state: u8,
     /// Elongation of the spring across, tangent coordinates (m).
-    pub slide: [f64; R],
+    pub shear_displacement: [f64; R],
     /// Dissipative part of the normal force in the last step (N).
-    pub dash: f64,
+    pub damping_force: f64,
     /// Elongation of the spring against rolling (rad).
-    pub roll: [f64; R],
+    pub rolling_angle: [f64; R],
     /// Elongation of the spring against twisting (rad).
-    pub twist: f64,
+    pub torsion_angle: f64,
 }
 
 /// No contact.
-pub const APART: u8 = 0;
+pub const CONTACT_APART: u8 = 0;
 /// Contact.
-pub const TOUCHING: u8 = 1;
+pub const CONTACT_TOUCHING: u8 = 1;
 /// Contact whose cohesion holds.
-pub const STUCK: u8 = 2;
+pub const CONTACT_BONDED: u8 = 2;
 
-impl<const R: usize> Default for Memory<R> {
+impl<const R: usize> Default for ContactHistory<R> {
     fn default() -> Self {
-        Self { state: APART, slide: [0.0; R], dash: 0.0, roll: [0.0; R], twist: 0.0 }
+        Self {
+            state: CONTACT_APART,
+            shear_displacement: [0.0; R],
+            damping_force: 0.0,
+            rolling_angle: [0.0; R],
+            torsion_angle: 0.0,
+        }
     }
 }
 
 /// Force and moment on `i`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push<const R: usize> {
+pub struct ContactForce<const R: usize> {
     /// Force along the normal (N).
     pub normal: f64,
     /// Force across, tangent coordinates (N).
-    pub across: [f64; R],
+    pub tangential: [f64; R],
     /// Moment of rolling, twisting and bonds; the opposite one on `j` (N m).
     pub moment: [f64; R],
 }
 
 /// Sums over contacts (sheet: dem §2.14). Energies are those at the time of the forces; the others grow.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tally {
+pub struct ContactEnergies {
     /// Energy of overlaps (J).
     pub elastic: f64,
     /// Energy of the springs across (J).
-    pub elastic_across: f64,
+    pub elastic_tangential: f64,
     /// Energy of the springs against rolling and twisting (J).
     pub elastic_rolling: f64,
     /// Energy of bonds (J).
@@ -294,14 +303,14 @@ pub struct Tally {
     /// Largest overlap over the smaller radius.
     pub overlap: f64,
     /// The grain that has it.
-    pub deepest: u32,
+    pub max_overlap_grain: u32,
 }
 
-impl Tally {
+impl ContactEnergies {
     /// Adds the sums of other contacts.
-    pub fn join(&mut self, other: &Self) {
+    pub fn add(&mut self, other: &Self) {
         self.elastic += other.elastic;
-        self.elastic_across += other.elastic_across;
+        self.elastic_tangential += other.elastic_tangential;
         self.elastic_rolling += other.elastic_rolling;
         self.elastic_bonds += other.elastic_bonds;
         self.friction += other.friction;
@@ -316,14 +325,14 @@ impl Tally {
         self.bonds_broken += other.bonds_broken;
         self.squares += other.squares;
         if other.overlap > self.overlap {
-            (self.overlap, self.deepest) = (other.overlap, other.deepest);
+            (self.overlap, self.max_overlap_grain) = (other.overlap, other.max_overlap_grain);
         }
     }
 }
 
 /// What the normal law says of an overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Elastic<T = f64> {
+pub struct NormalResponse<T = f64> {
     /// Force (N).
     pub force: T,
     /// Energy (J).
@@ -331,160 +340,174 @@ pub struct Elastic<T = f64> {
     /// Dashpot along the normal (N s/m).
     pub damping: T,
     /// Stiffness across (N/m).
-    pub across: T,
+    pub tangential_stiffness: T,
     /// Dashpot across (N s/m).
-    pub damping_across: T,
+    pub tangential_damping: T,
 }
 
-impl Law {
+impl PairLaw {
     /// What the normal law says.
     #[inline]
-    pub fn elastic<const D: usize, const R: usize>(&self, touch: &Touch<D, R>) -> Elastic {
+    pub fn normal_response<const D: usize, const R: usize>(
+        &self,
+        touch: &ContactGeometry<D, R>,
+    ) -> NormalResponse {
         match &self.normal {
-            Normal::Linear(law) => law.at(touch),
-            Normal::Hertz(law) => law.at(touch),
+            NormalForceLaw::Linear(law) => law.response(touch),
+            NormalForceLaw::Hertz(law) => law.response(touch),
         }
     }
 
     /// Whether its normal law is that of Hertz.
     #[inline]
     pub fn is_hertz(&self) -> bool {
-        matches!(self.normal, Normal::Hertz(_))
+        matches!(self.normal, NormalForceLaw::Hertz(_))
     }
 
     /// Gap that a contact in that state bridges (m), for grains of effective radius `radius` (m).
     #[inline]
-    pub fn bridge(&self, state: u8, radius: f64) -> f64 {
+    pub fn rupture_distance(&self, state: u8, radius: f64) -> f64 {
         match &self.attraction {
             None => 0.0,
-            Some(_) if state == APART => 0.0,
-            Some(Attraction::Cohesion(law)) if state == STUCK => law.bridge,
-            Some(Attraction::Cohesion(_)) => 0.0,
-            Some(Attraction::Jkr(law)) => law.bridge(radius),
-            Some(Attraction::Capillary(law)) => law.bridge(radius),
+            Some(_) if state == CONTACT_APART => 0.0,
+            Some(AttractionLaw::Cohesion(law)) if state == CONTACT_BONDED => law.rupture_distance,
+            Some(AttractionLaw::Cohesion(_)) => 0.0,
+            Some(AttractionLaw::Jkr(law)) => law.rupture_distance(radius),
+            Some(AttractionLaw::Capillary(law)) => law.rupture_distance(radius),
         }
     }
 
     /// Whether some contact may reach beyond touching.
-    pub fn bridges(&self) -> bool {
+    pub fn has_rupture_distance(&self) -> bool {
         self.attraction.is_some() || self.bond.is_some()
     }
 }
 
 /// Force and moment of a contact between two steps, which it remembers.
 #[inline]
-pub fn act<const D: usize, const R: usize>(
-    law: &Law,
-    touch: &Touch<D, R>,
-    memory: &mut Memory<R>,
-    steps: &Steps,
-    tally: &mut Tally,
-) -> Push<R> {
+pub fn contact_force<const D: usize, const R: usize>(
+    law: &PairLaw,
+    touch: &ContactGeometry<D, R>,
+    memory: &mut ContactHistory<R>,
+    steps: &StepLengths,
+    tally: &mut ContactEnergies,
+) -> ContactForce<R> {
     let dt = steps.last;
-    let mut base = law.elastic(touch);
-    if touch.overlap < 0.0 && !matches!(law.attraction, Some(Attraction::Cohesion(_))) {
+    let mut base = law.normal_response(touch);
+    if touch.overlap < 0.0 && !matches!(law.attraction, Some(AttractionLaw::Cohesion(_))) {
         // Across a gap only attraction acts.
-        base = Elastic { force: 0.0, energy: 0.0, damping: 0.0, across: 0.0, damping_across: 0.0 };
+        base = NormalResponse {
+            force: 0.0,
+            energy: 0.0,
+            damping: 0.0,
+            tangential_stiffness: 0.0,
+            tangential_damping: 0.0,
+        };
     }
-    base.damping = dashpot::in_step(law, &base, touch, memory.state == APART, steps);
-    let viscous = base.force - base.damping * touch.separation;
-    let pulls = law.clamp && touch.overlap >= 0.0 && viscous < 0.0;
+    base.damping = dashpot::dashpot_in_step(law, &base, touch, memory.state == CONTACT_APART, steps);
+    let viscous = base.force - base.damping * touch.separation_velocity;
+    let pulls = law.no_tension && touch.overlap >= 0.0 && viscous < 0.0;
     let mut normal = if pulls { 0.0 } else { viscous };
-    if memory.state == APART {
-        memory.state = law.first_state();
+    if memory.state == CONTACT_APART {
+        memory.state = law.initial_state();
     }
     let dissipative = normal - base.force;
-    tally.dashpots -= 0.5 * (memory.dash + dissipative) * touch.separation * dt;
-    memory.dash = dissipative;
+    tally.dashpots -= 0.5 * (memory.damping_force + dissipative) * touch.separation_velocity * dt;
+    memory.damping_force = dissipative;
     let mut energy = base.energy;
     let mut cap = normal.max(0.0);
     let mut shear = 0.0;
     match &law.attraction {
         None => {}
-        Some(Attraction::Cohesion(cohesion)) => {
-            shear = cohesion.act::<D, R>(touch, memory, &mut normal, &mut energy, tally);
+        Some(AttractionLaw::Cohesion(cohesion)) => {
+            shear = cohesion.bound_tension::<D, R>(touch, memory, &mut normal, &mut energy, tally);
             cap = normal.max(0.0);
         }
-        Some(Attraction::Jkr(jkr)) => {
-            let Normal::Hertz(hertz) = &law.normal else { unreachable!("checked by the setup") };
+        Some(AttractionLaw::Jkr(jkr)) => {
+            let NormalForceLaw::Hertz(hertz) = &law.normal else { unreachable!("checked by the setup") };
             let (force, pull_off) = jkr.force(hertz, touch.radius, touch.overlap);
             // Hertz is part of it: what is left is attraction.
             let attraction = base.force - force;
             normal -= attraction;
-            tally.attraction += attraction * touch.separation * dt;
+            tally.attraction += attraction * touch.separation_velocity * dt;
             cap = (normal + 2.0 * pull_off).max(0.0);
         }
-        Some(Attraction::Capillary(bridge)) => {
+        Some(AttractionLaw::Capillary(bridge)) => {
             let attraction = bridge.force(touch.radius, -touch.overlap);
             normal -= attraction;
-            tally.attraction += attraction * touch.separation * dt;
+            tally.attraction += attraction * touch.separation_velocity * dt;
         }
     }
     tally.elastic += energy;
-    let before = (touch.overlap + touch.separation * dt, law.is_hertz());
-    let across = law.friction.act(touch, &base, before, (cap, shear), memory, dt, tally);
+    let before = (touch.overlap + touch.separation_velocity * dt, law.is_hertz());
+    let across = law.friction.tangential_force(touch, &base, before, (cap, shear), memory, dt, tally);
     if law.attraction.is_some() {
         cohesion::break_by_shear(law, &across, (cap, shear), memory);
     }
     let mut moment = [0.0; R];
     if law.rolling.is_some() || law.twisting.is_some() {
-        rolling::act(law, touch, &base, cap, memory, &mut moment, dt, tally);
+        rolling::add_rolling_moments(law, touch, &base, cap, memory, &mut moment, dt, tally);
     }
-    Push { normal, across, moment }
+    ContactForce { normal, tangential: across, moment }
 }
 
 /// A contact ends: what its springs still hold is lost.
 #[inline]
-pub fn end<const D: usize, const R: usize>(
-    law: &Law,
-    touch: &Touch<D, R>,
-    memory: &mut Memory<R>,
+pub fn release_contact<const D: usize, const R: usize>(
+    law: &PairLaw,
+    touch: &ContactGeometry<D, R>,
+    memory: &mut ContactHistory<R>,
     dt: f64,
-    tally: &mut Tally,
+    tally: &mut ContactEnergies,
 ) {
-    tally.dashpots -= 0.5 * memory.dash * touch.separation * dt;
-    let held = dot(&memory.slide, &memory.slide);
+    tally.dashpots -= 0.5 * memory.damping_force * touch.separation_velocity * dt;
+    let held = dot(&memory.shear_displacement, &memory.shear_displacement);
     if held > 0.0 {
         // As stiff as it was a step ago. Its force acts half a step longer, and the work is lost as well.
-        let last = Touch { overlap: (touch.overlap + touch.separation * dt).max(0.0), ..*touch };
-        let across = law.elastic(&last).across;
-        tally.rescaled += 0.5 * across * (held + dot(&memory.slide, &touch.sliding) * dt);
+        let last =
+            ContactGeometry { overlap: (touch.overlap + touch.separation_velocity * dt).max(0.0), ..*touch };
+        let across = law.normal_response(&last).tangential_stiffness;
+        tally.rescaled +=
+            0.5 * across * (held + dot(&memory.shear_displacement, &touch.sliding_velocity) * dt);
     }
-    *memory = Memory::default();
+    *memory = ContactHistory::default();
 }
 
-impl Law {
+impl PairLaw {
     /// State of a contact that begins.
-    fn first_state(&self) -> u8 {
+    fn initial_state(&self) -> u8 {
         match &self.attraction {
-            Some(Attraction::Cohesion(law)) if law.new_contacts => STUCK,
-            _ => TOUCHING,
+            Some(AttractionLaw::Cohesion(law)) if law.new_contacts => CONTACT_BONDED,
+            _ => CONTACT_TOUCHING,
         }
     }
 
     /// Adds the bond of a contact to what it does.
     #[inline]
-    pub fn bonded<const D: usize, const R: usize>(
+    pub fn add_bond_force<const D: usize, const R: usize>(
         &self,
-        touch: &Touch<D, R>,
+        touch: &ContactGeometry<D, R>,
         bond: &mut Bond<R>,
-        push: &mut Push<R>,
+        push: &mut ContactForce<R>,
         dt: f64,
-        tally: &mut Tally,
+        tally: &mut ContactEnergies,
     ) {
         if let Some(beam) = &self.bond {
-            beam.act(touch, bond, push, dt, tally);
+            beam.bond_force(touch, bond, push, dt, tally);
         }
     }
 }
 
 /// Splits a rotation into what rolls, across the normal, and what twists, about it.
 #[inline]
-pub fn rolls<const D: usize, const R: usize, T: Number>(turning: &[T; R], n: &[T; D]) -> ([T; R], T) {
+pub fn rolling_and_twisting<const D: usize, const R: usize, T: SimdNumber>(
+    turning: &[T; R],
+    n: &[T; D],
+) -> ([T; R], T) {
     if D == 2 {
         return (*turning, T::of(0.0));
     }
-    let twist = along(turning, n);
+    let twist = normal_spin(turning, n);
     let mut roll = *turning;
     for c in 0..D {
         roll[c] -= twist * n[c];

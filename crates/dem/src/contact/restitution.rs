@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 
 /// Coefficient of restitution of a damping ratio, where spring and dashpot together may pull.
-pub fn unclamped(ratio: f64) -> f64 {
+pub fn restitution_with_tension(ratio: f64) -> f64 {
     if ratio >= 1.0 { 0.0 } else { (-PI * ratio / (1.0 - ratio * ratio).sqrt()).exp() }
 }
 
 /// The same where they may not: the contact ends when its force vanishes.
-pub fn clamped(ratio: f64) -> f64 {
+pub fn restitution_without_tension(ratio: f64) -> f64 {
     let square = ratio * ratio;
     if (ratio - 1.0).abs() < 1e-9 {
         return (-2.0f64).exp();
@@ -24,23 +24,23 @@ pub fn clamped(ratio: f64) -> f64 {
 }
 
 /// Damping ratio of a coefficient of restitution, where spring and dashpot together may pull.
-pub fn unclamped_ratio(restitution: f64) -> f64 {
+pub fn damping_ratio_with_tension(restitution: f64) -> f64 {
     let log = restitution.ln();
     -log / (PI * PI + log * log).sqrt()
 }
 
 /// The same where they may not, by bisection.
-pub fn clamped_ratio(restitution: f64) -> f64 {
+pub fn damping_ratio_without_tension(restitution: f64) -> f64 {
     if restitution >= 1.0 {
         return 0.0;
     }
     let (mut low, mut high) = (0.0, 1.0);
-    while clamped(high) > restitution && high < 1e6 {
+    while restitution_without_tension(high) > restitution && high < 1e6 {
         high *= 2.0;
     }
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        if clamped(middle) > restitution { low = middle } else { high = middle }
+        if restitution_without_tension(middle) > restitution { low = middle } else { high = middle }
     }
     0.5 * (low + high)
 }
@@ -62,7 +62,10 @@ mod tests {
             (1.0, 0.0, 0.135_335),
             (1.5, 0.0, 0.075_588),
         ] {
-            assert!((unclamped(ratio) - free).abs() < 1e-6 && (clamped(ratio) - held).abs() < 1e-6);
+            assert!(
+                (restitution_with_tension(ratio) - free).abs() < 1e-6
+                    && (restitution_without_tension(ratio) - held).abs() < 1e-6
+            );
         }
         // Its first table.
         for (restitution, free, held, mixed) in [
@@ -71,9 +74,11 @@ mod tests {
             (0.5, 0.21545, 0.25528, 0.5503),
             (0.1, 0.59116, 1.24319, 0.2527),
         ] {
-            assert!((unclamped_ratio(restitution) - free).abs() < 1e-5);
-            assert!((clamped_ratio(restitution) - held).abs() < 1e-5);
-            assert!((clamped(unclamped_ratio(restitution)) - mixed).abs() < 1e-4);
+            assert!((damping_ratio_with_tension(restitution) - free).abs() < 1e-5);
+            assert!((damping_ratio_without_tension(restitution) - held).abs() < 1e-5);
+            assert!(
+                (restitution_without_tension(damping_ratio_with_tension(restitution)) - mixed).abs() < 1e-4
+            );
         }
     }
 }

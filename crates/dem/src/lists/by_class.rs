@@ -1,38 +1,40 @@
 //! Pairs that classes of sizes find, listed as cells of one width would list them.
 
-use super::{D2, Lists, Look, cell_of, count_sort};
+use super::{MAX_DIMENSION, PairCriterion, VerletLists, cell_of, count_sort};
 use crate::cell::PeriodicCell;
 
 /// Largest over smallest radius beyond which grains are searched for class by class (sheet: dem §3.2).
-const WIDE: f64 = 3.0;
+const MIN_SIZE_RATIO: f64 = 3.0;
 
 /// Pairs that were found in no order: the grain that lists each, the place of the other's cell among those ahead, the other
 /// grain, and its image; whether they go across the seam.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Found {
+pub(super) struct FoundPairs {
     pairs: Vec<(u32, u8, u32, u8, bool)>,
     starts: Vec<u32>,
     order: Vec<u32>,
     keys: Vec<u32>,
 }
 
-impl<const D: usize, const R: usize> Lists<D, R> {
+impl<const D: usize, const R: usize> VerletLists<D, R> {
     /// Whether radii differ so much that cells of one width would hold too many of the small grains.
     pub(super) fn is_wide(&self, radii: &[f64]) -> bool {
         let ends = |(low, high): (f64, f64), r: &f64| (low.min(*r), high.max(*r));
         let (low, high) = radii.iter().fold((f64::INFINITY, 0.0), ends);
-        !self.one_width && high > WIDE * low
+        !self.uniform_cells && high > MIN_SIZE_RATIO * low
     }
 
     /// Lists the pairs that classes of sizes find, as if cells of one width had found them.
-    pub(super) fn find_by_class(&mut self, look: &Look<'_, D, R>, all: bool) {
+    pub(super) fn find_by_class(&mut self, look: &PairCriterion<'_, D, R>, all: bool) {
         let grains = look.grains;
-        let Self { found, classes, inner, seam, keys, order, counts, axes, .. } = self;
-        let cells = Cells { counts: *counts, axes: *axes, keys, order };
+        let Self {
+            found, classes, slab_pairs: inner, periodic_pairs: seam, keys, order, counts, axes, ..
+        } = self;
+        let cells = UniformCells { counts: *counts, axes: *axes, keys, order };
         // Positions are finite: `build` has looked.
         let built = classes.build(&grains.position, &grains.radius, look.cell, look.gap);
         debug_assert!(built.is_ok(), "{built:?}");
-        let Found { pairs, starts, order, keys } = found;
+        let FoundPairs { pairs, starts, order, keys } = found;
         pairs.clear();
         classes.visit(&grains.radius, |i, j, steps| {
             if let Some(code) = look.near(i, j, steps) {
@@ -60,14 +62,14 @@ impl<const D: usize, const R: usize> Lists<D, R> {
 }
 
 /// Cells of one width, and which grains are in them.
-struct Cells<'a> {
-    counts: [usize; D2],
-    axes: [usize; D2],
+struct UniformCells<'a> {
+    counts: [usize; MAX_DIMENSION],
+    axes: [usize; MAX_DIMENSION],
     keys: &'a [u32],
     order: &'a [u32],
 }
 
-impl Cells<'_> {
+impl UniformCells<'_> {
     /// How cells of one width list a pair whose second grain is `steps` cells away: `None` where they would not see it.
     fn listed<const D: usize>(
         &self,
@@ -76,7 +78,7 @@ impl Cells<'_> {
         code: u8,
         all: bool,
     ) -> Option<(u32, u8, u32, u8, bool)> {
-        let back = PeriodicCell::code(&steps.map(|step| -step));
+        let back = PeriodicCell::image_index(&steps.map(|step| -step));
         if all {
             let (first, second, code) = if i < j { (i, j, code) } else { (j, i, back) };
             return Some((first as u32, 0, second as u32, code, false));
@@ -110,9 +112,9 @@ mod tests {
 
     use crate::cell::{PeriodicCell, apply};
     use crate::grains::Grains;
-    use crate::lists::{Lists, Reach};
-    use crate::pairs::Columns;
-    use crate::vector::{dot, minus};
+    use crate::lists::{ListReach, VerletLists};
+    use crate::pairs::HistoryColumns;
+    use crate::vector::{difference, dot};
 
     /// Grains at random in a cell, radii between two ends, most of them small, some held.
     fn grains<const D: usize, const R: usize>(
@@ -135,9 +137,12 @@ mod tests {
     }
 
     /// Pairs by ids, the smaller first.
-    fn ids<const D: usize, const R: usize>(lists: &Lists<D, R>, grains: &Grains<D, R>) -> Vec<(u32, u32)> {
+    fn ids<const D: usize, const R: usize>(
+        lists: &VerletLists<D, R>,
+        grains: &Grains<D, R>,
+    ) -> Vec<(u32, u32)> {
         let mut all = Vec::new();
-        for pairs in [&lists.inner, &lists.seam] {
+        for pairs in [&lists.slab_pairs, &lists.periodic_pairs] {
             for (i, k) in pairs.firsts() {
                 let (a, b) = (grains.id[i], grains.id[pairs.other[k] as usize]);
                 all.push((a.min(b), a.max(b)));
@@ -158,13 +163,13 @@ mod tests {
         for i in 0..grains.len() {
             for j in (0..i).filter(|&j| !(grains.held[i] && grains.held[j])) {
                 let limit = grains.radius[i] + grains.radius[j] + gap;
-                let apart = minus(&grains.position[i], &grains.position[j]);
+                let apart = difference(&grains.position[i], &grains.position[j]);
                 let near = (0..PeriodicCell::<D>::images()).filter(|&code| {
-                    let own = PeriodicCell::<D>::steps(code as u8);
+                    let own = PeriodicCell::<D>::image_steps(code as u8);
                     (0..D).all(|c| own[c] == 0 || cell.periodic[c])
                 });
                 let found = near.filter(|&code| {
-                    let apart = minus(&apart, &shifts[code].0);
+                    let apart = difference(&apart, &shifts[code].0);
                     dot(&apart, &apart) < limit * limit
                 });
                 if found.count() > 0 {
@@ -188,20 +193,21 @@ mod tests {
         let mut drawn = grains::<D, R>(count, ends, &cell, seed);
         // Whatever was drawn, there is one of either end.
         (drawn.radius[0], drawn.radius[1]) = (ends[0], ends[1]);
-        let reach = Reach { gap, radius: drawn.radii().1 };
+        let reach = ListReach { gap, radius: drawn.radii().1 };
         let (mut by_class, mut by_cell) = (drawn.clone(), drawn.clone());
-        let mut classes = Lists::<D, R>::default();
-        let mut one = Lists::<D, R> { one_width: true, ..Lists::default() };
+        let mut classes = VerletLists::<D, R>::default();
+        let mut one = VerletLists::<D, R> { uniform_cells: true, ..VerletLists::default() };
         prop_assert!(classes.is_wide(&drawn.radius) && !one.is_wide(&drawn.radius));
-        classes.build(&mut by_class, &cell, reach, Columns::default()).unwrap();
-        one.build(&mut by_cell, &cell, reach, Columns::default()).unwrap();
+        classes.build(&mut by_class, &cell, reach, HistoryColumns::default()).unwrap();
+        one.build(&mut by_cell, &cell, reach, HistoryColumns::default()).unwrap();
         let found = ids(&classes, &by_class);
         let set: BTreeSet<(u32, u32)> = found.iter().copied().collect();
         prop_assert_eq!(set.len(), found.len());
         prop_assert_eq!(set, brute(&drawn, &cell, gap));
         // The same lists as those of cells of one width, in the same order.
         prop_assert_eq!(&by_class.id, &by_cell.id);
-        for (a, b) in [(&classes.inner, &one.inner), (&classes.seam, &one.seam)] {
+        for (a, b) in [(&classes.slab_pairs, &one.slab_pairs), (&classes.periodic_pairs, &one.periodic_pairs)]
+        {
             prop_assert_eq!(&a.starts, &b.starts);
             prop_assert_eq!(&a.other, &b.other);
             prop_assert_eq!(&a.image, &b.image);

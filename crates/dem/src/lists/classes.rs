@@ -19,7 +19,7 @@ const ROUND_OFF: f64 = 1e-9;
 
 /// The grid of a class.
 #[derive(Clone, Debug, Default)]
-struct Grid<const D: usize> {
+struct ClassGrid<const D: usize> {
     /// Largest radius (m).
     radius: f64,
     /// Cells along each axis.
@@ -33,8 +33,8 @@ struct Grid<const D: usize> {
 
 /// Grids of all classes of a set of balls.
 #[derive(Clone, Debug, Default)]
-pub struct Classes<const D: usize> {
-    grids: Vec<Grid<D>>,
+pub struct SizeClasses<const D: usize> {
+    grids: Vec<ClassGrid<D>>,
     class: Vec<u8>,
     /// Reduced coordinates less those of the lowest grain along axes that don't repeat themselves.
     place: Vec<[f64; D]>,
@@ -55,7 +55,7 @@ fn class_of(radius: f64, most: f64) -> u8 {
     class
 }
 
-impl<const D: usize> Classes<D> {
+impl<const D: usize> SizeClasses<D> {
     /// Bins balls at `positions` (m), which lie in the cell along its periodic axes, with their radii (m). Pairs are found up to a gap (m).
     ///
     /// # Errors
@@ -89,7 +89,7 @@ impl<const D: usize> Classes<D> {
         self.class.clear();
         self.class.extend(radii.iter().map(|radius| class_of(*radius, most)));
         let last = self.class.iter().copied().max().unwrap_or(0);
-        self.grids.resize(usize::from(last) + 1, Grid::default());
+        self.grids.resize(usize::from(last) + 1, ClassGrid::default());
         for class in 0..=last {
             self.bin(class, radii, &extent);
         }
@@ -152,7 +152,7 @@ impl<const D: usize> Classes<D> {
 
     /// Balls in the cells of a grid that `reach` (m) around ball `i` touches.
     #[inline]
-    fn around(&self, grid: &Grid<D>, i: usize, reach: f64, mut visit: impl FnMut(usize, [i32; D])) {
+    fn around(&self, grid: &ClassGrid<D>, i: usize, reach: f64, mut visit: impl FnMut(usize, [i32; D])) {
         let (mut low, mut spans) = ([0i64; D], [1i64; D]);
         for c in 0..D {
             let at = self.place[i][c] * grid.scale[c];

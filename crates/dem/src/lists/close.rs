@@ -5,22 +5,22 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::Lists;
-use crate::contact::APART;
+use super::VerletLists;
+use crate::contact::CONTACT_APART;
 use crate::grains::Grains;
-use crate::pairs::Pairs;
-use crate::vector::{WIDTH, dot, minus};
+use crate::pairs::PairList;
+use crate::vector::{WIDTH, difference, dot};
 
 /// Share of the skin up to which gaps are looked at, at least.
-const LEAST: f64 = 1.0 / 16.0;
+const MIN_GAP_FRACTION: f64 = 1.0 / 16.0;
 
 /// Margin for round-off in sums of ways.
-const MARGIN: f64 = 1.0 - 1e-9;
+const ROUND_OFF_FACTOR: f64 = 1.0 - 1e-9;
 
 /// A pair, in one piece: it is copied as such from list to batch. Numbers count from the first grain and pair of its slab on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(align(16))]
-pub struct Pair {
+pub struct ActivePair {
     /// The first grain.
     pub first: u32,
     /// The other.
@@ -28,38 +28,38 @@ pub struct Pair {
     /// Number of the pair in its list.
     pub slot: u32,
     /// Image of the other.
-    pub code: u32,
+    pub image_index: u32,
 }
 
 /// Pairs of a slab, or across the seam, in the order of their list.
 #[derive(Clone, Debug, Default)]
-pub struct Run {
+pub struct ActivePairs {
     /// The pairs; the last one again to fill up those that are looked at side by side.
-    pairs: Vec<Pair>,
+    pairs: Vec<ActivePair>,
     count: usize,
 }
 
 /// What is looked at in a step.
 #[derive(Clone, Debug, Default)]
-pub struct Close {
+pub struct ActivePairLists {
     /// Of each slab.
-    pub slabs: Vec<Run>,
+    pub slabs: Vec<ActivePairs>,
     /// Of the seam.
-    pub seam: Run,
+    pub periodic_pairs: ActivePairs,
     /// How much nearer to each other than when they were listed grains may have come (m); `None` before it is known.
     reach: Option<f64>,
 }
 
-impl Close {
+impl ActivePairLists {
     /// Has the pairs chosen anew before the next step.
-    pub fn forget(&mut self) {
+    pub fn clear(&mut self) {
         self.reach = None;
     }
 }
 
-impl Run {
+impl ActivePairs {
     /// Pairs side by side, and how many of them count.
-    pub fn side_by_side(&self) -> impl Iterator<Item = (&[Pair; WIDTH], usize)> {
+    pub fn in_fours(&self) -> impl Iterator<Item = (&[ActivePair; WIDTH], usize)> {
         let (groups, _) = self.pairs.as_chunks();
         groups.iter().enumerate().map(|(n, group)| (group, (self.count - WIDTH * n).min(WIDTH)))
     }
@@ -67,7 +67,7 @@ impl Run {
     /// Takes the pairs of some grains that remember something, or that were `near` when they were listed.
     fn choose<const R: usize>(
         &mut self,
-        pairs: &Pairs<R>,
+        pairs: &PairList<R>,
         rows: Range<usize>,
         near: impl Fn(usize, usize, usize) -> bool,
     ) {
@@ -76,10 +76,10 @@ impl Run {
         for i in rows {
             for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
                 let (second, code) = (pairs.other[k], pairs.image.get(k).map_or(0, |code| u32::from(*code)));
-                if pairs.memory.state[k] != APART || near(i, second as usize, code as usize) {
+                if pairs.histories.state[k] != CONTACT_APART || near(i, second as usize, code as usize) {
                     let first = (i - row) as u32;
                     let second = second - row as u32;
-                    self.pairs.push(Pair { first, second, slot: k as u32 - pair, code });
+                    self.pairs.push(ActivePair { first, second, slot: k as u32 - pair, image_index: code });
                 }
             }
         }
@@ -89,45 +89,45 @@ impl Run {
     }
 }
 
-impl<const D: usize, const R: usize> Lists<D, R> {
+impl<const D: usize, const R: usize> VerletLists<D, R> {
     /// Chooses no pairs, for steps that look at all that are listed.
-    pub fn choose_none(&mut self) {
-        self.close.forget();
-        self.close.slabs.resize_with(self.slab_count(), Run::default);
+    pub fn clear_active(&mut self) {
+        self.active_pairs.clear();
+        self.active_pairs.slabs.resize_with(self.slab_count(), ActivePairs::default);
     }
 
     /// Chooses the pairs that a step looks at, where grains may have come `closer` to each other since they were listed (m) than the last
     /// choice allows for. Shifts of images are those of the time of the lists where there are any, or else all pairs are chosen.
-    pub fn choose(
+    pub fn select_active(
         &mut self,
         grains: &Grains<D, R>,
         shifts: Option<&[([f64; D], [f64; D])]>,
         closer: f64,
         skin: f64,
     ) {
-        if self.close.reach.is_some_and(|reach| closer < MARGIN * reach) {
+        if self.active_pairs.reach.is_some_and(|reach| closer < ROUND_OFF_FACTOR * reach) {
             return;
         }
         // Twice as far as now, so that ways that grow steadily have few choices made.
-        let wanted = (2.0 * closer).max(LEAST * skin);
+        let wanted = (2.0 * closer).max(MIN_GAP_FRACTION * skin);
         let reach = if wanted < skin && shifts.is_some() { wanted } else { f64::INFINITY };
         let near = |i: usize, j: usize, code: usize| {
-            let mut apart = minus(&grains.listed[i], &grains.listed[j]);
+            let mut apart = difference(&grains.listed[i], &grains.listed[j]);
             if let (Some(shifts), true) = (shifts, code > 0) {
-                apart = minus(&apart, &shifts[code].0);
+                apart = difference(&apart, &shifts[code].0);
             }
             let most = grains.radius[i] + grains.radius[j] + reach;
             dot(&apart, &apart) < most * most
         };
-        let (slabs, inner) = (&self.slabs, &self.inner);
+        let (slabs, inner) = (&self.slabs, &self.slab_pairs);
         let count = slabs.len().saturating_sub(1);
-        self.close.slabs.resize_with(count, Run::default);
-        self.close.slabs.par_iter_mut().zip(slabs.par_windows(2)).for_each(|(run, ends)| {
+        self.active_pairs.slabs.resize_with(count, ActivePairs::default);
+        self.active_pairs.slabs.par_iter_mut().zip(slabs.par_windows(2)).for_each(|(run, ends)| {
             run.choose(inner, ends[0] as usize..ends[1] as usize, near);
         });
-        let count = self.seam.starts.len().saturating_sub(1);
-        self.close.seam.choose(&self.seam, 0..count, near);
-        self.close.reach = Some(reach);
+        let count = self.periodic_pairs.starts.len().saturating_sub(1);
+        self.active_pairs.periodic_pairs.choose(&self.periodic_pairs, 0..count, near);
+        self.active_pairs.reach = Some(reach);
     }
 }
 
@@ -138,13 +138,13 @@ mod tests {
 
     use super::*;
     use crate::cell::PeriodicCell;
-    use crate::contact::TOUCHING;
-    use crate::lists::Reach;
-    use crate::pairs::Columns;
+    use crate::contact::CONTACT_TOUCHING;
+    use crate::lists::ListReach;
+    use crate::pairs::HistoryColumns;
 
     const SKIN: f64 = 0.3;
 
-    fn drawn() -> (Grains<3, 3>, Lists<3, 3>, ChaCha8Rng) {
+    fn drawn() -> (Grains<3, 3>, VerletLists<3, 3>, ChaCha8Rng) {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let mut grains = Grains::default();
         for _ in 0..800 {
@@ -152,26 +152,26 @@ mod tests {
             grains.push(0, 0, place, 0.3 + 0.2 * random.random::<f64>(), 1.0);
         }
         let cell = PeriodicCell::new([0.0; 3], [9.0; 3], [false; 3]);
-        let mut lists = Lists::default();
-        let reach = Reach { gap: SKIN, radius: grains.radii().1 };
-        lists.build(&mut grains, &cell, reach, Columns::default()).unwrap();
+        let mut lists = VerletLists::default();
+        let reach = ListReach { gap: SKIN, radius: grains.radii().1 };
+        lists.build(&mut grains, &cell, reach, HistoryColumns::default()).unwrap();
         (grains, lists, random)
     }
 
-    fn chosen(lists: &Lists<3, 3>) -> Vec<u32> {
-        let slots = |(slab, run): (usize, &Run)| {
-            let from = lists.inner.starts[lists.slabs[slab] as usize];
+    fn chosen(lists: &VerletLists<3, 3>) -> Vec<u32> {
+        let slots = |(slab, run): (usize, &ActivePairs)| {
+            let from = lists.slab_pairs.starts[lists.slabs[slab] as usize];
             run.pairs[..run.count].iter().map(move |pair| from + pair.slot).collect::<Vec<_>>()
         };
-        lists.close.slabs.iter().enumerate().flat_map(slots).collect()
+        lists.active_pairs.slabs.iter().enumerate().flat_map(slots).collect()
     }
 
     #[test]
     fn pairs_that_meet_within_the_way_allowed_for_are_looked_at() {
         let (mut grains, mut lists, mut random) = drawn();
-        let listed = lists.inner.other.len();
+        let listed = lists.slab_pairs.other.len();
         for closer in [0.0, 0.01, 0.04, 0.1, 0.2, SKIN] {
-            lists.choose(&grains, Some(&[]), closer, SKIN);
+            lists.select_active(&grains, Some(&[]), closer, SKIN);
             let chosen = chosen(&lists);
             assert!(chosen.is_sorted());
             assert_eq!(
@@ -186,9 +186,9 @@ mod tests {
                 let way = 0.5 * closer / 3f64.sqrt();
                 x.iter_mut().for_each(|c| *c += if random.random() { way } else { -way });
             }
-            for (i, k) in lists.inner.firsts() {
-                let j = lists.inner.other[k] as usize;
-                let apart = minus(&grains.position[i], &grains.position[j]);
+            for (i, k) in lists.slab_pairs.firsts() {
+                let j = lists.slab_pairs.other[k] as usize;
+                let apart = difference(&grains.position[i], &grains.position[j]);
                 if dot(&apart, &apart).sqrt() < grains.radius[i] + grains.radius[j] {
                     assert!(chosen.binary_search(&(k as u32)).is_ok(), "{closer}: {k}");
                 }
@@ -199,12 +199,12 @@ mod tests {
     #[test]
     fn contacts_that_remember_something_are_looked_at_however_far_apart() {
         let (grains, mut lists, _) = drawn();
-        lists.choose(&grains, Some(&[]), 0.0, SKIN);
+        lists.select_active(&grains, Some(&[]), 0.0, SKIN);
         let before = chosen(&lists);
         let far = (0..).find(|k| !before.contains(k)).unwrap();
-        lists.inner.memory.state[far as usize] = TOUCHING;
-        lists.close.forget();
-        lists.choose(&grains, Some(&[]), 0.0, SKIN);
+        lists.slab_pairs.histories.state[far as usize] = CONTACT_TOUCHING;
+        lists.active_pairs.clear();
+        lists.select_active(&grains, Some(&[]), 0.0, SKIN);
         assert_eq!(chosen(&lists).len(), before.len() + 1);
         assert!(chosen(&lists).contains(&far));
     }
@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn a_cell_that_has_moved_has_all_pairs_looked_at() {
         let (grains, mut lists, _) = drawn();
-        lists.choose(&grains, None, 0.0, SKIN);
-        assert_eq!(chosen(&lists).len(), lists.inner.other.len());
+        lists.select_active(&grains, None, 0.0, SKIN);
+        assert_eq!(chosen(&lists).len(), lists.slab_pairs.other.len());
     }
 }

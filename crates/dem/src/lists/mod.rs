@@ -13,64 +13,68 @@ pub mod close;
 
 use std::ops::Range;
 
-use by_class::Found;
-use classes::Classes;
-use close::Close;
-use colluvium_points::{SearchError, Spare, farthest, most_cells};
+use by_class::FoundPairs;
+use classes::SizeClasses;
+use close::ActivePairLists;
+use colluvium_points::{ScratchBuffers, SearchError, farthest_from_mean, max_cells};
 use rayon::prelude::*;
 
 use crate::cell::{PeriodicCell, inverse};
 use crate::contact::bond::Bond;
 use crate::grains::Grains;
-use crate::pairs::{Columns, Memories, Pairs};
-use crate::vector::{dot, minus};
+use crate::pairs::{ContactHistories, HistoryColumns, PairList};
+use crate::vector::{difference, dot};
 
 /// Grains of a slab, at least.
-const SLAB: usize = 384;
+const MIN_SLAB_GRAINS: usize = 384;
 
 /// The lists, and the buffers to make them.
 #[derive(Default)]
-pub struct Lists<const D: usize, const R: usize> {
+pub struct VerletLists<const D: usize, const R: usize> {
     /// Pairs of each grain with those ahead.
-    pub inner: Pairs<R>,
+    pub slab_pairs: PairList<R>,
     /// Pairs across the seam.
-    pub seam: Pairs<R>,
+    pub periodic_pairs: PairList<R>,
     /// First grain of each slab, and the number of grains.
     pub slabs: Vec<u32>,
     /// Pairs that a step looks at where contacts are worked on side by side.
-    pub close: Close,
+    pub active_pairs: ActivePairLists,
     /// First cell of each slab, and the number of cells.
     cells: Vec<u32>,
-    counts: [usize; D2],
-    axes: [usize; D2],
+    counts: [usize; MAX_DIMENSION],
+    axes: [usize; MAX_DIMENSION],
     keys: Vec<u32>,
     starts: Vec<u32>,
     order: Vec<u32>,
     place: Vec<u32>,
-    carried: Carried<R>,
-    spare: Spare,
-    classes: Classes<D>,
-    found: Found,
+    carried: CarriedHistories<R>,
+    scratch: ScratchBuffers,
+    classes: SizeClasses<D>,
+    found: FoundPairs,
     /// Whether cells of one width serve grains of all sizes.
-    pub one_width: bool,
+    pub uniform_cells: bool,
 }
 
 /// Entries of arrays over axes, of which the first `D` count.
-const D2: usize = 3;
+const MAX_DIMENSION: usize = 3;
 
 /// What contacts remember while their lists are made anew.
 #[derive(Clone, Debug, Default)]
-struct Carried<const R: usize> {
+struct CarriedHistories<const R: usize> {
     first: Vec<u32>,
     second: Vec<u32>,
-    memory: Memories<R>,
+    memory: ContactHistories<R>,
     starts: Vec<u32>,
     entries: Vec<u32>,
     used: Vec<bool>,
 }
 
 /// Place of cell `number` along each axis, of so many cells along each and in this order of the axes.
-fn cell_of<const D: usize>(number: usize, counts: &[usize; D2], axes: &[usize; D2]) -> [usize; D] {
+fn cell_of<const D: usize>(
+    number: usize,
+    counts: &[usize; MAX_DIMENSION],
+    axes: &[usize; MAX_DIMENSION],
+) -> [usize; D] {
     let (mut rest, mut own) = (number, [0usize; D]);
     for &axis in axes[..D].iter().rev() {
         own[axis] = rest % counts[axis];
@@ -81,7 +85,7 @@ fn cell_of<const D: usize>(number: usize, counts: &[usize; D2], axes: &[usize; D
 
 /// How far grains see each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
+pub struct ListReach {
     /// Gap up to which pairs are listed (m).
     pub gap: f64,
     /// Largest radius (m).
@@ -101,14 +105,14 @@ pub enum ListError {
 
 /// Which image of a cell a neighbouring one is.
 #[derive(Clone, Copy)]
-struct Neighbour<const D: usize> {
+struct NeighbourCell<const D: usize> {
     cell: [usize; D],
     steps: [i32; D],
-    seam: bool,
+    is_periodic: bool,
 }
 
 /// What decides whether two grains are a pair.
-struct Look<'a, const D: usize, const R: usize> {
+struct PairCriterion<'a, const D: usize, const R: usize> {
     grains: &'a Grains<D, R>,
     cell: &'a PeriodicCell<D>,
     /// Inverse of the cell's edges.
@@ -118,10 +122,10 @@ struct Look<'a, const D: usize, const R: usize> {
     periodic: bool,
 }
 
-impl<const D: usize, const R: usize> Look<'_, D, R> {
+impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
     /// Lists grains `i` and `j`, `steps` cells away, where they are near and not both held.
     #[inline]
-    fn pair(&self, i: usize, j: usize, steps: [i32; D], pairs: &mut Pairs<R>) {
+    fn pair(&self, i: usize, j: usize, steps: [i32; D], pairs: &mut PairList<R>) {
         let Some(code) = self.near(i, j, steps) else { return };
         pairs.other.push(j as u32);
         if self.periodic {
@@ -136,17 +140,17 @@ impl<const D: usize, const R: usize> Look<'_, D, R> {
         if grains.held[i] && grains.held[j] {
             return None;
         }
-        let mut apart = minus(&grains.position[i], &grains.position[j]);
-        let code = PeriodicCell::code(&steps);
+        let mut apart = difference(&grains.position[i], &grains.position[j]);
+        let code = PeriodicCell::image_index(&steps);
         if code > 0 {
-            apart = minus(&apart, &self.shifts[code as usize].0);
+            apart = difference(&apart, &self.shifts[code as usize].0);
         }
         let limit = grains.radius[i] + grains.radius[j] + self.gap;
         (dot(&apart, &apart) < limit * limit).then_some(code)
     }
 
     /// Lists all later grains that are near grain `i`, by the nearest of their images.
-    fn all(&self, i: usize, pairs: &mut Pairs<R>) {
+    fn all(&self, i: usize, pairs: &mut PairList<R>) {
         let own = self.cell.reduced(&self.unit, &self.grains.position[i]);
         for j in i + 1..self.grains.len() {
             let other = self.cell.reduced(&self.unit, &self.grains.position[j]);
@@ -158,7 +162,7 @@ impl<const D: usize, const R: usize> Look<'_, D, R> {
     }
 }
 
-impl<const D: usize, const R: usize> Lists<D, R> {
+impl<const D: usize, const R: usize> VerletLists<D, R> {
     /// Number of slabs.
     pub fn slab_count(&self) -> usize {
         self.slabs.len().saturating_sub(1)
@@ -173,14 +177,14 @@ impl<const D: usize, const R: usize> Lists<D, R> {
         &mut self,
         grains: &mut Grains<D, R>,
         cell: &PeriodicCell<D>,
-        reach: Reach,
-        columns: Columns,
+        reach: ListReach,
+        columns: HistoryColumns,
     ) -> Result<(), ListError> {
         if let Some(lost) = grains.position.iter().position(|x| x.iter().any(|c| !c.is_finite())) {
             return Err(ListError::Search(SearchError::NotFinite(grains.id[lost] as usize)));
         }
-        self.close.forget();
-        self.carry(columns);
+        self.active_pairs.clear();
+        self.store_histories(columns);
         let all =
             self.bin(&grains.position, cell, 2.0 * reach.radius + reach.gap).map_err(
                 |error| match error {
@@ -195,25 +199,25 @@ impl<const D: usize, const R: usize> Lists<D, R> {
         for (new, &old) in self.order.iter().enumerate() {
             self.place[old as usize] = new as u32;
         }
-        grains.reorder(&self.order, &mut self.spare);
+        grains.reorder(&self.order, &mut self.scratch);
         grains.listed.clone_from(&grains.position);
         self.cut_slabs(grains.len(), all);
         self.find(grains, cell, reach, all);
-        self.hand_back(grains, columns)
+        self.restore_histories(grains, columns)
     }
 
     /// Forgets pairs of grains that go, whose new place is `u32::MAX`; the lists are to be made anew.
-    pub fn forget(&mut self, place: &[u32], columns: Columns) {
+    pub fn remove_grains(&mut self, place: &[u32], columns: HistoryColumns) {
         let count = place.iter().filter(|place| **place != u32::MAX).count();
-        for pairs in [&mut self.inner, &mut self.seam] {
-            let mut left = Pairs { starts: vec![0; count + 1], ..Pairs::default() };
-            left.memory.clear(0, columns);
+        for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
+            let mut left = PairList { starts: vec![0; count + 1], ..PairList::default() };
+            left.histories.clear(0, columns);
             for (i, k) in pairs.firsts() {
                 let (i, j) = (place[i], place[pairs.other[k] as usize]);
                 if i != u32::MAX && j != u32::MAX {
                     left.other.push(j);
                     left.image.extend(pairs.image.get(k));
-                    left.memory.push(&pairs.memory, k);
+                    left.histories.push(&pairs.histories, k);
                     left.starts[i as usize + 1] += 1;
                 }
             }
@@ -225,17 +229,17 @@ impl<const D: usize, const R: usize> Lists<D, R> {
     }
 
     /// Keeps what contacts remember.
-    fn carry(&mut self, columns: Columns) {
+    fn store_histories(&mut self, columns: HistoryColumns) {
         let carried = &mut self.carried;
         carried.first.clear();
         carried.second.clear();
         carried.memory.clear(0, columns);
-        for pairs in [&self.inner, &self.seam] {
+        for pairs in [&self.slab_pairs, &self.periodic_pairs] {
             for (i, k) in pairs.firsts() {
-                if pairs.memory.is_kept(k) {
+                if pairs.histories.is_kept(k) {
                     carried.first.push(i as u32);
                     carried.second.push(pairs.other[k]);
-                    carried.memory.push(&pairs.memory, k);
+                    carried.memory.push(&pairs.histories, k);
                 }
             }
         }
@@ -265,8 +269,8 @@ impl<const D: usize, const R: usize> Lists<D, R> {
             }
             total *= counts[axis] as f64;
         }
-        if total > most_cells(positions.len()) {
-            return Err(ListError::Search(SearchError::TooSpread(total, farthest(positions))));
+        if total > max_cells(positions.len()) {
+            return Err(ListError::Search(SearchError::TooSpread(total, farthest_from_mean(positions))));
         }
         let mut axes: [usize; D] = std::array::from_fn(|axis| axis);
         axes.sort_by_key(|&axis| std::cmp::Reverse(counts[axis]));
@@ -295,7 +299,10 @@ impl<const D: usize, const R: usize> Lists<D, R> {
         for layer in 1..layers {
             let start = self.starts[layer * per_layer];
             let last = self.slabs[self.slabs.len() - 1];
-            if !all && (start - last) as usize >= SLAB && grains - start as usize >= SLAB {
+            if !all
+                && (start - last) as usize >= MIN_SLAB_GRAINS
+                && grains - start as usize >= MIN_SLAB_GRAINS
+            {
                 self.slabs.push(start);
                 self.cells.push((layer * per_layer) as u32);
             }
@@ -305,8 +312,8 @@ impl<const D: usize, const R: usize> Lists<D, R> {
     }
 
     /// Lists the pairs of all grains.
-    fn find(&mut self, grains: &Grains<D, R>, cell: &PeriodicCell<D>, reach: Reach, all: bool) {
-        for pairs in [&mut self.inner, &mut self.seam] {
+    fn find(&mut self, grains: &Grains<D, R>, cell: &PeriodicCell<D>, reach: ListReach, all: bool) {
+        for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
             pairs.starts.clear();
             pairs.other.clear();
             pairs.image.clear();
@@ -314,7 +321,7 @@ impl<const D: usize, const R: usize> Lists<D, R> {
         }
         let mut shifts = Vec::new();
         cell.shifts(&mut shifts);
-        let look = Look {
+        let look = PairCriterion {
             grains,
             cell,
             shifts: &shifts,
@@ -326,10 +333,10 @@ impl<const D: usize, const R: usize> Lists<D, R> {
             self.find_by_class(&look, all);
             return;
         }
-        let slabs: Vec<[Pairs<R>; 2]> =
+        let slabs: Vec<[PairList<R>; 2]> =
             self.cells.par_windows(2).map(|ends| self.find_in(&look, ends[0]..ends[1], all)).collect();
         for slab in slabs {
-            for (pairs, more) in [&mut self.inner, &mut self.seam].into_iter().zip(slab) {
+            for (pairs, more) in [&mut self.slab_pairs, &mut self.periodic_pairs].into_iter().zip(slab) {
                 let before = pairs.other.len() as u32;
                 pairs.starts.extend(more.starts.iter().map(|start| before + start));
                 pairs.other.extend(more.other);
@@ -339,9 +346,9 @@ impl<const D: usize, const R: usize> Lists<D, R> {
     }
 
     /// Pairs of the grains of some cells, within the slabs and across the seam; where those of each grain end.
-    fn find_in(&self, look: &Look<'_, D, R>, cells: Range<u32>, all: bool) -> [Pairs<R>; 2] {
-        let [mut inner, mut seam] = [Pairs::default(), Pairs::default()];
-        let mut neighbours: Vec<Neighbour<D>> = Vec::new();
+    fn find_in(&self, look: &PairCriterion<'_, D, R>, cells: Range<u32>, all: bool) -> [PairList<R>; 2] {
+        let [mut inner, mut seam] = [PairList::default(), PairList::default()];
+        let mut neighbours: Vec<NeighbourCell<D>> = Vec::new();
         for number in cells.start as usize..cells.end as usize {
             let (from, to) = (self.starts[number] as usize, self.starts[number + 1] as usize);
             if from == to {
@@ -361,7 +368,7 @@ impl<const D: usize, const R: usize> Lists<D, R> {
                         let key = self.axes[..D]
                             .iter()
                             .fold(0, |key, &axis| key * self.counts[axis] + near.cell[axis]);
-                        let pairs = if near.seam { &mut seam } else { &mut inner };
+                        let pairs = if near.is_periodic { &mut seam } else { &mut inner };
                         for j in self.starts[key]..self.starts[key + 1] {
                             look.pair(i, j as usize, near.steps, pairs);
                         }
@@ -375,12 +382,12 @@ impl<const D: usize, const R: usize> Lists<D, R> {
     }
 
     /// Cells ahead of cell `number`: half of those around it.
-    fn neighbours(&self, number: usize, cell: &PeriodicCell<D>, out: &mut Vec<Neighbour<D>>) {
+    fn neighbours(&self, number: usize, cell: &PeriodicCell<D>, out: &mut Vec<NeighbourCell<D>>) {
         out.clear();
         let own = cell_of(number, &self.counts, &self.axes);
         let half = 3usize.pow(D as u32) / 2;
         'offsets: for code in half + 1..2 * half + 1 {
-            let mut near = Neighbour { cell: own, steps: [0; D], seam: false };
+            let mut near = NeighbourCell { cell: own, steps: [0; D], is_periodic: false };
             let mut rest = code;
             for (rank, &axis) in self.axes[..D].iter().enumerate().rev() {
                 let offset = (rest % 3) as i64 - 1;
@@ -392,7 +399,7 @@ impl<const D: usize, const R: usize> Lists<D, R> {
                         continue 'offsets;
                     }
                     near.steps[axis] = if place < 0 { -1 } else { 1 };
-                    near.seam |= rank == 0;
+                    near.is_periodic |= rank == 0;
                 }
                 near.cell[axis] = place.rem_euclid(count) as usize;
             }
@@ -401,7 +408,7 @@ impl<const D: usize, const R: usize> Lists<D, R> {
     }
 
     /// Gives contacts that are listed again what they remember.
-    fn hand_back(&mut self, grains: &Grains<D, R>, columns: Columns) -> Result<(), ListError> {
+    fn restore_histories(&mut self, grains: &Grains<D, R>, columns: HistoryColumns) -> Result<(), ListError> {
         let count = grains.len();
         let carried = &mut self.carried;
         for column in [&mut carried.first, &mut carried.second] {
@@ -430,8 +437,8 @@ impl<const D: usize, const R: usize> Lists<D, R> {
         carried.starts[0] = 0;
         carried.used.clear();
         carried.used.resize(kept, false);
-        for pairs in [&mut self.inner, &mut self.seam] {
-            pairs.memory.clear(pairs.other.len(), columns);
+        for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
+            pairs.histories.clear(pairs.other.len(), columns);
             for i in 0..count {
                 let own = carried.starts[i] as usize..carried.starts[i + 1] as usize;
                 if own.is_empty() {
@@ -444,15 +451,16 @@ impl<const D: usize, const R: usize> Lists<D, R> {
                         let ends = (carried.first[entry], carried.second[entry]);
                         let flip = ends == (j, i as u32);
                         if flip || ends == (i as u32, j) {
-                            pairs.memory.take(k, &carried.memory, entry, flip);
+                            pairs.histories.take(k, &carried.memory, entry, flip);
                             carried.used[entry] = true;
                         }
                     }
                 }
             }
         }
-        let lost =
-            |entry: &usize| !carried.used[*entry] && carried.memory.bond.get(*entry).is_some_and(Bond::holds);
+        let lost = |entry: &usize| {
+            !carried.used[*entry] && carried.memory.bond.get(*entry).is_some_and(Bond::is_intact)
+        };
         match (0..kept).find(lost) {
             Some(entry) => Err(ListError::Stretched(grains.id[carried.first[entry] as usize])),
             None => Ok(()),

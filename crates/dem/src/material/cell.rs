@@ -1,11 +1,11 @@
 //! What is done to the cell of a point.
 
 use colluvium_case::{Case, Solver};
-use colluvium_constitutive::{Cost, Mat3, MaterialError, Motion, SymTensor};
+use colluvium_constitutive::{Mat3, MaterialError, Motion, SymTensor, UpdateCost};
 use serde_json::json;
 
 use super::NAME;
-use super::spec::{GranularCellSpec, refused};
+use super::spec::{GranularCellSpec, parameter_error};
 use crate::DemSolver;
 use crate::config::{CellControl, CellEntry, Friction};
 use crate::grains::volume;
@@ -16,26 +16,26 @@ const STAGES: [&str; 3] = ["prepare", "settle", "deform"];
 const DEFORM: usize = 2;
 
 /// Steps after which a specimen that has found no equilibrium is given up.
-const MOST: usize = 2_000_000;
+const MAX_STEPS: usize = 2_000_000;
 /// Steps between looks at the equilibrium.
-const LOOKS: usize = 100;
+const STEPS_PER_CHECK: usize = 100;
 /// Unbalanced force at which grains count as at rest (sheet: dem §3.1). Without friction a packing passes through states at several times
 /// this before it yields once more, and one that is stopped there is looser than the one at rest. The kinetic energy tells less: grains
 /// without contacts keep theirs.
-const AT_REST: f64 = 1e-3;
+const REST_RATIO: f64 = 1e-3;
 /// Pressure over that of the preparation under which a cell is unloaded by expansion, and which bounds rates from below.
-const LEAST: f64 = 0.05;
+const MIN_PRESSURE_RATIO: f64 = 0.05;
 /// Largest change of the deformation gradient in a step of the grains.
-const LARGEST: f64 = 1e-2;
+const MAX_DEFORMATION_STEP: f64 = 1e-2;
 
 /// The case that cells are made from.
-pub struct Frame {
+pub struct CellCase {
     case: Case,
     /// About how many bytes a cell has.
     pub bytes: usize,
 }
 
-impl Frame {
+impl CellCase {
     pub fn new(spec: &GranularCellSpec) -> Result<Self, MaterialError> {
         let d = spec.dimension;
         let unit = volume(d, 0.5) * spec.diameter.mean_power(d, d as i32);
@@ -74,18 +74,18 @@ impl Frame {
                 }
             } }
         });
-        let case = Case::from_json(&case.to_string()).map_err(|error| own(&error.to_string()))?;
+        let case = Case::from_json(&case.to_string()).map_err(|error| cell_error(&error.to_string()))?;
         Ok(Self { case, bytes: 600 * spec.grains })
     }
 
     /// A solver with the packing as it is drawn.
     pub fn solver<const D: usize, const R: usize>(&self) -> Result<DemSolver<D, R>, MaterialError> {
-        setup::solver(&self.case).map_err(|error| own(&error.to_string()))
+        setup::solver(&self.case).map_err(|error| cell_error(&error.to_string()))
     }
 }
 
 /// An error of the case behind a cell, as one of the parameters that it was made from.
-fn own(problem: &str) -> MaterialError {
+fn cell_error(problem: &str) -> MaterialError {
     let first = problem.lines().next().unwrap_or_default();
     for (from, to) in [
         ("methods.dem.pairs[0].", "contact."),
@@ -95,21 +95,21 @@ fn own(problem: &str) -> MaterialError {
         if let Some(rest) = first.strip_prefix(from)
             && let Some((field, rule)) = format!("{to}{rest}").split_once(": ")
         {
-            return refused(field, rule);
+            return parameter_error(field, rule);
         }
     }
-    refused("law", first)
+    parameter_error("law", first)
 }
 
-fn stuck(reason: &'static str) -> MaterialError {
+fn equilibrium_error(reason: &'static str) -> MaterialError {
     MaterialError::NotConverged { model: NAME, reason }
 }
 
-const LOST: &str = "grains overlap too far in this step: make steps smaller or contacts stiffer";
+const OVERLAP_MESSAGE: &str = "grains overlap too far in this step: make steps smaller or contacts stiffer";
 
 pub fn bytes<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<Vec<u8>, MaterialError> {
     let mut out = Vec::new();
-    solver.save(&mut out).map_err(|_| stuck("the cell cannot be kept"))?;
+    solver.save(&mut out).map_err(|_| equilibrium_error("the cell cannot be kept"))?;
     Ok(out)
 }
 
@@ -117,11 +117,11 @@ pub fn restore<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     mut bytes: &[u8],
 ) -> Result<(), MaterialError> {
-    let foreign = |_| stuck("the kept cell is of another material");
+    let foreign = |_| equilibrium_error("the kept cell is of another material");
     if solver.stage != DEFORM {
         solver.begin_stage(DEFORM, solver.time).map_err(foreign)?;
     }
-    solver.imposed = None;
+    solver.imposed_gradient = None;
     solver.restore(&mut bytes).map_err(foreign)
 }
 
@@ -140,14 +140,14 @@ pub fn solid_fraction<const D: usize, const R: usize>(solver: &DemSolver<D, R>) 
 }
 
 pub fn coordination<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
-    2.0 * solver.ledger.contacts[0] as f64 / solver.grains.len() as f64
+    2.0 * solver.energy_balance.contacts[0] as f64 / solver.grains.len() as f64
 }
 
 /// Bound on the P-wave modulus (Pa): all contacts stretched along their branches, `Σ k l² / V`; one and a half times the secant
 /// stiffness covers that of Hertz.
 pub fn modulus<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
     let mut sum = 0.0;
-    solver.visit(|contact, _, _| {
+    solver.for_each_contact(|contact, _, _| {
         if contact.overlap > 0.0 {
             let square: f64 = contact.branch.iter().map(|x| x * x).sum();
             sum += 1.5 * contact.normal.max(0.0) / contact.overlap * square;
@@ -182,19 +182,21 @@ fn servo<const D: usize, const R: usize>(
     );
     let components: &[usize] = if D == 3 { &[0, 1, 2, 3, 4, 5] } else { &[0, 1, 3] };
     let allowed = share * target.norm();
-    for step in 1..=MOST {
+    for step in 1..=MAX_STEPS {
         let dt = solver.critical_step().dt;
-        solver.advance(dt).map_err(|_| stuck(LOST))?;
-        if step % LOOKS == 0 {
+        solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
+        if step % STEPS_PER_CHECK == 0 {
             let now = stress(solver);
             let off = components.iter().map(|&c| (now[c] - target[c]).abs()).fold(0.0, f64::max);
-            if off <= allowed && solver.unbalanced() <= AT_REST {
+            if off <= allowed && solver.unbalanced() <= REST_RATIO {
                 set_cell(solver, None);
                 return Ok(());
             }
         }
     }
-    Err(stuck("the specimen does not come to rest under its pressure: raise damping, or check the contacts"))
+    Err(equilibrium_error(
+        "the specimen does not come to rest under its pressure: raise damping, or check the contacts",
+    ))
 }
 
 /// Compresses the packing with a coefficient of friction (sheet: dem §3.8).
@@ -208,10 +210,10 @@ pub fn prepare<const D: usize, const R: usize>(
         pair.friction = Some(Friction { coefficient: friction, at_rest: None });
     }
     for stage in 0..DEFORM {
-        solver.begin_stage(stage, solver.time).map_err(|_| stuck(LOST))?;
+        solver.begin_stage(stage, solver.time).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
         servo(solver, &target, spec.tolerance)?;
     }
-    solver.begin_stage(DEFORM, solver.time).map_err(|_| stuck(LOST))
+    solver.begin_stage(DEFORM, solver.time).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))
 }
 
 /// Brings the prepared cell to a stress (Pa).
@@ -220,24 +222,25 @@ pub fn load<const D: usize, const R: usize>(
     spec: &GranularCellSpec,
     target: &SymTensor,
 ) -> Result<(), MaterialError> {
-    let least = LEAST * spec.preparation.pressure;
+    let least = MIN_PRESSURE_RATIO * spec.preparation.pressure;
     let pressure = -(0..D).map(|c| target[c]).sum::<f64>() / D as f64;
     if pressure >= least {
         return servo(solver, target, spec.tolerance);
     }
     servo(solver, &SymTensor::isotropic(-least), spec.tolerance)?;
     let rate = largest_rate(solver, spec, least);
-    solver.imposed = Some(std::array::from_fn(|i| std::array::from_fn(|j| if i == j { rate } else { 0.0 })));
-    for _ in 0..MOST {
+    solver.imposed_gradient =
+        Some(std::array::from_fn(|i| std::array::from_fn(|j| if i == j { rate } else { 0.0 })));
+    for _ in 0..MAX_STEPS {
         if solver.pressure() <= pressure {
-            solver.imposed = Some([[0.0; D]; D]);
+            solver.imposed_gradient = Some([[0.0; D]; D]);
             let dt = solver.critical_step().dt;
-            return solver.advance(dt).map_err(|_| stuck(LOST));
+            return solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE));
         }
         let dt = solver.critical_step().dt;
-        solver.advance(dt).map_err(|_| stuck(LOST))?;
+        solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
     }
-    Err(stuck("the specimen does not lose its stress when it expands"))
+    Err(equilibrium_error("the specimen does not lose its stress when it expands"))
 }
 
 /// Rate of strain (1/s) that has the inertial number of the parameters at a pressure (Pa).
@@ -256,11 +259,11 @@ const UPDATES: [f64; 2] = [1.2e6, 6e5];
 const HANDLING: f64 = 1.5e-6;
 
 /// What an update of a point takes: steps of the grains, and taking up and putting away the cell.
-pub fn cost<const D: usize, const R: usize>(solver: &DemSolver<D, R>, spec: &GranularCellSpec) -> Cost {
+pub fn cost<const D: usize, const R: usize>(solver: &DemSolver<D, R>, spec: &GranularCellSpec) -> UpdateCost {
     let grains = solver.grains.len() as f64;
     let step = grains / UPDATES[D - 2];
     let rate = largest_rate(solver, spec, spec.preparation.pressure);
-    Cost { update: grains * HANDLING + step, strain: step / (rate * solver.critical_step().dt) }
+    UpdateCost { update: grains * HANDLING + step, strain: step / (rate * solver.critical_step().dt) }
 }
 
 /// Deforms the cell by `f`, slowly for its grains; `before` is its stress (Pa).
@@ -275,19 +278,19 @@ pub fn deform<const D: usize, const R: usize>(
     let size = |m: &[[f64; D]; D]| m.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
     let strain: [[f64; D]; D] =
         std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (change[i][j] + change[j][i])));
-    let pressure = (-before.trace() / 3.0).max(LEAST * spec.preparation.pressure);
+    let pressure = (-before.trace() / 3.0).max(MIN_PRESSURE_RATIO * spec.preparation.pressure);
     let dt = solver.critical_step().dt;
     let slow = size(&strain) / (largest_rate(solver, spec, pressure) * dt);
-    let count = slow.max(size(&change) / LARGEST).ceil().clamp(1.0, MOST as f64);
+    let count = slow.max(size(&change) / MAX_DEFORMATION_STEP).ceil().clamp(1.0, MAX_STEPS as f64);
     // (1 + x)^n = 1 + c, to the third order in c.
     let square = crate::cell::product(&change, &change);
-    solver.imposed = Some(std::array::from_fn(|i| {
+    solver.imposed_gradient = Some(std::array::from_fn(|i| {
         std::array::from_fn(|j| {
             (change[i][j] / count - (count - 1.0) / (2.0 * count * count) * square[i][j]) / dt
         })
     }));
     for _ in 0..count as usize {
-        solver.advance(dt).map_err(|_| stuck(LOST))?;
+        solver.advance(dt).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))?;
     }
     Ok(())
 }

@@ -19,8 +19,8 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use colluvium_constitutive::{
-    Cost, InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, Pointwise,
-    StressUpdate, SymTensor, Tangent,
+    InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, PointLaw, StressUpdate,
+    SymTensor, Tangent, UpdateCost,
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
@@ -28,7 +28,7 @@ use serde_json::{Map, Value};
 pub use spec::{CellContact, GranularCellSpec, Preparation};
 
 use crate::DemSolver;
-use cell::Frame;
+use cell::CellCase;
 
 const NAME: &str = "granular-cell";
 
@@ -43,7 +43,7 @@ impl MaterialFactory for GranularCells {
 
     fn build(&self, _: f64, parameters: &Map<String, Value>) -> Result<Arc<dyn Material>, MaterialError> {
         let spec: GranularCellSpec = serde_json::from_value(Value::Object(parameters.clone()))
-            .map_err(|error| spec::refused("", error.to_string()))?;
+            .map_err(|error| spec::parameter_error("", error.to_string()))?;
         spec.validate()?;
         Ok(if spec.dimension == 3 {
             Arc::new(GranularCell::<3, 3>::new(spec)?)
@@ -56,7 +56,7 @@ impl MaterialFactory for GranularCells {
 /// What a point keeps of its cell.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct CellState {
-    bytes: Shared,
+    bytes: SharedBytes,
     /// Bound on the P-wave modulus (Pa).
     modulus: f64,
     /// Void over volume.
@@ -71,36 +71,36 @@ pub struct CellState {
 
 /// Bytes that points share until they deform.
 #[derive(Clone)]
-struct Shared(Arc<[u8]>);
+struct SharedBytes(Arc<[u8]>);
 
-impl Serialize for Shared {
+impl Serialize for SharedBytes {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         self.0.as_ref().serialize(to)
     }
 }
 
-impl<'de> Deserialize<'de> for Shared {
+impl<'de> Deserialize<'de> for SharedBytes {
     fn deserialize<T: Deserializer<'de>>(from: T) -> Result<Self, T::Error> {
         Vec::<u8>::deserialize(from).map(|bytes| Self(bytes.into()))
     }
 }
 
-type Prepared = Result<(SymTensor, CellState), MaterialError>;
+type PreparedCell = Result<(SymTensor, CellState), MaterialError>;
 
 /// The law: cells of `D` dimensions whose grains have rotations of `R` components.
 pub struct GranularCell<const D: usize, const R: usize> {
     spec: GranularCellSpec,
-    frame: Frame,
-    cost: Cost,
+    case: CellCase,
+    cost: UpdateCost,
     /// Solvers that no thread uses now.
     idle: Mutex<Vec<DemSolver<D, R>>>,
     /// The specimen under its pressure of preparation.
-    prepared: OnceLock<Prepared>,
+    prepared: OnceLock<PreparedCell>,
     /// Cells brought to the stresses that points start from, by the bits of those.
-    started: Mutex<HashMap<[u64; 6], Prepared>>,
+    started: Mutex<HashMap<[u64; 6], PreparedCell>>,
 }
 
-fn held<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
+fn lock<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
     lock.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -110,12 +110,12 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
     /// # Errors
     /// The first parameter that the discrete element method refuses.
     pub fn new(spec: GranularCellSpec) -> Result<Self, MaterialError> {
-        let frame = Frame::new(&spec)?;
+        let frame = CellCase::new(&spec)?;
         let first = frame.solver()?;
         Ok(Self {
             cost: cell::cost(&first, &spec),
             spec,
-            frame,
+            case: frame,
             idle: Mutex::new(vec![first]),
             prepared: OnceLock::new(),
             started: Mutex::default(),
@@ -123,16 +123,16 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
     }
 
     /// Calls `use_it` with a solver that holds the cell of `state`.
-    fn with<T>(
+    fn with_solver<T>(
         &self,
         state: &CellState,
         use_it: impl FnOnce(&mut DemSolver<D, R>) -> Result<T, MaterialError>,
     ) -> Result<T, MaterialError> {
-        let idle = held(&self.idle).pop();
-        let mut solver = idle.map_or_else(|| self.frame.solver(), Ok)?;
+        let idle = lock(&self.idle).pop();
+        let mut solver = idle.map_or_else(|| self.case.solver(), Ok)?;
         cell::restore(&mut solver, &state.bytes.0)?;
         let result = use_it(&mut solver);
-        held(&self.idle).push(solver);
+        lock(&self.idle).push(solver);
         result
     }
 
@@ -140,7 +140,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         let base = self.prepared.get().and_then(|prepared| prepared.as_ref().ok());
         let (least, friction) = base.map_or((0.0, 0.0), |(_, base)| (base.modulus, base.friction));
         Ok(CellState {
-            bytes: Shared(cell::bytes(solver)?.into()),
+            bytes: SharedBytes(cell::bytes(solver)?.into()),
             modulus: cell::modulus(solver).max(least),
             porosity: 1.0 - cell::solid_fraction(solver),
             coordination: cell::coordination(solver),
@@ -149,13 +149,13 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         })
     }
 
-    fn prepared(&self) -> Prepared {
+    fn prepared(&self) -> PreparedCell {
         let with_friction = |friction: f64| {
-            let mut solver = self.frame.solver()?;
+            let mut solver = self.case.solver()?;
             cell::prepare(&mut solver, &self.spec, friction)?;
             let state = CellState { friction, ..self.state(&solver)? };
             let found = Ok((cell::stress(&solver), state));
-            held(&self.idle).push(solver);
+            lock(&self.idle).push(solver);
             found
         };
         let asked = self.spec.preparation;
@@ -166,21 +166,21 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         self.prepared.get_or_init(prepare).clone()
     }
 
-    fn started(&self, target: &SymTensor) -> Prepared {
+    fn started(&self, target: &SymTensor) -> PreparedCell {
         let key = target.0.map(f64::to_bits);
-        if let Some(known) = held(&self.started).get(&key) {
+        if let Some(known) = lock(&self.started).get(&key) {
             return known.clone();
         }
         let (_, base) = self.prepared()?;
-        let made = self.with(&base, |solver| {
+        let made = self.with_solver(&base, |solver| {
             cell::load(solver, &self.spec, target)?;
             Ok((cell::stress(solver), self.state(solver)?))
         });
-        held(&self.started).entry(key).or_insert(made).clone()
+        lock(&self.started).entry(key).or_insert(made).clone()
     }
 
     fn deformed(&self, motion: &Motion, old: &Point<CellState>) -> Result<Point<CellState>, MaterialError> {
-        self.with(&old.state, |solver| {
+        self.with_solver(&old.state, |solver| {
             cell::deform(solver, &self.spec, &motion.deformation, &old.stress)?;
             Ok(Point { stress: cell::stress(solver), state: self.state(solver)? })
         })
@@ -188,7 +188,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
 }
 
 /// Strain by which tangents are found: small against the strain to failure, large against noise.
-const PROBE: f64 = 1e-4;
+const PROBE_STRAIN: f64 = 1e-4;
 
 impl<const D: usize, const R: usize> Law for GranularCell<D, R> {
     fn name(&self) -> &'static str {
@@ -204,11 +204,11 @@ impl<const D: usize, const R: usize> Law for GranularCell<D, R> {
         self.spec.tolerance
     }
 
-    fn cost(&self) -> Option<Cost> {
+    fn cost(&self) -> Option<UpdateCost> {
         Some(self.cost)
     }
 
-    fn stays_in_plane(&self) -> bool {
+    fn requires_plane_strain(&self) -> bool {
         D == 2
     }
 
@@ -217,7 +217,7 @@ impl<const D: usize, const R: usize> Law for GranularCell<D, R> {
     }
 }
 
-impl<const D: usize, const R: usize> Pointwise for GranularCell<D, R> {
+impl<const D: usize, const R: usize> PointLaw for GranularCell<D, R> {
     type State = CellState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<CellState>, MaterialError> {
@@ -247,7 +247,7 @@ impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
 
     fn state_size(&self) -> usize {
         let bytes = self.prepared.get().and_then(|prepared| prepared.as_ref().ok());
-        size_of::<CellState>() + bytes.map_or(self.frame.bytes, |(_, state)| state.bytes.0.len())
+        size_of::<CellState>() + bytes.map_or(self.case.bytes, |(_, state)| state.bytes.0.len())
     }
 
     /// By forward differences of a strain of 1e-4; for disks in their plane, and a stiffness of the same size across it.
@@ -259,15 +259,15 @@ impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
                 tangent[k][k] = old.state.modulus;
                 continue;
             }
-            let mut gradient = motion.gradient;
-            gradient.0[i][j] += 0.5 * PROBE;
-            gradient.0[j][i] += 0.5 * PROBE;
+            let mut gradient = motion.velocity_gradient_dt;
+            gradient.0[i][j] += 0.5 * PROBE_STRAIN;
+            gradient.0[j][i] += 0.5 * PROBE_STRAIN;
             let velocity = gradient * (1.0 / motion.dt);
             let probe = Motion::from_velocity_gradient(&velocity, motion.dt, motion.density, motion.size)
                 .ok_or(MaterialError::Motion { model: NAME, reason: "the step is singular" })?;
             let there = StressUpdate::update(self, &probe, old)?.stress;
             for (row, entries) in tangent.iter_mut().enumerate() {
-                entries[k] = (there[row] - here[row]) / PROBE;
+                entries[k] = (there[row] - here[row]) / PROBE_STRAIN;
             }
         }
         Ok(Tangent(tangent))

@@ -2,12 +2,12 @@
 
 use colluvium_constitutive::MaterialError;
 
-use super::spec::refused;
+use super::spec::parameter_error;
 
 /// The largest friction that is tried: more hardly makes specimens looser (sheet: dem §5, B14).
-const MOST: f64 = 1.0;
+const MAX_FRICTION: f64 = 1.0;
 /// Distance from the porosity asked for that is let be.
-const CLOSE: f64 = 2e-3;
+const POROSITY_TOLERANCE: f64 = 2e-3;
 /// Halvings of the interval of frictions.
 const HALVINGS: usize = 12;
 
@@ -21,19 +21,19 @@ pub fn friction<T>(
     prepare: impl Fn(f64) -> Result<T, MaterialError>,
     porosity: impl Fn(&T) -> f64,
 ) -> Result<T, MaterialError> {
-    let (mut low, mut high) = (0.0, MOST);
+    let (mut low, mut high) = (0.0, MAX_FRICTION);
     let ends = (prepare(low)?, prepare(high)?);
     let (least, largest) = (porosity(&ends.0), porosity(&ends.1));
-    if asked < least - CLOSE || asked > largest + CLOSE {
+    if asked < least - POROSITY_TOLERANCE || asked > largest + POROSITY_TOLERANCE {
         let rule = format!(
-            "{asked} is not between {least:.4}, compressed without friction, and {largest:.4}, with a friction of {MOST}"
+            "{asked} is not between {least:.4}, compressed without friction, and {largest:.4}, with a friction of {MAX_FRICTION}"
         );
-        return Err(refused("preparation.porosity", rule));
+        return Err(parameter_error("preparation.porosity", rule));
     }
     let off = |made: &T| (porosity(made) - asked).abs();
     let mut nearest = if off(&ends.0) <= off(&ends.1) { ends.0 } else { ends.1 };
     for _ in 0..HALVINGS {
-        if off(&nearest) <= CLOSE {
+        if off(&nearest) <= POROSITY_TOLERANCE {
             return Ok(nearest);
         }
         let middle = 0.5 * (low + high);
@@ -51,7 +51,7 @@ pub fn friction<T>(
         "{asked} is not met: the nearest that a friction gives these grains is {:.4}; take more grains or another seed",
         porosity(&nearest)
     );
-    Err(refused("preparation.porosity", rule))
+    Err(parameter_error("preparation.porosity", rule))
 }
 
 #[cfg(test)]
@@ -64,7 +64,7 @@ mod tests {
         let of = |friction: f64| 0.16 + 0.04 * friction.sqrt();
         for asked in [0.16, 0.171, 0.19, 0.2, 0.2015] {
             let found = friction(asked, Ok, |found| of(*found)).unwrap();
-            assert!((of(found) - asked).abs() <= CLOSE, "{asked}: {found}");
+            assert!((of(found) - asked).abs() <= POROSITY_TOLERANCE, "{asked}: {found}");
         }
         for asked in [0.15, 0.21] {
             let refusal = friction(asked, Ok, |found| of(*found)).unwrap_err().to_string();

@@ -11,10 +11,10 @@ use crate::config::{Diameters, Friction, NormalLaw, RollingSpec, TangentialSpec}
 #[serde(deny_unknown_fields)]
 pub struct GranularCellSpec {
     /// 2 for disks, in plane strain; 3 for spheres.
-    #[serde(default = "two")]
+    #[serde(default = "default_dimension")]
     pub dimension: usize,
     /// About how many grains a cell has, 16 to 100000. Noise of the stress falls with its square root; time grows with it.
-    #[serde(default = "grains")]
+    #[serde(default = "default_grains")]
     pub grains: usize,
     /// Density of the grains (kg/m³), > 0.
     pub grain_density: f64,
@@ -71,10 +71,10 @@ pub struct Preparation {
     pub solid_fraction: Option<f64>,
 }
 
-fn two() -> usize {
+fn default_dimension() -> usize {
     2
 }
-fn grains() -> usize {
+fn default_grains() -> usize {
     200
 }
 fn inertial_number() -> f64 {
@@ -89,7 +89,7 @@ fn tolerance() -> f64 {
 }
 
 /// An error about a parameter of the cell.
-pub fn refused(field: &str, rule: impl Into<String>) -> MaterialError {
+pub fn parameter_error(field: &str, rule: impl Into<String>) -> MaterialError {
     MaterialError::Choice { model: "other", field: field.to_owned(), rule: rule.into() }
 }
 
@@ -108,7 +108,7 @@ impl GranularCellSpec {
             Err(MaterialError::Parameter { model, field, value, rule })
         };
         if !(2..=3).contains(&self.dimension) {
-            return Err(refused(
+            return Err(parameter_error(
                 "dimension",
                 format!("{} is neither 2 (disks) nor 3 (spheres)", self.dimension),
             ));
@@ -122,7 +122,10 @@ impl GranularCellSpec {
         if let Some(porosity) = self.preparation.porosity {
             within("preparation.porosity", porosity, 0.05, 0.8)?;
             if self.preparation.friction.is_some() {
-                return Err(refused("preparation.friction", "is sought for the porosity: leave it out"));
+                return Err(parameter_error(
+                    "preparation.friction",
+                    "is sought for the porosity: leave it out",
+                ));
             }
         }
         within("preparation.solid_fraction", self.solid_fraction(), 0.2, 0.75)

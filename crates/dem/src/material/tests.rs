@@ -5,7 +5,7 @@ use colluvium_constitutive::{Mat3, SymTensor};
 use serde_json::{Value, json};
 
 use super::GranularCellSpec;
-use super::cell::{self, Frame};
+use super::cell::{self, CellCase};
 use crate::DemSolver;
 
 /// Diameter of the grains of lattices (m), their density (kg/m³), and stiffness of contacts (N/m; of disks Pa), across over along.
@@ -37,14 +37,14 @@ fn placed<const D: usize, const R: usize>(
     places: &[[f64; D]],
     vectors: [f64; D],
 ) -> DemSolver<D, R> {
-    let mut solver: DemSolver<D, R> = Frame::new(spec).unwrap().solver().unwrap();
+    let mut solver: DemSolver<D, R> = CellCase::new(spec).unwrap().solver().unwrap();
     solver.begin_stage(2, 0.0).unwrap();
     assert_eq!(solver.grains.len(), places.len());
     solver.grains.position.copy_from_slice(places);
     for c in 0..D {
         solver.cell.h[c][c] = vectors[c];
     }
-    solver.since.cell = None;
+    solver.since_list_build.cell = None;
     solver.reset_contacts();
     looked_at(&mut solver);
     solver
@@ -52,7 +52,7 @@ fn placed<const D: usize, const R: usize>(
 
 /// Goes on by a step in which the cell stands, after which its stress is that of where its grains are.
 fn looked_at<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> SymTensor {
-    solver.imposed = Some([[0.0; D]; D]);
+    solver.imposed_gradient = Some([[0.0; D]; D]);
     let dt = solver.critical_step().dt;
     solver.advance(dt).unwrap();
     cell::stress(solver)
@@ -187,7 +187,7 @@ fn dashpots_add_the_share_of_stress_that_the_inertial_number_sets() {
     let mut cube = face_centred(&spec);
     let before = cell::stress(&cube);
     cell::deform(&mut cube, &spec, &stretch([-1e-4; 3], 0.0, 1.0), &before).unwrap();
-    let rate = -cube.imposed.unwrap()[0][0];
+    let rate = -cube.imposed_gradient.unwrap()[0][0];
     // The bound is on the size of the tensor of rates.
     let bound = spec.inertial_number * (-before[0] / DENSITY).sqrt() / SIZE / 3f64.sqrt();
     assert!(rate <= bound && rate > 0.9 * bound, "{rate} {bound}");
@@ -230,13 +230,13 @@ fn case_of(spec: &GranularCellSpec, side: f64, rates: [[f64; 3]; 3]) -> Case {
 
 /// Deforms a specimen as a point is and as a cell of the method is, and compares all that both keep.
 fn same<const D: usize, const R: usize>(spec: &GranularCellSpec, f: &Mat3) {
-    let mut law: DemSolver<D, R> = Frame::new(spec).unwrap().solver().unwrap();
+    let mut law: DemSolver<D, R> = CellCase::new(spec).unwrap().solver().unwrap();
     let side = law.cell.h[0][0];
     cell::prepare(&mut law, spec, 0.0).unwrap();
     let specimen = cell::bytes(&law).unwrap();
     let (before, first) = (cell::stress(&law), law.step);
     cell::deform(&mut law, spec, f, &before).unwrap();
-    let rates = law.imposed.unwrap();
+    let rates = law.imposed_gradient.unwrap();
     let rates =
         std::array::from_fn(|i| std::array::from_fn(|j| if i < D && j < D { rates[i][j] } else { 0.0 }));
     let mut method: DemSolver<D, R> = crate::setup::solver(&case_of(spec, side, rates)).unwrap();

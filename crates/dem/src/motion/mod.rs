@@ -2,22 +2,22 @@
 
 mod glide;
 
-use glide::Still;
+use glide::GrainBlock;
 use rayon::prelude::*;
 use wide::f64x4 as Lanes;
 
 use crate::cell::apply;
 use crate::config::DampingForm;
-use crate::grains::{Grains, TASK, inertia};
-use crate::vector::{dot, minus, norm};
+use crate::grains::{Grains, MIN_GRAINS_PER_TASK, inertia};
+use crate::vector::{difference, dot, norm};
 
 /// What moves grains beside contacts.
 #[derive(Clone, Copy, Debug)]
-pub struct Drive<'a, const D: usize> {
+pub struct ExternalActions<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
     /// The step before, zero at the start (s).
-    pub last: f64,
+    pub last_step: f64,
     /// Gravity (m/s²).
     pub gravity: [f64; D],
     /// Forces on the grains that are neither gravity nor of contacts (N); empty where there are none.
@@ -31,20 +31,20 @@ pub struct Drive<'a, const D: usize> {
     /// Velocity gradient of the cell (1/s), where velocities are damped against it.
     pub rate: Option<[[f64; D]; D]>,
     /// What takes places in the cell for which the lists were made to those now, less the corner they share (m).
-    pub carried: Option<([[f64; D]; D], [f64; D])>,
+    pub cell_map: Option<([[f64; D]; D], [f64; D])>,
     /// Change of the velocity gradient with this step (1/s), and the corner of the cell (m).
-    pub change: Option<([[f64; D]; D], [f64; D])>,
+    pub gradient_change: Option<([[f64; D]; D], [f64; D])>,
 }
 
 /// Sums over grains at the time of the forces.
 #[derive(Clone, Copy, Debug)]
-pub struct Sums<const D: usize> {
+pub struct GrainSums<const D: usize> {
     /// Kinetic energy of centres (J).
     pub kinetic: f64,
     /// Kinetic energy of rotations (J).
     pub rotation: f64,
     /// Mass times velocity against the deformation of the cell, twice (J).
-    pub stream: [[f64; D]; D],
+    pub kinetic_stress: [[f64; D]; D],
     /// Work of gravity in this step (J).
     pub gravity: f64,
     /// Work of applied forces (J).
@@ -56,39 +56,39 @@ pub struct Sums<const D: usize> {
     /// Work of the cell where its velocity gradient changes: done right after the time of the forces (J).
     pub cell: f64,
     /// Square of the largest velocity (m²/s²).
-    pub fastest: f64,
+    pub max_speed_squared: f64,
     /// Square of the largest way since the lists were made (m²).
-    pub moved: f64,
+    pub max_travel_squared: f64,
     /// Sum of the squares of forces (N²).
     pub squares: f64,
     /// First grain with a velocity that is not finite.
     pub lost: Option<u32>,
 }
 
-impl<const D: usize> Default for Sums<D> {
+impl<const D: usize> Default for GrainSums<D> {
     fn default() -> Self {
         Self {
             kinetic: 0.0,
             rotation: 0.0,
-            stream: [[0.0; D]; D],
+            kinetic_stress: [[0.0; D]; D],
             gravity: 0.0,
             applied: 0.0,
             damping: 0.0,
             held: 0.0,
             cell: 0.0,
-            fastest: 0.0,
-            moved: 0.0,
+            max_speed_squared: 0.0,
+            max_travel_squared: 0.0,
             squares: 0.0,
             lost: None,
         }
     }
 }
 
-impl<const D: usize> Sums<D> {
-    fn join(mut self, other: &Self) -> Self {
+impl<const D: usize> GrainSums<D> {
+    fn add(mut self, other: &Self) -> Self {
         self.kinetic += other.kinetic;
         self.rotation += other.rotation;
-        for (row, more) in self.stream.iter_mut().zip(&other.stream) {
+        for (row, more) in self.kinetic_stress.iter_mut().zip(&other.kinetic_stress) {
             row.iter_mut().zip(more).for_each(|(sum, value)| *sum += value);
         }
         self.gravity += other.gravity;
@@ -96,8 +96,8 @@ impl<const D: usize> Sums<D> {
         self.damping += other.damping;
         self.held += other.held;
         self.cell += other.cell;
-        self.fastest = self.fastest.max(other.fastest);
-        self.moved = self.moved.max(other.moved);
+        self.max_speed_squared = self.max_speed_squared.max(other.max_speed_squared);
+        self.max_travel_squared = self.max_travel_squared.max(other.max_travel_squared);
         self.squares += other.squares;
         self.lost = self.lost.or(other.lost);
         self
@@ -105,27 +105,27 @@ impl<const D: usize> Sums<D> {
 }
 
 /// Moves all grains by a step. `buffer` takes the sums of each block.
-pub fn advance<const D: usize, const R: usize>(
+pub fn integrate_grains<const D: usize, const R: usize>(
     grains: &mut Grains<D, R>,
-    drive: &Drive<'_, D>,
-    buffer: &mut Vec<Sums<D>>,
-) -> Sums<D> {
+    drive: &ExternalActions<'_, D>,
+    buffer: &mut Vec<GrainSums<D>>,
+) -> GrainSums<D> {
     buffer.clear();
-    buffer.resize(grains.len().div_ceil(TASK), Sums::default());
+    buffer.resize(grains.len().div_ceil(MIN_GRAINS_PER_TASK), GrainSums::default());
     let Grains { id: _, held, radius, mass, position, listed, velocity, spin, force, torque, .. } = grains;
-    let kick = Kick::of(drive);
+    let kick = LeapfrogKick::of(drive);
     let moving = position
-        .par_chunks_mut(TASK)
-        .zip(velocity.par_chunks_mut(TASK))
-        .zip(spin.par_chunks_mut(TASK))
+        .par_chunks_mut(MIN_GRAINS_PER_TASK)
+        .zip(velocity.par_chunks_mut(MIN_GRAINS_PER_TASK))
+        .zip(spin.par_chunks_mut(MIN_GRAINS_PER_TASK))
         .zip(buffer.par_iter_mut())
         .enumerate();
     let glides = drive.is_gravity_only();
     moving.for_each(|(block, (((position, velocity), spin), sums))| {
-        let own = block * TASK..block * TASK + position.len();
+        let own = block * MIN_GRAINS_PER_TASK..block * MIN_GRAINS_PER_TASK + position.len();
         let mut done = 0;
         if glides && !held[own.clone()].iter().any(|held| *held) {
-            let still = Still {
+            let still = GrainBlock {
                 first: own.start,
                 radius: &radius[own.clone()],
                 mass: &mass[own.clone()],
@@ -133,52 +133,52 @@ pub fn advance<const D: usize, const R: usize>(
                 torque: &torque[own.clone()],
                 listed: &listed[own],
             };
-            done = still.glide((drive, &kick), position, velocity, spin, sums);
+            done = still.integrate((drive, &kick), position, velocity, spin, sums);
         }
         for k in done..position.len() {
-            let i = block * TASK + k;
+            let i = block * MIN_GRAINS_PER_TASK + k;
             let (force, torque, applied) = (&force[i], &torque[i], drive.applied.get(i));
-            let grain = One { held: held[i], radius: radius[i], mass: mass[i], force, torque, applied };
+            let grain = Grain { held: held[i], radius: radius[i], mass: mass[i], force, torque, applied };
             grain.advance((drive, &kick), &mut position[k], &mut velocity[k], &mut spin[k], sums);
-            let reference = match &drive.carried {
+            let reference = match &drive.cell_map {
                 None => listed[i],
                 Some((map, corner)) => {
-                    let carried = apply(map, &minus(&listed[i], corner));
+                    let carried = apply(map, &difference(&listed[i], corner));
                     std::array::from_fn(|c| carried[c] + corner[c])
                 }
             };
-            let way = minus(&position[k], &reference);
-            sums.moved = sums.moved.max(dot(&way, &way));
+            let way = difference(&position[k], &reference);
+            sums.max_travel_squared = sums.max_travel_squared.max(dot(&way, &way));
             if !(sums.kinetic + dot(&position[k], &position[k])).is_finite() && sums.lost.is_none() {
                 sums.lost = Some(i as u32);
             }
         }
     });
-    buffer.iter().fold(Sums::default(), Sums::join)
+    buffer.iter().fold(GrainSums::default(), GrainSums::add)
 }
 
 /// What a step does to all velocities alike.
-struct Kick {
+struct LeapfrogKick {
     /// Time over which forces act (s).
     time: f64,
     /// Share of it before the time of the forces.
     share: f64,
     /// What is left of a velocity by damping by mass.
-    keep: f64,
+    damping_factor: f64,
     /// Time over which forces act on it, less what damping by mass takes (s).
-    push: f64,
+    force_time: f64,
     /// Damping by mass (1/s).
     viscous: f64,
 }
 
-impl Kick {
-    fn of<const D: usize>(drive: &Drive<'_, D>) -> Self {
-        let time = 0.5 * (drive.last + drive.dt);
+impl LeapfrogKick {
+    fn of<const D: usize>(drive: &ExternalActions<'_, D>) -> Self {
+        let time = 0.5 * (drive.last_step + drive.dt);
         let slow = 1.0 / (1.0 + 0.5 * drive.viscous * time);
         let keep = (1.0 - 0.5 * drive.viscous * time) * slow;
         // At the time of the forces, half a step after the old velocity.
-        let share = if time > 0.0 { 0.5 * drive.last / time } else { 0.0 };
-        Self { time, share, keep, push: slow * time, viscous: drive.viscous }
+        let share = if time > 0.0 { 0.5 * drive.last_step / time } else { 0.0 };
+        Self { time, share, damping_factor: keep, force_time: slow * time, viscous: drive.viscous }
     }
 
     /// The velocity after the step, and at the time of the forces, of what has this inertia: all components side by side.
@@ -186,7 +186,7 @@ impl Kick {
     fn apply<const N: usize>(&self, v: &[f64; N], force: &[f64; N], inertia: f64) -> ([f64; N], [f64; N]) {
         let lanes = |of: &[f64; N]| Lanes::new(std::array::from_fn(|c| if c < N { of[c] } else { 0.0 }));
         let old = lanes(v);
-        let new = self.keep * old + self.push * lanes(force) * Lanes::splat(1.0 / inertia);
+        let new = self.damping_factor * old + self.force_time * lanes(force) * Lanes::splat(1.0 / inertia);
         let now = (old + self.share * (new - old)).to_array();
         let new = new.to_array();
         (std::array::from_fn(|c| new[c]), std::array::from_fn(|c| now[c]))
@@ -209,16 +209,16 @@ impl Kick {
     }
 }
 
-impl<const D: usize> Drive<'_, D> {
+impl<const D: usize> ExternalActions<'_, D> {
     /// Whether nothing but contacts and gravity moves grains.
     fn is_gravity_only(&self) -> bool {
         let damped = self.damping != [0.0; 3] || self.viscous != 0.0;
-        self.applied.is_empty() && !damped && self.change.is_none() && self.carried.is_none()
+        self.applied.is_empty() && !damped && self.gradient_change.is_none() && self.cell_map.is_none()
     }
 }
 
 /// One grain.
-struct One<'a, const D: usize, const R: usize> {
+struct Grain<'a, const D: usize, const R: usize> {
     held: bool,
     radius: f64,
     mass: f64,
@@ -229,22 +229,22 @@ struct One<'a, const D: usize, const R: usize> {
 
 /// Force of local damping against one component.
 #[inline]
-fn against(damping: f64, force: f64, velocity: f64) -> f64 {
+fn local_damping(damping: f64, force: f64, velocity: f64) -> f64 {
     if velocity == 0.0 { 0.0 } else { -damping * force.abs() * velocity.signum() }
 }
 
-impl<const D: usize, const R: usize> One<'_, D, R> {
+impl<const D: usize, const R: usize> Grain<'_, D, R> {
     #[inline]
     fn advance(
         &self,
-        (drive, kick): (&Drive<'_, D>, &Kick),
+        (drive, kick): (&ExternalActions<'_, D>, &LeapfrogKick),
         x: &mut [f64; D],
         v: &mut [f64; D],
         w: &mut [f64; R],
-        sums: &mut Sums<D>,
+        sums: &mut GrainSums<D>,
     ) {
         let dt = drive.dt;
-        sums.fastest = sums.fastest.max(dot(v, v));
+        sums.max_speed_squared = sums.max_speed_squared.max(dot(v, v));
         if self.held {
             sums.held -= dot(self.force, v) * kick.time;
             for c in 0..D {
@@ -264,7 +264,7 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
         if drive.damping[0] != 0.0 {
             for c in 0..R {
                 let middle = w[c] + 0.5 * dt * torque[c] / inertia;
-                let damped = against(drive.damping[0], torque[c], middle);
+                let damped = local_damping(drive.damping[0], torque[c], middle);
                 torque[c] += damped;
                 lost -= damped * middle * kick.time;
             }
@@ -280,7 +280,7 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
         sums.applied += self.applied.map_or(0.0, |applied| dot(applied, &now) * kick.time);
         sums.kinetic += 0.5 * self.mass * dot(&now, &now);
         sums.rotation += 0.5 * inertia * dot(&turning, &turning);
-        self.carry(drive, &now, x, v, sums);
+        self.add_cell_motion(drive, &now, x, v, sums);
         for c in 0..D {
             x[c] += v[c] * dt;
         }
@@ -288,21 +288,21 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
 
     /// What a cell that deforms does: the momentum that its grains carry, and the velocity that it gives them.
     #[inline]
-    fn carry(
+    fn add_cell_motion(
         &self,
-        drive: &Drive<'_, D>,
+        drive: &ExternalActions<'_, D>,
         now: &[f64; D],
         x: &[f64; D],
         v: &mut [f64; D],
-        sums: &mut Sums<D>,
+        sums: &mut GrainSums<D>,
     ) {
-        let Some((change, corner)) = &drive.change else { return };
-        let place = minus(x, corner);
+        let Some((change, corner)) = &drive.gradient_change else { return };
+        let place = difference(x, corner);
         if let Some(rate) = &drive.rate {
-            let own = minus(now, &apply(rate, &place));
+            let own = difference(now, &apply(rate, &place));
             for a in 0..D {
                 for b in 0..D {
-                    sums.stream[a][b] += self.mass * own[a] * own[b];
+                    sums.kinetic_stress[a][b] += self.mass * own[a] * own[b];
                 }
             }
         }
@@ -316,18 +316,18 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
 
     /// Adds local damping to the force; the energy that it takes out (J).
     #[inline]
-    fn damp(&self, drive: &Drive<'_, D>, x: &[f64; D], v: &[f64; D], force: &mut [f64; D]) -> f64 {
+    fn damp(&self, drive: &ExternalActions<'_, D>, x: &[f64; D], v: &[f64; D], force: &mut [f64; D]) -> f64 {
         if drive.damping == [0.0; 3] {
             return 0.0;
         }
-        let kick = 0.5 * (drive.last + drive.dt);
+        let kick = 0.5 * (drive.last_step + drive.dt);
         let mut middle: [f64; D] = std::array::from_fn(|c| v[c] + 0.5 * drive.dt * force[c] / self.mass);
-        if let (Some(rate), Some((_, corner))) = (&drive.rate, &drive.change) {
-            middle = minus(&middle, &apply(rate, &minus(x, corner)));
+        if let (Some(rate), Some((_, corner))) = (&drive.rate, &drive.gradient_change) {
+            middle = difference(&middle, &apply(rate, &difference(x, corner)));
         }
         let damped: [f64; D] = match drive.form {
             DampingForm::Components => {
-                std::array::from_fn(|c| against(drive.damping[c], force[c], middle[c]))
+                std::array::from_fn(|c| local_damping(drive.damping[c], force[c], middle[c]))
             }
             DampingForm::Vector => {
                 let power = dot(force, &middle);
@@ -343,7 +343,7 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
 }
 
 /// Turns a quaternion by an angular velocity over a step, or an angle in the plane (sheet: dem §3.4).
-pub fn turn<const R: usize>(orientation: &mut [f64; 4], spin: &[f64; R], dt: f64) {
+pub fn rotate<const R: usize>(orientation: &mut [f64; 4], spin: &[f64; R], dt: f64) {
     if R == 1 {
         orientation[0] += spin[0] * dt;
         return;

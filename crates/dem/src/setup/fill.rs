@@ -3,38 +3,43 @@
 use std::collections::HashSet;
 
 use colluvium_case::description::Body;
-use colluvium_case::{Case, CaseError, PointList, Standing, spatial};
+use colluvium_case::{Case, CaseError, PlacedObstacle, PointList, spatial};
 use colluvium_points::Shape;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::rings::rings;
-use crate::config::{BodyGrains, DemOptions, Diameters, Fill, GrainKind, Packing};
+use crate::config::{BodyGrains, DemOptions, Diameters, Fill, GrainKind, LatticePacking};
 use crate::grains::{Grains, volume};
-use crate::rain::holds;
-use crate::specimen::layers::{Layers, pile};
-use crate::specimen::{Container, Round, deposit, pack, roll};
-use crate::store::Stored;
+use crate::rain::contains_ball;
+use crate::specimen::layers::{UndercompactedLayers, pack_layers};
+use crate::specimen::{Container, RoundWall, deposit, pack, roll};
+use crate::store::StoredSpecimen;
 
 /// More grains than this do not fit in numbers.
-const MOST: usize = u32::MAX as usize / 2;
+const MAX_GRAINS: usize = u32::MAX as usize / 2;
 
 /// Overlap with an obstacle over the radius below which a grain counts as touching.
-const CLOSE: f64 = 1e-6;
+const OVERLAP_TOLERANCE: f64 = 1e-6;
 
 /// A grain that is placed.
-type Placed<const D: usize> = ([f64; D], f64);
+type PlacedGrain<const D: usize> = ([f64; D], f64);
 
 /// How a body is filled.
-pub fn of_body(options: &DemOptions, body: &Body) -> Option<Fill> {
+pub fn fill_of_body(options: &DemOptions, body: &Body) -> Option<Fill> {
     let own = options.bodies.get(&body.name).and_then(|own| own.fill);
     own.or_else(|| options.grains.get(&body.material).and_then(|kind| kind.fill))
 }
 
 /// Whether a grain beside an obstacle reaches into it: the centre of one in an obstacle is no matter of the filling.
-fn leans_in<const D: usize>(standing: &[Standing<'_, D>], (x, radius): &Placed<D>) -> bool {
-    standing.iter().any(|Standing { surface, .. }| {
-        surface.gap(x, *radius).is_some_and(|gap| gap.distance > 0.0 && gap.distance < radius * (1.0 - CLOSE))
+fn overlaps_obstacle<const D: usize>(
+    standing: &[PlacedObstacle<'_, D>],
+    (x, radius): &PlacedGrain<D>,
+) -> bool {
+    standing.iter().any(|PlacedObstacle { surface, .. }| {
+        surface
+            .gap(x, *radius)
+            .is_some_and(|gap| gap.distance > 0.0 && gap.distance < radius * (1.0 - OVERLAP_TOLERANCE))
     })
 }
 
@@ -42,18 +47,18 @@ fn leans_in<const D: usize>(standing: &[Standing<'_, D>], (x, radius): &Placed<D
 pub(super) fn fill<const D: usize, const R: usize>(
     case: &Case,
     options: &DemOptions,
-    stored: Option<&Stored>,
-    standing: &[Standing<'_, D>],
+    stored: Option<&StoredSpecimen>,
+    standing: &[PlacedObstacle<'_, D>],
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
     stored.map_or(Ok(()), |stored| stored.fill(case, options, grains))?;
     let count = grains.len();
     let listed = (0..case.bodies.len()).map(|body| case.point_list(body)).collect::<Result<Vec<_>, _>>()?;
     let mut ids = Vec::new();
-    let given = stored.map(Stored::counts).unwrap_or_default();
+    let given = stored.map(StoredSpecimen::counts).unwrap_or_default();
     for (number, body) in case.bodies.iter().enumerate() {
         let path = format!("bodies[{number}]");
-        let rains = options.bodies.get(&body.name).is_some_and(|own| own.rain.is_some());
+        let rains = options.bodies.get(&body.name).is_some_and(|own| own.pluviation.is_some());
         if rains || given.contains_key(body.name.as_str()) {
             continue;
         }
@@ -61,11 +66,11 @@ pub(super) fn fill<const D: usize, const R: usize>(
         let index = options.grains.keys().position(|name| *name == body.material).unwrap_or(0) as u32;
         let mut random = ChaCha8Rng::seed_from_u64(options.seed.wrapping_add(number as u64));
         let placed = match &listed[number] {
-            Some(list) => as_listed(list),
+            Some(list) => listed_grains(list),
             None => {
                 let mut placed = place::<D>(case, options, (body, &path), kind, &mut random)?;
-                if !matches!(of_body(options, body), Some(Fill::Single)) {
-                    placed.retain(|grain| !leans_in(standing, grain));
+                if !matches!(fill_of_body(options, body), Some(Fill::Single)) {
+                    placed.retain(|grain| !overlaps_obstacle(standing, grain));
                 }
                 placed
             }
@@ -74,8 +79,8 @@ pub(super) fn fill<const D: usize, const R: usize>(
             let problem = "holds no grain: it is smaller than the grains, or than the pitch of their lattice";
             return Err(CaseError::new(format!("{path}.shape"), problem));
         }
-        if grains.len() + placed.len() > MOST {
-            return Err(CaseError::new(format!("{path}.shape"), format!("more than {MOST} grains")));
+        if grains.len() + placed.len() > MAX_GRAINS {
+            return Err(CaseError::new(format!("{path}.shape"), format!("more than {MAX_GRAINS} grains")));
         }
         let start = grains.len();
         for (position, radius) in &placed {
@@ -108,7 +113,7 @@ fn radius_of<const D: usize>(amount: f64) -> f64 {
 }
 
 /// Grains as a file lists them, with the radius of what each point stands for where it has none.
-fn as_listed<const D: usize>(list: &PointList) -> Vec<Placed<D>> {
+fn listed_grains<const D: usize>(list: &PointList) -> Vec<PlacedGrain<D>> {
     let radius =
         |i: usize, volume: f64| list.grains.radii.as_ref().map_or(radius_of::<D>(volume), |all| all[i]);
     let samples = list.samples::<D>().into_iter().enumerate();
@@ -123,7 +128,7 @@ fn kinds_as_listed<const D: usize, const R: usize>(
     start: usize,
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
-    for (i, name) in (start..).zip(list.grains.kinds.iter().flatten()) {
+    for (i, name) in (start..).zip(list.grains.grain_types.iter().flatten()) {
         let found = options.grains.iter().enumerate().find(|(_, (known, _))| *known == name);
         let Some((index, (_, kind))) = found else {
             let known = options.grains.keys().cloned().collect::<Vec<_>>().join(", ");
@@ -219,8 +224,8 @@ fn place<const D: usize>(
     (body, path): (&Body, &str),
     kind: &GrainKind,
     random: &mut ChaCha8Rng,
-) -> Result<Vec<Placed<D>>, CaseError> {
-    let Some(fill) = of_body(options, body) else {
+) -> Result<Vec<PlacedGrain<D>>, CaseError> {
+    let Some(fill) = fill_of_body(options, body) else {
         let problem = format!("say how grains fill the body {:?}", body.name);
         return Err(CaseError::new(format!("methods.dem.grains.{}.fill", body.material), problem));
     };
@@ -243,20 +248,21 @@ fn place<const D: usize>(
             lattice(&body.shape, sizes, (packing, pitch, jitter), random)
         }
         Fill::Random { solid_fraction } => {
-            let round = round(&body.shape);
+            let round = round_wall(&body.shape);
             in_box(case, (body, round), sizes, solid_fraction, random, |container, radii, random| {
                 pack(container, radii, random)
             })
         }
         Fill::Layers { solid_fraction, layers, first_solid_fraction } => {
-            let layers = Layers { count: layers, first: first_solid_fraction, last: solid_fraction };
+            let layers =
+                UndercompactedLayers { count: layers, first: first_solid_fraction, last: solid_fraction };
             // A lid comes down along the last axis: sections that it passes must be alike.
-            let round = round(&body.shape).filter(|round| round.axis == Some(D - 1));
+            let round = round_wall(&body.shape).filter(|round| round.axis == Some(D - 1));
             in_box(case, (body, round), sizes, solid_fraction, random, |container, radii, random| {
-                pile(container, radii, layers, random)
+                pack_layers(container, radii, layers, random)
             })
         }
-        Fill::DropAndRoll => dropped(case, body, sizes, random),
+        Fill::DropAndRoll => dropped_grains(case, body, sizes, random),
         Fill::Sleeve { columns } => rings(&body.shape, sizes, columns),
         Fill::Single => Ok(Vec::new()),
     };
@@ -267,24 +273,24 @@ fn place<const D: usize>(
 fn sites<const D: usize>(
     low: &[f64],
     high: &[f64],
-    packing: Packing,
+    packing: LatticePacking,
     pitch: f64,
 ) -> Result<Vec<[f64; D]>, String> {
     let (root3, root2) = (3f64.sqrt(), 2f64.sqrt());
     // Distances of rows along the axes, and shifts of odd rows and layers.
     let steps: [f64; 3] = match (packing, D) {
-        (Packing::Hexagonal, 2) => [pitch, 0.5 * root3 * pitch, 1.0],
-        (Packing::Hexagonal, _) => [pitch, 0.5 * root3 * pitch, root2 / root3 * pitch],
-        (Packing::BodyCentred, 3) => [2.0 / root3 * pitch, 2.0 / root3 * pitch, 1.0 / root3 * pitch],
-        (Packing::FaceCentred, 3) => [root2 * pitch, pitch / root2, pitch / root2],
-        (Packing::Square, _) => [pitch; 3],
+        (LatticePacking::Hexagonal, 2) => [pitch, 0.5 * root3 * pitch, 1.0],
+        (LatticePacking::Hexagonal, _) => [pitch, 0.5 * root3 * pitch, root2 / root3 * pitch],
+        (LatticePacking::BodyCentred, 3) => [2.0 / root3 * pitch, 2.0 / root3 * pitch, 1.0 / root3 * pitch],
+        (LatticePacking::FaceCentred, 3) => [root2 * pitch, pitch / root2, pitch / root2],
+        (LatticePacking::Square, _) => [pitch; 3],
         _ => return Err("this lattice is one in space: use square or hexagonal in the plane".to_owned()),
     };
     let counts: Vec<usize> = (0..D)
         .map(|c| (((high[c] - low[c] - pitch) / steps[c] + 1e-9).floor() + 1.0).max(0.0) as usize)
         .collect();
     let total = counts.iter().map(|count| *count as f64).product::<f64>();
-    if total > MOST as f64 {
+    if total > MAX_GRAINS as f64 {
         return Err(format!("its lattice would have {total:.1e} grains"));
     }
     let mut all = Vec::with_capacity(total as usize);
@@ -298,18 +304,18 @@ fn sites<const D: usize>(
         });
         let mut x: [f64; D] = std::array::from_fn(|c| low[c] + 0.5 * pitch + steps[c] * index[c] as f64);
         match packing {
-            Packing::Square => {}
-            Packing::Hexagonal => {
+            LatticePacking::Square => {}
+            LatticePacking::Hexagonal => {
                 let layer = if D == 3 { index[2] % 3 } else { 0 };
                 x[0] += 0.5 * pitch * (((index[1] + layer) % 2) as f64);
                 x[1] += pitch * root3 / 6.0 * layer as f64;
             }
-            Packing::BodyCentred => {
+            LatticePacking::BodyCentred => {
                 let odd = (index[D - 1] % 2) as f64;
                 x[0] += 0.5 * steps[0] * odd;
                 x[1] += 0.5 * steps[1] * odd;
             }
-            Packing::FaceCentred => x[0] += 0.5 * steps[0] * (((index[1] + index[D - 1]) % 2) as f64),
+            LatticePacking::FaceCentred => x[0] += 0.5 * steps[0] * (((index[1] + index[D - 1]) % 2) as f64),
         }
         all.push(x);
     }
@@ -319,9 +325,9 @@ fn sites<const D: usize>(
 fn lattice<const D: usize>(
     shape: &Shape,
     sizes: &Diameters,
-    (packing, pitch, jitter): (Packing, f64, f64),
+    (packing, pitch, jitter): (LatticePacking, f64, f64),
     random: &mut ChaCha8Rng,
-) -> Result<Vec<Placed<D>>, String> {
+) -> Result<Vec<PlacedGrain<D>>, String> {
     let (low, high) = shape.bounds(D);
     let mut all = sites::<D>(&low, &high, packing, pitch)?;
     for x in &mut all {
@@ -333,7 +339,7 @@ fn lattice<const D: usize>(
     let placed = all.into_iter().zip(diameters.into_iter().map(|d| 0.5 * d));
     // Half a pitch holds a grain, or what of it jitter lets stick out.
     let slack = jitter * pitch;
-    Ok(placed.filter(|(x, radius)| holds(shape, x, (radius - slack).max(0.0))).collect())
+    Ok(placed.filter(|(x, radius)| contains_ball(shape, x, (radius - slack).max(0.0))).collect())
 }
 
 /// The box around a body, periodic where the domain is and the body spans it.
@@ -350,31 +356,31 @@ fn container<const D: usize>(case: &Case, body: &Body) -> Container<D> {
 }
 
 /// The round wall of a shape that is round all about.
-fn round<const D: usize>(shape: &Shape) -> Option<Round<D>> {
+fn round_wall<const D: usize>(shape: &Shape) -> Option<RoundWall<D>> {
     let (axis, centre, radius) = match shape {
         Shape::Ball { centre, radius } => (None, &centre[..], *radius),
         Shape::Cylinder { base, axis, radius, .. } => (Some(*axis), &base[..], *radius),
         _ => return None,
     };
-    Some(Round { axis, centre: std::array::from_fn(|c| centre[c]), radius })
+    Some(RoundWall { axis, centre: std::array::from_fn(|c| centre[c]), radius })
 }
 
 /// Grains of a solid fraction within the round wall of a body, or else in the box around it and cut to its shape, at the places that
 /// `pack` finds.
 fn in_box<const D: usize>(
     case: &Case,
-    (body, round): (&Body, Option<Round<D>>),
+    (body, round): (&Body, Option<RoundWall<D>>),
     sizes: &Diameters,
     solid_fraction: f64,
     random: &mut ChaCha8Rng,
     pack: impl Fn(&Container<D>, &[f64], &mut ChaCha8Rng) -> Result<Vec<[f64; D]>, String>,
-) -> Result<Vec<Placed<D>>, String> {
+) -> Result<Vec<PlacedGrain<D>>, String> {
     let mut container: Container<D> = container(case, body);
     container.round = round;
     let space = container.space();
     let mean = sizes.mean_power(D, D as i32) * volume(D, 0.5);
     let count = (solid_fraction * space / mean).round().max(1.0);
-    if count > MOST as f64 {
+    if count > MAX_GRAINS as f64 {
         return Err(format!("it would have {count:.1e} grains"));
     }
     let mut radii: Vec<f64> = sizes.sample(count as usize, D, random)?.iter().map(|d| 0.5 * d).collect();
@@ -383,33 +389,36 @@ fn in_box<const D: usize>(
     let factor = (solid_fraction * space / filled).powf(1.0 / D as f64);
     radii.iter_mut().for_each(|r| *r *= factor);
     let placed = pack(&container, &radii, random)?.into_iter().zip(radii);
-    Ok(if round.is_some() { placed.collect() } else { cut(body, placed) })
+    Ok(if round.is_some() { placed.collect() } else { cut_to_shape(body, placed) })
 }
 
 /// Grains that lie in the shape of a body.
-fn cut<const D: usize>(body: &Body, placed: impl Iterator<Item = Placed<D>>) -> Vec<Placed<D>> {
+fn cut_to_shape<const D: usize>(
+    body: &Body,
+    placed: impl Iterator<Item = PlacedGrain<D>>,
+) -> Vec<PlacedGrain<D>> {
     let whole = matches!(body.shape, Shape::Box { .. });
-    placed.filter(|(x, radius)| whole || holds(&body.shape, x, *radius)).collect()
+    placed.filter(|(x, radius)| whole || contains_ball(&body.shape, x, *radius)).collect()
 }
 
 /// Grains that are dropped into the box around the body, cut to its shape.
-fn dropped<const D: usize>(
+fn dropped_grains<const D: usize>(
     case: &Case,
     body: &Body,
     sizes: &Diameters,
     random: &mut ChaCha8Rng,
-) -> Result<Vec<Placed<D>>, String> {
+) -> Result<Vec<PlacedGrain<D>>, String> {
     let largest = 0.5 * sizes.range().1;
     let draw = |random: &mut ChaCha8Rng| 0.5 * sizes.draw(D, random);
     if D == 2 {
-        let placed = deposit::drop_and_roll(&container(case, body), largest, MOST, random, draw)?;
-        return Ok(cut(body, placed.into_iter().map(spread)));
+        let placed = deposit::drop_and_roll(&container(case, body), largest, MAX_GRAINS, random, draw)?;
+        return Ok(cut_to_shape(body, placed.into_iter().map(spread)));
     }
-    let placed = roll::drop_and_roll(&container(case, body), largest, MOST, random, draw)?;
-    Ok(cut(body, placed.into_iter().map(spread)))
+    let placed = roll::drop_and_roll(&container(case, body), largest, MAX_GRAINS, random, draw)?;
+    Ok(cut_to_shape(body, placed.into_iter().map(spread)))
 }
 
 /// A place as one of that many coordinates, which it has.
-fn spread<const N: usize, const D: usize>((x, radius): ([f64; N], f64)) -> Placed<D> {
+fn spread<const N: usize, const D: usize>((x, radius): ([f64; N], f64)) -> PlacedGrain<D> {
     (std::array::from_fn(|c| x[c]), radius)
 }

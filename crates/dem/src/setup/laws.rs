@@ -11,48 +11,52 @@ use crate::config::{
 use crate::contact::bond::Beam;
 use crate::contact::capillary::Capillary;
 use crate::contact::cohesion::Cohesion;
-use crate::contact::friction::{Coulomb, ROUGH};
+use crate::contact::friction::{Coulomb, ROUGH_FRICTION};
 use crate::contact::hertz::Hertz;
 use crate::contact::jkr::Jkr;
-use crate::contact::linear::Linear;
-use crate::contact::restitution::{clamped_ratio, unclamped_ratio};
-use crate::contact::rolling::Resistance;
-use crate::contact::{Attraction, Law, Normal};
+use crate::contact::linear::LinearSpring;
+use crate::contact::restitution::{damping_ratio_with_tension, damping_ratio_without_tension};
+use crate::contact::rolling::RollingResistance;
+use crate::contact::{AttractionLaw, NormalForceLaw, PairLaw};
 use crate::grains::Grains;
-use crate::rain::{Source, sources};
-use crate::solver::{Kind, Laws};
+use crate::rain::{GrainSource, sources};
+use crate::solver::{KindProperties, StageLaws};
 
 /// Share of the stable step of a lone undamped contact that no step exceeds (sheet: dem §3.5).
-const LONGEST: f64 = 0.2;
+const MAX_STEP_FRACTION: f64 = 0.2;
 
 /// Damping ratio of a law.
 fn damping(restitution: Option<f64>, ratio: Option<f64>, clamp: bool) -> f64 {
     match (restitution, ratio) {
         (Some(e), _) if e >= 1.0 => 0.0,
-        (Some(e), _) if clamp => clamped_ratio(e),
-        (Some(e), _) => unclamped_ratio(e),
+        (Some(e), _) if clamp => damping_ratio_without_tension(e),
+        (Some(e), _) => damping_ratio_with_tension(e),
         (None, ratio) => ratio.unwrap_or(0.0),
     }
 }
 
-fn resistance(spec: &RollingSpec) -> Resistance {
-    Resistance { friction: spec.friction, stiffness: spec.stiffness_ratio, damping_ratio: spec.damping_ratio }
+fn resistance(spec: &RollingSpec) -> RollingResistance {
+    RollingResistance {
+        friction: spec.friction,
+        stiffness: spec.stiffness_ratio,
+        damping_ratio: spec.damping_ratio,
+    }
 }
 
-fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (Normal, bool) {
+fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (NormalForceLaw, bool) {
     match law {
         NormalLaw::Linear { stiffness, grain_modulus, restitution, damping_ratio, clamp } => {
             // Sheet: dem §3.11.
             let across = tangential.stiffness_ratio.unwrap_or(0.5);
-            let linear = Linear {
+            let linear = LinearSpring {
                 stiffness: stiffness.unwrap_or(0.0),
                 modulus: 2.0 * grain_modulus.unwrap_or(0.0),
                 damping_ratio: damping(*restitution, *damping_ratio, *clamp),
-                across,
-                damping_ratio_across: tangential.damping_ratio.unwrap_or(0.0),
-                root_across: across.sqrt(),
+                tangential_ratio: across,
+                tangential_damping_ratio: tangential.damping_ratio.unwrap_or(0.0),
+                tangential_ratio_root: across.sqrt(),
             };
-            (Normal::Linear(linear), *clamp)
+            (NormalForceLaw::Linear(linear), *clamp)
         }
         NormalLaw::Hertz {
             youngs_modulus,
@@ -69,13 +73,13 @@ fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (Normal, bool) {
             // Friction is damped as the normal direction is (sheet: dem §2.8) where the case does not say how.
             let hertz = Hertz::new(youngs, poisson, ratio, tangential.damping_ratio.unwrap_or(ratio));
             let ratio = tangential.stiffness_ratio;
-            (Normal::Hertz(ratio.map_or(hertz, |ratio| hertz.with_stiffness_ratio(ratio))), *clamp)
+            (NormalForceLaw::Hertz(ratio.map_or(hertz, |ratio| hertz.with_stiffness_ratio(ratio))), *clamp)
         }
     }
 }
 
 /// The law of a pair for grains up to `largest` (m).
-fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usize) -> Law {
+fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usize) -> PairLaw {
     let (normal, clamp) = normal(&pair.normal, &pair.tangential);
     let friction =
         pair.friction.map_or(Coulomb { coefficient: 0.0, at_rest: 0.0, reset: pair.tangential.reset }, |f| {
@@ -88,22 +92,28 @@ fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usiz
     let attraction = pair.adhesion.as_ref().map(|adhesion| match *adhesion {
         Adhesion::Cohesive { tension, shear, fragile, new_contacts } => {
             let stiffness = match &normal {
-                Normal::Linear(linear) => linear.stiffness(0.5 * largest),
-                Normal::Hertz(_) => f64::INFINITY,
+                NormalForceLaw::Linear(linear) => linear.stiffness(0.5 * largest),
+                NormalForceLaw::Hertz(_) => f64::INFINITY,
             };
             let bridge = 2.0 * tension * largest.powi(dimension as i32 - 1) / stiffness;
-            Attraction::Cohesion(Cohesion { tension, shear, fragile, new_contacts, bridge })
+            AttractionLaw::Cohesion(Cohesion {
+                tension,
+                shear,
+                fragile,
+                new_contacts,
+                rupture_distance: bridge,
+            })
         }
         Adhesion::Jkr { work_of_adhesion } => {
             let modulus = match &normal {
-                Normal::Hertz(hertz) => hertz.modulus,
-                Normal::Linear(_) => f64::NAN,
+                NormalForceLaw::Hertz(hertz) => hertz.modulus,
+                NormalForceLaw::Linear(_) => f64::NAN,
             };
-            Attraction::Jkr(Jkr { work: work_of_adhesion, modulus })
+            AttractionLaw::Jkr(Jkr { work: work_of_adhesion, modulus })
         }
         Adhesion::Capillary { surface_tension, contact_angle, volume_ratio } => {
             let angle = contact_angle.to_radians();
-            Attraction::Capillary(Capillary {
+            AttractionLaw::Capillary(Capillary {
                 tension: surface_tension * angle.cos(),
                 rupture: 1.0 + 0.5 * angle,
                 volume: volume_ratio,
@@ -121,10 +131,10 @@ fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usiz
         scatter: bond.scatter,
         gap: bond.gap,
     });
-    Law {
+    PairLaw {
         normal,
-        clamp,
-        lag: if velocity == ContactVelocity::Lagged { 1.0 } else { 0.0 },
+        no_tension: clamp,
+        velocity_lag: if velocity == ContactVelocity::Lagged { 1.0 } else { 0.0 },
         friction,
         rolling: pair.rolling.as_ref().map(resistance),
         twisting: pair.twisting.as_ref().map(resistance),
@@ -138,7 +148,7 @@ fn is_between(pair: &[String; 2], a: &str, b: &str) -> bool {
 }
 
 /// What a stage changes of a pair.
-fn overridden(pair: &PairSpec, overrides: &[PairOverride]) -> PairSpec {
+fn with_overrides(pair: &PairSpec, overrides: &[PairOverride]) -> PairSpec {
     let mut pair = pair.clone();
     let own =
         overrides.iter().filter(|change| is_between(&change.between, &pair.between[0], &pair.between[1]));
@@ -152,54 +162,54 @@ fn overridden(pair: &PairSpec, overrides: &[PairOverride]) -> PairSpec {
 }
 
 /// The pair of two unlike kinds that follows from those of like ones (sheet: dem §0).
-fn mixed(a: &Law, b: &Law) -> Option<Law> {
+fn mixed_law(a: &PairLaw, b: &PairLaw) -> Option<PairLaw> {
     let harmonic = |x: f64, y: f64| if x + y > 0.0 { 2.0 * x * y / (x + y) } else { 0.0 };
     let root = |x: f64, y: f64| (x * y).sqrt();
     let normal = match (&a.normal, &b.normal) {
-        (Normal::Linear(a), Normal::Linear(b)) if (a.modulus > 0.0) == (b.modulus > 0.0) => {
-            Normal::Linear(Linear {
+        (NormalForceLaw::Linear(a), NormalForceLaw::Linear(b)) if (a.modulus > 0.0) == (b.modulus > 0.0) => {
+            NormalForceLaw::Linear(LinearSpring {
                 stiffness: harmonic(a.stiffness, b.stiffness),
                 modulus: harmonic(a.modulus, b.modulus),
                 damping_ratio: root(a.damping_ratio, b.damping_ratio),
-                across: 0.5 * (a.across + b.across),
-                damping_ratio_across: root(a.damping_ratio_across, b.damping_ratio_across),
-                root_across: (0.5 * (a.across + b.across)).sqrt(),
+                tangential_ratio: 0.5 * (a.tangential_ratio + b.tangential_ratio),
+                tangential_damping_ratio: root(a.tangential_damping_ratio, b.tangential_damping_ratio),
+                tangential_ratio_root: (0.5 * (a.tangential_ratio + b.tangential_ratio)).sqrt(),
             })
         }
-        (Normal::Hertz(a), Normal::Hertz(b)) => {
+        (NormalForceLaw::Hertz(a), NormalForceLaw::Hertz(b)) => {
             let modulus = harmonic(a.modulus, b.modulus);
             let shear_modulus = harmonic(a.shear_modulus, b.shear_modulus);
             let grain_shear_modulus = harmonic(a.grain_shear_modulus, b.grain_shear_modulus);
-            Normal::Hertz(Hertz {
+            NormalForceLaw::Hertz(Hertz {
                 modulus,
                 shear_modulus,
                 grain_shear_modulus,
                 damping: root(a.damping, b.damping),
-                damping_across: root(a.damping_across, b.damping_across),
-                root_across: (4.0 * shear_modulus / modulus).sqrt(),
+                tangential_damping: root(a.tangential_damping, b.tangential_damping),
+                tangential_stiffness_root: (4.0 * shear_modulus / modulus).sqrt(),
             })
         }
         _ => return None,
     };
     let smaller = if a.friction.coefficient < b.friction.coefficient { a } else { b };
-    Some(Law { normal, attraction: None, bond: None, rolling: None, twisting: None, ..*smaller })
+    Some(PairLaw { normal, attraction: None, bond: None, rolling: None, twisting: None, ..*smaller })
 }
 
 /// The laws of stage number `stage`.
 pub(super) fn laws<const D: usize, const R: usize>(
     case: &Case,
     options: &DemOptions,
-    kinds: &[Kind],
+    kinds: &[KindProperties],
     grains: &Grains<D, R>,
     stage: usize,
-) -> Result<Laws, CaseError> {
-    let coming: Vec<_> = sources(case, options).iter().map(Source::extremes::<D>).collect();
+) -> Result<StageLaws, CaseError> {
+    let coming: Vec<_> = sources(case, options).iter().map(GrainSource::extremes::<D>).collect();
     let largest = coming.iter().map(|(_, [_, high])| high.0).fold(grains.radii().1, f64::max);
     let overrides = case.stages.get(stage).and_then(|stage| options.stages.get(&stage.name));
     let overrides = overrides.map_or(&[][..], |stage| &stage.pairs);
     let find = |a: &str, b: &str| options.pairs.iter().find(|pair| is_between(&pair.between, a, b));
     let own = |a: &str, b: &str| {
-        find(a, b).map(|pair| law(&overridden(pair, overrides), options.velocity, largest, D))
+        find(a, b).map(|pair| law(&with_overrides(pair, overrides), options.velocity, largest, D))
     };
     let mut pairs = Vec::new();
     for a in kinds {
@@ -207,7 +217,7 @@ pub(super) fn laws<const D: usize, const R: usize>(
             let found = match own(&a.name, &b.name) {
                 None if options.mix && a.name != b.name => own(&a.name, &a.name)
                     .zip(own(&b.name, &b.name))
-                    .and_then(|(first, second)| mixed(&first, &second)),
+                    .and_then(|(first, second)| mixed_law(&first, &second)),
                 found => found,
             };
             pairs.push(found.ok_or_else(|| {
@@ -222,7 +232,7 @@ pub(super) fn laws<const D: usize, const R: usize>(
         let mut of_kinds = Vec::new();
         for (number, kind) in kinds.iter().enumerate() {
             let like = pairs[number * kinds.len() + number];
-            let mut law = own(&kind.name, name).unwrap_or(Law { attraction: None, bond: None, ..like });
+            let mut law = own(&kind.name, name).unwrap_or(PairLaw { attraction: None, bond: None, ..like });
             let changed = overrides.iter().find(|change| is_between(&change.between, &kind.name, name));
             let friction = changed.and_then(|change| change.friction);
             law.friction.coefficient = friction.map_or(coefficient, |friction| friction.coefficient);
@@ -231,17 +241,17 @@ pub(super) fn laws<const D: usize, const R: usize>(
         }
         walls.push(of_kinds);
     }
-    let least = least(grains, &coming, kinds.len());
+    let least = smallest_grains(grains, &coming, kinds.len());
     let held = grains.held.iter().any(|held| *held);
-    let step = steps::<D>(&pairs, &walls, &least, held, options.step_fraction);
+    let step = stable_steps::<D>(&pairs, &walls, &least, held, options.step_fraction);
     let bridge = pairs
         .iter()
         .chain(walls.iter().flatten())
-        .map(|law| longest_bridge(law, largest))
+        .map(|law| max_rupture_distance(law, largest))
         .fold(0.0, f64::max);
     let all = || pairs.iter().chain(walls.iter().flatten());
     let impact = all().map(|law| impact(law, &least)).fold(0.0, f64::max);
-    Ok(Laws { pairs, walls, step, impact, bridge })
+    Ok(StageLaws { pairs, walls, step, impact, rupture_distance: bridge })
 }
 
 /// Names of boundaries, then of obstacles, then of obstacles once more for each of their regions, with their coefficients of friction.
@@ -250,14 +260,14 @@ fn frictions(case: &Case) -> Vec<(&str, f64)> {
         let coefficient = match boundary.wall {
             WallKind::Smooth => 0.0,
             WallKind::Frictional { friction_coefficient, .. } => friction_coefficient,
-            WallKind::Rough | WallKind::Absorbing { .. } => ROUGH,
+            WallKind::Rough | WallKind::Absorbing { .. } => ROUGH_FRICTION,
         };
         (boundary.name(), coefficient)
     });
     let of_wall = |wall: ObstacleWall| match wall {
         ObstacleWall::Smooth => 0.0,
         ObstacleWall::Frictional { friction_coefficient, .. } => friction_coefficient,
-        ObstacleWall::Rough => ROUGH,
+        ObstacleWall::Rough => ROUGH_FRICTION,
     };
     let obstacles = case.obstacles.iter().map(|obstacle| (obstacle.name.as_str(), of_wall(obstacle.wall)));
     let regions = case.obstacles.iter().flat_map(|obstacle| {
@@ -267,14 +277,14 @@ fn frictions(case: &Case) -> Vec<(&str, f64)> {
 }
 
 /// Largest gap (m) that a law bridges, between grains up to radius `largest` (m).
-fn longest_bridge(law: &Law, largest: f64) -> f64 {
+fn max_rupture_distance(law: &PairLaw, largest: f64) -> f64 {
     // At a wall the effective radius is that of the grain.
-    let bridged = law.bridge(crate::contact::STUCK, largest);
+    let bridged = law.rupture_distance(crate::contact::CONTACT_BONDED, largest);
     bridged.max(law.bond.map_or(0.0, |bond| 2.0 * bond.gap * largest))
 }
 
 /// The smallest grain of each kind, those that will enter among them, as radius (m) and mass (kg).
-fn least<const D: usize, const R: usize>(
+fn smallest_grains<const D: usize, const R: usize>(
     grains: &Grains<D, R>,
     coming: &[(usize, [(f64, f64); 2])],
     kinds: usize,
@@ -296,16 +306,16 @@ fn least<const D: usize, const R: usize>(
 
 /// Stable step of the stiffest contact (s), and the one above which none is (sheet: dem §3.5). `least` has radius (m) and mass
 /// (kg) of the smallest grain of each kind.
-fn steps<const D: usize>(
-    pairs: &[Law],
-    walls: &[Vec<Law>],
+fn stable_steps<const D: usize>(
+    pairs: &[PairLaw],
+    walls: &[Vec<PairLaw>],
     least: &[(f64, f64)],
     held: bool,
     fraction: f64,
 ) -> [f64; 2] {
     let kinds = least.len();
     let mut limits = [f64::INFINITY; 2];
-    let mut take = |law: &Law, radius: f64, mass: f64, small: f64| {
+    let mut take = |law: &PairLaw, radius: f64, mass: f64, small: f64| {
         let own = limits_of::<D>(law, radius, mass, small, fraction);
         limits = [limits[0].min(own[0]), limits[1].min(own[1])];
     };
@@ -330,21 +340,23 @@ fn steps<const D: usize>(
 }
 
 /// See [`Laws::impact`]; of equal spheres with the radius (m) and the mass (kg) of any of `least`.
-fn impact(law: &Law, least: &[(f64, f64)]) -> f64 {
-    let Normal::Hertz(hertz) = &law.normal else { return 0.0 };
+fn impact(law: &PairLaw, least: &[(f64, f64)]) -> f64 {
+    let NormalForceLaw::Hertz(hertz) = &law.normal else { return 0.0 };
     let sizes = least.iter().filter(|(radius, _)| radius.is_finite());
-    let of = |&(radius, mass): &(f64, f64)| (hertz.deepest(0.5 * mass, 0.5 * radius, 2.0) / radius).powf(2.5);
+    let of = |&(radius, mass): &(f64, f64)| {
+        (hertz.max_impact_overlap(0.5 * mass, 0.5 * radius, 2.0) / radius).powf(2.5)
+    };
     sizes.map(of).fold(0.0, f64::max)
 }
 
-fn limits_of<const D: usize>(law: &Law, radius: f64, mass: f64, small: f64, fraction: f64) -> [f64; 2] {
+fn limits_of<const D: usize>(law: &PairLaw, radius: f64, mass: f64, small: f64, fraction: f64) -> [f64; 2] {
     let bond = law.bond.map_or(0.0, |bond| bond.stiffness::<D>(small));
     match &law.normal {
-        Normal::Linear(linear) => {
+        NormalForceLaw::Linear(linear) => {
             let frequency = ((linear.stiffness(radius) + bond) / mass).sqrt();
-            [fraction * PI / frequency, LONGEST * 2.0 / frequency]
+            [fraction * PI / frequency, MAX_STEP_FRACTION * 2.0 / frequency]
         }
-        Normal::Hertz(hertz) => {
+        NormalForceLaw::Hertz(hertz) => {
             // Of the Rayleigh wave over the smaller grain, whose moduli follow from both of the contact.
             let ratio = hertz.modulus / hertz.grain_shear_modulus;
             let poisson = ((ratio - 4.0) / (ratio - 2.0)).clamp(-0.99, 0.5);

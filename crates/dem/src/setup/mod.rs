@@ -11,28 +11,30 @@ mod warnings;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, MovingObstacle, ObstacleLaws, Plan, Solver, Standing, spatial};
+use colluvium_case::{Case, CaseError, MovingObstacle, ObstacleLaws, PlacedObstacle, Plan, Solver, spatial};
 use colluvium_points::Surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-pub(crate) use fill::of_body;
-pub(crate) use refuse::honours;
-pub(crate) use size::size;
+pub(crate) use fill::fill_of_body;
+pub(crate) use refuse::capabilities;
+pub(crate) use size::problem_size;
 
 use crate::cell::PeriodicCell;
 use crate::config::{DemOptions, Fill};
 use crate::contact::bond::Bond;
-use crate::contact::{Attraction, Law, STUCK};
+use crate::contact::{AttractionLaw, CONTACT_BONDED, PairLaw};
 use crate::grains::{Grains, volume};
-use crate::ledger::Ledger;
-use crate::lists::Lists;
-use crate::pairs::Columns;
+use crate::ledger::EnergyBalance;
+use crate::lists::VerletLists;
+use crate::pairs::HistoryColumns;
 use crate::rain;
-use crate::solver::{DemSolver, Followed, Given, Kind, Scratch, Since};
-use crate::store::Stored;
-use crate::vector::{dot, minus};
-use crate::walls::{Wall, WallList};
+use crate::solver::{
+    ControlledStress, DemSolver, KindProperties, SinceListBuild, SpecimenSource, StepBuffers,
+};
+use crate::store::StoredSpecimen;
+use crate::vector::{difference, dot};
+use crate::walls::{RigidWall, WallList};
 
 /// Bytes of a disk and of a sphere with its buffers and its pairs, while a run goes on.
 const BYTES_OF_GRAIN: [usize; 2] = [650, 1000];
@@ -43,12 +45,12 @@ pub(crate) fn options(case: &Case) -> Result<DemOptions, CaseError> {
         let problem = "is missing: the discrete element method needs at least its `grains` and `pairs`";
         return Err(CaseError::new("methods.dem", problem));
     }
-    refuse::clumps(&case.methods["dem"])?;
+    refuse::reject_clumps(&case.methods["dem"])?;
     let options: DemOptions = case.method_options("dem")?;
     options
         .validate(case.dimension())
         .map_err(|(path, problem)| CaseError::new(format!("methods.dem.{path}"), problem))?;
-    refuse::refuse(case, &options)?;
+    refuse::check_supported(case, &options)?;
     Ok(options)
 }
 
@@ -61,26 +63,26 @@ pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
 
 pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     Ok(match case.dimension() {
-        3 => measure(case, &solver::<3, 3>(case)?),
-        _ => measure(case, &solver::<2, 1>(case)?),
+        3 => build_plan(case, &solver::<3, 3>(case)?),
+        _ => build_plan(case, &solver::<2, 1>(case)?),
     })
 }
 
 /// What would be solved, and the solver of it.
-pub fn made(case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
+pub fn plan_and_build(case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
     Ok(match case.dimension() {
         3 => {
             let solver = solver::<3, 3>(case)?;
-            (measure(case, &solver), Box::new(solver))
+            (build_plan(case, &solver), Box::new(solver))
         }
         _ => {
             let solver = solver::<2, 1>(case)?;
-            (measure(case, &solver), Box::new(solver))
+            (build_plan(case, &solver), Box::new(solver))
         }
     })
 }
 
-fn measure<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Plan {
+fn build_plan<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Plan {
     let time_step = solver.critical_step();
     let points = solver.grains.len();
     let (mut volumes, mut masses) = (vec![0.0; case.bodies.len()], vec![0.0; case.bodies.len()]);
@@ -110,13 +112,14 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     let options = options(case)?;
     let kinds = kinds(&options);
     let mut grains = Grains::default();
-    let standing = case.standing::<D>()?;
-    let stored = Stored::of(case, &options)?;
+    let standing = case.placed_obstacles::<D>()?;
+    let stored = StoredSpecimen::of_case(case, &options)?;
     fill::fill(case, &options, stored.as_ref(), &standing, &mut grains)?;
     check_covered(case, &standing, &grains)?;
     let laws = laws::laws(case, &options, &kinds, &grains, 0)?;
-    let columns =
-        Columns::of(&laws.pairs.iter().chain(laws.walls.iter().flatten()).copied().collect::<Vec<_>>());
+    let columns = HistoryColumns::of(
+        &laws.pairs.iter().chain(laws.walls.iter().flatten()).copied().collect::<Vec<_>>(),
+    );
     let cell = stored.as_ref().map_or_else(|| Ok(domain(case)), |stored| stored.cell(case, domain(case)))?;
     let fastest = grains.velocity.iter().map(|v| dot(v, v)).fold(0.0, f64::max).sqrt();
     let mut solver = DemSolver {
@@ -128,45 +131,49 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         next_id: fill::next_id(&grains),
         grains,
         cell,
-        lists: Lists::default(),
-        near: WallList::default(),
+        lists: VerletLists::default(),
+        wall_list: WallList::default(),
         walls: Vec::new(),
         obstacles: standing.into_iter().map(|obstacle| (obstacle.surface, obstacle.laws)).collect(),
-        scratch: Scratch::default(),
-        since: Since::default(),
+        scratch: StepBuffers::default(),
+        since_list_build: SinceListBuild::default(),
         stage: 0,
         stage_start: 0.0,
         time: 0.0,
         step: 0,
-        last: 0.0,
-        fastest,
+        last_step: 0.0,
+        max_speed: fastest,
         deep_share: 1.0,
         radii: (0.0, 0.0),
-        ledger: Ledger::default(),
+        energy_balance: EnergyBalance::default(),
         virial: [[[0.0; D]; D]; 2],
-        broken: Vec::new(),
-        followed: vec![Followed::default(); D * D + case.boundaries.len()],
-        imposed: None,
-        one_by_one: false,
+        broken_bonds: Vec::new(),
+        controlled_stresses: vec![ControlledStress::default(); D * D + case.boundaries.len()],
+        imposed_gradient: None,
+        scalar_only: false,
         membranes: Vec::new(),
         sources: rain::sources(case, &options),
         specimens: Vec::new(),
-        given: Given::default(),
+        specimen_source: SpecimenSource::default(),
         options,
     };
-    solver.walls = walls(&solver, 0);
-    stored.map_or(Ok(()), |stored| stored.take_up(case, &mut solver))?;
+    solver.walls = stage_walls(&solver, 0);
+    stored.map_or(Ok(()), |stored| stored.restore_contacts(case, &mut solver))?;
     check_step(&solver)?;
     check_stages(&solver)?;
-    solver.relist().map_err(|error| CaseError::new("methods.dem", error.to_string()))?;
+    solver.build_lists().map_err(|error| CaseError::new("methods.dem", error.to_string()))?;
     check_overlaps(&solver)?;
-    bond(&mut solver)?;
-    solver.specimens = solver.take_specimens();
+    initialise_bonds(&mut solver)?;
+    solver.specimens = solver.find_specimens();
     Ok(solver)
 }
 
-fn kinds(options: &DemOptions) -> Vec<Kind> {
-    options.grains.iter().map(|(name, kind)| Kind { name: name.clone(), density: kind.density }).collect()
+fn kinds(options: &DemOptions) -> Vec<KindProperties> {
+    options
+        .grains
+        .iter()
+        .map(|(name, kind)| KindProperties { name: name.clone(), density: kind.density })
+        .collect()
 }
 
 /// The domain as a cell.
@@ -191,13 +198,13 @@ fn mean_diameter<const D: usize, const R: usize>(
 /// Grains that are free must not begin in obstacles.
 fn check_covered<const D: usize, const R: usize>(
     case: &Case,
-    standing: &[Standing<'_, D>],
+    standing: &[PlacedObstacle<'_, D>],
     grains: &Grains<D, R>,
 ) -> Result<(), CaseError> {
     for body in 0..case.bodies.len() {
         let of_body = (0..grains.len()).filter(|&i| grains.body[i] as usize == body && !grains.held[i]);
         let places: Vec<[f64; D]> = of_body.map(|i| grains.position[i]).collect();
-        case.refuse_covered(standing, body, &places, 0.0)?;
+        case.reject_overlapping_points(standing, body, &places, 0.0)?;
     }
     Ok(())
 }
@@ -229,7 +236,7 @@ fn check_sheets<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Res
             let number = solver.case.bodies.iter().position(|body| body.name == *name);
             let count = solver.grains.body.iter().filter(|own| Some(**own as usize) == number).count();
             let body = number.map(|number| &solver.case.bodies[number]).filter(|body| body.points.is_none());
-            let problem = match body.and_then(|body| of_body(&solver.options, body)) {
+            let problem = match body.and_then(|body| fill_of_body(&solver.options, body)) {
                 _ if count % columns != 0 || count < 2 * columns => {
                     format!("the body has {count} grains, which are not two or more rows of {columns}")
                 }
@@ -287,12 +294,12 @@ fn check_areas<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resu
 fn check_overlaps<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
     let (g, most) = (&solver.grains, solver.options.initial_overlap);
     let mut worst: Option<(f64, usize, Option<usize>)> = None;
-    solver.visit(|contact, _, _| {
+    solver.for_each_contact(|contact, _, _| {
         let share = solver.overlap_of(&contact);
-        let given = |grain: usize| solver.given.has(g.body[grain] as usize);
+        let given = |grain: usize| solver.specimen_source.has(g.body[grain] as usize);
         // A specimen is in balance with the overlaps that it has.
         let of_file = given(contact.grain) && contact.other.is_none_or(given);
-        let most = if of_file { most.max(solver.given.overlap) } else { most };
+        let most = if of_file { most.max(solver.specimen_source.overlap) } else { most };
         if share > most * (1.0 + 1e-9) && worst.is_none_or(|(before, ..)| share > before) {
             worst = Some((share, contact.grain, contact.other));
         }
@@ -312,9 +319,9 @@ fn check_overlaps<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> R
 }
 
 /// Bonds grains that touch at the start, and sets the cohesion of their contacts.
-fn bond<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> Result<(), CaseError> {
+fn initialise_bonds<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> Result<(), CaseError> {
     let wanted = solver.laws.pairs.iter().any(|law| law.bond.is_some());
-    let coheres = |law: &Law| matches!(law.attraction, Some(Attraction::Cohesion(_)));
+    let coheres = |law: &PairLaw| matches!(law.attraction, Some(AttractionLaw::Cohesion(_)));
     if !wanted && !solver.laws.pairs.iter().any(coheres) {
         return Ok(());
     }
@@ -323,18 +330,18 @@ fn bond<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> Result<
     solver.cell.shifts(&mut shifts);
     let (g, laws, kinds) = (&solver.grains, &solver.laws.pairs, solver.kinds.len());
     let (mut bonds, mut pairs_of_ids) = (0usize, Vec::new());
-    for (list, pairs) in [&solver.lists.inner, &solver.lists.seam].into_iter().enumerate() {
+    for (list, pairs) in [&solver.lists.slab_pairs, &solver.lists.periodic_pairs].into_iter().enumerate() {
         for (i, k) in pairs.firsts() {
             let j = pairs.other[k] as usize;
-            let given = |grain: usize| solver.given.has(g.body[grain] as usize);
-            if solver.given.bonded && given(i) && given(j) {
+            let given = |grain: usize| solver.specimen_source.has(g.body[grain] as usize);
+            if solver.specimen_source.bonded && given(i) && given(j) {
                 // Bonded, or broken, as the file says.
-                bonds += usize::from(pairs.memory.bond.get(k).is_some_and(Bond::holds));
+                bonds += usize::from(pairs.histories.bond.get(k).is_some_and(Bond::is_intact));
                 continue;
             }
             let law = &laws[g.kind[i] as usize * kinds + g.kind[j] as usize];
             let code = pairs.image.get(k).map_or(0, |code| *code as usize);
-            let apart = minus(&minus(&g.position[i], &g.position[j]), &shifts[code].0);
+            let apart = difference(&difference(&g.position[i], &g.position[j]), &shifts[code].0);
             let gap = dot(&apart, &apart).sqrt() - g.radius[i] - g.radius[j];
             pairs_of_ids.push((
                 g.id[i].min(g.id[j]),
@@ -350,17 +357,21 @@ fn bond<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> Result<
     // Strengths are drawn in the order of ids.
     pairs_of_ids.sort_by_key(|pair| (pair.0, pair.1));
     for (_, _, list, k, gap, law, mean) in pairs_of_ids {
-        let memory = if list == 0 { &mut solver.lists.inner.memory } else { &mut solver.lists.seam.memory };
+        let memory = if list == 0 {
+            &mut solver.lists.slab_pairs.histories
+        } else {
+            &mut solver.lists.periodic_pairs.histories
+        };
         if let Some(beam) = law.bond
             && gap <= beam.gap * mean
         {
             memory.bond[k].strength = strength(beam.scatter, &mut random);
             bonds += 1;
         }
-        if let Some(Attraction::Cohesion(_)) = law.attraction
+        if let Some(AttractionLaw::Cohesion(_)) = law.attraction
             && gap < 0.0
         {
-            memory.state[k] = STUCK;
+            memory.state[k] = CONTACT_BONDED;
         }
     }
     if wanted && bonds == 0 {
@@ -383,7 +394,10 @@ fn strength(scatter: f64, random: &mut ChaCha8Rng) -> f64 {
 }
 
 /// Laws of the regions of obstacle number `number`, which follow those of all walls and obstacles.
-fn laws_of_regions<const D: usize, const R: usize>(solver: &DemSolver<D, R>, number: usize) -> Vec<Vec<Law>> {
+fn laws_of_regions<const D: usize, const R: usize>(
+    solver: &DemSolver<D, R>,
+    number: usize,
+) -> Vec<Vec<PairLaw>> {
     let case = &solver.case;
     let before: usize = case.obstacles[..number].iter().map(|obstacle| obstacle.regions.len()).sum();
     let first = case.boundaries.len() + case.obstacles.len() + before;
@@ -391,11 +405,11 @@ fn laws_of_regions<const D: usize, const R: usize>(solver: &DemSolver<D, R>, num
 }
 
 /// The walls that stand in a stage.
-fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize) -> Vec<Wall<D>> {
+fn stage_walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize) -> Vec<RigidWall<D>> {
     let case = &solver.case;
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let domain: ([f64; D], [f64; D]) = (corner(&case.domain.min), corner(&case.domain.max));
-    let wall = |(number, boundary): (usize, &colluvium_case::description::Boundary)| Wall {
+    let wall = |(number, boundary): (usize, &colluvium_case::description::Boundary)| RigidWall {
         surface: None,
         moving: None,
         boundary: number,
@@ -408,14 +422,14 @@ fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize)
             std::array::from_fn(|c| v[c])
         }),
         laws: solver.laws.walls[number].clone(),
-        places: None,
+        obstacle_laws: None,
         regions: Vec::new(),
         reaction: [[0.0; D]; 2],
         moment: [0.0; 3],
     };
-    let obstacle = |(number, (surface, places)): (usize, &(Arc<dyn Surface<D>>, ObstacleLaws))| Wall {
+    let obstacle = |(number, (surface, places)): (usize, &(Arc<dyn Surface<D>>, ObstacleLaws))| RigidWall {
         surface: Some(Arc::clone(surface)),
-        places: (!places.is_uniform()).then(|| places.clone()),
+        obstacle_laws: (!places.is_uniform()).then(|| places.clone()),
         regions: laws_of_regions(solver, number),
         moving: case.obstacles[number]
             .motion

@@ -5,16 +5,16 @@ use colluvium_case::{Case, CaseError};
 use crate::config::{CellEntry, DemOptions, GrainStage, NormalLaw};
 
 /// Mean overlap over the radius beyond which contacts of one size have no stiffness that means anything.
-const DEEPEST: f64 = 0.3;
+const MAX_MEAN_OVERLAP: f64 = 0.3;
 
 /// Refuses stresses that grains without attraction would have to be pulled for, and pressures under which they would overlap by
 /// more than [`DEEPEST`].
-pub(super) fn stresses(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+pub(super) fn check_stresses(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     let attracts = options.pairs.iter().any(|pair| pair.adhesion.is_some() || pair.bond.is_some());
     for (name, stage) in &options.stages {
         let path = format!("methods.dem.stages.{name}");
         let limit = largest_pressure(case.dimension(), options, stage);
-        for (key, least, most) in asked(stage) {
+        for (key, least, most) in requested_stresses(stage) {
             let path = format!("{path}.{key}");
             if !attracts && most >= 0.0 {
                 let problem = format!(
@@ -24,7 +24,7 @@ pub(super) fn stresses(case: &Case, options: &DemOptions) -> Result<(), CaseErro
             }
             if let Some(limit) = limit.filter(|limit| -least > *limit) {
                 let problem = format!(
-                    "{:.4e} Pa press grains into each other by more than {DEEPEST} of their radius, which their stiffness \
+                    "{:.4e} Pa press grains into each other by more than {MAX_MEAN_OVERLAP} of their radius, which their stiffness \
                      has them do at {limit:.4e} Pa: make contacts stiffer",
                     -least
                 );
@@ -36,7 +36,7 @@ pub(super) fn stresses(case: &Case, options: &DemOptions) -> Result<(), CaseErro
 }
 
 /// Normal stresses that a stage follows, each with its key, the least and the largest value (Pa, tension-positive).
-fn asked(stage: &GrainStage) -> Vec<(String, f64, f64)> {
+fn requested_stresses(stage: &GrainStage) -> Vec<(String, f64, f64)> {
     let entries = stage.cell.iter().flat_map(|cell| [("xx", cell.xx), ("yy", cell.yy), ("zz", cell.zz)]);
     let of_cell = entries.filter_map(|(key, entry)| {
         let (key, (least, most)) = match entry? {
@@ -65,9 +65,9 @@ fn largest_pressure(dimension: usize, options: &DemOptions, stage: &GrainStage) 
         });
     let stiffest = stiffness.collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
     if dimension == 2 {
-        return Some(0.5 * DEEPEST * stiffest);
+        return Some(0.5 * MAX_MEAN_OVERLAP * stiffest);
     }
     let smallest = options.grains.values().map(|kind| kind.diameter.as_ref().map(|sizes| sizes.range().0));
     let smallest = smallest.collect::<Option<Vec<f64>>>()?.into_iter().fold(f64::INFINITY, f64::min);
-    Some(0.5 * DEEPEST * stiffest / smallest)
+    Some(0.5 * MAX_MEAN_OVERLAP * stiffest / smallest)
 }

@@ -1,7 +1,7 @@
 //! What DEM refuses of a case, by its path.
 
 use colluvium_case::json::closest;
-use colluvium_case::{Case, CaseError, Honours, Needs};
+use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
 use colluvium_points::Shape;
 use serde_json::Value;
 
@@ -11,7 +11,7 @@ const ADHESION: &str = "adhesion of grains is in the pair of their kind and the 
 const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
 
 /// Refuses grains made of several, by their name.
-pub fn clumps(options: &Value) -> Result<(), CaseError> {
+pub fn reject_clumps(options: &Value) -> Result<(), CaseError> {
     let named = |own: &Value| {
         let mut keys = own.as_object().into_iter().flatten().map(|(key, _)| key.clone());
         keys.find(|key| key.starts_with("clump"))
@@ -28,9 +28,9 @@ pub fn clumps(options: &Value) -> Result<(), CaseError> {
 }
 
 /// What DEM says to the features of a case.
-pub fn honours() -> Honours {
-    Honours::of_points("dem")
-        .takes(&[
+pub fn capabilities() -> Capabilities {
+    Capabilities::for_point_methods("dem")
+        .supports(&[
             "domain.origin",
             "domain.periodic*",
             "boundaries",
@@ -59,54 +59,55 @@ pub fn honours() -> Honours {
             "measures=dissipation",
             "output.contacts",
         ])
-        .needs(Needs { materials: false, ..Needs::default() })
-        .refuses("space=1d", SPACES)
-        .refuses("space=axisymmetric", SPACES)
-        .refuses(
+        .requires(RequiredInput { materials: false, ..RequiredInput::default() })
+        .rejects("space=1d", SPACES)
+        .rejects("space=axisymmetric", SPACES)
+        .rejects(
             "bodies.rigid",
             "dem has no rigid bodies: what moves at a velocity is `held` in methods.dem.bodies, what follows a force is bonded, with \
              `forces` in methods.dem.stages",
         )
-        .refuses("bodies.drop_outside", "dem has no sides that grains leave by")
-        .refuses("bodies.pore_fluid", "dem has dry grains only")
-        .refuses(
+        .rejects("bodies.drop_outside", "dem has no sides that grains leave by")
+        .rejects("bodies.pore_fluid", "dem has dry grains only")
+        .rejects(
             "bodies.stress*",
             "grains begin without forces: let a stage bring the body to rest under its weight",
         )
-        .takes(&["bodies.stress=none"])
-        .refuses("boundaries.group", "dem has no mesh with groups of nodes")
-        .refuses("boundaries.wall=absorbing", "dem has no absorbing boundaries")
-        .refuses("boundaries.wall.bilateral", "grains can always lift off the walls of dem")
-        .refuses("obstacles.wall.adhesion", ADHESION)
-        .refuses("obstacles.regions.wall.adhesion", ADHESION)
-        .refuses("measures.about", "dem tells the force on an obstacle and not its moment")
-        .passes_over("bodies.sampling*", "grains fill a body by a packing of their own")
-        .refuses("bodies.shape.rows=terrain", "grains fill a layer by a packing of their own")
-        .refuses("loads", "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress")
-        .refuses("patches", "dem has no nodes to prescribe")
-        .refuses("stages.weakening*", "grains have no material to weaken: change the pairs of the stage")
-        .refuses("measures=factor-of-safety", "grains have no material whose strength could be reduced")
+        .supports(&["bodies.stress=none"])
+        .rejects("boundaries.group", "dem has no mesh with groups of nodes")
+        .rejects("boundaries.wall=absorbing", "dem has no absorbing boundaries")
+        .rejects("boundaries.wall.bilateral", "grains can always lift off the walls of dem")
+        .rejects("obstacles.wall.adhesion", ADHESION)
+        .rejects("obstacles.regions.wall.adhesion", ADHESION)
+        .rejects("measures.about", "dem tells the force on an obstacle and not its moment")
+        .ignores_with_warning("bodies.sampling*", "grains fill a body by a packing of their own")
+        .rejects("bodies.shape.rows=terrain", "grains fill a layer by a packing of their own")
+        .rejects("loads", "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress")
+        .rejects("patches", "dem has no nodes to prescribe")
+        .rejects("stages.weakening*", "grains have no material to weaken: change the pairs of the stage")
+        .rejects("measures=factor-of-safety", "grains have no material whose strength could be reduced")
 }
 
 /// Refuses by name what its options do not go with.
-pub(super) fn refuse(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+pub(super) fn check_supported(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     names(case, options)?;
-    rains(case, options)?;
+    check_pluviation(case, options)?;
     cells(case, options)?;
-    regions(case, options)?;
-    super::reach::stresses(case, options)
+    check_regions(case, options)?;
+    super::reach::check_stresses(case, options)
 }
 
 /// Measuring regions lie in the domain.
-fn regions(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+fn check_regions(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     for (name, region) in &options.regions {
-        let ball = case.off_origin(Shape::Ball { centre: region.centre.clone(), radius: region.radius });
+        let ball =
+            case.relative_to_origin(Shape::Ball { centre: region.centre.clone(), radius: region.radius });
         let (mut low, mut high) = ball.bounds(case.dimension());
         for c in (0..case.dimension()).filter(|c| case.domain.is_periodic(*c)) {
             // It sees the images of grains too.
             (low[c], high[c]) = (case.domain.min[c], case.domain.max[c]);
         }
-        if let Some(problem) = case.beyond(&low, &high) {
+        if let Some(problem) = case.outside_domain_problem(&low, &high) {
             return Err(CaseError::new(format!("methods.dem.regions.{name}"), problem));
         }
     }
@@ -114,9 +115,9 @@ fn regions(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
 }
 
 /// Grains that enter need sizes, and a body that is not made of points or moved as one.
-fn rains(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+fn check_pluviation(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
-        if options.bodies.get(&body.name).is_none_or(|own| own.rain.is_none()) {
+        if options.bodies.get(&body.name).is_none_or(|own| own.pluviation.is_none()) {
             continue;
         }
         if options.grains[&body.material].diameter.is_none() {
@@ -147,13 +148,13 @@ fn missing(path: String, name: &str, known: &[&str], what: &str) -> Result<(), C
 }
 
 /// What a pair may be between.
-struct Names<'a> {
+struct PairNames<'a> {
     /// Kinds of grains, and walls.
     all: &'a [&'a str],
     walls: &'a [&'a str],
 }
 
-impl Names<'_> {
+impl PairNames<'_> {
     /// The two names of a pair.
     fn pair(&self, path: &str, between: &[String; 2]) -> Result<(), CaseError> {
         for (side, name) in between.iter().enumerate() {
@@ -207,7 +208,7 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         return Err(CaseError::new(format!("methods.dem.grains.{name}"), problem));
     }
     let all: Vec<&str> = kinds.iter().chain(&walls).copied().collect();
-    let all: Names<'_> = Names { all: &all, walls: &walls };
+    let all: PairNames<'_> = PairNames { all: &all, walls: &walls };
     for number in 0..options.pairs.len() {
         all.options(&options.pairs, number)?;
     }
@@ -222,7 +223,7 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         let sides = &walls[..case.boundaries.len()];
         if let Some(wall) = stage.walls.keys().find(|wall| !sides.contains(&wall.as_str())) {
             let path = format!("methods.dem.stages.{name}.walls.{wall}");
-            return match not_pressed(case, &kinds, name, wall) {
+            return match no_servo_reason(case, &kinds, name, wall) {
                 Some(problem) => Err(CaseError::new(path, problem)),
                 None => missing(path, wall, sides, "the name of one of the boundaries"),
             };
@@ -232,9 +233,9 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
 }
 
 /// Why what is no wall of `boundaries` follows no stress, and what does; none of a name that is not there.
-fn not_pressed(case: &Case, kinds: &[&str], stage: &str, name: &str) -> Option<String> {
+fn no_servo_reason(case: &Case, kinds: &[&str], stage: &str, name: &str) -> Option<String> {
     if case.obstacles.iter().any(|obstacle| obstacle.name == name) {
-        return Some(follows_nothing(stage));
+        return Some(no_stress_control_message(stage));
     }
     let grains = kinds.contains(&name) || case.bodies.iter().any(|body| body.name == name);
     let force = bonded(stage);
@@ -246,7 +247,7 @@ fn bonded(stage: &str) -> String {
 }
 
 /// What does in place of an obstacle that is to follow a stress or a force.
-fn follows_nothing(stage: &str) -> String {
+fn no_stress_control_message(stage: &str) -> String {
     format!(
         "an obstacle moves as its `motion` says, and follows no stress and no force: take a wall of boundaries, which follows a stress by \
          methods.dem.stages.{stage}.walls; {}",
@@ -279,7 +280,7 @@ fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         let pressed = own.membranes.keys().map(|name| (format!("{path}.membranes.{name}"), name));
         for (path, name) in pushed.chain(pressed) {
             if case.obstacles.iter().any(|obstacle| obstacle.name == *name) {
-                return Err(CaseError::new(path, follows_nothing(stage)));
+                return Err(CaseError::new(path, no_stress_control_message(stage)));
             }
             known(path.clone(), name)?;
             there(&path, name)?;
@@ -321,7 +322,7 @@ fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
             ("xz", xz, [0, 2]),
         ] {
             let Some(on) = on else { continue };
-            if let Some(problem) = on.problem() {
+            if let Some(problem) = on.validation_error() {
                 return Err(CaseError::new(format!("{path}.cell.{key}"), problem));
             }
             if flat && axes.contains(&2) {

@@ -7,7 +7,7 @@ use colluvium_points::Shape;
 use crate::config::Diameters;
 
 /// Share by which lengths may differ that are to be the same.
-const SAME: f64 = 1e-9;
+const EQUAL_TOLERANCE: f64 = 1e-9;
 
 /// A tube: what a cylinder leaves of a wider one about the same axis.
 struct Tube {
@@ -28,10 +28,10 @@ fn tube(shape: &Shape) -> Option<Tube> {
     else {
         return None;
     };
-    let near = |a: f64, b: f64| (a - b).abs() <= SAME * outer;
+    let near = |a: f64, b: f64| (a - b).abs() <= EQUAL_TOLERANCE * outer;
     let one_axis = axis == along && (0..3).all(|c| c == *axis || near(base[c], below[c]));
-    let through = below[*axis] <= base[*axis] + SAME * outer
-        && below[*axis] + cut >= base[*axis] + height - SAME * outer;
+    let through = below[*axis] <= base[*axis] + EQUAL_TOLERANCE * outer
+        && below[*axis] + cut >= base[*axis] + height - EQUAL_TOLERANCE * outer;
     let is_tube = one_axis && through && inner < outer;
     is_tube.then_some(Tube { axis: *axis, base: *base, height: *height, radii: [*inner, *outer] })
 }
@@ -55,14 +55,14 @@ pub(super) fn rings<const D: usize>(
         return Err("the grains of a sleeve are of one size: give their diameter as equal".to_owned());
     }
     let [inner, outer] = tube.radii;
-    if diameter > (outer - inner) * (1.0 + SAME) {
+    if diameter > (outer - inner) * (1.0 + EQUAL_TOLERANCE) {
         return Err(format!("the grains, {diameter} m, are wider than the tube, {} m", outer - inner));
     }
     let radius = inner + 0.5 * diameter;
     let chord = 2.0 * radius * (PI / columns as f64).sin();
     let rows = rows(tube.height, chord);
     let pitch = tube.height / rows as f64;
-    if chord.min(pitch) < diameter * (1.0 - SAME) {
+    if chord.min(pitch) < diameter * (1.0 - EQUAL_TOLERANCE) {
         let most = (PI / (0.5 * diameter / radius).asin()).floor();
         return Err(format!(
             "{columns} grains of {diameter} m do not fit beside each other into a ring of the sleeve, or {rows} rings not above \

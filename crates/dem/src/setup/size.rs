@@ -1,13 +1,13 @@
 //! How many grains there will be, and what it takes to place them.
 
 use colluvium_case::description::Body;
-use colluvium_case::{Case, CaseError, Size};
+use colluvium_case::{Case, CaseError, ProblemSize};
 
-use super::{BYTES_OF_GRAIN, of_body, options};
-use crate::config::{DemOptions, Diameters, Fill, Packing};
+use super::{BYTES_OF_GRAIN, fill_of_body, options};
+use crate::config::{DemOptions, Diameters, Fill, LatticePacking};
 use crate::grains::volume;
 use crate::rain;
-use crate::store::Stored;
+use crate::store::StoredSpecimen;
 
 /// Bytes of a grain while it is placed, with its neighbours.
 const BYTES_OF_PLACED: f64 = 300.0;
@@ -16,7 +16,7 @@ const DROPPED: [f64; 2] = [0.82, 0.58];
 
 /// Grains of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Expected {
+struct ExpectedGrains {
     /// Those that the body will have.
     grains: f64,
     /// Those that are placed in the box around it, of which some are cut away.
@@ -26,52 +26,52 @@ struct Expected {
 }
 
 /// About how large the problem is.
-pub fn size(case: &Case) -> Result<Size, CaseError> {
+pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let options = options(case)?;
-    let stored = Stored::of(case, &options)?;
-    let given = stored.as_ref().map(Stored::counts).unwrap_or_default();
+    let stored = StoredSpecimen::of_case(case, &options)?;
+    let given = stored.as_ref().map(StoredSpecimen::counts).unwrap_or_default();
     let of_body = |(number, body): (usize, &Body)| match given.get(body.name.as_str()) {
-        Some(count) => Expected { grains: *count as f64, ..Expected::default() },
+        Some(count) => ExpectedGrains { grains: *count as f64, ..ExpectedGrains::default() },
         None => expected(case, &options, number),
     };
-    let all: Vec<Expected> = case.bodies.iter().enumerate().map(of_body).collect();
+    let all: Vec<ExpectedGrains> = case.bodies.iter().enumerate().map(of_body).collect();
     let end = case.end_time();
     let sources = rain::sources(case, &options);
     let rain: f64 = sources.iter().map(|source| source.expected(case.dimension(), end)).sum();
     let points = all.iter().map(|own| own.grains).sum::<f64>() + rain;
     // One body is placed after another.
     let placed = all.iter().map(|own| own.placed).fold(0.0, f64::max);
-    Ok(Size {
+    Ok(ProblemSize {
         points,
         memory: (points * BYTES_OF_GRAIN[case.dimension() - 2] as f64).max(placed * BYTES_OF_PLACED),
         key: "methods.dem.grains",
-        placing: all.iter().map(|own| own.seconds).sum(),
-        cure: "take larger grains or smaller bodies",
-        ..Size::default()
+        placing_time: all.iter().map(|own| own.seconds).sum(),
+        advice: "take larger grains or smaller bodies",
+        ..ProblemSize::default()
     })
 }
 
-fn expected(case: &Case, options: &DemOptions, number: usize) -> Expected {
+fn expected(case: &Case, options: &DemOptions, number: usize) -> ExpectedGrains {
     let (body, dimension) = (&case.bodies[number], case.dimension());
-    let listed = |grains| Expected { grains, ..Expected::default() };
-    if options.bodies.get(&body.name).is_some_and(|own| own.rain.is_some()) {
+    let listed = |grains| ExpectedGrains { grains, ..ExpectedGrains::default() };
+    if options.bodies.get(&body.name).is_some_and(|own| own.pluviation.is_some()) {
         return listed(0.0);
     }
     if body.points.is_some() {
-        return listed(case.points_at(1.0)[number]);
+        return listed(case.point_counts(1.0)[number]);
     }
-    match (of_body(options, body), &options.grains[&body.material].diameter) {
+    match (fill_of_body(options, body), &options.grains[&body.material].diameter) {
         (Some(Fill::Single) | None, _) | (_, None) => listed(1.0),
         (Some(fill), Some(sizes)) => filled(body, fill, sizes, dimension),
     }
 }
 
-fn filled(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> Expected {
+fn filled(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> ExpectedGrains {
     let (low, high) = body.shape.bounds(dimension);
     let space: f64 = low.iter().zip(&high).take(dimension).map(|(low, high)| high - low).product();
     let of_shape = body.shape.volume(dimension, false) / space;
     let solid = volume(dimension, 0.5) * sizes.mean_power(dimension, dimension as i32);
-    let of_sleeve = |grains: f64| Expected { grains, placed: grains, seconds: 1e-5 * grains };
+    let of_sleeve = |grains: f64| ExpectedGrains { grains, placed: grains, seconds: 1e-5 * grains };
     let placed = match fill {
         Fill::Single => 1.0,
         Fill::Lattice { packing, pitch, .. } => {
@@ -84,16 +84,20 @@ fn filled(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> Expec
         Fill::Sleeve { columns } => return of_sleeve(super::rings::count(&body.shape, sizes, columns)),
         Fill::DropAndRoll => DROPPED[dimension - 2] * space / solid,
     };
-    Expected { grains: of_shape * placed, placed, seconds: placed * seconds_each(fill, dimension, placed) }
+    ExpectedGrains {
+        grains: of_shape * placed,
+        placed,
+        seconds: placed * seconds_each(fill, dimension, placed),
+    }
 }
 
 /// Area or volume of a site of a lattice of pitch one.
-fn site(packing: Packing, dimension: usize) -> f64 {
+fn site(packing: LatticePacking, dimension: usize) -> f64 {
     match (packing, dimension) {
-        (Packing::Square, _) => 1.0,
-        (Packing::Hexagonal, 2) => 0.75f64.sqrt(),
-        (Packing::Hexagonal | Packing::FaceCentred, _) => 0.5f64.sqrt(),
-        (Packing::BodyCentred, _) => 4.0 / 27f64.sqrt(),
+        (LatticePacking::Square, _) => 1.0,
+        (LatticePacking::Hexagonal, 2) => 0.75f64.sqrt(),
+        (LatticePacking::Hexagonal | LatticePacking::FaceCentred, _) => 0.5f64.sqrt(),
+        (LatticePacking::BodyCentred, _) => 4.0 / 27f64.sqrt(),
     }
 }
 
@@ -109,17 +113,17 @@ fn seconds_each(fill: Fill, dimension: usize, count: f64) -> f64 {
                 1.6e-4
             }
         }
-        Fill::Random { solid_fraction } => pushing(solid_fraction, flat, count),
+        Fill::Random { solid_fraction } => relaxation_time(solid_fraction, flat, count),
         Fill::Layers { solid_fraction, layers, .. } => {
             // All that lies below a layer is pushed with it, and longer.
-            9.0 * pushing(solid_fraction, flat, count) * 0.5 * (layers + 1) as f64
+            9.0 * relaxation_time(solid_fraction, flat, count) * 0.5 * (layers + 1) as f64
         }
     }
 }
 
 /// Time for which one of `count` grains is pushed to and fro (s): the longer, the nearer the packing is to the densest that pushes make, and
 /// the more there are, of which the deepest overlap must be small.
-fn pushing(solid_fraction: f64, flat: bool, count: f64) -> f64 {
+fn relaxation_time(solid_fraction: f64, flat: bool, count: f64) -> f64 {
     let (scale, densest) = if flat { (1.2e-5, 0.84) } else { (1.6e-5, 0.64) };
     scale / (densest - solid_fraction).max(0.01) * (count / 3e4).powf(0.28)
 }

@@ -6,9 +6,9 @@ use colluvium_case::SolverError;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{check_step, laws, walls};
-use crate::solver::{DemSolver, Followed};
-use crate::walls::Wall;
+use super::{check_step, laws, stage_walls};
+use crate::solver::{ControlledStress, DemSolver};
+use crate::walls::RigidWall;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Prepares the solver for its stage, which is `fresh` where it begins with this.
@@ -18,19 +18,19 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let laws = laws::laws(&self.case, &self.options, &self.kinds, &self.grains, stage);
         self.laws = laws.map_err(|error| failed(error.to_string()))?;
         // Walls keep where they have moved to.
-        let standing = walls(self, stage);
-        let stands = |wall: &Wall<D>| standing.iter().any(|other| other.boundary == wall.boundary);
+        let standing = stage_walls(self, stage);
+        let stands = |wall: &RigidWall<D>| standing.iter().any(|other| other.boundary == wall.boundary);
         let mut next = 0;
-        let of_wall = |wall: &Wall<D>| {
+        let of_wall = |wall: &RigidWall<D>| {
             next += u32::from(stands(wall));
             if stands(wall) { next - 1 } else { u32::MAX }
         };
         let numbers: Vec<u32> = self.walls.iter().map(of_wall).collect();
         if numbers.contains(&u32::MAX) {
             let grains: Vec<u32> = (0..self.grains.len() as u32).collect();
-            self.near.forget(&grains, &numbers, self.columns);
+            self.wall_list.remove(&grains, &numbers, self.columns);
             self.walls.retain(stands);
-            self.since.cell = None;
+            self.since_list_build.cell = None;
         }
         let options = self.stage_options();
         for wall in &mut self.walls {
@@ -53,10 +53,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if options.agitation > 0.0 {
             agitate(self, options.agitation);
         }
-        self.ledger.begin_stage();
-        self.followed.iter_mut().for_each(Followed::begin_stage);
+        self.energy_balance.begin_stage();
+        self.controlled_stresses.iter_mut().for_each(ControlledStress::begin_stage);
         // Walls may be gone, and gaps that contacts bridge may be others.
-        self.relist()
+        self.build_lists()
     }
 }
 
@@ -68,7 +68,7 @@ fn remove<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) {
     let keeps = |body: u32, x: &[f64; D]| !gone[body as usize] && !pits.iter().any(|pit| pit.contains(x));
     let g = &solver.grains;
     if !g.body.iter().zip(&g.position).all(|(body, x)| keeps(*body, x)) {
-        solver.keep_grains(keeps);
+        solver.retain_grains(keeps);
     }
 }
 
@@ -86,5 +86,5 @@ fn agitate<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>, speed: 
             }
         }
     }
-    solver.fastest = solver.fastest.max(speed * (D as f64).sqrt());
+    solver.max_speed = solver.max_speed.max(speed * (D as f64).sqrt());
 }

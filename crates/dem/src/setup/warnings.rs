@@ -9,19 +9,19 @@ use crate::specimen::Specimen;
 use crate::vector::norm;
 
 /// Difference of a porosity from what was asked for that is told.
-const OFF_TARGET: f64 = 0.01;
+const POROSITY_TOLERANCE: f64 = 0.01;
 /// Overlap under a body's own weight, over the diameter, that is told: porosity and coordination depend on the stiffness then
 /// (sheet: dem §7).
-const SOFT: f64 = 0.01;
+const MAX_WEIGHT_OVERLAP: f64 = 0.01;
 
 /// All that is worth a word of a solver at time zero.
 pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
     let mut warnings = case.warnings();
     of_options(case, &solver.options, &mut warnings);
-    warnings.extend(not_derived(&solver.options));
-    warnings.extend(soft(case, solver));
-    warnings.extend(off_target(solver));
-    warnings.extend(solver.given.notes.iter().cloned());
+    warnings.extend(underived_pair_warnings(&solver.options));
+    warnings.extend(soft_grain_warnings(case, solver));
+    warnings.extend(porosity_warnings(solver));
+    warnings.extend(solver.specimen_source.notes.iter().cloned());
     warnings
 }
 
@@ -49,7 +49,7 @@ fn of_options(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
 }
 
 /// Pairs that `mix` derives of kinds which do more than unlike grains then do.
-fn not_derived(options: &DemOptions) -> Vec<String> {
+fn underived_pair_warnings(options: &DemOptions) -> Vec<String> {
     let pair = |a: &str, b: &str| {
         options.pairs.iter().find(|pair| {
             let [one, two] = &pair.between;
@@ -83,7 +83,7 @@ fn not_derived(options: &DemOptions) -> Vec<String> {
 
 /// Kinds of grains that the weight of their own body presses into each other. At its foot a contact bears about the pressure times
 /// the diameter, in space its square.
-fn soft<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
+fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
     let (g, gravity) = (&solver.grains, solver.gravity_at(0.0));
     let size = norm(&gravity);
     if size == 0.0 {
@@ -108,14 +108,14 @@ fn soft<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -
             return None;
         }
         let share = law.normal.overlap(pressure * mean.powi(D as i32 - 1), 0.25 * mean) / mean;
-        (share > SOFT).then(|| {
+        (share > MAX_WEIGHT_OVERLAP).then(|| {
             format!(
                 "methods.dem.pairs: the weight of the body {:?} ({pressure:.3e} Pa at its foot) presses grains into each other by \
                  about {:.1} % of their diameter: porosity, coordination and flow then depend on the stiffness; make contacts {:.0} \
                  times as stiff for 0.1 %",
                 case.bodies[body].name,
                 1e2 * share,
-                law.normal.stiffer(share / 1e-3),
+                law.normal.stiffness_factor(share / 1e-3),
             )
         })
     };
@@ -123,8 +123,10 @@ fn soft<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -
 }
 
 /// Bodies that are filled otherwise than was asked for.
-fn off_target<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
-    let far = |own: &&Specimen| own.asked.is_some_and(|asked| (own.porosity - asked).abs() > OFF_TARGET);
+fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
+    let far = |own: &&Specimen| {
+        own.requested_porosity.is_some_and(|asked| (own.porosity - asked).abs() > POROSITY_TOLERANCE)
+    };
     let said = |own: &Specimen| {
         format!("{own}: grains that would reach out of the shape, or into obstacles, are left out")
     };

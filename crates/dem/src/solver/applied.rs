@@ -3,11 +3,11 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-use colluvium_case::measure::Reading;
+use colluvium_case::measure::ScalarOutput;
 
 use super::DemSolver;
 use crate::config::{GrainStage, Membrane};
-use crate::vector::{add, cross, dot, minus};
+use crate::vector::{add, cross, difference, dot};
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Forces on the grains that are neither gravity nor of contacts (N); empty where the stage has none.
@@ -17,15 +17,15 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             return Vec::new();
         };
         let mut applied = vec![[0.0; D]; self.grains.len()];
-        self.push_bodies(stage, &mut applied);
+        self.add_body_forces(stage, &mut applied);
         for (name, membrane) in &stage.membranes {
-            self.press_membrane(name, membrane, &mut applied);
+            self.add_membrane_pressure(name, membrane, &mut applied);
         }
         applied
     }
 
     /// Shares forces on bodies among their grains by mass.
-    fn push_bodies(&self, stage: &GrainStage, applied: &mut [[f64; D]]) {
+    fn add_body_forces(&self, stage: &GrainStage, applied: &mut [[f64; D]]) {
         let g = &self.grains;
         for (name, force) in &stage.forces {
             let Some(body) = self.number_of(name) else { continue };
@@ -37,7 +37,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// Presses a row or a sheet of grains towards a body.
-    fn press_membrane(&self, name: &str, membrane: &Membrane, applied: &mut [[f64; D]]) {
+    fn add_membrane_pressure(&self, name: &str, membrane: &Membrane, applied: &mut [[f64; D]]) {
         let g = &self.grains;
         let (Some(own), Some(other)) = (self.number_of(name), self.number_of(&membrane.against)) else {
             return;
@@ -46,32 +46,37 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let grains = self.in_order(own);
         match membrane.columns {
             Some(columns) => {
-                self.press_sheet((&grains, columns, membrane.closed), &centre, membrane.pressure, applied);
+                self.add_sheet_pressure(
+                    (&grains, columns, membrane.closed),
+                    &centre,
+                    membrane.pressure,
+                    applied,
+                );
             }
-            None => self.press_row(&grains, &centre, membrane.pressure, applied),
+            None => self.add_row_pressure(&grains, &centre, membrane.pressure, applied),
         }
     }
 
     /// Presses a row in the plane towards a place: half of what acts on the line between two of its grains each.
-    fn press_row(&self, row: &[usize], centre: &[f64; D], pressure: f64, applied: &mut [[f64; D]]) {
+    fn add_row_pressure(&self, row: &[usize], centre: &[f64; D], pressure: f64, applied: &mut [[f64; D]]) {
         let g = &self.grains;
         let (Some(first), Some(last)) = (row.first(), row.last()) else { return };
         // A quarter turn to the left of the row, or the other way where the body lies to its right.
         let left =
             |way: &[f64; D]| -> [f64; D] { std::array::from_fn(|c| if c == 0 { -way[1] } else { way[0] }) };
-        let chord = minus(&g.position[*last], &g.position[*first]);
+        let chord = difference(&g.position[*last], &g.position[*first]);
         let Some(middle) = self.centre(|i| g.body[i] == g.body[*first]) else { return };
-        let side = dot(&left(&chord), &minus(centre, &middle));
+        let side = dot(&left(&chord), &difference(centre, &middle));
         let half = 0.5 * pressure * if side < 0.0 { -1.0 } else { 1.0 };
         for pair in row.windows(2) {
-            let push = left(&minus(&g.position[pair[1]], &g.position[pair[0]]));
+            let push = left(&difference(&g.position[pair[1]], &g.position[pair[0]]));
             pair.iter().for_each(|&i| add(&mut applied[i], half, &push));
         }
     }
 
     /// Presses a sheet in space towards a place: a quarter of what acts on the surface between four of its grains each. That is the pressure
     /// times half the cross product of the diagonals, whatever surface the four span.
-    fn press_sheet(
+    fn add_sheet_pressure(
         &self,
         (grains, columns, closed): (&[usize], usize, bool),
         centre: &[f64; D],
@@ -88,9 +93,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 let [low, high] = [(row - 1) * columns, row * columns];
                 let corners = [low + column, low + next, high + next, high + column].map(|k| grains[k]);
                 let [a, b, c, d] = corners.map(|i| position[i]);
-                let area: [f64; D] = cross(&minus(&c, &a), &minus(&d, &b));
+                let area: [f64; D] = cross(&difference(&c, &a), &difference(&d, &b));
                 let middle: [f64; D] = std::array::from_fn(|k| 0.25 * (a[k] + b[k] + c[k] + d[k]));
-                side += dot(&area, &minus(centre, &middle));
+                side += dot(&area, &difference(centre, &middle));
                 quads.push((corners, area));
             }
         }
@@ -121,7 +126,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// Sections and volumes within the bodies that are closed membranes in some stage (m², m³), to the centres of their grains and along the axis
     /// across their rings.
-    pub(crate) fn sleeve_readings(&self) -> Vec<Reading> {
+    pub(crate) fn sleeve_outputs(&self) -> Vec<ScalarOutput> {
         let closed = |(_, sheet): &(&String, &Membrane)| sheet.closed;
         let sheets = self.options.stages.values().flat_map(|stage| &stage.membranes).filter(closed);
         let names: BTreeSet<&String> = sheets.map(|(name, _)| name).collect();

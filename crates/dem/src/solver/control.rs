@@ -10,25 +10,25 @@ const DAMPING: f64 = 1.0;
 const LENGTH: f64 = 3.0;
 
 /// What an entry asks for at a time: a rate (1/s), or a stress with the size of what it follows over the stage (Pa).
-pub(super) enum Asked {
+pub(super) enum ControlTarget {
     Rate(f64),
     Stress(f64, f64),
 }
 
 /// What an entry asks for after `elapsed` of its stage, in a step that ends `ahead` from then (s).
-pub(super) fn asked(entry: CellEntry, elapsed: f64, ahead: f64) -> Asked {
+pub(super) fn control_target(entry: CellEntry, elapsed: f64, ahead: f64) -> ControlTarget {
     let wave = |period: f64, time: f64| (std::f64::consts::TAU * time / period).sin();
     match entry {
-        CellEntry::Rate(rate) => Asked::Rate(rate),
-        CellEntry::Stress(stress) => Asked::Stress(stress, stress.abs()),
+        CellEntry::Rate(rate) => ControlTarget::Rate(rate),
+        CellEntry::Stress(stress) => ControlTarget::Stress(stress, stress.abs()),
         CellEntry::CyclicStrain(own) => {
             // As much as takes the strain from its value now to that at the end of the step.
             let way = wave(own.period, elapsed + ahead) - wave(own.period, elapsed);
-            Asked::Rate(own.amplitude * way / ahead)
+            ControlTarget::Rate(own.amplitude * way / ahead)
         }
         CellEntry::CyclicStress(own) => {
             let stress = own.mean + own.amplitude * wave(own.period, elapsed);
-            Asked::Stress(stress, own.mean.abs().max(own.amplitude.abs()))
+            ControlTarget::Stress(stress, own.mean.abs().max(own.amplitude.abs()))
         }
     }
 }
@@ -57,13 +57,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// Change of the velocity gradient of the cell with a step of `dt` (1/s).
     pub(crate) fn control(&mut self, dt: f64) -> [[f64; D]; D] {
-        let now = self.cell.rate;
-        if let Some(rate) = self.imposed {
-            self.cell.mean_rate = [[0.0; D]; D];
+        let now = self.cell.velocity_gradient;
+        if let Some(rate) = self.imposed_gradient {
+            self.cell.mean_velocity_gradient = [[0.0; D]; D];
             return std::array::from_fn(|i| std::array::from_fn(|j| rate[i][j] - now[i][j]));
         }
         let Some(control) = self.stage().and_then(|stage| stage.cell) else {
-            self.cell.mean_rate = [[0.0; D]; D];
+            self.cell.mean_velocity_gradient = [[0.0; D]; D];
             return now.map(|row| row.map(|rate| -rate));
         };
         let mut change = [[0.0; D]; D];
@@ -72,16 +72,16 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         for i in 0..D {
             for j in 0..D {
                 let mut mean = 0.0;
-                change[i][j] = match entry(&control, i, j).map(|entry| asked(entry, elapsed, dt)) {
+                change[i][j] = match entry(&control, i, j).map(|entry| control_target(entry, elapsed, dt)) {
                     None => -now[i][j],
-                    Some(Asked::Rate(rate)) => rate - now[i][j],
-                    Some(Asked::Stress(target, size)) => {
-                        let next = self.following((i, j), (target, size), (control.damping, grain), dt);
+                    Some(ControlTarget::Rate(rate)) => rate - now[i][j],
+                    Some(ControlTarget::Stress(target, size)) => {
+                        let next = self.servo_rate((i, j), (target, size), (control.damping, grain), dt);
                         mean = next[1];
                         next[0] - now[i][j]
                     }
                 };
-                self.cell.mean_rate[i][j] = mean;
+                self.cell.mean_velocity_gradient[i][j] = mean;
             }
         }
         change
@@ -97,7 +97,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Rate (1/s) that an entry which follows a stress has after a step of `dt` (s), and the mean against which it is damped: a mass that
     /// the missing stress accelerates, and another one that a dashpot couples to it (sheet: dem §3.7). While the cell bears less than half of
     /// the stress the masses and the dashpot are those of a cell that grains do not hold yet.
-    fn following(
+    fn servo_rate(
         &self,
         (i, j): (usize, usize),
         (target, size): (f64, f64),
@@ -113,7 +113,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let share = if scale > 0.0 { (2.0 * borne / scale).clamp(0.0, 1.0) } else { 0.0 };
         let long = self.cell.h[j][j];
         let length = long + share * ((LENGTH * diameter).min(long) - long);
-        let (rate, mean) = (self.cell.rate[i][j], self.cell.mean_rate[i][j]);
+        let (rate, mean) = (self.cell.velocity_gradient[i][j], self.cell.mean_velocity_gradient[i][j]);
         let damping =
             damping.unwrap_or(DAMPING) * (scale.max(0.0) * diameter.powi(D as i32 - 2) / mass).sqrt();
         let all = mass * self.grains.len() as f64;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::DemSolver;
-use super::control::{Asked, asked, entry};
+use super::control::{ControlTarget, control_target, entry};
 
 /// Strain over which a stress is averaged.
 const STRAIN: f64 = 0.01;
@@ -15,18 +15,18 @@ const ALLOWED: f64 = 0.02;
 
 /// A stress that is followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Followed {
+pub struct ControlledStress {
     /// Whether the stress has been met in this stage.
     is_met: bool,
     /// Strain and time (s) since the window began, and the integral of the relative error over the strain.
     window: [f64; 3],
     /// Largest mean error of a window, over the stress.
-    worst: f64,
+    max_mean_error: f64,
     /// Stage of that window.
     stage: u32,
 }
 
-impl Followed {
+impl ControlledStress {
     /// What was met in the stage before is to be met again.
     pub fn begin_stage(&mut self) {
         (self.is_met, self.window) = (false, [0.0; 3]);
@@ -45,8 +45,8 @@ impl Followed {
             return;
         }
         let mean = self.window[2] / self.window[0];
-        if mean.abs() > self.worst.abs() {
-            (self.worst, self.stage) = (mean, stage as u32);
+        if mean.abs() > self.max_mean_error.abs() {
+            (self.max_mean_error, self.stage) = (mean, stage as u32);
         }
         self.window = [0.0; 3];
     }
@@ -54,9 +54,9 @@ impl Followed {
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Records the stresses of the last forces, in a step of `dt` (s).
-    pub(crate) fn record_followed(&mut self, dt: f64) {
+    pub(crate) fn record_controlled_stresses(&mut self, dt: f64) {
         let Some(stage) = self.stage() else { return };
-        if self.imposed.is_some() || (stage.cell.is_none() && stage.walls.is_empty()) {
+        if self.imposed_gradient.is_some() || (stage.cell.is_none() && stage.walls.is_empty()) {
             return;
         }
         self.record_cell(dt);
@@ -73,11 +73,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     fn record_cell(&mut self, dt: f64) {
         let Some(control) = self.stage().and_then(|stage| stage.cell) else { return };
         let (elapsed, stress, number) = (self.time - self.stage_start, self.stress(), self.stage);
-        let ask = |i: usize, j: usize| entry(&control, i, j).map(|entry| asked(entry, elapsed, dt));
+        let ask = |i: usize, j: usize| entry(&control, i, j).map(|entry| control_target(entry, elapsed, dt));
         let mut strain = 0.0f64;
         for i in 0..D {
             for j in 0..D {
-                if let Some(Asked::Rate(rate)) = ask(i, j) {
+                if let Some(ControlTarget::Rate(rate)) = ask(i, j) {
                     strain = strain.max(dt * rate.abs());
                 }
             }
@@ -87,12 +87,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         for i in 0..D {
             for j in 0..D {
-                if let Some(Asked::Stress(target, size)) = ask(i, j)
+                if let Some(ControlTarget::Stress(target, size)) = ask(i, j)
                     && size > 0.0
                 {
                     let error = (stress[i][j] - target) * target.signum() / size;
                     let time = self.share_of_window(size, dt);
-                    self.followed[D * i + j].record(error, strain, time, number);
+                    self.controlled_stresses[D * i + j].record(error, strain, time, number);
                 }
             }
         }
@@ -116,14 +116,14 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let wall = &self.walls[number];
             let Some(press) = self.stage().and_then(|stage| stage.walls.get(&wall.name)) else { continue };
             let (axis, slot, stress) = (wall.axis, D * D + wall.boundary, press.stress);
-            let error = self.pressing(number) / (-stress * self.pressed_area(press, axis)) - 1.0;
+            let error = self.wall_force(number) / (-stress * self.servo_area(press, axis)) - 1.0;
             let (time, stage) = (self.share_of_window(stress, dt), self.stage);
-            self.followed[slot].record(error, strain, time, stage);
+            self.controlled_stresses[slot].record(error, strain, time, stage);
         }
     }
 
     /// What is to be told of stresses that were missed.
-    pub(crate) fn missed_stresses(&self) -> Vec<String> {
+    pub(crate) fn missed_stress_warnings(&self) -> Vec<String> {
         let axes = ["x", "y", "z"];
         let name = |slot: usize| match slot.checked_sub(D * D) {
             None => format!("the stress {}{} that the cell follows", axes[slot / D], axes[slot % D]),
@@ -132,17 +132,17 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 format!("the stress that the wall {name:?} follows")
             }
         };
-        let missed = |(slot, own): (usize, &Followed)| {
-            (own.worst.abs() > ALLOWED).then(|| {
+        let missed = |(slot, own): (usize, &ControlledStress)| {
+            (own.max_mean_error.abs() > ALLOWED).then(|| {
                 format!(
                     "stage {:?}: {} was {:.2} times what was asked for, as the mean over a strain of 1 %: deform the specimen \
                      more slowly in this stage",
                     self.case.stages.get(own.stage as usize).map_or("", |stage| stage.name.as_str()),
                     name(slot),
-                    1.0 + own.worst
+                    1.0 + own.max_mean_error
                 )
             })
         };
-        self.followed.iter().enumerate().filter_map(missed).collect()
+        self.controlled_stresses.iter().enumerate().filter_map(missed).collect()
     }
 }

@@ -12,30 +12,32 @@ use std::sync::Arc;
 
 use colluvium_case::{Advance, Case, ObstacleLaws, SolverError, spatial};
 use colluvium_points::Surface;
-use colluvium_points::surface::Contacts;
+use colluvium_points::surface::ContactQuery;
 
-pub(crate) use followed::Followed;
+pub(crate) use followed::ControlledStress;
 
 use crate::cell::{PeriodicCell, inverse, product};
 use crate::config::{ContactVelocity, DemOptions, GrainStage, LeverArm};
-use crate::contact::{Law, Tally};
+use crate::contact::{ContactEnergies, PairLaw};
 use crate::grains::Grains;
-use crate::ledger::{Broken, Ledger};
-use crate::lists::Lists;
-use crate::motion::{Drive, Sums, advance, turn};
-use crate::pairs::Columns;
-use crate::rain::Source;
+use crate::ledger::{BrokenBond, EnergyBalance};
+use crate::lists::VerletLists;
+use crate::motion::{ExternalActions, GrainSums, integrate_grains, rotate};
+use crate::pairs::HistoryColumns;
+use crate::rain::GrainSource;
 use crate::specimen::Specimen;
-use crate::sweep::{Received, Records, Scene, Virial, Way, deliver, records};
+use crate::sweep::{
+    ContactInput, ForceKernel, ForceTorque, GrainRecords, Virial, grain_records, scatter_forces,
+};
 use crate::vector::{add, dot};
-use crate::walls::{Borne, Wall, WallList, WallListView};
+use crate::walls::{RigidWall, WallList, WallListView, WallReaction};
 
 /// Overlap over the smaller radius beyond which a run stops (sheet: dem §3.5).
-const DEEPEST: f64 = 0.3;
+const MAX_OVERLAP: f64 = 0.3;
 
 /// A kind of grains.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Kind {
+pub struct KindProperties {
     /// Name.
     pub name: String,
     /// Density of the grains (kg/m³).
@@ -44,50 +46,50 @@ pub struct Kind {
 
 /// The laws of a stage.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Laws {
+pub struct StageLaws {
     /// Of each pair of kinds, row by row.
-    pub pairs: Vec<Law>,
+    pub pairs: Vec<PairLaw>,
     /// Of each kind with each boundary of the case.
-    pub walls: Vec<Vec<Law>>,
+    pub walls: Vec<Vec<PairLaw>>,
     /// Stable step of contacts (s), and the one above which none is.
     pub step: [f64; 2],
     /// Overlap over the radius to the power 5/2 that two of the smallest elastic spheres reach which meet head-on, over the square of the
     /// speed of each (s²/m²); zero without them.
     pub impact: f64,
     /// Gap that contacts may bridge (m).
-    pub bridge: f64,
+    pub rupture_distance: f64,
 }
 
 /// Buffers of a step.
 #[derive(Default)]
-pub struct Scratch<const D: usize, const R: usize> {
-    pub tallies: Vec<(Tally, Virial<D>)>,
-    pub reactions: Vec<Borne<D>>,
+pub struct StepBuffers<const D: usize, const R: usize> {
+    pub tallies: Vec<(ContactEnergies, Virial<D>)>,
+    pub reactions: Vec<WallReaction<D>>,
     pub shifts: Vec<([f64; D], [f64; D])>,
-    pub sums: Vec<Sums<D>>,
+    pub sums: Vec<GrainSums<D>>,
     /// Velocities carried on by half a step.
     pub velocity: Vec<[f64; D]>,
     pub spin: Vec<[f64; R]>,
-    pub records: Records,
-    pub received: Vec<Received>,
+    pub records: GrainRecords,
+    pub received: Vec<ForceTorque>,
     /// Facets that a grain touches.
-    pub facets: Contacts<D>,
+    pub facets: ContactQuery<D>,
 }
 
 /// Since the lists were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Since<const D: usize> {
+pub struct SinceListBuild<const D: usize> {
     /// Vectors of the cell then (m).
     pub cell: Option<[[f64; D]; D]>,
     /// Largest way of a grain (m).
-    pub moved: f64,
+    pub grain_travel: f64,
     /// Way of the fastest wall, and growth of the largest radius (m).
-    pub others: f64,
+    pub wall_travel: f64,
 }
 
 /// What is from a specimen in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Given {
+pub struct SpecimenSource {
     /// Whether the grains of each body of the case are.
     pub bodies: Vec<bool>,
     /// Whether contacts were bonded, or cohesive from the start on.
@@ -98,7 +100,7 @@ pub struct Given {
     pub notes: Vec<String>,
 }
 
-impl Given {
+impl SpecimenSource {
     /// Whether the grains of body number `body` are.
     pub fn has(&self, body: usize) -> bool {
         self.bodies.get(body).is_some_and(|given| *given)
@@ -109,54 +111,54 @@ impl Given {
 pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) case: Arc<Case>,
     pub(crate) options: DemOptions,
-    pub(crate) kinds: Vec<Kind>,
-    pub(crate) laws: Laws,
-    pub(crate) columns: Columns,
+    pub(crate) kinds: Vec<KindProperties>,
+    pub(crate) laws: StageLaws,
+    pub(crate) columns: HistoryColumns,
     pub(crate) grains: Grains<D, R>,
     pub(crate) cell: PeriodicCell<D>,
-    pub(crate) lists: Lists<D, R>,
-    pub(crate) near: WallList<R>,
+    pub(crate) lists: VerletLists<D, R>,
+    pub(crate) wall_list: WallList<R>,
     /// Bodies that are membranes in some stage, and where their grains are, in the order of their numbers; empty where grains have been moved
     /// about since the lists were made.
     pub(crate) membranes: Vec<(u32, Vec<usize>)>,
-    pub(crate) walls: Vec<Wall<D>>,
+    pub(crate) walls: Vec<RigidWall<D>>,
     /// Surfaces of the obstacles of the case, and how they act.
     pub(crate) obstacles: Vec<(Arc<dyn Surface<D>>, ObstacleLaws)>,
-    pub(crate) scratch: Scratch<D, R>,
-    pub(crate) since: Since<D>,
+    pub(crate) scratch: StepBuffers<D, R>,
+    pub(crate) since_list_build: SinceListBuild<D>,
     pub(crate) stage: usize,
     pub(crate) stage_start: f64,
     pub(crate) time: f64,
     pub(crate) step: u64,
     /// Length of the step before, zero at the start (s).
-    pub(crate) last: f64,
+    pub(crate) last_step: f64,
     /// Speed of the fastest grain (m/s).
-    pub(crate) fastest: f64,
+    pub(crate) max_speed: f64,
     /// Factor on the last step by deep contacts of elastic spheres.
     pub(crate) deep_share: f64,
     /// Smallest and largest radius (m).
     pub(crate) radii: (f64, f64),
-    pub(crate) ledger: Ledger,
+    pub(crate) energy_balance: EnergyBalance,
     /// Stress times volume of the last step (J): contacts, and motion.
     pub(crate) virial: [Virial<D>; 2],
     /// Thickness of the skin (m).
     pub(crate) skin: f64,
     /// Velocity gradient (1/s) that the cell takes in place of what its stage says.
-    pub(crate) imposed: Option<[[f64; D]; D]>,
+    pub(crate) imposed_gradient: Option<[[f64; D]; D]>,
     /// Whether contacts are taken one by one even where they could go side by side.
-    pub(crate) one_by_one: bool,
+    pub(crate) scalar_only: bool,
     /// Bodies whose grains enter during the run.
-    pub(crate) sources: Vec<Source>,
+    pub(crate) sources: Vec<GrainSource>,
     /// Number of the next grain that enters.
     pub(crate) next_id: u32,
     /// How bodies were filled.
     pub(crate) specimens: Vec<Specimen>,
     /// What is from a file.
-    pub(crate) given: Given,
+    pub(crate) specimen_source: SpecimenSource,
     /// Bonds that broke: time (s) and ids of the grains.
-    pub(crate) broken: Vec<Broken>,
+    pub(crate) broken_bonds: Vec<BrokenBond>,
     /// Stresses that entries of the cell follow, row by row, and those that walls do.
-    pub(crate) followed: Vec<Followed>,
+    pub(crate) controlled_stresses: Vec<ControlledStress>,
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
@@ -172,46 +174,46 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// Takes contacts one by one from here on, as the solver does by itself where grains attract each other or are bonded. The
     /// forces are the same to the last bit; what is summed over contacts of all grains is so to round-off.
-    pub fn take_contacts_one_by_one(&mut self) {
-        self.one_by_one = true;
+    pub fn use_scalar_contacts(&mut self) {
+        self.scalar_only = true;
     }
 
     /// Looks for pairs in cells of one width from here on, however much the sizes of grains differ. The lists are the same.
-    pub fn search_in_cells_of_one_width(&mut self) {
-        self.lists.one_width = true;
+    pub fn use_uniform_cells(&mut self) {
+        self.lists.uniform_cells = true;
     }
 
     /// One step, `at_most` as long (s).
     pub(crate) fn take_step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.critical_step();
-        let dt = limit.towards(at_most);
+        let dt = limit.limited_to(at_most);
         self.advance(dt)?;
         Ok(Advance { dt, limit: limit.limit })
     }
 
     /// One step.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.deep_share = self.share_of_deep_contacts();
-        self.rain();
+        self.deep_share = self.deep_contact_factor();
+        self.add_entering_grains();
         if self.is_stale() {
-            self.relist()?;
+            self.build_lists()?;
         }
-        self.follow_motions(dt);
+        self.impose_body_velocities(dt);
         self.find_forces(dt);
         self.check_overlap()?;
         let change = self.control(dt);
-        self.press_walls(dt);
-        self.record_followed(dt);
+        self.update_servo_walls(dt);
+        self.record_controlled_stresses(dt);
         self.move_grains(dt, change)?;
         self.move_boundaries(dt);
         self.time += dt;
         self.step += 1;
-        self.last = dt;
+        self.last_step = dt;
         Ok(())
     }
 
     /// Grains of rigid bodies take the velocities that the stage prescribes.
-    fn follow_motions(&mut self, dt: f64) {
+    fn impose_body_velocities(&mut self, dt: f64) {
         let case = Arc::clone(&self.case);
         if !case.bodies.iter().any(|body| body.rigid) {
             return;
@@ -221,7 +223,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         for (velocity, body) in self.grains.velocity.iter_mut().zip(&self.grains.body) {
             let body = &case.bodies[*body as usize];
             if body.rigid {
-                let motion = motions.iter().find(|motion| motion.of == body.name);
+                let motion = motions.iter().find(|motion| motion.target == body.name);
                 let prescribed = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
                 *velocity = std::array::from_fn(|c| prescribed[c].unwrap_or(0.0));
             }
@@ -231,53 +233,60 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Forces of all contacts, from positions and the velocities half a step behind, before a step of `next` (s).
     pub(crate) fn find_forces(&mut self, next: f64) {
         let rate = self.stage_growth();
-        self.place_facets();
-        self.carry_velocities_on();
+        self.find_facets();
+        self.predict_velocities();
         self.cell.shifts(&mut self.scratch.shifts);
         // Lanes that are left over look at the first grain.
-        let single = self.grains.mass.is_empty() || self.one_by_one;
-        let way = if single { Way::Single } else { Way::of(self.laws.pairs.iter()) };
+        let single = self.grains.mass.is_empty() || self.scalar_only;
+        let way = if single { ForceKernel::Scalar } else { ForceKernel::of(self.laws.pairs.iter()) };
         match way {
-            Way::Single => self.lists.choose_none(),
-            _ => self.choose_pairs(),
+            ForceKernel::Scalar => self.lists.clear_active(),
+            _ => self.select_active_pairs(),
         }
         let slabs = self.lists.slab_count();
-        let Scratch { tallies, reactions, shifts, velocity, spin, records: lines, received, .. } =
+        let StepBuffers { tallies, reactions, shifts, velocity, spin, records: lines, received, .. } =
             &mut self.scratch;
         tallies.clear();
-        tallies.resize(slabs + 1, (Tally::default(), [[0.0; D]; D]));
+        tallies.resize(slabs + 1, (ContactEnergies::default(), [[0.0; D]; D]));
         reactions.clear();
-        reactions.resize(slabs * self.walls.len(), Borne::NONE);
-        let (grains, (force, torque)) = self.grains.apart();
-        let mut scene = Scene::new(grains, &self.laws.pairs, self.kinds.len());
+        reactions.resize(slabs * self.walls.len(), WallReaction::NONE);
+        let (grains, (force, torque)) = self.grains.view_and_forces();
+        let mut scene = ContactInput::new(grains, &self.laws.pairs, self.kinds.len());
         (scene.shifts, scene.growth) = (shifts, rate);
-        (scene.dt, scene.next) = (self.last, next);
+        (scene.dt, scene.next) = (self.last_step, next);
         scene.radii = self.options.lever_arm == LeverArm::Radius;
         if self.options.velocity == ContactVelocity::Predicted {
             (scene.velocity, scene.spin) = (velocity, spin);
         }
-        scene.way = way;
+        scene.kernel = way;
         if !single {
-            scene.way_at_planes = Way::of(self.walls.iter().flat_map(|wall| &wall.laws));
+            scene.plane_kernel = ForceKernel::of(self.walls.iter().flat_map(|wall| &wall.laws));
         }
-        records(grains, (scene.velocity, scene.spin), (&mut *lines, &mut *received));
+        grain_records(grains, (scene.velocity, scene.spin), (&mut *lines, &mut *received));
         scene.records = (&lines.place, &lines.motion);
         scene.contacts(&mut self.lists, received, tallies);
-        deliver(received, grains.radius, (&mut *force, &mut *torque));
-        let WallList { grain, wall, slabs: of_slabs, memory, facet, .. } = &mut self.near;
+        scatter_forces(received, grains.radius, (&mut *force, &mut *torque));
+        let WallList { grain, wall, slabs: of_slabs, memory, facet, .. } = &mut self.wall_list;
         if !grain.is_empty() {
             let view = WallListView { grain, wall, slabs: of_slabs, facet };
             let list = (&view, self.lists.slabs.as_slice());
-            scene.walls(&self.walls, list, memory.view(), (force, torque), &mut tallies[..slabs], reactions);
+            scene.wall_forces(
+                &self.walls,
+                list,
+                memory.view(),
+                (force, torque),
+                &mut tallies[..slabs],
+                reactions,
+            );
         }
         self.sum_up();
     }
 
     /// Sums of all slabs, in their order.
     fn sum_up(&mut self) {
-        let (mut tally, mut virial) = (Tally::default(), [[0.0; D]; D]);
+        let (mut tally, mut virial) = (ContactEnergies::default(), [[0.0; D]; D]);
         for (own, part) in &self.scratch.tallies {
-            tally.join(own);
+            tally.add(own);
             for (row, more) in virial.iter_mut().zip(part) {
                 add(row, 1.0, more);
             }
@@ -295,28 +304,28 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             // The mean of the forces at both ends of the way. Its sum is that of the kicks, each over half of the steps before and after.
             let mean: [f64; D] = std::array::from_fn(|c| 0.5 * (before[c] + force[c]));
             if wall.surface.is_none() {
-                tally.boundary -= dot(&mean, &wall.velocity) * self.last;
+                tally.boundary -= dot(&mean, &wall.velocity) * self.last_step;
             }
-            add(&mut wall.reaction[1], self.last, &mean);
+            add(&mut wall.reaction[1], self.last_step, &mean);
         }
-        self.ledger.contacts(&tally);
+        self.energy_balance.add_contacts(&tally);
         if tally.bonds_broken > 0 {
-            self.list_broken();
+            self.record_broken_bonds();
         }
     }
 
     /// Notes which bonds broke.
-    fn list_broken(&mut self) {
-        for pairs in [&mut self.lists.inner, &mut self.lists.seam] {
+    fn record_broken_bonds(&mut self) {
+        for pairs in [&mut self.lists.slab_pairs, &mut self.lists.periodic_pairs] {
             for i in 0..self.grains.len() {
                 for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
-                    let bond = &mut pairs.memory.bond[k];
+                    let bond = &mut pairs.histories.bond[k];
                     if bond.strength < 0.0 {
                         bond.strength = 0.0;
                         let (grains, other) = (&self.grains, pairs.other[k] as usize);
                         let across = pairs.image.get(k).is_some_and(|image| *image != 0);
                         let (x, y) = (&grains.position[i], &grains.position[if across { i } else { other }]);
-                        self.broken.push(Broken {
+                        self.broken_bonds.push(BrokenBond {
                             time: self.time,
                             ids: [grains.id[i], grains.id[other]],
                             place: spatial(&std::array::from_fn::<f64, D, _>(|c| 0.5 * (x[c] + y[c]))),
@@ -328,12 +337,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// Velocities carried on by half a step with the forces of the last one.
-    fn carry_velocities_on(&mut self) {
+    fn predict_velocities(&mut self) {
         if self.options.velocity != ContactVelocity::Predicted {
             return;
         }
         let (gravity, applied) = (self.gravity_at(0.0), self.applied());
-        let (half, grains) = (0.5 * self.last, &self.grains);
+        let (half, grains) = (0.5 * self.last_step, &self.grains);
         self.scratch.velocity.clone_from(&grains.velocity);
         self.scratch.spin.clone_from(&grains.spin);
         for i in (0..grains.len()).filter(|&i| !grains.held[i]) {
@@ -347,17 +356,18 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     fn check_overlap(&self) -> Result<(), SolverError> {
-        if self.ledger.overlap <= DEEPEST {
+        if self.energy_balance.overlap <= MAX_OVERLAP {
             return Ok(());
         }
-        let deepest = self.scratch.tallies.iter().find(|(tally, _)| tally.overlap == self.ledger.overlap);
-        let grain = deepest.map_or(0, |(tally, _)| tally.deepest as usize);
+        let deepest =
+            self.scratch.tallies.iter().find(|(tally, _)| tally.overlap == self.energy_balance.overlap);
+        let grain = deepest.map_or(0, |(tally, _)| tally.max_overlap_grain as usize);
         let reason = format!(
-            "overlaps another grain or a wall by {:.2} of the smaller radius, more than {DEEPEST}: make contacts stiffer or \
+            "overlaps another grain or a wall by {:.2} of the smaller radius, more than {MAX_OVERLAP}: make contacts stiffer or \
              speeds smaller",
-            self.ledger.overlap
+            self.energy_balance.overlap
         );
-        Err(self.failed(grain, reason))
+        Err(self.grain_error(grain, reason))
     }
 
     /// Gravity `ahead` of now (m/s²).
@@ -378,43 +388,43 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     fn move_grains(&mut self, dt: f64, change: [[f64; D]; D]) -> Result<(), SolverError> {
         let stage = &self.case.stages[self.stage];
         let options = self.stage();
-        let moves = self.cell.is_periodic() && (self.cell.moves() || change != [[0.0; D]; D]);
+        let moves = self.cell.is_periodic() && (self.cell.is_deforming() || change != [[0.0; D]; D]);
         let mut next = self.cell;
-        for (row, more) in next.rate.iter_mut().zip(&change) {
+        for (row, more) in next.velocity_gradient.iter_mut().zip(&change) {
             add(row, 1.0, more);
         }
-        let rate = self.cell.rate;
+        let rate = self.cell.velocity_gradient;
         next.advance(dt);
         let carried = self
-            .since
+            .since_list_build
             .cell
             .filter(|_| moves)
             .map(|then| (product(&next.h, &inverse(&then).0), self.cell.origin));
         let applied = self.applied();
-        let drive = Drive {
+        let drive = ExternalActions {
             dt,
-            last: self.last,
+            last_step: self.last_step,
             gravity: self.gravity_at(0.0),
             applied: &applied,
             damping: stage.damping_of_axes(),
             form: options.map_or_else(Default::default, |options| options.damping_form),
             viscous: stage.rayleigh_damping,
             rate: moves.then_some(rate),
-            carried,
-            change: moves.then_some((change, self.cell.origin)),
+            cell_map: carried,
+            gradient_change: moves.then_some((change, self.cell.origin)),
         };
-        let sums = advance(&mut self.grains, &drive, &mut self.scratch.sums);
+        let sums = integrate_grains(&mut self.grains, &drive, &mut self.scratch.sums);
         if let Some(grain) = sums.lost {
-            return Err(self.failed(grain as usize, "its place or velocity is not finite".to_owned()));
+            return Err(self.grain_error(grain as usize, "its place or velocity is not finite".to_owned()));
         }
         for (orientation, spin) in self.grains.orientation.iter_mut().zip(&self.grains.spin) {
-            turn(orientation, spin, dt);
+            rotate(orientation, spin, dt);
         }
-        let kick = 0.5 * (self.last + dt);
-        self.ledger.grains(&sums, 0.5 * self.last / kick);
-        self.virial[1] = sums.stream.map(|row| row.map(|value| -value));
-        self.fastest = sums.fastest.sqrt();
-        self.since.moved = sums.moved.sqrt();
+        let kick = 0.5 * (self.last_step + dt);
+        self.energy_balance.add_grains(&sums, 0.5 * self.last_step / kick);
+        self.virial[1] = sums.kinetic_stress.map(|row| row.map(|value| -value));
+        self.max_speed = sums.max_speed_squared.sqrt();
+        self.since_list_build.grain_travel = sums.max_travel_squared.sqrt();
         self.cell = next;
         self.grow(dt);
         Ok(())
@@ -429,11 +439,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         let mut way = fastest * dt;
         for moving in self.walls.iter_mut().filter_map(|wall| wall.moving.as_mut()) {
-            way = way.max(moving.way(self.time, self.time + dt));
-            moving.go_to(self.time + dt);
-            moving.take_pace(self.time + dt, dt);
+            way = way.max(moving.max_displacement(self.time, self.time + dt));
+            moving.move_to(self.time + dt);
+            moving.set_mean_velocity(self.time + dt, dt);
         }
-        self.since.others += way;
+        self.since_list_build.wall_travel += way;
     }
 
     fn stage_growth(&self) -> f64 {
@@ -455,10 +465,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             *mass *= factor.powi(D as i32);
         }
         self.radii = self.grains.radii();
-        self.since.others += 2.0 * rate.abs() * dt * self.radii.1;
+        self.since_list_build.wall_travel += 2.0 * rate.abs() * dt * self.radii.1;
     }
 
-    pub(crate) fn failed(&self, grain: usize, reason: String) -> SolverError {
+    pub(crate) fn grain_error(&self, grain: usize, reason: String) -> SolverError {
         SolverError::Point {
             step: self.step,
             time: self.time,

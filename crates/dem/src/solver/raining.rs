@@ -6,39 +6,43 @@ use rand::RngExt;
 use super::DemSolver;
 use crate::cell::{apply, inverse};
 use crate::grains::volume;
-use crate::rain::{Entered, Source, holds};
-use crate::vector::{dot, minus};
+use crate::rain::{EnteredGrains, GrainSource, contains_ball};
+use crate::vector::{difference, dot};
 
 /// Places that are drawn for a grain in a step before it waits for the next one.
 const DRAWS: usize = 100;
 
 /// Grains that wait, over what has entered, from which on the run tells.
-const BEHIND: f64 = 0.02;
+const REPORTED_BACKLOG: f64 = 0.02;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Lets grains enter that are due.
-    pub(crate) fn rain(&mut self) {
+    pub(crate) fn add_entering_grains(&mut self) {
         for number in 0..self.sources.len() {
             let body = self.sources[number].body as usize;
             if self.case.is_removed(&self.case.bodies[body].name, self.stage) {
                 continue;
             }
-            while self.enter(number) {}
+            while self.add_next_grain(number) {}
         }
     }
 
     /// Lets the next grain of a source enter, if it is due and has room.
-    fn enter(&mut self, number: usize) -> bool {
+    fn add_next_grain(&mut self, number: usize) -> bool {
         let source = &self.sources[number];
         let waits = source.due(self.time) - source.entered.mass;
         let seed = self.options.seed;
         let radius = source.radius(D, seed);
         let mass = source.density * volume(D, radius);
-        let place = if waits < mass { None } else { self.room(source, radius) };
+        let place = if waits < mass { None } else { self.free_position(source, radius) };
         let source = &mut self.sources[number];
-        source.entered.waits = if waits < mass { 0.0 } else { waits };
+        source.entered.waiting_mass = if waits < mass { 0.0 } else { waits };
         let Some(x) = place else { return false };
-        source.entered = Entered { count: source.entered.count + 1, mass: source.entered.mass + mass, waits };
+        source.entered = EnteredGrains {
+            count: source.entered.count + 1,
+            mass: source.entered.mass + mass,
+            waiting_mass: waits,
+        };
         let velocity = self.case.bodies[source.body as usize].velocity.at(spatial(&x));
         let g = &mut self.grains;
         g.push(source.body, source.kind, x, radius, source.density);
@@ -51,32 +55,32 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         self.next_id += 1;
         let speed = dot(&g.velocity[last], &g.velocity[last]);
-        if self.ledger.start.is_some() {
+        if self.energy_balance.start.is_some() {
             let rotation = 0.5 * g.inertia(last) * dot(&g.spin[last], &g.spin[last]);
-            self.ledger.entered += 0.5 * mass * speed + rotation;
+            self.energy_balance.entered += 0.5 * mass * speed + rotation;
         }
-        self.fastest = self.fastest.max(speed.sqrt());
+        self.max_speed = self.max_speed.max(speed.sqrt());
         self.radii = (self.radii.0.min(radius), self.radii.1.max(radius));
         self.membranes.clear();
-        self.since.cell = None;
+        self.since_list_build.cell = None;
         true
     }
 
     /// A place in the shape of a source where a grain touches nothing.
-    fn room(&self, source: &Source, radius: f64) -> Option<[f64; D]> {
-        let mut random = source.draws(self.options.seed, self.step + 1);
+    fn free_position(&self, source: &GrainSource, radius: f64) -> Option<[f64; D]> {
+        let mut random = source.random_draws(self.options.seed, self.step + 1);
         let (low, high) = source.shape.bounds(D);
         let (unit, _) = inverse(&self.cell.h);
-        let near = self.near(&low, &high, radius);
+        let near = self.nearby_grains(&low, &high, radius);
         (0..DRAWS).find_map(|_| {
             let x: [f64; D] = std::array::from_fn(|c| low[c] + (high[c] - low[c]) * random.random::<f64>());
-            (holds(&source.shape, &x, radius) && self.is_free(&x, radius, &unit, &near)).then_some(x)
+            (contains_ball(&source.shape, &x, radius) && self.is_free(&x, radius, &unit, &near)).then_some(x)
         })
     }
 
     /// Grains that may touch one of this radius (m) in the box between two corners (m): all of them in a periodic cell, whose images
     /// count.
-    fn near(&self, low: &[f64], high: &[f64], radius: f64) -> Vec<usize> {
+    fn nearby_grains(&self, low: &[f64], high: &[f64], radius: f64) -> Vec<usize> {
         let g = &self.grains;
         let beside = |i: &usize| {
             let (x, reach) = (&g.position[*i], radius + g.radius[*i]);
@@ -89,7 +93,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     fn is_free(&self, x: &[f64; D], radius: f64, unit: &[[f64; D]; D], near: &[usize]) -> bool {
         let g = &self.grains;
         let apart = |i: usize| {
-            let apart = minus(x, &g.position[i]);
+            let apart = difference(x, &g.position[i]);
             if !self.cell.is_periodic() {
                 return apart;
             }
@@ -103,7 +107,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let apart = apart(i);
             dot(&apart, &apart) > (radius + g.radius[i]).powi(2)
         };
-        let off = |wall: &crate::walls::Wall<D>| match wall.now() {
+        let off = |wall: &crate::walls::RigidWall<D>| match wall.current_surface() {
             None => wall.distance(x).0 > radius,
             Some(surface) => !surface.contains(x) && surface.gap(x, radius).is_none(),
         };
@@ -111,13 +115,14 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// A source that cannot keep up.
-    pub(crate) fn full_region(&self) -> Option<String> {
-        let behind = |source: &&Source| source.entered.waits > BEHIND * source.entered.mass;
+    pub(crate) fn full_source_warning(&self) -> Option<String> {
+        let behind =
+            |source: &&GrainSource| source.entered.waiting_mass > REPORTED_BACKLOG * source.entered.mass;
         let source = self.sources.iter().find(behind)?;
         Some(format!(
             "t = {:.4e} s: {:.3e} kg of body {:?} wait for room to enter, which its shape no longer has: make the shape larger, its \
              velocity higher, or rain.rate smaller",
-            self.time, source.entered.waits, self.case.bodies[source.body as usize].name
+            self.time, source.entered.waiting_mass, self.case.bodies[source.body as usize].name
         ))
     }
 }

@@ -5,11 +5,11 @@ use colluvium_case::{MovingObstacle, StepLimit, TimeStep};
 use super::DemSolver;
 
 /// Share of the smallest radius that the fastest grain moves in a step, at most (sheet: dem §3.5).
-const LONGEST_WAY: f64 = 0.1;
+const MAX_TRAVEL: f64 = 0.1;
 
 /// Overlap over the smaller radius from which on elastic spheres take shorter steps: that of an impact which lasts for 20 steps of the
 /// fraction of the Rayleigh wave (sheet: dem §3.5).
-const DEEP: f64 = 0.008;
+const DEEP_OVERLAP: f64 = 0.008;
 
 /// Limit of a step by the duration of contacts.
 const CONTACT: StepLimit = StepLimit::new("contact");
@@ -24,11 +24,12 @@ const GROWTH: f64 = 1.0005;
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Factor on the step of contacts of elastic spheres that grow stiff with their overlap: the frequency goes with its fourth root. The
     /// overlap is that which the deepest contact has when the fastest grains have met, so that it hardly changes while they do.
-    pub(super) fn share_of_deep_contacts(&self) -> f64 {
-        let square = self.ledger.overlap * self.ledger.overlap;
-        let energy = square * self.ledger.overlap.sqrt() + self.laws.impact * self.fastest * self.fastest;
-        let share = if self.laws.impact > 0.0 && energy > DEEP * DEEP * DEEP.sqrt() {
-            (DEEP * DEEP * DEEP.sqrt() / energy).powf(0.1)
+    pub(super) fn deep_contact_factor(&self) -> f64 {
+        let square = self.energy_balance.overlap * self.energy_balance.overlap;
+        let energy =
+            square * self.energy_balance.overlap.sqrt() + self.laws.impact * self.max_speed * self.max_speed;
+        let share = if self.laws.impact > 0.0 && energy > DEEP_OVERLAP * DEEP_OVERLAP * DEEP_OVERLAP.sqrt() {
+            (DEEP_OVERLAP * DEEP_OVERLAP * DEEP_OVERLAP.sqrt() / energy).powf(0.1)
         } else {
             1.0
         };
@@ -39,10 +40,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn critical_step(&self) -> TimeStep {
         let least = self.radii.0;
         let moving = self.walls.iter().filter_map(|wall| wall.moving.as_ref());
-        let fastest = moving.map(MovingObstacle::fastest).fold(self.fastest, f64::max);
-        let way = if fastest > 0.0 { LONGEST_WAY * least / fastest } else { f64::INFINITY };
+        let fastest = moving.map(MovingObstacle::max_speed).fold(self.max_speed, f64::max);
+        let way = if fastest > 0.0 { MAX_TRAVEL * least / fastest } else { f64::INFINITY };
         let of_contacts =
-            self.options.time_step.unwrap_or_else(|| self.laws.step[0] * self.share_of_deep_contacts());
+            self.options.time_step.unwrap_or_else(|| self.laws.step[0] * self.deep_contact_factor());
         let (dt, limit) = match (way < of_contacts, self.options.time_step) {
             (true, _) => (way, TRAVEL),
             (false, Some(_)) => (of_contacts, StepLimit::FIXED),

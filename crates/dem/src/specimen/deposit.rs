@@ -5,16 +5,16 @@ use std::f64::consts::FRAC_PI_2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::{Container, Heap};
+use super::{Container, GrainHeap};
 
 /// Supports that a disk rolls over before it is given up.
-const ROLLS: usize = 1000;
+const MAX_ROLLS: usize = 1000;
 /// Share of a distance that is no distance.
-const NONE: f64 = 1e-9;
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// What a disk rests on when it cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Held {
+enum RestingOn {
     /// The floor.
     Floor,
     /// A disk.
@@ -26,14 +26,14 @@ enum Held {
 }
 
 /// Disks at rest, found by where they stand along the floor.
-struct Bed<'a> {
+struct RestingDisks<'a> {
     container: &'a Container<2>,
     placed: Vec<([f64; 2], f64)>,
     columns: Vec<Vec<u32>>,
     width: f64,
 }
 
-impl<'a> Bed<'a> {
+impl<'a> RestingDisks<'a> {
     fn new(container: &'a Container<2>, largest: f64) -> Self {
         let length = container.width(0);
         // As wide as two of the largest, so that what touches a disk is in its column or beside it.
@@ -65,42 +65,42 @@ impl<'a> Bed<'a> {
     }
 
     /// Where a disk that falls from a height at `x` first touches: the height of its centre, and what it touches.
-    fn fall(&self, [x, from]: [f64; 2], radius: f64) -> (f64, Held) {
-        let mut found = (self.container.low[1] + radius, Held::Floor);
+    fn fall(&self, [x, from]: [f64; 2], radius: f64) -> (f64, RestingOn) {
+        let mut found = (self.container.low[1] + radius, RestingOn::Floor);
         for other in self.beside(x) {
             let (way, reach) = (self.along(x, other), radius + self.placed[other].1);
-            if way.abs() >= reach * (1.0 - NONE) {
+            if way.abs() >= reach * (1.0 - NEGLIGIBLE) {
                 continue;
             }
             let height = self.placed[other].0[1] + (reach * reach - way * way).sqrt();
-            if height > found.0 && height <= from + NONE * reach {
-                found = (height, Held::Disk(other));
+            if height > found.0 && height <= from + NEGLIGIBLE * reach {
+                found = (height, RestingOn::Disk(other));
             }
         }
         found
     }
 
     /// Rolls a disk at `x` on a disk below towards one side (1 or -1): where it comes to, and what stops it there.
-    fn roll(&self, x: [f64; 2], radius: f64, on: usize, side: f64) -> ([f64; 2], Held) {
+    fn roll(&self, x: [f64; 2], radius: f64, on: usize, side: f64) -> ([f64; 2], RestingOn) {
         let reach = radius + self.placed[on].1;
         let centre = [x[0] + self.along(x[0], on), self.placed[on].0[1]];
         let start = (side * (x[0] - centre[0])).atan2(x[1] - centre[1]);
-        let mut end = (FRAC_PI_2.max(start), Held::Free);
-        let mut stop = |angle: f64, held: Held| {
-            if angle >= start - NONE && angle < end.0 {
+        let mut end = (FRAC_PI_2.max(start), RestingOn::Free);
+        let mut stop = |angle: f64, held: RestingOn| {
+            if angle >= start - NEGLIGIBLE && angle < end.0 {
                 end = (angle.max(start), held);
             }
         };
         let floor = (self.container.low[1] + radius - centre[1]) / reach;
         if floor > 0.0 {
-            stop(floor.min(1.0).acos(), Held::Floor);
+            stop(floor.min(1.0).acos(), RestingOn::Floor);
         }
         if !self.container.periodic[0] {
             let wall =
                 if side > 0.0 { self.container.high[0] - radius } else { self.container.low[0] + radius };
             let off = side * (wall - centre[0]) / reach;
             if off < 1.0 {
-                stop(off.max(-1.0).asin(), Held::Side);
+                stop(off.max(-1.0).asin(), RestingOn::Side);
             }
         }
         for other in self.beside(centre[0]).filter(|other| *other != on) {
@@ -109,27 +109,27 @@ impl<'a> Bed<'a> {
             let cosine = (reach * reach + apart * apart - to * to) / (2.0 * reach * apart);
             if cosine.abs() < 1.0 {
                 // Where the circles about both meet first.
-                stop((side * way).atan2(up) - cosine.acos(), Held::Disk(other));
+                stop((side * way).atan2(up) - cosine.acos(), RestingOn::Disk(other));
             }
         }
         ([centre[0] + side * reach * end.0.sin(), centre[1] + reach * end.0.cos()], end.1)
     }
 }
 
-impl Heap<2> for Bed<'_> {
-    fn rest(&self, over: [f64; 2], radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; 2]> {
+impl GrainHeap<2> for RestingDisks<'_> {
+    fn resting_position(&self, over: [f64; 2], radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; 2]> {
         let (height, mut held) = self.fall(over, radius);
         let mut place = [over[0], height];
         let mut side = 0.0;
-        for _ in 0..ROLLS {
+        for _ in 0..MAX_ROLLS {
             let on = match held {
-                Held::Floor | Held::Side => return Some(place),
-                Held::Free => {
+                RestingOn::Floor | RestingOn::Side => return Some(place),
+                RestingOn::Free => {
                     let (height, next) = self.fall(place, radius);
                     (place[1], held, side) = (height, next, 0.0);
                     continue;
                 }
-                Held::Disk(on) => on,
+                RestingOn::Disk(on) => on,
             };
             let off = -self.along(place[0], on);
             if side * off < 0.0 {
@@ -163,8 +163,8 @@ pub fn drop_and_roll(
     draw: impl FnMut(&mut ChaCha8Rng) -> f64,
 ) -> Result<Vec<([f64; 2], f64)>, String> {
     container.fits(0..1, largest)?;
-    let mut bed = Bed::new(container, largest);
-    container.heap_up(&mut bed, most, random, draw)?;
+    let mut bed = RestingDisks::new(container, largest);
+    container.drop_grains(&mut bed, most, random, draw)?;
     Ok(bed.placed)
 }
 
@@ -192,7 +192,7 @@ mod tests {
             for (i, (x, radius)) in placed.iter().enumerate() {
                 let (mut left, mut right) = (0, 0);
                 for (y, other) in &placed[..i] {
-                    let apart = container.apart(y, x);
+                    let apart = container.separation(y, x);
                     let gap = apart[0].hypot(apart[1]) - radius - other;
                     assert!(gap > -1e-7, "{i}: {gap}");
                     // What was there when it came to rest, and not above it.
@@ -222,7 +222,7 @@ mod tests {
         let mut contacts = 0;
         for (i, (x, radius)) in placed.iter().enumerate().filter(|(_, own)| !on_floor(own)) {
             for (y, other) in &placed[..i] {
-                let apart = container.apart(y, x);
+                let apart = container.separation(y, x);
                 contacts += usize::from(apart[0].hypot(apart[1]) < (radius + other) * (1.0 + 1e-9));
             }
         }

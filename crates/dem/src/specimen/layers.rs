@@ -3,17 +3,17 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{Container, LAST_PUSHES, PUSHES, pack, push_apart, slight};
+use super::{Container, LAST_PUSHES, PUSHES, check_overlap, pack, push_apart};
 use crate::grains::volume;
 
 /// Solid fraction over that asked for with which a layer is drawn.
-const LOOSE: f64 = 0.6;
+const INITIAL_FRACTION_RATIO: f64 = 0.6;
 /// Steps in which the lid comes down on a new layer.
 const STEPS: usize = 40;
 
 /// How many layers there are, and how dense.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layers {
+pub struct UndercompactedLayers {
     /// Layers of equal mass.
     pub count: usize,
     /// Solid fraction of the first one while it is alone.
@@ -22,7 +22,7 @@ pub struct Layers {
     pub last: f64,
 }
 
-impl Layers {
+impl UndercompactedLayers {
     /// Solid fraction of the first `number` layers once layer `number`, from one on, has been pressed on those below: void ratios
     /// fall linearly from that of the first layer to that of all.
     pub fn fraction(&self, number: usize) -> f64 {
@@ -39,10 +39,10 @@ impl Layers {
 ///
 /// # Errors
 /// When they do not fit, or layers are thinner than two of the largest grains.
-pub fn pile<const D: usize>(
+pub fn pack_layers<const D: usize>(
     container: &Container<D>,
     radii: &[f64],
-    layers: Layers,
+    layers: UndercompactedLayers,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<[f64; D]>, String> {
     let up = D - 1;
@@ -59,7 +59,7 @@ pub fn pile<const D: usize>(
             end += 1;
         }
         let own: f64 = radii[start..end].iter().map(|radius| volume(D, *radius)).sum();
-        let loose = top + own / (base * LOOSE * layers.last);
+        let loose = top + own / (base * INITIAL_FRACTION_RATIO * layers.last);
         let mut above = *container;
         (above.low[up], above.high[up]) = (top, loose);
         above.periodic[up] = false;
@@ -68,14 +68,14 @@ pub fn pile<const D: usize>(
         positions.extend(layer);
         let fraction = layers.fraction(number);
         top = container.low[up] + solid / (base * fraction);
-        let deepest = press(container, &mut positions, &radii[..end], [loose, top])?;
-        slight(deepest, fraction).map_err(|problem| format!("layers 1 to {number}: {problem}"))?;
+        let deepest = lower_lid(container, &mut positions, &radii[..end], [loose, top])?;
+        check_overlap(deepest, fraction).map_err(|problem| format!("layers 1 to {number}: {problem}"))?;
     }
     Ok(positions)
 }
 
 /// Brings the lid down from one height to another (m); the largest overlap that is left over the smaller radius.
-fn press<const D: usize>(
+fn lower_lid<const D: usize>(
     container: &Container<D>,
     positions: &mut [[f64; D]],
     radii: &[f64],
@@ -87,7 +87,7 @@ fn press<const D: usize>(
     for step in 1..=STEPS {
         under.high[D - 1] = from + (to - from) * step as f64 / STEPS as f64;
         let pushes = if step == STEPS { LAST_PUSHES } else { PUSHES };
-        positions.iter_mut().zip(radii).for_each(|(x, radius)| under.keep(x, *radius));
+        positions.iter_mut().zip(radii).for_each(|(x, radius)| under.confine(x, *radius));
         deepest = push_apart(&under, positions, radii, 1.0, pushes)?;
     }
     Ok(deepest)
@@ -102,11 +102,11 @@ mod tests {
 
     #[test]
     fn void_ratios_of_layers_fall_linearly_to_the_last() {
-        let layers = Layers { count: 5, first: 0.5, last: 0.8 };
+        let layers = UndercompactedLayers { count: 5, first: 0.5, last: 0.8 };
         for (number, void_ratio) in [(1, 1.0), (2, 0.8125), (3, 0.625), (4, 0.4375), (5, 0.25)] {
             assert!((1.0 / layers.fraction(number) - 1.0 - void_ratio).abs() < 1e-12, "{number}");
         }
-        assert!((Layers { count: 1, ..layers }.fraction(1) - 0.8).abs() < 1e-15);
+        assert!((UndercompactedLayers { count: 1, ..layers }.fraction(1) - 0.8).abs() < 1e-15);
     }
 
     fn drawn(seed: u64) -> (Container<2>, Vec<f64>, Result<Vec<[f64; 2]>, String>) {
@@ -119,8 +119,8 @@ mod tests {
             periodic: [true, false],
             round: None,
         };
-        let layers = Layers { count: 4, first: 0.7, last: 0.78 };
-        let placed = pile(&container, &radii, layers, &mut random);
+        let layers = UndercompactedLayers { count: 4, first: 0.7, last: 0.78 };
+        let placed = pack_layers(&container, &radii, layers, &mut random);
         (container, radii, placed)
     }
 
@@ -133,7 +133,7 @@ mod tests {
                 placed[i][1] > 1.0 + radii[i] - 1e-9 && placed[i][1] < container.high[1] - radii[i] + 1e-9
             );
             for j in 0..i {
-                let apart = container.apart(&placed[i], &placed[j]);
+                let apart = container.separation(&placed[i], &placed[j]);
                 let overlap = radii[i] + radii[j] - dot(&apart, &apart).sqrt();
                 assert!(overlap <= 0.011 * radii[i].min(radii[j]), "{i} {j} {overlap}");
             }
@@ -153,11 +153,21 @@ mod tests {
     fn layers_that_are_too_thin_or_too_dense_are_refused() {
         let (container, radii, _) = drawn(3);
         let mut random = ChaCha8Rng::seed_from_u64(1);
-        let thin =
-            pile(&container, &radii, Layers { count: 40, first: 0.7, last: 0.78 }, &mut random).unwrap_err();
+        let thin = pack_layers(
+            &container,
+            &radii,
+            UndercompactedLayers { count: 40, first: 0.7, last: 0.78 },
+            &mut random,
+        )
+        .unwrap_err();
         assert!(thin.starts_with("layer 1: ") && thin.contains("two of the largest grains"), "{thin}");
-        let dense =
-            pile(&container, &radii, Layers { count: 4, first: 0.9, last: 0.9 }, &mut random).unwrap_err();
+        let dense = pack_layers(
+            &container,
+            &radii,
+            UndercompactedLayers { count: 4, first: 0.9, last: 0.9 },
+            &mut random,
+        )
+        .unwrap_err();
         assert!(dense.starts_with("layers 1 to 1: ") && dense.contains("leaves overlaps"), "{dense}");
     }
 }

@@ -15,11 +15,11 @@ pub use report::Specimen;
 
 use crate::cell::PeriodicCell;
 use crate::grains::volume;
-use crate::lists::classes::Classes;
-use crate::vector::{dot, minus};
+use crate::lists::classes::SizeClasses;
+use crate::vector::{difference, dot};
 
 /// Share of the final radii with which grains begin.
-const FIRST: f64 = 0.6;
+const INITIAL_RADIUS_RATIO: f64 = 0.6;
 /// Steps of growth.
 const GROWTH: usize = 40;
 /// Pushes apart in each of them, and in the last.
@@ -28,9 +28,9 @@ const LAST_PUSHES: usize = 20_000;
 /// Pushes after which overlaps must have become smaller by a share if they are to go on, where they are far from what is let be.
 const PATIENCE: usize = 1000;
 const PROGRESS: f64 = 0.02;
-const FAR: f64 = 1.5;
+const FAR_FACTOR: f64 = 1.5;
 /// Overlap over the smaller radius that is let be.
-const SLACK: f64 = 0.01;
+const OVERLAP_TOLERANCE: f64 = 0.01;
 /// Drawings of a packing: one may jam, with a grain behind two others or with all of them a little too early, that another does not.
 const DRAWINGS: usize = 3;
 /// Solid fractions that no packing exceeds (sheet: dem §0; disks of several sizes may be denser).
@@ -46,12 +46,12 @@ pub struct Container<const D: usize> {
     /// Axes along which it repeats itself.
     pub periodic: [bool; D],
     /// Its round wall, where it has one.
-    pub round: Option<Round<D>>,
+    pub round: Option<RoundWall<D>>,
 }
 
 /// The wall of a disk or a ball, or of a cylinder along one of the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Round<const D: usize> {
+pub struct RoundWall<const D: usize> {
     /// Axis of the cylinder; none of a disk or a ball.
     pub axis: Option<usize>,
     /// Centre, or a place on the axis (m).
@@ -60,7 +60,7 @@ pub struct Round<const D: usize> {
     pub radius: f64,
 }
 
-impl<const D: usize> Round<D> {
+impl<const D: usize> RoundWall<D> {
     /// What lies between a place and the centre, or the axis (m).
     fn apart(&self, x: &[f64; D]) -> [f64; D] {
         std::array::from_fn(|c| if self.axis == Some(c) { 0.0 } else { x[c] - self.centre[c] })
@@ -72,7 +72,7 @@ impl<const D: usize> Round<D> {
     }
 
     /// Brings a ball within the wall.
-    fn keep(&self, x: &mut [f64; D], radius: f64) {
+    fn confine(&self, x: &mut [f64; D], radius: f64) {
         let apart = self.apart(x);
         let (distance, most) = (dot(&apart, &apart).sqrt(), (self.radius - radius).max(0.0));
         if distance > most {
@@ -84,32 +84,32 @@ impl<const D: usize> Round<D> {
 }
 
 /// Grains that are dropped one by one and lie where they came to rest.
-trait Heap<const D: usize> {
+trait GrainHeap<const D: usize> {
     /// Where a grain of a radius (m) comes to rest that is dropped from above over a place, whose last coordinate is infinite; `None` where
     /// it rolls without end.
-    fn rest(&self, over: [f64; D], radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; D]>;
+    fn resting_position(&self, over: [f64; D], radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; D]>;
 
     /// Adds a grain at rest.
     fn add(&mut self, place: [f64; D], radius: f64);
 }
 
 /// Grains in a row that come to rest above the container, after which it is full.
-const FULL: usize = 200;
+const MAX_FAILURES: usize = 200;
 
 impl<const D: usize> Container<D> {
     /// Drops grains, whose radii (m) `draw` gives one by one, at random places on a heap until the container is full.
     ///
     /// # Errors
     /// When it would hold more than `most` of them.
-    fn heap_up(
+    fn drop_grains(
         &self,
-        heap: &mut impl Heap<D>,
+        heap: &mut impl GrainHeap<D>,
         most: usize,
         random: &mut ChaCha8Rng,
         mut draw: impl FnMut(&mut ChaCha8Rng) -> f64,
     ) -> Result<(), String> {
         let (mut count, mut above) = (0, 0);
-        while above < FULL {
+        while above < MAX_FAILURES {
             let radius = draw(random);
             let mut over = [f64::INFINITY; D];
             for axis in 0..D - 1 {
@@ -117,7 +117,7 @@ impl<const D: usize> Container<D> {
                 over[axis] =
                     self.low[axis] + margin + (self.width(axis) - 2.0 * margin) * random.random::<f64>();
             }
-            match heap.rest(over, radius, random) {
+            match heap.resting_position(over, radius, random) {
                 Some(place) if place[D - 1] + radius <= self.high[D - 1] => {
                     heap.add(place, radius);
                     (count, above) = (count + 1, 0);
@@ -135,8 +135,8 @@ impl<const D: usize> Container<D> {
     pub fn space(&self) -> f64 {
         match self.round {
             None => (0..D).map(|axis| self.width(axis)).product(),
-            Some(Round { axis: None, radius, .. }) => volume(D, radius),
-            Some(Round { axis: Some(axis), radius, .. }) => volume(D - 1, radius) * self.width(axis),
+            Some(RoundWall { axis: None, radius, .. }) => volume(D, radius),
+            Some(RoundWall { axis: Some(axis), radius, .. }) => volume(D - 1, radius) * self.width(axis),
         }
     }
 
@@ -144,7 +144,7 @@ impl<const D: usize> Container<D> {
     fn section(&self) -> f64 {
         match self.round {
             None => (0..D - 1).map(|axis| self.width(axis)).product(),
-            Some(Round { radius, .. }) => volume(D - 1, radius),
+            Some(RoundWall { radius, .. }) => volume(D - 1, radius),
         }
     }
 
@@ -153,8 +153,8 @@ impl<const D: usize> Container<D> {
     }
 
     /// The shortest way from one place to another, over the periods (m).
-    fn apart(&self, a: &[f64; D], b: &[f64; D]) -> [f64; D] {
-        let mut apart = minus(a, b);
+    fn separation(&self, a: &[f64; D], b: &[f64; D]) -> [f64; D] {
+        let mut apart = difference(a, b);
         for c in 0..D {
             if self.periodic[c] {
                 apart[c] -= self.width(c) * (apart[c] / self.width(c)).round();
@@ -181,7 +181,7 @@ impl<const D: usize> Container<D> {
     }
 
     /// Brings a place back into the box, a ball of that radius within its walls.
-    fn keep(&self, x: &mut [f64; D], radius: f64) {
+    fn confine(&self, x: &mut [f64; D], radius: f64) {
         for c in 0..D {
             if self.periodic[c] {
                 x[c] = self.wrapped(c, x[c]);
@@ -190,12 +190,12 @@ impl<const D: usize> Container<D> {
             }
         }
         if let Some(round) = &self.round {
-            round.keep(x, radius);
+            round.confine(x, radius);
         }
     }
 
     /// A place in it, drawn at random (m).
-    fn anywhere(&self, random: &mut ChaCha8Rng) -> [f64; D] {
+    fn random_position(&self, random: &mut ChaCha8Rng) -> [f64; D] {
         loop {
             let x = std::array::from_fn(|c| self.low[c] + self.width(c) * random.random::<f64>());
             if self.round.is_none_or(|round| round.contains(&x)) {
@@ -221,18 +221,18 @@ pub fn pack<const D: usize>(
     if fraction >= 1.0 || (spread < 1.01 && fraction > DENSEST[D - 2]) {
         return Err(format!("a solid fraction of {fraction:.4} is more than any packing has"));
     }
-    let (mut positions, mut deepest) = drawn(container, radii, random)?;
+    let (mut positions, mut deepest) = relax_random(container, radii, random)?;
     for _ in 1..DRAWINGS {
-        if deepest > SLACK {
-            (positions, deepest) = drawn(container, radii, random)?;
+        if deepest > OVERLAP_TOLERANCE {
+            (positions, deepest) = relax_random(container, radii, random)?;
         }
     }
-    slight(deepest, fraction)?;
+    check_overlap(deepest, fraction)?;
     Ok(positions)
 }
 
 /// Places drawn at random, of balls that grow and push each other apart; the largest overlap that is left over the smaller radius.
-fn drawn<const D: usize>(
+fn relax_random<const D: usize>(
     container: &Container<D>,
     radii: &[f64],
     random: &mut ChaCha8Rng,
@@ -240,14 +240,14 @@ fn drawn<const D: usize>(
     let mut positions: Vec<[f64; D]> = radii
         .iter()
         .map(|radius| {
-            let mut x = container.anywhere(random);
-            container.keep(&mut x, *radius);
+            let mut x = container.random_position(random);
+            container.confine(&mut x, *radius);
             x
         })
         .collect();
     let mut deepest = 0.0;
     for step in 0..=GROWTH {
-        let scale = FIRST + (1.0 - FIRST) * step as f64 / GROWTH as f64;
+        let scale = INITIAL_RADIUS_RATIO + (1.0 - INITIAL_RADIUS_RATIO) * step as f64 / GROWTH as f64;
         let pushes = if step == GROWTH { LAST_PUSHES } else { PUSHES };
         deepest = push_apart(container, &mut positions, radii, scale, pushes)?;
     }
@@ -255,8 +255,8 @@ fn drawn<const D: usize>(
 }
 
 /// Refuses overlaps that are left.
-fn slight(deepest: f64, fraction: f64) -> Result<(), String> {
-    if deepest <= SLACK {
+fn check_overlap(deepest: f64, fraction: f64) -> Result<(), String> {
+    if deepest <= OVERLAP_TOLERANCE {
         return Ok(());
     }
     Err(format!(
@@ -278,14 +278,14 @@ fn push_apart<const D: usize>(
     // As thick as serves most grains; what is pushed doesn't depend on it.
     let skin = 0.4 * largest.min(3.0 * mean);
     let scaled: Vec<f64> = radii.iter().map(|radius| scale * radius).collect();
-    let mut near = Near::default();
+    let mut near = NearPairs::default();
     let mut listed: Vec<[f64; D]> = Vec::new();
     let (mut shifts, mut deepest) = (vec![[0.0; D]; positions.len()], f64::INFINITY);
-    let mut progress = Progress { least: f64::INFINITY, before: f64::INFINITY };
+    let mut progress = OverlapProgress { least: f64::INFINITY, before: f64::INFINITY };
     for push in 0..pushes {
         let moved = |listed: &[[f64; D]]| {
             let way = |(x, y): (&[f64; D], &[f64; D])| {
-                let way = container.apart(x, y);
+                let way = container.separation(x, y);
                 dot(&way, &way)
             };
             positions.iter().zip(listed).map(way).fold(0.0, f64::max).sqrt()
@@ -298,7 +298,7 @@ fn push_apart<const D: usize>(
         deepest = 0.0f64;
         for &(i, j) in &near.pairs {
             let (i, j) = (i as usize, j as usize);
-            let apart = container.apart(&positions[i], &positions[j]);
+            let apart = container.separation(&positions[i], &positions[j]);
             let distance = dot(&apart, &apart).sqrt();
             let overlap = scale * (radii[i] + radii[j]) - distance;
             if overlap <= 0.0 {
@@ -312,33 +312,34 @@ fn push_apart<const D: usize>(
                 shifts[j][c] -= share * apart[c];
             }
         }
-        if deepest <= 0.9 * SLACK || progress.ends(push, deepest) {
+        if deepest <= 0.9 * OVERLAP_TOLERANCE || progress.ends(push, deepest) {
             break;
         }
         for ((x, shift), radius) in positions.iter_mut().zip(&shifts).zip(radii) {
             for c in 0..D {
                 x[c] += shift[c];
             }
-            container.keep(x, scale * radius);
+            container.confine(x, scale * radius);
         }
     }
     Ok(deepest)
 }
 
 /// The smallest of the largest overlaps of the last pushes, and of those before.
-struct Progress {
+struct OverlapProgress {
     least: f64,
     before: f64,
 }
 
-impl Progress {
+impl OverlapProgress {
     /// Whether pushes no longer make overlaps smaller that are far from what is let be.
     fn ends(&mut self, push: usize, deepest: f64) -> bool {
         self.least = self.least.min(deepest);
         if push % PATIENCE != PATIENCE - 1 {
             return false;
         }
-        let stalls = self.least > FAR * SLACK && self.least > (1.0 - PROGRESS) * self.before;
+        let stalls =
+            self.least > FAR_FACTOR * OVERLAP_TOLERANCE && self.least > (1.0 - PROGRESS) * self.before;
         (self.before, self.least) = (self.least, f64::INFINITY);
         stalls
     }
@@ -346,12 +347,12 @@ impl Progress {
 
 /// Pairs of balls near each other, and what finds them.
 #[derive(Default)]
-struct Near<const D: usize> {
-    classes: Classes<D>,
+struct NearPairs<const D: usize> {
+    classes: SizeClasses<D>,
     pairs: Vec<(u32, u32)>,
 }
 
-impl<const D: usize> Near<D> {
+impl<const D: usize> NearPairs<D> {
     /// Lists pairs of balls with gaps below `gap` (m), over the periods, in the order of their numbers.
     fn list(
         &mut self,
@@ -365,7 +366,8 @@ impl<const D: usize> Near<D> {
         let pairs = &mut self.pairs;
         pairs.clear();
         self.classes.visit(radii, |i, j, _| {
-            let (apart, limit) = (container.apart(&positions[i], &positions[j]), radii[i] + radii[j] + gap);
+            let (apart, limit) =
+                (container.separation(&positions[i], &positions[j]), radii[i] + radii[j] + gap);
             if dot(&apart, &apart) < limit * limit {
                 pairs.push((i.min(j) as u32, i.max(j) as u32));
             }
@@ -393,7 +395,7 @@ mod tests {
         for i in 0..positions.len() {
             assert!(positions[i][1] > radii[i] - 1e-9 && positions[i][1] < 20.0 - radii[i] + 1e-9);
             for j in 0..i {
-                let apart = container.apart(&positions[i], &positions[j]);
+                let apart = container.separation(&positions[i], &positions[j]);
                 let overlap = radii[i] + radii[j] - dot(&apart, &apart).sqrt();
                 assert!(overlap <= 0.011 * radii[i].min(radii[j]), "{i} {j} {overlap}");
             }

@@ -8,81 +8,81 @@ use std::f64::consts::PI;
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{Container, Heap};
-use crate::vector::{add, cross, dot, minus, norm};
+use super::{Container, GrainHeap};
+use crate::vector::{add, cross, difference, dot, norm};
 
 /// Ways of a sphere after which it is given up.
-const WAYS: usize = 1000;
+const MAX_PATHS: usize = 1000;
 /// Share of a distance that is no distance, and angle (rad) that is none.
-const NONE: f64 = 1e-9;
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// Distance between the centre of a sphere and that of what it meets as it rolls on, over the largest radius: at most the diameter of its
 /// circle, four, and the two radii.
 const REACH: f64 = 6.0;
 
-type Place = [f64; 3];
+type Vector3 = [f64; 3];
 
 /// What a sphere touches: a sphere about a centre at a reach (both radii, m), or a plane across an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Support {
-    Sphere(Place, f64),
+enum RollSupport {
+    Sphere(Vector3, f64),
     /// Axis, the coordinate of the centre that touches (m), and the direction away from it.
     Plane(usize, f64, f64),
 }
 
-impl Support {
+impl RollSupport {
     /// Distance of a centre from where it touches (m).
-    fn gap(&self, x: &Place) -> f64 {
+    fn gap(&self, x: &Vector3) -> f64 {
         match self {
-            Self::Sphere(centre, reach) => norm(&minus(x, centre)) - reach,
+            Self::Sphere(centre, reach) => norm(&difference(x, centre)) - reach,
             Self::Plane(axis, at, away) => away * (x[*axis] - at),
         }
     }
 
     /// Direction from the support to a centre that touches.
-    fn normal(&self, x: &Place) -> Place {
+    fn normal(&self, x: &Vector3) -> Vector3 {
         match self {
-            Self::Sphere(centre, _) => unit(&minus(x, centre)),
+            Self::Sphere(centre, _) => unit(&difference(x, centre)),
             Self::Plane(axis, _, away) => std::array::from_fn(|c| if c == *axis { *away } else { 0.0 }),
         }
     }
 }
 
-fn unit(v: &Place) -> Place {
+fn unit(v: &Vector3) -> Vector3 {
     let length = norm(v);
     v.map(|c| c / length)
 }
 
 /// Where a sphere goes from its supports.
-enum Way {
+enum RollPath {
     /// Nowhere.
     Rest,
     /// Straight down.
     Fall,
     /// On one or two of the supports, by number, in a direction.
-    Roll(Vec<usize>, Place),
+    Roll(Vec<usize>, Vector3),
 }
 
 /// The direction down that the supports allow: the weight, projected on what moves away from none of them.
-fn way(normals: &[Place]) -> Way {
+fn roll_path(normals: &[Vector3]) -> RollPath {
     let weight = [0.0, 0.0, -1.0];
-    let allowed = |d: &Place| normals.iter().all(|n| dot(n, d) > -NONE);
+    let allowed = |d: &Vector3| normals.iter().all(|n| dot(n, d) > -NEGLIGIBLE);
     if allowed(&weight) {
-        return Way::Fall;
+        return RollPath::Fall;
     }
     for (i, n) in normals.iter().enumerate() {
         let force = -dot(&weight, n);
         let mut d = weight;
         add(&mut d, force, n);
-        if force > 0.0 && norm(&d) > NONE && allowed(&d) {
-            return Way::Roll(vec![i], d);
+        if force > 0.0 && norm(&d) > NEGLIGIBLE && allowed(&d) {
+            return RollPath::Roll(vec![i], d);
         }
     }
     for i in 0..normals.len() {
         for j in 0..i {
             let (a, b) = (&normals[i], &normals[j]);
-            let along: Place = cross(a, b);
-            if norm(&along) < NONE {
+            let along: Vector3 = cross(a, b);
+            if norm(&along) < NEGLIGIBLE {
                 continue;
             }
             let along = unit(&along);
@@ -90,41 +90,41 @@ fn way(normals: &[Place]) -> Way {
             let d = along.map(|c| c * down);
             let (both, pair) = (dot(a, b), [dot(a, &weight), dot(b, &weight)]);
             let pressed = pair[0] < both * pair[1] && pair[1] < both * pair[0];
-            if pressed && down.abs() > NONE && allowed(&d) {
-                return Way::Roll(vec![i, j], d);
+            if pressed && down.abs() > NEGLIGIBLE && allowed(&d) {
+                return RollPath::Roll(vec![i, j], d);
             }
         }
     }
-    Way::Rest
+    RollPath::Rest
 }
 
 /// The circle that a rolling sphere follows: `centre + radius (from cos φ + to sin φ)`.
-struct Circle {
-    centre: Place,
+struct RollCircle {
+    centre: Vector3,
     radius: f64,
-    from: Place,
-    to: Place,
+    from: Vector3,
+    to: Vector3,
 }
 
-impl Circle {
+impl RollCircle {
     /// Through a place that touches one or two supports, in a direction; none where they leave no circle.
-    fn of(supports: &[Support], x: &Place, direction: &Place) -> Option<Self> {
+    fn of(supports: &[RollSupport], x: &Vector3, direction: &Vector3) -> Option<Self> {
         let centre = match supports {
-            [Support::Sphere(centre, _)] => *centre,
-            [Support::Sphere(a, one), Support::Sphere(b, other)] => {
-                let between = minus(b, a);
+            [RollSupport::Sphere(centre, _)] => *centre,
+            [RollSupport::Sphere(a, one), RollSupport::Sphere(b, other)] => {
+                let between = difference(b, a);
                 let square = dot(&between, &between);
                 let mut centre = *a;
                 add(&mut centre, 0.5 * (1.0 + (one * one - other * other) / square), &between);
                 centre
             }
-            [Support::Sphere(centre, _), Support::Plane(axis, at, _)]
-            | [Support::Plane(axis, at, _), Support::Sphere(centre, _)] => {
+            [RollSupport::Sphere(centre, _), RollSupport::Plane(axis, at, _)]
+            | [RollSupport::Plane(axis, at, _), RollSupport::Sphere(centre, _)] => {
                 std::array::from_fn(|c| if c == *axis { *at } else { centre[c] })
             }
             _ => return None,
         };
-        let from = minus(x, &centre);
+        let from = difference(x, &centre);
         let radius = norm(&from);
         let from = (radius > 0.0).then(|| unit(&from))?;
         let mut to = *direction;
@@ -132,7 +132,7 @@ impl Circle {
         (norm(&to) > 0.0).then(|| Self { centre, radius, from, to: unit(&to) })
     }
 
-    fn at(&self, angle: f64) -> Place {
+    fn at(&self, angle: f64) -> Vector3 {
         let (sin, cos) = angle.sin_cos();
         std::array::from_fn(|c| self.centre[c] + self.radius * (self.from[c] * cos + self.to[c] * sin))
     }
@@ -146,19 +146,19 @@ impl Circle {
         // a cos φ + b sin φ = size cos(φ - top): falls through -c half a turn at most after its top.
         let angle = b.atan2(a) + (-c / size).acos();
         let angle = angle.rem_euclid(2.0 * PI);
-        (angle > NONE && angle < 2.0 * PI - NONE).then_some(angle)
+        (angle > NEGLIGIBLE && angle < 2.0 * PI - NEGLIGIBLE).then_some(angle)
     }
 
     /// Where a sphere on the circle first touches a support.
-    fn meets(&self, support: &Support) -> Option<f64> {
+    fn meets(&self, support: &RollSupport) -> Option<f64> {
         Self::falls(match support {
-            Support::Sphere(other, reach) => {
-                let apart = minus(&self.centre, other);
+            RollSupport::Sphere(other, reach) => {
+                let apart = difference(&self.centre, other);
                 let both = 2.0 * self.radius;
                 let rest = dot(&apart, &apart) + self.radius * self.radius - reach * reach;
                 [both * dot(&apart, &self.from), both * dot(&apart, &self.to), rest]
             }
-            Support::Plane(axis, at, away) => {
+            RollSupport::Plane(axis, at, away) => {
                 let way = away * self.radius;
                 [way * self.from[*axis], way * self.to[*axis], away * (self.centre[*axis] - at)]
             }
@@ -166,15 +166,15 @@ impl Circle {
     }
 
     /// Where it no longer presses on the first of its supports: the force on it falls below zero.
-    fn leaves(&self, supports: &[Support]) -> Option<f64> {
+    fn leaves(&self, supports: &[RollSupport]) -> Option<f64> {
         // Normals as constants and factors of cos and sin.
-        let parts = |support: &Support| match support {
-            Support::Sphere(centre, reach) => {
-                let constant = minus(&self.centre, centre).map(|c| c / reach);
+        let parts = |support: &RollSupport| match support {
+            RollSupport::Sphere(centre, reach) => {
+                let constant = difference(&self.centre, centre).map(|c| c / reach);
                 let share = self.radius / reach;
                 [self.from.map(|c| share * c), self.to.map(|c| share * c), constant]
             }
-            Support::Plane(..) => [[0.0; 3], [0.0; 3], support.normal(&self.at(0.0))],
+            RollSupport::Plane(..) => [[0.0; 3], [0.0; 3], support.normal(&self.at(0.0))],
         };
         let first = parts(supports.first()?);
         // The weight on a normal is minus its last entry.
@@ -192,15 +192,15 @@ impl Circle {
 }
 
 /// Spheres at rest, found by where they stand over the floor.
-struct Bed<'a> {
+struct RestingSpheres<'a> {
     container: &'a Container<3>,
-    placed: Vec<(Place, f64)>,
+    placed: Vec<(Vector3, f64)>,
     columns: Vec<Vec<u32>>,
     counts: [usize; 2],
     largest: f64,
 }
 
-impl<'a> Bed<'a> {
+impl<'a> RestingSpheres<'a> {
     fn new(container: &'a Container<3>, largest: f64) -> Self {
         // As wide as what a rolling sphere meets is away at most, so that all of it is in its column or beside it.
         let counts = [0, 1].map(|axis| (container.width(axis) / (REACH * largest)).floor().max(1.0) as usize);
@@ -213,7 +213,7 @@ impl<'a> Bed<'a> {
         }
     }
 
-    fn column(&self, x: &Place) -> [usize; 2] {
+    fn column(&self, x: &Vector3) -> [usize; 2] {
         [0, 1].map(|axis| {
             let share = (x[axis] - self.container.low[axis]) / self.container.width(axis);
             ((share * self.counts[axis] as f64).max(0.0) as usize).min(self.counts[axis] - 1)
@@ -229,7 +229,7 @@ impl<'a> Bed<'a> {
     }
 
     /// Spheres, sides and the floor that a sphere of a radius at `x` may touch from there, those far below it left out.
-    fn supports(&self, x: &Place, radius: f64, from: f64) -> Vec<Support> {
+    fn supports(&self, x: &Vector3, radius: f64, from: f64) -> Vec<RollSupport> {
         let own = self.column(x);
         let mut all = Vec::new();
         for j in self.reach(1, own[1]) {
@@ -237,34 +237,34 @@ impl<'a> Bed<'a> {
                 for &k in &self.columns[i + self.counts[0] * j] {
                     let (other, its) = &self.placed[k as usize];
                     if other[2] >= from {
-                        let apart = self.container.apart(other, x);
+                        let apart = self.container.separation(other, x);
                         let centre = std::array::from_fn(|c| if c == 2 { other[c] } else { x[c] + apart[c] });
-                        all.push(Support::Sphere(centre, radius + its));
+                        all.push(RollSupport::Sphere(centre, radius + its));
                     }
                 }
             }
         }
         for axis in 0..2 {
             if !self.container.periodic[axis] {
-                all.push(Support::Plane(axis, self.container.low[axis] + radius, 1.0));
-                all.push(Support::Plane(axis, self.container.high[axis] - radius, -1.0));
+                all.push(RollSupport::Plane(axis, self.container.low[axis] + radius, 1.0));
+                all.push(RollSupport::Plane(axis, self.container.high[axis] - radius, -1.0));
             }
         }
-        all.push(Support::Plane(2, self.container.low[2] + radius, 1.0));
+        all.push(RollSupport::Plane(2, self.container.low[2] + radius, 1.0));
         all
     }
 
     /// Height to which a sphere falls at a place.
-    fn fall(&self, x: &Place, radius: f64) -> f64 {
+    fn fall(&self, x: &Vector3, radius: f64) -> f64 {
         let mut height = self.container.low[2] + radius;
         for support in self.supports(x, radius, f64::NEG_INFINITY) {
-            let Support::Sphere(centre, reach) = support else { continue };
+            let RollSupport::Sphere(centre, reach) = support else { continue };
             let apart = (x[0] - centre[0]).hypot(x[1] - centre[1]);
-            if apart >= reach * (1.0 - NONE) {
+            if apart >= reach * (1.0 - NEGLIGIBLE) {
                 continue;
             }
             let touch = centre[2] + (reach * reach - apart * apart).sqrt();
-            if touch > height && touch <= x[2] + NONE * reach {
+            if touch > height && touch <= x[2] + NEGLIGIBLE * reach {
                 height = touch;
             }
         }
@@ -272,33 +272,33 @@ impl<'a> Bed<'a> {
     }
 }
 
-impl Heap<3> for Bed<'_> {
-    fn rest(&self, over: Place, radius: f64, _: &mut ChaCha8Rng) -> Option<Place> {
+impl GrainHeap<3> for RestingSpheres<'_> {
+    fn resting_position(&self, over: Vector3, radius: f64, _: &mut ChaCha8Rng) -> Option<Vector3> {
         let mut x = over;
         x[2] = self.fall(&x, radius);
-        for _ in 0..WAYS {
+        for _ in 0..MAX_PATHS {
             let near = self.supports(&x, radius, x[2] - REACH * self.largest);
-            let touching: Vec<Support> =
-                near.iter().filter(|support| support.gap(&x) < NONE * radius).copied().collect();
-            let normals: Vec<Place> = touching.iter().map(|support| support.normal(&x)).collect();
-            match way(&normals) {
-                Way::Rest => return Some(x),
-                Way::Fall => {
+            let touching: Vec<RollSupport> =
+                near.iter().filter(|support| support.gap(&x) < NEGLIGIBLE * radius).copied().collect();
+            let normals: Vec<Vector3> = touching.iter().map(|support| support.normal(&x)).collect();
+            match roll_path(&normals) {
+                RollPath::Rest => return Some(x),
+                RollPath::Fall => {
                     let height = self.fall(&x, radius);
-                    if x[2] - height < NONE * radius {
+                    if x[2] - height < NEGLIGIBLE * radius {
                         return None;
                     }
                     x[2] = height;
                 }
-                Way::Roll(on, direction) => {
-                    let on: Vec<Support> = on.into_iter().map(|k| touching[k]).collect();
-                    let circle = Circle::of(&on, &x, &direction)?;
+                RollPath::Roll(on, direction) => {
+                    let on: Vec<RollSupport> = on.into_iter().map(|k| touching[k]).collect();
+                    let circle = RollCircle::of(&on, &x, &direction)?;
                     let others = near.iter().filter(|support| !on.contains(support));
                     let met = others.filter_map(|support| circle.meets(support)).fold(PI, f64::min);
-                    let turned: Vec<Support> = on.iter().rev().copied().collect();
+                    let turned: Vec<RollSupport> = on.iter().rev().copied().collect();
                     let ends = [circle.leaves(&on), (on.len() > 1).then(|| circle.leaves(&turned)).flatten()];
                     let angle = ends.into_iter().flatten().fold(met, f64::min);
-                    if angle <= NONE {
+                    if angle <= NEGLIGIBLE {
                         return None;
                     }
                     x = circle.at(angle);
@@ -311,7 +311,7 @@ impl Heap<3> for Bed<'_> {
         None
     }
 
-    fn add(&mut self, place: Place, radius: f64) {
+    fn add(&mut self, place: Vector3, radius: f64) {
         let [i, j] = self.column(&place);
         self.columns[i + self.counts[0] * j].push(self.placed.len() as u32);
         self.placed.push((place, radius));
@@ -329,15 +329,15 @@ pub fn drop_and_roll(
     most: usize,
     random: &mut ChaCha8Rng,
     draw: impl FnMut(&mut ChaCha8Rng) -> f64,
-) -> Result<Vec<(Place, f64)>, String> {
+) -> Result<Vec<(Vector3, f64)>, String> {
     for axis in 0..2 {
         let width = container.width(axis);
         if width < 2.0 * REACH * largest {
             return Err(format!("is {width} m wide along axis {axis}, less than six of the largest grains"));
         }
     }
-    let mut bed = Bed::new(container, largest);
-    container.heap_up(&mut bed, most, random, draw)?;
+    let mut bed = RestingSpheres::new(container, largest);
+    container.drop_grains(&mut bed, most, random, draw)?;
     Ok(bed.placed)
 }
 
@@ -347,7 +347,7 @@ mod tests {
 
     use super::*;
 
-    fn dropped(periodic: bool, seed: u64, [low, span]: [f64; 2]) -> (Container<3>, Vec<(Place, f64)>) {
+    fn dropped(periodic: bool, seed: u64, [low, span]: [f64; 2]) -> (Container<3>, Vec<(Vector3, f64)>) {
         let container = Container {
             low: [-2.0, 1.0, 3.0],
             high: [6.0, 8.0, 11.0],
@@ -371,7 +371,7 @@ mod tests {
             for (i, (x, radius)) in placed.iter().enumerate() {
                 let mut normals = Vec::new();
                 for (y, other) in &placed[..i] {
-                    let apart = container.apart(x, y);
+                    let apart = container.separation(x, y);
                     let gap = norm(&apart) - radius - other;
                     assert!(gap > -1e-7, "{i}: {gap}");
                     if gap < 1e-7 {
@@ -394,7 +394,7 @@ mod tests {
                 let on_floor = x[2] - radius - container.low[2] < 1e-7;
                 assert!(on_floor || normals.len() >= 3, "{i}: {normals:?}");
                 for _ in 0..200 {
-                    let d: Place = std::array::from_fn(|_| 2.0 * random.random::<f64>() - 1.0);
+                    let d: Vector3 = std::array::from_fn(|_| 2.0 * random.random::<f64>() - 1.0);
                     let d = [d[0], d[1], -d[2].abs() - 0.02];
                     assert!(
                         normals.iter().any(|n| dot(n, &d) < 1e-7),
@@ -416,11 +416,11 @@ mod tests {
             drop_and_roll(&container, 0.501, 100_000, &mut random, draw).unwrap()
         };
         let placed = bed(5);
-        let on_floor = |(x, r): &(Place, f64)| x[2] - r - container.low[2] < 1e-9;
+        let on_floor = |(x, r): &(Vector3, f64)| x[2] - r - container.low[2] < 1e-9;
         let mut contacts = 0;
         for (i, (x, radius)) in placed.iter().enumerate().filter(|(_, own)| !on_floor(own)) {
             for (y, other) in &placed[..i] {
-                let touch = norm(&container.apart(x, y)) < (radius + other) * (1.0 + 1e-8);
+                let touch = norm(&container.separation(x, y)) < (radius + other) * (1.0 + 1e-8);
                 contacts += usize::from(touch);
             }
         }

@@ -4,29 +4,29 @@ use std::collections::{HashMap, HashSet};
 
 use colluvium_case::{Case, CaseError};
 
-use super::read::{Rows, pick};
-use super::{KEY, NOBODY, Stored};
-use crate::contact::STUCK;
+use super::read::{NamedTable, pick};
+use super::{KEY, NO_INDEX, StoredSpecimen};
+use crate::contact::CONTACT_BONDED;
 use crate::contact::bond::Bond;
-use crate::pairs::{Columns, Memories, Pairs, SPRING};
+use crate::pairs::{ContactHistories, HistoryColumns, PairList, SPRING_WIDTH};
 use crate::solver::DemSolver;
-use crate::surfaces::{FREE, Facet};
+use crate::surfaces::{Facet, NO_FACET};
 
 /// Most of a part of the key of a facet, and one.
 const HALF: u64 = 1 << 32;
 
 /// Columns of what a contact remembers.
-struct Places<const R: usize> {
+struct HistoryColumnIndices<const R: usize> {
     state: usize,
     slide: [usize; R],
     dashpot: usize,
     roll: Option<[usize; R]>,
     twist: Option<usize>,
-    bond: Option<BondPlaces<R>>,
+    bond: Option<BondColumnIndices<R>>,
 }
 
 /// Columns of what a bond carries.
-struct BondPlaces<const R: usize> {
+struct BondColumnIndices<const R: usize> {
     strength: usize,
     tension: usize,
     shear: [usize; R],
@@ -34,8 +34,8 @@ struct BondPlaces<const R: usize> {
     twist: usize,
 }
 
-impl<const R: usize> BondPlaces<R> {
-    fn new(rows: &Rows<'_>) -> Result<Self, String> {
+impl<const R: usize> BondColumnIndices<R> {
+    fn new(rows: &NamedTable<'_>) -> Result<Self, String> {
         Ok(Self {
             strength: rows.column("bond_strength")?,
             tension: rows.column("bond_tension")?,
@@ -56,11 +56,11 @@ impl<const R: usize> BondPlaces<R> {
     }
 }
 
-impl<const R: usize> Places<R> {
-    fn new(rows: &Rows<'_>) -> Result<Self, String> {
+impl<const R: usize> HistoryColumnIndices<R> {
+    fn new(rows: &NamedTable<'_>) -> Result<Self, String> {
         let rolls = rows.has(&super::names::<R>("roll")[0]);
         let twist = rows.has("twist").then(|| rows.column("twist")).transpose()?;
-        let bond = rows.has("bond_strength").then(|| BondPlaces::new(rows)).transpose()?;
+        let bond = rows.has("bond_strength").then(|| BondColumnIndices::new(rows)).transpose()?;
         Ok(Self {
             state: rows.column("state")?,
             slide: rows.columns("slide")?,
@@ -72,13 +72,18 @@ impl<const R: usize> Places<R> {
     }
 
     /// Adds a contact that remembers what a row says, as far as the laws of the case need it.
-    fn push(&self, rows: &Rows<'_>, number: usize, memory: &mut Memories<R>) -> Result<(), String> {
+    fn push(
+        &self,
+        rows: &NamedTable<'_>,
+        number: usize,
+        memory: &mut ContactHistories<R>,
+    ) -> Result<(), String> {
         let k = memory.len();
         let row = &rows.table.rows[number];
-        memory.state.push(rows.whole(number, self.state, u64::from(STUCK) + 1)? as u8);
-        let mut spring = [0.0; SPRING];
+        memory.state.push(rows.whole(number, self.state, u64::from(CONTACT_BONDED) + 1)? as u8);
+        let mut spring = [0.0; SPRING_WIDTH];
         spring[..R].copy_from_slice(&pick(row, &self.slide));
-        spring[SPRING - 1] = row[self.dashpot];
+        spring[SPRING_WIDTH - 1] = row[self.dashpot];
         memory.spring.push(spring);
         if let (Some(roll), Some(own)) = (memory.roll.get_mut(k), &self.roll) {
             *roll = pick(row, own);
@@ -93,20 +98,20 @@ impl<const R: usize> Places<R> {
     }
 }
 
-impl Stored {
+impl StoredSpecimen {
     /// Gives a solver that has its grains, and no lists yet, what their contacts remember and walls as they stood; what is told of it.
     ///
     /// # Errors
     /// When what it says of contacts or walls fits neither its grains nor the case.
-    pub fn take_up<const D: usize, const R: usize>(
+    pub fn restore_contacts<const D: usize, const R: usize>(
         &self,
         case: &Case,
         solver: &mut DemSolver<D, R>,
     ) -> Result<(), CaseError> {
-        self.give(case, solver).map_err(|problem| self.refused(case, &problem))
+        self.restore_pairs(case, solver).map_err(|problem| self.file_error(case, &problem))
     }
 
-    fn give<const D: usize, const R: usize>(
+    fn restore_pairs<const D: usize, const R: usize>(
         &self,
         case: &Case,
         solver: &mut DemSolver<D, R>,
@@ -114,16 +119,17 @@ impl Stored {
         if !(self.head.step >= 0.0) {
             return Err(format!("its step before is {} s", self.head.step));
         }
-        solver.last = self.head.step;
+        solver.last_step = self.head.step;
         solver.virial[1] = std::array::from_fn(|row| std::array::from_fn(|k| self.head.cell.motion[row][k]));
-        solver.ledger.goes_on();
+        solver.energy_balance.continue_from_other_run();
         let counts = self.counts();
-        solver.given.bodies =
+        solver.specimen_source.bodies =
             case.bodies.iter().map(|body| counts.contains_key(body.name.as_str())).collect();
-        (solver.given.bonded, solver.given.overlap) = (self.head.bonded, self.head.overlap);
+        (solver.specimen_source.bonded, solver.specimen_source.overlap) =
+            (self.head.bonded, self.head.overlap);
         let mut notes: Vec<String> = self.cell_note::<D>(case).into_iter().collect();
         let walls = self.place_walls(case, solver, &mut notes)?;
-        let lost = self.remember(solver, &walls)?;
+        let lost = self.restore_histories(solver, &walls)?;
         for (wall, count) in self.head.walls.iter().zip(lost).filter(|(_, count)| *count > 0) {
             notes.push(format!(
                 "{KEY}: {count} contacts of the specimen are with the wall {:?}, which the case does not have: they are gone",
@@ -136,7 +142,7 @@ impl Stored {
         if self.contacts.columns.iter().any(|(name, _)| name == "bond_strength") && !solver.columns.bonds {
             notes.push(format!("{KEY}: grains are bonded in the specimen, and no pair of the case has a `bond`: the bonds are gone"));
         }
-        solver.given.notes = notes;
+        solver.specimen_source.notes = notes;
         Ok(())
     }
 
@@ -175,14 +181,14 @@ impl Stored {
     }
 
     /// Lists contacts with what they remember; how many of each wall of the file have none in the case.
-    fn remember<const D: usize, const R: usize>(
+    fn restore_histories<const D: usize, const R: usize>(
         &self,
         solver: &mut DemSolver<D, R>,
         walls: &[Option<u32>],
     ) -> Result<Vec<usize>, String> {
-        let rows = Rows::new("the contacts", &self.contacts)?;
+        let rows = NamedTable::new("the contacts", &self.contacts)?;
         let [grain, other, wall] = [rows.column("grain")?, rows.column("other")?, rows.column("wall")?];
-        let places = Places::<R>::new(&rows)?;
+        let places = HistoryColumnIndices::<R>::new(&rows)?;
         let at: HashMap<u32, u32> = (0u32..).zip(&solver.grains.id).map(|(i, id)| (*id, i)).collect();
         let find = |number: usize, column: usize| {
             let id = rows.whole(number, column, u64::from(u32::MAX))?;
@@ -194,7 +200,7 @@ impl Stored {
         let mut of_walls = Vec::new();
         for (number, row) in rows.table.rows.iter().enumerate() {
             let i = find(number, grain)?;
-            if row[other] == NOBODY {
+            if row[other] == NO_INDEX {
                 let side = rows.whole(number, wall, walls.len() as u64)? as usize;
                 match walls[side] {
                     Some(wall) => of_walls.push((i, wall, number)),
@@ -217,8 +223,8 @@ impl Stored {
     }
 }
 
-/// Memories of no contact yet, of `count` that are to come.
-fn empty<const R: usize>(memory: &mut Memories<R>, count: usize, columns: Columns) {
+/// ContactHistories of no contact yet, of `count` that are to come.
+fn empty<const R: usize>(memory: &mut ContactHistories<R>, count: usize, columns: HistoryColumns) {
     memory.clear(count, columns);
     memory.state.clear();
     memory.spring.clear();
@@ -227,37 +233,37 @@ fn empty<const R: usize>(memory: &mut Memories<R>, count: usize, columns: Column
 /// Lists pairs: numbers of their grains, and of their row.
 fn list_pairs<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
-    rows: &Rows<'_>,
-    places: &Places<R>,
+    rows: &NamedTable<'_>,
+    places: &HistoryColumnIndices<R>,
     mut pairs: Vec<(u32, u32, usize)>,
 ) -> Result<(), String> {
     pairs.sort_unstable();
     let count = solver.grains.len();
-    let mut list = Pairs { starts: vec![0; count + 1], ..Pairs::default() };
-    empty(&mut list.memory, pairs.len(), solver.columns);
+    let mut list = PairList { starts: vec![0; count + 1], ..PairList::default() };
+    empty(&mut list.histories, pairs.len(), solver.columns);
     for (i, j, number) in pairs {
         list.starts[i as usize + 1] += 1;
         list.other.push(j);
-        places.push(rows, number, &mut list.memory)?;
+        places.push(rows, number, &mut list.histories)?;
     }
     for i in 0..count {
         list.starts[i + 1] += list.starts[i];
     }
-    solver.lists.inner = list;
-    solver.lists.close.forget();
+    solver.lists.slab_pairs = list;
+    solver.lists.active_pairs.clear();
     Ok(())
 }
 
 /// Lists contacts with walls: numbers of their grain, wall and row.
 fn list_walls<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
-    rows: &Rows<'_>,
-    places: &Places<R>,
+    rows: &NamedTable<'_>,
+    places: &HistoryColumnIndices<R>,
     of_walls: Vec<(u32, u32, usize)>,
 ) -> Result<(), String> {
-    let near = &mut solver.near;
+    let near = &mut solver.wall_list;
     empty(&mut near.memory, of_walls.len(), solver.columns);
-    let facets = FacetPlaces::new(rows)?;
+    let facets = FacetColumnIndices::new(rows)?;
     for (i, wall, number) in of_walls {
         near.grain.push(i);
         near.wall.push(wall);
@@ -272,15 +278,15 @@ fn list_walls<const D: usize, const R: usize>(
 }
 
 /// Columns of what is known of a facet.
-struct FacetPlaces {
+struct FacetColumnIndices {
     key: [usize; 2],
     distance: usize,
     normal: [usize; 3],
 }
 
-impl FacetPlaces {
+impl FacetColumnIndices {
     /// None where no contact has a facet.
-    fn new(rows: &Rows<'_>) -> Result<Option<Self>, String> {
+    fn new(rows: &NamedTable<'_>) -> Result<Option<Self>, String> {
         if !rows.has("facet_high") {
             return Ok(None);
         }
@@ -293,11 +299,11 @@ impl FacetPlaces {
     }
 
     /// Key of the facet of a row, and what is known of it.
-    fn of(&self, rows: &Rows<'_>, number: usize) -> Result<(u64, Facet), String> {
+    fn of(&self, rows: &NamedTable<'_>, number: usize) -> Result<(u64, Facet), String> {
         let [high, low] = [rows.whole(number, self.key[0], HALF)?, rows.whole(number, self.key[1], HALF)?];
         let key = u64::from(high) << 32 | u64::from(low);
         let row = &rows.table.rows[number];
         let seen = Facet { distance: row[self.distance], normal: pick(row, &self.normal) };
-        Ok((key, if key == FREE { Facet::NONE } else { seen }))
+        Ok((key, if key == NO_FACET { Facet::NONE } else { seen }))
     }
 }

@@ -17,13 +17,13 @@ const FORMAT: &str = "colluvium-specimen-1";
 const KEY: &str = "methods.dem.specimen";
 
 /// In place of a grain or a wall where a contact has none.
-const NOBODY: f64 = -1.0;
+const NO_INDEX: f64 = -1.0;
 
 /// A specimen as its file has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Stored {
-    head: Head,
+pub struct StoredSpecimen {
+    head: SpecimenHeader,
     /// A row for each grain.
     grains: Table,
     /// A row for each contact of two grains, or of a grain with a wall.
@@ -33,7 +33,7 @@ pub struct Stored {
 /// What stands once.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Head {
+struct SpecimenHeader {
     format: String,
     /// Title of the case that it is from.
     title: String,
@@ -44,11 +44,11 @@ struct Head {
     step: f64,
     /// From where coordinates are (m).
     origin: Vec<f64>,
-    cell: Cell,
+    cell: StoredCell,
     /// Bodies, and the kind of the grains of each.
     bodies: Vec<String>,
     kinds: Vec<String>,
-    walls: Vec<Side>,
+    walls: Vec<StoredWall>,
     /// Obstacles that move, whose contacts are not in the file.
     left_out: Vec<String>,
     /// Whether contacts were bonded, or cohesive from the start on.
@@ -60,7 +60,7 @@ struct Head {
 /// The box of the grains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Cell {
+struct StoredCell {
     /// Along which axes it repeats itself.
     periodic: Vec<bool>,
     /// A corner (m).
@@ -79,7 +79,7 @@ struct Cell {
 /// A wall or an obstacle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Side {
+struct StoredWall {
     name: String,
     /// Of a wall, the axis across it, whether the grains are below it, and where it stands (m); none of an obstacle.
     plane: Option<(usize, bool, f64)>,

@@ -7,7 +7,7 @@ use colluvium_case::description::{Body, Velocity};
 use colluvium_case::output::Table;
 use colluvium_case::{Case, CaseError, spatial};
 
-use super::{FORMAT, KEY, Stored, names};
+use super::{FORMAT, KEY, StoredSpecimen, names};
 use crate::cell::{PeriodicCell, inverse};
 use crate::config::DemOptions;
 use crate::grains::Grains;
@@ -15,18 +15,18 @@ use crate::grains::Grains;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Names, for a message.
-fn listed<'a>(all: impl IntoIterator<Item = &'a str>) -> String {
+fn name_list<'a>(all: impl IntoIterator<Item = &'a str>) -> String {
     let all: Vec<String> = all.into_iter().map(|name| format!("{name:?}")).collect();
     if all.is_empty() { "none".to_owned() } else { all.join(", ") }
 }
 
 /// A table whose columns are found by name.
-pub(super) struct Rows<'a> {
+pub(super) struct NamedTable<'a> {
     what: &'static str,
     pub table: &'a Table,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> NamedTable<'a> {
     /// A table in which every row has a number for each column.
     pub fn new(what: &'static str, table: &'a Table) -> Result<Self, String> {
         let count = table.columns.len();
@@ -80,14 +80,14 @@ pub(super) fn pick<const N: usize>(row: &[f64], columns: &[usize; N]) -> [f64; N
     columns.map(|column| row[column])
 }
 
-impl Stored {
+impl StoredSpecimen {
     /// The specimen that a case begins with, if it names one.
     ///
     /// # Errors
     /// When its file cannot be read, is none, or does not fit the case.
-    pub fn of(case: &Case, options: &DemOptions) -> Result<Option<Self>, CaseError> {
+    pub fn of_case(case: &Case, options: &DemOptions) -> Result<Option<Self>, CaseError> {
         let Some(file) = &options.specimen else { return Ok(None) };
-        let stored = Self::read(file).and_then(|stored| stored.fits(case).map(|()| stored));
+        let stored = Self::read(file).and_then(|stored| stored.check_case(case).map(|()| stored));
         let stored = stored.map_err(|problem| CaseError::new(KEY, format!("{file}: {problem}")))?;
         let counts = stored.counts();
         let mut given =
@@ -117,7 +117,7 @@ impl Stored {
     }
 
     /// Whether it is one that the case can begin with.
-    fn fits(&self, case: &Case) -> Result<(), String> {
+    fn check_case(&self, case: &Case) -> Result<(), String> {
         let (head, dimension) = (&self.head, case.dimension());
         if head.format != FORMAT {
             return Err(format!("its format is {:?}, and this program reads {FORMAT:?}", head.format));
@@ -125,9 +125,9 @@ impl Stored {
         if head.dimension != dimension {
             return Err(format!("has {} dimensions, and the case {dimension}", head.dimension));
         }
-        let grains = Rows::new("the grains", &self.grains)?;
+        let grains = NamedTable::new("the grains", &self.grains)?;
         let body = grains.column("body")?;
-        Rows::new("the contacts", &self.contacts)?;
+        NamedTable::new("the contacts", &self.contacts)?;
         let known = head.bodies.len().min(head.kinds.len()) as u64;
         for row in 0..self.grains.rows.len() {
             grains.whole(row, body, known)?;
@@ -143,7 +143,7 @@ impl Stored {
         let Some(body) = case.bodies.iter().find(|body| body.name == name) else {
             return Err(format!(
                 "has grains of the body {name:?}, and the case no such body; there are {}",
-                listed(case.bodies.iter().map(|body| body.name.as_str()))
+                name_list(case.bodies.iter().map(|body| body.name.as_str()))
             ));
         };
         let kind = self.head.bodies.iter().position(|own| own == name).map(|at| &self.head.kinds[at]);
@@ -170,7 +170,7 @@ impl Stored {
             return Err(format!("its cell is none of {dimension} dimensions"));
         }
         let along = |periodic: &dyn Fn(usize) -> bool| {
-            listed((0..dimension).filter(|&axis| periodic(axis)).map(|axis| AXES[axis]))
+            name_list((0..dimension).filter(|&axis| periodic(axis)).map(|axis| AXES[axis]))
         };
         let (own, of_case) =
             (along(&|axis| cell.periodic[axis]), along(&|axis| case.domain.is_periodic(axis)));
@@ -200,15 +200,16 @@ impl Stored {
             cell.origin[axis] = own.corner[axis] + shift[axis];
             for row in 0..D {
                 cell.h[row][axis] = own.vectors[axis][row];
-                cell.rate[row][axis] = own.rates[row][axis];
-                cell.mean_rate[row][axis] = own.mean_rates.get(row).unwrap_or(&own.rates[row])[axis];
+                cell.velocity_gradient[row][axis] = own.rates[row][axis];
+                cell.mean_velocity_gradient[row][axis] =
+                    own.mean_rates.get(row).unwrap_or(&own.rates[row])[axis];
             }
         }
         let volume = inverse(&cell.h).1;
         if volume > 0.0 {
             Ok(cell)
         } else {
-            Err(self.refused(case, &format!("its cell has a volume of {volume}")))
+            Err(self.file_error(case, &format!("its cell has a volume of {volume}")))
         }
     }
 
@@ -230,7 +231,7 @@ impl Stored {
     }
 
     /// A problem of the file of the case.
-    pub(super) fn refused(&self, case: &Case, problem: &str) -> CaseError {
+    pub(super) fn file_error(&self, case: &Case, problem: &str) -> CaseError {
         let file =
             case.methods.get("dem").and_then(|options| options.get("specimen")?.as_str()).unwrap_or_default();
         CaseError::new(KEY, format!("{file}: {problem}"))
@@ -243,7 +244,7 @@ impl Stored {
         options: &DemOptions,
         grains: &mut Grains<D, R>,
     ) -> Result<(), CaseError> {
-        self.push(case, options, grains).map_err(|problem| self.refused(case, &problem))
+        self.push(case, options, grains).map_err(|problem| self.file_error(case, &problem))
     }
 
     fn push<const D: usize, const R: usize>(
@@ -252,7 +253,7 @@ impl Stored {
         options: &DemOptions,
         grains: &mut Grains<D, R>,
     ) -> Result<(), String> {
-        let rows = Rows::new("the grains", &self.grains)?;
+        let rows = NamedTable::new("the grains", &self.grains)?;
         let [id, of_body, radius] = [rows.column("id")?, rows.column("body")?, rows.column("radius")?];
         let (place, velocity, force) =
             (rows.columns::<D>("")?, rows.columns::<D>("velocity")?, rows.columns::<D>("force")?);

@@ -3,18 +3,18 @@
 use colluvium_case::output::Table;
 use serde::Serialize;
 
-use super::{Cell, FORMAT, Head, NOBODY, Side, Stored, names};
-use crate::contact::{Attraction, Law};
-use crate::pairs::Memories;
+use super::{FORMAT, NO_INDEX, SpecimenHeader, StoredCell, StoredSpecimen, StoredWall, names};
+use crate::contact::{AttractionLaw, PairLaw};
+use crate::pairs::ContactHistories;
 use crate::solver::DemSolver;
 use crate::surfaces::Facet;
-use crate::walls::Wall;
+use crate::walls::RigidWall;
 
 /// Name and unit of a column.
 type Heading = (String, String);
 
 /// Adds the columns of a quantity.
-fn head<const N: usize>(columns: &mut Vec<Heading>, name: &str, unit: &str) {
+fn add_headings<const N: usize>(columns: &mut Vec<Heading>, name: &str, unit: &str) {
     columns.extend(names::<N>(name).map(|name| (name, unit.to_owned())));
 }
 
@@ -33,8 +33,12 @@ fn lines(table: &Table) -> String {
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Grains, contacts with what they remember, cell and walls as the text of a file that another case can begin with.
-    pub(crate) fn stored(&self) -> String {
-        let stored = Stored { head: self.head(), grains: self.grain_rows(), contacts: self.contact_rows() };
+    pub(crate) fn specimen_text(&self) -> String {
+        let stored = StoredSpecimen {
+            head: self.specimen_header(),
+            grains: self.grain_rows(),
+            contacts: self.contact_rows(),
+        };
         format!(
             "{{\n\"head\": {},\n\"grains\": {},\n\"contacts\": {}\n}}\n",
             json(&stored.head),
@@ -43,32 +47,32 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         )
     }
 
-    fn head(&self) -> Head {
+    fn specimen_header(&self) -> SpecimenHeader {
         let cell = &self.cell;
         let column = |k: usize| cell.h.iter().map(|row| row[k]).collect();
-        let side = |wall: &Wall<D>| Side {
+        let side = |wall: &RigidWall<D>| StoredWall {
             name: wall.name.clone(),
             plane: wall.surface.is_none().then_some((wall.axis, wall.upper, wall.position)),
             velocity: wall.velocity.to_vec(),
         };
         let moving = self.walls.iter().filter(|wall| wall.moving.is_some());
         let sticks =
-            |law: &Law| law.bond.is_some() || matches!(law.attraction, Some(Attraction::Cohesion(_)));
+            |law: &PairLaw| law.bond.is_some() || matches!(law.attraction, Some(AttractionLaw::Cohesion(_)));
         let mut overlap = 0.0f64;
-        self.visit(|contact, _, _| overlap = overlap.max(self.overlap_of(&contact)));
-        Head {
+        self.for_each_contact(|contact, _, _| overlap = overlap.max(self.overlap_of(&contact)));
+        SpecimenHeader {
             format: FORMAT.to_owned(),
             title: self.case.title.clone(),
             dimension: D,
             time: self.time,
-            step: self.last,
+            step: self.last_step,
             origin: self.case.origin()[..D].to_vec(),
-            cell: Cell {
+            cell: StoredCell {
                 periodic: cell.periodic.to_vec(),
                 corner: cell.origin.to_vec(),
                 vectors: (0..D).map(column).collect(),
-                rates: cell.rate.iter().map(|row| row.to_vec()).collect(),
-                mean_rates: cell.mean_rate.iter().map(|row| row.to_vec()).collect(),
+                rates: cell.velocity_gradient.iter().map(|row| row.to_vec()).collect(),
+                mean_rates: cell.mean_velocity_gradient.iter().map(|row| row.to_vec()).collect(),
                 motion: self.virial[1].iter().map(|row| row.to_vec()).collect(),
             },
             bodies: self.case.bodies.iter().map(|body| body.name.clone()).collect(),
@@ -82,16 +86,16 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     fn grain_rows(&self) -> Table {
         let (g, mut columns) = (&self.grains, Vec::new());
-        head::<1>(&mut columns, "id", "");
-        head::<1>(&mut columns, "body", "");
-        head::<1>(&mut columns, "radius", "m");
-        head::<D>(&mut columns, "", "m");
-        head::<D>(&mut columns, "velocity", "m/s");
-        head::<R>(&mut columns, "spin", "rad/s");
-        head::<D>(&mut columns, "force", "N");
-        head::<R>(&mut columns, "torque", "N m");
+        add_headings::<1>(&mut columns, "id", "");
+        add_headings::<1>(&mut columns, "body", "");
+        add_headings::<1>(&mut columns, "radius", "m");
+        add_headings::<D>(&mut columns, "", "m");
+        add_headings::<D>(&mut columns, "velocity", "m/s");
+        add_headings::<R>(&mut columns, "spin", "rad/s");
+        add_headings::<D>(&mut columns, "force", "N");
+        add_headings::<R>(&mut columns, "torque", "N m");
         if !g.orientation.is_empty() {
-            head::<4>(&mut columns, "orientation", "");
+            add_headings::<4>(&mut columns, "orientation", "");
         }
         let row = |i: usize| {
             let mut row = vec![f64::from(g.id[i]), f64::from(g.body[i]), g.radius[i]];
@@ -109,46 +113,46 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     fn contact_rows(&self) -> Table {
         let mut columns = Vec::new();
         for name in ["grain", "other", "wall", "state"] {
-            head::<1>(&mut columns, name, "");
+            add_headings::<1>(&mut columns, name, "");
         }
-        head::<R>(&mut columns, "slide", "m");
-        head::<1>(&mut columns, "dashpot", "N");
-        if self.columns.rolls {
-            head::<R>(&mut columns, "roll", "rad");
+        add_headings::<R>(&mut columns, "slide", "m");
+        add_headings::<1>(&mut columns, "dashpot", "N");
+        if self.columns.has_rolling {
+            add_headings::<R>(&mut columns, "roll", "rad");
         }
-        if self.columns.rolls && R == 3 {
-            head::<1>(&mut columns, "twist", "rad");
+        if self.columns.has_rolling && R == 3 {
+            add_headings::<1>(&mut columns, "twist", "rad");
         }
         if self.columns.bonds {
-            head::<1>(&mut columns, "bond_strength", "");
-            head::<1>(&mut columns, "bond_tension", "N");
-            head::<R>(&mut columns, "bond_shear", "N");
-            head::<R>(&mut columns, "bond_bending", "N m");
-            head::<1>(&mut columns, "bond_twist", "N m");
+            add_headings::<1>(&mut columns, "bond_strength", "");
+            add_headings::<1>(&mut columns, "bond_tension", "N");
+            add_headings::<R>(&mut columns, "bond_shear", "N");
+            add_headings::<R>(&mut columns, "bond_bending", "N m");
+            add_headings::<1>(&mut columns, "bond_twist", "N m");
         }
-        let facets = !self.near.key.is_empty();
+        let facets = !self.wall_list.key.is_empty();
         if facets {
-            head::<1>(&mut columns, "facet_high", "");
-            head::<1>(&mut columns, "facet_low", "");
-            head::<1>(&mut columns, "facet_distance", "m");
-            head::<3>(&mut columns, "facet_normal", "");
+            add_headings::<1>(&mut columns, "facet_high", "");
+            add_headings::<1>(&mut columns, "facet_low", "");
+            add_headings::<1>(&mut columns, "facet_distance", "m");
+            add_headings::<3>(&mut columns, "facet_normal", "");
         }
         let (g, mut rows) = (&self.grains, Vec::new());
-        for pairs in [&self.lists.inner, &self.lists.seam] {
-            for (i, k) in pairs.firsts().filter(|(_, k)| pairs.memory.is_kept(*k)) {
-                let ends = [f64::from(g.id[i]), f64::from(g.id[pairs.other[k] as usize]), NOBODY];
+        for pairs in [&self.lists.slab_pairs, &self.lists.periodic_pairs] {
+            for (i, k) in pairs.firsts().filter(|(_, k)| pairs.histories.is_kept(*k)) {
+                let ends = [f64::from(g.id[i]), f64::from(g.id[pairs.other[k] as usize]), NO_INDEX];
                 rows.push(row(
                     ends,
-                    &pairs.memory,
+                    &pairs.histories,
                     k,
                     facets.then_some((0, Facet { distance: 0.0, normal: [0.0; 3] })),
                 ));
             }
         }
-        let near = &self.near;
+        let near = &self.wall_list;
         for k in (0..near.grain.len()).filter(|&k| near.memory.is_kept(k)) {
             if self.walls[near.wall[k] as usize].moving.is_none() {
-                let ends = [f64::from(g.id[near.grain[k] as usize]), NOBODY, f64::from(near.wall[k])];
+                let ends = [f64::from(g.id[near.grain[k] as usize]), NO_INDEX, f64::from(near.wall[k])];
                 rows.push(row(ends, &near.memory, k, near.key.get(k).map(|key| (*key, near.facet[k]))));
             }
         }
@@ -159,15 +163,15 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 /// What contact `k` remembers, between these ends.
 fn row<const R: usize>(
     ends: [f64; 3],
-    memory: &Memories<R>,
+    memory: &ContactHistories<R>,
     k: usize,
     facet: Option<(u64, Facet)>,
 ) -> Vec<f64> {
     let own = memory.get(k);
     let mut row = ends.to_vec();
     row.push(f64::from(own.state));
-    row.extend(own.slide);
-    row.push(own.dash);
+    row.extend(own.shear_displacement);
+    row.push(own.damping_force);
     row.extend(memory.roll.get(k).into_iter().flatten());
     row.extend(memory.twist.get(k));
     if let Some(bond) = memory.bond.get(k) {

@@ -6,20 +6,25 @@ mod side;
 
 use std::ops::Range;
 
-use crate::contact::dashpot::Steps;
-use crate::contact::{APART, Law, Memory, Push, Side, Tally, Touch, act, end};
-use crate::grains::Shown;
-use crate::lists::Lists;
-use crate::lists::close::Run;
-use crate::pairs::{Listed, MemoriesMut};
-pub use lanes::{AtPlane, Planes};
-pub use side::{Laws, Motion, Received, Records, Way, deliver, records};
+use crate::contact::dashpot::StepLengths;
+use crate::contact::{
+    CONTACT_APART, ContactBody, ContactEnergies, ContactForce, ContactGeometry, ContactHistory, PairLaw,
+    contact_force, release_contact,
+};
+use crate::grains::GrainView;
+use crate::lists::VerletLists;
+use crate::lists::close::ActivePairs;
+use crate::pairs::{ContactHistoriesMut, PairListView};
+pub use lanes::{PlaneContact, PlaneSums};
+pub use side::{
+    ForceKernel, ForceTorque, GrainMotion, GrainRecords, SimdLaws, grain_records, scatter_forces,
+};
 
-use crate::vector::{add, dot, minus, moment, spread, times};
+use crate::vector::{add, difference, dot, from_tangential, moment, scaled};
 use wide::f64x4 as Lanes;
 
 /// What contacts see.
-pub struct Scene<'a, const D: usize, const R: usize> {
+pub struct ContactInput<'a, const D: usize, const R: usize> {
     /// Positions (m).
     pub position: &'a [[f64; D]],
     /// Velocities to find forces with (m/s).
@@ -35,7 +40,7 @@ pub struct Scene<'a, const D: usize, const R: usize> {
     /// Kinds.
     pub kind: &'a [u32],
     /// Laws of each pair of kinds, row by row.
-    pub laws: &'a [Law],
+    pub laws: &'a [PairLaw],
     /// Number of kinds.
     pub kinds: usize,
     /// Shift and velocity of each image.
@@ -49,64 +54,64 @@ pub struct Scene<'a, const D: usize, const R: usize> {
     /// Rate at which radii grow (1/s).
     pub growth: f64,
     /// How contacts of grains are worked on.
-    pub way: Way,
+    pub kernel: ForceKernel,
     /// How contacts with planes are.
-    pub way_at_planes: Way,
+    pub plane_kernel: ForceKernel,
     /// Places with radii, and motions, where contacts are worked on side by side.
-    pub records: (&'a [Lanes], &'a [Motion]),
+    pub records: (&'a [Lanes], &'a [GrainMotion]),
 }
 
 /// Pairs within the slabs, and the first grain of each slab.
 #[derive(Clone, Copy)]
-struct Inner<'a> {
-    pairs: Listed<'a>,
+struct SlabPairs<'a> {
+    pairs: PairListView<'a>,
     slabs: &'a [u32],
-    close: &'a [Run],
+    active_pairs: &'a [ActivePairs],
 }
 
 /// A stress times volume, row by row (J).
 pub type Virial<const D: usize> = [[f64; D]; D];
 
 /// What contacts change.
-pub struct Shares<'a, const D: usize, const R: usize> {
+pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
     /// First grain of what follows.
     pub first: usize,
     /// Forces and moments.
-    pub received: &'a mut [Received],
+    pub forces: &'a mut [ForceTorque],
     /// First pair of the memories.
     pub pair: usize,
     /// What contacts remember.
-    pub memory: MemoriesMut<'a, R>,
+    pub memory: ContactHistoriesMut<'a, R>,
     /// First slab of the sums.
     pub slab: usize,
     /// Sums of each slab.
-    pub tallies: &'a mut [(Tally, Virial<D>)],
+    pub energies: &'a mut [(ContactEnergies, Virial<D>)],
 }
 
-impl<'a, const D: usize, const R: usize> Shares<'a, D, R> {
+impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
     /// Parts before and from these grains, pairs and slabs on.
     fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
-        let (received, more_received) = self.received.split_at_mut(grain - self.first);
+        let (received, more_received) = self.forces.split_at_mut(grain - self.first);
         let (memory, more_memory) = self.memory.split_at(pair - self.pair);
-        let (tallies, more_tallies) = self.tallies.split_at_mut(slab - self.slab);
+        let (tallies, more_tallies) = self.energies.split_at_mut(slab - self.slab);
         (
-            Self { received, memory, tallies, ..self },
+            Self { forces: received, memory, energies: tallies, ..self },
             Self {
                 first: grain,
-                received: more_received,
+                forces: more_received,
                 pair,
                 memory: more_memory,
                 slab,
-                tallies: more_tallies,
+                energies: more_tallies,
             },
         )
     }
 }
 
-impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
+impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     /// Of these grains at rest in a cell that does not repeat itself.
-    pub fn new(grains: Shown<'a, D, R>, laws: &'a [Law], kinds: usize) -> Self {
-        let Shown { kind, held, radius, mass, position, velocity, spin } = grains;
+    pub fn new(grains: GrainView<'a, D, R>, laws: &'a [PairLaw], kinds: usize) -> Self {
+        let GrainView { kind, held, radius, mass, position, velocity, spin } = grains;
         Self {
             position,
             velocity,
@@ -122,64 +127,83 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             next: 0.0,
             radii: false,
             growth: 0.0,
-            way: Way::Single,
-            way_at_planes: Way::Single,
+            kernel: ForceKernel::Scalar,
+            plane_kernel: ForceKernel::Scalar,
             records: (&[], &[]),
         }
     }
 
     /// Steps before and after these forces.
-    pub fn steps(&self) -> Steps {
-        Steps::between(self.dt, self.next)
+    pub fn steps(&self) -> StepLengths {
+        StepLengths::between(self.dt, self.next)
     }
 
     /// The law between two grains.
     #[inline]
-    pub fn law(&self, i: usize, j: usize) -> &'a Law {
+    pub fn law(&self, i: usize, j: usize) -> &'a PairLaw {
         &self.laws[self.kind[i] as usize * self.kinds + self.kind[j] as usize]
     }
 
     /// How a grain moves.
     #[inline]
-    pub fn side(&self, i: usize) -> Side<D, R> {
+    pub fn contact_body(&self, i: usize) -> ContactBody<D, R> {
         let inverse_mass = if self.held[i] { 0.0 } else { 1.0 / self.mass[i] };
-        Side { velocity: self.velocity[i], spin: self.spin[i], radius: self.radius[i], inverse_mass }
+        ContactBody { velocity: self.velocity[i], spin: self.spin[i], radius: self.radius[i], inverse_mass }
     }
 
     /// What grain `i` and image `code` of grain `j` see of each other, at a distance, and their lever arms over their radii.
     #[inline]
-    pub fn touch(
+    pub fn contact_geometry(
         &self,
         i: usize,
         j: usize,
         apart: &[f64; D],
         distance: f64,
         code: usize,
-    ) -> (Touch<D, R>, f64) {
+    ) -> (ContactGeometry<D, R>, f64) {
         let drift = (code > 0).then(|| &self.shifts[code].1);
-        Touch::between([&self.side(i), &self.side(j)], (apart, distance), drift, self.radii)
+        ContactGeometry::between(
+            [&self.contact_body(i), &self.contact_body(j)],
+            (apart, distance),
+            drift,
+            self.radii,
+        )
     }
 
     /// Forces of the pairs of some grains, of which those that can touch are `close`. What other grains get is in `shares` too.
-    fn rows(
+    fn pair_forces(
         &self,
-        (pairs, close): (Listed<'_>, &Run),
+        (pairs, close): (PairListView<'_>, &ActivePairs),
         rows: Range<usize>,
-        shares: &mut Shares<'_, D, R>,
+        shares: &mut ForceAccumulators<'_, D, R>,
         slab: usize,
     ) {
-        match self.way {
-            Way::Single => self.single(pairs, rows, shares, slab),
-            Way::Linear(false) => self.in_lanes::<false, false>((pairs, close), &rows, shares, slab),
-            Way::Linear(true) => self.in_lanes::<false, true>((pairs, close), &rows, shares, slab),
-            Way::Hertz(false) => self.in_lanes::<true, false>((pairs, close), &rows, shares, slab),
-            Way::Hertz(true) => self.in_lanes::<true, true>((pairs, close), &rows, shares, slab),
+        match self.kernel {
+            ForceKernel::Scalar => self.scalar_pair_forces(pairs, rows, shares, slab),
+            ForceKernel::SimdLinear(false) => {
+                self.simd_forces::<false, false>((pairs, close), &rows, shares, slab)
+            }
+            ForceKernel::SimdLinear(true) => {
+                self.simd_forces::<false, true>((pairs, close), &rows, shares, slab)
+            }
+            ForceKernel::SimdHertz(false) => {
+                self.simd_forces::<true, false>((pairs, close), &rows, shares, slab)
+            }
+            ForceKernel::SimdHertz(true) => {
+                self.simd_forces::<true, true>((pairs, close), &rows, shares, slab)
+            }
         }
     }
 
     /// The same, one contact after another.
-    fn single(&self, pairs: Listed<'_>, rows: Range<usize>, shares: &mut Shares<'_, D, R>, slab: usize) {
-        let (mut tally, mut virial) = shares.tallies[slab - shares.slab];
+    fn scalar_pair_forces(
+        &self,
+        pairs: PairListView<'_>,
+        rows: Range<usize>,
+        shares: &mut ForceAccumulators<'_, D, R>,
+        slab: usize,
+    ) {
+        let (mut tally, mut virial) = shares.energies[slab - shares.slab];
         let periodic = !pairs.image.is_empty();
         for i in rows {
             let ends = pairs.starts[i] as usize..pairs.starts[i + 1] as usize;
@@ -190,30 +214,31 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             for k in ends {
                 let j = pairs.other[k] as usize;
                 let code = if periodic { pairs.image[k] as usize } else { 0 };
-                let mut apart = minus(&x, &self.position[j]);
+                let mut apart = difference(&x, &self.position[j]);
                 if code > 0 {
-                    apart = minus(&apart, &self.shifts[code].0);
+                    apart = difference(&apart, &self.shifts[code].0);
                 }
                 let (square, sum) = (dot(&apart, &apart), r + self.radius[j]);
                 let slot = k - shares.pair;
-                let bonded = !shares.memory.bond.is_empty() && shares.memory.bond[slot].holds();
-                if square >= sum * sum && shares.memory.state[slot] == APART && !bonded {
+                let bonded = !shares.memory.bond.is_empty() && shares.memory.bond[slot].is_intact();
+                if square >= sum * sum && shares.memory.state[slot] == CONTACT_APART && !bonded {
                     continue;
                 }
-                let (touch, arm) = self.touch(i, j, &apart, square.sqrt(), code);
-                let Some(push) = self.push(self.law(i, j), &touch, slot, bonded, shares, &mut tally) else {
+                let (touch, arm) = self.contact_geometry(i, j, &apart, square.sqrt(), code);
+                let Some(push) = self.contact_force(self.law(i, j), &touch, slot, bonded, shares, &mut tally)
+                else {
                     continue;
                 };
-                let mut on = spread(&push.across, &touch.normal);
+                let mut on = from_tangential(&push.tangential, &touch.normal);
                 add(&mut on, push.normal, &touch.normal);
-                let twisted = times(-arm, &moment::<D, R, f64>(&touch.normal, &push.across));
+                let twisted = scaled(-arm, &moment::<D, R, f64>(&touch.normal, &push.tangential));
                 let mut levers = [twisted; 2];
                 for c in 0..R {
                     levers[0][c] += push.moment[c] * (1.0 / r);
                     levers[1][c] -= push.moment[c] * (1.0 / self.radius[j]);
                 }
-                shares.received[i - shares.first].take(&on, &levers[0]);
-                shares.received[j - shares.first].take(&on.map(|f| -f), &levers[1]);
+                shares.forces[i - shares.first].add_force(&on, &levers[0]);
+                shares.forces[j - shares.first].add_force(&on.map(|f| -f), &levers[1]);
                 for a in 0..D {
                     for b in 0..D {
                         virial[a][b] -= on[a] * apart[b];
@@ -223,123 +248,136 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
                 if code > 0 {
                     tally.boundary += dot(&on, &self.shifts[code].1) * self.dt;
                 }
-                count(&mut tally, &touch, &on, i);
+                count_contact(&mut tally, &touch, &on, i);
             }
         }
-        shares.tallies[slab - shares.slab] = (tally, virial);
+        shares.energies[slab - shares.slab] = (tally, virial);
     }
 
     /// What two grains that touch, or are bonded, do to each other; `None` where they do neither.
     #[inline]
-    fn push(
+    fn contact_force(
         &self,
-        law: &Law,
-        touch: &Touch<D, R>,
+        law: &PairLaw,
+        touch: &ContactGeometry<D, R>,
         slot: usize,
         bonded: bool,
-        shares: &mut Shares<'_, D, R>,
-        tally: &mut Tally,
-    ) -> Option<Push<R>> {
+        shares: &mut ForceAccumulators<'_, D, R>,
+        tally: &mut ContactEnergies,
+    ) -> Option<ContactForce<R>> {
         let state = shares.memory.state[slot];
         let mut memory = shares.memory.get(slot);
-        let meets = touch.overlap > 0.0 || touch.overlap > -law.bridge(state, touch.radius);
-        let mut push = Push { normal: 0.0, across: [0.0; R], moment: [0.0; R] };
+        let meets = touch.overlap > 0.0 || touch.overlap > -law.rupture_distance(state, touch.radius);
+        let mut push = ContactForce { normal: 0.0, tangential: [0.0; R], moment: [0.0; R] };
         if meets {
-            push = act(law, touch, &mut memory, &self.steps(), tally);
+            push = contact_force(law, touch, &mut memory, &self.steps(), tally);
             shares.memory.set(slot, &memory);
-        } else if state != APART {
-            end(law, touch, &mut memory, self.dt, tally);
+        } else if state != CONTACT_APART {
+            release_contact(law, touch, &mut memory, self.dt, tally);
             shares.memory.set(slot, &memory);
         }
         if bonded {
-            law.bonded(touch, &mut shares.memory.bond[slot], &mut push, self.dt, tally);
+            law.add_bond_force(touch, &mut shares.memory.bond[slot], &mut push, self.dt, tally);
         }
         (meets || bonded).then_some(push)
     }
 
     /// Slabs of one parity, those of `groups`: group `g` is slab `2 g + parity` with the one after.
-    fn colour(&self, lists: Inner<'_>, groups: Range<usize>, parity: usize, mut shares: Shares<'_, D, R>) {
+    fn coloured_slabs(
+        &self,
+        lists: SlabPairs<'_>,
+        groups: Range<usize>,
+        parity: usize,
+        mut shares: ForceAccumulators<'_, D, R>,
+    ) {
         if groups.len() > 1 {
             let middle = groups.start + groups.len() / 2;
             let slab = 2 * middle + parity;
             let grain = lists.slabs[slab] as usize;
             let (left, right) = shares.split_at(grain, lists.pairs.starts[grain] as usize, slab);
             rayon::join(
-                || self.colour(lists, groups.start..middle, parity, left),
-                || self.colour(lists, middle..groups.end, parity, right),
+                || self.coloured_slabs(lists, groups.start..middle, parity, left),
+                || self.coloured_slabs(lists, middle..groups.end, parity, right),
             );
         } else if let Some(group) = groups.into_iter().next() {
             let slab = 2 * group + parity;
             let rows = lists.slabs[slab] as usize..lists.slabs[slab + 1] as usize;
-            self.rows((lists.pairs, &lists.close[slab]), rows, &mut shares, slab);
+            self.pair_forces((lists.pairs, &lists.active_pairs[slab]), rows, &mut shares, slab);
         }
     }
 
     /// Forces of all pairs; `tallies` are one per slab and one for the seam, to which sums are added.
     pub fn contacts(
         &self,
-        lists: &mut Lists<D, R>,
-        received: &mut [Received],
-        tallies: &mut [(Tally, Virial<D>)],
+        lists: &mut VerletLists<D, R>,
+        received: &mut [ForceTorque],
+        tallies: &mut [(ContactEnergies, Virial<D>)],
     ) {
         let slabs = lists.slab_count();
-        let (pairs, mut inner) = lists.inner.apart();
-        let (seam_pairs, seam) = lists.seam.apart();
-        let close = &lists.close;
-        let lists = Inner { pairs, slabs: &lists.slabs, close: &close.slabs };
+        let (pairs, mut inner) = lists.slab_pairs.view_and_histories();
+        let (seam_pairs, seam) = lists.periodic_pairs.view_and_histories();
+        let close = &lists.active_pairs;
+        let lists = SlabPairs { pairs, slabs: &lists.slabs, active_pairs: &close.slabs };
         let (of_slabs, of_seam) = tallies.split_at_mut(slabs);
         for parity in 0..2 {
             let groups = 0..(slabs + 1 - parity) / 2;
-            let shares = Shares {
+            let shares = ForceAccumulators {
                 first: 0,
-                received: &mut *received,
+                forces: &mut *received,
                 pair: 0,
-                memory: inner.again(),
+                memory: inner.reborrow(),
                 slab: 0,
-                tallies: &mut *of_slabs,
+                energies: &mut *of_slabs,
             };
-            self.colour(lists, groups, parity, shares);
+            self.coloured_slabs(lists, groups, parity, shares);
         }
         if !seam_pairs.other.is_empty() {
-            let mut shares = Shares { first: 0, received, pair: 0, memory: seam, slab: 0, tallies: of_seam };
-            self.rows((seam_pairs, &close.seam), 0..self.position.len(), &mut shares, 0);
+            let mut shares = ForceAccumulators {
+                first: 0,
+                forces: received,
+                pair: 0,
+                memory: seam,
+                slab: 0,
+                energies: of_seam,
+            };
+            self.pair_forces((seam_pairs, &close.periodic_pairs), 0..self.position.len(), &mut shares, 0);
         }
     }
 }
 
 /// Counts a contact and its force.
 #[inline]
-pub fn count<const D: usize, const R: usize>(
-    tally: &mut Tally,
-    touch: &Touch<D, R>,
+pub fn count_contact<const D: usize, const R: usize>(
+    tally: &mut ContactEnergies,
+    touch: &ContactGeometry<D, R>,
     force: &[f64; D],
     grain: usize,
 ) {
     tally.contacts += 1;
     tally.squares += dot(force, force);
-    let ratio = touch.overlap / touch.small;
+    let ratio = touch.overlap / touch.min_radius;
     if ratio > tally.overlap {
-        (tally.overlap, tally.deepest) = (ratio, grain as u32);
+        (tally.overlap, tally.max_overlap_grain) = (ratio, grain as u32);
     }
 }
 
 /// A contact as it is after a step of `behind` (s), without going on.
-pub fn look<const D: usize, const R: usize>(
-    law: &Law,
-    touch: &Touch<D, R>,
-    mut memory: Memory<R>,
+pub fn probe_contact<const D: usize, const R: usize>(
+    law: &PairLaw,
+    touch: &ContactGeometry<D, R>,
+    mut memory: ContactHistory<R>,
     bond: Option<&crate::contact::bond::Bond<R>>,
     behind: f64,
-) -> Option<(Push<R>, Tally)> {
-    let mut tally = Tally::default();
-    let mut push = Push { normal: 0.0, across: [0.0; R], moment: [0.0; R] };
-    let meets = touch.overlap > 0.0 || touch.overlap > -law.bridge(memory.state, touch.radius);
-    let bonded = bond.is_some_and(crate::contact::bond::Bond::holds);
+) -> Option<(ContactForce<R>, ContactEnergies)> {
+    let mut tally = ContactEnergies::default();
+    let mut push = ContactForce { normal: 0.0, tangential: [0.0; R], moment: [0.0; R] };
+    let meets = touch.overlap > 0.0 || touch.overlap > -law.rupture_distance(memory.state, touch.radius);
+    let bonded = bond.is_some_and(crate::contact::bond::Bond::is_intact);
     if meets {
-        push = act(law, touch, &mut memory, &Steps::after(behind), &mut tally);
+        push = contact_force(law, touch, &mut memory, &StepLengths::after(behind), &mut tally);
     }
     if let (true, Some(bond)) = (bonded, bond) {
-        law.bonded(touch, &mut { *bond }, &mut push, 0.0, &mut tally);
+        law.add_bond_force(touch, &mut { *bond }, &mut push, 0.0, &mut tally);
     }
     (meets || bonded).then_some((push, tally))
 }

@@ -4,26 +4,26 @@ use wide::f64x4 as Lanes;
 
 use crate::config::SpringReset;
 use crate::contact::hertz::Hertz;
-use crate::contact::linear::Linear;
-use crate::contact::rolling::Resistance;
-use crate::contact::{Law, Normal, Side};
-use crate::grains::{Shown, TASK};
+use crate::contact::linear::LinearSpring;
+use crate::contact::rolling::RollingResistance;
+use crate::contact::{ContactBody, NormalForceLaw, PairLaw};
+use crate::grains::{GrainView, MIN_GRAINS_PER_TASK};
 use crate::vector::WIDTH;
 
 /// What grains show their contacts.
 #[derive(Clone, Debug, Default)]
-pub struct Records {
+pub struct GrainRecords {
     /// Place and radius. They are all that tells which grains touch, and stand close together.
     pub place: Vec<Lanes>,
     /// How each moves.
-    pub motion: Vec<Motion>,
+    pub motion: Vec<GrainMotion>,
 }
 
 /// Velocity and inverse of the mass (none of a grain that is held), and spin, in one line of the cache. In the plane the spin
 /// stands third beside the velocity.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
-pub struct Motion {
+pub struct GrainMotion {
     velocity: Lanes,
     spin: Lanes,
 }
@@ -31,15 +31,15 @@ pub struct Motion {
 /// Force that a grain receives, and moment over its radius. In the plane the latter stands third beside the force.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
-pub struct Received {
+pub struct ForceTorque {
     force: Lanes,
     lever: Lanes,
 }
 
-impl Received {
+impl ForceTorque {
     /// Adds a force, and a moment over the radius.
     #[inline]
-    pub fn take<const D: usize, const R: usize>(&mut self, force: &[f64; D], lever: &[f64; R]) {
+    pub fn add_force<const D: usize, const R: usize>(&mut self, force: &[f64; D], lever: &[f64; R]) {
         for c in 0..D {
             self.force.as_mut_array()[c] += force[c];
         }
@@ -52,7 +52,7 @@ impl Received {
 
     /// Adds what another part has received.
     #[inline]
-    pub fn join(&mut self, other: &Self) {
+    pub fn add(&mut self, other: &Self) {
         self.force += other.force;
         self.lever += other.lever;
     }
@@ -101,14 +101,14 @@ impl Received {
 }
 
 /// Forces and moments of all grains of these radii (m), column by column.
-pub fn deliver<const D: usize, const R: usize>(
-    received: &[Received],
+pub fn scatter_forces<const D: usize, const R: usize>(
+    received: &[ForceTorque],
     radius: &[f64],
     (force, torque): (&mut [[f64; D]], &mut [[f64; R]]),
 ) {
     use rayon::prelude::*;
-    let columns = force.par_chunks_mut(TASK).zip(torque.par_chunks_mut(TASK));
-    let received = received.par_chunks(TASK).zip(radius.par_chunks(TASK));
+    let columns = force.par_chunks_mut(MIN_GRAINS_PER_TASK).zip(torque.par_chunks_mut(MIN_GRAINS_PER_TASK));
+    let received = received.par_chunks(MIN_GRAINS_PER_TASK).zip(radius.par_chunks(MIN_GRAINS_PER_TASK));
     received.zip(columns).for_each(|((received, radius), (force, torque))| {
         for (((received, radius), force), torque) in received.iter().zip(radius).zip(force).zip(torque) {
             (*force, *torque) = (received.force(), received.moment(*radius));
@@ -118,48 +118,49 @@ pub fn deliver<const D: usize, const R: usize>(
 
 /// How contacts are worked on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum ForceKernel {
     /// One after another, whatever their law.
-    Single,
+    Scalar,
     /// Four side by side: springs and dashpots; whether some resist rolling or twisting.
-    Linear(bool),
+    SimdLinear(bool),
     /// Four side by side: elastic spheres; whether some resist rolling or twisting.
-    Hertz(bool),
+    SimdHertz(bool),
 }
 
-impl Way {
+impl ForceKernel {
     /// For contacts with any of these laws.
-    pub fn of<'l>(mut laws: impl Iterator<Item = &'l Law> + Clone) -> Self {
-        let plain = |law: &Law| law.attraction.is_none() && law.bond.is_none();
+    pub fn of<'l>(mut laws: impl Iterator<Item = &'l PairLaw> + Clone) -> Self {
+        let plain = |law: &PairLaw| law.attraction.is_none() && law.bond.is_none();
         let turns = laws.clone().any(|law| law.rolling.is_some() || law.twisting.is_some());
         if !laws.clone().all(plain) {
-            Self::Single
-        } else if laws.clone().all(|law| matches!(law.normal, Normal::Linear(_))) {
-            Self::Linear(turns)
-        } else if laws.all(|law| matches!(law.normal, Normal::Hertz(_))) {
-            Self::Hertz(turns)
+            Self::Scalar
+        } else if laws.clone().all(|law| matches!(law.normal, NormalForceLaw::Linear(_))) {
+            Self::SimdLinear(turns)
+        } else if laws.all(|law| matches!(law.normal, NormalForceLaw::Hertz(_))) {
+            Self::SimdHertz(turns)
         } else {
-            Self::Single
+            Self::Scalar
         }
     }
 }
 
 /// Records of all grains, which have received nothing yet.
-pub fn records<const D: usize, const R: usize>(
-    grains: Shown<'_, D, R>,
+pub fn grain_records<const D: usize, const R: usize>(
+    grains: GrainView<'_, D, R>,
     (velocity, spin): (&[[f64; D]], &[[f64; R]]),
-    (out, received): (&mut Records, &mut Vec<Received>),
+    (out, received): (&mut GrainRecords, &mut Vec<ForceTorque>),
 ) {
     use rayon::prelude::*;
-    let Shown { position, mass, radius, held, .. } = grains;
+    let GrainView { position, mass, radius, held, .. } = grains;
     out.place.resize(mass.len(), Lanes::ZERO);
-    out.motion.resize(mass.len(), Motion::default());
-    received.resize(mass.len(), Received::default());
-    let blocks = out.place.par_chunks_mut(TASK).zip(out.motion.par_chunks_mut(TASK));
-    blocks.zip(received.par_chunks_mut(TASK)).enumerate().for_each(
+    out.motion.resize(mass.len(), GrainMotion::default());
+    received.resize(mass.len(), ForceTorque::default());
+    let blocks =
+        out.place.par_chunks_mut(MIN_GRAINS_PER_TASK).zip(out.motion.par_chunks_mut(MIN_GRAINS_PER_TASK));
+    blocks.zip(received.par_chunks_mut(MIN_GRAINS_PER_TASK)).enumerate().for_each(
         |(block, ((places, motions), received))| {
-            received.fill(Received::default());
-            for (i, (place, motion)) in (block * TASK..).zip(places.iter_mut().zip(motions)) {
+            received.fill(ForceTorque::default());
+            for (i, (place, motion)) in (block * MIN_GRAINS_PER_TASK..).zip(places.iter_mut().zip(motions)) {
                 let inverse = if held[i] { 0.0 } else { 1.0 / mass[i] };
                 let (x, v, w) = (&position[i], &velocity[i], &spin[i]);
                 if D == 3 {
@@ -177,7 +178,10 @@ pub fn records<const D: usize, const R: usize>(
 
 /// How four grains of these radii move.
 #[inline(always)]
-pub fn seen<const D: usize, const R: usize>(four: [&Motion; WIDTH], radius: Lanes) -> Side<D, R, Lanes> {
+pub fn contact_bodies<const D: usize, const R: usize>(
+    four: [&GrainMotion; WIDTH],
+    radius: Lanes,
+) -> ContactBody<D, R, Lanes> {
     let motion = Lanes::transpose(four.map(|own| own.velocity));
     let spin: [Lanes; R] = if D == 3 {
         let spin = Lanes::transpose(four.map(|own| own.spin));
@@ -185,37 +189,38 @@ pub fn seen<const D: usize, const R: usize>(four: [&Motion; WIDTH], radius: Lane
     } else {
         [motion[2]; R]
     };
-    Side { velocity: std::array::from_fn(|c| motion[c]), spin, radius, inverse_mass: motion[3] }
+    ContactBody { velocity: std::array::from_fn(|c| motion[c]), spin, radius, inverse_mass: motion[3] }
 }
 
 /// The laws of four contacts.
 #[derive(Clone, Copy)]
-pub struct Laws {
-    pub linear: Linear<Lanes>,
+pub struct SimdLaws {
+    pub linear: LinearSpring<Lanes>,
     pub hertz: Hertz<Lanes>,
-    pub clamp: Lanes,
+    pub no_tension: Lanes,
     pub lag: Lanes,
     pub coefficient: Lanes,
     pub at_rest: Lanes,
     /// Where the spring is reset to the force of friction.
     pub spring: Lanes,
     /// Resistance against rolling and twisting, and where there is any.
-    pub resistance: [(Resistance<Lanes>, Lanes); 2],
+    pub resistance: [(RollingResistance<Lanes>, Lanes); 2],
 }
 
-impl Laws {
-    pub fn of(laws: [&Law; WIDTH]) -> Self {
-        let lane = |of: &dyn Fn(&Law) -> f64| Lanes::new(laws.map(of));
-        let mask = |of: &dyn Fn(&Law) -> bool| lane(&|law| f64::from(u8::from(of(law)))).simd_gt(Lanes::ZERO);
-        let linear = |of: fn(&Linear) -> f64| {
-            lane(&|law| if let Normal::Linear(linear) = &law.normal { of(linear) } else { 0.0 })
+impl SimdLaws {
+    pub fn of(laws: [&PairLaw; WIDTH]) -> Self {
+        let lane = |of: &dyn Fn(&PairLaw) -> f64| Lanes::new(laws.map(of));
+        let mask =
+            |of: &dyn Fn(&PairLaw) -> bool| lane(&|law| f64::from(u8::from(of(law)))).simd_gt(Lanes::ZERO);
+        let linear = |of: fn(&LinearSpring) -> f64| {
+            lane(&|law| if let NormalForceLaw::Linear(linear) = &law.normal { of(linear) } else { 0.0 })
         };
         let hertz = |of: fn(&Hertz) -> f64| {
-            lane(&|law| if let Normal::Hertz(hertz) = &law.normal { of(hertz) } else { 0.0 })
+            lane(&|law| if let NormalForceLaw::Hertz(hertz) = &law.normal { of(hertz) } else { 0.0 })
         };
-        let resistance = |of: fn(&Law) -> &Option<Resistance>| {
-            let part = |part: fn(&Resistance) -> f64| lane(&|law| of(law).as_ref().map_or(0.0, part));
-            let all = Resistance {
+        let resistance = |of: fn(&PairLaw) -> &Option<RollingResistance>| {
+            let part = |part: fn(&RollingResistance) -> f64| lane(&|law| of(law).as_ref().map_or(0.0, part));
+            let all = RollingResistance {
                 friction: part(|own| own.friction),
                 stiffness: part(|own| own.stiffness),
                 damping_ratio: part(|own| own.damping_ratio),
@@ -223,24 +228,24 @@ impl Laws {
             (all, mask(&|law| of(law).is_some()))
         };
         Self {
-            linear: Linear {
+            linear: LinearSpring {
                 stiffness: linear(|law| law.stiffness),
                 modulus: linear(|law| law.modulus),
                 damping_ratio: linear(|law| law.damping_ratio),
-                across: linear(|law| law.across),
-                damping_ratio_across: linear(|law| law.damping_ratio_across),
-                root_across: linear(|law| law.root_across),
+                tangential_ratio: linear(|law| law.tangential_ratio),
+                tangential_damping_ratio: linear(|law| law.tangential_damping_ratio),
+                tangential_ratio_root: linear(|law| law.tangential_ratio_root),
             },
             hertz: Hertz {
                 modulus: hertz(|law| law.modulus),
                 shear_modulus: hertz(|law| law.shear_modulus),
                 grain_shear_modulus: hertz(|law| law.grain_shear_modulus),
                 damping: hertz(|law| law.damping),
-                damping_across: hertz(|law| law.damping_across),
-                root_across: hertz(|law| law.root_across),
+                tangential_damping: hertz(|law| law.tangential_damping),
+                tangential_stiffness_root: hertz(|law| law.tangential_stiffness_root),
             },
-            clamp: mask(&|law| law.clamp),
-            lag: lane(&|law| law.lag),
+            no_tension: mask(&|law| law.no_tension),
+            lag: lane(&|law| law.velocity_lag),
             coefficient: lane(&|law| law.friction.coefficient),
             at_rest: lane(&|law| law.friction.at_rest),
             spring: mask(&|law| law.friction.reset == SpringReset::Spring),

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::disks;
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::json;
 
 use crate::common::{Scene, linear};
@@ -25,9 +25,9 @@ fn grains_that_roll_on_each_other_or_turn_together_do_not_slip() {
         contact.force[1] / contact.force[0]
     };
     // Gears.
-    near(along([0.01, 0.0], [0.0; 2], [1.0, -2.0]), 0.0, 1e-4);
+    assert_near(along([0.01, 0.0], [0.0; 2], [1.0, -2.0]), 0.0, 1e-4);
     // Rigid rotation about the contact.
-    near(along([0.01, -1.0], [0.0, 0.5], [1.0, 1.0]), 0.0, 1e-4);
+    assert_near(along([0.01, -1.0], [0.0, 0.5], [1.0, 1.0]), 0.0, 1e-4);
     assert!(along([0.01, 0.0], [0.0; 2], [1.0, 1.0]).abs() > 1e-3);
 }
 
@@ -46,7 +46,7 @@ fn a_colliding_pair_keeps_its_angular_momentum() {
         let dt = solver.limit().dt;
         solver.step(dt).unwrap();
         touched |= !solver.contacts().is_empty();
-        near(solver.totals().angular_momentum[2] / start, 1.0, 1e-12);
+        assert_near(solver.totals().angular_momentum[2] / start, 1.0, 1e-12);
     }
     assert!(touched);
 }
@@ -67,7 +67,7 @@ fn a_uniform_velocity_changes_no_force() {
     };
     let (still, moving) = (after([0.0; 2]), after([20.0, -8.0]));
     for c in 0..3 {
-        near(moving[c] - still[c], 0.0, 1e-8);
+        assert_near(moving[c] - still[c], 0.0, 1e-8);
     }
 }
 
@@ -94,7 +94,7 @@ fn a_pair_across_a_period_is_the_same_as_within() {
     let (within, across) = (after(0.0), after(5.0));
     assert!((within[0] - 1.0).abs() > 0.1);
     for c in 0..4 {
-        near(across[c], within[c], 1e-9);
+        assert_near(across[c], within[c], 1e-9);
     }
 }
 
@@ -122,7 +122,7 @@ fn work_of_a_cell_that_starts_or_turns_is_booked_with_the_velocities_it_gives() 
     let mut solver = disks(&Case::from_json(&case.to_string()).unwrap()).unwrap();
     let dt = 2e-5;
     let reading = |solver: &colluvium_dem::DemSolver<2, 1>, name: &str| {
-        solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+        solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
     };
     let mut work = 0.0;
     for stage in 0..3 {
@@ -131,7 +131,7 @@ fn work_of_a_cell_that_starts_or_turns_is_booked_with_the_velocities_it_gives() 
             solver.step(dt).unwrap();
         }
         let (came, error) = (reading(&solver, "work.boundaries"), reading(&solver, "energy_balance"));
-        near(reading(&solver, "work.stages"), 0.0, 1e-9);
+        assert_near(reading(&solver, "work.stages"), 0.0, 1e-9);
         if stage > 0 {
             assert!((came - work).abs() > 0.1, "a cell that jumps does work");
         }

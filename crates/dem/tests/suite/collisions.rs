@@ -1,14 +1,14 @@
 //! Single grains: flight, collisions, slopes, rolling (sheet: dem §5, B1 to B3, B6 to B8).
 
 use colluvium_case::Solver;
-use colluvium_case::measure::Reading;
+use colluvium_case::measure::ScalarOutput;
 use colluvium_dem::{disks, spheres};
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::json;
 
 use crate::common::{Scene, begun, floor, linear};
 
-fn reading(readings: &[Reading], name: &str) -> f64 {
+fn reading(readings: &[ScalarOutput], name: &str) -> f64 {
     readings.iter().find(|(own, ..)| own == name).unwrap().2
 }
 
@@ -24,8 +24,8 @@ fn a_disk_in_free_flight_is_exact_for_any_step() {
         time += dt;
     }
     let x = solver.snapshot().positions[0];
-    near(x[0], time, 1e-12);
-    near(x[1], 2.0 * time - 0.5 * 9.81 * time * time, 1e-12);
+    assert_near(x[0], time, 1e-12);
+    assert_near(x[1], 2.0 * time - 0.5 * 9.81 * time * time, 1e-12);
 }
 
 /// Relative speed after over before of a head-on collision of disks of these masses, with `steps` of them to `π/ω₀`.
@@ -42,7 +42,7 @@ fn restitution(pair: &serde_json::Value, masses: [f64; 2], steps: f64, phase: f6
         solver.step(dt).unwrap();
     }
     let budget = solver.totals();
-    near(budget.momentum[0], masses[0], 1e-12);
+    assert_near(budget.momentum[0], masses[0], 1e-12);
     let v = solver.snapshot().vectors("velocity").unwrap().to_vec();
     v[1][0] - v[0][0]
 }
@@ -54,15 +54,15 @@ fn restitution_is_that_of_the_damping_ratio() {
     {
         let mut pair = linear(1e6, ratio, 0.5, 0.0);
         pair["normal"]["clamp"] = json!(clamp);
-        near(restitution(&pair, [1.0, 1.0], 200.0, 0.3), exact, 5e-3);
+        assert_near(restitution(&pair, [1.0, 1.0], 200.0, 0.3), exact, 5e-3);
         let errors =
             [0.0, 0.25, 0.5, 0.75].map(|phase| (restitution(&pair, [1.0, 3.0], 1000.0, phase) - exact).abs());
-        near(errors.into_iter().fold(0.0, f64::max), 0.0, 1.5e-3);
+        assert_near(errors.into_iter().fold(0.0, f64::max), 0.0, 1.5e-3);
     }
-    near(restitution(&linear(1e6, 0.0, 0.5, 0.0), [1.0, 1.0], 200.0, 0.4), 1.0, 1e-3);
+    assert_near(restitution(&linear(1e6, 0.0, 0.5, 0.0), [1.0, 1.0], 200.0, 0.4), 1.0, 1e-3);
     // What is asked for is what comes of it.
     let pair = json!({ "normal": { "law": "linear", "stiffness": 1e6, "restitution": 0.7 } });
-    near(restitution(&pair, [1.0, 1.0], 1000.0, 0.1), 0.7, 1e-3);
+    assert_near(restitution(&pair, [1.0, 1.0], 1000.0, 0.1), 0.7, 1e-3);
 }
 
 #[test]
@@ -81,8 +81,8 @@ fn the_restitution_of_elastic_spheres_does_not_depend_on_the_speed() {
             solver.step(2e-8).unwrap();
         }
         let v = solver.snapshot().vectors("velocity").unwrap().to_vec();
-        near((v[1][0] - v[0][0]) / speed, 0.7, 5e-3);
-        near(reading(&solver.readings(), "energy_error"), 0.0, 5e-3);
+        assert_near((v[1][0] - v[0][0]) / speed, 0.7, 5e-3);
+        assert_near(reading(&solver.scalar_outputs(), "energy_error"), 0.0, 5e-3);
     }
 }
 
@@ -110,8 +110,8 @@ fn a_bouncing_disk_loses_energy_by_its_dashpot_alone() {
         }
     }
     assert!(rising);
-    near(apex - 0.5, 0.25, 0.0025);
-    near(reading(&solver.readings(), "energy_error"), 0.0, 2e-3);
+    assert_near(apex - 0.5, 0.25, 0.0025);
+    assert_near(reading(&solver.scalar_outputs(), "energy_error"), 0.0, 2e-3);
 }
 
 /// Oblique impact on a wall at unit normal speed: velocity along the wall and spin times radius after.
@@ -178,9 +178,9 @@ fn rolling_resistance_stops_a_disk_where_it_should() {
         solver.step(dt).unwrap();
     }
     let snapshot = solver.snapshot();
-    near(snapshot.positions[0][0], 1.52905, 0.0153);
-    near(snapshot.vectors("velocity").unwrap()[0][0], 0.0, 2e-3);
-    near(reading(&solver.readings(), "energy_error"), 0.0, 0.01);
+    assert_near(snapshot.positions[0][0], 1.52905, 0.0153);
+    assert_near(snapshot.vectors("velocity").unwrap()[0][0], 0.0, 2e-3);
+    assert_near(reading(&solver.scalar_outputs(), "energy_error"), 0.0, 0.01);
 }
 
 #[test]

@@ -4,13 +4,13 @@ use std::f64::consts::TAU;
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, Shaking, disks};
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
 use crate::common::{Scene, begun, linear};
 
 fn reading(solver: &DemSolver<2, 1>, name: &str) -> f64 {
-    solver.readings().iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 fn to(solver: &mut DemSolver<2, 1>, time: f64) {
@@ -58,16 +58,16 @@ fn a_force_on_a_body_moves_its_grains_alike_and_does_its_work() {
             let push = if i < 25 { [0.0; 2] } else { [3.0 / mass, 4.0 / mass] };
             for (c, gravity) in [0.5, -9.81].into_iter().enumerate() {
                 let rate = gravity + push[c];
-                near(u[i][c], 0.5 * rate * 0.01, 1e-10);
-                near(v[i][c], rate * 0.1, 1e-10);
+                assert_near(u[i][c], 0.5 * rate * 0.01, 1e-10);
+                assert_near(v[i][c], rate * 0.1, 1e-10);
             }
         }
         // To the time of the last forces, a step before.
         let then = 0.1 - solver.limit().dt;
         let way = |push: f64, gravity: f64| 0.5 * (gravity + push / mass) * then * then;
         let work = 3.0 * way(3.0, 0.5) + 4.0 * way(4.0, -9.81);
-        near(reading(&solver, "work.forces") / work, 1.0, 1e-2);
-        near(reading(&solver, "energy_error"), 0.0, 1e-9);
+        assert_near(reading(&solver, "work.forces") / work, 1.0, 1e-2);
+        assert_near(reading(&solver, "energy_error"), 0.0, 1e-9);
     }
 }
 
@@ -139,14 +139,14 @@ fn a_membrane_bears_its_pressure_across_the_line_of_its_grains() {
         let exact = [20.0 * 3.0 * side, -20.0 * 0.4 * side];
         let then = time - solver.limit().dt;
         for c in 0..2 {
-            near(momentum[c] / (exact[c] * then), 1.0, 0.05);
+            assert_near(momentum[c] / (exact[c] * then), 1.0, 0.05);
         }
         // The second grain has half of the two lines beside it, 1 m up and (0.5, 0.9) on.
         let v = solver.snapshot().vectors("velocity").unwrap()[2];
         let mass = 0.5 * 4.0 / std::f64::consts::PI;
-        near(v[0] * mass / (20.0 * 0.95 * side * time), 1.0, 1e-3);
-        near(v[1] * mass / (-20.0 * 0.25 * side * time), 1.0, 1e-3);
-        near(reading(&solver, "energy_error"), 0.0, 1e-6);
+        assert_near(v[0] * mass / (20.0 * 0.95 * side * time), 1.0, 1e-3);
+        assert_near(v[1] * mass / (-20.0 * 0.25 * side * time), 1.0, 1e-3);
+        assert_near(reading(&solver, "energy_error"), 0.0, 1e-6);
     }
 }
 
@@ -161,12 +161,12 @@ fn grains_in_a_shaken_box_see_an_acceleration_that_goes_to_and_fro() {
     to(&mut solver, 0.33);
     let rate = TAU * 5.0;
     let exact = 2.0 / rate * (0.33 - (rate * 0.33f64).sin() / rate);
-    near(solver.snapshot().vectors("displacement").unwrap()[0][0] / exact, 1.0, 1e-4);
-    near(reading(&solver, "energy_error"), 0.0, 1e-6);
+    assert_near(solver.snapshot().vectors("displacement").unwrap()[0][0] / exact, 1.0, 1e-4);
+    assert_near(reading(&solver, "energy_error"), 0.0, 1e-6);
     // From 5 to 10 Hz in 2 s: 7.5 Hz on the mean, 15 cycles, and 5 + 1.25 of them after half of the time.
     let sweep = Shaking { acceleration: vec![1.0, 0.0], frequency: 5.0, last_frequency: Some(10.0) };
-    near(sweep.factor(2.0, 2.0), 0.0, 1e-9);
-    near(sweep.factor(1.0, 2.0), (TAU * 6.25).sin(), 1e-12);
+    assert_near(sweep.factor(2.0, 2.0), 0.0, 1e-9);
+    assert_near(sweep.factor(1.0, 2.0), (TAU * 6.25).sin(), 1e-12);
 }
 
 /// A square lattice of six by six disks in a cell that is periodic both ways.
@@ -191,7 +191,7 @@ fn cells_follow_strains_and_stresses_that_go_to_and_fro() {
     };
     // The rate changes at half steps: to a step's worth of strain.
     for (share, exact) in [(0.25, -0.01), (0.5, 0.0), (0.75, 0.01), (1.0, 0.0)] {
-        near(strain(share), exact, 2e-4);
+        assert_near(strain(share), exact, 2e-4);
     }
     // Along y the lattice is springs in rows: the stress is the stiffness times the strain, here slowly.
     let cell = json!({ "xx": { "rate": 0 },
@@ -205,8 +205,8 @@ fn cells_follow_strains_and_stresses_that_go_to_and_fro() {
         let stress = reading(&solver, "cell_stress.yy");
         extremes = (extremes.0.min(stress), extremes.1.max(stress));
     }
-    near(extremes.0, -90.0, 3.0);
-    near(extremes.1, -10.0, 3.0);
+    assert_near(extremes.0, -90.0, 3.0);
+    assert_near(extremes.1, -10.0, 3.0);
     let bad = lattice(&json!({ "yy": { "cyclic-strain": { "amplitude": 0.01, "period": 0 } } }));
     assert!(refused(&bad).starts_with("methods.dem.stages.all.cell.yy: a period of 0 s"));
 }

@@ -1,6 +1,6 @@
 //! How contacts lie (sheet: dem §3.9).
 
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 
 use crate::common::{Scene, begun, linear};
 
@@ -27,15 +27,15 @@ fn solver(scene: &Scene) -> colluvium_dem::DemSolver<2, 1> {
 fn a_square_lattice_has_no_direction_of_its_tensor() {
     let fabric = solver(&lattice()).fabric().unwrap();
     assert_eq!(fabric.contacts, 60);
-    near(fabric.coordination, 120.0 / 36.0, 1e-12);
-    near(fabric.mechanical_coordination, 120.0 / 36.0, 1e-12);
-    near(fabric.rattlers, 0.0, 1e-12);
-    near(fabric.tensor[0][0], 0.5, 1e-12);
-    near(fabric.tensor[0][1], 0.0, 1e-12);
-    near(fabric.anisotropy, 0.0, 1e-12);
-    near(fabric.mean_force / (1e4 * 2e-4), 1.0, 1e-6);
-    let rose = solver(&lattice()).rose(4);
-    near(rose.iter().sum::<f64>(), 1.0, 1e-12);
+    assert_near(fabric.coordination, 120.0 / 36.0, 1e-12);
+    assert_near(fabric.mechanical_coordination, 120.0 / 36.0, 1e-12);
+    assert_near(fabric.rattlers, 0.0, 1e-12);
+    assert_near(fabric.tensor[0][0], 0.5, 1e-12);
+    assert_near(fabric.tensor[0][1], 0.0, 1e-12);
+    assert_near(fabric.anisotropy, 0.0, 1e-12);
+    assert_near(fabric.mean_force / (1e4 * 2e-4), 1.0, 1e-6);
+    let rose = solver(&lattice()).contact_rose(4);
+    assert_near(rose.iter().sum::<f64>(), 1.0, 1e-12);
 }
 
 #[test]
@@ -46,14 +46,14 @@ fn contacts_of_a_single_row_all_lie_along_it() {
     }
     let row = solver(&scene);
     let fabric = row.fabric().unwrap();
-    near(fabric.tensor[0][0], 1.0, 1e-9);
+    assert_near(fabric.tensor[0][0], 1.0, 1e-9);
     // 4 (G - 1/2) has the entries 2 and -2.
-    near(fabric.anisotropy, 8.0f64.sqrt(), 1e-6);
-    near(fabric.alignment, 1.0, 1e-9);
-    near(fabric.coordination, 14.0 / 8.0, 1e-12);
+    assert_near(fabric.anisotropy, 8.0f64.sqrt(), 1e-6);
+    assert_near(fabric.alignment, 1.0, 1e-9);
+    assert_near(fabric.coordination, 14.0 / 8.0, 1e-12);
     // Its ends are held by nothing, and without them the next ones are not either.
-    near(fabric.mechanical_coordination, 0.0, 1e-12);
-    near(fabric.rattlers, 1.0, 1e-12);
+    assert_near(fabric.mechanical_coordination, 0.0, 1e-12);
+    assert_near(fabric.rattlers, 1.0, 1e-12);
 }
 
 #[test]
@@ -61,12 +61,12 @@ fn where_no_grains_touch_there_is_no_fabric() {
     let scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5)).disk([0.0, 0.0], 0.5, [0.0; 2], 0.0);
     let alone = solver(&scene);
     assert!(alone.fabric().is_none());
-    assert_eq!(alone.rose(3), [0.0; 3]);
+    assert_eq!(alone.contact_rose(3), [0.0; 3]);
 }
 
 #[test]
 fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
-    use colluvium_case::{Case, FieldData, Solver, Support, Wanted};
+    use colluvium_case::{Case, DatasetGeometry, FieldData, FrameRequest, Solver};
     use colluvium_dem::disks;
     let mut scene = lattice();
     scene.boundaries = crate::common::floor(&serde_json::json!({ "kind": "smooth" }));
@@ -74,10 +74,10 @@ fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
     let mut case = scene.json();
     case["output"] = serde_json::json!({ "contacts": true });
     let lattice = begun(disks(&Case::from_json(&case.to_string()).unwrap()).unwrap());
-    assert!(lattice.frame(Wanted::Measured).dataset("contacts").is_none());
-    let frame = lattice.frame(Wanted::Written);
+    assert!(lattice.frame(FrameRequest::Measured).dataset("contacts").is_none());
+    let frame = lattice.frame(FrameRequest::Written);
     let lines = frame.dataset("contacts").unwrap();
-    let Support::Mesh(mesh) = &lines.support else { panic!("lines") };
+    let DatasetGeometry::Mesh(mesh) = &lines.geometry else { panic!("lines") };
     // Six touch the floor.
     assert_eq!(mesh.cells().count(), 66);
     let scalars = |name: &str| match &lines.fields.iter().find(|field| field.name == name).unwrap().data {
@@ -89,14 +89,14 @@ fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
         let [from, to] = [ends[0], ends[1]];
         let length = (0..3).map(|c| (to[c] - from[c]).powi(2)).sum::<f64>().sqrt();
         let (distance, overlap) = if wall[k] == 1.0 { (0.5, 1e-4) } else { (1.0, 2e-4) };
-        near(length, distance, 1e-6);
-        near(normal[k] / (1e4 * overlap), 1.0, 1e-6);
+        assert_near(length, distance, 1e-6);
+        assert_near(normal[k] / (1e4 * overlap), 1.0, 1e-6);
     }
-    near(wall.iter().sum::<f64>(), 6.0, 1e-12);
+    assert_near(wall.iter().sum::<f64>(), 6.0, 1e-12);
     // Every row says how contacts lie.
-    let rows = lattice.readings();
+    let rows = lattice.scalar_outputs();
     let row = |name: &str| rows.iter().find(|(own, ..)| own == name).unwrap().2;
-    near(row("fabric.xx") + row("fabric.yy"), 1.0, 1e-12);
+    assert_near(row("fabric.xx") + row("fabric.yy"), 1.0, 1e-12);
 }
 
 #[test]
@@ -119,6 +119,7 @@ fn rows_that_are_pressed_more_than_others_are_chains_of_force() {
     // All contacts of the chain are those of the row that is pressed most.
     let overlaps = contacts.iter().filter(|contact| inside(contact.grain)).map(|contact| contact.overlap);
     assert!(overlaps.clone().count() == 5 && overlaps.fold(f64::INFINITY, f64::min) > 1e-4);
-    let read = colluvium_case::Solver::readings(&rows).into_iter().find(|(name, ..)| name == "chains.grains");
-    near(read.unwrap().2, 6.0 / 16.0, 1e-12);
+    let read =
+        colluvium_case::Solver::scalar_outputs(&rows).into_iter().find(|(name, ..)| name == "chains.grains");
+    assert_near(read.unwrap().2, 6.0 / 16.0, 1e-12);
 }

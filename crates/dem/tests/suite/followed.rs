@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks};
-use colluvium_testkit::cases::alone;
+use colluvium_testkit::cases::single_threaded;
 use serde_json::{Value, json};
 
 const PRESSURE: f64 = 1e5;
@@ -79,12 +79,12 @@ fn platens(names: &[&str]) -> Value {
 }
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 /// Means of a stress over the pressure in windows of 1 % of strain of the shear, and what the run says at its end.
 fn means(value: &Value, name: &str, inertial: f64, windows: usize) -> (Vec<f64>, Vec<String>) {
-    alone();
+    single_threaded();
     let case = Case::from_json(&value.to_string()).unwrap();
     let mut solver: DemSolver<2, 1> = disks(&case).unwrap();
     let step = solver.limit().dt;
@@ -108,7 +108,7 @@ fn means(value: &Value, name: &str, inertial: f64, windows: usize) -> (Vec<f64>,
     solver.begin_stage(1, start).unwrap();
     let window = 0.01 * unit() / inertial;
     let means = (0..windows).map(|_| run(&mut solver, window)).collect();
-    (means, solver.remarks())
+    (means, solver.warnings_at_end())
 }
 
 #[test]

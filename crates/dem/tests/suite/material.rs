@@ -1,10 +1,10 @@
 //! A periodic cell of grains as a material.
 
 use colluvium_case::{Case, Solver};
-use colluvium_constitutive::driver::{ElementTest, Path, TestStage};
-use colluvium_constitutive::laws::OtherSpec;
+use colluvium_constitutive::driver::{ElementTest, LoadingPath, TestStage};
+use colluvium_constitutive::laws::ExternalSpec;
 use colluvium_constitutive::{
-    InitialCondition, Mat3, Material, MaterialSpec, Motion, SymTensor, offer_material,
+    InitialCondition, Mat3, Material, MaterialSpec, Motion, SymTensor, register_material,
 };
 use colluvium_dem::Diameters;
 use colluvium_dem::material::GranularCells;
@@ -29,8 +29,8 @@ fn disks(friction_of_preparation: f64, seed: u64) -> Value {
 }
 
 fn material(spec: &Value) -> MaterialSpec {
-    offer_material(&GranularCells);
-    MaterialSpec::Other(OtherSpec {
+    register_material(&GranularCells);
+    MaterialSpec::Other(ExternalSpec {
         density: 2000.0,
         law: spec["law"].as_str().unwrap().to_owned(),
         parameters: spec["parameters"].as_object().unwrap().clone(),
@@ -59,7 +59,7 @@ fn a_cell_starts_with_the_stress_of_its_point_and_keeps_it_without_motion() {
     }
     assert_eq!(stress[0], stress[1]);
     let before = stress.clone();
-    law.update(&[Motion::STILL; 2], &mut stress, &mut states.blocks_mut()[0]).unwrap();
+    law.update(&[Motion::AT_REST; 2], &mut stress, &mut states.blocks_mut()[0]).unwrap();
     assert_eq!(stress, before);
 }
 
@@ -132,7 +132,7 @@ fn the_friction_of_the_preparation_is_sought_for_a_porosity() {
 
 #[test]
 fn a_biaxial_test_of_a_dense_cell_has_the_friction_of_disks_and_dilates() {
-    let path = Path::BiaxialPlaneStrain { axial_compression: 0.03 };
+    let path = LoadingPath::BiaxialPlaneStrain { axial_compression: 0.03 };
     let test = ElementTest {
         title: "biaxial test of grains".to_owned(),
         material: material(&disks(0.0, 4)),
@@ -234,7 +234,7 @@ fn stages_of_the_method(case: &Value, first: usize) -> Vec<[f64; 5]> {
             solver.step(end - solver.time()).unwrap();
         }
         if number >= first {
-            let readings = solver.readings();
+            let readings = solver.scalar_outputs();
             let reading = |name: &str| readings.iter().find(|(own, ..)| own == name).unwrap().2;
             let [x, y, z] = ["xx", "yy", "zz"].map(|entry| reading(&format!("cell_stress.{entry}")));
             ends.push([x, y, z, 1.0 - reading("solid_fraction"), reading("coordination")]);

@@ -21,7 +21,7 @@ fn to(solver: &mut dyn Solver, time: f64) {
 }
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 /// A disk of mass 1 kg and radius 0.5 m at rest on a floor that runs along x at 1 m/s, with friction 0.2.

@@ -2,13 +2,13 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_dem::{Dem, DemSolver, disks, spheres};
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
 use crate::common::{Scene, begun, linear};
 
 fn reading(solver: &DemSolver<2, 1>, name: &str) -> f64 {
-    solver.readings().iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 #[test]
@@ -23,7 +23,7 @@ fn a_modulus_of_the_grains_gives_a_stiffness_that_grows_with_them() {
             Scene::new(pair.clone()).disk([0.0; 2], a, [0.0; 2], 0.0).disk([apart, 0.0], b, [0.0; 2], 0.0);
         let mut flat = flat.solver();
         flat.step(1e-9).unwrap();
-        near(flat.contacts()[0].normal / force, 1.0, 1e-6);
+        assert_near(flat.contacts()[0].normal / force, 1.0, 1e-6);
         let solid = Scene::new(pair.clone()).sphere([0.0; 3], a, [0.0; 3], [0.0; 3]).sphere(
             [apart, 0.0, 0.0],
             b,
@@ -34,7 +34,7 @@ fn a_modulus_of_the_grains_gives_a_stiffness_that_grows_with_them() {
         solid.gravity = vec![0.0; 3];
         let mut solid = begun(spheres(&solid.case()).unwrap());
         solid.step(1e-9).unwrap();
-        near(solid.contacts()[0].normal / force, 1.0, 1e-6);
+        assert_near(solid.contacts()[0].normal / force, 1.0, 1e-6);
     }
 }
 
@@ -65,8 +65,8 @@ fn local_damping_takes_its_share_of_each_component_or_of_the_force() {
         ("vector", place([0.7 * gravity[0], 0.7 * gravity[1]])),
     ] {
         let x = thrown(form, velocity, gravity, time);
-        near(x[0], exact[0], 1e-10);
-        near(x[1], exact[1], 1e-10);
+        assert_near(x[0], exact[0], 1e-10);
+        assert_near(x[1], exact[1], 1e-10);
     }
 }
 
@@ -82,11 +82,11 @@ fn the_unbalanced_force_is_that_of_grains_over_that_of_contacts() {
         solver.equilibrium().unwrap().unbalanced_force
     };
     // Only the two ends are out of balance, by the force of one contact.
-    near(row(2), 1.0, 1e-6);
-    near(row(3), (2.0f64 / 3.0).sqrt(), 1e-6);
-    near(row(8), 0.5, 1e-6);
+    assert_near(row(2), 1.0, 1e-6);
+    assert_near(row(3), (2.0f64 / 3.0).sqrt(), 1e-6);
+    assert_near(row(8), 0.5, 1e-6);
     // Nothing acts on a grain alone.
-    near(row(1), 0.0, 1e-12);
+    assert_near(row(1), 0.0, 1e-12);
 }
 
 #[test]
@@ -112,10 +112,10 @@ fn a_cohesive_contact_breaks_at_its_tension_and_takes_the_energy_of_its_spring()
     };
     let free = parted(1.4 * least);
     let v = free.snapshot().vectors("velocity").unwrap().to_vec();
-    near((v[1][0] - v[0][0]) / least, (1.4f64 * 1.4 - 1.0).sqrt(), 1e-2);
-    near(reading(&free, "dissipated.bonds") / lost, 1.0, 1e-2);
+    assert_near((v[1][0] - v[0][0]) / least, (1.4f64 * 1.4 - 1.0).sqrt(), 1e-2);
+    assert_near(reading(&free, "dissipated.bonds") / lost, 1.0, 1e-2);
     let bound = parted(0.9 * least);
-    near(reading(&bound, "dissipated.bonds"), 0.0, 1e-12);
+    assert_near(reading(&bound, "dissipated.bonds"), 0.0, 1e-12);
     let x = bound.snapshot().positions.clone();
     assert!(x[1][0] - x[0][0] < 1.0 + force / stiffness);
 }
@@ -148,9 +148,9 @@ fn a_cohesive_contact_slips_at_its_shear_strength_and_a_fragile_one_breaks_there
     // While it slips the force is that of the strength and of friction, 10 + 3 N; once it has broken only 3 N are left.
     let force =
         |fragile, cohesive| (dragged(fragile, cohesive, 6e-4) - dragged(fragile, cohesive, 1e-4)) / 5e-4;
-    near(force(false, true), 13.0, 0.1);
-    near(force(true, true), 3.0, 0.1);
-    near(force(true, false), 3.0, 0.1);
+    assert_near(force(false, true), 13.0, 0.1);
+    assert_near(force(true, true), 3.0, 0.1);
+    assert_near(force(true, false), 3.0, 0.1);
     // The fragile one has borne its strength until it broke.
     assert!(dragged(true, true, 1e-4) > dragged(true, false, 1e-4) + 1e-5);
 }

@@ -1,8 +1,8 @@
 //! Grains that rest (sheet: dem §5, B5, B9) and bonds (B15).
 
-use colluvium_case::{FieldData, Solver, Support, Wanted};
+use colluvium_case::{DatasetGeometry, FieldData, FrameRequest, Solver};
 use colluvium_dem::disks;
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::json;
 
 use crate::common::{Scene, begun, floor, linear};
@@ -25,8 +25,8 @@ fn a_static_column_has_the_overlaps_of_its_weight() {
         solver.step(dt).unwrap();
     }
     let top = solver.snapshot().positions[count as usize - 1][1];
-    near((9.5 - top) / 5.3955e-4, 1.0, 1e-6);
-    near(solver.reaction("floor").unwrap().force[1] / (-9.81 * f64::from(count)), 1.0, 1e-6);
+    assert_near((9.5 - top) / 5.3955e-4, 1.0, 1e-6);
+    assert_near(solver.reaction("floor").unwrap().force[1] / (-9.81 * f64::from(count)), 1.0, 1e-6);
 }
 
 /// Whether two disks on the floor bear a third after gravity has grown.
@@ -96,8 +96,8 @@ fn a_bonded_cantilever_bends_as_a_beam() {
     // Weight of the chain itself: a hundredth of the load at each grain.
     let own: f64 = (1..n).map(|k| beam(k, n, rotation, shear)).sum::<f64>() * load * 1e-2;
     let expected = load * beam(n, n, rotation, shear) + own;
-    near(load * beam(n, n, rotation, shear), 3.335e-4, 1e-8);
-    near(tip / -expected, 1.0, 2e-3);
+    assert_near(load * beam(n, n, rotation, shear), 3.335e-4, 1e-8);
+    assert_near(tip / -expected, 1.0, 2e-3);
 }
 
 /// Deflection of the last of `n` unit links under a unit load on link `at`.
@@ -127,9 +127,11 @@ fn a_bond_breaks_at_its_strength() {
         solver.step(dt).unwrap();
         most = solver.contacts().iter().map(|c| -c.normal).fold(most, f64::max);
     }
-    near(most, 1.0, 2e-3);
-    assert_eq!(solver.readings().iter().find(|(name, ..)| name == "broken_bonds").unwrap().2, 0.0);
-    assert!(solver.frame(Wanted::Written).datasets.iter().all(|dataset| dataset.name != "broken-bonds"));
+    assert_near(most, 1.0, 2e-3);
+    assert_eq!(solver.scalar_outputs().iter().find(|(name, ..)| name == "broken_bonds").unwrap().2, 0.0);
+    assert!(
+        solver.frame(FrameRequest::Written).datasets.iter().all(|dataset| dataset.name != "broken-bonds")
+    );
     value["bodies"][1]["velocity"]["value"] = json!([0.15, 0.0]);
     value["output"]["contacts"] = json!(true);
     let case = colluvium_case::Case::from_json(&value.to_string()).unwrap();
@@ -140,20 +142,20 @@ fn a_bond_breaks_at_its_strength() {
         most = solver.contacts().iter().map(|c| -c.normal).fold(most, f64::max);
     }
     assert!(most > 99.5 && most <= 100.0, "{most}");
-    let readings = solver.readings();
+    let readings = solver.scalar_outputs();
     assert_eq!(readings.iter().find(|(name, ..)| name == "broken_bonds").unwrap().2, 1.0);
-    near(readings.iter().find(|(name, ..)| name == "energy_error").unwrap().2, 0.0, 1e-2);
+    assert_near(readings.iter().find(|(name, ..)| name == "energy_error").unwrap().2, 0.0, 1e-2);
     // It is listed, and still is after a restart.
     let mut again = begun(disks(&case).unwrap());
     again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
     for solver in [&solver, &again] {
-        let frame = solver.frame(Wanted::Written);
+        let frame = solver.frame(FrameRequest::Written);
         let broken = frame.datasets.iter().find(|dataset| dataset.name == "broken-bonds").unwrap();
-        let Support::Points(points) = &broken.support else { panic!("{broken:?}") };
+        let DatasetGeometry::Points(points) = &broken.geometry else { panic!("{broken:?}") };
         let [time, first, second] = &broken.fields[..] else { panic!("{broken:?}") };
         let FieldData::Scalar(times) = &time.data else { panic!("{time:?}") };
         assert!(times[0] > 0.0 && times[0] <= solver.time(), "{times:?}");
-        assert_eq!((&first.data, &second.data), (&FieldData::Whole(vec![0]), &FieldData::Whole(vec![1])));
+        assert_eq!((&first.data, &second.data), (&FieldData::Integer(vec![0]), &FieldData::Integer(vec![1])));
         assert!(points.positions[0][0] > 0.0 && points.positions[0][0] < 1e-3, "{points:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks, spheres};
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
 use crate::common::{Scene, begun, linear};
@@ -29,7 +29,7 @@ fn solver(value: &Value) -> DemSolver<2, 1> {
 }
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 fn to(solver: &mut dyn Solver, time: f64) {
@@ -43,18 +43,18 @@ fn to(solver: &mut dyn Solver, time: f64) {
 fn a_platen_comes_to_rest_where_the_stack_bears_its_stress() {
     let mut solver = solver(&stack(3.2));
     to(&mut solver, 0.1);
-    near(reading(&solver, "wall.platen.position"), 3.15, 1e-3);
-    near(reading(&solver, "wall.platen.stress"), 0.0, 1e-12);
+    assert_near(reading(&solver, "wall.platen.position"), 3.15, 1e-3);
+    assert_near(reading(&solver, "wall.platen.stress"), 0.0, 1e-12);
     to(&mut solver, 3.0);
     // All of the contacts bear 1000 N.
     let overlap = 1000.0 / STIFFNESS;
-    near(reading(&solver, "wall.platen.position"), DISKS as f64 - (DISKS + 1) as f64 * overlap, 1e-7);
-    near(reading(&solver, "wall.platen.stress"), -5.0, 1e-4);
-    near(solver.reaction("platen").unwrap().force[1], 1000.0, 0.02);
-    near(solver.reaction("floor").unwrap().force[1], -1000.0, 0.02);
+    assert_near(reading(&solver, "wall.platen.position"), DISKS as f64 - (DISKS + 1) as f64 * overlap, 1e-7);
+    assert_near(reading(&solver, "wall.platen.stress"), -5.0, 1e-4);
+    assert_near(solver.reaction("platen").unwrap().force[1], 1000.0, 0.02);
+    assert_near(solver.reaction("floor").unwrap().force[1], -1000.0, 0.02);
     // Its work is what the springs hold and the dashpots have taken.
     assert!(reading(&solver, "work.boundaries") > 4.0 * 0.5 * 1000.0 * overlap);
-    near(reading(&solver, "energy_error"), 0.0, 2e-3);
+    assert_near(reading(&solver, "energy_error"), 0.0, 2e-3);
 }
 
 #[test]
@@ -67,9 +67,9 @@ fn a_platen_does_not_turn_round_each_step_where_steps_are_short_for_its_dashpots
     let mut before = reading(&solver, "wall.platen.position");
     for _ in 0..50 {
         solver.step(step).unwrap();
-        near(reading(&solver, "wall.platen.stress"), -5.0, 1e-3);
+        assert_near(reading(&solver, "wall.platen.stress"), -5.0, 1e-3);
         let after = reading(&solver, "wall.platen.position");
-        near(after - before, 0.0, 1e-3 * 0.5 * step);
+        assert_near(after - before, 0.0, 1e-3 * 0.5 * step);
         before = after;
     }
 }
@@ -207,11 +207,11 @@ fn a_plate_from_a_mesh_follows_no_stress_and_a_wall_bears_it_on_the_area_that_is
     scene.options = json!({ "stages": { "all": { "walls": { "platen": stress } } } });
     let mut solver = begun(spheres(&scene.case()).unwrap());
     to(&mut solver, 3.0);
-    near(reading(&solver, "wall.platen.stress"), -500.0, 1e-2);
-    near(solver.reaction("platen").unwrap().force[2], 4500.0, 0.1);
-    near(solver.reaction("floor").unwrap().force[2], -4500.0, 0.1);
+    assert_near(reading(&solver, "wall.platen.stress"), -500.0, 1e-2);
+    assert_near(solver.reaction("platen").unwrap().force[2], 4500.0, 0.1);
+    assert_near(solver.reaction("floor").unwrap().force[2], -4500.0, 0.1);
     // Each sphere bears a quarter between two contacts.
-    near(reading(&solver, "wall.platen.position"), 1.0 - 2.0 * 0.25 * 4500.0 / STIFFNESS, 1e-7);
+    assert_near(reading(&solver, "wall.platen.position"), 1.0 - 2.0 * 0.25 * 4500.0 / STIFFNESS, 1e-7);
 }
 
 #[test]
@@ -238,10 +238,10 @@ fn a_plate_of_bonded_disks_that_a_force_presses_bears_it_down_to_the_floor() {
     value["stages"][0]["rayleigh_damping"] = json!(20);
     let mut solver = solver(&value);
     to(&mut solver, 3.0);
-    near(solver.reaction("floor").unwrap().force[1], -3000.0, 1.0);
+    assert_near(solver.reaction("floor").unwrap().force[1], -3000.0, 1.0);
     // A third of it in each column: two contacts, of plate and floor, above one another.
     let plate: Vec<f64> = solver.snapshot().positions[3..].iter().map(|x| x[1]).collect();
     assert_eq!(plate.len(), 3);
     let mean = plate.iter().sum::<f64>() / 3.0;
-    near(mean, 1.5 - 2.0 * 1000.0 / STIFFNESS, 1e-5);
+    assert_near(mean, 1.5 - 2.0 * 1000.0 / STIFFNESS, 1e-5);
 }

@@ -51,7 +51,7 @@ fn to(solver: &mut dyn Solver, time: f64) {
 }
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 #[test]

@@ -2,13 +2,17 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, disks};
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
 use crate::common::{Scene, begun, linear};
 
 fn reading(solver: &DemSolver<2, 1>, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, _, _)| own == name).map_or(f64::NAN, |(_, _, value)| value)
+    solver
+        .scalar_outputs()
+        .into_iter()
+        .find(|(own, _, _)| own == name)
+        .map_or(f64::NAN, |(_, _, value)| value)
 }
 
 fn to(solver: &mut DemSolver<2, 1>, time: f64) {
@@ -39,7 +43,7 @@ fn a_large_region_has_the_porosity_and_the_stress_of_the_periodic_cell() {
     let mut solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
     to(&mut solver, 0.2);
     let whole = reading(&solver, "solid_fraction");
-    near((1.0 - reading(&solver, "all.porosity")) / whole, 1.0, 1e-3);
+    assert_near((1.0 - reading(&solver, "all.porosity")) / whole, 1.0, 1e-3);
     for axes in ["xx", "yy"] {
         let (own, all) = (
             reading(&solver, &format!("all.stress.{axes}")),
@@ -50,7 +54,7 @@ fn a_large_region_has_the_porosity_and_the_stress_of_the_periodic_cell() {
             "{axes}: {own} in the region, {all} in the cell"
         );
     }
-    near(reading(&solver, "all.coordination"), 4.0, 1e-12);
+    assert_near(reading(&solver, "all.coordination"), 4.0, 1e-12);
 }
 
 #[test]
@@ -58,8 +62,8 @@ fn a_region_without_grains_has_no_mean() {
     let mut value = lattice(&json!([]));
     value["methods"]["dem"]["regions"] = json!({ "gap": { "centre": [1, 1], "radius": 0.1 } });
     let solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
-    near(reading(&solver, "gap.porosity"), 1.0, 1e-12);
-    near(reading(&solver, "gap.grains"), 0.0, 1e-12);
+    assert_near(reading(&solver, "gap.porosity"), 1.0, 1e-12);
+    assert_near(reading(&solver, "gap.grains"), 0.0, 1e-12);
     assert!(reading(&solver, "gap.coordination").is_nan());
     value["methods"]["dem"]["regions"]["gap"]["radius"] = json!(0);
     let error = disks(&Case::from_json(&value.to_string()).unwrap()).err().unwrap().to_string();
@@ -88,7 +92,7 @@ fn grains_vanish_from_a_pit_once_its_stage_begins() {
     solver.begin_stage(1, 0.01).unwrap();
     to(&mut solver, 0.011);
     assert_eq!(solver.points(), 30);
-    near(solver.totals().mass / before, 30.0 / 36.0, 1e-12);
+    assert_near(solver.totals().mass / before, 30.0 / 36.0, 1e-12);
     let snapshot = solver.snapshot();
     assert!(snapshot.positions.iter().all(|x| !(2.0..4.0).contains(&x[0]) || x[1] < 3.0));
 }

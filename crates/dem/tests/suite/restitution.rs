@@ -2,7 +2,7 @@
 
 use colluvium_case::Solver;
 use colluvium_dem::{DemSolver, spheres};
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
 use crate::common::{Scene, begun};
@@ -128,7 +128,7 @@ fn restitution_is_what_was_asked_for_with_velocities_carried_on() {
         for value in [0.8, 0.3] {
             let found =
                 restitution(&asked(law, value, true), Meets::Sphere(RADIUS), 1.37e-4, ("predicted", &[1.0]));
-            near(found, value, 5e-3 / value);
+            assert_near(found, value, 5e-3 / value);
         }
     }
 }
@@ -152,7 +152,7 @@ fn springs_and_dashpots_across_elastic_spheres_are_those_of_the_case() {
     };
     let mindlin = slid(json!({}));
     // Equal spheres: 4 G*/E* = 2 (1 - ν) / (2 - ν).
-    near(slid(json!({ "stiffness_ratio": 2.0 * 0.6 / 1.6 })), mindlin, 1e-9);
+    assert_near(slid(json!({ "stiffness_ratio": 2.0 * 0.6 / 1.6 })), mindlin, 1e-9);
     assert!(slid(json!({ "stiffness_ratio": 0.2 })) > mindlin + 1e-6);
     assert!(slid(json!({ "damping_ratio": 0.5 })) < mindlin - 1e-6);
 }

@@ -2,7 +2,7 @@
 
 use colluvium_case::Solver;
 use colluvium_dem::disks;
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::json;
 
 use crate::common::{Scene, begun, floor, linear};
@@ -17,11 +17,11 @@ fn the_step_is_a_share_of_the_period_of_the_stiffest_contact() {
         0.0,
     );
     let period = std::f64::consts::PI / 2e6f64.sqrt();
-    near(scene.solver().limit().dt / (period / 30.0), 1.0, 1e-12);
+    assert_near(scene.solver().limit().dt / (period / 30.0), 1.0, 1e-12);
     let mut value = scene.json();
     value["methods"]["dem"]["step_fraction"] = json!(0.01);
     let case = colluvium_case::Case::from_json(&value.to_string()).unwrap();
-    near(begun(disks(&case).unwrap()).limit().dt / (period * 0.01), 1.0, 1e-12);
+    assert_near(begun(disks(&case).unwrap()).limit().dt / (period * 0.01), 1.0, 1e-12);
     // Beyond 0.4 / ω₀ a fixed step is refused, and just below it is taken.
     for (factor, taken) in [(0.401, false), (0.399, true)] {
         value["methods"]["dem"]["time_step"] = json!(factor / 2e6f64.sqrt());
@@ -59,9 +59,9 @@ fn a_bonded_row_slides_down_a_slope_with_coulomb_friction() {
         if friction < slope.tan() {
             let exact = 0.5 * g * (slope.sin() - friction * slope.cos()) * time * time;
             // Springs across take a little of it until the block slips.
-            near(moved / exact, 1.0, 5e-3);
+            assert_near(moved / exact, 1.0, 5e-3);
         } else {
-            near(moved, 0.0, 1e-5);
+            assert_near(moved, 0.0, 1e-5);
         }
     }
 }
@@ -80,14 +80,14 @@ fn a_hexagonal_packing_is_even_in_bands_of_whole_rows() {
     let solver = scene.solver();
     // From the middle of the second row to that of the last but one.
     let ends = [row, 21.0 * row];
-    let even = solver.homogeneity([-5.0, 5.0], ends, 10).unwrap();
+    let even = solver.void_ratio_bands([-5.0, 5.0], ends, 10).unwrap();
     let void_ratio = (1.0 - 0.906_899_682_117_109) / 0.906_899_682_117_109;
-    near(even.void_ratio, void_ratio, 1e-9);
-    near(even.variance, 0.0, 1e-20);
+    assert_near(even.void_ratio, void_ratio, 1e-9);
+    assert_near(even.variance, 0.0, 1e-20);
     // Bands of 5/4 rows meet more or fewer rows.
-    let uneven = solver.homogeneity([-5.0, 5.0], ends, 16).unwrap();
-    near(uneven.void_ratio, void_ratio, 1e-9);
+    let uneven = solver.void_ratio_bands([-5.0, 5.0], ends, 16).unwrap();
+    assert_near(uneven.void_ratio, void_ratio, 1e-9);
     assert!(uneven.variance > 1e-5, "{}", uneven.variance);
-    assert!(solver.homogeneity([0.0, 0.0], ends, 10).is_none());
-    assert!(solver.homogeneity([-5.0, 5.0], [50.0, 60.0], 10).is_none());
+    assert!(solver.void_ratio_bands([0.0, 0.0], ends, 10).is_none());
+    assert!(solver.void_ratio_bands([-5.0, 5.0], [50.0, 60.0], 10).is_none());
 }

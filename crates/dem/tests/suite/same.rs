@@ -2,11 +2,11 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{Dem, disks, spheres};
-use colluvium_testkit::{cases, near};
+use colluvium_testkit::{assert_near, cases};
 use serde_json::{Value, json};
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 /// A heap of polydisperse grains that falls on a floor.
@@ -49,7 +49,7 @@ pub fn heap(dimension: usize) -> Value {
 }
 
 fn begin(value: &Value) -> Box<dyn Solver> {
-    cases::begin(&Dem, &Case::from_json(&value.to_string()).unwrap())
+    cases::start_solver(&Dem, &Case::from_json(&value.to_string()).unwrap())
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn threads_change_no_bit() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let mut solver = begin(&value);
-                cases::advance(&mut *solver, 500);
+                cases::advance_steps(&mut *solver, 500);
                 solver.snapshot().hash()
             })
         });
@@ -73,13 +73,13 @@ fn a_restart_goes_on_bit_for_bit() {
     for dimension in [2, 3] {
         let value = heap(dimension);
         let mut solver = begin(&value);
-        cases::advance(&mut *solver, 300);
+        cases::advance_steps(&mut *solver, 300);
         let saved = solver.saved().unwrap();
-        cases::advance(&mut *solver, 300);
+        cases::advance_steps(&mut *solver, 300);
         let mut again = begin(&value);
         again.restore(&mut &saved[..]).unwrap();
         again.begin_stage(0, 0.0).unwrap();
-        cases::advance(&mut *again, 300);
+        cases::advance_steps(&mut *again, 300);
         assert_eq!(solver.snapshot().hash(), again.snapshot().hash());
         assert_eq!(solver.saved().unwrap(), again.saved().unwrap());
         assert!(again.restore(&mut &saved[..saved.len() / 2]).is_err());
@@ -91,11 +91,11 @@ fn energy_is_accounted_for_in_a_heap_that_falls() {
     for dimension in [2, 3] {
         let mut solver = begin(&heap(dimension));
         while solver.time() < 0.25 {
-            cases::advance(&mut *solver, 1);
+            cases::advance_steps(&mut *solver, 1);
         }
         assert!(reading(&*solver, "contacts") > 100.0);
         assert!(reading(&*solver, "dissipated.friction") > 0.0);
-        near(reading(&*solver, "energy_error"), 0.0, 0.01);
+        assert_near(reading(&*solver, "energy_error"), 0.0, 0.01);
     }
 }
 
@@ -115,11 +115,11 @@ fn energy_is_accounted_for_where_contacts_slip_that_have_dashpots_across() {
             case["methods"]["dem"]["step_fraction"] = json!(0.01);
             let mut solver = begin(&case);
             while solver.time() < 0.25 {
-                cases::advance(&mut *solver, 1);
+                cases::advance_steps(&mut *solver, 1);
             }
             assert!(reading(&*solver, "dissipated.friction") > 0.0);
             assert!(reading(&*solver, "dissipated.rolling") > 0.0);
-            near(reading(&*solver, "energy_error"), 0.0, 0.005);
+            assert_near(reading(&*solver, "energy_error"), 0.0, 0.005);
         }
     }
 }
@@ -175,7 +175,7 @@ fn lists_find_the_forces_that_all_pairs_give() {
     for (a, b) in thin.positions.iter().zip(&thick.positions) {
         for c in 0..2 {
             let apart = a[c] - b[c];
-            near(apart - 20.0 * (apart / 20.0).round(), 0.0, 1e-9);
+            assert_near(apart - 20.0 * (apart / 20.0).round(), 0.0, 1e-9);
         }
     }
 }
@@ -208,11 +208,11 @@ fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
             let case = Case::from_json(&case.to_string()).unwrap();
             let (mut fast, mut single): (Box<dyn Solver>, Box<dyn Solver>) = if dimension == 2 {
                 let mut single = disks(&case).unwrap();
-                single.take_contacts_one_by_one();
+                single.use_scalar_contacts();
                 (Box::new(disks(&case).unwrap()), Box::new(single))
             } else {
                 let mut single = spheres(&case).unwrap();
-                single.take_contacts_one_by_one();
+                single.use_scalar_contacts();
                 (Box::new(spheres(&case).unwrap()), Box::new(single))
             };
             fast.begin_stage(0, 0.0).unwrap();
@@ -227,7 +227,7 @@ fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
             assert_eq!(one.field("velocity"), two.field("velocity"));
             assert_eq!(one.field("spin"), two.field("spin"));
             assert!(reading(&*fast, "sliding_contacts") > 3.0);
-            for (own, other) in fast.readings().into_iter().zip(single.readings()) {
+            for (own, other) in fast.scalar_outputs().into_iter().zip(single.scalar_outputs()) {
                 // Sums in another order.
                 let size = own.2.abs().max(1e-6 * reading(&*fast, "work.gravity").abs());
                 assert!((own.2 - other.2).abs() <= 1e-9 * size || own.2.is_nan(), "{own:?} {other:?}");
@@ -249,18 +249,18 @@ fn grains_of_very_different_sizes_are_found_alike_by_classes_and_by_cells_of_one
                 let mut solver: Box<dyn Solver> = if dimension == 2 {
                     let mut solver = disks(&case).unwrap();
                     if one_width {
-                        solver.search_in_cells_of_one_width();
+                        solver.use_uniform_cells();
                     }
                     Box::new(solver)
                 } else {
                     let mut solver = spheres(&case).unwrap();
                     if one_width {
-                        solver.search_in_cells_of_one_width();
+                        solver.use_uniform_cells();
                     }
                     Box::new(solver)
                 };
                 solver.begin_stage(0, 0.0).unwrap();
-                cases::advance(&mut *solver, 400);
+                cases::advance_steps(&mut *solver, 400);
                 solver.snapshot().hash()
             })
         };

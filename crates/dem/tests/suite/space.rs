@@ -4,13 +4,13 @@ use std::f64::consts::FRAC_PI_6;
 
 use colluvium_case::{Case, Solver};
 use colluvium_dem::{DemSolver, spheres};
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
 use crate::common::{Scene, begun, linear};
 
 fn reading(solver: &DemSolver<3, 3>, name: &str) -> f64 {
-    solver.readings().iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 fn to(solver: &mut DemSolver<3, 3>, time: f64) {
@@ -68,16 +68,16 @@ fn a_sheet_bears_its_pressure_across_the_surface_of_its_rim() {
         let then = time - solver.limit().dt;
         let momentum = solver.totals().momentum;
         for (momentum, area) in momentum.into_iter().zip([0.0, -3.0, 6.0]) {
-            near(momentum / (20.0 * then), area * side, 0.05 * 6.0);
+            assert_near(momentum / (20.0 * then), area * side, 0.05 * 6.0);
         }
         // A grain at a corner has a quarter of one flat piece, (1, 0, 0) × (0, 1, 1/2), bent up by the bulge at its far corner:
         // half of (1, 1, 0.5 + 0.4) × (-1, 1, 0.5).
         let v = solver.snapshot().vectors("velocity").unwrap()[1];
         let mass = 0.1 * 4.0 / std::f64::consts::PI;
         for (v, area) in v.into_iter().zip([0.5 * (0.5 - 0.9), 0.5 * (-0.9 - 0.5), 0.5 * (1.0 + 1.0)]) {
-            near(v * mass / (20.0 * time), 0.25 * area * side, 1e-3);
+            assert_near(v * mass / (20.0 * time), 0.25 * area * side, 1e-3);
         }
-        near(reading(&solver, "energy_error"), 0.0, 1e-6);
+        assert_near(reading(&solver, "energy_error"), 0.0, 1e-6);
     }
 }
 
@@ -97,7 +97,7 @@ fn a_sleeve_is_pressed_inwards_with_no_force_as_a_whole() {
     to(&mut solver, time);
     let mass = 0.1 * 4.0 / std::f64::consts::PI;
     for c in 0..3 {
-        near(solver.totals().momentum[c], 0.0, 1e-12);
+        assert_near(solver.totals().momentum[c], 0.0, 1e-12);
     }
     let v = solver.snapshot().vectors("velocity").unwrap().to_vec();
     for k in 0..6usize {
@@ -105,9 +105,9 @@ fn a_sleeve_is_pressed_inwards_with_no_force_as_a_whole() {
         let exact = -50.0 * 0.7 * FRAC_PI_6.cos() * time / mass;
         let (sin, cos) = (2.0 * FRAC_PI_6 * k as f64).sin_cos();
         let own = v[1 + 6 + k];
-        near((own[0] * cos + own[1] * sin) / exact, 1.0, 1e-3);
-        near((own[1] * cos - own[0] * sin) / exact, 0.0, 1e-3);
-        near(own[2] / exact, 0.0, 1e-9);
+        assert_near((own[0] * cos + own[1] * sin) / exact, 1.0, 1e-3);
+        assert_near((own[1] * cos - own[0] * sin) / exact, 0.0, 1e-3);
+        assert_near(own[2] / exact, 0.0, 1e-9);
     }
 }
 
@@ -130,8 +130,8 @@ fn a_platen_on_a_sleeve_bears_its_stress_on_what_the_rings_enclose() {
     let mut solver = sheet_between(&places, [0.0, 0.0, 0.75], &membrane, &pressed, &walls).unwrap();
     to(&mut solver, 3.0);
     let area = 0.5 * 1.5 * 3f64.sqrt() * (0.8 * 0.8 + 1.45 * 1.45);
-    near(reading(&solver, "wall.top.stress"), -100.0, 0.2);
-    near(solver.reaction("top").unwrap().force[2], 100.0 * area, 0.2 * area);
+    assert_near(reading(&solver, "wall.top.stress"), -100.0, 0.2);
+    assert_near(solver.reaction("top").unwrap().force[2], 100.0 * area, 0.2 * area);
 }
 
 /// A ball in a sleeve of rings of eight, and what the sleeve is made of.
@@ -170,14 +170,14 @@ fn rings_of_a_sleeve_lie_on_the_inner_side_of_its_tube_as_far_apart_as_their_gra
     // Sides of an octagon of radius 1 m are 0.765 m long: three rings within 2 m.
     assert_eq!(own.len(), 24);
     for (k, x) in own.iter().enumerate() {
-        near(x[0].hypot(x[1]), 1.0, 1e-12);
-        near(x[2], 2.0 / 3.0 * ((k / 8) as f64 + 0.5), 1e-12);
+        assert_near(x[0].hypot(x[1]), 1.0, 1e-12);
+        assert_near(x[2], 2.0 / 3.0 * ((k / 8) as f64 + 0.5), 1e-12);
         let next = own[k / 8 * 8 + (k + 1) % 8];
-        near((x[0] - next[0]).hypot(x[1] - next[1]), 2.0 * (std::f64::consts::PI / 8.0).sin(), 1e-12);
+        assert_near((x[0] - next[0]).hypot(x[1] - next[1]), 2.0 * (std::f64::consts::PI / 8.0).sin(), 1e-12);
     }
     // The octagon, and the prism of it between the platens.
-    near(reading(&solver, "membrane.sleeve.area"), 8f64.sqrt(), 1e-12);
-    near(reading(&solver, "membrane.sleeve.volume"), 2.0 * 8f64.sqrt(), 1e-12);
+    assert_near(reading(&solver, "membrane.sleeve.area"), 8f64.sqrt(), 1e-12);
+    assert_near(reading(&solver, "membrane.sleeve.volume"), 2.0 * 8f64.sqrt(), 1e-12);
 }
 
 #[test]
@@ -271,13 +271,13 @@ fn an_undrained_path_in_space_keeps_the_volume_and_loads_the_columns_of_a_lattic
     to(&mut solver, 20.0);
     let sides = ["x", "y", "z"].map(|axis| reading(&solver, &format!("cell.{axis}")));
     // To the square of the strain in a step, over all steps.
-    near(sides.iter().product::<f64>() / 64.0, 1.0, 1e-8);
+    assert_near(sides.iter().product::<f64>() / 64.0, 1.0, 1e-8);
     let length = (-20.0 * rate).exp();
-    near(sides[2] / 4.0 / length, 1.0, 1e-6);
+    assert_near(sides[2] / 4.0 / length, 1.0, 1e-6);
     // A contact a column: force times branch over the volume of a grain's cube, which is one. Grains along x and y have parted.
-    near(reading(&solver, "cell_stress.zz") / (-1e4 * (1.0 - length) * length), 1.0, 2e-3);
+    assert_near(reading(&solver, "cell_stress.zz") / (-1e4 * (1.0 - length) * length), 1.0, 2e-3);
     for entry in ["xx", "yy"] {
-        near(reading(&solver, &format!("cell_stress.{entry}")), 0.0, 0.1);
+        assert_near(reading(&solver, &format!("cell_stress.{entry}")), 0.0, 0.1);
     }
 }
 
@@ -294,6 +294,6 @@ fn a_cell_in_space_follows_a_stress_that_goes_to_and_fro() {
         let stress = reading(&solver, "cell_stress.zz");
         extremes = (extremes.0.min(stress), extremes.1.max(stress));
     }
-    near(extremes.0, -90.0, 3.0);
-    near(extremes.1, -10.0, 3.0);
+    assert_near(extremes.0, -90.0, 3.0);
+    assert_near(extremes.1, -10.0, 3.0);
 }

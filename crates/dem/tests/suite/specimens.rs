@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, RunOptions, Solver, run_method};
 use colluvium_dem::{Dem, Specimen, disks};
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
 use serde_json::{Value, json};
 
 use crate::common::{Scene, linear};
@@ -40,12 +40,12 @@ fn layers_have_the_porosity_that_was_asked_for_and_are_even() {
     let layers = |first: f64| json!({ "kind": "layers", "solid_fraction": 0.78, "layers": 5, "first_solid_fraction": first });
     let value = filled(&layers(0.7));
     let specimen = only(&value);
-    near(specimen.porosity, 0.22, 1e-9);
-    assert_eq!(specimen.asked, Some(1.0 - 0.78));
+    assert_near(specimen.porosity, 0.22, 1e-9);
+    assert_eq!(specimen.requested_porosity, Some(1.0 - 0.78));
     assert!(specimen.coordination > 0.5 && specimen.coordination < 4.5, "{specimen}");
     let solver = disks(&case(&value)).unwrap();
     // Sheet: dem §3.8: even below 0.05.
-    let even = solver.homogeneity([0.0, 1.0], [0.03, 0.57], 9).unwrap();
+    let even = solver.void_ratio_bands([0.0, 1.0], [0.03, 0.57], 9).unwrap();
     assert!(even.variance < 0.05, "{even:?}");
     let again = disks(&case(&value)).unwrap();
     assert_eq!(solver.snapshot().hash(), again.snapshot().hash());
@@ -78,7 +78,7 @@ fn dropped_grains_rest_on_two_others_each_and_fill_the_shape() {
     let specimen = only(&value);
     // Two supports each, of which some are the sides and the floor.
     assert!(specimen.coordination > 3.3 && specimen.coordination <= 4.0, "{specimen}");
-    assert!((0.17..0.28).contains(&specimen.porosity) && specimen.asked.is_none(), "{specimen}");
+    assert!((0.17..0.28).contains(&specimen.porosity) && specimen.requested_porosity.is_none(), "{specimen}");
     // Cut to another shape the grains are those in it.
     value["bodies"][0]["shape"] = json!({ "kind": "ball", "centre": [0.5, 0.5], "radius": 0.3 });
     let cut = disks(&case(&value)).unwrap();
@@ -139,7 +139,7 @@ fn dropped_spheres_rest_on_three_others_each() {
     let specimen = &solver.specimens()[0];
     // Three supports each, of which some are the sides and the floor; 0.582 without sides (Visscher and Bolsterli 1972).
     assert!(specimen.coordination > 4.0 && specimen.coordination <= 6.0, "{specimen}");
-    assert!((0.42..0.56).contains(&specimen.porosity) && specimen.asked.is_none(), "{specimen}");
+    assert!((0.42..0.56).contains(&specimen.porosity) && specimen.requested_porosity.is_none(), "{specimen}");
     value["methods"]["dem"]["grains"]["grain"]["diameter"] = sizes(0.14);
     let error = colluvium_dem::spheres(&case(&value)).err().unwrap().to_string();
     assert!(error.starts_with("bodies[0].shape: is 0.8 m wide along axis 0, less than six"), "{error}");
@@ -152,7 +152,7 @@ fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
     assert!(!plan.warnings.iter().any(|said| said.contains("asked for")), "{:?}", plan.warnings);
     let options = RunOptions { method: "dem".into(), ..RunOptions::default() };
     let report = run_method(&Dem, &case(&value), &options).unwrap();
-    let said = report.facts.iter().find(|said| said.contains("porosity")).unwrap();
+    let said = report.notes.iter().find(|said| said.contains("porosity")).unwrap();
     assert!(
         said.starts_with("at the start, body \"sand\": ")
             && said.contains("porosity 0.3000 (0.3000 asked for), "),
@@ -171,7 +171,7 @@ fn the_mass_of_a_plan_is_that_of_the_grains_and_voids_between_them_are_no_fault(
     let case = case(&filled(&json!({ "kind": "random", "solid_fraction": 0.7 })));
     let plan = Dem.plan(&case).unwrap();
     // The material has a density of 1 kg/m³, the grains 2500 kg/m³ on 0.7 of 0.6 m².
-    near(plan.masses(&case)[0], 2500.0 * 0.7 * 0.6, 1e-9);
+    assert_near(plan.masses(&case)[0], 2500.0 * 0.7 * 0.6, 1e-9);
     let warnings = plan.all_warnings(&case);
     assert!(!warnings.iter().any(|said| said.contains("% of its volume")), "{warnings:?}");
 }

@@ -73,7 +73,7 @@ fn same_grains(a: &dyn Solver, b: &dyn Solver, slack: f64) {
 }
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 /// Runs a case, writes its specimen after `first` steps, and goes on from it beside the run that goes on by itself.
@@ -84,7 +84,7 @@ fn goes_on<const D: usize, const R: usize>(
 ) {
     let folder = tempfile::tempdir().unwrap();
     let mut whole = begun(solver(&read(value)).unwrap());
-    cases::advance(&mut whole, first);
+    cases::advance_steps(&mut whole, first);
     let file = kept(&folder, &whole.specimen().unwrap());
     let mut again = begun(solver(&read(&from(value, &file))).unwrap());
     // Grains that have left a cell are back in it, as an image that moves as fast as the cell makes it.
@@ -95,7 +95,7 @@ fn goes_on<const D: usize, const R: usize>(
         same_grains(&whole, &again, 1e-12);
     }
     for solver in [&mut whole, &mut again] {
-        cases::advance(solver, 1);
+        cases::advance_steps(solver, 1);
     }
     let of_cell = ["cell_stress.xx", "cell_stress.xy", "cell_stress.yy", "cell.x"];
     let always = ["coordination", "sliding_contacts"];
@@ -108,7 +108,7 @@ fn goes_on<const D: usize, const R: usize>(
         assert!((kinetic[0] - kinetic[1]).abs() <= 1e-11 * kinetic[0], "{kinetic:?}");
     }
     for solver in [&mut whole, &mut again] {
-        cases::advance(solver, 60);
+        cases::advance_steps(solver, 60);
     }
     // Round-off grows where grains collide. In a cell that deforms by a share `L Δt` in a step an image moves as its grain to the
     // order of its square, so that it counts when grains are brought back into the cell.
@@ -155,7 +155,7 @@ fn told(value: &Value, text: &str) -> Result<Vec<String>, String> {
 fn what_a_file_or_a_case_lacks_is_named() {
     let value = cell();
     let mut solver = begun(disks(&read(&value)).unwrap());
-    cases::advance(&mut solver, 500);
+    cases::advance_steps(&mut solver, 500);
     let text = solver.specimen().unwrap();
     let notes = told(&value, &text).unwrap();
     assert!(notes.iter().any(|note| note.contains("takes the place of the domain")), "{notes:?}");
@@ -209,7 +209,7 @@ fn what_a_file_or_a_case_lacks_is_named() {
 fn a_wall_that_is_gone_lets_its_contacts_go_and_says_so() {
     let mut value = heap(2);
     let mut solver = begun(disks(&read(&value)).unwrap());
-    cases::advance(&mut solver, 1500);
+    cases::advance_steps(&mut solver, 1500);
     let text = solver.specimen().unwrap();
     assert!(!told(&value, &text).unwrap().iter().any(|note| note.contains("are gone")));
     value["boundaries"].as_array_mut().unwrap().remove(0);

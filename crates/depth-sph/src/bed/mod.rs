@@ -8,9 +8,9 @@ mod worn;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::nodes::{Plan, dot};
-pub use sampled::Sampled;
-pub use worn::{Wear, Worn};
+use crate::nodes::{PlanVector, dot};
+pub use sampled::TerrainBed;
+pub use worn::{ErodibleBed, ErosionState};
 
 /// The bed at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,9 +18,9 @@ pub struct BedPoint<const D: usize> {
     /// Level `Z` (m).
     pub level: f64,
     /// Slope `∇Z`.
-    pub slope: Plan<D>,
+    pub slope: PlanVector<D>,
     /// Second derivatives of `Z` (1/m).
-    pub curvature: [Plan<D>; D],
+    pub curvature: [PlanVector<D>; D],
 }
 
 impl<const D: usize> BedPoint<D> {
@@ -37,7 +37,7 @@ impl<const D: usize> BedPoint<D> {
 
     /// The bed in a mirror: -1 along mirrored axes, 1 elsewhere.
     #[inline]
-    pub fn mirrored(&self, signs: &Plan<D>) -> Self {
+    pub fn mirrored(&self, signs: &PlanVector<D>) -> Self {
         let mut point = *self;
         for c in 0..D {
             point.slope[c] *= signs[c];
@@ -48,25 +48,25 @@ impl<const D: usize> BedPoint<D> {
 
     /// `vᵀ H v` (m/s²): the vertical acceleration that the bed asks of what moves along it.
     #[inline]
-    pub fn turning(&self, velocity: &Plan<D>) -> f64 {
+    pub fn curvature_acceleration(&self, velocity: &PlanVector<D>) -> f64 {
         (0..D).map(|c| velocity[c] * dot(&self.curvature[c], velocity)).sum()
     }
 
     /// Speed along the bed of a velocity in plan (m/s).
     #[inline]
-    pub fn speed(&self, velocity: &Plan<D>) -> f64 {
+    pub fn speed(&self, velocity: &PlanVector<D>) -> f64 {
         let rise = dot(velocity, &self.slope);
         (dot(velocity, velocity) + rise * rise).sqrt()
     }
 }
 
 /// A surface that can be asked at any place in plan; `None` where it ends.
-pub trait Surface<const D: usize>: Send + Sync {
+pub trait BedSurface<const D: usize>: Send + Sync {
     /// The bed at `x` (m).
-    fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>>;
+    fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>>;
 
     /// Whether there is a bed at `x` (m).
-    fn holds(&self, x: &Plan<D>) -> bool {
+    fn is_defined(&self, x: &PlanVector<D>) -> bool {
         self.at(x).is_some()
     }
 
@@ -77,8 +77,8 @@ pub trait Surface<const D: usize>: Send + Sync {
     }
 }
 
-impl<const D: usize, F: Fn(&Plan<D>) -> BedPoint<D> + Send + Sync> Surface<D> for F {
-    fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>> {
+impl<const D: usize, F: Fn(&PlanVector<D>) -> BedPoint<D> + Send + Sync> BedSurface<D> for F {
+    fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         Some(self(x))
     }
 }
@@ -89,9 +89,9 @@ pub enum Bed<const D: usize> {
     /// A horizontal plane, or the plane of a frame that is tilted with it, at this level (m).
     Flat(f64),
     /// Any other.
-    Surface(Arc<dyn Surface<D>>),
+    Surface(Arc<dyn BedSurface<D>>),
     /// Terrain whose erosion is accounted for.
-    Worn(Box<Worn>),
+    Erodible(Box<ErodibleBed>),
 }
 
 impl<const D: usize> fmt::Debug for Bed<D> {
@@ -99,34 +99,34 @@ impl<const D: usize> fmt::Debug for Bed<D> {
         match self {
             Self::Flat(level) => write!(f, "Flat({level})"),
             Self::Surface(_) => f.write_str("Surface"),
-            Self::Worn(_) => f.write_str("Worn"),
+            Self::Erodible(_) => f.write_str("Worn"),
         }
     }
 }
 
 impl<const D: usize> Bed<D> {
     /// A bed from a formula.
-    pub fn formula(formula: impl Fn(&Plan<D>) -> BedPoint<D> + Send + Sync + 'static) -> Self {
+    pub fn formula(formula: impl Fn(&PlanVector<D>) -> BedPoint<D> + Send + Sync + 'static) -> Self {
         Self::Surface(Arc::new(formula))
     }
 
     /// The bed at `x`; `None` beyond its end.
     #[inline]
-    pub fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>> {
+    pub fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         match self {
             Self::Flat(level) => Some(BedPoint::flat(*level)),
             Self::Surface(surface) => surface.at(x),
-            Self::Worn(worn) => worn.at(x),
+            Self::Erodible(worn) => worn.at(x),
         }
     }
 
     /// Whether there is a bed at `x`.
     #[inline]
-    pub fn holds(&self, x: &Plan<D>) -> bool {
+    pub fn is_defined(&self, x: &PlanVector<D>) -> bool {
         match self {
             Self::Flat(_) => true,
-            Self::Surface(surface) => surface.holds(x),
-            Self::Worn(worn) => worn.holds(x),
+            Self::Surface(surface) => surface.is_defined(x),
+            Self::Erodible(worn) => worn.is_defined(x),
         }
     }
 
@@ -135,7 +135,7 @@ impl<const D: usize> Bed<D> {
         match self {
             Self::Flat(_) => None,
             Self::Surface(surface) => surface.cell(),
-            Self::Worn(worn) => worn.cell(),
+            Self::Erodible(worn) => worn.cell(),
         }
     }
 
@@ -146,9 +146,9 @@ impl<const D: usize> Bed<D> {
 }
 
 /// `Z = a |x - centre|²`: parabola in one dimension, bowl in two.
-pub fn paraboloid<const D: usize>(a: f64, centre: Plan<D>) -> Bed<D> {
-    Bed::formula(move |x: &Plan<D>| {
-        let from: Plan<D> = std::array::from_fn(|c| x[c] - centre[c]);
+pub fn paraboloid<const D: usize>(a: f64, centre: PlanVector<D>) -> Bed<D> {
+    Bed::formula(move |x: &PlanVector<D>| {
+        let from: PlanVector<D> = std::array::from_fn(|c| x[c] - centre[c]);
         let mut point = BedPoint::flat(a * dot(&from, &from));
         for c in 0..D {
             point.slope[c] = 2.0 * a * from[c];
@@ -159,13 +159,13 @@ pub fn paraboloid<const D: usize>(a: f64, centre: Plan<D>) -> Bed<D> {
 }
 
 /// `Z = slope · x`: a plane.
-pub fn incline<const D: usize>(slope: Plan<D>) -> Bed<D> {
-    Bed::formula(move |x: &Plan<D>| BedPoint { slope, ..BedPoint::flat(dot(&slope, x)) })
+pub fn incline<const D: usize>(slope: PlanVector<D>) -> Bed<D> {
+    Bed::formula(move |x: &PlanVector<D>| BedPoint { slope, ..BedPoint::flat(dot(&slope, x)) })
 }
 
 /// `Z = height exp(-|x|²/width²)`: a hump at the origin.
 pub fn hump<const D: usize>(height: f64, width: f64) -> Bed<D> {
-    Bed::formula(move |x: &Plan<D>| {
+    Bed::formula(move |x: &PlanVector<D>| {
         let square = width * width;
         let level = height * (-dot(x, x) / square).exp();
         let mut point = BedPoint::flat(level);
@@ -218,7 +218,7 @@ mod tests {
         let raster = Raster::from_function([21, 11], [-10.0, -5.0], [1.0, 1.0], |x, y| {
             0.3 * ((x - 1.0).powi(2) + (y + 2.0).powi(2))
         });
-        let bed = Bed::Surface(Arc::new(Sampled::new(raster).unwrap()));
+        let bed = Bed::Surface(Arc::new(TerrainBed::new(raster).unwrap()));
         let (found, exact) =
             (bed.at(&[3.3, 0.8]).unwrap(), paraboloid(0.3, [1.0, -2.0]).at(&[3.3, 0.8]).unwrap());
         assert!((found.level - exact.level).abs() < 1e-12);

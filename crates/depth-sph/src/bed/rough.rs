@@ -21,7 +21,7 @@ pub struct RoughSlope {
 }
 
 /// The next number in 0..1 of a sequence, by the generator SplitMix64.
-fn next(state: &mut u64) -> f64 {
+fn next_random(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -37,9 +37,9 @@ impl RoughSlope {
         let mut wave = || {
             // Numbers of waves fill the plane evenly between two circles.
             let [least, most] = [TAU / lengths[1], TAU / lengths[0]];
-            let number = (least * least + next(&mut state) * (most * most - least * least)).sqrt();
-            let (sin, cos) = (TAU * next(&mut state)).sin_cos();
-            [number * cos, number * sin, TAU * next(&mut state), 1.0 / (number * number)]
+            let number = (least * least + next_random(&mut state) * (most * most - least * least)).sqrt();
+            let (sin, cos) = (TAU * next_random(&mut state)).sin_cos();
+            [number * cos, number * sin, TAU * next_random(&mut state), 1.0 / (number * number)]
         };
         let mut waves: Vec<[f64; 4]> = (0..WAVES).map(|_| wave()).collect();
         let square = |wave: &[f64; 4]| 0.5 * wave[3] * wave[3] * (wave[0] * wave[0] + wave[1] * wave[1]);
@@ -63,7 +63,7 @@ impl RoughSlope {
 }
 
 /// Level of a slope of 25° with a step of `height` (m) at this angle (degrees) behind `from` (m).
-pub fn step(from: f64, height: f64, angle: f64) -> impl Fn(f64, f64) -> f64 {
+pub fn step_profile(from: f64, height: f64, angle: f64) -> impl Fn(f64, f64) -> f64 {
     let [gentle, steep] = [25.0, angle].map(|angle: f64| angle.to_radians().tan());
     let length = height / steep;
     move |x, _| -gentle * x - (steep - gentle) * (x - from).clamp(0.0, length)

@@ -4,36 +4,36 @@ use std::ops::Range;
 
 use colluvium_points::{Raster, RasterError};
 
-use super::spline::{Spline, averaged};
-use super::{BedPoint, Surface};
-use crate::nodes::Plan;
+use super::spline::{BicubicSpline, smoothed_raster};
+use super::{BedPoint, BedSurface};
+use crate::nodes::PlanVector;
 
 /// Nodes around a place in plan and their bilinear weights, which add up to one.
-pub type Weights = [(usize, f64); 4];
+pub type BilinearWeights = [(usize, f64); 4];
 
 /// Terrain as the bed of a plan or, where it is the same along y, of a profile: a bicubic spline of the levels of a raster.
 #[derive(Clone, Debug)]
-pub struct Sampled {
+pub struct TerrainBed {
     raster: Raster,
-    spline: Spline,
+    spline: BicubicSpline,
     /// Where a profile lies (m).
     pub(super) y: f64,
 }
 
-impl Sampled {
+impl TerrainBed {
     /// The bed of these levels (m).
     ///
     /// # Errors
     /// As [`Raster::validate`].
     pub fn new(raster: Raster) -> Result<Self, RasterError> {
         raster.validate()?;
-        let y = 0.5 * (raster.origin[1] + raster.end()[1]);
-        Ok(Self { spline: Spline::new(&raster), raster, y })
+        let y = 0.5 * (raster.origin[1] + raster.last_node_position()[1]);
+        Ok(Self { spline: BicubicSpline::new(&raster), raster, y })
     }
 
     /// The levels of a survey after `times` means with weights 1, 2, 1 along each axis, which a bed is made of.
     pub fn smoothed(raster: &Raster, times: usize) -> Raster {
-        if times == 0 { raster.clone() } else { averaged(raster, times) }
+        if times == 0 { raster.clone() } else { smoothed_raster(raster, times) }
     }
 
     /// The levels that the surface is made of.
@@ -41,24 +41,24 @@ impl Sampled {
         &self.raster
     }
 
-    /// The levels (m), to change them; [`Sampled::follow`] must come after.
+    /// The levels (m), to change them; [`TerrainBed::update_window`] must come after.
     pub(super) fn levels_mut(&mut self) -> &mut [f64] {
         &mut self.raster.values
     }
 
     /// Lets the surface follow levels of these columns and rows that have changed.
-    pub(super) fn follow(&mut self, window: [Range<usize>; 2]) {
-        self.spline.follow(&self.raster, window);
+    pub(super) fn update_window(&mut self, window: [Range<usize>; 2]) {
+        self.spline.update_window(&self.raster, window);
     }
 
     /// The same for all of them.
-    pub(super) fn follow_all(&mut self) {
-        self.spline = Spline::new(&self.raster);
+    pub(super) fn update_all(&mut self) {
+        self.spline = BicubicSpline::new(&self.raster);
     }
 
     /// The nodes around a place in plan (m) with their weights; `None` beyond the outermost nodes.
-    pub fn weights(&self, x: f64, y: f64) -> Option<Weights> {
-        let ([i, j], [s, t]) = self.raster.cell(x, y)?;
+    pub fn weights(&self, x: f64, y: f64) -> Option<BilinearWeights> {
+        let ([i, j], [s, t]) = self.raster.locate_cell(x, y)?;
         let node = j * self.raster.columns + i;
         let above = node + self.raster.columns;
         Some([
@@ -72,8 +72,8 @@ impl Sampled {
     /// The cell around a place in plan (m) and the shares of it along both axes; `None` beyond the outermost nodes or where one
     /// around it has no data.
     #[inline]
-    fn cell_around<const D: usize>(&self, x: &Plan<D>) -> Option<([usize; 2], [f64; 2])> {
-        let (cell, share) = self.raster.cell(x[0], x.get(1).copied().unwrap_or(self.y))?;
+    fn cell_around<const D: usize>(&self, x: &PlanVector<D>) -> Option<([usize; 2], [f64; 2])> {
+        let (cell, share) = self.raster.locate_cell(x[0], x.get(1).copied().unwrap_or(self.y))?;
         let below = cell[1] * self.raster.columns + cell[0];
         let above = below + self.raster.columns;
         let values = &self.raster.values;
@@ -82,9 +82,9 @@ impl Sampled {
     }
 }
 
-impl<const D: usize> Surface<D> for Sampled {
+impl<const D: usize> BedSurface<D> for TerrainBed {
     #[inline]
-    fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>> {
+    fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         let (cell, share) = self.cell_around(x)?;
         let (level, slope, [xx, xy, yy]) = self.spline.at(cell, share, self.raster.spacing);
         let curvature = [[xx, xy], [xy, yy]];
@@ -95,7 +95,7 @@ impl<const D: usize> Surface<D> for Sampled {
         })
     }
 
-    fn holds(&self, x: &Plan<D>) -> bool {
+    fn is_defined(&self, x: &PlanVector<D>) -> bool {
         self.cell_around(x).is_some()
     }
 

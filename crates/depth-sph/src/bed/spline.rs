@@ -6,21 +6,21 @@ use std::ops::Range;
 use colluvium_points::Raster;
 
 /// Share of a mean with weights 1, 2, 1 that each neighbour along an axis has.
-const MEAN: f64 = 0.25;
+const MEAN_WEIGHT: f64 = 0.25;
 /// Share of second differences in the filter after which the spline passes through levels of the third degree.
 const SHARPEN: f64 = -1.0 / 6.0;
 /// How far a level is felt by coefficients (nodes): one by the filter, two by the continuation on either side of it.
-const REACH: usize = 5;
+const INFLUENCE_NODES: usize = 5;
 
 /// Coefficients of a bicubic B-spline, with a rim of one around the nodes of the raster.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spline {
+pub struct BicubicSpline {
     columns: usize,
     coefficients: Vec<f64>,
 }
 
 /// Level, slopes along x and y, and second derivatives xx, xy, yy.
-pub type Values = (f64, [f64; 2], [f64; 3]);
+pub type SplineValues = (f64, [f64; 2], [f64; 3]);
 
 /// Weights of four coefficients for the value, and for first and second derivatives times the spacing and its square.
 #[inline(always)]
@@ -34,24 +34,28 @@ fn weights(s: f64) -> [[f64; 4]; 3] {
     ]
 }
 
-impl Spline {
+impl BicubicSpline {
     /// The spline of these levels.
     pub fn new(raster: &Raster) -> Self {
         let (columns, rows) = (raster.columns + 2, raster.rows + 2);
         let mut spline = Self { columns, coefficients: vec![0.0; columns * rows] };
-        spline.follow(raster, [0..raster.columns, 0..raster.rows]);
+        spline.update_window(raster, [0..raster.columns, 0..raster.rows]);
         spline
     }
 
     /// Finds the coefficients anew that levels of some columns and rows are felt by.
-    pub fn follow(&mut self, raster: &Raster, [columns, rows]: [Range<usize>; 2]) {
+    pub fn update_window(&mut self, raster: &Raster, [columns, rows]: [Range<usize>; 2]) {
         // Coefficients that change, and levels that they see, on the lattice with the rim.
         let wide = |range: &Range<usize>, by: usize, count: usize| {
             (range.start + 1).saturating_sub(by)..(range.end + 1 + by).min(count + 2)
         };
-        let changed = [wide(&columns, REACH, raster.columns), wide(&rows, REACH, raster.rows)];
-        let seen = [wide(&columns, 2 * REACH, raster.columns), wide(&rows, 2 * REACH, raster.rows)];
-        let mut patch = Patch::of(raster, &seen);
+        let changed =
+            [wide(&columns, INFLUENCE_NODES, raster.columns), wide(&rows, INFLUENCE_NODES, raster.rows)];
+        let seen = [
+            wide(&columns, 2 * INFLUENCE_NODES, raster.columns),
+            wide(&rows, 2 * INFLUENCE_NODES, raster.rows),
+        ];
+        let mut patch = LevelWindow::of(raster, &seen);
         patch.filter(SHARPEN);
         patch.fill();
         for j in changed[1].clone() {
@@ -65,7 +69,7 @@ impl Spline {
 
     /// The surface in cell `i, j` at the share `s, t` of it, of nodes `dx, dy` (m) apart.
     #[inline]
-    pub fn at(&self, [i, j]: [usize; 2], [s, t]: [f64; 2], [dx, dy]: [f64; 2]) -> Values {
+    pub fn at(&self, [i, j]: [usize; 2], [s, t]: [f64; 2], [dx, dy]: [f64; 2]) -> SplineValues {
         let ([w, w1, w2], [u, u1, u2]) = (weights(s), weights(t));
         let mut sums = [0.0; 6];
         for b in 0..4 {
@@ -90,9 +94,9 @@ impl Spline {
 }
 
 /// The levels after `times` means with weights 1, 2, 1 along each axis; straight on over rims and gaps.
-pub fn averaged(raster: &Raster, times: usize) -> Raster {
-    let mut patch = Patch::of(raster, &[0..raster.columns + 2, 0..raster.rows + 2]);
-    (0..times).for_each(|_| patch.filter(MEAN));
+pub fn smoothed_raster(raster: &Raster, times: usize) -> Raster {
+    let mut patch = LevelWindow::of(raster, &[0..raster.columns + 2, 0..raster.rows + 2]);
+    (0..times).for_each(|_| patch.filter(MEAN_WEIGHT));
     let mut result = raster.clone();
     for j in 0..raster.rows {
         let first = (j + 1) * patch.columns + 1;
@@ -104,25 +108,25 @@ pub fn averaged(raster: &Raster, times: usize) -> Raster {
 }
 
 /// Levels of a window of a raster and of the rim around it.
-struct Patch {
+struct LevelWindow {
     columns: usize,
     rows: usize,
     levels: Vec<f64>,
     /// Which of them are those of nodes with data.
-    known: Vec<bool>,
+    has_data: Vec<bool>,
 }
 
-impl Patch {
+impl LevelWindow {
     fn of(raster: &Raster, [columns, rows]: &[Range<usize>; 2]) -> Self {
         let mut levels = Vec::with_capacity(columns.len() * rows.len());
         for j in rows.clone() {
             for i in columns.clone() {
                 let inside = (1..=raster.columns).contains(&i) && (1..=raster.rows).contains(&j);
-                levels.push(if inside { raster.at(i - 1, j - 1) } else { f64::NAN });
+                levels.push(if inside { raster.value(i - 1, j - 1) } else { f64::NAN });
             }
         }
         let known = levels.iter().map(|z| z.is_finite()).collect();
-        Self { columns: columns.len(), rows: rows.len(), levels, known }
+        Self { columns: columns.len(), rows: rows.len(), levels, has_data: known }
     }
 
     /// A mean of 3 × 3 nodes in which each neighbour along an axis has the share `side`.
@@ -133,7 +137,7 @@ impl Patch {
         for j in 1..self.rows.saturating_sub(1) {
             for i in 1..self.columns.saturating_sub(1) {
                 let own = j * self.columns + i;
-                if !self.known[own] {
+                if !self.has_data[own] {
                     continue;
                 }
                 let row = |r: usize| {
@@ -150,7 +154,7 @@ impl Patch {
         for j in 0..self.rows {
             for i in 0..self.columns {
                 let own = j * self.columns + i;
-                if !self.known[own] {
+                if !self.has_data[own] {
                     self.levels[own] = self.continued(i, j);
                 }
             }
@@ -163,7 +167,7 @@ impl Patch {
             let (i, j) = (i.checked_add_signed(di)?, j.checked_add_signed(dj)?);
             let inside = i < self.columns && j < self.rows;
             let own = j * self.columns + i;
-            (inside && self.known[own]).then(|| self.levels[own])
+            (inside && self.has_data[own]).then(|| self.levels[own])
         };
         let mut level = (0.0, 0.0);
         for lines in [[(0, -1), (-1, 0), (1, 0), (0, 1)], [(-1, -1), (1, -1), (-1, 1), (1, 1)]] {
@@ -191,8 +195,8 @@ mod tests {
         Raster::from_function([16, 13], [0.0; 2], [2.0, 3.0], z)
     }
 
-    fn at(spline: &Spline, raster: &Raster, x: [f64; 2]) -> Values {
-        let (cell, share) = raster.cell(x[0], x[1]).unwrap();
+    fn at(spline: &BicubicSpline, raster: &Raster, x: [f64; 2]) -> SplineValues {
+        let (cell, share) = raster.locate_cell(x[0], x[1]).unwrap();
         spline.at(cell, share, raster.spacing)
     }
 
@@ -200,7 +204,7 @@ mod tests {
     fn heights_of_the_third_degree_are_kept_away_from_the_rim() {
         let z = |x: f64, y: f64| 3.0 + x - 2.0 * y + 0.01 * x * x * x - 0.02 * x * x * y + 0.003 * y * y * y;
         let raster = raster(z);
-        let (level, slope, bend) = at(&Spline::new(&raster), &raster, [13.3, 17.2]);
+        let (level, slope, bend) = at(&BicubicSpline::new(&raster), &raster, [13.3, 17.2]);
         let [x, y] = [13.3, 17.2];
         assert!((level - z(x, y)).abs() < 1e-10, "{level} {}", z(x, y));
         let exact = [1.0 + 0.03 * x * x - 0.04 * x * y, -2.0 - 0.02 * x * x + 0.009 * y * y];
@@ -214,9 +218,9 @@ mod tests {
         let z = |x: f64, y: f64| 3.0 + x - 2.0 * y;
         let mut raster = raster(z);
         raster.values[5 * 16 + 6] = f64::NAN;
-        let raster = averaged(&raster, 3);
-        assert!(raster.at(6, 5).is_nan(), "a gap stays one");
-        let spline = Spline::new(&raster);
+        let raster = smoothed_raster(&raster, 3);
+        assert!(raster.value(6, 5).is_nan(), "a gap stays one");
+        let spline = BicubicSpline::new(&raster);
         for x in [[0.1, 0.2], [29.9, 35.8], [9.0, 15.5], [0.0, 17.0]] {
             let (level, slope, _) = at(&spline, &raster, x);
             assert!((level - z(x[0], x[1])).abs() < 1e-10, "{x:?} {level}");
@@ -229,9 +233,9 @@ mod tests {
     fn a_mean_and_the_spline_lower_a_short_wave_as_the_sheet_says() {
         let wave = |x: f64| (std::f64::consts::TAU * x / 20.0).cos();
         let raster = Raster::from_function([41, 5], [0.0; 2], [5.0; 2], |x, _| wave(x));
-        let mean = averaged(&raster, 1);
-        assert!((mean.at(20, 2) - 0.5).abs() < 1e-12, "{}", mean.at(20, 2));
-        let (crest, ..) = at(&Spline::new(&mean), &mean, [100.0, 10.0]);
+        let mean = smoothed_raster(&raster, 1);
+        assert!((mean.value(20, 2) - 0.5).abs() < 1e-12, "{}", mean.value(20, 2));
+        let (crest, ..) = at(&BicubicSpline::new(&mean), &mean, [100.0, 10.0]);
         assert!((crest - 4.0 / 9.0).abs() < 1e-12, "{crest}");
     }
 
@@ -241,11 +245,11 @@ mod tests {
             Raster::from_function([40, 36], [0.0; 2], [2.0; 2], |x, y| (0.3 * x + 0.1 * y).sin());
         raster.values[12 * 40 + 9] = f64::NAN;
         raster.values[0] = f64::NAN;
-        let mut spline = Spline::new(&raster);
+        let mut spline = BicubicSpline::new(&raster);
         for (i, j) in [(8, 12), (10, 14), (0, 1), (39, 35)] {
             raster.values[j * 40 + i] -= 0.7;
-            spline.follow(&raster, [i..i + 1, j..j + 1]);
+            spline.update_window(&raster, [i..i + 1, j..j + 1]);
         }
-        assert_eq!(spline, Spline::new(&raster));
+        assert_eq!(spline, BicubicSpline::new(&raster));
     }
 }

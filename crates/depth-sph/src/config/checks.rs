@@ -1,37 +1,37 @@
 //! Ranges of the options (sheet: depth-sph §7).
 
-use colluvium_constitutive::OrNone;
+use colluvium_constitutive::MaybeInfinite;
 
 use super::{
-    ColumnOptions, Confinement, DepthOptions, FluidResistanceOptions, MixtureOptions, SkeletonOptions,
+    ColumnOptions, DepthOptions, FluidResistanceOptions, MixtureOptions, SkeletonConfinement, SkeletonOptions,
 };
-use crate::choices::{Continuity, Integration, Momentum, Phases};
+use crate::choices::{Phases, PressureForceForm, ThicknessEquation, TimeScheme};
 use crate::column::{Drainage, LowerBound};
-use crate::drag::Drag;
+use crate::drag::InterphaseDrag;
 use crate::erosion::Erosion;
 use crate::flow::MOST_CELLS;
 
 /// A value out of range: its key and what is wrong.
-pub type Wrong = (String, String);
+pub type OptionError = (String, String);
 
-fn check(holds: bool, name: &str, problem: impl FnOnce() -> String) -> Result<(), Wrong> {
+fn check(holds: bool, name: &str, problem: impl FnOnce() -> String) -> Result<(), OptionError> {
     if holds { Ok(()) } else { Err((name.to_owned(), problem())) }
 }
 
-fn positive(name: &str, value: f64, unit: &str) -> Result<(), Wrong> {
+fn positive(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
     check(value > 0.0 && value.is_finite(), name, || format!("{value} must be positive{unit}"))
 }
 
-fn not_negative(name: &str, value: f64, unit: &str) -> Result<(), Wrong> {
+fn not_negative(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
     check(value >= 0.0 && value.is_finite(), name, || format!("{value} must not be negative{unit}"))
 }
 
-fn within(name: &str, value: f64, low: f64, high: f64) -> Result<(), Wrong> {
+fn within(name: &str, value: f64, low: f64, high: f64) -> Result<(), OptionError> {
     check((low..=high).contains(&value), name, || format!("{value} is not in {low}..={high}"))
 }
 
 /// What a law says of its parameters, under a key.
-fn under(key: &str, found: Result<(), (&'static str, String)>) -> Result<(), Wrong> {
+fn under_key(key: &str, found: Result<(), (&'static str, String)>) -> Result<(), OptionError> {
     found.map_err(|(name, problem)| (format!("{key}.{name}"), problem))
 }
 
@@ -40,7 +40,7 @@ impl DepthOptions {
     ///
     /// # Errors
     /// The key of the first value that is out of range, and why.
-    pub fn validate(&self) -> Result<(), Wrong> {
+    pub fn validate(&self) -> Result<(), OptionError> {
         positive("spacing", self.spacing, " (m)")?;
         if let Some(smoothing) = self.smoothing {
             within("smoothing", smoothing, 1.0, 3.0)?;
@@ -61,7 +61,7 @@ impl DepthOptions {
         not_negative("viscosity_linear", self.viscosity_linear, "")?;
         not_negative("viscosity_quadratic", self.viscosity_quadratic, "")?;
         within("xsph", self.xsph, 0.0, 1.0)?;
-        let drifts = self.integration == Integration::Leapfrog || self.xsph == 0.0;
+        let drifts = self.integration == TimeScheme::Leapfrog || self.xsph == 0.0;
         check(drifts, "xsph", || {
             "is part of `integration` `leapfrog` only: leave `xsph` or `integration` out".to_owned()
         })?;
@@ -88,7 +88,7 @@ impl DepthOptions {
         not_negative("stop.hold", self.stop.hold, " (s)")
     }
 
-    fn check_drainage(&self) -> Result<(), Wrong> {
+    fn check_drainage(&self) -> Result<(), OptionError> {
         drainage("drainage", self.drainage)?;
         let without = |key: &str, asked: bool| {
             check(self.column.is_some() || !asked, key, || {
@@ -104,7 +104,7 @@ impl DepthOptions {
         Ok(())
     }
 
-    fn check_fluid_resistance(&self) -> Result<(), Wrong> {
+    fn check_fluid_resistance(&self) -> Result<(), OptionError> {
         for (number, region) in self.regions.iter().enumerate() {
             let key = format!("regions[{number}].fluid_resistance");
             region.fluid_resistance.unwrap_or_default().validate(&key, self.phases)?;
@@ -112,7 +112,7 @@ impl DepthOptions {
         Ok(())
     }
 
-    fn check_erosion(&self) -> Result<(), Wrong> {
+    fn check_erosion(&self) -> Result<(), OptionError> {
         erosion("erosion", self.erosion)?;
         for (number, region) in self.regions.iter().enumerate() {
             erosion(&format!("regions[{number}].erosion"), region.erosion)?;
@@ -141,7 +141,7 @@ impl DepthOptions {
         })
     }
 
-    fn check_dams(&self) -> Result<(), Wrong> {
+    fn check_dams(&self) -> Result<(), OptionError> {
         for (number, dam) in self.dams.iter().enumerate() {
             let key = |name: &str| format!("dams[{number}].{name}");
             check(dam.line.len() >= 2, &key("line"), || "has fewer than two corners".to_owned())?;
@@ -154,16 +154,17 @@ impl DepthOptions {
         Ok(())
     }
 
-    fn check_momentum(&self) -> Result<(), Wrong> {
-        let is_plain =
-            self.phases == Phases::One && self.continuity == Continuity::Summation && !self.surface_gradient;
-        check(self.momentum != Momentum::Variational || is_plain, "momentum", || {
+    fn check_momentum(&self) -> Result<(), OptionError> {
+        let is_plain = self.phases == Phases::One
+            && self.continuity == ThicknessEquation::Summation
+            && !self.surface_gradient;
+        check(self.momentum != PressureForceForm::Variational || is_plain, "momentum", || {
             "`variational` is for one phase with heights by summation: leave `phases`, `continuity` and `surface_gradient` out"
                 .to_owned()
         })
     }
 
-    fn check_earth_pressure(&self) -> Result<(), Wrong> {
+    fn check_earth_pressure(&self) -> Result<(), OptionError> {
         let Some(earth) = &self.earth_pressure else { return Ok(()) };
         let internal = earth.internal_friction_angle;
         within("earth_pressure.internal_friction_angle", internal, 0.0, 89.9)?;
@@ -177,7 +178,8 @@ impl DepthOptions {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let drag = self.mixture.as_ref().map(|mixture| mixture.drag);
-        if let Some(Drag::Anderson { settling_velocity: OrNone::Number(velocity), .. }) = drag
+        if let Some(InterphaseDrag::Anderson { settling_velocity: MaybeInfinite::Number(velocity), .. }) =
+            drag
             && velocity > 10.0
         {
             warnings.push(format!(
@@ -203,30 +205,30 @@ impl DepthOptions {
     }
 }
 
-fn drainage(key: &str, drainage: Drainage) -> Result<(), Wrong> {
+fn drainage(key: &str, drainage: Drainage) -> Result<(), OptionError> {
     match drainage {
         Drainage::Partly { conductance } => positive(&format!("{key}.conductance"), conductance, " (1/s)"),
         Drainage::Sealed | Drainage::Hydrostatic | Drainage::Atmospheric => Ok(()),
     }
 }
 
-fn erosion(key: &str, erosion: Option<Erosion>) -> Result<(), Wrong> {
-    erosion.map_or(Ok(()), |erosion| under(key, erosion.validate()))
+fn erosion(key: &str, erosion: Option<Erosion>) -> Result<(), OptionError> {
+    erosion.map_or(Ok(()), |erosion| under_key(key, erosion.validate()))
 }
 
-fn erodible(key: &str, depth: Option<f64>, erodes: bool) -> Result<(), Wrong> {
+fn erodible(key: &str, depth: Option<f64>, erodes: bool) -> Result<(), OptionError> {
     let Some(depth) = depth else { return Ok(()) };
     not_negative(key, depth, " (m)")?;
     check(erodes, key, || "nothing is taken up there: give `erosion`, or leave this out".to_owned())
 }
 
 impl MixtureOptions {
-    fn validate(&self, phases: Phases, column: bool) -> Result<(), Wrong> {
+    fn validate(&self, phases: Phases, column: bool) -> Result<(), OptionError> {
         let key = |name: &str| format!("mixture.{name}");
         positive(&key("grain_density"), self.grain_density, " (kg/m³)")?;
         positive(&key("fluid_density"), self.fluid_density, " (kg/m³)")?;
         let (grain, fluid) = (self.grain_density, self.fluid_density);
-        let buoyant = column || !matches!(self.drag, Drag::None);
+        let buoyant = column || !matches!(self.drag, InterphaseDrag::None);
         check(!buoyant || grain > fluid, &key("grain_density"), || {
             format!("{grain} kg/m³ is not above that of the fluid, {fluid} kg/m³: grains would float")
         })?;
@@ -244,7 +246,7 @@ impl MixtureOptions {
                 format!("{porosity} is not between 0 and 1 (both excluded)")
             })?;
         }
-        under("mixture.drag", self.drag.validate())?;
+        under_key("mixture.drag", self.drag.validate())?;
         check(layers != self.upper.is_empty(), &key("upper"), || {
             "names the bodies of the upper of two layers: for phases that are `layers`, and for these only"
                 .to_owned()
@@ -255,7 +257,7 @@ impl MixtureOptions {
 }
 
 impl FluidResistanceOptions {
-    fn validate(self, path: &str, phases: Phases) -> Result<(), Wrong> {
+    fn validate(self, path: &str, phases: Phases) -> Result<(), OptionError> {
         check(self == Self::None || phases == Phases::Two, path, || {
             "acts on a fluid that moves by itself: make phases two, or leave this out".to_owned()
         })?;
@@ -270,7 +272,7 @@ impl FluidResistanceOptions {
 }
 
 impl ColumnOptions {
-    fn validate(&self, mixture: Option<&MixtureOptions>) -> Result<(), Wrong> {
+    fn validate(&self, mixture: Option<&MixtureOptions>) -> Result<(), OptionError> {
         let key = |name: &str| format!("column.{name}");
         check(mixture.is_some(), "column", || {
             "needs grains and fluid: give bodies a `pore_fluid`, or a `mixture` here".to_owned()
@@ -284,7 +286,7 @@ impl ColumnOptions {
             (Some(value), None) => not_negative(&key("consolidation"), value, " (m²/s)")?,
             (None, Some(skeleton)) => {
                 skeleton.validate()?;
-                let permeable = mixture.is_some_and(|mixture| mixture.drag != Drag::None);
+                let permeable = mixture.is_some_and(|mixture| mixture.drag != InterphaseDrag::None);
                 check(permeable, &key("skeleton"), || {
                     "needs a law of `mixture.drag`, from which the permeability follows".to_owned()
                 })?;
@@ -311,7 +313,7 @@ impl ColumnOptions {
 }
 
 impl SkeletonOptions {
-    fn validate(&self) -> Result<(), Wrong> {
+    fn validate(&self) -> Result<(), OptionError> {
         let key = |name: &str| format!("column.skeleton.{name}");
         positive(&key("youngs_modulus"), self.youngs_modulus, " (Pa)")?;
         let nu = self.poissons_ratio;
@@ -319,10 +321,10 @@ impl SkeletonOptions {
             format!("{nu} is not in 0..0.5 (0.5 excluded)")
         })?;
         match self.confinement {
-            Confinement::OneDimensional | Confinement::Isotropic => Ok(()),
-            Confinement::Lateral { k0 } => not_negative(&key("confinement.k0"), k0, ""),
-            Confinement::Source { k0 } => positive(&key("confinement.k0"), k0, ""),
-            Confinement::Value { alpha } => positive(&key("confinement.alpha"), alpha, ""),
+            SkeletonConfinement::OneDimensional | SkeletonConfinement::Isotropic => Ok(()),
+            SkeletonConfinement::Lateral { k0 } => not_negative(&key("confinement.k0"), k0, ""),
+            SkeletonConfinement::Source { k0 } => positive(&key("confinement.k0"), k0, ""),
+            SkeletonConfinement::Value { alpha } => positive(&key("confinement.alpha"), alpha, ""),
         }
     }
 }

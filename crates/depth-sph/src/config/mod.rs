@@ -4,15 +4,18 @@ mod checks;
 
 use std::collections::BTreeMap;
 
-use colluvium_case::description::{CellsOfRaster, Side};
+use colluvium_case::description::{RasterCellSelection, Side};
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{Across, Continuity, Frame, Integration, Layer, Metric, Momentum, Phases, Search};
-use crate::column::{Drainage, LowerBound, Profile};
-use crate::drag::Drag;
+use crate::choices::{
+    DepthFrame, FlowLayer, InflowDistribution, Metric, Phases, PressureForceForm, SearchOrientation,
+    ThicknessEquation, TimeScheme,
+};
+use crate::column::{Drainage, LowerBound, PressureProfile};
+use crate::drag::InterphaseDrag;
 use crate::erosion::Erosion;
 use crate::kernel::Kernel;
 
@@ -30,28 +33,28 @@ pub struct DepthOptions {
     pub smoothing: Option<f64>,
     /// Whether smoothing lengths follow the heights, `ℓ^d h / m` constant, within half of the first one and three times it
     /// (fifty times along a line).
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     pub variable_smoothing: bool,
     /// Smoothing length that variable ones do not fall below (m), at most the first one: it bounds the step from below; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_smoothing: Option<f64>,
     /// Sums of height per step, each with the smoothing lengths that follow from the one before; 1 to 10. With `momentum`
     /// `variational` they are as many as it takes.
-    #[serde(default = "two")]
+    #[serde(default = "default_passes")]
     pub passes: usize,
     /// How heights follow the nodes.
     #[serde(default)]
-    pub continuity: Continuity,
+    pub continuity: ThicknessEquation,
     /// Form of the pressure force.
     #[serde(default)]
-    pub momentum: Momentum,
+    pub momentum: PressureForceForm,
     /// Whether gradients are those of the free surface, by corrected differences: lakes stay at rest, momentum is not
     /// conserved to round-off.
     #[serde(default)]
     pub surface_gradient: bool,
     /// Time integration.
     #[serde(default)]
-    pub integration: Integration,
+    pub integration: TimeScheme,
     /// Linear artificial viscosity, at least 0.
     #[serde(default = "one")]
     pub viscosity_linear: f64,
@@ -64,7 +67,7 @@ pub struct DepthOptions {
     /// How the cells lie that neighbours are looked for in: `turned` gains a few per cent where a long flow is oblique. Sums are then added up in another
     /// order. In three dimensions.
     #[serde(default)]
-    pub search: Search,
+    pub search: SearchOrientation,
     /// Length of a layer before absorbing sides in which waves die away (m): depth and speed along the normal relax to what stood there when
     /// the flow began, so that a flow that changes for good is held back. As long as two waves; none when absent. Of two layers in a profile alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -77,17 +80,17 @@ pub struct DepthOptions {
     pub max_time_step: Option<f64>,
     /// Axes that depth is measured in. Gravity that is tilted over a flat bed is always `bed-fitted`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub frame: Option<Frame>,
+    pub frame: Option<DepthFrame>,
     /// How depth gradients act over steep terrain.
     #[serde(default)]
     pub metric: Metric,
     /// Whether curvature of the bed acts on friction and pore pressure: the turning of the velocity over a step, on a bed that is smooth at the
     /// scale of two cells of the terrain. Pressure sees the slope alone. Velocity turns along the bed in any case.
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     pub curvature_in_friction: bool,
     /// Means of the levels of terrain over its neighbouring nodes with weights 1, 2, 1 along each axis, 0 to 20 times, before the bed is made a
     /// cubic spline of them: surveys are noisy, formulas are not. One mean leaves a wave of four cells half of its height. Dams are raised after it.
-    #[serde(default = "single")]
+    #[serde(default = "default_smoothing_passes")]
     pub terrain_smoothing: usize,
     /// Distance of the places at which the highest face of obstacles is looked up, where the bed is no raster of a file and no
     /// plane (m); `spacing` when absent.
@@ -98,7 +101,7 @@ pub struct DepthOptions {
     pub basal: Option<BasalSpec>,
     /// Parts of the bed that differ; the first that holds a place rules there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub regions: Vec<Region>,
+    pub regions: Vec<BedRegion>,
     /// Dams on the terrain, in three dimensions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dams: Vec<DamOptions>,
@@ -122,7 +125,7 @@ pub struct DepthOptions {
     pub erodible_depth_raster: Option<String>,
     /// Whether the bed is lowered where it is eroded. When not, as by default, flows pass over the bed of the start, so that a
     /// bed that is a plane may erode as well. The bed must be terrain.
-    #[serde(default, skip_serializing_if = "no")]
+    #[serde(default, skip_serializing_if = "is_false")]
     pub lower_bed: bool,
     /// How many phases move on sets of nodes of their own.
     #[serde(default)]
@@ -147,7 +150,7 @@ pub struct DepthOptions {
 /// A part of the bed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Region {
+pub struct BedRegion {
     /// Where, in plan: a box of one coordinate in plane strain, any shape of two dimensions in three. Give this, `outline` or `raster`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
@@ -157,7 +160,7 @@ pub struct Region {
     pub outline: Option<String>,
     /// Where, in three dimensions: cells of a raster, as one of land cover.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub raster: Option<CellsOfRaster>,
+    pub raster: Option<RasterCellSelection>,
     /// Resistance; that of the rest of the bed when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,
@@ -218,10 +221,10 @@ pub struct InflowOptions {
     pub froude: f64,
     /// How it stands along the line, at one speed. In three dimensions.
     #[serde(default)]
-    pub across: Across,
+    pub across: InflowDistribution,
     /// Which of two layers flows in, for phases that are `layers`: one inflow for each, at one line or at lines of their own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub layer: Option<Layer>,
+    pub layer: Option<FlowLayer>,
     /// Share of the pore fluid in what flows in, between 0 and 1, for phases that are `two`; that of the mixture when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub porosity: Option<f64>,
@@ -244,7 +247,7 @@ pub struct MixtureOptions {
     pub porosities: BTreeMap<String, f64>,
     /// Drag between grains and fluid that move apart, or the permeability of columns.
     #[serde(default)]
-    pub drag: Drag,
+    pub drag: InterphaseDrag,
     /// Resistance of the bed to the fluid, of phases that are `two`. Parts of the bed may have another one, see `regions`.
     #[serde(default)]
     pub fluid_resistance: FluidResistanceOptions,
@@ -285,14 +288,14 @@ pub enum FluidResistanceOptions {
 #[serde(deny_unknown_fields)]
 pub struct ColumnOptions {
     /// Intervals over the depth, 4 to 1000.
-    #[serde(default = "twenty")]
+    #[serde(default = "default_column_cells")]
     pub cells: usize,
     /// Weight of the new time level: 1 is backward Euler, 0.5 Crank–Nicolson.
     #[serde(default = "one")]
     pub weight: f64,
     /// How a column carries its pressure.
     #[serde(default)]
-    pub profile: Profile,
+    pub profile: PressureProfile,
     /// Coefficient of consolidation (m²/s), not negative; 0 without drainage. Give this or `skeleton`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub consolidation: Option<f64>,
@@ -320,14 +323,14 @@ pub struct SkeletonOptions {
     pub poissons_ratio: f64,
     /// State of stress.
     #[serde(default)]
-    pub confinement: Confinement,
+    pub confinement: SkeletonConfinement,
 }
 
 /// The factor `α` of the state of stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "DepthConfinement")]
-pub enum Confinement {
+pub enum SkeletonConfinement {
     /// No lateral strain: `α = (1 + 2 k₀)/3`, `k₀ = ν/(1 - ν)`.
     #[default]
     OneDimensional,
@@ -355,11 +358,11 @@ impl SkeletonOptions {
     pub fn stiffness(&self) -> f64 {
         let nu = self.poissons_ratio;
         let alpha = match self.confinement {
-            Confinement::OneDimensional => (1.0 + 2.0 * nu / (1.0 - nu)) / 3.0,
-            Confinement::Lateral { k0 } => (1.0 + 2.0 * k0) / 3.0,
-            Confinement::Isotropic => 1.0,
-            Confinement::Source { k0 } => k0,
-            Confinement::Value { alpha } => alpha,
+            SkeletonConfinement::OneDimensional => (1.0 + 2.0 * nu / (1.0 - nu)) / 3.0,
+            SkeletonConfinement::Lateral { k0 } => (1.0 + 2.0 * k0) / 3.0,
+            SkeletonConfinement::Isotropic => 1.0,
+            SkeletonConfinement::Source { k0 } => k0,
+            SkeletonConfinement::Value { alpha } => alpha,
         };
         self.youngs_modulus / (3.0 * (1.0 - 2.0 * nu)) / alpha
     }
@@ -405,20 +408,20 @@ impl Default for StopOptions {
     }
 }
 
-const fn yes() -> bool {
+const fn default_true() -> bool {
     true
 }
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
-const fn no(value: &bool) -> bool {
+const fn is_false(value: &bool) -> bool {
     !*value
 }
-const fn two() -> usize {
+const fn default_passes() -> usize {
     2
 }
-const fn twenty() -> usize {
+const fn default_column_cells() -> usize {
     20
 }
-const fn single() -> usize {
+const fn default_smoothing_passes() -> usize {
     1
 }
 
@@ -444,7 +447,7 @@ impl MixtureOptions {
 
 impl DepthOptions {
     /// Whether there is an account of what is taken up from each place of the bed.
-    pub fn wears(&self) -> bool {
+    pub fn records_erosion(&self) -> bool {
         let limited = self.regions.iter().any(|region| region.erodible_depth.is_some());
         self.lower_bed || self.erodible_depth.is_some() || self.erodible_depth_raster.is_some() || limited
     }
@@ -465,7 +468,7 @@ mod tests {
         let skeleton = SkeletonOptions {
             youngs_modulus: e,
             poissons_ratio: nu,
-            confinement: Confinement::OneDimensional,
+            confinement: SkeletonConfinement::OneDimensional,
         };
         let oedometer = e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
         assert!((skeleton.stiffness() / oedometer - 1.0).abs() < 1e-12);

@@ -1,27 +1,27 @@
 //! Axes of the cells of a search that are turned with the flow (sheet: depth-sph §3.4).
 
-use crate::nodes::Plan;
+use crate::nodes::PlanVector;
 
 /// So many places at most are looked at: the direction need not be exact.
-const MOST: usize = 1000;
+const MAX_SAMPLES: usize = 1000;
 
 /// The direction that lines of cells follow; the last axis of the plan where there is none.
 #[derive(Clone, Copy, Debug)]
-pub struct Axes<const D: usize> {
-    along: Option<Plan<D>>,
+pub struct SearchAxes<const D: usize> {
+    along: Option<PlanVector<D>>,
 }
 
-impl<const D: usize> Axes<D> {
+impl<const D: usize> SearchAxes<D> {
     /// Those of the plan.
     pub const PLAN: Self = Self { along: None };
 
     /// Lines along the longest extent of these places: the principal axis of their covariance. Those of the plan in a profile and where a
     /// place is not finite, which the search names.
-    pub fn along(places: &[Plan<D>]) -> Self {
+    pub fn along(places: &[PlanVector<D>]) -> Self {
         if D != 2 || places.is_empty() {
             return Self::PLAN;
         }
-        let looked_at = || places.iter().step_by(places.len().div_ceil(MOST));
+        let looked_at = || places.iter().step_by(places.len().div_ceil(MAX_SAMPLES));
         let mut mean = [0.0; D];
         for x in looked_at() {
             (0..D).for_each(|c| mean[c] += x[c]);
@@ -46,7 +46,7 @@ impl<const D: usize> Axes<D> {
 
     /// A place on these axes (m).
     #[inline(always)]
-    pub fn of(&self, x: &Plan<D>) -> Plan<D> {
+    pub fn to_axes(&self, x: &PlanVector<D>) -> PlanVector<D> {
         let Some(along) = self.along else { return *x };
         let mut turned = *x;
         turned[D - 1] = x[0] * along[0] + x[D - 1] * along[D - 1];
@@ -77,8 +77,8 @@ mod tests {
                     places.push([1e4 + a * cos - b * sin, a * sin + b * cos]);
                 }
             }
-            let axes = Axes::along(&places);
-            let [first, last] = [axes.of(&places[0]), axes.of(&places[117])];
+            let axes = SearchAxes::along(&places);
+            let [first, last] = [axes.to_axes(&places[0]), axes.to_axes(&places[117])];
             assert!((last[0] - first[0]).abs() < 1e-9, "{degrees}: {first:?} {last:?}");
             assert!(((last[1] - first[1]).abs() - 39.0).abs() < 1e-9, "{degrees}: {first:?} {last:?}");
         }
@@ -86,8 +86,8 @@ mod tests {
 
     #[test]
     fn what_has_no_longest_extent_keeps_the_axes_of_the_plan() {
-        assert!(Axes::along(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]).are_those_of_the_plan());
-        assert!(Axes::along(&[[0.0, 0.0], [f64::NAN, 0.0]]).are_those_of_the_plan());
-        assert!(Axes::along(&[[0.0], [1.0]]).are_those_of_the_plan());
+        assert!(SearchAxes::along(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]).are_those_of_the_plan());
+        assert!(SearchAxes::along(&[[0.0, 0.0], [f64::NAN, 0.0]]).are_those_of_the_plan());
+        assert!(SearchAxes::along(&[[0.0], [1.0]]).are_those_of_the_plan());
     }
 }

@@ -3,22 +3,26 @@
 
 use rayon::prelude::*;
 
-use super::set::{Set, TASK};
-use super::{Ends, Flow};
+use super::set::{PhaseSet, TASK};
+use super::{Flow, PlanBoundaries};
 use crate::bed::{Bed, BedPoint};
-use crate::choices::Frame;
-use crate::nodes::{Plan, dot};
+use crate::choices::DepthFrame;
+use crate::nodes::{PlanVector, dot};
 
 /// Scalar product along a bed of this slope of two vectors in plan.
 #[inline]
-pub fn along<const D: usize>(slope: &Plan<D>, a: &Plan<D>, b: &Plan<D>) -> f64 {
+pub fn dot_along_bed<const D: usize>(slope: &PlanVector<D>, a: &PlanVector<D>, b: &PlanVector<D>) -> f64 {
     dot(a, b) + dot(slope, a) * dot(slope, b)
 }
 
 /// A velocity along the plane of slope `from`, carried into that of slope `to`: `V - V·n'/(1 + n·n') (n + n')` in plan, which keeps its
 /// size.
 #[inline]
-pub fn carried<const D: usize>(v: &Plan<D>, from: &Plan<D>, to: &Plan<D>) -> Plan<D> {
+pub fn parallel_transport<const D: usize>(
+    v: &PlanVector<D>,
+    from: &PlanVector<D>,
+    to: &PlanVector<D>,
+) -> PlanVector<D> {
     let (root, other) = ((1.0 + dot(from, from)).sqrt(), (1.0 + dot(to, to)).sqrt());
     let off = dot(from, v) - dot(to, v);
     let share = off / (other + (1.0 + dot(from, to)) / root);
@@ -26,16 +30,16 @@ pub fn carried<const D: usize>(v: &Plan<D>, from: &Plan<D>, to: &Plan<D>) -> Pla
 }
 
 /// Bed that nodes drift over.
-struct Floor<'a, const D: usize> {
+struct BedPath<'a, const D: usize> {
     bed: &'a Bed<D>,
-    ends: &'a Ends<D>,
+    ends: &'a PlanBoundaries<D>,
     open: bool,
 }
 
-impl<const D: usize> Floor<'_, D> {
+impl<const D: usize> BedPath<'_, D> {
     /// The bed at a place, mirrored and repeated beyond walls and ends of periods; `None` where there is none.
     #[inline]
-    fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>> {
+    fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         if self.open {
             return self.bed.at(x);
         }
@@ -47,7 +51,7 @@ impl<const D: usize> Floor<'_, D> {
 
     /// Puts what has passed a wall back, with its velocity and the bed below it.
     #[inline]
-    fn reflect(&self, x: &mut Plan<D>, v: &mut Plan<D>, point: &mut BedPoint<D>) {
+    fn reflect(&self, x: &mut PlanVector<D>, v: &mut PlanVector<D>, point: &mut BedPoint<D>) {
         if !self.open {
             let signs = self.ends.mirror(&mut { *x });
             *point = point.mirrored(&signs);
@@ -59,35 +63,36 @@ impl<const D: usize> Floor<'_, D> {
 /// Half a drift of a node that is carried: by its velocity at the end of the half, with a first guess and one iteration, without which
 /// the order is one. Its place, and the bed there.
 #[inline]
-fn half<const D: usize>(
-    floor: &Floor<'_, D>,
-    x: &Plan<D>,
-    drift: &Plan<D>,
-    slope: &Plan<D>,
+fn half_drift<const D: usize>(
+    floor: &BedPath<'_, D>,
+    x: &PlanVector<D>,
+    drift: &PlanVector<D>,
+    slope: &PlanVector<D>,
     dt: f64,
-) -> (Plan<D>, Option<BedPoint<D>>) {
-    let after = |v: &Plan<D>| std::array::from_fn(|c| x[c] + dt * v[c]);
+) -> (PlanVector<D>, Option<BedPoint<D>>) {
+    let after = |v: &PlanVector<D>| std::array::from_fn(|c| x[c] + dt * v[c]);
     let guess = after(drift);
     let Some(there) = floor.at(&guess) else { return (guess, None) };
-    let place = after(&carried(drift, slope, &there.slope));
+    let place = after(&parallel_transport(drift, slope, &there.slope));
     (place, floor.at(&place))
 }
 
 impl<const D: usize> Flow<D> {
     /// Whether velocities are carried from plane to plane: over a bed with slopes, in vertical depths over steep terrain.
-    pub(super) fn carries(&self) -> bool {
-        self.settings.frame == Frame::Horizontal && !self.bed.is_flat()
+    pub(super) fn uses_parallel_transport(&self) -> bool {
+        self.settings.frame == DepthFrame::Horizontal && !self.bed.is_flat()
     }
 
     /// The first half of the drift, over `dt` (s), to where the bed is asked in the middle of the step.
-    pub(super) fn drift_in(&mut self, dt: f64) {
-        let carries = self.carries();
+    pub(super) fn first_half_drift(&mut self, dt: f64) {
+        let carries = self.uses_parallel_transport();
         let turns = carries && self.settings.curvature_in_friction && self.settings.has_resistance();
         let smoothed = self.settings.numerics.xsph > 0.0;
         for number in 0..self.sets.len() {
             let mut set = std::mem::take(&mut self.sets[number]);
-            let floor = Floor { bed: &self.bed, ends: &self.ends, open: self.ends.are_open() };
-            let Set { nodes, bed, turning, spare, .. } = &mut set;
+            let floor = BedPath { bed: &self.bed, ends: &self.ends, open: self.ends.are_open() };
+            let PhaseSet { nodes, bed, curvature_acceleration: turning, scratch_vectors: spare, .. } =
+                &mut set;
             bed.resize(nodes.len(), BedPoint::flat(0.0));
             turning.resize(nodes.len(), 0.0);
             let held = self.holds_any();
@@ -110,15 +115,16 @@ impl<const D: usize> Flow<D> {
                         *slope = point.slope;
                         return;
                     }
-                    let (place, found) = half(&floor, x, &drift, slope, dt);
+                    let (place, found) = half_drift(&floor, x, &drift, slope, dt);
                     *x = place;
                     // Nodes beyond the bed keep what was below them until they are removed at the end of the step.
                     let Some(found) = found else { return };
                     *point = found;
-                    *v = carried(v, slope, &point.slope);
+                    *v = parallel_transport(v, slope, &point.slope);
                     if turns {
-                        let ahead: Plan<D> = std::array::from_fn(|c| x[c] + dt * v[c]);
-                        *turned = turning_of(v, slope, point, floor.at(&ahead).as_ref()) / (2.0 * dt);
+                        let ahead: PlanVector<D> = std::array::from_fn(|c| x[c] + dt * v[c]);
+                        *turned =
+                            curvature_acceleration(v, slope, point, floor.at(&ahead).as_ref()) / (2.0 * dt);
                     }
                     floor.reflect(x, v, point);
                     *slope = point.slope;
@@ -129,13 +135,13 @@ impl<const D: usize> Flow<D> {
     }
 
     /// The second half, after which velocities lie along the bed where the nodes are.
-    pub(super) fn drift_out(&mut self, dt: f64) {
-        let carries = self.carries();
+    pub(super) fn second_half_drift(&mut self, dt: f64) {
+        let carries = self.uses_parallel_transport();
         let smoothed = self.settings.numerics.xsph > 0.0;
         for number in 0..self.sets.len() {
             let mut set = std::mem::take(&mut self.sets[number]);
-            let floor = Floor { bed: &self.bed, ends: &self.ends, open: self.ends.are_open() };
-            let Set { nodes, bed, spare, .. } = &mut set;
+            let floor = BedPath { bed: &self.bed, ends: &self.ends, open: self.ends.are_open() };
+            let PhaseSet { nodes, bed, scratch_vectors: spare, .. } = &mut set;
             let held = self.holds_any();
             let id = &nodes.id;
             let moves = nodes.position.par_iter_mut().zip(&mut nodes.velocity).zip(&mut nodes.slope);
@@ -145,7 +151,7 @@ impl<const D: usize> Flow<D> {
                 let free = carries && !(held && self.is_outside(id[i]));
                 let mut last = floor.at(x).filter(|_| carries).unwrap_or(*point);
                 if free {
-                    *v = carried(v, &point.slope, &last.slope);
+                    *v = parallel_transport(v, &point.slope, &last.slope);
                 }
                 floor.reflect(x, v, &mut last);
                 *slope = last.slope;
@@ -155,18 +161,18 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Carries velocities into the planes of a bed that has changed below the nodes (sheet: depth-sph §2.9, item 9 as amended).
-    pub(super) fn follow_bed(&mut self) {
-        if !self.carries() {
+    pub(super) fn transport_velocities(&mut self) {
+        if !self.uses_parallel_transport() {
             return;
         }
-        let floor = Floor { bed: &self.bed, ends: &self.ends, open: self.ends.are_open() };
+        let floor = BedPath { bed: &self.bed, ends: &self.ends, open: self.ends.are_open() };
         for set in &mut self.sets {
             let nodes = &mut set.nodes;
             let moves = nodes.position.par_iter().zip(&mut nodes.velocity).zip(&mut nodes.slope);
             moves.with_min_len(TASK).for_each(|((x, v), slope)| {
                 let Some(found) = floor.at(x) else { return };
                 if !slope[0].is_nan() {
-                    *v = carried(v, slope, &found.slope);
+                    *v = parallel_transport(v, slope, &found.slope);
                 }
                 *slope = found.slope;
             });
@@ -174,21 +180,21 @@ impl<const D: usize> Flow<D> {
     }
 
     /// The bed at a place, mirrored and repeated beyond walls and ends of periods; `None` where there is none.
-    pub(super) fn floor_at(&self, x: &Plan<D>) -> Option<BedPoint<D>> {
-        Floor { bed: &self.bed, ends: &self.ends, open: self.ends.are_open() }.at(x)
+    pub(super) fn floor_at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
+        BedPath { bed: &self.bed, ends: &self.ends, open: self.ends.are_open() }.at(x)
     }
 
     /// Whether nodes stand behind a line of inflow or beyond an open side.
     fn holds_any(&self) -> bool {
-        !(self.held.nodes.is_empty() && self.opens.is_empty())
+        !(self.waiting_nodes.nodes.is_empty() && self.open_boundaries.is_empty())
     }
 }
 
 /// Acceleration along the normal of the bed, times the time of a step, with which a velocity in the middle of it turns: from the slope
 /// at its beginning to that ahead (m/s; sheet: depth-sph §2.9, item 5 as amended).
-fn turning_of<const D: usize>(
-    v: &Plan<D>,
-    before: &Plan<D>,
+fn curvature_acceleration<const D: usize>(
+    v: &PlanVector<D>,
+    before: &PlanVector<D>,
     here: &BedPoint<D>,
     ahead: Option<&BedPoint<D>>,
 ) -> f64 {
@@ -204,16 +210,16 @@ mod tests {
     #[test]
     fn what_is_carried_keeps_its_size_and_comes_back() {
         let (v, a, b) = ([3.0, -1.0], [0.4, 1.3], [-2.0, 0.3]);
-        let w = carried(&v, &a, &b);
-        assert!((along(&a, &v, &v) - along(&b, &w, &w)).abs() < 1e-12);
-        let back = carried(&w, &b, &a);
+        let w = parallel_transport(&v, &a, &b);
+        assert!((dot_along_bed(&a, &v, &v) - dot_along_bed(&b, &w, &w)).abs() < 1e-12);
+        let back = parallel_transport(&w, &b, &a);
         assert!((0..2).all(|c| (back[c] - v[c]).abs() < 1e-12));
     }
 
     /// Along a circular arc all of the turning is in the plane of the motion.
     #[test]
     fn a_profile_keeps_the_speed_along_its_bed() {
-        let w = carried(&[2.0], &[0.0], &[-1.0]);
+        let w = parallel_transport(&[2.0], &[0.0], &[-1.0]);
         assert!((w[0] - 2f64.sqrt()).abs() < 1e-15, "{w:?}");
     }
 }

@@ -4,25 +4,25 @@
 use colluvium_constitutive::basal::BasalFlow;
 use rayon::prelude::*;
 
-use super::set::{Set, TASK};
-use super::{Flow, Heads};
+use super::set::{PhaseSet, TASK};
+use super::{Flow, PorePressureColumns};
 use crate::bed::BedPoint;
 use crate::choices::Phases;
-use crate::drag::shares;
+use crate::drag::relaxation_shares;
 use crate::friction::implicit_speed;
-use crate::nodes::{Nodes, Plan, norm};
-use crate::settings::{FluidResistance, Settings, Zone};
+use crate::nodes::{PhaseNodes, PlanVector, norm};
+use crate::settings::{BedZone, FlowSettings, FluidResistance};
 
 /// Masses per area of the phases at a node, and how much of a slip they lose in a step.
 #[derive(Clone, Copy, Debug)]
-struct Bond {
+struct DragCoupling {
     /// Mass per plan area of the grains and of the fluid (kg/m²).
     masses: [f64; 2],
     /// Share of the old slip that is lost, and of what the forces of the step add.
     shares: (f64, f64),
 }
 
-impl Bond {
+impl DragCoupling {
     /// Velocity per impulse on the grains (m² / kg).
     fn mobility(&self) -> f64 {
         let [solid, fluid] = self.masses;
@@ -42,40 +42,58 @@ impl Bond {
 }
 
 /// What stands on the bed, but for its velocity.
-struct Above<'a, const D: usize> {
-    settings: &'a Settings<D>,
-    heads: &'a Heads,
-    height: &'a [f64],
+struct ColumnsOnBed<'a, const D: usize> {
+    settings: &'a FlowSettings<D>,
+    pore_columns: &'a PorePressureColumns,
+    partial_thickness: &'a [f64],
     depth: &'a [f64],
-    pull: &'a [f64],
+    effective_gravity: &'a [f64],
     bed: &'a [BedPoint<D>],
 }
 
-impl<'a, const D: usize> Above<'a, D> {
+impl<'a, const D: usize> ColumnsOnBed<'a, D> {
     /// The nodes of a set, their bed, and velocities that may change while these are read.
-    fn parts(settings: &'a Settings<D>, heads: &'a Heads, set: &'a mut Set<D>) -> Parts<'a, D> {
-        let Set { nodes, bed, seen, .. } = set;
-        let Nodes { position, velocity, height, depth, bearing: pull, .. } = nodes;
-        let above = Self { settings, heads, height, depth, pull, bed };
-        Parts { above, position, porosity: &seen.porosity, velocity }
+    fn parts(
+        settings: &'a FlowSettings<D>,
+        heads: &'a PorePressureColumns,
+        set: &'a mut PhaseSet<D>,
+    ) -> PhaseParts<'a, D> {
+        let PhaseSet { nodes, bed, neighbour_data: seen, .. } = set;
+        let PhaseNodes { position, velocity, partial_thickness: height, depth, bearing: pull, .. } = nodes;
+        let above = Self {
+            settings,
+            pore_columns: heads,
+            partial_thickness: height,
+            depth,
+            effective_gravity: pull,
+            bed,
+        };
+        PhaseParts { above, position, porosity: &seen.porosity, velocity }
     }
 
-    fn of(flow: &'a Flow<D>, set: &'a Set<D>) -> Self {
-        let Nodes { height, depth, bearing: pull, .. } = &set.nodes;
-        Self { settings: &flow.settings, heads: &flow.heads, height, depth, pull, bed: &set.bed }
+    fn of(flow: &'a Flow<D>, set: &'a PhaseSet<D>) -> Self {
+        let PhaseNodes { partial_thickness: height, depth, bearing: pull, .. } = &set.nodes;
+        Self {
+            settings: &flow.settings,
+            pore_columns: &flow.pore_columns,
+            partial_thickness: height,
+            depth,
+            effective_gravity: pull,
+            bed: &set.bed,
+        }
     }
 
     /// Flow of a column as the law of the bed sees it, at the speed along the bed.
-    fn basal(&self, i: usize, velocity: &Plan<D>, porosity: f64) -> BasalFlow {
+    fn basal(&self, i: usize, velocity: &PlanVector<D>, porosity: f64) -> BasalFlow {
         let settings = self.settings;
         // A layer bears its own weight on its base; water above it stands in its pores as well.
-        let depth = if settings.phases == Phases::Layers { self.height[i] } else { self.depth[i] };
+        let depth = if settings.phases == Phases::Layers { self.partial_thickness[i] } else { self.depth[i] };
         let material = &settings.material;
         let densities = &material.densities;
-        let (bed, pull) = (&self.bed[i], self.pull[i]);
+        let (bed, pull) = (&self.bed[i], self.effective_gravity[i]);
         let density = densities.mixture(porosity);
         let pore_pressure = if material.saturated {
-            let excess = densities.submerged(porosity) * self.heads.base(i);
+            let excess = densities.submerged(porosity) * self.pore_columns.base(i);
             pull * (densities.fluid * depth + excess)
         } else {
             0.0
@@ -92,15 +110,15 @@ impl<'a, const D: usize> Above<'a, D> {
 }
 
 /// A set of nodes, its velocities apart.
-struct Parts<'a, const D: usize> {
-    above: Above<'a, D>,
-    position: &'a [Plan<D>],
+struct PhaseParts<'a, const D: usize> {
+    above: ColumnsOnBed<'a, D>,
+    position: &'a [PlanVector<D>],
     porosity: &'a [f64],
-    velocity: &'a mut [Plan<D>],
+    velocity: &'a mut [PlanVector<D>],
 }
 
 /// Scales a velocity so that its speed along the bed changes from `before` to `after` (m/s).
-fn scale<const D: usize>(velocity: &mut Plan<D>, before: f64, after: f64) {
+fn scale_speed<const D: usize>(velocity: &mut PlanVector<D>, before: f64, after: f64) {
     if before > 0.0 {
         let factor = after / before;
         velocity.iter_mut().for_each(|v| *v *= factor);
@@ -109,9 +127,9 @@ fn scale<const D: usize>(velocity: &mut Plan<D>, before: f64, after: f64) {
 
 impl<const D: usize> Flow<D> {
     /// Step 6 of a single phase: the whole resistance, implicit.
-    pub(super) fn resist_single(&mut self, dt: f64) {
-        let Self { settings, heads, sets, .. } = self;
-        let Parts { above, position, velocity, .. } = Above::parts(settings, heads, &mut sets[0]);
+    pub(super) fn apply_resistance_single(&mut self, dt: f64) {
+        let Self { settings, pore_columns: heads, sets, .. } = self;
+        let PhaseParts { above, position, velocity, .. } = ColumnsOnBed::parts(settings, heads, &mut sets[0]);
         let porosity = settings.material.porosity;
         let along = settings.numerics.friction_along_x;
         velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
@@ -119,47 +137,54 @@ impl<const D: usize> Flow<D> {
             let basal = above.basal(i, v, porosity);
             let per_stress = dt / (settings.material.density() * basal.depth);
             if along {
-                v[0] -= per_stress * law.max_static(&basal);
+                v[0] -= per_stress * law.static_shear_strength(&basal);
                 return;
             }
-            let after = law.slowed(&basal, per_stress);
-            scale(v, basal.speed, after);
+            let after = law.speed_after_step(&basal, per_stress);
+            scale_speed(v, basal.speed, after);
         });
     }
 
     /// Steps 5 and 6 of two phases.
-    pub(super) fn couple(&mut self, dt: f64) {
+    pub(super) fn apply_drag_and_resistance(&mut self, dt: f64) {
         let velocities = self.velocities();
-        let bonds: Vec<Vec<Option<Bond>>> = (0..2).map(|role| self.bonds(role, dt, &velocities)).collect();
-        self.relax(&bonds, Slip::Whole, &velocities);
-        let impulses = self.hold_solid(&bonds[0], dt);
+        let bonds: Vec<Vec<Option<DragCoupling>>> =
+            (0..2).map(|role| self.drag_couplings(role, dt, &velocities)).collect();
+        self.relax(&bonds, SlipSelection::Whole, &velocities);
+        let impulses = self.apply_yield_resistance(&bonds[0], dt);
         self.pass_impulses(&bonds[1], &impulses);
         // The part of the resistance that grows with the speed, each phase by itself; what it adds to the slip relaxes.
         for set in &mut self.sets {
-            set.before.clone_from(&set.nodes.velocity);
+            set.start_velocity.clone_from(&set.nodes.velocity);
         }
-        self.slow(0, dt);
-        self.slow(1, dt);
+        self.apply_rate_resistance(0, dt);
+        self.apply_rate_resistance(1, dt);
         let velocities = self.velocities();
-        self.relax(&bonds, Slip::Added, &velocities);
+        self.relax(&bonds, SlipSelection::Added, &velocities);
     }
 
     /// Masses and shares at the nodes of a phase; `None` where the other phase is not there.
-    fn bonds(&self, role: usize, dt: f64, velocities: &[[Vec<f64>; 4]; 2]) -> Vec<Option<Bond>> {
+    fn drag_couplings(
+        &self,
+        role: usize,
+        dt: f64,
+        velocities: &[[Vec<f64>; 4]; 2],
+    ) -> Vec<Option<DragCoupling>> {
         let set = &self.sets[role];
         let densities = &self.settings.material.densities;
         let bond = |i: usize| {
-            let (own, partner) = (set.nodes.height[i], set.seen.partner[i]);
-            if own < self.thin || partner < self.thin {
+            let (own, partner) = (set.nodes.partial_thickness[i], set.neighbour_data.partner[i]);
+            if own < self.min_partner_depth || partner < self.min_partner_depth {
                 return None;
             }
             let [solid, fluid] = if role == 0 { [own, partner] } else { [partner, own] };
             let porosity = fluid / (solid + fluid);
-            let slip = if self.settings.drag.knows_slip() { self.slip(role, i, velocities) } else { None };
+            let slip =
+                if self.settings.drag.depends_on_slip() { self.slip(role, i, velocities) } else { None };
             let slip = slip.map_or(0.0, |slip| norm(&slip[0]));
             let beta = self.settings.drag.relaxation(porosity, slip, densities);
             let masses = [densities.grain * solid, densities.fluid * fluid];
-            Some(Bond { masses, shares: shares(beta * dt) })
+            Some(DragCoupling { masses, shares: relaxation_shares(beta * dt) })
         };
         (0..set.len()).into_par_iter().with_min_len(TASK).map(bond).collect::<Vec<_>>()
     }
@@ -169,12 +194,12 @@ impl<const D: usize> Flow<D> {
     fn velocities(&self) -> [[Vec<f64>; 4]; 2] {
         [0, 1].map(|role| {
             let set = &self.sets[role];
-            set.packed.shown(|j| {
+            set.cell_sorted.sorted_values(|j| {
                 let number = set.number(j);
-                let (old, new) = (set.before[number], set.nodes.velocity[number]);
-                let added: Plan<D> = std::array::from_fn(|c| new[c] - old[c]);
+                let (old, new) = (set.start_velocity[number], set.nodes.velocity[number]);
+                let added: PlanVector<D> = std::array::from_fn(|c| new[c] - old[c]);
                 let image = j.checked_sub(set.len()).map(|image| &set.images[image]);
-                let [old, added] = [old, added].map(|v| image.map_or(v, |image| image.turn(&v)));
+                let [old, added] = [old, added].map(|v| image.map_or(v, |image| image.transform_vector(&v)));
                 std::array::from_fn(|c| match c % 2 {
                     axis if axis >= D => 0.0,
                     axis if c < 2 => old[axis],
@@ -186,11 +211,11 @@ impl<const D: usize> Flow<D> {
 
     /// Slip at a node of a phase, by averages of both phases at the same place with the same kernel: that of the velocities
     /// before the step, and what the step has added.
-    fn slip(&self, role: usize, i: usize, velocities: &[[Vec<f64>; 4]; 2]) -> Option<[Plan<D>; 2]> {
+    fn slip(&self, role: usize, i: usize, velocities: &[[Vec<f64>; 4]; 2]) -> Option<[PlanVector<D>; 2]> {
         let kernel = self.settings.numerics.kernel;
         let nodes = &self.sets[role].nodes;
         let mean = |set: usize| {
-            self.sets[set].packed.mean(kernel, &nodes.position[i], nodes.length[i], &velocities[set])
+            self.sets[set].cell_sorted.mean(kernel, &nodes.position[i], nodes.length[i], &velocities[set])
         };
         let (mine, theirs) = (mean(role)?, mean(1 - role)?);
         let sign = if role == 0 { 1.0 } else { -1.0 };
@@ -198,15 +223,20 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Step 5: slip relaxes, all of it or what the velocities have gained since `before`.
-    fn relax(&mut self, bonds: &[Vec<Option<Bond>>], which: Slip, velocities: &[[Vec<f64>; 4]; 2]) {
-        let changes: Vec<Vec<Plan<D>>> = (0..2)
+    fn relax(
+        &mut self,
+        bonds: &[Vec<Option<DragCoupling>>],
+        which: SlipSelection,
+        velocities: &[[Vec<f64>; 4]; 2],
+    ) {
+        let changes: Vec<Vec<PlanVector<D>>> = (0..2)
             .map(|role| {
                 let change = |i: usize| {
                     let Some(bond) = &bonds[role][i] else { return [0.0; D] };
                     let (old, new) = bond.shares;
                     let Some([before, added]) = self.slip(role, i, velocities) else { return [0.0; D] };
                     let part = bond.part(role);
-                    let old = if which == Slip::Whole { old } else { 0.0 };
+                    let old = if which == SlipSelection::Whole { old } else { 0.0 };
                     std::array::from_fn(|c| part * (old * before[c] + new * added[c]))
                 };
                 (0..self.sets[role].len()).into_par_iter().with_min_len(TASK).map(change).collect::<Vec<_>>()
@@ -222,32 +252,32 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Step 6: the yield part of the resistance on the grains, with a mobility that knows the drag; impulses per plan area.
-    fn hold_solid(&mut self, bonds: &[Option<Bond>], dt: f64) -> Vec<Plan<D>> {
+    fn apply_yield_resistance(&mut self, bonds: &[Option<DragCoupling>], dt: f64) -> Vec<PlanVector<D>> {
         let set = &self.sets[0];
-        let above = Above::of(self, set);
+        let above = ColumnsOnBed::of(self, set);
         let densities = &self.settings.material.densities;
         let impulse = |i: usize| {
             let v = set.nodes.velocity[i];
             let Some(law) = &self.settings.zone(&set.nodes.position[i]).law else { return ([0.0; D], v) };
-            let porosity = set.seen.porosity[i];
+            let porosity = set.neighbour_data.porosity[i];
             let basal = above.basal(i, &v, porosity);
             let speed = norm(&v);
             if speed == 0.0 {
                 return ([0.0; D], v);
             }
-            let mobility =
-                bonds[i].map_or(1.0 / (densities.grain * set.nodes.height[i]), |bond| bond.mobility());
+            let mobility = bonds[i]
+                .map_or(1.0 / (densities.grain * set.nodes.partial_thickness[i]), |bond| bond.mobility());
             let cosine = 1.0 / set.bed[i].steepness().sqrt();
             let share = if basal.speed > 0.0 { speed / basal.speed } else { 1.0 };
-            let yields = dt * law.max_static(&basal) / cosine * share;
+            let yields = dt * law.static_shear_strength(&basal) / cosine * share;
             let size = yields.min(speed / mobility);
-            let impulse: Plan<D> = std::array::from_fn(|c| size * v[c] / speed);
+            let impulse: PlanVector<D> = std::array::from_fn(|c| size * v[c] / speed);
             // At the limit the node stops exactly.
             let left =
                 if size < yields { [0.0; D] } else { std::array::from_fn(|c| v[c] - mobility * impulse[c]) };
             (impulse, left)
         };
-        let found: Vec<(Plan<D>, Plan<D>)> =
+        let found: Vec<(PlanVector<D>, PlanVector<D>)> =
             (0..set.len()).into_par_iter().with_min_len(TASK).map(impulse).collect();
         for (v, (_, left)) in self.sets[0].nodes.velocity.iter_mut().zip(&found) {
             *v = *left;
@@ -256,10 +286,10 @@ impl<const D: usize> Flow<D> {
     }
 
     /// What the fluid takes of the impulses on the grains.
-    fn pass_impulses(&mut self, bonds: &[Option<Bond>], impulses: &[Plan<D>]) {
+    fn pass_impulses(&mut self, bonds: &[Option<DragCoupling>], impulses: &[PlanVector<D>]) {
         let kernel = self.settings.numerics.kernel;
         let (solid, fluid) = (&self.sets[0], &self.sets[1]);
-        let shown = solid.packed.shown(|j| {
+        let shown = solid.cell_sorted.sorted_values(|j| {
             let sign = j.checked_sub(solid.len()).map_or([1.0; D], |image| solid.images[image].sign);
             let impulse = &impulses[solid.number(j)];
             std::array::from_fn::<f64, D, _>(|c| sign[c] * impulse[c])
@@ -267,10 +297,11 @@ impl<const D: usize> Flow<D> {
         let taken = |i: usize| {
             let Some(bond) = &bonds[i] else { return [0.0; D] };
             let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
-            let mean = solid.packed.mean(kernel, x, length, &shown).unwrap_or([0.0; D]);
+            let mean = solid.cell_sorted.mean(kernel, x, length, &shown).unwrap_or([0.0; D]);
             std::array::from_fn(|c| bond.passed() * mean[c])
         };
-        let taken: Vec<Plan<D>> = (0..fluid.len()).into_par_iter().with_min_len(TASK).map(taken).collect();
+        let taken: Vec<PlanVector<D>> =
+            (0..fluid.len()).into_par_iter().with_min_len(TASK).map(taken).collect();
         for (v, taken) in self.sets[1].nodes.velocity.iter_mut().zip(&taken) {
             for c in 0..D {
                 v[c] -= taken[c];
@@ -279,9 +310,10 @@ impl<const D: usize> Flow<D> {
     }
 
     /// The part of the resistance that grows with the speed, on one phase.
-    fn slow(&mut self, role: usize, dt: f64) {
-        let Self { settings, heads, sets, .. } = self;
-        let Parts { above, position, porosity, velocity } = Above::parts(settings, heads, &mut sets[role]);
+    fn apply_rate_resistance(&mut self, role: usize, dt: f64) {
+        let Self { settings, pore_columns: heads, sets, .. } = self;
+        let PhaseParts { above, position, porosity, velocity } =
+            ColumnsOnBed::parts(settings, heads, &mut sets[role]);
         velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
             let speed = above.bed[i].speed(v);
             if speed == 0.0 {
@@ -293,23 +325,23 @@ impl<const D: usize> Flow<D> {
             } else {
                 above.slow_fluid(zone.fluid, i, speed, dt)
             };
-            scale(v, speed, after);
+            scale_speed(v, speed, after);
         });
     }
 }
 
 /// Which slip relaxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Slip {
+enum SlipSelection {
     /// That of before the step, and what the step has added.
     Whole,
     /// What has been added since the velocities were last kept.
     Added,
 }
 
-impl<const D: usize> Above<'_, D> {
+impl<const D: usize> ColumnsOnBed<'_, D> {
     /// Speed of the grains after the part of their resistance that grows with it (m/s).
-    fn slow_solid(&self, zone: &Zone, i: usize, porosity: f64, speed: f64, dt: f64) -> f64 {
+    fn slow_solid(&self, zone: &BedZone, i: usize, porosity: f64, speed: f64, dt: f64) -> f64 {
         let Some(law) = &zone.law else { return speed };
         let densities = &self.settings.material.densities;
         let (depth, steepness) = (self.depth[i], self.bed[i].steepness());
@@ -317,12 +349,12 @@ impl<const D: usize> Above<'_, D> {
         let basal = BasalFlow {
             depth: depth / steepness.sqrt(),
             speed,
-            normal_stress: density * self.pull[i] * depth,
+            normal_stress: density * self.effective_gravity[i] * depth,
             pore_pressure: 0.0,
             slope: 0.0,
             unit_weight: density * self.settings.whole_gravity(),
         };
-        law.dragged(&basal, dt / (density * basal.depth))
+        law.speed_after_drag(&basal, dt / (density * basal.depth))
     }
 
     /// Speed of the fluid after its resistance (m/s).

@@ -4,15 +4,15 @@ use colluvium_points::NeighbourList;
 use rayon::prelude::*;
 use wide::f64x4;
 
-use super::fours::{self, Fours};
-use super::longest::Longest;
-use super::packed::{FIELDS, Packed, four, whole};
-use super::set::{Set, TASK};
+use super::fours::{self, PackedNeighbours};
+use super::longest::MaxSmoothingLength;
+use super::packed::{CellSorted, FIELDS, four_values, sum_lanes};
+use super::set::{PhaseSet, TASK};
 use crate::bed::BedPoint;
-use crate::choices::{Momentum, Phases};
+use crate::choices::{Phases, PressureForceForm};
 use crate::kernel::Kernel;
-use crate::nodes::{Nodes, Plan, Seen, dot};
-use crate::settings::Settings;
+use crate::nodes::{NeighbourData, PhaseNodes, PlanVector, dot};
+use crate::settings::FlowSettings;
 
 /// Below this determinant the correction of gradients is left out (sheet: depth-sph §2.10).
 const ILL_CONDITIONED: f64 = 1e-3;
@@ -21,7 +21,7 @@ const SOFTENING: f64 = 0.01;
 
 /// Which phase a set is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum PhaseRole {
     /// The only one.
     Single,
     /// Grains of a mixture.
@@ -35,19 +35,19 @@ pub enum Role {
 }
 
 /// Sums over the neighbours of a node.
-pub(super) struct Sums<const D: usize> {
+pub(super) struct ForceSums<const D: usize> {
     /// `Σ m (p_I + p_J) ∇W`, the pressure force over `-g_*`.
-    pub(super) push: Plan<D>,
+    pub(super) pressure_gradient: PlanVector<D>,
     /// `-Σ m Π ∇W` (m/s²).
-    pub(super) viscous: Plan<D>,
+    pub(super) viscous: PlanVector<D>,
     /// `Σ (m/h) (f_J - f_I) ∇W` of the fields.
-    pub(super) slopes: [Plan<D>; FIELDS],
+    pub(super) field_gradients: [PlanVector<D>; FIELDS],
     /// `Σ (m/h) (x_J - x_I) ⊗ ∇W`.
-    pub(super) moment: [Plan<D>; D],
+    pub(super) moment: [PlanVector<D>; D],
 }
 
 /// `A⁻¹ b` in one or two dimensions; `b` where `A` is ill-conditioned.
-pub fn corrected<const D: usize>(matrix: &[Plan<D>; D], vector: &Plan<D>) -> Plan<D> {
+pub fn corrected<const D: usize>(matrix: &[PlanVector<D>; D], vector: &PlanVector<D>) -> PlanVector<D> {
     let mut result = *vector;
     if D == 1 {
         if matrix[0][0] > ILL_CONDITIONED {
@@ -64,27 +64,27 @@ pub fn corrected<const D: usize>(matrix: &[Plan<D>; D], vector: &Plan<D>) -> Pla
 }
 
 /// The sums of the forces between the nodes of one set: what they read of it.
-pub(super) struct Pairs<'a, const D: usize> {
-    pub(super) settings: &'a Settings<D>,
-    pub(super) nodes: &'a Nodes<D>,
-    pub(super) seen: &'a Seen<D>,
-    pub(super) packed: &'a Packed<D>,
-    pub(super) around: &'a Longest<D>,
-    pub(super) fours: &'a Fours,
+pub(super) struct PairForces<'a, const D: usize> {
+    pub(super) settings: &'a FlowSettings<D>,
+    pub(super) nodes: &'a PhaseNodes<D>,
+    pub(super) neighbour_data: &'a NeighbourData<D>,
+    pub(super) cell_sorted: &'a CellSorted<D>,
+    pub(super) max_smoothing_length: &'a MaxSmoothingLength<D>,
+    pub(super) packed_neighbours: &'a PackedNeighbours,
     pub(super) bed: &'a [BedPoint<D>],
     pub(super) reaction: &'a [f64],
     pub(super) across: &'a NeighbourList<D>,
 }
 
 /// Sums as lanes of four neighbours.
-struct Lanes<const D: usize> {
+struct SimdForceSums<const D: usize> {
     push: [f64x4; D],
     viscous: [f64x4; D],
     slopes: [[f64x4; D]; FIELDS],
     moment: [[f64x4; D]; D],
 }
 
-impl<const D: usize> Lanes<D> {
+impl<const D: usize> SimdForceSums<D> {
     const NONE: Self = Self {
         push: [f64x4::ZERO; D],
         viscous: [f64x4::ZERO; D],
@@ -96,15 +96,15 @@ impl<const D: usize> Lanes<D> {
     #[inline(always)]
     fn add_slopes(
         &mut self,
-        near: &Packed<D>,
+        near: &CellSorted<D>,
         first: usize,
         share: f64x4,
         here: &[f64x4; FIELDS],
         apart: &[f64x4; D],
     ) {
         for (f, slope) in self.slopes.iter_mut().enumerate() {
-            let column = if f == 0 { &near.height } else { &near.fields[f] };
-            let change = share * (four(column, first) - here[f]);
+            let column = if f == 0 { &near.partial_thickness } else { &near.fields[f] };
+            let change = share * (four_values(column, first) - here[f]);
             for c in 0..D {
                 slope[c] += change * apart[c];
             }
@@ -117,69 +117,89 @@ impl<const D: usize> Lanes<D> {
     }
 
     #[inline(always)]
-    fn sums(self) -> Sums<D> {
-        Sums {
-            push: self.push.map(whole),
-            viscous: self.viscous.map(whole),
-            slopes: self.slopes.map(|slope| slope.map(whole)),
-            moment: self.moment.map(|row| row.map(whole)),
+    fn sums(self) -> ForceSums<D> {
+        ForceSums {
+            pressure_gradient: self.push.map(sum_lanes),
+            viscous: self.viscous.map(sum_lanes),
+            field_gradients: self.slopes.map(|slope| slope.map(sum_lanes)),
+            moment: self.moment.map(|row| row.map(sum_lanes)),
         }
     }
 }
 
-impl<const D: usize> Pairs<'_, D> {
+impl<const D: usize> PairForces<'_, D> {
     /// Sums over the neighbours of node `i` with the smoothing length of each for its pressure (sheet: depth-sph §3.4).
     #[inline]
-    fn variational(&self, i: usize) -> Sums<D> {
+    fn variational(&self, i: usize) -> ForceSums<D> {
         let numerics = &self.settings.numerics;
         let kernel = numerics.kernel;
         let support = kernel.support();
-        let (nodes, seen, near) = (self.nodes, self.seen, self.packed);
+        let (nodes, seen, near) = (self.nodes, self.neighbour_data, self.cell_sorted);
         let (x, length) = (&nodes.position[i], nodes.length[i]);
-        let viscosity = Viscosity::of(numerics.viscosity, nodes.pull[i], nodes.depth[i], nodes.height[i]);
+        let viscosity = ArtificialViscosity::of(
+            numerics.viscosity,
+            nodes.effective_gravity[i],
+            nodes.depth[i],
+            nodes.partial_thickness[i],
+        );
         let factor = f64x4::splat(kernel.factor::<D>());
-        let mut sums = Lanes::NONE;
-        near.around(x, support * self.around.at(x).max(length), |first, apart, square| {
-            let (own, theirs) = (f64x4::splat(length), four(&near.length, first));
-            let volumes = four(&near.volume, first);
-            let weigh = |length: f64x4| {
-                let reach = length * support;
-                square.simd_lt(reach * reach) & (slopes::<D>(kernel, factor, square, length) * volumes)
-            };
-            let (here, there) = (weigh(own), weigh(theirs));
-            let push = here * seen.pressure[i] + there * four(&near.pressure, first);
-            let mut closing = f64x4::ZERO;
-            for c in 0..D {
-                sums.push[c] += push * apart[c];
-                closing += (f64x4::splat(nodes.velocity[i][c]) - four(&near.velocity[c], first)) * apart[c];
-            }
-            let approaching = closing.simd_lt(f64x4::ZERO) & (here + there).simd_ne(f64x4::ZERO);
-            if approaching.any() {
-                let (mean, heights) = ((own + theirs) * 0.5, four(&near.height, first));
-                let strength =
-                    viscosity.over_kernel(closing, square, mean, four(&near.depth, first), heights);
-                let strength = approaching & (strength * (here + there) * 0.5);
+        let mut sums = SimdForceSums::NONE;
+        near.for_each_neighbour(
+            x,
+            support * self.max_smoothing_length.at(x).max(length),
+            |first, apart, square| {
+                let (own, theirs) = (f64x4::splat(length), four_values(&near.length, first));
+                let volumes = four_values(&near.volume, first);
+                let weigh = |length: f64x4| {
+                    let reach = length * support;
+                    square.simd_lt(reach * reach)
+                        & (kernel_slopes::<D>(kernel, factor, square, length) * volumes)
+                };
+                let (here, there) = (weigh(own), weigh(theirs));
+                let push = here * seen.pressure[i] + there * four_values(&near.pressure, first);
+                let mut closing = f64x4::ZERO;
                 for c in 0..D {
-                    sums.viscous[c] -= strength * apart[c];
+                    sums.push[c] += push * apart[c];
+                    closing += (f64x4::splat(nodes.velocity[i][c]) - four_values(&near.velocity[c], first))
+                        * apart[c];
                 }
-            }
-        });
+                let approaching = closing.simd_lt(f64x4::ZERO) & (here + there).simd_ne(f64x4::ZERO);
+                if approaching.any() {
+                    let (mean, heights) = ((own + theirs) * 0.5, four_values(&near.partial_thickness, first));
+                    let strength = viscosity.over_kernel(
+                        closing,
+                        square,
+                        mean,
+                        four_values(&near.depth, first),
+                        heights,
+                    );
+                    let strength = approaching & (strength * (here + there) * 0.5);
+                    for c in 0..D {
+                        sums.viscous[c] -= strength * apart[c];
+                    }
+                }
+            },
+        );
         sums.sums()
     }
 
     /// Sums over the neighbours of node `i`; gradients only where they are asked for.
     #[inline]
-    fn sums<const GRADIENTS: bool>(&self, i: usize, spare: &mut Vec<u32>) -> Sums<D> {
-        let listed = self.fours.are_complete();
+    fn sums<const GRADIENTS: bool>(&self, i: usize, spare: &mut Vec<u32>) -> ForceSums<D> {
+        let listed = self.packed_neighbours.are_complete();
         if !listed {
-            let (x, length, near) = (&self.nodes.position[i], self.nodes.length[i], self.packed);
+            let (x, length, near) = (&self.nodes.position[i], self.nodes.length[i], self.cell_sorted);
             let half = 0.5 * self.settings.numerics.kernel.support();
             spare.clear();
-            near.around(x, half * (length + self.around.at(x).max(length)), |first, _, square| {
-                spare.push(fours::entry(first, square));
-            });
+            near.for_each_neighbour(
+                x,
+                half * (length + self.max_smoothing_length.at(x).max(length)),
+                |first, _, square| {
+                    spare.push(fours::pack_entry(first, square));
+                },
+            );
         }
-        let entries = if listed { self.fours.of(i) } else { spare };
+        let entries = if listed { self.packed_neighbours.entries(i) } else { spare };
         // Of the usual kernel the compiler makes a loop of its own.
         match self.settings.numerics.kernel {
             Kernel::CubicSpline => self.sums_over::<GRADIENTS, true>(i, entries),
@@ -189,35 +209,42 @@ impl<const D: usize> Pairs<'_, D> {
 
     /// The same over fours that are listed.
     #[inline]
-    fn sums_over<const GRADIENTS: bool, const CUBIC: bool>(&self, i: usize, entries: &[u32]) -> Sums<D> {
+    fn sums_over<const GRADIENTS: bool, const CUBIC: bool>(&self, i: usize, entries: &[u32]) -> ForceSums<D> {
         let numerics = &self.settings.numerics;
         let kernel = if CUBIC { Kernel::CubicSpline } else { numerics.kernel };
-        let product = numerics.momentum == Momentum::Product;
+        let product = numerics.momentum == PressureForceForm::Product;
         let half_support = 0.5 * kernel.support();
-        let (nodes, seen, near) = (self.nodes, self.seen, self.packed);
+        let (nodes, seen, near) = (self.nodes, self.neighbour_data, self.cell_sorted);
         let (x, length) = (&nodes.position[i], nodes.length[i]);
-        let (pressure, height) = (f64x4::splat(seen.pressure[i]), f64x4::splat(nodes.height[i]));
+        let (pressure, height) = (f64x4::splat(seen.pressure[i]), f64x4::splat(nodes.partial_thickness[i]));
         let mut velocity = [f64x4::ZERO; D];
         for c in 0..D {
             velocity[c] = f64x4::splat(nodes.velocity[i][c]);
         }
-        let viscosity = Viscosity::of(numerics.viscosity, nodes.pull[i], nodes.depth[i], nodes.height[i]);
+        let viscosity = ArtificialViscosity::of(
+            numerics.viscosity,
+            nodes.effective_gravity[i],
+            nodes.depth[i],
+            nodes.partial_thickness[i],
+        );
         let mut here = [f64x4::ZERO; FIELDS];
         if GRADIENTS {
-            here = fields(seen, i).map(f64x4::splat);
+            here = gradient_fields(seen, i).map(f64x4::splat);
         }
         let factor = f64x4::splat(kernel.factor::<D>());
-        let mut sums = Lanes::NONE;
-        near.listed(x, entries, |first, apart, square| {
-            let both = four(&near.length, first) + length;
+        let mut sums = SimdForceSums::NONE;
+        near.for_each_listed(x, entries, |first, apart, square| {
+            let both = four_values(&near.length, first) + length;
             let reach = both * half_support;
             let inside = square.simd_lt(reach * reach);
             if !inside.any() {
                 return;
             }
             let mean = both * 0.5;
-            let weight = inside & (slopes::<D>(kernel, factor, square, mean) * four(&near.volume, first));
-            let (heights, pressures) = (four(&near.height, first), four(&near.pressure, first));
+            let weight = inside
+                & (kernel_slopes::<D>(kernel, factor, square, mean) * four_values(&near.volume, first));
+            let (heights, pressures) =
+                (four_values(&near.partial_thickness, first), four_values(&near.pressure, first));
             let pair = if product {
                 // (P_I + P_J)/(h_I h_J) of what is given as P/h².
                 inside & (pressure * height / heights + pressures * heights / height)
@@ -228,12 +255,12 @@ impl<const D: usize> Pairs<'_, D> {
             let mut closing = f64x4::ZERO;
             for c in 0..D {
                 sums.push[c] += push * apart[c];
-                closing += (velocity[c] - four(&near.velocity[c], first)) * apart[c];
+                closing += (velocity[c] - four_values(&near.velocity[c], first)) * apart[c];
             }
             let approaching = inside & closing.simd_lt(f64x4::ZERO);
             if approaching.any() {
                 let strength =
-                    viscosity.over_kernel(closing, square, mean, four(&near.depth, first), heights);
+                    viscosity.over_kernel(closing, square, mean, four_values(&near.depth, first), heights);
                 let strength = approaching & (strength * weight);
                 for c in 0..D {
                     sums.viscous[c] -= strength * apart[c];
@@ -249,31 +276,31 @@ impl<const D: usize> Pairs<'_, D> {
 
 /// `(∂W/∂r)/r` of four neighbours, of the squares of their distances and their mean smoothing lengths.
 #[inline(always)]
-fn slopes<const D: usize>(kernel: Kernel, factor: f64x4, square: f64x4, mean: f64x4) -> f64x4 {
+fn kernel_slopes<const D: usize>(kernel: Kernel, factor: f64x4, square: f64x4, mean: f64x4) -> f64x4 {
     // Of a node at the same place, the node itself above all, the vector is zero.
     let distance = square.sqrt().fast_max(mean * 1e-12);
     let inverses = f64x4::ONE / (mean * distance);
     let inverse = inverses * distance;
     let two = inverse * inverse;
     let power = if D == 1 { two * inverse } else { two * two };
-    factor * power * kernel.slopes::<D>(distance * inverse, mean * mean * inverses)
+    factor * power * kernel.slope_of_four::<D>(distance * inverse, mean * mean * inverses)
 }
 
 /// Artificial viscosity of a node against four neighbours.
-struct Viscosity {
+struct ArtificialViscosity {
     linear: f64x4,
     quadratic: f64x4,
-    half_pull: f64x4,
+    half_effective_gravity: f64x4,
     depth: f64x4,
     height: f64x4,
 }
 
-impl Viscosity {
+impl ArtificialViscosity {
     fn of((linear, quadratic): (f64, f64), pull: f64, depth: f64, height: f64) -> Self {
         Self {
             linear: f64x4::splat(linear),
             quadratic: f64x4::splat(quadratic),
-            half_pull: f64x4::splat(0.5 * pull),
+            half_effective_gravity: f64x4::splat(0.5 * pull),
             depth: f64x4::splat(depth),
             height: f64x4::splat(height),
         }
@@ -293,100 +320,135 @@ impl Viscosity {
         let both = self.height + heights;
         let inverse = f64x4::ONE / (soft * both);
         let rate = mean * closing * both * inverse;
-        let celerity = (self.half_pull * (self.depth + depths)).sqrt();
+        let celerity = (self.half_effective_gravity * (self.depth + depths)).sqrt();
         (self.quadratic * rate - self.linear * celerity) * rate * soft * inverse * 2.0
     }
 }
 
 /// The fields of which gradients are taken; those that a problem does not have are zero.
 #[inline]
-fn fields<const D: usize>(seen: &Seen<D>, i: usize) -> [f64; FIELDS] {
+fn gradient_fields<const D: usize>(seen: &NeighbourData<D>, i: usize) -> [f64; FIELDS] {
     let of = |column: &[f64]| column.get(i).copied().unwrap_or(0.0);
     [seen.height[i], of(&seen.partner), of(&seen.porosity), of(&seen.excess), of(&seen.level)]
 }
 
-impl<const D: usize> Set<D> {
+impl<const D: usize> PhaseSet<D> {
     /// Step 4: accelerations of the nodes but for drag and the resistance of the bed. `weak(i)` tells whether drag is weak
     /// at a node, `other` is the other set of two layers.
     pub fn accelerate(
         &mut self,
-        settings: &Settings<D>,
-        role: Role,
+        settings: &FlowSettings<D>,
+        role: PhaseRole,
         weak: impl Fn(usize) -> bool + Sync,
-        other: Option<&Seen<D>>,
+        other: Option<&NeighbourData<D>>,
     ) {
         let form = settings.numerics.momentum;
-        let plain =
-            settings.phases != Phases::Two && form != Momentum::Node && !settings.numerics.surface_gradient;
-        self.show_forces(settings.numerics.kernel.support(), !plain);
-        let Self { nodes, seen, packed, around, fours, bed, reaction, across, acceleration, viscous, .. } =
-            self;
+        let plain = settings.phases != Phases::Two
+            && form != PressureForceForm::Node
+            && !settings.numerics.surface_gradient;
+        self.gather_force_data(settings.numerics.kernel.support(), !plain);
+        let Self {
+            nodes,
+            neighbour_data: seen,
+            cell_sorted: packed,
+            max_smoothing_length: around,
+            packed_neighbours: fours,
+            bed,
+            reaction,
+            other_phase_neighbours: across,
+            acceleration,
+            viscous,
+            ..
+        } = self;
         acceleration.resize(nodes.len(), [0.0; D]);
         viscous.resize(nodes.len(), [0.0; D]);
-        let pairs = Pairs { settings, nodes, seen, packed, around, fours, bed, reaction, across };
+        let pairs = PairForces {
+            settings,
+            nodes,
+            neighbour_data: seen,
+            cell_sorted: packed,
+            max_smoothing_length: around,
+            packed_neighbours: fours,
+            bed,
+            reaction,
+            across,
+        };
         let columns = acceleration.par_iter_mut().zip(viscous).enumerate();
         columns.with_min_len(TASK).for_each_init(Vec::new, |spare, (i, (a, viscous))| {
             let (sums, mut force) = if plain {
-                let sums = if form == Momentum::Variational {
+                let sums = if form == PressureForceForm::Variational {
                     pairs.variational(i)
                 } else {
                     pairs.sums::<false>(i, spare)
                 };
-                let pull = pairs.nodes.pull[i];
-                let force = sums.push.map(|push| -pull * push);
+                let pull = pairs.nodes.effective_gravity[i];
+                let force = sums.pressure_gradient.map(|push| -pull * push);
                 (sums, force)
             } else {
                 let sums = pairs.sums::<true>(i, spare);
                 let by_differences = match form {
-                    Momentum::Node => true,
-                    Momentum::Automatic => settings.phases == Phases::Two && weak(i),
-                    Momentum::Symmetric | Momentum::Product | Momentum::Variational => false,
+                    PressureForceForm::Node => true,
+                    PressureForceForm::Automatic => settings.phases == Phases::Two && weak(i),
+                    PressureForceForm::Symmetric
+                    | PressureForceForm::Product
+                    | PressureForceForm::Variational => false,
                 };
-                let force = pairs.push(role, i, &sums, by_differences || settings.numerics.surface_gradient);
+                let force = pairs.pressure_force(
+                    role,
+                    i,
+                    &sums,
+                    by_differences || settings.numerics.surface_gradient,
+                );
                 (sums, force)
             };
             let mut gradient = pairs.depth_gradient(i, &sums, plain);
             if let Some(other) = other {
                 pairs.add_layer(role, i, other, &mut force, &mut gradient);
             }
-            let share = pairs.damping(i, &gradient);
+            let share = pairs.slope_reduction(i, &gradient);
             *viscous = pairs.along_bed(i, &sums.viscous, share);
             *a = pairs.with_bed(i, &pairs.along_bed(i, &force, share), viscous);
         });
     }
 }
 
-impl<const D: usize> Pairs<'_, D> {
+impl<const D: usize> PairForces<'_, D> {
     /// Pressure force of node `i` of two phases, or by differences (m/s²).
-    fn push(&self, role: Role, i: usize, sums: &Sums<D>, by_differences: bool) -> Plan<D> {
-        let (seen, settings) = (self.seen, self.settings);
-        let pull = self.nodes.pull[i];
-        let [height, partner, porosity, excess, _] = fields(seen, i);
-        let slopes = sums.slopes.map(|slope| corrected(&sums.moment, &slope));
+    fn pressure_force(
+        &self,
+        role: PhaseRole,
+        i: usize,
+        sums: &ForceSums<D>,
+        by_differences: bool,
+    ) -> PlanVector<D> {
+        let (seen, settings) = (self.neighbour_data, self.settings);
+        let pull = self.nodes.effective_gravity[i];
+        let [height, partner, porosity, excess, _] = gradient_fields(seen, i);
+        let slopes = sums.field_gradients.map(|slope| corrected(&sums.moment, &slope));
         let [height_slope, partner_slope, porosity_slope, excess_slope, level_slope] = slopes;
         let densities = &settings.material.densities;
         let ratio = densities.fluid / densities.grain;
         let depth = seen.depth[i];
         std::array::from_fn(|c| {
             let own = match (role, by_differences) {
-                (Role::Solid, true) => {
+                (PhaseRole::Solid, true) => {
                     let buoyant = 0.5 * (1.0 - ratio) * partner / height * height_slope[c];
                     let weight = height_slope[c] + 0.5 * (1.0 + ratio) * partner_slope[c] + buoyant;
                     porosity / (densities.grain * height) * excess_slope[c] - weight
                 }
-                (Role::Fluid, true) => {
+                (PhaseRole::Fluid, true) => {
                     -(height_slope[c] + partner_slope[c]) - excess_slope[c] / (densities.fluid * depth)
                 }
                 (_, true) => -height_slope[c],
-                (Role::Solid, false) => {
+                (PhaseRole::Solid, false) => {
                     let force = 0.5 * ratio * depth * depth + excess / densities.grain;
-                    -sums.push[c] - force / height * porosity_slope[c]
+                    -sums.pressure_gradient[c] - force / height * porosity_slope[c]
                 }
-                (Role::Fluid, false) => {
+                (PhaseRole::Fluid, false) => {
                     let force = 0.5 * depth * depth + excess / densities.fluid;
-                    force / height * porosity_slope[c] - sums.push[c]
+                    force / height * porosity_slope[c] - sums.pressure_gradient[c]
                 }
-                (_, false) => -sums.push[c],
+                (_, false) => -sums.pressure_gradient[c],
             };
             // Of the free surface: the slope of the bed by the same differences, in place of its own.
             let level = if settings.numerics.surface_gradient { level_slope[c] } else { 0.0 };
@@ -395,22 +457,29 @@ impl<const D: usize> Pairs<'_, D> {
     }
 
     /// Adds the weight of the other layer to a force (m/s²), and its depth to the gradient (sheet: depth-sph §2.11).
-    fn add_layer(&self, role: Role, i: usize, other: &Seen<D>, force: &mut Plan<D>, gradient: &mut Plan<D>) {
+    fn add_layer(
+        &self,
+        role: PhaseRole,
+        i: usize,
+        other: &NeighbourData<D>,
+        force: &mut PlanVector<D>,
+        gradient: &mut PlanVector<D>,
+    ) {
         let densities = &self.settings.material.densities;
-        let factor = if role == Role::Lower { densities.fluid / densities.grain } else { 1.0 };
+        let factor = if role == PhaseRole::Lower { densities.fluid / densities.grain } else { 1.0 };
         let kernel = self.settings.numerics.kernel;
-        let seen = self.seen;
+        let seen = self.neighbour_data;
         let (x, length) = (&seen.position[i], seen.length[i]);
-        for &j in self.across.of(i) {
+        for &j in self.across.neighbours(i) {
             let j = j as usize;
-            let apart: Plan<D> = std::array::from_fn(|c| x[c] - other.position[j][c]);
+            let apart: PlanVector<D> = std::array::from_fn(|c| x[c] - other.position[j][c]);
             let distance = dot(&apart, &apart).sqrt();
             if distance >= kernel.support() * length {
                 continue;
             }
             let weight = other.volume[j] * kernel.gradient::<D>(distance, length);
             for c in 0..D {
-                force[c] -= factor * self.nodes.pull[i] * weight * apart[c];
+                force[c] -= factor * self.nodes.effective_gravity[i] * weight * apart[c];
                 gradient[c] += weight * apart[c];
             }
         }
@@ -420,15 +489,15 @@ impl<const D: usize> Pairs<'_, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drag::Densities;
-    use crate::nodes::Node;
+    use crate::drag::MixtureDensities;
+    use crate::nodes::NewNode;
     use crate::settings::Mixture;
 
     /// V20: both forms of the pressure force are the same for any heights and excess pressure, and their sum is that of the mixture.
     #[test]
     fn node_form_and_symmetric_form_are_one() {
-        let densities = Densities { grain: 2650.0, fluid: 1000.0, gravity: 9.81 };
-        let mut settings = Settings::<1>::plain(1000.0);
+        let densities = MixtureDensities { grain: 2650.0, fluid: 1000.0, gravity: 9.81 };
+        let mut settings = FlowSettings::<1>::plain(1000.0);
         settings.phases = Phases::Two;
         settings.material = Mixture { densities, porosity: 0.4, saturated: true };
         let (rho_s, rho_w, pull) = (densities.grain, densities.fluid, 9.81);
@@ -444,37 +513,69 @@ mod tests {
             let porosity_slope = (fluid_slope * depth - fluid * depth_slope) / (depth * depth);
             let share_slope = porosity_slope * excess + porosity * excess_slope;
             let slopes_of = |own: f64, other: f64| [[own], [other], [porosity_slope], [excess_slope], [0.0]];
-            let force = |role: Role, by_differences: bool| {
-                let [own, partner] = if role == Role::Solid { [solid, fluid] } else { [fluid, solid] };
-                let mut set = Set::<1>::default();
+            let force = |role: PhaseRole, by_differences: bool| {
+                let [own, partner] = if role == PhaseRole::Solid { [solid, fluid] } else { [fluid, solid] };
+                let mut set = PhaseSet::<1>::default();
                 set.nodes.push(
                     0,
-                    &Node { body: 0, position: [0.0], velocity: [0.0], volume: own, length: 1.0, scale: 1.0 },
+                    &NewNode {
+                        body: 0,
+                        position: [0.0],
+                        velocity: [0.0],
+                        volume: own,
+                        length: 1.0,
+                        scale: 1.0,
+                    },
                 );
-                set.nodes.pull[0] = pull;
-                set.seen.height = vec![own];
-                set.seen.partner = vec![partner];
-                set.seen.porosity = vec![porosity];
-                set.seen.excess = vec![excess];
-                set.seen.depth = vec![depth];
+                set.nodes.effective_gravity[0] = pull;
+                set.neighbour_data.height = vec![own];
+                set.neighbour_data.partner = vec![partner];
+                set.neighbour_data.porosity = vec![porosity];
+                set.neighbour_data.excess = vec![excess];
+                set.neighbour_data.depth = vec![depth];
                 let weight = |own: f64, slope: f64| 0.5 * (slope * depth + own * depth_slope);
-                let (push, slopes) = if role == Role::Solid {
+                let (push, slopes) = if role == PhaseRole::Solid {
                     let pressure = weight(solid, solid_slope) - share_slope / rho_s;
                     (pressure / solid, slopes_of(solid_slope, fluid_slope))
                 } else {
                     let pressure = weight(fluid, fluid_slope) + share_slope / rho_w;
                     (pressure / fluid, slopes_of(fluid_slope, solid_slope))
                 };
-                let sums = Sums { push: [push], viscous: [0.0], slopes, moment: [[1.0]] };
-                let Set { nodes, seen, packed, around, fours, bed, reaction, across, .. } = &set;
+                let sums = ForceSums {
+                    pressure_gradient: [push],
+                    viscous: [0.0],
+                    field_gradients: slopes,
+                    moment: [[1.0]],
+                };
+                let PhaseSet {
+                    nodes,
+                    neighbour_data: seen,
+                    cell_sorted: packed,
+                    max_smoothing_length: around,
+                    packed_neighbours: fours,
+                    bed,
+                    reaction,
+                    other_phase_neighbours: across,
+                    ..
+                } = &set;
                 let settings = &settings;
-                let pairs = Pairs { settings, nodes, seen, packed, around, fours, bed, reaction, across };
-                pairs.push(role, 0, &sums, by_differences)[0]
+                let pairs = PairForces {
+                    settings,
+                    nodes,
+                    neighbour_data: seen,
+                    cell_sorted: packed,
+                    max_smoothing_length: around,
+                    packed_neighbours: fours,
+                    bed,
+                    reaction,
+                    across,
+                };
+                pairs.pressure_force(role, 0, &sums, by_differences)[0]
             };
             let near = |a: f64, b: f64, size: f64| assert!((a - b).abs() < 1e-10 * size, "{a} {b}");
-            let [of_solid, of_fluid] = [Role::Solid, Role::Fluid].map(|role| force(role, true));
-            near(of_solid, force(Role::Solid, false), pull);
-            near(of_fluid, force(Role::Fluid, false), pull);
+            let [of_solid, of_fluid] = [PhaseRole::Solid, PhaseRole::Fluid].map(|role| force(role, true));
+            near(of_solid, force(PhaseRole::Solid, false), pull);
+            near(of_fluid, force(PhaseRole::Fluid, false), pull);
             let sum = rho_s * solid * of_solid + rho_w * fluid * of_fluid;
             let mass = rho_s * solid + rho_w * fluid;
             let mass_slope = rho_s * solid_slope + rho_w * fluid_slope;

@@ -1,19 +1,19 @@
 //! What changes the nodes themselves: erosion of the bed, friction between layers, nodes that leave (sheet: depth-sph §2.8,
 //! §2.11, §3.4 step 8).
 
-use colluvium_points::Spare;
+use colluvium_points::ScratchBuffers;
 use rayon::prelude::*;
 
-use super::heights::average;
-use super::set::{Set, TASK};
-use super::{Failure, Flow, Heads, Outside, failure};
+use super::heights::kernel_average;
+use super::set::{PhaseSet, TASK};
+use super::{Flow, FlowFailure, OutsideNodes, PorePressureColumns, failure};
 use crate::bed::Bed;
 use crate::choices::Phases;
-use crate::nodes::{Nodes, Plan, dot, norm};
+use crate::nodes::{PhaseNodes, PlanVector, dot, norm};
 
 impl<const D: usize> Flow<D> {
     /// Step 8: nodes take up what the bed gives, and share their momentum with it.
-    pub(super) fn grow(&mut self, dt: f64) {
+    pub(super) fn erode_bed(&mut self, dt: f64) {
         for set in &mut self.sets {
             let paths = set.nodes.path.iter_mut().zip(&set.nodes.velocity).zip(&set.bed);
             paths.for_each(|((path, velocity), bed)| *path += bed.speed(velocity) * dt);
@@ -21,11 +21,11 @@ impl<const D: usize> Flow<D> {
         if self.settings.zones.iter().all(|zone| zone.erosion.is_none()) {
             return;
         }
-        self.let_grow(|flow| flow.take_up(dt));
+        self.with_erosion(|flow| flow.entrain(dt));
     }
 
     /// Nodes take up what the bed gives.
-    fn take_up(&mut self, dt: f64) {
+    fn entrain(&mut self, dt: f64) {
         let densities = self.settings.material.densities;
         for number in 0..self.sets.len() {
             let set = &self.sets[number];
@@ -34,21 +34,22 @@ impl<const D: usize> Flow<D> {
                 let Some(law) = &self.settings.zone(&nodes.position[i]).erosion else { return 0.0 };
                 let speeds = [bed.speed(&nodes.velocity[i]), norm(&nodes.velocity[i])];
                 let tangent = dot(&bed.slope, &bed.slope).sqrt();
-                let porosity = set.seen.porosity.get(i).copied().unwrap_or(self.settings.material.porosity);
+                let porosity =
+                    set.neighbour_data.porosity.get(i).copied().unwrap_or(self.settings.material.porosity);
                 let submerged = densities.submerged(porosity);
                 let concentration = submerged / (submerged + densities.fluid);
                 law.growth(speeds, tangent, nodes.depth[i], concentration, dt)
             };
             let found: Vec<f64> =
                 (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(growth).collect();
-            let Set { nodes, bed, .. } = &mut self.sets[number];
+            let PhaseSet { nodes, bed, .. } = &mut self.sets[number];
             for (i, mut growth) in found.into_iter().enumerate() {
                 if growth <= 0.0 {
                     continue;
                 }
                 let mut taken = nodes.volume[i] * growth;
-                if let Bed::Worn(worn) = &mut self.bed {
-                    taken = worn.give(&nodes.position[i], taken);
+                if let Bed::Erodible(worn) = &mut self.bed {
+                    taken = worn.erode(&nodes.position[i], taken);
                     growth = taken / nodes.volume[i];
                     if growth <= 0.0 {
                         continue;
@@ -63,16 +64,16 @@ impl<const D: usize> Flow<D> {
                 nodes.velocity[i].iter_mut().for_each(|v| *v /= 1.0 + growth);
             }
         }
-        if let Bed::Worn(worn) = &mut self.bed {
-            let lowered = worn.settle::<D>(self.step);
+        if let Bed::Erodible(worn) = &mut self.bed {
+            let lowered = worn.update_surface::<D>(self.step);
             if lowered {
-                self.follow_bed();
+                self.transport_velocities();
             }
         }
     }
 
     /// Friction between two layers, `τ = ½ C_f ρ₂ |v₂ - v₁| (v₂ - v₁)`, implicit in the slip.
-    pub(super) fn rub_layers(&mut self, dt: f64) {
+    pub(super) fn interface_friction(&mut self, dt: f64) {
         debug_assert_eq!(self.settings.phases, Phases::Layers);
         let factor = self.settings.interface_friction;
         if factor == 0.0 {
@@ -80,19 +81,21 @@ impl<const D: usize> Flow<D> {
         }
         let kernel = self.settings.numerics.kernel;
         let densities = self.settings.material.densities;
-        let changes: Vec<Vec<Plan<D>>> = (0..2)
+        let changes: Vec<Vec<PlanVector<D>>> = (0..2)
             .map(|role| {
                 let (own, other) = (&self.sets[role], &self.sets[1 - role]);
                 let change = |i: usize| {
-                    let across = own.across.of(i).iter().map(|&j| j as usize);
+                    let across = own.other_phase_neighbours.neighbours(i).iter().map(|&j| j as usize);
                     let (x, length) = (&own.nodes.position[i], own.nodes.length[i]);
-                    let velocity = |j: usize| other.seen.velocity[j];
-                    let Some(there) = average(kernel, x, length, &other.seen, across, velocity) else {
+                    let velocity = |j: usize| other.neighbour_data.velocity[j];
+                    let Some(there) =
+                        kernel_average(kernel, x, length, &other.neighbour_data, across, velocity)
+                    else {
                         return [0.0; D];
                     };
-                    let slip: Plan<D> = std::array::from_fn(|c| there[c] - own.nodes.velocity[i][c]);
-                    let heights = [own.nodes.height[i], own.seen.partner[i]];
-                    if heights[1] < self.thin {
+                    let slip: PlanVector<D> = std::array::from_fn(|c| there[c] - own.nodes.velocity[i][c]);
+                    let heights = [own.nodes.partial_thickness[i], own.neighbour_data.partner[i]];
+                    if heights[1] < self.min_partner_depth {
                         return [0.0; D];
                     }
                     let [lower, upper] = if role == 0 { heights } else { [heights[1], heights[0]] };
@@ -114,28 +117,28 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Takes away nodes that have left the bed.
-    pub(super) fn remove_outside(&mut self) -> Result<(), Failure> {
+    pub(super) fn remove_outside(&mut self) -> Result<(), FlowFailure> {
         if self.bed.is_flat() {
             return Ok(());
         }
         for number in 0..self.sets.len() {
             let set = &self.sets[number];
-            let is_out = |i: &usize| !self.bed.holds(&set.nodes.position[*i]);
+            let is_out = |i: &usize| !self.bed.is_defined(&set.nodes.position[*i]);
             let out: Vec<usize> =
                 (0..set.nodes.len()).into_par_iter().with_min_len(TASK).filter(is_out).collect();
             let Some(first) = out.first() else { continue };
-            if self.outside == Outside::Fail {
+            if self.outside == OutsideNodes::Fail {
                 return Err(failure(set, *first, "it has left the terrain".to_owned()));
             }
-            self.left[number] += out.iter().map(|&i| set.nodes.volume[i]).sum::<f64>();
-            self.gone += out.len() as u64;
-            self.change_from_outside(|flow| flow.remove(number, |i| out.binary_search(&i).is_ok()));
+            self.outflow_volume[number] += out.iter().map(|&i| set.nodes.volume[i]).sum::<f64>();
+            self.removed_nodes += out.len() as u64;
+            self.with_external_change(|flow| flow.remove(number, |i| out.binary_search(&i).is_ok()));
         }
         Ok(())
     }
 
     /// Takes away nodes, with their columns of pore pressure.
-    pub fn remove_where(&mut self, gone: impl Fn(&Nodes<D>, usize) -> bool) {
+    pub fn remove_where(&mut self, gone: impl Fn(&PhaseNodes<D>, usize) -> bool) {
         for number in 0..self.sets.len() {
             let nodes = &self.sets[number].nodes;
             let out: Vec<bool> = (0..nodes.len()).map(|i| gone(nodes, i)).collect();
@@ -146,18 +149,23 @@ impl<const D: usize> Flow<D> {
     }
 
     fn remove(&mut self, number: usize, gone: impl Fn(usize) -> bool) {
-        let Self { sets, heads, spare, .. } = self;
+        let Self { sets, pore_columns: heads, scratch: spare, .. } = self;
         let set = &mut sets[number];
         let order: Vec<u32> = (0..set.nodes.len()).filter(|i| !gone(*i)).map(|i| i as u32).collect();
-        keep(set, (number == 0).then_some(heads), &order, spare);
+        keep_nodes(set, (number == 0).then_some(heads), &order, spare);
     }
 }
 
 /// Keeps of a set the nodes that `order` names, with their columns of pore pressure where these are its.
-pub fn keep<const D: usize>(set: &mut Set<D>, heads: Option<&mut Heads>, order: &[u32], spare: &mut Spare) {
+pub fn keep_nodes<const D: usize>(
+    set: &mut PhaseSet<D>,
+    heads: Option<&mut PorePressureColumns>,
+    order: &[u32],
+    spare: &mut ScratchBuffers,
+) {
     if let Some(heads) = heads {
         heads.reorder(order);
     }
     set.nodes.reorder(order, spare);
-    set.unlist();
+    set.clear_lists();
 }

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 use super::fours::MARGIN;
-use super::packed::{Near, Packed};
-use super::set::{Set, TASK, copy};
-use crate::choices::{Continuity, Momentum};
+use super::packed::{CellSorted, NearbyNodes};
+use super::set::{PhaseSet, TASK, copy_with_images};
+use crate::choices::{PressureForceForm, ThicknessEquation};
 use crate::kernel::Kernel;
-use crate::nodes::{Plan, Seen};
+use crate::nodes::{NeighbourData, PlanVector};
 use crate::settings::Numerics;
 
 /// Below this denominator an average over the nodes of a phase is none (sheet: depth-sph §2.10).
@@ -16,37 +16,43 @@ pub const NO_PARTNER: f64 = 1e-6;
 /// Most of Newton's steps for the height of a node, and the share of its smoothing length by which the last one may change it.
 const NEWTON: (usize, f64) = (50, 1e-13);
 /// Below this `Ω` a node is on its own: its smoothing length is at its upper bound.
-const ALONE: f64 = 1e-3;
+const MIN_OMEGA: f64 = 1e-3;
 
 /// Square of the distance of two places (m²).
 #[inline]
-pub fn square<const D: usize>(a: &Plan<D>, b: &Plan<D>) -> f64 {
+pub fn square<const D: usize>(a: &PlanVector<D>, b: &PlanVector<D>) -> f64 {
     (0..D).map(|c| (a[c] - b[c]).powi(2)).sum()
 }
 
-impl<const D: usize> Set<D> {
+impl<const D: usize> PhaseSet<D> {
     /// Step 2: heights of the phase, with smoothing lengths that keep `h ℓ^d / m`.
-    pub fn sum_heights(&mut self, numerics: &Numerics) {
+    pub fn sum_thickness(&mut self, numerics: &Numerics) {
         let kernel = numerics.kernel;
-        if numerics.momentum == Momentum::Variational {
-            self.solve_heights(numerics);
+        if numerics.momentum == PressureForceForm::Variational {
+            self.solve_thickness(numerics);
             return;
         }
-        self.around.follow(&self.seen.position, &self.seen.length, (1.0 + MARGIN) * kernel.support());
-        let Self { nodes, packed, fours, around, .. } = self;
+        self.max_smoothing_length.update(
+            &self.neighbour_data.position,
+            &self.neighbour_data.length,
+            (1.0 + MARGIN) * kernel.support(),
+        );
+        let Self {
+            nodes, cell_sorted: packed, packed_neighbours: fours, max_smoothing_length: around, ..
+        } = self;
         let (packed, around) = (&*packed, &*around);
         let (position, volume, first, scale) =
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
-        let columns = nodes.height.par_chunks_mut(TASK).zip(nodes.length.par_chunks_mut(TASK));
+        let columns = nodes.partial_thickness.par_chunks_mut(TASK).zip(nodes.length.par_chunks_mut(TASK));
         let blocks = fours.blocks(position.len()).par_iter_mut().zip(columns).enumerate();
         blocks.for_each_init(
-            || packed.near(),
+            || packed.nearby_nodes(),
             |near, (number, (block, (heights, lengths)))| {
                 block.clear();
                 for (k, (height, length)) in heights.iter_mut().zip(lengths).enumerate() {
                     let i = number * TASK + k;
                     let (x, before) = (position[i], *length);
-                    block.push(near.list(kernel, x, before, around.at(&x)));
+                    block.push(near.list_neighbours(kernel, x, before, around.at(&x)));
                     for _ in 0..numerics.passes {
                         // Of the usual kernel the compiler makes a loop of its own.
                         *height = match kernel {
@@ -54,83 +60,100 @@ impl<const D: usize> Set<D> {
                             _ => near.sum_of::<false>(kernel, *length),
                         };
                         if numerics.variable_length {
-                            *length = following::<D>(numerics, scale[i], volume[i], *height, first[i]);
+                            *length =
+                                length_from_thickness::<D>(numerics, scale[i], volume[i], *height, first[i]);
                         }
                     }
                     if *length > (1.0 + MARGIN) * before {
-                        block.outgrow();
+                        block.mark_incomplete();
                     }
                 }
             },
         );
-        fours.close();
-        if numerics.continuity == Continuity::Normalised {
+        fours.check_complete();
+        if numerics.continuity == ThicknessEquation::Normalised {
             self.normalise(kernel);
         }
     }
 
     /// Heights `h = Σ m W(ℓ(h))` by Newton's method, with `Ω` (sheet: depth-sph §3.4).
-    fn solve_heights(&mut self, numerics: &Numerics) {
-        let Self { nodes, packed, omega, .. } = self;
+    fn solve_thickness(&mut self, numerics: &Numerics) {
+        let Self { nodes, cell_sorted: packed, omega, .. } = self;
         let packed = &*packed;
         omega.resize(nodes.len(), 1.0);
         let (position, volume, first, scale) =
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
-        let columns = nodes.height.par_iter_mut().zip(nodes.length.par_iter_mut()).zip(omega).enumerate();
+        let columns =
+            nodes.partial_thickness.par_iter_mut().zip(nodes.length.par_iter_mut()).zip(omega).enumerate();
         columns.with_min_len(TASK).for_each_init(
-            || packed.near(),
+            || packed.nearby_nodes(),
             |near, (i, ((height, length), omega))| {
-                near.go(position[i]);
-                (*height, *omega) = solved(near, numerics, length, scale[i] * volume[i], first[i]);
+                near.move_to(position[i]);
+                (*height, *omega) =
+                    solve_node_thickness(near, numerics, length, scale[i] * volume[i], first[i]);
             },
         );
     }
 
     /// Divides heights by `Σ (m/h) W`, with the heights of before.
     fn normalise(&mut self, kernel: Kernel) {
-        if self.seen.height.len() != self.seen.position.len() {
+        if self.neighbour_data.height.len() != self.neighbour_data.position.len() {
             // There is nothing before the first sum.
-            self.raise_images();
+            self.update_image_thickness();
         }
-        let (seen, near, nodes) = (&self.seen, &self.near, &self.nodes);
+        let (seen, near, nodes) = (&self.neighbour_data, &self.same_phase_neighbours, &self.nodes);
         let share = |i: usize| {
             let own = kernel.value::<D>(0.0, nodes.length[i]) * nodes.volume[i] / seen.height[i];
-            near.of(i).iter().fold(own, |sum, &j| {
+            near.neighbours(i).iter().fold(own, |sum, &j| {
                 let j = j as usize;
                 let r = square(&nodes.position[i], &seen.position[j]).sqrt();
                 sum + seen.volume[j] / seen.height[j] * kernel.value::<D>(r, nodes.length[i])
             })
         };
-        (0..nodes.len()).into_par_iter().with_min_len(TASK).map(share).collect_into_vec(&mut self.scalars);
-        for (height, share) in self.nodes.height.iter_mut().zip(&self.scalars) {
+        (0..nodes.len())
+            .into_par_iter()
+            .with_min_len(TASK)
+            .map(share)
+            .collect_into_vec(&mut self.scratch_scalars);
+        for (height, share) in self.nodes.partial_thickness.iter_mut().zip(&self.scratch_scalars) {
             *height /= share;
         }
     }
 
     /// Smoothing lengths where heights are integrated in time.
-    pub fn follow_heights(&mut self, numerics: &Numerics) {
+    pub fn update_smoothing_lengths(&mut self, numerics: &Numerics) {
         if !numerics.variable_length {
             return;
         }
         let nodes = &mut self.nodes;
         for i in 0..nodes.len() {
             let (scale, first) = (nodes.scale[i], nodes.first_length[i]);
-            nodes.length[i] = following::<D>(numerics, scale, nodes.volume[i], nodes.height[i], first);
+            nodes.length[i] = length_from_thickness::<D>(
+                numerics,
+                scale,
+                nodes.volume[i],
+                nodes.partial_thickness[i],
+                first,
+            );
         }
     }
 
     /// Height of the other phase at each node (m), by summation.
-    pub fn sum_partners(&mut self, kernel: Kernel, other: &Packed<D>) {
+    pub fn sum_partner_thickness(&mut self, kernel: Kernel, other: &CellSorted<D>) {
         let nodes = &self.nodes;
         let partner = |i: usize| other.sum(kernel, &nodes.position[i], nodes.length[i]);
-        (0..nodes.len()).into_par_iter().with_min_len(TASK).map(partner).collect_into_vec(&mut self.scalars);
-        copy(&self.images, &self.scalars, &mut self.seen.partner);
+        (0..nodes.len())
+            .into_par_iter()
+            .with_min_len(TASK)
+            .map(partner)
+            .collect_into_vec(&mut self.scratch_scalars);
+        copy_with_images(&self.images, &self.scratch_scalars, &mut self.neighbour_data.partner);
     }
 }
 
 /// Height of a node (m) whose smoothing length keeps `ℓ^d h` at `kept`, and `Ω = 1 + ℓ/(d h) ∂h/∂ℓ`, one where the length is at a bound.
-fn solved<const D: usize>(
-    near: &mut Near<'_, D>,
+fn solve_node_thickness<const D: usize>(
+    near: &mut NearbyNodes<'_, D>,
     numerics: &Numerics,
     length: &mut f64,
     kept: f64,
@@ -140,13 +163,13 @@ fn solved<const D: usize>(
     if !numerics.variable_length {
         return (near.sum(kernel, *length), 1.0);
     }
-    let (low, high) = bounds(numerics, first);
+    let (low, high) = length_bounds(numerics, first);
     *length = length.clamp(low, high);
     let (mut height, mut omega) = (0.0, 1.0);
     for _ in 0..NEWTON.0 {
         let (sum, slope) = near.sum_and_slope(kernel, *length);
         (height, omega) = (sum, 1.0 + *length / (D as f64 * sum) * slope);
-        let wanted = if omega > ALONE {
+        let wanted = if omega > MIN_OMEGA {
             let excess = 1.0 - kept / (length.powi(D as i32) * sum);
             (*length * (1.0 - (excess / (D as f64 * omega)).clamp(-1.0, 0.5))).clamp(low, high)
         } else {
@@ -163,7 +186,7 @@ fn solved<const D: usize>(
 
 /// Bounds of a smoothing length (m) that began as `first`.
 #[inline]
-fn bounds(numerics: &Numerics, first: f64) -> (f64, f64) {
+fn length_bounds(numerics: &Numerics, first: f64) -> (f64, f64) {
     let (least, most) = numerics.length_range;
     let shortest = numerics.shortest.min(first);
     ((least * first).max(shortest), (most * first).max(shortest))
@@ -171,21 +194,27 @@ fn bounds(numerics: &Numerics, first: f64) -> (f64, f64) {
 
 /// `ℓ = (scale m / h)^(1/d)` within its bounds.
 #[inline]
-fn following<const D: usize>(numerics: &Numerics, scale: f64, volume: f64, height: f64, first: f64) -> f64 {
+fn length_from_thickness<const D: usize>(
+    numerics: &Numerics,
+    scale: f64,
+    volume: f64,
+    height: f64,
+    first: f64,
+) -> f64 {
     let power = scale * volume / height;
     let length = if D == 1 { power } else { power.sqrt() };
-    let (low, high) = bounds(numerics, first);
+    let (low, high) = length_bounds(numerics, first);
     // A height of zero has an infinite length: the upper bound holds.
     length.clamp(low, high)
 }
 
 /// `Σ (m/h) f W / Σ (m/h) W` of a field at a place; `None` where there are no such nodes.
 #[inline]
-pub fn average<const D: usize, const N: usize>(
+pub fn kernel_average<const D: usize, const N: usize>(
     kernel: Kernel,
-    x: &Plan<D>,
+    x: &PlanVector<D>,
     length: f64,
-    seen: &Seen<D>,
+    seen: &NeighbourData<D>,
     neighbours: impl Iterator<Item = usize>,
     field: impl Fn(usize) -> [f64; N],
 ) -> Option<[f64; N]> {
@@ -195,7 +224,7 @@ pub fn average<const D: usize, const N: usize>(
     for j in neighbours {
         let q = square(x, &seen.position[j]).sqrt() * inverse;
         if q < support {
-            let weight = seen.volume[j] / seen.height[j] * kernel.shape::<D>(q);
+            let weight = seen.volume[j] / seen.height[j] * kernel.profile::<D>(q);
             weights += weight;
             let value = field(j);
             for c in 0..N {

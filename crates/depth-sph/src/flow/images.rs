@@ -1,23 +1,23 @@
 //! Walls and periods along the axes of the plan, and the images of nodes in them (sheet: depth-sph §3.9).
 
-use crate::nodes::Plan;
+use crate::nodes::PlanVector;
 
 /// What is at the two ends of each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ends<const D: usize> {
+pub struct PlanBoundaries<const D: usize> {
     /// Lower and upper wall of each axis (m); `None` where it is open.
     pub walls: [[Option<f64>; 2]; D],
     /// Lower and upper end of the axes that repeat themselves (m).
     pub periods: [Option<(f64, f64)>; D],
 }
 
-impl<const D: usize> Default for Ends<D> {
+impl<const D: usize> Default for PlanBoundaries<D> {
     fn default() -> Self {
         Self { walls: [[None; 2]; D], periods: [None; D] }
     }
 }
 
-impl<const D: usize> Ends<D> {
+impl<const D: usize> PlanBoundaries<D> {
     /// Whether there is neither wall nor period.
     pub fn are_open(&self) -> bool {
         *self == Self::default()
@@ -25,7 +25,7 @@ impl<const D: usize> Ends<D> {
 
     /// Puts a node that has passed a wall back before it, its velocity turned.
     #[inline]
-    pub fn reflect(&self, position: &mut Plan<D>, velocity: &mut Plan<D>) {
+    pub fn reflect(&self, position: &mut PlanVector<D>, velocity: &mut PlanVector<D>) {
         for (axis, [low, high]) in self.walls.iter().enumerate() {
             if let Some(wall) = low
                 && position[axis] < *wall
@@ -44,7 +44,7 @@ impl<const D: usize> Ends<D> {
 
     /// Puts a place beyond a wall where its mirror image is: -1 along the axes that were mirrored, 1 elsewhere.
     #[inline]
-    pub fn mirror(&self, position: &mut Plan<D>) -> Plan<D> {
+    pub fn mirror(&self, position: &mut PlanVector<D>) -> PlanVector<D> {
         let mut signs = [1.0; D];
         for (axis, walls) in self.walls.iter().enumerate() {
             for (wall, outward) in walls.iter().zip([-1.0, 1.0]) {
@@ -60,7 +60,7 @@ impl<const D: usize> Ends<D> {
     }
 
     /// Puts a node that has left a period back into it.
-    pub fn wrap(&self, position: &mut Plan<D>, origin: &mut Plan<D>) {
+    pub fn wrap(&self, position: &mut PlanVector<D>, origin: &mut PlanVector<D>) {
         for (axis, period) in self.periods.iter().enumerate() {
             let Some((low, high)) = period else { continue };
             let turns = ((position[axis] - low) / (high - low)).floor();
@@ -72,37 +72,42 @@ impl<const D: usize> Ends<D> {
 
 /// An image: `sign x + offset` of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Image<const D: usize> {
+pub struct ImageNode<const D: usize> {
     /// The node.
     pub source: u32,
     /// -1 along mirrored axes, 1 elsewhere.
-    pub sign: Plan<D>,
+    pub sign: PlanVector<D>,
     /// What is added (m).
-    pub offset: Plan<D>,
+    pub offset: PlanVector<D>,
 }
 
-impl<const D: usize> Image<D> {
+impl<const D: usize> ImageNode<D> {
     /// Where it is.
     #[inline]
-    pub fn place(&self, x: &Plan<D>) -> Plan<D> {
+    pub fn place(&self, x: &PlanVector<D>) -> PlanVector<D> {
         std::array::from_fn(|c| self.sign[c] * x[c] + self.offset[c])
     }
 
     /// A vector of the node as the image has it.
     #[inline]
-    pub fn turn(&self, v: &Plan<D>) -> Plan<D> {
+    pub fn transform_vector(&self, v: &PlanVector<D>) -> PlanVector<D> {
         std::array::from_fn(|c| self.sign[c] * v[c])
     }
 }
 
 /// All images within `reach` (m) of walls and ends of periods, in a fixed order.
-pub fn images<const D: usize>(ends: &Ends<D>, positions: &[Plan<D>], reach: f64, images: &mut Vec<Image<D>>) {
+pub fn image_nodes<const D: usize>(
+    ends: &PlanBoundaries<D>,
+    positions: &[PlanVector<D>],
+    reach: f64,
+    images: &mut Vec<ImageNode<D>>,
+) {
     images.clear();
     for axis in 0..D {
         // Images along the axes before have images of their own, in corners.
         let known = images.len();
         for source in 0..positions.len() {
-            let own = Image { source: source as u32, sign: [1.0; D], offset: [0.0; D] };
+            let own = ImageNode { source: source as u32, sign: [1.0; D], offset: [0.0; D] };
             push_images(ends, axis, reach, &positions[source], own, images);
         }
         for number in 0..known {
@@ -114,12 +119,12 @@ pub fn images<const D: usize>(ends: &Ends<D>, positions: &[Plan<D>], reach: f64,
 
 /// The images along one axis of the node at `x`, or of an image of it.
 fn push_images<const D: usize>(
-    ends: &Ends<D>,
+    ends: &PlanBoundaries<D>,
     axis: usize,
     reach: f64,
-    x: &Plan<D>,
-    image: Image<D>,
-    images: &mut Vec<Image<D>>,
+    x: &PlanVector<D>,
+    image: ImageNode<D>,
+    images: &mut Vec<ImageNode<D>>,
 ) {
     let place = image.place(x)[axis];
     for (side, wall) in ends.walls[axis].iter().enumerate() {
@@ -153,19 +158,20 @@ mod tests {
 
     #[test]
     fn a_node_in_a_corner_has_three_images() {
-        let ends = Ends { walls: [[Some(0.0), None], [None, Some(1.0)]], ..Ends::default() };
+        let ends =
+            PlanBoundaries { walls: [[Some(0.0), None], [None, Some(1.0)]], ..PlanBoundaries::default() };
         let mut found = Vec::new();
-        images(&ends, &[[0.1, 0.8], [5.0, 0.2]], 0.3, &mut found);
+        image_nodes(&ends, &[[0.1, 0.8], [5.0, 0.2]], 0.3, &mut found);
         let places: Vec<[f64; 2]> = found.iter().map(|image| image.place(&[0.1, 0.8])).collect();
         assert_eq!(places, [[-0.1, 0.8], [0.1, 1.2], [-0.1, 1.2]]);
-        assert_eq!(found[2].turn(&[1.0, 2.0]), [-1.0, -2.0]);
+        assert_eq!(found[2].transform_vector(&[1.0, 2.0]), [-1.0, -2.0]);
     }
 
     #[test]
     fn a_period_repeats_what_is_near_its_ends() {
-        let ends = Ends { periods: [Some((0.0, 2.0))], ..Ends::default() };
+        let ends = PlanBoundaries { periods: [Some((0.0, 2.0))], ..PlanBoundaries::default() };
         let mut found = Vec::new();
-        images(&ends, &[[0.1], [1.0], [1.9]], 0.5, &mut found);
+        image_nodes(&ends, &[[0.1], [1.0], [1.9]], 0.5, &mut found);
         let places: Vec<f64> =
             found.iter().map(|i| i.place(&[[0.1], [1.0], [1.9]][i.source as usize])[0]).collect();
         assert_eq!(places.len(), 2);

@@ -1,30 +1,30 @@
 //! How long the smoothing lengths are that reach a place: one long one far away makes no search longer.
 
-use crate::nodes::Plan;
+use crate::nodes::PlanVector;
 
 /// Cells per node at most.
 const CELLS_PER_NODE: f64 = 4.0;
 
 /// The longest smoothing length of those nodes that reach a cell.
 #[derive(Debug)]
-pub struct Longest<const D: usize> {
-    low: Plan<D>,
+pub struct MaxSmoothingLength<const D: usize> {
+    low: PlanVector<D>,
     edge: f64,
     counts: [usize; D],
     own: Vec<f64>,
     reaching: Vec<f64>,
 }
 
-impl<const D: usize> Default for Longest<D> {
+impl<const D: usize> Default for MaxSmoothingLength<D> {
     fn default() -> Self {
         Self { low: [0.0; D], edge: 1.0, counts: [0; D], own: Vec::new(), reaching: Vec::new() }
     }
 }
 
-impl<const D: usize> Longest<D> {
+impl<const D: usize> MaxSmoothingLength<D> {
     /// Looks at nodes with these places and smoothing lengths (m), each of which reaches `reach` of its lengths. Places that are
     /// not finite are left to the search to name.
-    pub fn follow(&mut self, places: &[Plan<D>], lengths: &[f64], reach: f64) {
+    pub fn update(&mut self, places: &[PlanVector<D>], lengths: &[f64], reach: f64) {
         let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
         for x in places {
             for c in 0..D {
@@ -43,7 +43,7 @@ impl<const D: usize> Longest<D> {
             }
             edge *= 2.0;
         }
-        let counts: Plan<D> = std::array::from_fn(|c| along(c, edge));
+        let counts: PlanVector<D> = std::array::from_fn(|c| along(c, edge));
         let all = counts.iter().product::<f64>();
         (self.low, self.edge) = (low, edge);
         self.counts = if all <= most { counts.map(|count| count as usize) } else { [1; D] };
@@ -84,7 +84,7 @@ impl<const D: usize> Longest<D> {
         }
     }
 
-    fn cell(&self, x: &Plan<D>) -> usize {
+    fn cell(&self, x: &PlanVector<D>) -> usize {
         (0..D).fold(0, |key, c| {
             let index = ((x[c] - self.low[c]) / self.edge).max(0.0) as usize;
             key * self.counts[c] + index.min(self.counts[c] - 1)
@@ -93,7 +93,7 @@ impl<const D: usize> Longest<D> {
 
     /// The longest smoothing length of those that reach a place (m); zero without any.
     #[inline]
-    pub fn at(&self, x: &Plan<D>) -> f64 {
+    pub fn at(&self, x: &PlanVector<D>) -> f64 {
         self.reaching.get(self.cell(x)).copied().unwrap_or(0.0)
     }
 }
@@ -110,8 +110,8 @@ mod tests {
             places.push([f64::from(k % 20), 0.7 * f64::from(k / 20)]);
             lengths.push(if k == 25 { 2.5 } else { 0.8 + 0.01 * f64::from(k % 7) });
         }
-        let mut around = Longest::default();
-        around.follow(&places, &lengths, 2.8);
+        let mut around = MaxSmoothingLength::default();
+        around.update(&places, &lengths, 2.8);
         for x in &places {
             let reaching = places
                 .iter()
@@ -125,9 +125,9 @@ mod tests {
 
     #[test]
     fn lost_nodes_do_not_fill_the_memory() {
-        let mut around = Longest::default();
-        around.follow(&[[0.0, 0.0], [1e12, 3.0], [5.0, -1e9]], &[1.0; 3], 2.8);
+        let mut around = MaxSmoothingLength::default();
+        around.update(&[[0.0, 0.0], [1e12, 3.0], [5.0, -1e9]], &[1.0; 3], 2.8);
         assert!(around.own.len() <= 12 && around.at(&[0.0, 0.0]) == 1.0);
-        around.follow(&[[0.0, f64::NAN]], &[1.0], 2.8);
+        around.update(&[[0.0, f64::NAN]], &[1.0], 2.8);
     }
 }

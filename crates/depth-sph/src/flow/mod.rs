@@ -24,29 +24,31 @@ mod pore;
 mod pressures;
 mod set;
 
-use colluvium_points::{CellList, SearchError, Spare};
+use colluvium_points::{CellList, ScratchBuffers, SearchError};
 use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::bed::Bed;
-use crate::choices::{Continuity, Momentum, Phases};
-use crate::inflow::{Held, Inflow};
-use crate::nodes::{Node, Nodes, norm};
-use crate::settings::Settings;
-use set::{TASK, copy};
+use crate::choices::{Phases, PressureForceForm, ThicknessEquation};
+use crate::inflow::{Inflow, WaitingNodes};
+use crate::nodes::{NewNode, PhaseNodes, norm};
+use crate::settings::FlowSettings;
+use set::{TASK, copy_with_images};
 
-pub use forces::{Role, corrected};
-pub use images::{Ends, Image};
-pub use ledger::{Holdings, Ledger, Statement};
-pub use limits::{Limit, Totals};
-pub use open::{Beyond, Feed, Known, OpenEnd, Opening, Past, Stand, Within};
-pub use pore::{Heads, MOST_CELLS};
-pub use set::Set;
+pub use forces::{PhaseRole, corrected};
+pub use images::{ImageNode, PlanBoundaries};
+pub use ledger::{EnergyBalance, EnergyBalanceSummary, FlowEnergies};
+pub use limits::{LimitingNode, PhaseTotals};
+pub use open::{
+    ArrivalHistory, BoundaryState, FarField, Inlet, InteriorFit, OpenBoundary, Opening, StripState,
+};
+pub use pore::{MOST_CELLS, PorePressureColumns};
+pub use set::PhaseSet;
 
 /// Depths below this share of the largest first one, and below a millimetre, have no partner phase.
-const THIN: f64 = 1e-3;
+const MIN_DEPTH_RATIO: f64 = 1e-3;
 /// Times the speed that gravity can give a node at which it ends the run.
-const FASTEST: f64 = 3.0;
+const MAX_SPEED_RATIO: f64 = 3.0;
 /// Ratio of the depth of an inflow across a line to that at its largest discharge, or at the start, from which on the run ends.
 const DEEPEST: f64 = 100.0;
 /// Steps between two sorts by cell.
@@ -55,7 +57,7 @@ const STEPS_PER_SORT: u64 = 20;
 /// Why a flow cannot go on.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("node {node} at {position:?} m: {reason}")]
-pub struct Failure {
+pub struct FlowFailure {
     /// Number of the node.
     pub node: u64,
     /// Where it is (m).
@@ -66,7 +68,7 @@ pub struct Failure {
 
 /// When the bed below the nodes was asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Asked {
+enum BedSampling {
     /// Not since they have moved.
     Now,
     /// By the drift that brought them.
@@ -75,7 +77,7 @@ enum Asked {
 
 /// What happens to nodes that leave the bed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Outside {
+pub enum OutsideNodes {
     /// They are taken away and counted.
     #[default]
     Remove,
@@ -86,17 +88,17 @@ pub enum Outside {
 /// A flow over a bed.
 pub struct Flow<const D: usize> {
     /// What stays.
-    pub settings: Settings<D>,
+    pub settings: FlowSettings<D>,
     /// The bed.
     pub bed: Bed<D>,
     /// Walls and periods.
-    pub ends: Ends<D>,
+    pub ends: PlanBoundaries<D>,
     /// The sets of nodes: one, or grains and fluid, or the lower and the upper layer.
-    pub sets: Vec<Set<D>>,
+    pub sets: Vec<PhaseSet<D>>,
     /// Pore pressure on the nodes of the first set.
-    pub heads: Heads,
+    pub pore_columns: PorePressureColumns,
     /// What happens to nodes that leave the bed.
-    pub outside: Outside,
+    pub outside: OutsideNodes,
     /// Time (s).
     pub time: f64,
     /// Steps done.
@@ -104,30 +106,30 @@ pub struct Flow<const D: usize> {
     /// Number of the next node.
     pub next_id: u64,
     /// Volume of each set that has left (m³; m² in one dimension).
-    pub left: [f64; 2],
+    pub outflow_volume: [f64; 2],
     /// Number of nodes that have left.
-    pub gone: u64,
+    pub removed_nodes: u64,
     /// Volume of each set that has been taken up from the bed.
     pub entrained: [f64; 2],
     /// Depth below which a phase has no partner (m).
-    pub thin: f64,
+    pub min_partner_depth: f64,
     /// Highest level that anything began at, bed and depth (m).
-    pub top: f64,
+    pub max_initial_level: f64,
     /// Largest speed that anything began with (m/s).
     pub fastest_start: f64,
     /// Lines that material crosses.
     pub inflows: Vec<Inflow<D>>,
     /// Sides that waves leave through, or that something flows in through.
-    pub opens: Vec<OpenEnd<D>>,
+    pub open_boundaries: Vec<OpenBoundary<D>>,
     /// Nodes behind these lines, which have not flowed in yet.
-    pub held: Held<D>,
+    pub waiting_nodes: WaitingNodes<D>,
     /// The account of energy.
-    pub ledger: Ledger,
+    pub energy_balance: EnergyBalance,
     /// Factors on what resists and on pressure, of tests that break them.
     #[cfg(test)]
-    pub faults: [f64; 2],
+    pub test_factors: [f64; 2],
     cells: CellList<D>,
-    spare: Spare,
+    scratch: ScratchBuffers,
 }
 
 impl<const D: usize> Flow<D> {
@@ -136,90 +138,93 @@ impl<const D: usize> Flow<D> {
     /// # Errors
     /// When a node lies beyond the bed, positions are not finite, or there are neither one nor two dimensions in plan.
     pub fn new(
-        settings: Settings<D>,
+        settings: FlowSettings<D>,
         bed: Bed<D>,
-        ends: Ends<D>,
-        nodes: &[Vec<Node<D>>],
-    ) -> Result<Self, Failure> {
-        let mut sets: Vec<Set<D>> = Vec::new();
+        ends: PlanBoundaries<D>,
+        nodes: &[Vec<NewNode<D>>],
+    ) -> Result<Self, FlowFailure> {
+        let mut sets: Vec<PhaseSet<D>> = Vec::new();
         let mut next_id = 0;
         for nodes in nodes {
-            let mut set = Set::default();
+            let mut set = PhaseSet::default();
             for node in nodes {
                 set.nodes.push(next_id, node);
                 next_id += 1;
             }
             sets.push(set);
         }
-        let first = sets.first().map_or(0, Set::len);
-        let heads =
-            settings.column.as_ref().map_or_else(Heads::default, |pore| Heads::new(pore.cells, first));
+        let first = sets.first().map_or(0, PhaseSet::len);
+        let heads = settings
+            .column
+            .as_ref()
+            .map_or_else(PorePressureColumns::default, |pore| PorePressureColumns::new(pore.cells, first));
         let mut flow = Self {
             settings,
             bed,
             ends,
             sets,
-            heads,
-            outside: Outside::Fail,
+            pore_columns: heads,
+            outside: OutsideNodes::Fail,
             time: 0.0,
             step: 0,
             next_id,
-            left: [0.0; 2],
-            gone: 0,
+            outflow_volume: [0.0; 2],
+            removed_nodes: 0,
             entrained: [0.0; 2],
-            thin: THIN,
-            top: f64::NEG_INFINITY,
+            min_partner_depth: MIN_DEPTH_RATIO,
+            max_initial_level: f64::NEG_INFINITY,
             fastest_start: 0.0,
             inflows: Vec::new(),
-            opens: Vec::new(),
-            held: Held::default(),
-            ledger: Ledger::default(),
+            open_boundaries: Vec::new(),
+            waiting_nodes: WaitingNodes::default(),
+            energy_balance: EnergyBalance::default(),
             #[cfg(test)]
-            faults: [1.0; 2],
+            test_factors: [1.0; 2],
             cells: CellList::new(),
-            spare: Spare::default(),
+            scratch: ScratchBuffers::default(),
         };
-        flow.settle()?;
-        flow.outside = Outside::Remove;
+        flow.initialise_thickness()?;
+        flow.outside = OutsideNodes::Remove;
         Ok(flow)
     }
 
     /// First heights and smoothing lengths of all nodes (sheet: depth-sph §3.2).
-    fn settle(&mut self) -> Result<(), Failure> {
+    fn initialise_thickness(&mut self) -> Result<(), FlowFailure> {
         let chosen = self.settings.numerics.continuity;
         // Heights that are integrated begin with their sums.
         if chosen.is_rate() {
-            self.settings.numerics.continuity = Continuity::Summation;
+            self.settings.numerics.continuity = ThicknessEquation::Summation;
         }
         self.find_heights()?;
         for _ in 0..2 {
-            self.sum_again();
+            self.repeat_thickness_sum();
         }
         self.settings.numerics.continuity = chosen;
         self.find_depths();
-        self.sample_bed(Asked::Now);
+        self.sample_bed(BedSampling::Now);
         let depths = || self.sets.iter().flat_map(|set| set.nodes.depth.iter().zip(&set.bed));
         let deepest = depths().map(|(depth, _)| *depth).fold(0.0, f64::max);
-        self.top = depths().map(|(depth, bed)| depth + bed.level).fold(f64::NEG_INFINITY, f64::max);
-        self.thin = THIN * deepest.min(1.0);
+        self.max_initial_level =
+            depths().map(|(depth, bed)| depth + bed.level).fold(f64::NEG_INFINITY, f64::max);
+        self.min_partner_depth = MIN_DEPTH_RATIO * deepest.min(1.0);
         let speeds = self.sets.iter().flat_map(|set| &set.nodes.velocity).map(norm);
         self.fastest_start = speeds.fold(0.0, f64::max);
         self.find_depths();
-        if !self.heads.is_empty() {
-            let Self { settings, heads, sets, time, .. } = self;
+        if !self.pore_columns.is_empty() {
+            let Self { settings, pore_columns: heads, sets, time, .. } = self;
             heads.advance(settings, &sets[0], *time);
         }
         Ok(())
     }
 
     /// Which phase a set is.
-    pub fn role(&self, set: usize) -> Role {
+    pub fn role(&self, set: usize) -> PhaseRole {
         match (self.settings.phases, set) {
-            (Phases::One, _) => Role::Single,
-            (Phases::Two, 0) => Role::Solid,
-            (Phases::Two, _) => Role::Fluid,
-            (Phases::Layers, 0) => Role::Lower,
-            (Phases::Layers, _) => Role::Upper,
+            (Phases::One, _) => PhaseRole::Single,
+            (Phases::Two, 0) => PhaseRole::Solid,
+            (Phases::Two, _) => PhaseRole::Fluid,
+            (Phases::Layers, 0) => PhaseRole::Lower,
+            (Phases::Layers, _) => PhaseRole::Upper,
         }
     }
 
@@ -227,22 +232,22 @@ impl<const D: usize> Flow<D> {
     ///
     /// # Errors
     /// The first node that can no longer be followed.
-    pub fn advance(&mut self, dt: f64) -> Result<(), Failure> {
-        self.open_ledger();
-        if !(self.inflows.is_empty() && self.opens.is_empty()) {
-            self.let_in(|flow| {
-                flow.feed()?;
-                flow.pass_ends(dt);
-                flow.damp_layers(dt);
+    pub fn advance(&mut self, dt: f64) -> Result<(), FlowFailure> {
+        self.start_energy_balance();
+        if !(self.inflows.is_empty() && self.open_boundaries.is_empty()) {
+            self.with_inflow(|flow| {
+                flow.update_inflow_nodes()?;
+                flow.update_open_boundaries(dt);
+                flow.relax_absorbing_layers(dt);
                 Ok(())
             })?;
         }
-        self.renew_columns();
+        self.reset_inflow_columns();
         if self.step.is_multiple_of(STEPS_PER_SORT) {
             self.sort()?;
         }
         self.integrate(dt)?;
-        self.grow(dt);
+        self.erode_bed(dt);
         self.time += dt;
         self.step += 1;
         self.check()?;
@@ -250,15 +255,15 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Puts nodes that are close to each other close in memory.
-    fn sort(&mut self) -> Result<(), Failure> {
+    fn sort(&mut self) -> Result<(), FlowFailure> {
         let support = self.settings.numerics.kernel.support();
-        let Self { sets, heads, cells, spare, .. } = self;
+        let Self { sets, pore_columns: heads, cells, scratch: spare, .. } = self;
         for (number, set) in sets.iter_mut().enumerate() {
             if set.nodes.is_empty() {
                 continue;
             }
             let mean = set.nodes.length.iter().sum::<f64>() / set.len() as f64;
-            set.sort(support * mean, cells, spare).map_err(|error| lost(set, &error))?;
+            set.sort(support * mean, cells, spare).map_err(|error| unlocated_node(set, &error))?;
             if number == 0 {
                 heads.reorder(cells.order());
             }
@@ -268,11 +273,11 @@ impl<const D: usize> Flow<D> {
 
     /// Steps 1 to 4: everything that accelerates the nodes, at their places and velocities. Pore pressure is brought to
     /// `time` (s) where that is given.
-    fn evaluate(&mut self, dt: f64, time: Option<f64>, bed: Asked) -> Result<(), Failure> {
+    fn evaluate(&mut self, dt: f64, time: Option<f64>, bed: BedSampling) -> Result<(), FlowFailure> {
         self.find_heights()?;
         self.find_depths();
         self.sample_bed(bed);
-        let Self { settings, heads, sets, .. } = self;
+        let Self { settings, pore_columns: heads, sets, .. } = self;
         if let (Some(time), false) = (time, heads.is_empty()) {
             heads.advance(settings, &sets[0], time);
         }
@@ -282,19 +287,19 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Step 1 and the heights of step 2.
-    fn find_heights(&mut self) -> Result<(), Failure> {
+    fn find_heights(&mut self) -> Result<(), FlowFailure> {
         self.find_neighbours()?;
-        self.sum_again();
+        self.repeat_thickness_sum();
         Ok(())
     }
 
     /// Step 1: neighbours and images, where the nodes are.
-    fn find_neighbours(&mut self) -> Result<(), Failure> {
+    fn find_neighbours(&mut self) -> Result<(), FlowFailure> {
         self.check_numbers()?;
         let support = self.settings.numerics.kernel.support();
         let lists = self.settings.asks_for_neighbours();
         if lists && self.sets.iter().all(|set| set.is_listed(support)) {
-            self.sets.iter_mut().for_each(Set::place_images);
+            self.sets.iter_mut().for_each(PhaseSet::place_images);
         } else {
             self.sets.iter_mut().for_each(|set| set.make_images(&self.ends, support));
             if lists {
@@ -303,64 +308,70 @@ impl<const D: usize> Flow<D> {
         }
         let search = self.settings.numerics.search;
         for set in &mut self.sets {
-            set.pack(support, search).map_err(|error| lost(set, &error))?;
+            set.pack(support, search).map_err(|error| unlocated_node(set, &error))?;
         }
         Ok(())
     }
 
-    fn list_neighbours(&mut self, support: f64) -> Result<(), Failure> {
+    fn list_neighbours(&mut self, support: f64) -> Result<(), FlowFailure> {
         for set in &mut self.sets {
-            set.list_near(support).map_err(|error| lost(set, &error))?;
+            set.list_same_phase(support).map_err(|error| unlocated_node(set, &error))?;
         }
         if let [first, second] = &mut self.sets[..] {
-            first.list_across(&second.seen, support).map_err(|error| lost(first, &error))?;
-            second.list_across(&first.seen, support).map_err(|error| lost(second, &error))?;
+            first
+                .list_other_phase(&second.neighbour_data, support)
+                .map_err(|error| unlocated_node(first, &error))?;
+            second
+                .list_other_phase(&first.neighbour_data, support)
+                .map_err(|error| unlocated_node(second, &error))?;
         }
         Ok(())
     }
 
     /// Heights by one more sum.
-    fn sum_again(&mut self) {
+    fn repeat_thickness_sum(&mut self) {
         let numerics = &self.settings.numerics;
         for set in &mut self.sets {
             if numerics.continuity.is_rate() {
-                set.follow_heights(numerics);
+                set.update_smoothing_lengths(numerics);
             } else {
-                set.sum_heights(numerics);
+                set.sum_thickness(numerics);
             }
-            set.raise_images();
+            set.update_image_thickness();
         }
     }
 
     /// Heights of the other phase, total depths, porosities.
     fn find_depths(&mut self) {
-        let Self { sets, settings, thin, .. } = self;
+        let Self { sets, settings, min_partner_depth: thin, .. } = self;
         let (thin, phases) = (*thin, settings.phases);
         let kernel = settings.numerics.kernel;
         let [first, second] = &mut sets[..] else {
             let set = &mut sets[0];
-            set.nodes.depth.clone_from(&set.nodes.height);
-            copy(&set.images, &set.nodes.depth, &mut set.seen.depth);
+            set.nodes.depth.clone_from(&set.nodes.partial_thickness);
+            copy_with_images(&set.images, &set.nodes.depth, &mut set.neighbour_data.depth);
             return;
         };
-        first.sum_partners(kernel, &second.packed);
-        second.sum_partners(kernel, &first.packed);
-        [&mut *first, &mut *second].into_iter().for_each(|set| set.packed.raise(&set.seen));
+        first.sum_partner_thickness(kernel, &second.cell_sorted);
+        second.sum_partner_thickness(kernel, &first.cell_sorted);
+        [&mut *first, &mut *second]
+            .into_iter()
+            .for_each(|set| set.cell_sorted.update_thickness(&set.neighbour_data));
         for (role, set) in [first, second].into_iter().enumerate() {
-            set.scalars.clear();
+            set.scratch_scalars.clear();
             for i in 0..set.nodes.len() {
-                let own = set.nodes.height[i];
-                let mut partner = set.seen.partner[i];
+                let own = set.nodes.partial_thickness[i];
+                let mut partner = set.neighbour_data.partner[i];
                 if own < thin || partner < thin {
                     partner = 0.0;
                 }
                 let depth = own + partner;
                 set.nodes.depth[i] = depth;
                 let fluid = if role == 0 { partner } else { own };
-                set.scalars.push(if phases == Phases::Two { fluid / depth } else { 0.0 });
+                set.scratch_scalars.push(if phases == Phases::Two { fluid / depth } else { 0.0 });
             }
-            copy(&set.images, &set.scalars, &mut set.seen.porosity);
-            copy(&set.images, &set.nodes.depth, &mut set.seen.depth);
+            copy_with_images(&set.images, &set.scratch_scalars, &mut set.neighbour_data.porosity);
+            copy_with_images(&set.images, &set.nodes.depth, &mut set.neighbour_data.depth);
         }
     }
 
@@ -379,7 +390,8 @@ impl<const D: usize> Flow<D> {
         let Self { sets, settings, .. } = self;
         let settings = &*settings;
         let densities = &settings.material.densities;
-        let automatic = settings.phases == Phases::Two && settings.numerics.momentum == Momentum::Automatic;
+        let automatic =
+            settings.phases == Phases::Two && settings.numerics.momentum == PressureForceForm::Automatic;
         let weak_at = |porosity: f64| settings.drag.relaxation(porosity, 0.0, densities) * dt < 1.0;
         let [first, second] = &mut sets[..] else {
             sets[0].accelerate(settings, roles[0], |_| false, None);
@@ -388,13 +400,13 @@ impl<const D: usize> Flow<D> {
         let layers = settings.phases == Phases::Layers;
         for role in 0..2 {
             let (set, other) = if role == 0 { (&mut *first, &*second) } else { (&mut *second, &*first) };
-            let porosity = set.seen.porosity.clone();
+            let porosity = set.neighbour_data.porosity.clone();
             let weak = |i: usize| automatic && weak_at(porosity[i]);
-            set.accelerate(settings, roles[role], weak, layers.then_some(&other.seen));
+            set.accelerate(settings, roles[role], weak, layers.then_some(&other.neighbour_data));
         }
     }
 
-    fn check(&self) -> Result<(), Failure> {
+    fn check(&self) -> Result<(), FlowFailure> {
         for set in &self.sets {
             let failed = |i: usize| self.failure_of(set, i).is_some().then_some(i);
             let found = (0..set.nodes.len()).into_par_iter().with_min_len(TASK).find_map_first(failed);
@@ -406,9 +418,9 @@ impl<const D: usize> Flow<D> {
     }
 
     /// The first node, if any, whose place, velocity or smoothing length is no number: lists are not made of such nodes.
-    fn check_numbers(&self) -> Result<(), Failure> {
+    fn check_numbers(&self) -> Result<(), FlowFailure> {
         for set in &self.sets {
-            let Nodes { position, velocity, length, .. } = &set.nodes;
+            let PhaseNodes { position, velocity, length, .. } = &set.nodes;
             let failed = |i: usize| {
                 let all = position[i].iter().chain(&velocity[i]).chain([&length[i]]);
                 (!all.fold(0.0, |sum, x| sum + 0.0 * x).is_finite()).then_some(i)
@@ -427,31 +439,34 @@ impl<const D: usize> Flow<D> {
     }
 
     /// What is wrong with a node (sheet: depth-sph §2.9, item 8 as amended): no number, or faster than three times what gravity can give it.
-    fn failure_of(&self, set: &Set<D>, i: usize) -> Option<String> {
+    fn failure_of(&self, set: &PhaseSet<D>, i: usize) -> Option<String> {
         let nodes = &set.nodes;
         let speed = norm(&nodes.velocity[i]);
         let place = nodes.position[i];
-        if !(speed.is_finite() && place.iter().all(|x| x.is_finite()) && nodes.height[i].is_finite()) {
+        if !(speed.is_finite()
+            && place.iter().all(|x| x.is_finite())
+            && nodes.partial_thickness[i].is_finite())
+        {
             return Some(format!(
                 "its velocity is {:?} m/s and its height {} m",
-                nodes.velocity[i], nodes.height[i]
+                nodes.velocity[i], nodes.partial_thickness[i]
             ));
         }
-        if nodes.height[i] < 0.0 {
-            return Some(format!("its height is {} m", nodes.height[i]));
+        if nodes.partial_thickness[i] < 0.0 {
+            return Some(format!("its height is {} m", nodes.partial_thickness[i]));
         }
         let bed = &set.bed[i];
         let speed = bed.speed(&nodes.velocity[i]);
         // Within a step the level changes by no more than the slope over a cell.
         let cell = self.bed.cell().unwrap_or(0.0) * bed.steepness().sqrt();
-        let fall = (self.top - bed.level).max(0.0) + nodes.depth[i] + cell;
-        let push = norm(&self.settings.drive);
+        let fall = (self.max_initial_level - bed.level).max(0.0) + nodes.depth[i] + cell;
+        let push = norm(&self.settings.plan_gravity);
         // Along a tilted frame the bed does not fall, gravity does its work there.
         let run = (0..D).map(|c| (place[c] - nodes.origin[i][c]).abs()).fold(0.0, f64::max);
         let given = (2.0 * (self.settings.gravity * fall + push * run)).sqrt();
-        (speed > FASTEST * (given + self.fastest_start)).then(|| {
+        (speed > MAX_SPEED_RATIO * (given + self.fastest_start)).then(|| {
             format!(
-                "its speed along the bed is {speed:.3e} m/s, more than {FASTEST} times the {given:.3e} m/s that gravity can give it: \
+                "its speed along the bed is {speed:.3e} m/s, more than {MAX_SPEED_RATIO} times the {given:.3e} m/s that gravity can give it: \
                  try a smaller `courant`, a finer `spacing` or more `terrain_smoothing`"
             )
         })
@@ -459,12 +474,12 @@ impl<const D: usize> Flow<D> {
 }
 
 /// A node that ends the run.
-fn failure<const D: usize>(set: &Set<D>, i: usize, reason: String) -> Failure {
-    Failure { node: set.nodes.id[i], position: set.nodes.position[i].to_vec(), reason }
+fn failure<const D: usize>(set: &PhaseSet<D>, i: usize, reason: String) -> FlowFailure {
+    FlowFailure { node: set.nodes.id[i], position: set.nodes.position[i].to_vec(), reason }
 }
 
 /// The node that a search names.
-fn lost<const D: usize>(set: &Set<D>, error: &SearchError) -> Failure {
+fn unlocated_node<const D: usize>(set: &PhaseSet<D>, error: &SearchError) -> FlowFailure {
     match error {
         SearchError::NotFinite(number) if *number < set.nodes.len() => {
             failure(set, *number, "its position is not finite".to_owned())
@@ -472,11 +487,11 @@ fn lost<const D: usize>(set: &Set<D>, error: &SearchError) -> Failure {
         SearchError::TooSpread(_, number) if *number < set.nodes.len() => {
             failure(set, *number, error.to_string())
         }
-        _ => Failure { node: 0, position: Vec::new(), reason: error.to_string() },
+        _ => FlowFailure { node: 0, position: Vec::new(), reason: error.to_string() },
     }
 }
 
-impl<const D: usize> Set<D> {
+impl<const D: usize> PhaseSet<D> {
     /// The node that entry `j` of what neighbours read belongs to.
     #[inline]
     pub fn number(&self, j: usize) -> usize {

@@ -3,17 +3,17 @@
 use rayon::prelude::*;
 
 use super::Flow;
-use super::set::{Set, TASK, copy};
-use crate::choices::Momentum;
+use super::set::{PhaseSet, TASK, copy_with_images};
+use crate::choices::PressureForceForm;
 use crate::nodes::dot;
-use crate::settings::Settings;
+use crate::settings::FlowSettings;
 
 /// Width of the switch of earth pressure over `√(g/h)` (sheet: depth-sph §2.5).
-const SWITCH: f64 = 1e-2;
+const SWITCH_WIDTH: f64 = 1e-2;
 
 /// Coefficient of earth pressure of a node of this depth (m) that spreads at this rate (1/s).
-fn earth_pressure<const D: usize>(settings: &Settings<D>, depth: f64, divergence: f64) -> f64 {
-    let width = || SWITCH * (settings.gravity / depth).sqrt();
+fn earth_pressure<const D: usize>(settings: &FlowSettings<D>, depth: f64, divergence: f64) -> f64 {
+    let width = || SWITCH_WIDTH * (settings.gravity / depth).sqrt();
     settings.earth_pressure.as_ref().map_or(1.0, |coefficients| coefficients.at(divergence, width()))
 }
 
@@ -25,7 +25,7 @@ impl<const D: usize> Flow<D> {
         }
         let kernel = self.settings.numerics.kernel;
         let set = &mut self.sets[0];
-        let (seen, near) = (&set.seen, &set.near);
+        let (seen, near) = (&set.neighbour_data, &set.same_phase_neighbours);
         let divergence = |i: usize| -> f64 {
             let pair = |&j: &u32| {
                 let j = j as usize;
@@ -34,7 +34,7 @@ impl<const D: usize> Flow<D> {
                 let gradient = kernel.gradient::<D>(dot(&apart, &apart).sqrt(), seen.length[i]);
                 -seen.volume[j] / seen.height[j] * gradient * dot(&relative, &apart)
             };
-            near.of(i).iter().map(pair).sum()
+            near.neighbours(i).iter().map(pair).sum()
         };
         let count = set.nodes.len();
         (0..count).into_par_iter().with_min_len(TASK).map(divergence).collect_into_vec(&mut set.divergence);
@@ -42,11 +42,19 @@ impl<const D: usize> Flow<D> {
 
     /// Of a single phase, or of layers.
     pub(super) fn find_single_pressures(&mut self) {
-        let Self { settings, sets, heads, .. } = self;
+        let Self { settings, sets, pore_columns: heads, .. } = self;
         let material = &settings.material;
         let submerged = material.densities.submerged(material.porosity);
         for (number, set) in sets.iter_mut().enumerate() {
-            let Set { nodes, seen, images, scalars, divergence, omega, .. } = set;
+            let PhaseSet {
+                nodes,
+                neighbour_data: seen,
+                images,
+                scratch_scalars: scalars,
+                divergence,
+                omega,
+                ..
+            } = set;
             scalars.clear();
             if number > 0 || settings.earth_pressure.is_none() {
                 scalars.resize(nodes.len(), 0.5);
@@ -62,10 +70,10 @@ impl<const D: usize> Flow<D> {
                 };
                 scalars.extend((0..nodes.len()).map(of_node));
             }
-            if settings.numerics.momentum == Momentum::Variational {
+            if settings.numerics.momentum == PressureForceForm::Variational {
                 scalars.iter_mut().zip(&*omega).for_each(|(pressure, omega)| *pressure /= omega);
             }
-            copy(images, scalars, &mut seen.pressure);
+            copy_with_images(images, scalars, &mut seen.pressure);
         }
     }
 
@@ -74,13 +82,13 @@ impl<const D: usize> Flow<D> {
         let densities = self.settings.material.densities;
         // Mean heads of the grains; the fluid has those around it.
         let count = self.sets[0].nodes.len();
-        let heads: Vec<f64> = (0..count).into_par_iter().map(|i| self.heads.mean(i)).collect();
+        let heads: Vec<f64> = (0..count).into_par_iter().map(|i| self.pore_columns.mean(i)).collect();
         let of_fluid = self.heads_at_fluid(&heads);
         for role in 0..2 {
             let set = &self.sets[role];
             let of_node = |i: usize| {
-                let (height, depth) = (set.nodes.height[i], set.nodes.depth[i]);
-                let porosity = set.seen.porosity[i];
+                let (height, depth) = (set.nodes.partial_thickness[i], set.nodes.depth[i]);
+                let porosity = set.neighbour_data.porosity[i];
                 let submerged = densities.submerged(porosity);
                 let head = if role == 0 { heads[i] } else { of_fluid[i] };
                 let excess = depth * submerged * head;
@@ -98,22 +106,22 @@ impl<const D: usize> Flow<D> {
                 (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(of_node).collect();
             let set = &mut self.sets[role];
             let (pressures, excesses): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
-            copy(&set.images, &pressures, &mut set.seen.pressure);
-            copy(&set.images, &excesses, &mut set.seen.excess);
+            copy_with_images(&set.images, &pressures, &mut set.neighbour_data.pressure);
+            copy_with_images(&set.images, &excesses, &mut set.neighbour_data.excess);
         }
     }
 
     /// Mean heads of the grains around each node of the fluid (m).
     fn heads_at_fluid(&self, heads: &[f64]) -> Vec<f64> {
         let (solid, fluid) = (&self.sets[0], &self.sets[1]);
-        if self.heads.is_empty() {
+        if self.pore_columns.is_empty() {
             return vec![0.0; fluid.nodes.len()];
         }
         let kernel = self.settings.numerics.kernel;
-        let shown = solid.packed.shown(|j| [heads[solid.number(j)]]);
+        let shown = solid.cell_sorted.sorted_values(|j| [heads[solid.number(j)]]);
         let mean = |i: usize| {
             let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
-            solid.packed.mean(kernel, x, length, &shown).map_or(0.0, |[value]| value)
+            solid.cell_sorted.mean(kernel, x, length, &shown).map_or(0.0, |[value]| value)
         };
         (0..fluid.nodes.len()).into_par_iter().with_min_len(TASK).map(mean).collect::<Vec<_>>()
     }

@@ -6,12 +6,12 @@ use colluvium_case::description::Body;
 use colluvium_case::{Case, CaseError, PointList};
 use colluvium_points::Shape;
 
-use super::pore::Field;
+use super::pore::PorePressureField;
 use crate::bed::{Bed, BedPoint};
 use crate::choices::Phases;
 use crate::config::DepthOptions;
-use crate::handed::{Above, Handed};
-use crate::nodes::Node;
+use crate::handed::{PointAboveSquare, TransferredPressure};
+use crate::nodes::NewNode;
 use crate::settings::Mixture;
 
 /// Share of the domain's height by which a body may stand above the bed, or bodies apart, by round-off.
@@ -21,40 +21,41 @@ const SLACK: f64 = 1e-6;
 const SAME_SURFACE: f64 = 0.01;
 
 /// Nodes of each set, and what deserves a warning.
-pub struct Filled<const D: usize> {
+pub struct BodyNodes<const D: usize> {
     /// The nodes.
-    pub sets: Vec<Vec<Node<D>>>,
+    pub sets: Vec<Vec<NewNode<D>>>,
     /// Pore pressure that points hand over to nodes of the first set, by the number of the node.
-    pub handed: Vec<(usize, Handed)>,
+    pub transferred_pressures: Vec<(usize, TransferredPressure)>,
     /// What deserves a warning.
     pub warnings: Vec<String>,
 }
 
 /// The nodes of each set.
-pub fn nodes<const D: usize>(
+pub fn body_nodes<const D: usize>(
     case: &Case,
     options: &DepthOptions,
     material: &Mixture,
     bed: &Bed<D>,
-) -> Result<Filled<D>, CaseError> {
+) -> Result<BodyNodes<D>, CaseError> {
     let (mut warnings, mut handed) = (Vec::new(), Vec::new());
     let mut sets = vec![Vec::new(); if options.phases == Phases::One { 1 } else { 2 }];
     let upper =
         |body: &Body| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(&body.name));
-    let lattice = Lattice::<D>::of(case, options.spacing);
+    let lattice = PlanLattice::<D>::of(case, options.spacing);
     for (number, body) in case.bodies.iter().enumerate() {
         let density = density(options, material, body, upper(body));
-        if let Some((own, pressures)) = of_points(case, options, (number, density), bed, &mut warnings)? {
+        if let Some((own, pressures)) = nodes_of_points(case, options, (number, density), bed, &mut warnings)?
+        {
             let first = sets[0].len();
             handed.extend(pressures.into_iter().enumerate().map(|(i, pressure)| (first + i, pressure)));
-            share(options, &mut sets, own, body, upper(body));
+            assign_to_phases(options, &mut sets, own, body, upper(body));
             continue;
         }
         let mut own = Vec::new();
-        let field = Field::of(case, options.frame, body);
+        let field = PorePressureField::of(case, options.frame, body);
         let (mut volume, mut whole) = (0.0, 0.0);
         for x in lattice.within(body, case.dimension()) {
-            let column = column::<D>(case, number, &x, bed)?;
+            let column = body_column::<D>(case, number, &x, bed)?;
             let area = options.spacing.powi(D as i32);
             whole += column.whole * area;
             if column.above <= 0.0 {
@@ -63,7 +64,8 @@ pub fn nodes<const D: usize>(
             let cell = column.above * area;
             volume += cell;
             if let (Some(field), Some(below)) = (&field, bed.at(&x)) {
-                let pressure = pressed(case, options, (number, field), (column.depth, &x, &below))?;
+                let pressure =
+                    pore_pressure_profile(case, options, (number, field), (column.depth, &x, &below))?;
                 handed.extend(pressure.map(|pressure| (sets[0].len() + own.len(), pressure)));
             }
             own.push(node(body, number, x, cell, options));
@@ -71,7 +73,7 @@ pub fn nodes<const D: usize>(
         let exact = body.shape.measure(case.dimension());
         // What the lattice cuts off at edges; a body that the bed cuts has no closed form.
         if let Some(exact) = exact.filter(|_| volume > 0.0 && volume >= (1.0 - SLACK) * whole) {
-            own.iter_mut().for_each(|node: &mut Node<D>| node.volume *= exact / volume);
+            own.iter_mut().for_each(|node: &mut NewNode<D>| node.volume *= exact / volume);
         }
         if volume < (1.0 - SLACK) * whole {
             let below = 100.0 * (1.0 - volume / whole);
@@ -79,26 +81,26 @@ pub fn nodes<const D: usize>(
                 "bodies[{number}].shape: {below:.1} % of it lies below the bed; only what is above flows"
             ));
         }
-        share(options, &mut sets, own, body, upper(body));
+        assign_to_phases(options, &mut sets, own, body, upper(body));
     }
     if sets.iter().all(Vec::is_empty) {
         let problem = "none stands on a point of the lattice: make methods.depth-sph.spacing smaller";
         return Err(CaseError::new("bodies", problem));
     }
-    Ok(Filled { sets, handed, warnings })
+    Ok(BodyNodes { sets, transferred_pressures: handed, warnings })
 }
 
 /// Nodes of points, with the pore pressure over the depth of each where there are columns.
-type Taken<const D: usize> = (Vec<Node<D>>, Vec<Handed>);
+type PointNodes<const D: usize> = (Vec<NewNode<D>>, Vec<TransferredPressure>);
 
 /// Nodes of the points of body `number`, whose flow has that density (kg/m³), with their pore pressures; `None` without points.
-fn of_points<const D: usize>(
+fn nodes_of_points<const D: usize>(
     case: &Case,
     options: &DepthOptions,
     (number, density): (usize, f64),
     bed: &Bed<D>,
     warnings: &mut Vec<String>,
-) -> Result<Option<Taken<D>>, CaseError> {
+) -> Result<Option<PointNodes<D>>, CaseError> {
     let Some(mut list) = case.point_list(number)? else { return Ok(None) };
     // A flow has one density, and what points weigh is kept.
     for (volume, mass) in list.volumes.iter_mut().zip(list.masses.iter().flatten()) {
@@ -109,9 +111,11 @@ fn of_points<const D: usize>(
             "bodies[{number}].points: stresses are passed over: depth-integrated flow has none"
         ));
     }
-    if let (None, Some(field), Some(_)) =
-        (&list.pore_pressures, Field::of(case, options.frame, &case.bodies[number]), &options.column)
-    {
+    if let (None, Some(field), Some(_)) = (
+        &list.pore_pressures,
+        PorePressureField::of(case, options.frame, &case.bodies[number]),
+        &options.column,
+    ) {
         list.pore_pressures = Some(list.positions.iter().map(|x| field.at(*x, 1.0)).collect());
     }
     if list.pore_pressures.is_some() && options.column.is_none() {
@@ -119,7 +123,7 @@ fn of_points<const D: usize>(
             "bodies[{number}].points: pore pressures are passed over: give methods.depth-sph.column to follow them"
         ));
     }
-    handed_over(case, options, number, &list, bed).map(Some)
+    transferred_nodes(case, options, number, &list, bed).map(Some)
 }
 
 /// Density of what stands for a body (kg/m³).
@@ -136,19 +140,19 @@ fn density(options: &DepthOptions, material: &Mixture, body: &Body, upper: bool)
 }
 
 /// Volume, first moment and momentum above a square, and the numbers of its points.
-type Square<const D: usize> = ([[f64; D]; 3], Vec<usize>);
+type SquareSums<const D: usize> = ([[f64; D]; 3], Vec<usize>);
 
 /// Nodes of points that another method hands over: those above one square of the lattice become one node, with their volume, their
 /// middle and their momentum, and where there are columns, with their pore pressure over the depth (sheet: depth-sph §3.2, 4).
-fn handed_over<const D: usize>(
+fn transferred_nodes<const D: usize>(
     case: &Case,
     options: &DepthOptions,
     number: usize,
     list: &PointList,
     bed: &Bed<D>,
-) -> Result<Taken<D>, CaseError> {
-    let lattice = Lattice::<D>::of(case, options.spacing);
-    let mut squares: BTreeMap<[i64; D], Square<D>> = BTreeMap::new();
+) -> Result<PointNodes<D>, CaseError> {
+    let lattice = PlanLattice::<D>::of(case, options.spacing);
+    let mut squares: BTreeMap<[i64; D], SquareSums<D>> = BTreeMap::new();
     for (point, (x, volume)) in list.positions.iter().zip(&list.volumes).enumerate() {
         let velocity = match &list.velocities {
             Some(velocities) => velocities[point],
@@ -184,8 +188,8 @@ fn handed_over<const D: usize>(
                 Some([list.volumes[point], x[D] - level(x)?, pressures[point]])
             };
             // Beside the end of the bed there may be ground below their middle only.
-            let above: Vec<Above> = points.iter().filter_map(above).collect();
-            handed.push(Handed::of(&above, cells));
+            let above: Vec<PointAboveSquare> = points.iter().filter_map(above).collect();
+            handed.push(TransferredPressure::from_points(&above, cells));
         }
     }
     Ok((nodes, handed))
@@ -197,10 +201,10 @@ fn node<const D: usize>(
     x: [f64; D],
     volume: f64,
     options: &DepthOptions,
-) -> Node<D> {
+) -> NewNode<D> {
     let velocity = body.velocity.at(spatial(&x));
     let ratio = options.smoothing_ratio(D);
-    Node {
+    NewNode {
         body: number as u32,
         position: x,
         velocity: std::array::from_fn(|c| velocity[c]),
@@ -216,18 +220,18 @@ fn spatial(x: &[f64]) -> [f64; 3] {
 }
 
 /// A depth of flow (m), its place in plan, and the bed below it.
-type Under<'a, const D: usize> = (f64, &'a [f64; D], &'a BedPoint<D>);
+type FlowOverBed<'a, const D: usize> = (f64, &'a [f64; D], &'a BedPoint<D>);
 
 /// Pore pressure over the depth of a place, by the field of body `number`; nothing without columns, which take no other than a
 /// hydrostatic one.
-fn pressed<const D: usize>(
+fn pore_pressure_profile<const D: usize>(
     case: &Case,
     options: &DepthOptions,
-    (number, field): (usize, &Field<'_>),
-    under: Under<'_, D>,
-) -> Result<Option<Handed>, CaseError> {
+    (number, field): (usize, &PorePressureField<'_>),
+    under: FlowOverBed<'_, D>,
+) -> Result<Option<TransferredPressure>, CaseError> {
     let Some(cells) = options.column.as_ref().map(|column| column.cells) else {
-        hydrostatic(case, number, field, under)?;
+        check_hydrostatic(case, number, field, under)?;
         return Ok(None);
     };
     let (depth, x, bed) = under;
@@ -237,15 +241,15 @@ fn pressed<const D: usize>(
         // At the surface there is none.
         if k < cells { field.at(place, bed.steepness()) } else { 0.0 }
     };
-    Ok(Some(Handed { depth, pressure: (0..=cells).map(at).collect() }))
+    Ok(Some(TransferredPressure { depth, pressure: (0..=cells).map(at).collect() }))
 }
 
 /// Refuses a hydrostatic pressure that is not that of the flow, where nothing carries another one.
-fn hydrostatic<const D: usize>(
+fn check_hydrostatic<const D: usize>(
     case: &Case,
     number: usize,
-    field: &Field<'_>,
-    (depth, x, bed): Under<'_, D>,
+    field: &PorePressureField<'_>,
+    (depth, x, bed): FlowOverBed<'_, D>,
 ) -> Result<(), CaseError> {
     let top = bed.level + depth;
     match field.surface() {
@@ -265,10 +269,10 @@ fn hydrostatic<const D: usize>(
 }
 
 /// Puts nodes of a body into the sets of their phases.
-fn share<const D: usize>(
+fn assign_to_phases<const D: usize>(
     options: &DepthOptions,
-    sets: &mut [Vec<Node<D>>],
-    nodes: Vec<Node<D>>,
+    sets: &mut [Vec<NewNode<D>>],
+    nodes: Vec<NewNode<D>>,
     body: &Body,
     upper: bool,
 ) {
@@ -278,7 +282,7 @@ fn share<const D: usize>(
         Phases::Two => {
             let porosity = options.mixture.as_ref().map_or(0.0, |mixture| mixture.porosity_of(&body.name));
             for (set, part) in sets.iter_mut().zip([1.0 - porosity, porosity]) {
-                set.extend(nodes.iter().map(|node| Node { volume: part * node.volume, ..*node }));
+                set.extend(nodes.iter().map(|node| NewNode { volume: part * node.volume, ..*node }));
             }
             let Some(velocity) = body.pore_fluid.as_ref().and_then(|fluid| fluid.velocity.as_ref()) else {
                 return;
@@ -293,12 +297,12 @@ fn share<const D: usize>(
 }
 
 /// Squares of the plan, aligned with the lower corner of the domain.
-struct Lattice<const D: usize> {
+struct PlanLattice<const D: usize> {
     low: [f64; D],
     spacing: f64,
 }
 
-impl<const D: usize> Lattice<D> {
+impl<const D: usize> PlanLattice<D> {
     fn of(case: &Case, spacing: f64) -> Self {
         Self { low: std::array::from_fn(|c| case.domain.min[c]), spacing }
     }
@@ -326,7 +330,12 @@ impl<const D: usize> Lattice<D> {
 }
 
 /// Stretches of a body along the vertical through `x` (m), over a bed at `level` (m).
-fn stretches<const D: usize>(body: &Body, x: &[f64; D], middle: f64, level: Option<f64>) -> Vec<(f64, f64)> {
+fn vertical_intervals<const D: usize>(
+    body: &Body,
+    x: &[f64; D],
+    middle: f64,
+    level: Option<f64>,
+) -> Vec<(f64, f64)> {
     if let (Shape::Layer { laid, .. }, Some(level), [x, y]) = (&body.shape, level, &x[..]) {
         // Its ground is that of contact, triangles, which differ from the bed by the twist of a cell.
         let thickness = laid.layer().map_or(0.0, |layer| layer.thickness(*x, *y));
@@ -345,7 +354,7 @@ fn stretches<const D: usize>(body: &Body, x: &[f64; D], middle: f64, level: Opti
 }
 
 /// The column of a body above a place.
-struct Column {
+struct BodyColumn {
     /// Thickness above the bed (m).
     above: f64,
     /// Thickness with what lies below the bed (m).
@@ -355,19 +364,19 @@ struct Column {
 }
 
 /// The column of body `number` above `x` (m); refuses gaps below and within it.
-fn column<const D: usize>(
+fn body_column<const D: usize>(
     case: &Case,
     number: usize,
     x: &[f64; D],
     bed: &Bed<D>,
-) -> Result<Column, CaseError> {
+) -> Result<BodyColumn, CaseError> {
     let (low, high) = (case.domain.min[D], case.domain.max[D]);
     let slack = SLACK * (high - low);
     let level = bed.at(x).map(|bed| bed.level);
-    let all = |other: &Body| stretches(other, x, 0.5 * (low + high), level);
+    let all = |other: &Body| vertical_intervals(other, x, 0.5 * (low + high), level);
     let own = all(&case.bodies[number]);
     let Some(base) = own.first().map(|stretch| stretch.0) else {
-        return Ok(Column { above: 0.0, whole: 0.0, depth: 0.0 });
+        return Ok(BodyColumn { above: 0.0, whole: 0.0, depth: 0.0 });
     };
     let origin = case.origin();
     let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
@@ -391,5 +400,5 @@ fn column<const D: usize>(
         top = top.max(to);
     }
     let above = own.iter().map(|(from, to)| (to - from.max(bed)).max(0.0)).sum();
-    Ok(Column { above, whole: own.iter().map(|(from, to)| to - from).sum(), depth: top - bed })
+    Ok(BodyColumn { above, whole: own.iter().map(|(from, to)| to - from).sum(), depth: top - bed })
 }

@@ -4,7 +4,7 @@ use colluvium_case::{Case, CaseError};
 use colluvium_points::Raster;
 use colluvium_points::surface::distance_to_line;
 
-use super::own;
+use super::option_error;
 use crate::config::{DamOptions, DepthOptions};
 
 /// Height of a dam over the ground at a distance from its line (m).
@@ -14,12 +14,16 @@ fn height(dam: &DamOptions, distance: f64) -> f64 {
 }
 
 /// Raises the heights of the bed by the dams of a case; the higher one rules where two of them meet. What deserves a warning.
-pub fn raise(case: &Case, options: &DepthOptions, raster: &mut Raster) -> Result<Vec<String>, CaseError> {
+pub fn raise_terrain(
+    case: &Case,
+    options: &DepthOptions,
+    raster: &mut Raster,
+) -> Result<Vec<String>, CaseError> {
     if options.dams.is_empty() {
         return Ok(Vec::new());
     }
     if case.dimension() != 3 {
-        return Err(own(
+        return Err(option_error(
             "dams",
             "are lines in plan, which a profile does not have: draw the dam as an obstacle",
         ));
@@ -32,7 +36,7 @@ pub fn raise(case: &Case, options: &DepthOptions, raster: &mut Raster) -> Result
         let mut highest: f64 = 0.0;
         for (node, added) in added.iter_mut().enumerate().filter(|(node, _)| raster.values[*node].is_finite())
         {
-            let place = raster.place(node % raster.columns, node / raster.columns);
+            let place = raster.node_position(node % raster.columns, node / raster.columns);
             let own = height(dam, distance_to_line(&line, place));
             highest = highest.max(own);
             *added = added.max(own);
@@ -40,7 +44,7 @@ pub fn raise(case: &Case, options: &DepthOptions, raster: &mut Raster) -> Result
         if highest == 0.0 {
             let problem =
                 "stands on no node of the terrain: it lies beyond it, or is narrower than its cells";
-            return Err(own(&format!("dams[{number}].line"), problem));
+            return Err(option_error(&format!("dams[{number}].line"), problem));
         }
         // Between nodes on both sides of the line the crest is as high as the nearest of them.
         let farthest = 0.5 * raster.spacing[0].hypot(raster.spacing[1]);

@@ -6,11 +6,11 @@ use colluvium_case::description::{Boundary, Obstacle, ObstacleShape, ObstacleWal
 use colluvium_case::{Case, CaseError};
 use colluvium_points::Raster;
 
-use super::{dams, sampled::faces};
-use crate::bed::{Bed, BedPoint, Sampled, Surface, Worn};
-use crate::choices::Integration;
+use super::{dams, sampled::highest_faces};
+use crate::bed::{Bed, BedPoint, BedSurface, ErodibleBed, TerrainBed};
+use crate::choices::TimeScheme;
 use crate::config::DepthOptions;
-use crate::maps::Grid;
+use crate::maps::PlanCells;
 
 /// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
 const FEWEST_NODES: usize = 4;
@@ -24,7 +24,7 @@ const STEEPEST_FACE: f64 = 60.0;
 
 /// How the bed holds what flows over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Hold {
+pub enum BedFriction {
     /// Not at all.
     Smooth,
     /// By the friction of the material.
@@ -34,11 +34,11 @@ pub enum Hold {
 }
 
 /// The bed of a case.
-pub struct Ground<const D: usize> {
+pub struct CaseBed<const D: usize> {
     /// Its surface.
     pub bed: Bed<D>,
     /// The cells of its raster, where it is one.
-    pub grid: Option<Grid>,
+    pub grid: Option<PlanCells>,
     /// Largest distance of its surface from the heights of its raster, and the root mean square of all (m).
     pub departure: Option<[f64; 2]>,
     /// What of it deserves a warning.
@@ -46,8 +46,8 @@ pub struct Ground<const D: usize> {
 }
 
 /// The bed of `case`: the obstacles there are, and the highest wall that faces upward where it stands above them.
-pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Ground<D>, CaseError> {
-    let floor = floor(case);
+pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<CaseBed<D>, CaseError> {
+    let floor = highest_wall(case);
     let Some(first) = case.obstacles.first() else {
         let Some((_, level, _)) = floor else {
             let side = lowest(case);
@@ -56,14 +56,14 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
             );
             return Err(CaseError::new("boundaries", problem));
         };
-        plane_wears_not(options)?;
-        return Ok(Ground { bed: Bed::Flat(level), grid: None, departure: None, warnings: Vec::new() });
+        reject_erosion_of_plane(options)?;
+        return Ok(CaseBed { bed: Bed::Flat(level), grid: None, departure: None, warnings: Vec::new() });
     };
     if let Some(axis) = (0..D).find(|axis| case.gravity[*axis] != 0.0) {
         let problem = "must be 0 over an obstacle: its slopes are measured against gravity";
         return Err(CaseError::new(format!("gravity[{axis}]"), problem));
     }
-    of_one_kind(case, first)?;
+    check_same_walls(case, first)?;
     if let [Obstacle { shape: ObstacleShape::Plane { point, normal }, .. }] = &case.obstacles[..] {
         let (bed, least) = plane(case, point, normal)?;
         if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > least) {
@@ -73,16 +73,16 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
             );
             return Err(CaseError::new(format!("boundaries[{number}]"), problem));
         }
-        plane_wears_not(options)?;
-        return Ok(Ground { bed, grid: None, departure: None, warnings: Vec::new() });
+        reject_erosion_of_plane(options)?;
+        return Ok(CaseBed { bed, grid: None, departure: None, warnings: Vec::new() });
     }
     let (mut raster, path) = raster::<D>(case, options)?;
-    raise(case, first, floor, &mut raster)?;
+    raise_to_wall(case, first, floor, &mut raster)?;
     // Means are for the noise of a survey: a dam keeps its crest.
     let given = raster;
-    let mut raster = Sampled::smoothed(&given, options.terrain_smoothing);
+    let mut raster = TerrainBed::smoothed(&given, options.terrain_smoothing);
     let means: Vec<f64> = given.values.iter().zip(&raster.values).map(|(z, mean)| z - mean).collect();
-    let mut warnings = dams::raise(case, options, &mut raster)?;
+    let mut warnings = dams::raise_terrain(case, options, &mut raster)?;
     let on_map = path.ends_with("file");
     let wrong = |problem: String| CaseError::new(path.clone(), problem);
     let (columns, rows) = (raster.columns, raster.rows);
@@ -92,25 +92,25 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
         return Err(wrong(problem));
     }
     let Raster { origin, spacing, ref reference, .. } = raster;
-    let grid = Grid { counts: [columns, rows], origin, spacing, reference: reference.clone() };
-    let ground = Sampled::new(raster).map_err(|error| wrong(error.to_string()))?;
+    let grid = PlanCells { counts: [columns, rows], origin, spacing, reference: reference.clone() };
+    let ground = TerrainBed::new(raster).map_err(|error| wrong(error.to_string()))?;
     warnings.extend(too_steep(case, &ground));
-    warnings.extend(loses_energy(options));
+    warnings.extend(energy_warning(options));
     let departure = Some(departure(&ground, &means));
-    let bed = if options.wears() {
-        Bed::Worn(Box::new(Worn::new(ground, options.lower_bed)))
+    let bed = if options.records_erosion() {
+        Bed::Erodible(Box::new(ErodibleBed::new(ground, options.lower_bed)))
     } else {
         Bed::Surface(Arc::new(ground))
     };
-    Ok(Ground { bed, grid: on_map.then_some(grid), departure, warnings })
+    Ok(CaseBed { bed, grid: on_map.then_some(grid), departure, warnings })
 }
 
 /// Largest distance of a surface from heights that were `means` (m) above what it was made of, and the root mean square of all (m).
-fn departure(ground: &Sampled, means: &[f64]) -> [f64; 2] {
+fn departure(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
     let raster = ground.raster();
     let off = |number: usize| {
         let bed: Option<BedPoint<2>> =
-            ground.at(&raster.place(number % raster.columns, number / raster.columns));
+            ground.at(&raster.node_position(number % raster.columns, number / raster.columns));
         Some(bed?.level - raster.values[number] - means[number]).filter(|off| off.is_finite())
     };
     let (mut most, mut square, mut count) = (0.0f64, 0.0, 0.0);
@@ -121,15 +121,18 @@ fn departure(ground: &Sampled, means: &[f64]) -> [f64; 2] {
 }
 
 /// Warns of steps that do not carry velocities along the bed.
-fn loses_energy(options: &DepthOptions) -> Option<String> {
-    (options.integration != Integration::Leapfrog).then(|| {
+fn energy_warning(options: &DepthOptions) -> Option<String> {
+    (options.integration != TimeScheme::Leapfrog).then(|| {
         "methods.depth-sph.integration: steps of Runge and Kutta lose energy over rough ground: leave the option out over a survey".to_owned()
     })
 }
 
 /// Refuses obstacles whose walls differ.
-fn of_one_kind(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
-    let other = case.obstacles.iter().position(|obstacle| of_obstacle(obstacle) != of_obstacle(first));
+fn check_same_walls(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
+    let other = case
+        .obstacles
+        .iter()
+        .position(|obstacle| friction_of_obstacle(obstacle) != friction_of_obstacle(first));
     let Some(number) = other else { return Ok(()) };
     let problem = format!(
         "is not that of {:?}, and a bed has one: what differs in parts of it stands in methods.depth-sph.regions",
@@ -139,12 +142,12 @@ fn of_one_kind(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
 }
 
 /// Refuses to keep account of what is taken up from a plane, which has no nodes to keep it at, and to put a dam on one.
-fn plane_wears_not(options: &DepthOptions) -> Result<(), CaseError> {
+fn reject_erosion_of_plane(options: &DepthOptions) -> Result<(), CaseError> {
     if !options.dams.is_empty() {
         let problem = "the bed is a plane, which has no heights that could be raised: give it as a raster";
-        return Err(super::own("dams", problem));
+        return Err(super::option_error("dams", problem));
     }
-    if !options.wears() {
+    if !options.records_erosion() {
         return Ok(());
     }
     let key = match (options.lower_bed, &options.erodible_depth_raster) {
@@ -153,7 +156,7 @@ fn plane_wears_not(options: &DepthOptions) -> Result<(), CaseError> {
         (false, None) => "erodible_depth",
     };
     let problem = "the bed is a plane, which has no heights that could be lowered: give it as a raster";
-    Err(super::own(key, problem))
+    Err(super::option_error(key, problem))
 }
 
 /// The heights of the bed, and the key of the case that it follows from.
@@ -161,21 +164,21 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
     let is_raster = |obstacle: &Obstacle| matches!(obstacle.shape, ObstacleShape::Raster { .. });
     let spacing = options.terrain_spacing.unwrap_or(options.spacing);
     let Some(number) = case.obstacles.iter().position(is_raster).filter(|_| D == 2) else {
-        return Ok((faces::<D>(case, spacing, None)?, "obstacles".to_owned()));
+        return Ok((highest_faces::<D>(case, spacing, None)?, "obstacles".to_owned()));
     };
     let path = format!("obstacles[{number}].shape.file");
     let own = case.heights(number)?.ok_or_else(|| CaseError::new(path.clone(), "holds no heights"))?;
     if case.obstacles.len() == 1 {
         return Ok((own, path));
     }
-    Ok((faces::<D>(case, spacing, Some((number, own)))?, path))
+    Ok((highest_faces::<D>(case, spacing, Some((number, own)))?, path))
 }
 
 /// Warns of faces that a flow runs up, and of terrain so steep throughout that its heights may not be in metres: of survey terrain single cliffs may
 /// stand upright, and no half of it does.
-fn too_steep(case: &Case, ground: &Sampled) -> Option<String> {
+fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
     let raster = ground.raster();
-    let place = |number: usize| raster.place(number % raster.columns, number / raster.columns);
+    let place = |number: usize| raster.node_position(number % raster.columns, number / raster.columns);
     let slope = |number: usize| {
         let bed: Option<BedPoint<2>> = ground.at(&place(number));
         bed.map_or(0.0, |bed| bed.slope[0].hypot(bed.slope[1]))
@@ -209,7 +212,7 @@ fn too_steep(case: &Case, ground: &Sampled) -> Option<String> {
 }
 
 /// Raises a bed to the wall below where that stands higher.
-fn raise(
+fn raise_to_wall(
     case: &Case,
     obstacle: &Obstacle,
     floor: Option<(usize, f64, &Wall)>,
@@ -220,7 +223,7 @@ fn raise(
     };
     let least = known(raster);
     let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > least) else { return Ok(()) };
-    if of_wall(wall) != of_obstacle(obstacle) {
+    if wall_friction(wall) != friction_of_obstacle(obstacle) {
         let problem = format!(
             "stands at {} m, above the lowest place of the obstacles, {} m, and is not of their kind: a bed has one",
             level + case.origin()[case.dimension() - 1],
@@ -233,16 +236,17 @@ fn raise(
 }
 
 /// How the bed of `case` holds, without making it; `None` where there is no bed.
-pub fn hold(case: &Case) -> Option<Hold> {
-    let obstacle = case.obstacles.first().map(of_obstacle);
-    obstacle.or_else(|| floor(case).map(|(_, _, wall)| of_wall(wall)))
+pub fn bed_friction(case: &Case) -> Option<BedFriction> {
+    let obstacle = case.obstacles.first().map(friction_of_obstacle);
+    obstacle.or_else(|| highest_wall(case).map(|(_, _, wall)| wall_friction(wall)))
 }
 
 /// Whether the bed of `case` is smooth all over, or there is none.
 pub fn is_smooth(case: &Case) -> bool {
     let regions = case.obstacles.iter().flat_map(|obstacle| &obstacle.regions);
-    let mut holds = hold(case).into_iter().chain(regions.map(|region| hold_of(region.wall)));
-    holds.all(|hold| hold == Hold::Smooth)
+    let mut holds =
+        bed_friction(case).into_iter().chain(regions.map(|region| obstacle_friction(region.wall)));
+    holds.all(|hold| hold == BedFriction::Smooth)
 }
 
 /// The side that the bed is on.
@@ -251,7 +255,7 @@ pub fn lowest(case: &Case) -> Side {
 }
 
 /// The highest wall that faces upward: its number, its level (m), and how it acts.
-pub fn floor(case: &Case) -> Option<(usize, f64, &Wall)> {
+pub fn highest_wall(case: &Case) -> Option<(usize, f64, &Wall)> {
     let side = lowest(case);
     let level = |boundary: &Boundary| boundary.position(&case.domain);
     let walls = case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.side == side);
@@ -259,24 +263,26 @@ pub fn floor(case: &Case) -> Option<(usize, f64, &Wall)> {
     highest.map(|(number, boundary)| (number, level(boundary), &boundary.wall))
 }
 
-fn of_wall(wall: &Wall) -> Hold {
+fn wall_friction(wall: &Wall) -> BedFriction {
     match wall {
-        Wall::Smooth => Hold::Smooth,
-        Wall::Frictional { friction_coefficient, .. } => Hold::Frictional(*friction_coefficient),
-        _ => Hold::Rough,
+        Wall::Smooth => BedFriction::Smooth,
+        Wall::Frictional { friction_coefficient, .. } => BedFriction::Frictional(*friction_coefficient),
+        _ => BedFriction::Rough,
     }
 }
 
-fn of_obstacle(obstacle: &Obstacle) -> Hold {
-    hold_of(obstacle.wall)
+fn friction_of_obstacle(obstacle: &Obstacle) -> BedFriction {
+    obstacle_friction(obstacle.wall)
 }
 
 /// How a wall of an obstacle holds what flows over it.
-pub fn hold_of(wall: ObstacleWall) -> Hold {
+pub fn obstacle_friction(wall: ObstacleWall) -> BedFriction {
     match wall {
-        ObstacleWall::Smooth => Hold::Smooth,
-        ObstacleWall::Rough => Hold::Rough,
-        ObstacleWall::Frictional { friction_coefficient, .. } => Hold::Frictional(friction_coefficient),
+        ObstacleWall::Smooth => BedFriction::Smooth,
+        ObstacleWall::Rough => BedFriction::Rough,
+        ObstacleWall::Frictional { friction_coefficient, .. } => {
+            BedFriction::Frictional(friction_coefficient)
+        }
     }
 }
 

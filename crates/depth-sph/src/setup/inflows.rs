@@ -2,23 +2,23 @@
 
 use colluvium_case::{Case, CaseError, Quantity, read_pairs};
 
-use super::sides::MOST_PLACES;
-use super::{NAME, own};
+use super::sides::MAX_SEGMENTS;
+use super::{NAME, option_error};
 use crate::bed::Bed;
-use crate::choices::{Across, Layer, Phases};
+use crate::choices::{FlowLayer, InflowDistribution, Phases};
 use crate::config::{DepthOptions, InflowOptions};
 use crate::cross_section::CrossSection;
-use crate::flow::{Feed, Flow, Opening};
-use crate::inflow::{Inflow, Section, State};
+use crate::flow::{Flow, Inlet, Opening};
+use crate::inflow::{Inflow, InflowSection, InflowState};
 
 /// Mean slope of the bed in the direction of an inflow from which on it deserves a warning.
-const UPHILL: f64 = 0.02;
+const MAX_UPHILL_SLOPE: f64 = 0.02;
 
 /// Rows behind a line beyond the reach of a kernel.
 const ROWS: f64 = 2.0;
 
 /// Puts the inflows of a case into its flow; what flows in through ends of a profile, each of which has an opening and its key.
-pub fn add<const D: usize>(
+pub fn add_inflows<const D: usize>(
     case: &Case,
     options: &DepthOptions,
     flow: &mut Flow<D>,
@@ -28,53 +28,57 @@ pub fn add<const D: usize>(
     for (number, given) in options.inflows.iter().enumerate() {
         let key = |name: &str| format!("inflows[{number}].{name}");
         if D == 1 {
-            let mut opening = through_end(case, options, flow, given, &key)?;
-            let cut = opening.feeds.iter().find_map(|feed| cut_off(&feed.hydrograph, case.end_time()));
+            let mut opening = end_inlet(case, options, flow, given, &key)?;
+            let cut = opening
+                .inlets
+                .iter()
+                .find_map(|feed| truncated_hydrograph_warning(&feed.hydrograph, case.end_time()));
             warnings.extend(cut.map(|cut| format!("methods.{NAME}.inflows[{number}]: {cut}")));
             let known = openings.iter_mut().find(|(known, _)| known.outward == opening.outward);
             let Some((known, _)) = known else {
                 openings.push((opening, format!("methods.{NAME}.{}", key("side"))));
                 continue;
             };
-            if known.feeds.iter().any(|known| opening.feeds.iter().any(|feed| feed.layer == known.layer)) {
-                return Err(own(&key("side"), "has an inflow already: add up their discharges"));
+            if known.inlets.iter().any(|known| opening.inlets.iter().any(|feed| feed.layer == known.layer)) {
+                return Err(option_error(&key("side"), "has an inflow already: add up their discharges"));
             }
-            known.feeds.append(&mut opening.feeds);
+            known.inlets.append(&mut opening.inlets);
             continue;
         }
         let mut inflow = inflow::<D>(case, options, flow, given, &key)?;
-        let little = leaves(case, &inflow).map_err(|problem| own(&key("from"), problem))?;
-        let level = highest(&inflow, &flow.bed).map_err(|problem| own(&key("from"), problem))?;
-        if given.across == Across::Level {
+        let little = outflow_warning(case, &inflow).map_err(|problem| option_error(&key("from"), problem))?;
+        let level = highest(&inflow, &flow.bed).map_err(|problem| option_error(&key("from"), problem))?;
+        if given.across == InflowDistribution::Level {
             let bed = |k: usize| flow.bed.at(&inflow.place(k, 0.0)).map_or(level, |bed| bed.level);
             let beds: Vec<f64> = (0..inflow.count()).map(bed).collect();
             inflow.channel = Some(CrossSection::new(inflow.width(), &beds));
         }
-        let Section { depth, speed, deepest } = inflow.deepest();
-        let before = flow.standing(&inflow);
+        let InflowSection { depth, speed, max_depth: deepest } = inflow.max_section();
+        let before = flow.initial_state_before(&inflow);
         let [depth, deepest] =
             [depth, deepest].map(|own| before.map_or(own, |(standing, _)| standing.max(own)));
         inflow.depth = depth;
-        if before.is_some() && flow.behind(&inflow) > 0 {
+        if before.is_some() && flow.nodes_behind(&inflow) > 0 {
             let problem = "lies within a body, and the nodes of the inflow stand behind it: let bodies begin at the line, to the right of who walks along it";
-            return Err(own(&key("from"), problem));
+            return Err(option_error(&key("from"), problem));
         }
         standing.push(before);
-        flow.top = flow.top.max(level + deepest);
+        flow.max_initial_level = flow.max_initial_level.max(level + deepest);
         flow.fastest_start = flow.fastest_start.max(speed);
-        if let Some(slope) = uphill(&inflow, &flow.bed) {
+        if let Some(slope) = uphill_slope(&inflow, &flow.bed) {
             warnings.push(format!(
                 "methods.{NAME}.inflows[{number}]: the bed rises by {:.1} % where it flows to, to the right of who walks from `from` to `to`: are \
                  these the right way round?",
                 100.0 * slope
             ));
         }
-        let doubts = little.into_iter().chain(cut_off(&inflow.hydrograph, case.end_time()));
+        let doubts =
+            little.into_iter().chain(truncated_hydrograph_warning(&inflow.hydrograph, case.end_time()));
         warnings.extend(doubts.map(|doubt| format!("methods.{NAME}.inflows[{number}]: {doubt}")));
         flow.inflows.push(inflow);
     }
     if standing.iter().any(Option::is_some) {
-        flow.begin_lines(&standing).map_err(|failure| own("inflows", failure.to_string()))?;
+        flow.initialise_inflows(&standing).map_err(|failure| option_error("inflows", failure.to_string()))?;
     }
     Ok(openings)
 }
@@ -83,7 +87,7 @@ pub fn add<const D: usize>(
 const LITTLE: f64 = 0.1;
 
 /// A doubt where little of the domain lies ahead of an inflow and most of it behind; an error where the flow leaves at once.
-fn leaves<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<String>, String> {
+fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<String>, String> {
     let middle: [f64; D] = std::array::from_fn(|c| 0.5 * (inflow.from[c] + inflow.to[c]));
     let to_edge = |sense: f64| {
         let direction = inflow.normal().map(|c| sense * c);
@@ -103,7 +107,7 @@ fn leaves<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<Stri
 }
 
 /// A word where the run ends (s) before all of a hydrograph has flowed in.
-fn cut_off(hydrograph: &[[f64; 2]], end: f64) -> Option<String> {
+fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<String> {
     let until = |end: f64| {
         let part = |pair: &[[f64; 2]]| {
             let [[from, first], [to, last]] = [pair[0], pair[1]];
@@ -129,7 +133,7 @@ fn porosity(
     given: &InflowOptions,
     key: &dyn Fn(&str) -> String,
 ) -> Result<Option<f64>, CaseError> {
-    let wrong = |problem: String| Err(own(&key("porosity"), problem));
+    let wrong = |problem: String| Err(option_error(&key("porosity"), problem));
     match given.porosity {
         Some(_) if options.phases != Phases::Two => wrong(
             "is that of grains and fluid on nodes of their own: make phases two, or leave it out".to_owned(),
@@ -149,13 +153,13 @@ fn layer<const D: usize>(
     given: &InflowOptions,
     key: &dyn Fn(&str) -> String,
 ) -> Result<Option<usize>, CaseError> {
-    let wrong = |problem: &str| Err(own(&key("layer"), problem));
+    let wrong = |problem: &str| Err(option_error(&key("layer"), problem));
     let set = match (options.phases == Phases::Layers, given.layer) {
         (false, None) => return Ok(None),
         (false, Some(_)) => return wrong("is one of two layers: make phases layers, or leave it out"),
         (true, None) => return wrong("is missing: say which of two layers flows in, lower or upper"),
-        (true, Some(Layer::Lower)) => 0,
-        (true, Some(Layer::Upper)) => 1,
+        (true, Some(FlowLayer::Lower)) => 0,
+        (true, Some(FlowLayer::Upper)) => 1,
     };
     if flow.sets[set].is_empty() {
         return wrong(
@@ -166,7 +170,7 @@ fn layer<const D: usize>(
 }
 
 /// An end of a profile for what flows in there.
-fn through_end<const D: usize>(
+fn end_inlet<const D: usize>(
     case: &Case,
     options: &DepthOptions,
     flow: &Flow<D>,
@@ -174,31 +178,46 @@ fn through_end<const D: usize>(
     key: &dyn Fn(&str) -> String,
 ) -> Result<Opening, CaseError> {
     let Some(side) = given.side.filter(|side| side.axis() == 0) else {
-        return Err(own(
+        return Err(option_error(
             &key("side"),
             "give the end of the profile that it flows in through, x-min or x-max",
         ));
     };
     if given.from.is_some() || given.to.is_some() {
-        return Err(own(&key("from"), "is a line in plan, which a profile does not have: leave it out"));
+        return Err(option_error(
+            &key("from"),
+            "is a line in plan, which a profile does not have: leave it out",
+        ));
     }
-    if given.across != Across::Even {
-        return Err(own(&key("across"), "is of a line in plan: leave it out"));
+    if given.across != InflowDistribution::Even {
+        return Err(option_error(&key("across"), "is of a line in plan: leave it out"));
     }
     if case.boundaries.iter().any(|boundary| boundary.side == side) {
-        return Err(own(&key("side"), "has a wall: leave the wall out"));
+        return Err(option_error(&key("side"), "has a wall: leave the wall out"));
     }
     let porosity = porosity(options, given, key)?.unwrap_or(0.0);
     let layer = layer(options, flow, given, key)?;
-    let feed = Feed { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity, layer };
+    let feed = Inlet { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity, layer };
     let place = if side.is_max() { case.domain.max[0] } else { case.domain.min[0] };
     let outward = if side.is_max() { 1.0 } else { -1.0 };
     let beyond = [0.0, 4.0 * options.spacing].map(|far| flow.bed.at(&[place + outward * far; D]).is_some());
     if beyond != [true; 2] {
-        return Err(own(&key("side"), "has no ground beyond it, where the nodes of the inflow stand"));
+        return Err(option_error(
+            &key("side"),
+            "has no ground beyond it, where the nodes of the inflow stand",
+        ));
     }
     let (spacing, span) = (options.spacing, (0.0, 0.0));
-    Ok(Opening { axis: 0, place, outward, spacing, span, periodic: false, feeds: vec![feed], layer: 0.0 })
+    Ok(Opening {
+        axis: 0,
+        place,
+        outward,
+        spacing,
+        span,
+        periodic: false,
+        inlets: vec![feed],
+        absorbing_length: 0.0,
+    })
 }
 
 /// Words by which columns of times are called, in some languages.
@@ -224,22 +243,22 @@ const DISCHARGES: [&str; 13] = [
 /// The hydrograph of an inflow, checked.
 fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec<[f64; 2]>, CaseError> {
     if !(given.froude > 0.0 && given.froude.is_finite()) {
-        return Err(own(&key("froude"), format!("{} must be positive", given.froude)));
+        return Err(option_error(&key("froude"), format!("{} must be positive", given.froude)));
     }
     let pairs = match (&given.hydrograph, given.discharge.is_empty()) {
         (Some(file), true) => {
             let columns: [(Quantity, &[&str]); 2] =
                 [(Quantity::Time, &TIMES), (Quantity::Discharge, &DISCHARGES)];
-            let of_file = |error: String| own(&key("hydrograph"), format!("{file}: {error}"));
+            let of_file = |error: String| option_error(&key("hydrograph"), format!("{file}: {error}"));
             let pairs = read_pairs(file, columns).map_err(of_file)?;
             check(&pairs).map_err(of_file)?;
             pairs
         }
         (None, false) => {
-            check(&given.discharge).map_err(|problem| own(&key("discharge"), problem))?;
+            check(&given.discharge).map_err(|problem| option_error(&key("discharge"), problem))?;
             given.discharge.clone()
         }
-        _ => return Err(own(&key("discharge"), "give either discharge or hydrograph")),
+        _ => return Err(option_error(&key("discharge"), "give either discharge or hydrograph")),
     };
     Ok(pairs)
 }
@@ -254,20 +273,24 @@ fn inflow<const D: usize>(
     let origin = case.origin();
     let place = |x: [f64; 2]| std::array::from_fn(|c| x[c] - origin[c]);
     if given.side.is_some() {
-        return Err(own(&key("side"), "is an end of a profile: give a line in plan, `from` and `to`"));
+        return Err(option_error(
+            &key("side"),
+            "is an end of a profile: give a line in plan, `from` and `to`",
+        ));
     }
     let (Some(from), Some(to)) = (given.from, given.to) else {
         let name = if given.from.is_none() { "from" } else { "to" };
-        return Err(own(&key(name), "is missing: a line in plan goes from a place to another"));
+        return Err(option_error(&key(name), "is missing: a line in plan goes from a place to another"));
     };
     if from == to {
-        return Err(own(&key("to"), "is where the line begins"));
+        return Err(option_error(&key("to"), "is where the line begins"));
     }
     let places = (to[0] - from[0]).hypot(to[1] - from[1]) / options.spacing;
-    if !(places <= MOST_PLACES) {
-        let problem =
-            format!("makes the line {places:.1e} spacings long, {MOST_PLACES:.0e} at most: is it in metres?");
-        return Err(own(&key("to"), problem));
+    if !(places <= MAX_SEGMENTS) {
+        let problem = format!(
+            "makes the line {places:.1e} spacings long, {MAX_SEGMENTS:.0e} at most: is it in metres?"
+        );
+        return Err(option_error(&key("to"), problem));
     }
     let hydrograph = hydrograph(given, key)?;
     let layer = layer(options, flow, given, key)?;
@@ -286,7 +309,7 @@ fn inflow<const D: usize>(
         porosity: porosity(options, given, key)?,
         layer,
         channel: None,
-        state: State::default(),
+        state: InflowState::default(),
     })
 }
 
@@ -308,11 +331,11 @@ fn check(hydrograph: &[[f64; 2]]) -> Result<(), String> {
 }
 
 /// Mean slope of the bed along a line in the direction of its flow, where it goes up.
-fn uphill<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Option<f64> {
+fn uphill_slope<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Option<f64> {
     let places = (0..inflow.count()).filter_map(|k| bed.at(&inflow.place(k, 0.0)));
-    let slopes = places.map(|bed| -inflow.turned(&bed.slope)[0]);
+    let slopes = places.map(|bed| -inflow.outward_and_tangential(&bed.slope)[0]);
     let slope = slopes.sum::<f64>() / inflow.count() as f64;
-    (slope > UPHILL).then_some(slope)
+    (slope > MAX_UPHILL_SLOPE).then_some(slope)
 }
 
 /// The highest level of the bed under the nodes behind a line (m).
@@ -334,14 +357,14 @@ fn highest<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Result<f64, Stri
 
 #[cfg(test)]
 mod tests {
-    use super::cut_off;
+    use super::truncated_hydrograph_warning;
 
     #[test]
     fn a_hydrograph_that_goes_on_after_the_run_is_told_of() {
         let triangle = [[10.0, 0.0], [20.0, 4.0], [30.0, 0.0]];
-        assert_eq!(cut_off(&triangle, 30.0), None);
-        assert!(cut_off(&triangle, 20.0).unwrap().contains("at 20 s, when 50.0 %"));
-        assert!(cut_off(&triangle, 25.0).unwrap().contains("when 87.5 %"));
-        assert!(cut_off(&triangle, 5.0).unwrap().contains("when 0.0 %"));
+        assert_eq!(truncated_hydrograph_warning(&triangle, 30.0), None);
+        assert!(truncated_hydrograph_warning(&triangle, 20.0).unwrap().contains("at 20 s, when 50.0 %"));
+        assert!(truncated_hydrograph_warning(&triangle, 25.0).unwrap().contains("when 87.5 %"));
+        assert!(truncated_hydrograph_warning(&triangle, 5.0).unwrap().contains("when 0.0 %"));
     }
 }

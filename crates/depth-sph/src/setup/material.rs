@@ -3,11 +3,11 @@
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::basal::{BasalRheology, BasalSpec};
 
-use super::ground::Hold;
-use super::{own, pore};
+use super::ground::BedFriction;
+use super::{option_error, pore};
 use crate::choices::Phases;
 use crate::config::DepthOptions;
-use crate::drag::Densities;
+use crate::drag::MixtureDensities;
 use crate::settings::Mixture;
 
 /// Largest difference of the density of a material from that of the mixture, in shares.
@@ -17,11 +17,11 @@ const SAME_DENSITY: f64 = 0.01;
 pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixture, CaseError> {
     let Some(mixture) = &options.mixture else {
         if options.phases != Phases::One {
-            return Err(own("mixture", "is missing: more than one phase needs its densities"));
+            return Err(option_error("mixture", "is missing: more than one phase needs its densities"));
         }
         return Ok(Mixture::plain(case.materials[&case.bodies[0].material].density(), gravity));
     };
-    let densities = Densities { grain: mixture.grain_density, fluid: mixture.fluid_density, gravity };
+    let densities = MixtureDensities { grain: mixture.grain_density, fluid: mixture.fluid_density, gravity };
     let layers = options.phases == Phases::Layers;
     let porosity = if layers { 0.0 } else { mixture.porosity };
     let whole = Mixture { densities, porosity, saturated: !layers };
@@ -44,12 +44,12 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
 pub fn basal_law(
     case: &Case,
     options: &DepthOptions,
-    hold: Option<Hold>,
+    hold: Option<BedFriction>,
 ) -> Result<Option<BasalRheology>, CaseError> {
     if let Some(spec) = &options.basal {
-        return built(options, spec, "basal").map(Some);
+        return build_basal_law(options, spec, "basal").map(Some);
     }
-    let Some(hold) = hold.filter(|hold| *hold != Hold::Smooth) else { return Ok(None) };
+    let Some(hold) = hold.filter(|hold| *hold != BedFriction::Smooth) else { return Ok(None) };
     let name = &case.bodies[0].material;
     let law = case.materials[name].basal().map_err(|error| {
         CaseError::new(
@@ -58,15 +58,19 @@ pub fn basal_law(
         )
     })?;
     let law = match hold {
-        Hold::Frictional(coefficient) => law.with_friction_at_most(coefficient),
-        Hold::Rough | Hold::Smooth => law,
+        BedFriction::Frictional(coefficient) => law.with_max_friction(coefficient),
+        BedFriction::Rough | BedFriction::Smooth => law,
     };
     of_phases(options, law, "basal").map(Some)
 }
 
 /// A law that the options give under a key.
-pub fn built(options: &DepthOptions, spec: &BasalSpec, key: &str) -> Result<BasalRheology, CaseError> {
-    let law = spec.build().map_err(|error| own(key, error.to_string()))?;
+pub fn build_basal_law(
+    options: &DepthOptions,
+    spec: &BasalSpec,
+    key: &str,
+) -> Result<BasalRheology, CaseError> {
+    let law = spec.build().map_err(|error| option_error(key, error.to_string()))?;
     of_phases(options, law, key)
 }
 
@@ -74,7 +78,7 @@ pub fn built(options: &DepthOptions, spec: &BasalSpec, key: &str) -> Result<Basa
 fn of_phases(options: &DepthOptions, law: BasalRheology, key: &str) -> Result<BasalRheology, CaseError> {
     if options.phases == Phases::Two && !law.is_additive() {
         let problem = "is a Bingham profile, which is for one phase: give another law for grains and fluid that move apart";
-        return Err(own(key, problem));
+        return Err(option_error(key, problem));
     }
     Ok(law)
 }

@@ -15,21 +15,21 @@ mod zones;
 use std::sync::Arc;
 
 use colluvium_case::description::Space;
-use colluvium_case::{Case, CaseError, Plan, Resolution, Size, Solver};
+use colluvium_case::{Case, CaseError, Plan, ProblemSize, Resolution, Solver};
 use colluvium_points::Raster;
 
-use ground::Ground;
-pub(crate) use refuse::honours;
+use ground::CaseBed;
+pub(crate) use refuse::capabilities;
 
 use crate::NAME;
 use crate::bed::Bed;
-use crate::choices::{Frame, Phases};
+use crate::choices::{DepthFrame, Phases};
 use crate::config::DepthOptions;
-use crate::drag::Densities;
-use crate::flow::{Failure, Flow, Outside};
-use crate::settings::{Consolidation, EarthPressure, Mixture, Numerics, PoreColumn, Settings};
+use crate::drag::MixtureDensities;
+use crate::flow::{Flow, FlowFailure, OutsideNodes};
+use crate::settings::{Consolidation, EarthPressure, FlowSettings, Mixture, Numerics, PoreColumn};
 use crate::solver::DepthSolver;
-use crate::stages::ends;
+use crate::stages::plan_boundaries;
 
 /// Node-updates per second and thread, from the benchmark of one phase without columns.
 const UPDATES_PER_SECOND: f64 = 2e6;
@@ -37,7 +37,7 @@ const UPDATES_PER_SECOND: f64 = 2e6;
 const COUPLED_UPDATES_PER_SECOND: f64 = 5e5;
 
 /// An error under a key of the options.
-fn own(key: &str, problem: impl Into<String>) -> CaseError {
+fn option_error(key: &str, problem: impl Into<String>) -> CaseError {
     CaseError::new(format!("methods.{NAME}.{key}"), problem)
 }
 
@@ -47,15 +47,15 @@ pub(crate) fn options(case: &Case) -> Result<DepthOptions, CaseError> {
         let problem = "is missing: depth-integrated SPH needs at least its `spacing` (m)";
         return Err(CaseError::new(format!("methods.{NAME}"), problem));
     }
-    let options: DepthOptions = pore::stated(case)?.method_options(NAME)?;
-    options.validate().map_err(|(key, problem)| own(&key, problem))?;
+    let options: DepthOptions = pore::with_pore_fluid_options(case)?.method_options(NAME)?;
+    options.validate().map_err(|(key, problem)| option_error(&key, problem))?;
     Ok(options)
 }
 
 /// The solver of `case`.
 pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
-    refuse::refuse(case, &options)?;
+    refuse::check_supported(case, &options)?;
     Ok(match case.space {
         Space::PlaneStrain => Box::new(solver::<1>(case, &options)?),
         _ => Box::new(solver::<2>(case, &options)?),
@@ -65,10 +65,10 @@ pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
 /// The plan of `case`.
 pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     let options = options(case)?;
-    refuse::refuse(case, &options)?;
+    refuse::check_supported(case, &options)?;
     match case.space {
-        Space::PlaneStrain => planned::<1>(case, &options),
-        _ => planned::<2>(case, &options),
+        Space::PlaneStrain => plan_in::<1>(case, &options),
+        _ => plan_in::<2>(case, &options),
     }
 }
 
@@ -80,9 +80,9 @@ fn bytes_per_node(case: &Case, options: &DepthOptions) -> f64 {
 }
 
 /// The size of `case`, without making its nodes.
-pub fn size(case: &Case) -> Result<Size, CaseError> {
+pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let options = options(case)?;
-    refuse::refuse(case, &options)?;
+    refuse::check_supported(case, &options)?;
     let sets = if options.phases == Phases::Two { 2.0 } else { 1.0 };
     let area: f64 = case
         .bodies
@@ -94,16 +94,22 @@ pub fn size(case: &Case) -> Result<Size, CaseError> {
         .sum();
     let points = sets * area / options.spacing.powi(case.dimension() as i32 - 1);
     let key = "methods.depth-sph.spacing";
-    Ok(Size { points, nodes: 0.0, memory: points * bytes_per_node(case, &options), key, ..Size::default() })
+    Ok(ProblemSize {
+        points,
+        nodes: 0.0,
+        memory: points * bytes_per_node(case, &options),
+        key,
+        ..ProblemSize::default()
+    })
 }
 
 /// Densities of the bodies where those of the mixture rule (kg/m³).
 fn densities(case: &Case, options: &DepthOptions) -> Option<Vec<f64>> {
     let mixture = options.mixture.as_ref()?;
-    let densities = Densities {
+    let densities = MixtureDensities {
         grain: mixture.grain_density,
         fluid: mixture.fluid_density,
-        gravity: case.gravity_size(),
+        gravity: case.gravity_magnitude(),
     };
     let of_body = |name: &String| match options.phases {
         Phases::Layers if mixture.upper.contains(name) => mixture.fluid_density,
@@ -113,8 +119,8 @@ fn densities(case: &Case, options: &DepthOptions) -> Option<Vec<f64>> {
     Some(case.bodies.iter().map(|body| of_body(&body.name)).collect())
 }
 
-fn planned<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, CaseError> {
-    let (mut solver, of_bed) = made::<D>(case, options)?;
+fn plan_in<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, CaseError> {
+    let (mut solver, of_bed) = build_in::<D>(case, options)?;
     let time_step = solver.limit();
     let points = solver.points();
     let mut warnings = options.warnings();
@@ -133,7 +139,7 @@ fn planned<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, 
         densities: densities(case, options),
         resolution: Some(Resolution {
             width: options.spacing,
-            apart: options.spacing,
+            point_distance: options.spacing,
             axes: D,
             key: "methods.depth-sph.spacing",
             noun: "spacings",
@@ -148,39 +154,39 @@ pub(crate) fn solver<const D: usize>(
     case: &Case,
     options: &DepthOptions,
 ) -> Result<DepthSolver<D>, CaseError> {
-    Ok(made(case, options)?.0)
+    Ok(build_in(case, options)?.0)
 }
 
 /// A solver at time zero, and what of its bed deserves a warning.
-fn made<const D: usize>(
+fn build_in<const D: usize>(
     case: &Case,
     options: &DepthOptions,
 ) -> Result<(DepthSolver<D>, Vec<String>), CaseError> {
-    let ground = ground::ground::<D>(case, options)?;
+    let ground = ground::case_bed::<D>(case, options)?;
     let mut of_maps = Vec::new();
-    let maps = rasters::maps(case, &ground, options.spacing, &mut of_maps)?;
-    let Ground { mut bed, departure, mut warnings, .. } = ground;
+    let maps = rasters::hazard_rasters(case, &ground, options.spacing, &mut of_maps)?;
+    let CaseBed { mut bed, departure, mut warnings, .. } = ground;
     warnings.append(&mut of_maps);
     let settings = settings::<D>(case, options)?;
-    if let Bed::Worn(worn) = &mut bed {
+    if let Bed::Erodible(worn) = &mut bed {
         let depths = erodible_depths(case, options)?;
-        worn.limit(|x| {
-            let of_zone = settings.erodible(&std::array::from_fn(|c| x[c]));
+        worn.set_erodible_depth(|x| {
+            let of_zone = settings.erodible_depth(&std::array::from_fn(|c| x[c]));
             // Nothing where the raster says nothing.
             let most = |raster: &Raster| raster.interpolate(x[0], x[1]).unwrap_or(0.0);
             depths.as_ref().map_or(of_zone, |raster| of_zone.min(most(raster)))
         });
     }
-    let filled = bodies::nodes::<D>(case, options, &settings.material, &bed)?;
+    let filled = bodies::body_nodes::<D>(case, options, &settings.material, &bed)?;
     warnings.extend(filled.warnings);
-    let ends = ends::<D>(case, 0);
-    let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
+    let ends = plan_boundaries::<D>(case, 0);
+    let failed = |failure: FlowFailure| CaseError::new("bodies", failure.to_string());
     let mut flow = Flow::new(settings, bed, ends, &filled.sets).map_err(failed)?;
-    let mut openings = inflows::add(case, options, &mut flow, &mut warnings)?;
+    let mut openings = inflows::add_inflows(case, options, &mut flow, &mut warnings)?;
     openings.extend(sides::openings(case, options));
-    warnings.extend(sides::open(&openings, &mut flow)?);
-    if !filled.handed.is_empty() {
-        let held = flow.press(&filled.handed);
+    warnings.extend(sides::open_boundaries(&openings, &mut flow)?);
+    if !filled.transferred_pressures.is_empty() {
+        let held = flow.set_pore_pressures(&filled.transferred_pressures);
         if held > 0 {
             warnings.push(format!(
                 "bodies: the pore pressure of the start above {held} nodes bears more than what stands there, or is below its lowest: it is held \
@@ -188,7 +194,7 @@ fn made<const D: usize>(
             ));
         }
     }
-    flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
+    flow.outside = if options.leaving_is_an_error { OutsideNodes::Fail } else { OutsideNodes::Remove };
     let solver = DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps, departure);
     Ok((solver, warnings))
 }
@@ -196,7 +202,7 @@ fn made<const D: usize>(
 /// The raster of the depths that can be taken up, where there is one.
 fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>, CaseError> {
     let Some(file) = &options.erodible_depth_raster else { return Ok(None) };
-    let wrong = |problem: String| own("erodible_depth_raster", problem);
+    let wrong = |problem: String| option_error("erodible_depth_raster", problem);
     if case.dimension() != 3 {
         return Err(wrong("a raster of depths needs a space of 3d: give erodible_depth".to_owned()));
     }
@@ -209,27 +215,30 @@ fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>
 }
 
 /// Everything that stays.
-fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Settings<D>, CaseError> {
+fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<FlowSettings<D>, CaseError> {
     let gravity = -case.gravity[D];
     let drive: [f64; D] = std::array::from_fn(|c| case.gravity[c]);
     let tilted = drive.iter().any(|g| *g != 0.0);
     let frame = match options.frame {
-        Some(frame) if tilted && frame != Frame::BedFitted => {
-            return Err(own("frame", "gravity is tilted over a flat bed: the frame is bed-fitted"));
+        Some(frame) if tilted && frame != DepthFrame::BedFitted => {
+            return Err(option_error("frame", "gravity is tilted over a flat bed: the frame is bed-fitted"));
         }
-        Some(Frame::BedFitted) if !case.obstacles.is_empty() => {
-            return Err(own("frame", "an obstacle is the bed, and has slopes: depth is vertical over it"));
+        Some(DepthFrame::BedFitted) if !case.obstacles.is_empty() => {
+            return Err(option_error(
+                "frame",
+                "an obstacle is the bed, and has slopes: depth is vertical over it",
+            ));
         }
         Some(frame) => frame,
-        None if tilted => Frame::BedFitted,
-        None => Frame::Horizontal,
+        None if tilted => DepthFrame::BedFitted,
+        None => DepthFrame::Horizontal,
     };
-    let material = material::mixture(case, options, case.gravity_size())?;
+    let material = material::mixture(case, options, case.gravity_magnitude())?;
     let drag = options.mixture.as_ref().map(|mixture| mixture.drag).unwrap_or_default();
-    Ok(Settings {
+    Ok(FlowSettings {
         phases: options.phases,
         gravity,
-        drive,
+        plan_gravity: drive,
         frame,
         metric: options.metric,
         curvature_in_friction: options.curvature_in_friction,

@@ -6,22 +6,22 @@ use colluvium_case::description::{Body, PoreFluid, PorePressure};
 use colluvium_case::{Case, CaseError};
 use serde_json::{Map, Value, json};
 
-use super::ground::floor;
-use super::{NAME, own};
-use crate::choices::{Frame, Phases};
+use super::ground::highest_wall;
+use super::{NAME, option_error};
+use crate::choices::{DepthFrame, Phases};
 use crate::column::Drainage;
 use crate::config::DepthOptions;
-use crate::drag::{Densities, Drag};
+use crate::drag::{InterphaseDrag, MixtureDensities};
 
 /// Largest difference of what is said twice, in shares: of densities and permeabilities, which follow from others.
-const CLOSE: f64 = 0.01;
+const DERIVED_TOLERANCE: f64 = 0.01;
 /// The same of what is written as it is.
-const SAME: f64 = 1e-9;
+const EQUAL_TOLERANCE: f64 = 1e-9;
 /// Largest tension of a pore fluid (Pa): that of columns (sheet: depth-sph §2.7).
 const MOST_TENSION: f64 = 1e5;
 
 /// What a pore fluid says of a flow.
-struct Facts {
+struct PoreFluidData {
     grain: f64,
     fluid: f64,
     porosity: f64,
@@ -30,16 +30,16 @@ struct Facts {
     cavitation: Option<f64>,
 }
 
-impl Facts {
-    fn of(case: &Case, body: &Body, fluid: &PoreFluid) -> Self {
-        let weight = fluid.density * case.gravity_size();
+impl PoreFluidData {
+    fn of_body(case: &Case, body: &Body, fluid: &PoreFluid) -> Self {
+        let weight = fluid.density * case.gravity_magnitude();
         Self {
             grain: case.materials[&body.material].density() / (1.0 - fluid.porosity),
             fluid: fluid.density,
             porosity: fluid.porosity,
             conductivity: fluid
                 .permeability
-                .unwrap_or_else(|| weight / fluid.resistance(case.gravity_size())),
+                .unwrap_or_else(|| weight / fluid.resistance(case.gravity_magnitude())),
             excess: fluid.excess_ratio,
             cavitation: fluid.cavitation_strength,
         }
@@ -53,7 +53,7 @@ pub fn density(case: &Case, body: &Body) -> f64 {
 }
 
 /// The case with the pore fluid of its bodies among the options of the method: where both say something they must agree.
-pub fn stated(case: &Case) -> Result<Cow<'_, Case>, CaseError> {
+pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> {
     let Some(first) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) else {
         return Ok(Cow::Borrowed(case));
     };
@@ -63,7 +63,7 @@ pub fn stated(case: &Case) -> Result<Cow<'_, Case>, CaseError> {
         let problem = "is grains and fluid in one body, and two layers have none: describe them in methods.depth-sph.mixture";
         return Err(CaseError::new(format!("bodies[{first}].pore_fluid"), problem));
     }
-    let facts = one_fluid(case, &phases)?;
+    let facts = common_pore_fluid(case, &phases)?;
     let Some(all) = options.as_object_mut() else { return Ok(Cow::Borrowed(case)) };
     let mixture = all.entry("mixture").or_insert_with(|| json!({}));
     if let Some(mixture) = mixture.as_object_mut() {
@@ -87,8 +87,8 @@ pub fn stated(case: &Case) -> Result<Cow<'_, Case>, CaseError> {
 }
 
 /// The facts of the bodies: a flow has one kind of grains and one fluid, and one porosity unless its phases are two.
-fn one_fluid(case: &Case, phases: &str) -> Result<Facts, CaseError> {
-    let mut found: Option<(Facts, &str)> = None;
+fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseError> {
+    let mut found: Option<(PoreFluidData, &str)> = None;
     for (number, body) in case.bodies.iter().enumerate() {
         let path = |key: &str| format!("bodies[{number}].pore_fluid{key}");
         let Some(fluid) = &body.pore_fluid else {
@@ -96,7 +96,7 @@ fn one_fluid(case: &Case, phases: &str) -> Result<Facts, CaseError> {
                 "is missing: another body has one, and all of a flow of depth-sph is grains and fluid";
             return Err(CaseError::new(path(""), problem));
         };
-        let own = Facts::of(case, body, fluid);
+        let own = PoreFluidData::of_body(case, body, fluid);
         if own.grain <= own.fluid {
             let problem = format!(
                 "{} kg/m³ is not below that of the grains, {:.1} kg/m³, the density of {:?} over 1 - porosity: grains would float",
@@ -114,15 +114,20 @@ fn one_fluid(case: &Case, phases: &str) -> Result<Facts, CaseError> {
         };
         let number_of = |value: Option<f64>| value.unwrap_or(-1.0);
         let pairs = [
-            (".density", own.fluid, other.fluid, SAME),
-            (".porosity", own.porosity, other.porosity, if phases == "two" { f64::INFINITY } else { SAME }),
-            (".permeability", own.conductivity, other.conductivity, SAME),
-            (".excess_ratio", number_of(own.excess), number_of(other.excess), SAME),
-            (".cavitation_strength", number_of(own.cavitation), number_of(other.cavitation), SAME),
-            ("", own.grain, other.grain, CLOSE),
+            (".density", own.fluid, other.fluid, EQUAL_TOLERANCE),
+            (
+                ".porosity",
+                own.porosity,
+                other.porosity,
+                if phases == "two" { f64::INFINITY } else { EQUAL_TOLERANCE },
+            ),
+            (".permeability", own.conductivity, other.conductivity, EQUAL_TOLERANCE),
+            (".excess_ratio", number_of(own.excess), number_of(other.excess), EQUAL_TOLERANCE),
+            (".cavitation_strength", number_of(own.cavitation), number_of(other.cavitation), EQUAL_TOLERANCE),
+            ("", own.grain, other.grain, DERIVED_TOLERANCE),
         ];
         for (key, own, other, close) in pairs {
-            if !agree(own, other, close) {
+            if !are_equal(own, other, close) {
                 let problem = match key {
                     "" => format!(
                         "has grains of {own:.1} kg/m³, the density of the material over 1 - porosity, and those of the body {name:?} have {other:.1} kg/m³: \
@@ -140,12 +145,12 @@ fn one_fluid(case: &Case, phases: &str) -> Result<Facts, CaseError> {
     found.map(|(facts, _)| facts).ok_or_else(|| CaseError::new("bodies", "there is none"))
 }
 
-fn agree(one: f64, two: f64, close: f64) -> bool {
+fn are_equal(one: f64, two: f64, close: f64) -> bool {
     (one - two).abs() <= close * one.abs().max(two.abs())
 }
 
 /// Writes a number under a key of the options, or holds the one that stands there against it.
-fn state(
+fn set_option(
     into: &mut Map<String, Value>,
     path: &str,
     key: &str,
@@ -159,29 +164,33 @@ fn state(
         }
         // What is no number the options refuse.
         Some(None) => Ok(()),
-        Some(Some(given)) if agree(given, value, close) => Ok(()),
+        Some(Some(given)) if are_equal(given, value, close) => Ok(()),
         Some(Some(given)) => {
             let problem =
                 format!("{given} is not what bodies[].pore_fluid says, {value}: leave one of them out");
-            Err(own(&format!("{path}.{key}"), problem))
+            Err(option_error(&format!("{path}.{key}"), problem))
         }
     }
 }
 
-fn state_mixture(case: &Case, facts: &Facts, mixture: &mut Map<String, Value>) -> Result<(), CaseError> {
-    state(mixture, "mixture", "grain_density", facts.grain, CLOSE)?;
-    state(mixture, "mixture", "fluid_density", facts.fluid, SAME)?;
-    state(mixture, "mixture", "porosity", facts.porosity, SAME)?;
+fn state_mixture(
+    case: &Case,
+    facts: &PoreFluidData,
+    mixture: &mut Map<String, Value>,
+) -> Result<(), CaseError> {
+    set_option(mixture, "mixture", "grain_density", facts.grain, DERIVED_TOLERANCE)?;
+    set_option(mixture, "mixture", "fluid_density", facts.fluid, EQUAL_TOLERANCE)?;
+    set_option(mixture, "mixture", "porosity", facts.porosity, EQUAL_TOLERANCE)?;
     let conductivity = facts.conductivity;
     let Some(given) = mixture.get("drag") else {
         mixture.insert("drag".to_owned(), json!({ "law": "darcy", "permeability": conductivity }));
         return Ok(());
     };
-    let Ok(drag) = serde_json::from_value::<Drag>(given.clone()) else { return Ok(()) };
-    let gravity = case.gravity_size();
-    let densities = Densities { grain: facts.grain, fluid: facts.fluid, gravity };
+    let Ok(drag) = serde_json::from_value::<InterphaseDrag>(given.clone()) else { return Ok(()) };
+    let gravity = case.gravity_magnitude();
+    let densities = MixtureDensities { grain: facts.grain, fluid: facts.fluid, gravity };
     let own_law = drag.permeability(facts.porosity, &densities) * facts.fluid * gravity;
-    if agree(own_law, conductivity, CLOSE) || drag.validate().is_err() {
+    if are_equal(own_law, conductivity, DERIVED_TOLERANCE) || drag.validate().is_err() {
         return Ok(());
     }
     let problem = format!(
@@ -189,7 +198,7 @@ fn state_mixture(case: &Case, facts: &Facts, mixture: &mut Map<String, Value>) -
          give both the same",
         facts.porosity
     );
-    Err(own("mixture.drag", problem))
+    Err(option_error("mixture.drag", problem))
 }
 
 /// Porosities of bodies that differ from the first one.
@@ -197,26 +206,30 @@ fn state_porosities(case: &Case, first: f64, mixture: &mut Map<String, Value>) -
     for body in &case.bodies {
         let Some(fluid) = &body.pore_fluid else { continue };
         let listed = mixture.get("porosities").is_some_and(|all| all.get(&body.name).is_some());
-        if !listed && agree(fluid.porosity, first, SAME) {
+        if !listed && are_equal(fluid.porosity, first, EQUAL_TOLERANCE) {
             continue;
         }
         let all = mixture.entry("porosities").or_insert_with(|| json!({}));
         if let Some(all) = all.as_object_mut() {
-            state(all, "mixture.porosities", &body.name, fluid.porosity, SAME)?;
+            set_option(all, "mixture.porosities", &body.name, fluid.porosity, EQUAL_TOLERANCE)?;
         }
     }
     Ok(())
 }
 
-fn state_column(case: &Case, facts: &Facts, column: &mut Map<String, Value>) -> Result<(), CaseError> {
+fn state_column(
+    case: &Case,
+    facts: &PoreFluidData,
+    column: &mut Map<String, Value>,
+) -> Result<(), CaseError> {
     if let Some(ratio) = facts.excess {
-        state(column, "column", "excess_ratio", ratio, SAME)?;
+        set_option(column, "column", "excess_ratio", ratio, EQUAL_TOLERANCE)?;
     }
     if let Some(strength) = facts.cavitation {
         let bound = column.entry("lower_bound").or_insert_with(|| json!({ "kind": "total" }));
         if let Some(bound) = bound.as_object_mut().filter(|bound| bound.get("kind") == Some(&json!("total")))
         {
-            state(bound, "column.lower_bound", "cavitation", strength, SAME)?;
+            set_option(bound, "column.lower_bound", "cavitation", strength, EQUAL_TOLERANCE)?;
         }
     }
     if column.contains_key("consolidation") || column.contains_key("skeleton") {
@@ -235,7 +248,7 @@ fn state_column(case: &Case, facts: &Facts, column: &mut Map<String, Value>) -> 
 
 /// What walls let through of the pore fluid: a `drained` bed is open to the air, whatever flows over it.
 fn state_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), CaseError> {
-    let bed = floor(case).map(|(number, ..)| number);
+    let bed = highest_wall(case).map(|(number, ..)| number);
     for (number, boundary) in case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.drained) {
         let wrong = |problem: &str| Err(CaseError::new(format!("boundaries[{number}].drained"), problem));
         if boundary.side.axis() + 1 < case.dimension() {
@@ -263,19 +276,19 @@ fn state_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), C
             let problem = format!(
                 "{given} is not what boundaries[{number}].drained says, a bed that is open to the air: leave one of them out"
             );
-            return Err(own("drainage", problem));
+            return Err(option_error("drainage", problem));
         }
     }
     Ok(())
 }
 
 /// Refuses what of a pore fluid the flow has no place for.
-pub fn refuse(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
         let Some(fluid) = &body.pore_fluid else { continue };
         let path = |key: &str| format!("bodies[{number}].pore_fluid.{key}");
         if let Some(velocity) = &fluid.velocity {
-            super::refuse::along_the_bed(velocity, &path("velocity"), case.dimension() - 1)?;
+            super::refuse::check_velocity_along_bed(velocity, &path("velocity"), case.dimension() - 1)?;
             if options.phases != Phases::Two && *velocity != body.velocity {
                 let problem = "is that of fluid on nodes of its own: make methods.depth-sph.phases two, or leave this out";
                 return Err(CaseError::new(path("velocity"), problem));
@@ -313,18 +326,18 @@ pub fn warnings(case: &Case) -> Vec<String> {
 }
 
 /// Pore pressure (Pa) that a body gives at a place above the bed, `None` without a field.
-pub struct Field<'a> {
+pub struct PorePressureField<'a> {
     fluid: &'a PoreFluid,
     gravity: [f64; 3],
     /// A hydrostatic pressure grows with the effective gravity of the slope.
     follows_slope: bool,
 }
 
-impl<'a> Field<'a> {
+impl<'a> PorePressureField<'a> {
     /// The field of a body, where it has one.
-    pub fn of(case: &Case, frame: Option<Frame>, body: &'a Body) -> Option<Self> {
+    pub fn of(case: &Case, frame: Option<DepthFrame>, body: &'a Body) -> Option<Self> {
         let fluid = body.pore_fluid.as_ref().filter(|fluid| fluid.pressure != PorePressure::None)?;
-        let follows_slope = fluid.surface().is_some() && frame.unwrap_or_default() == Frame::Horizontal;
+        let follows_slope = fluid.surface().is_some() && frame.unwrap_or_default() == DepthFrame::Horizontal;
         Some(Self { fluid, gravity: case.gravity3(), follows_slope })
     }
 

@@ -4,27 +4,27 @@ use colluvium_case::description::Rasters;
 use colluvium_case::{Case, CaseError};
 use colluvium_points::{Georeference, Raster};
 
-use super::ground::Ground;
-use crate::maps::{Grid, Maps};
+use super::ground::CaseBed;
+use crate::maps::{HazardRasters, PlanCells};
 
 /// Share of an area that is round-off.
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// The rasters of `case`: on the cells of the terrain, or on others over the same part of the plan.
-pub fn maps<const D: usize>(
+pub fn hazard_rasters<const D: usize>(
     case: &Case,
-    ground: &Ground<D>,
+    ground: &CaseBed<D>,
     spacing: f64,
     warnings: &mut Vec<String>,
-) -> Result<Option<Maps>, CaseError> {
+) -> Result<Option<HazardRasters>, CaseError> {
     let Some(rasters) = case.plan_rasters()? else { return Ok(None) };
     let own = ground.grid.as_ref().filter(|_| rasters.cell.is_none());
     let grid = match own {
         Some(grid) => grid.clone(),
-        None => divided(case, ground.grid.as_ref(), rasters.cell.unwrap_or(spacing))?,
+        None => cells_of_width(case, ground.grid.as_ref(), rasters.cell.unwrap_or(spacing))?,
     };
-    let mut maps = Maps::new(grid, rasters.threshold, &ground.bed);
-    if let Some(file) = &rasters.mapped {
+    let mut maps = HazardRasters::new(grid, rasters.threshold, &ground.bed);
+    if let Some(file) = &rasters.mapped_outline {
         const KEY: &str = "output.rasters.mapped";
         let outline = case.outline(file);
         let beyond = maps.compare(&outline.map_err(|problem| CaseError::new(KEY, problem))?);
@@ -42,7 +42,7 @@ pub fn maps<const D: usize>(
 }
 
 /// Cells of this width over the terrain, or over the domain.
-fn divided(case: &Case, terrain: Option<&Grid>, cell: f64) -> Result<Grid, CaseError> {
+fn cells_of_width(case: &Case, terrain: Option<&PlanCells>, cell: f64) -> Result<PlanCells, CaseError> {
     let (low, high): ([f64; 2], [f64; 2]) = match terrain {
         Some(grid) => {
             let low = std::array::from_fn(|c| grid.origin[c] - 0.5 * grid.spacing[c]);
@@ -52,6 +52,6 @@ fn divided(case: &Case, terrain: Option<&Grid>, cell: f64) -> Result<Grid, CaseE
     };
     let reference = terrain.map_or_else(Georeference::default, |grid| grid.reference.clone());
     let Raster { columns, rows, origin, spacing, reference, .. } =
-        Rasters::divide(low, high, cell, reference)?;
-    Ok(Grid { counts: [columns, rows], origin, spacing, reference })
+        Rasters::raster_grid(low, high, cell, reference)?;
+    Ok(PlanCells { counts: [columns, rows], origin, spacing, reference })
 }

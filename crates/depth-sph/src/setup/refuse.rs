@@ -1,11 +1,11 @@
 //! What depth-integrated SPH refuses of a case, by its path, and what it allows with a warning.
 
 use colluvium_case::description::{Body, Boundary, Velocity, Wall};
-use colluvium_case::{Case, CaseError, Honours, Needs};
+use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
 
 use super::ground::{is_smooth, lowest};
 use super::{NAME, pore};
-use crate::choices::{Phases, Search};
+use crate::choices::{Phases, SearchOrientation};
 use crate::config::DepthOptions;
 use crate::stages::is_passed_over;
 
@@ -16,9 +16,9 @@ const SPACES: &str =
     "depth-sph flows over a profile (plane-strain, gravity along y) or over terrain (3d, gravity along z)";
 
 /// What the method says to the features of a case.
-pub(crate) fn honours() -> Honours {
-    Honours::of_points(NAME)
-        .takes(&[
+pub(crate) fn capabilities() -> Capabilities {
+    Capabilities::for_point_methods(NAME)
+        .supports(&[
             "domain.origin",
             "domain.periodic*",
             "obstacles",
@@ -43,34 +43,40 @@ pub(crate) fn honours() -> Honours {
             "boundaries.wall=absorbing",
             "stages.damping",
         ])
-        .needs(Needs { gravity: true, ..Needs::default() })
-        .refuses("space=1d", SPACES)
-        .refuses("space=axisymmetric", SPACES)
-        .refuses("bodies.rigid", "depth-sph has no rigid bodies")
-        .passes_over("bodies.pore_fluid.bulk_modulus", "the pore fluid of depth-sph keeps its volume")
-        .refuses(
+        .requires(RequiredInput { gravity: true, ..RequiredInput::default() })
+        .rejects("space=1d", SPACES)
+        .rejects("space=axisymmetric", SPACES)
+        .rejects("bodies.rigid", "depth-sph has no rigid bodies")
+        .ignores_with_warning(
+            "bodies.pore_fluid.bulk_modulus",
+            "the pore fluid of depth-sph keeps its volume",
+        )
+        .rejects(
             "bodies.drop_outside",
             "nodes of depth-sph that leave the terrain are removed and counted: see its options",
         )
-        .passes_over("obstacles.separation", "flows of depth-sph stay on their bed")
-        .passes_over("bodies.sampling*", "nodes of depth-sph lie on a lattice")
-        .passes_over("bodies.shape.rows=terrain", "flows of depth-sph have columns and no rows of points")
-        .refuses("obstacles.wall.adhesion", "say how the bed resists in methods.depth-sph.basal")
-        .refuses(
+        .ignores_with_warning("obstacles.separation", "flows of depth-sph stay on their bed")
+        .ignores_with_warning("bodies.sampling*", "nodes of depth-sph lie on a lattice")
+        .ignores_with_warning(
+            "bodies.shape.rows=terrain",
+            "flows of depth-sph have columns and no rows of points",
+        )
+        .rejects("obstacles.wall.adhesion", "say how the bed resists in methods.depth-sph.basal")
+        .rejects(
             "obstacles.regions.wall.adhesion",
             "say how parts of the bed resist in methods.depth-sph.regions",
         )
-        .refuses("boundaries.group", "depth-sph has no mesh with groups of nodes")
-        .refuses("loads", "depth-sph cannot apply tractions")
-        .refuses("patches", "depth-sph has no nodes to prescribe")
-        .refuses("stages.excavate", "depth-sph removes whole bodies only: use remove_bodies")
-        .refuses("stages.weakening*", "the bed of depth-sph keeps its strength")
-        .refuses("measures=factor-of-safety", "depth-sph has no slope whose strength could be reduced")
-        .refuses("measures=dissipation", "depth-sph does not count dissipation")
+        .rejects("boundaries.group", "depth-sph has no mesh with groups of nodes")
+        .rejects("loads", "depth-sph cannot apply tractions")
+        .rejects("patches", "depth-sph has no nodes to prescribe")
+        .rejects("stages.excavate", "depth-sph removes whole bodies only: use remove_bodies")
+        .rejects("stages.weakening*", "the bed of depth-sph keeps its strength")
+        .rejects("measures=factor-of-safety", "depth-sph has no slope whose strength could be reduced")
+        .rejects("measures=dissipation", "depth-sph does not count dissipation")
 }
 
 /// Refuses by name what the method cannot do.
-pub(super) fn refuse(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+pub(super) fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let last = case.dimension() - 1;
     if !(case.gravity[last] < 0.0) {
         let problem = format!("{} must be negative: depth is measured against it", case.gravity[last]);
@@ -79,18 +85,18 @@ pub(super) fn refuse(case: &Case, options: &DepthOptions) -> Result<(), CaseErro
     let first = options.smoothing_ratio(last) * options.spacing;
     if let Some(shortest) = options.shortest_smoothing.filter(|shortest| *shortest > first) {
         let problem = format!("{shortest} m is longer than the first smoothing length, {first} m");
-        return Err(super::own("shortest_smoothing", problem));
+        return Err(super::option_error("shortest_smoothing", problem));
     }
-    if options.search == Search::Turned && last == 1 {
-        return Err(super::own("search", "a profile has one axis: leave this out"));
+    if options.search == SearchOrientation::Turned && last == 1 {
+        return Err(super::option_error("search", "a profile has one axis: leave this out"));
     }
-    refuse_walls(case)?;
-    refuse_open_ends(case, options)?;
-    pore::refuse(case, options)?;
-    refuse_bodies(case, options)
+    check_walls(case)?;
+    check_open_boundaries(case, options)?;
+    pore::check_supported(case, options)?;
+    check_bodies(case, options)
 }
 
-fn refuse_walls(case: &Case) -> Result<(), CaseError> {
+fn check_walls(case: &Case) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");
@@ -108,33 +114,33 @@ fn refuse_walls(case: &Case) -> Result<(), CaseError> {
 }
 
 /// A layer that has no side, or no room.
-fn refuse_layer(case: &Case, length: f64) -> Result<(), CaseError> {
+fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     let mut absorbing =
         case.boundaries.iter().filter(|side| matches!(side.wall, Wall::Absorbing { .. })).peekable();
     if absorbing.peek().is_none() {
-        return Err(super::own("absorbing_layer", "no side is absorbing: leave this out"));
+        return Err(super::option_error("absorbing_layer", "no side is absorbing: leave this out"));
     }
     let room = |side: &Boundary| case.domain.max[side.side.axis()] - case.domain.min[side.side.axis()];
     match absorbing.find(|side| 2.0 * length > room(side)) {
         Some(side) => {
             let problem =
                 format!("{length} m is more than half of the domain before the side {:?}", side.name());
-            Err(super::own("absorbing_layer", problem))
+            Err(super::option_error("absorbing_layer", problem))
         }
         None => Ok(()),
     }
 }
 
 /// Open sides, through which one phase leaves, grains and fluid, or two layers.
-fn refuse_open_ends(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     if let Some(length) = options.absorbing_layer {
         if options.phases == Phases::Layers && up > 1 {
             let problem = "is of one phase, or of grains and fluid, in plan: what it sends back of waves of two layers is known in profiles alone; \
                            leave it out, their sides let waves through without one";
-            return Err(super::own("absorbing_layer", problem));
+            return Err(super::option_error("absorbing_layer", problem));
         }
-        refuse_layer(case, length)?;
+        check_absorbing_layer(case, length)?;
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         if !matches!(boundary.wall, Wall::Absorbing { .. }) {
@@ -157,7 +163,7 @@ fn refuse_open_ends(case: &Case, options: &DepthOptions) -> Result<(), CaseError
 }
 
 /// Refuses a first velocity that leaves the bed.
-pub(super) fn along_the_bed(velocity: &Velocity, path: &str, up: usize) -> Result<(), CaseError> {
+pub(super) fn check_velocity_along_bed(velocity: &Velocity, path: &str, up: usize) -> Result<(), CaseError> {
     match velocity {
         Velocity::Uniform { value } if value[up] != 0.0 => {
             let problem = "flows of depth-sph begin along the bed: the last component must be 0";
@@ -167,11 +173,11 @@ pub(super) fn along_the_bed(velocity: &Velocity, path: &str, up: usize) -> Resul
     }
 }
 
-fn refuse_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     for (number, body) in case.bodies.iter().enumerate() {
         let path = |key: &str| format!("bodies[{number}].{key}");
-        along_the_bed(&body.velocity, &path("velocity"), up)?;
+        check_velocity_along_bed(&body.velocity, &path("velocity"), up)?;
         let upper =
             |name: &String| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(name));
         // Bodies of porosities of their own differ by their density, and the bed holds them by a law that is given, or not at all.
@@ -196,7 +202,7 @@ fn refuse_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     }
     let named = |key: &str, name: &String| {
         let known = case.bodies.iter().any(|body| body.name == *name);
-        let problem = || super::own(key, format!("{name:?} is not the name of a body"));
+        let problem = || super::option_error(key, format!("{name:?} is not the name of a body"));
         if known { Ok(()) } else { Err(problem()) }
     };
     let Some(mixture) = &options.mixture else { return Ok(()) };

@@ -1,6 +1,6 @@
 //! The highest faces of obstacles, at the nodes of a raster.
 
-use colluvium_case::{Case, CaseError, Standing};
+use colluvium_case::{Case, CaseError, PlacedObstacle};
 use colluvium_points::Raster;
 
 /// Shortest advance towards a face, over the distance of the nodes: beside an upright one the distance from it stays small.
@@ -12,7 +12,7 @@ const ROWS: usize = 4;
 
 /// The faces that a vertical line meets first from above, at nodes `spacing` (m) apart over the domain, or at those of `raster`.
 /// The obstacle of that number counts by its heights, those of `raster`.
-pub fn faces<const D: usize>(
+pub fn highest_faces<const D: usize>(
     case: &Case,
     spacing: f64,
     raster: Option<(usize, Raster)>,
@@ -23,16 +23,16 @@ pub fn faces<const D: usize>(
     };
     let spacing = raster.spacing[0].min(raster.spacing[1]);
     let columns = raster.columns;
-    let line = |raster: &Raster, number: usize| raster.place(number % columns, number / columns);
+    let line = |raster: &Raster, number: usize| raster.node_position(number % columns, number / columns);
     // A profile has the same faces in every row.
     let count = if D == 1 { columns } else { raster.values.len() };
     let found: Vec<f64> = if D == 1 {
-        let standing = case.standing::<2>()?;
+        let standing = case.placed_obstacles::<2>()?;
         (0..count)
             .map(|k| face(case, &standing, own, &line(&raster, k)[..1], spacing))
             .collect::<Result<_, _>>()?
     } else {
-        let standing = case.standing::<3>()?;
+        let standing = case.placed_obstacles::<3>()?;
         (0..count)
             .map(|k| face(case, &standing, own, &line(&raster, k), spacing))
             .collect::<Result<_, _>>()?
@@ -55,7 +55,7 @@ fn nodes<const D: usize>(case: &Case, spacing: f64) -> Raster {
 /// Height of the highest face over a place in plan (m), but of obstacle `without`; not-a-number where there is none.
 fn face<const N: usize>(
     case: &Case,
-    standing: &[Standing<'_, N>],
+    standing: &[PlacedObstacle<'_, N>],
     without: Option<usize>,
     x: &[f64],
     spacing: f64,
@@ -63,7 +63,7 @@ fn face<const N: usize>(
     let (bottom, top) = (case.domain.min[N - 1], case.domain.max[N - 1]);
     let at = |z: f64| std::array::from_fn(|c| if c + 1 < N { x[c] } else { z });
     let mut highest = f64::NAN;
-    for Standing { number, surface, .. } in standing.iter().filter(|of| Some(of.number) != without) {
+    for PlacedObstacle { number, surface, .. } in standing.iter().filter(|of| Some(of.number) != without) {
         if surface.contains(&at(top)) {
             let place: Vec<f64> = x.iter().zip(case.origin()).map(|(x, origin)| x + origin).collect();
             let problem = format!("stands higher than the domain at {place:?} m: a bed ends below");

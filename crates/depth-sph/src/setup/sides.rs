@@ -4,18 +4,18 @@ use colluvium_case::description::Wall;
 use colluvium_case::{Case, CaseError};
 
 use super::NAME;
-use crate::choices::Frame;
+use crate::choices::DepthFrame;
 use crate::config::DepthOptions;
-use crate::flow::{Flow, OpenEnd, Opening};
+use crate::flow::{Flow, OpenBoundary, Opening};
 
 /// Slope of the bed across a side beyond which its depth is not that of the material farther out (sheet: depth-sph §3.9).
-const LEVEL: f64 = 0.01;
+const MAX_CROSS_SLOPE: f64 = 0.01;
 
 /// Fewer distances of nodes than these are too short for a layer in which waves die away.
-const SHORT: f64 = 10.0;
+const MIN_LAYER_NODES: f64 = 10.0;
 
 /// More places than these along a side, or a line of inflow, are a mistake in the domain.
-pub const MOST_PLACES: f64 = 1e6;
+pub const MAX_SEGMENTS: f64 = 1e6;
 
 /// The absorbing sides of a case, with their keys.
 pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
@@ -33,8 +33,8 @@ pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
                 spacing: options.spacing,
                 span,
                 periodic: case.dimension() == 3 && case.domain.is_periodic(other),
-                feeds: Vec::new(),
-                layer: options.absorbing_layer.unwrap_or(0.0),
+                inlets: Vec::new(),
+                absorbing_length: options.absorbing_layer.unwrap_or(0.0),
             };
             (opening, format!("boundaries[{number}].side"))
         })
@@ -52,7 +52,7 @@ fn span(case: &Case, axis: usize) -> (f64, f64) {
 }
 
 /// Opens sides; what deserves a warning.
-pub fn open<const D: usize>(
+pub fn open_boundaries<const D: usize>(
     openings: &[(Opening, String)],
     flow: &mut Flow<D>,
 ) -> Result<Vec<String>, CaseError> {
@@ -60,44 +60,44 @@ pub fn open<const D: usize>(
     let mut warnings = Vec::new();
     let mut slopes = Vec::new();
     for (opening, key) in openings {
-        refuse_many(opening, key)?;
+        check_segment_count(opening, key)?;
         slopes.push(slope_across(opening, flow, key)?);
     }
     let sides: Vec<Opening> = openings.iter().map(|(opening, _)| opening.clone()).collect();
-    let known = flow.opens.len();
-    flow.open_all(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;
-    let each = (flow.opens.len() - known) / openings.len();
-    let ends = flow.opens[known..].chunks(each.max(1));
+    let known = flow.open_boundaries.len();
+    flow.open_sides(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;
+    let each = (flow.open_boundaries.len() - known) / openings.len();
+    let ends = flow.open_boundaries[known..].chunks(each.max(1));
     for (((_, key), slope), ends) in openings.iter().zip(slopes).zip(ends) {
         // What leaves over dry ground meets nothing that could send waves back.
-        let stands = ends.iter().any(OpenEnd::is_filled);
-        if let Some(slope) = slope.filter(|slope| stands && slope.abs() > LEVEL) {
+        let stands = ends.iter().any(OpenBoundary::is_filled);
+        if let Some(slope) = slope.filter(|slope| stands && slope.abs() > MAX_CROSS_SLOPE) {
             warnings.push(format!(
                 "{key}: the bed has a slope of {slope:.3} across it, and the material beyond it is taken as deep as at the side: waves \
                  come back from there; move it to where the bed is level"
             ));
         }
     }
-    if let Some((opening, _)) =
-        openings.iter().find(|(side, _)| side.layer > 0.0 && side.layer < SHORT * side.spacing)
-    {
+    if let Some((opening, _)) = openings.iter().find(|(side, _)| {
+        side.absorbing_length > 0.0 && side.absorbing_length < MIN_LAYER_NODES * side.spacing
+    }) {
         warnings.push(format!(
-            "methods.{NAME}.absorbing_layer: {} m are fewer than {SHORT} nodes, and send back more than they take: make it as long as two waves",
-            opening.layer
+            "methods.{NAME}.absorbing_layer: {} m are fewer than {MIN_LAYER_NODES} nodes, and send back more than they take: make it as long as two waves",
+            opening.absorbing_length
         ));
     }
     Ok(warnings)
 }
 
 /// Refuses a side with so many places along it and in its layer that they could not be gone through.
-fn refuse_many(opening: &Opening, key: &str) -> Result<(), CaseError> {
-    let Opening { spacing, span, layer, .. } = opening;
+fn check_segment_count(opening: &Opening, key: &str) -> Result<(), CaseError> {
+    let Opening { spacing, span, absorbing_length: layer, .. } = opening;
     let places = ((span.1 - span.0) / spacing).max(1.0) * (layer / spacing).max(1.0);
-    if places <= MOST_PLACES {
+    if places <= MAX_SEGMENTS {
         return Ok(());
     }
     let problem = format!(
-        "has {places:.1e} places along it and in its layer, {MOST_PLACES:.0e} at most: make the domain there no wider than the flow, or the spacing larger"
+        "has {places:.1e} places along it and in its layer, {MAX_SEGMENTS:.0e} at most: make the domain there no wider than the flow, or the spacing larger"
     );
     Err(CaseError::new(key, problem))
 }
@@ -128,7 +128,7 @@ fn slope_across<const D: usize>(
             return Err(CaseError::new(key, problem));
         };
         // In the frame of a tilted bed depth follows the bed.
-        if flow.settings.frame != Frame::BedFitted
+        if flow.settings.frame != DepthFrame::BedFitted
             && steepest.is_none_or(|slope: f64| here.slope[*axis].abs() > slope.abs())
         {
             steepest = Some(outward * here.slope[*axis]);

@@ -3,19 +3,19 @@
 use colluvium_case::{Case, CaseError, PlanRegion};
 use colluvium_constitutive::basal::BasalRheology;
 
-use super::ground::{hold, hold_of};
-use super::{material, own};
+use super::ground::{bed_friction, obstacle_friction};
+use super::{material, option_error};
 use crate::config::{DepthOptions, FluidResistanceOptions};
-use crate::settings::{FluidResistance, Zone};
+use crate::settings::{BedZone, FluidResistance};
 
 /// A part of the bed that an obstacle says of how it holds, and its law.
-type Held = (PlanRegion, Option<BasalRheology>);
+type ObstacleZone = (PlanRegion, Option<BasalRheology>);
 
 /// The parts of the bed, the rest of it last: what the options say of a part rules over what the obstacle says.
-pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError> {
-    let rest = Zone {
+pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<BedZone>, CaseError> {
+    let rest = BedZone {
         parts: Vec::new(),
-        law: material::basal_law(case, options, hold(case))?,
+        law: material::basal_law(case, options, bed_friction(case))?,
         drainage: options.drainage,
         fluid: fluid_resistance(options.mixture.as_ref().map(|mixture| mixture.fluid_resistance)),
         erosion: options.erosion,
@@ -25,10 +25,10 @@ pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError
     let mut zones = Vec::new();
     for (number, region) in options.regions.iter().enumerate() {
         let key = |name: &str| format!("regions[{number}].{name}");
-        let shape = region.shape.clone().map(|shape| case.off_origin(shape));
+        let shape = region.shape.clone().map(|shape| case.relative_to_origin(shape));
         let part = case.plan_region(shape, region.outline.as_deref(), region.raster.as_ref());
-        let part = part.map_err(|(below, problem)| own(&key(&below), problem))?;
-        let zone = |parts: Vec<PlanRegion>, law| Zone {
+        let part = part.map_err(|(below, problem)| option_error(&key(&below), problem))?;
+        let zone = |parts: Vec<PlanRegion>, law| BedZone {
             parts,
             law,
             drainage: region.drainage.unwrap_or(options.drainage),
@@ -37,14 +37,14 @@ pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError
             erodible_depth: region.erodible_depth.or(options.erodible_depth).unwrap_or(f64::INFINITY),
         };
         if let Some(spec) = &region.basal {
-            let law = material::built(options, spec, &key("basal"))?;
+            let law = material::build_basal_law(options, spec, &key("basal"))?;
             zones.push(zone(vec![part], Some(law)));
             continue;
         }
         zones.extend(held.iter().map(|(within, law)| zone(vec![part.clone(), within.clone()], *law)));
         zones.push(zone(vec![part], rest.law));
     }
-    zones.extend(held.into_iter().map(|(part, law)| Zone { parts: vec![part], law, ..rest.clone() }));
+    zones.extend(held.into_iter().map(|(part, law)| BedZone { parts: vec![part], law, ..rest.clone() }));
     zones.push(rest);
     Ok(zones)
 }
@@ -60,7 +60,7 @@ fn fluid_resistance(options: Option<FluidResistanceOptions>) -> FluidResistance 
 }
 
 /// What the regions of the obstacle that is the bed say.
-fn of_obstacles(case: &Case, options: &DepthOptions) -> Result<Vec<Held>, CaseError> {
+fn of_obstacles(case: &Case, options: &DepthOptions) -> Result<Vec<ObstacleZone>, CaseError> {
     let Some(number) = case.obstacles.iter().position(|obstacle| !obstacle.regions.is_empty()) else {
         return Ok(Vec::new());
     };
@@ -80,7 +80,7 @@ fn of_obstacles(case: &Case, options: &DepthOptions) -> Result<Vec<Held>, CaseEr
         let made = case.plan_region(region.shape.clone(), region.outline.as_deref(), region.raster.as_ref());
         let place =
             made.map_err(|(key, problem)| CaseError::new(format!("{path}[{part}].{key}"), problem))?;
-        Ok((place, material::basal_law(case, options, Some(hold_of(region.wall)))?))
+        Ok((place, material::basal_law(case, options, Some(obstacle_friction(region.wall)))?))
     });
     held.collect()
 }

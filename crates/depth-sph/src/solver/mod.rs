@@ -6,20 +6,20 @@ use std::io::{Read, Write};
 use std::sync::Arc;
 
 use colluvium_case::description::{Domain, Reset, Stage};
-use colluvium_case::measure::Reading;
+use colluvium_case::measure::ScalarOutput;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
-    Advance, Budget, Case, Dataset, Equilibrium, Frame, Solver, SolverError, StepLimit, TimeStep, Wanted,
-    spatial,
+    Advance, Budget, Case, Dataset, Equilibrium, Frame, FrameRequest, Solver, SolverError, StepLimit,
+    TimeStep, spatial,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::bed::{Bed, Wear};
+use crate::bed::{Bed, ErosionState};
 use crate::config::DepthOptions;
-use crate::flow::{Beyond, Failure, Flow, Ledger, Limit};
-use crate::inflow::State;
-use crate::maps::{Cell, Maps};
-use crate::nodes::{Nodes, Plan, norm};
+use crate::flow::{EnergyBalance, FarField, Flow, FlowFailure, LimitingNode};
+use crate::inflow::InflowState;
+use crate::maps::{HazardCell, HazardRasters};
+use crate::nodes::{PhaseNodes, PlanVector, norm};
 use crate::stages;
 
 /// Version of the layout of a checkpoint.
@@ -30,7 +30,7 @@ const CHECKS: f64 = 4.0;
 
 /// When the flow came to rest (sheet: depth-sph §0, stopping).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Rest {
+struct StopDetection {
     /// Largest kinetic energy so far (J).
     peak: f64,
     /// Time since when everything has held (s); NaN while it does not.
@@ -39,7 +39,7 @@ struct Rest {
     stopped: f64,
 }
 
-impl Default for Rest {
+impl Default for StopDetection {
     fn default() -> Self {
         Self { peak: 0.0, since: f64::NAN, stopped: f64::NAN }
     }
@@ -53,16 +53,16 @@ pub struct DepthSolver<const D: usize> {
     stage: usize,
     time: f64,
     steps: u64,
-    rest: Rest,
-    maps: Option<Maps>,
+    rest: StopDetection,
+    hazard_rasters: Option<HazardRasters>,
     /// Largest distance of the bed from the heights of its raster, and the root mean square of all (m).
     departure: Option<[f64; 2]>,
     /// What limits the next step, once that has been asked.
-    limit: Option<Limit>,
+    limit: Option<LimitingNode>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct Saved {
+struct CheckpointState {
     format: u32,
     dimension: usize,
     time: f64,
@@ -73,16 +73,16 @@ struct Saved {
     left: [f64; 2],
     gone: u64,
     entrained: [f64; 2],
-    heads: Vec<f64>,
+    pore_heads: Vec<f64>,
     heads_depth: Vec<f64>,
     heads_time: f64,
-    rest: Rest,
-    ledger: Ledger,
+    rest: StopDetection,
+    energy_balance: EnergyBalance,
     nodes: Vec<Vec<u8>>,
-    maps: Option<Vec<Cell>>,
-    inflows: Vec<State>,
-    worn: Option<[Vec<f64>; 2]>,
-    opens: Vec<Beyond>,
+    maps: Option<Vec<HazardCell>>,
+    inflows: Vec<InflowState>,
+    erosion: Option<[Vec<f64>; 2]>,
+    far_fields: Vec<FarField>,
     /// Numbers of the nodes that have not flowed in yet.
     held: Vec<u64>,
 }
@@ -92,7 +92,7 @@ impl<const D: usize> DepthSolver<D> {
         case: Arc<Case>,
         options: DepthOptions,
         flow: Flow<D>,
-        maps: Option<Maps>,
+        maps: Option<HazardRasters>,
         departure: Option<[f64; 2]>,
     ) -> Self {
         let mut solver = Self {
@@ -102,19 +102,19 @@ impl<const D: usize> DepthSolver<D> {
             stage: 0,
             time: 0.0,
             steps: 0,
-            rest: Rest::default(),
-            maps,
+            rest: StopDetection::default(),
+            hazard_rasters: maps,
             departure,
             limit: None,
         };
-        solver.map();
+        solver.update_hazard_rasters();
         solver
     }
 
     /// Enters the flow as it is into the rasters.
-    fn map(&mut self) {
-        if let Some(maps) = &mut self.maps {
-            maps.follow(&self.flow);
+    fn update_hazard_rasters(&mut self) {
+        if let Some(maps) = &mut self.hazard_rasters {
+            maps.update(&self.flow);
         }
     }
 
@@ -129,7 +129,7 @@ impl<const D: usize> DepthSolver<D> {
         let inside =
             |place: &[f64; D]| (0..D).all(|axis| place[axis] >= min[axis] && place[axis] <= max[axis]);
         let mut volumes = vec![0.0; self.case.bodies.len()];
-        for Nodes { body, volume, position, .. } in self.flow.sets.iter().map(|set| &set.nodes) {
+        for PhaseNodes { body, volume, position, .. } in self.flow.sets.iter().map(|set| &set.nodes) {
             for node in (0..body.len()).filter(|node| inside(&position[*node])) {
                 volumes[body[node] as usize] += volume[node];
             }
@@ -143,25 +143,25 @@ impl<const D: usize> DepthSolver<D> {
 
     /// Bound on the step (s) where nothing moves: a stage that is passed over ends when its criterion has been asked as often as it
     /// wants, and where all of the flow has left, the run goes on to its end.
-    fn idle(&self) -> f64 {
+    fn idle_step(&self) -> f64 {
         let stage = &self.case.stages[self.stage];
         if let Some(criterion) = stage.equilibrium {
             return stage.duration / (CHECKS * f64::from(criterion.hold.max(1)));
         }
-        if self.flow.gone > 0 && self.points() == 0 { self.case.end_time() } else { f64::INFINITY }
+        if self.flow.removed_nodes > 0 && self.points() == 0 { self.case.end_time() } else { f64::INFINITY }
     }
 
-    fn failed(&self, failure: Failure) -> SolverError {
-        let Failure { node, position, reason } = failure;
+    fn failed(&self, failure: FlowFailure) -> SolverError {
+        let FlowFailure { node, position, reason } = failure;
         let mut place: [f64; 3] = std::array::from_fn(|c| position.get(c).copied().unwrap_or(0.0));
-        if let Ok(plan) = <Plan<D>>::try_from(&position[..]) {
+        if let Ok(plan) = <PlanVector<D>>::try_from(&position[..]) {
             place[D] = self.flow.bed_below(&plan).level;
         }
         SolverError::Point { step: self.steps, time: self.time, point: node, position: place, reason }
     }
 
     /// Follows when the flow comes to rest.
-    fn watch(&mut self) {
+    fn update_stop_detection(&mut self) {
         let stop = &self.options.stop;
         let (mut kinetic, mut slow, mut whole) = (0.0, 0.0, 0.0);
         for (number, set) in self.flow.sets.iter().enumerate() {
@@ -175,7 +175,7 @@ impl<const D: usize> DepthSolver<D> {
                 }
             }
         }
-        self.flow.see_kinetic(kinetic);
+        self.flow.update_peak_kinetic(kinetic);
         let rest = &mut self.rest;
         rest.peak = rest.peak.max(kinetic);
         let holds =
@@ -190,14 +190,14 @@ impl<const D: usize> DepthSolver<D> {
         }
     }
 
-    fn to_saved(&self) -> Saved {
+    fn checkpoint_state(&self) -> CheckpointState {
         let flow = &self.flow;
-        let bytes = |set: &crate::flow::Set<D>| {
+        let bytes = |set: &crate::flow::PhaseSet<D>| {
             let mut bytes = Vec::new();
             set.nodes.write(&mut bytes).expect("memory takes all bytes");
             bytes
         };
-        Saved {
+        CheckpointState {
             format: FORMAT,
             dimension: D,
             time: self.time,
@@ -205,64 +205,68 @@ impl<const D: usize> DepthSolver<D> {
             flow_time: flow.time,
             flow_step: flow.step,
             next_id: flow.next_id,
-            left: flow.left,
-            gone: flow.gone,
+            left: flow.outflow_volume,
+            gone: flow.removed_nodes,
             entrained: flow.entrained,
-            heads: flow.heads.values.clone(),
-            heads_depth: flow.heads.depth.clone(),
-            heads_time: flow.heads.time,
+            pore_heads: flow.pore_columns.heads.clone(),
+            heads_depth: flow.pore_columns.depth.clone(),
+            heads_time: flow.pore_columns.time,
             rest: self.rest,
-            ledger: flow.ledger,
+            energy_balance: flow.energy_balance,
             nodes: flow.sets.iter().map(bytes).collect(),
-            maps: self.maps.as_ref().map(|maps| maps.cells().to_vec()),
+            maps: self.hazard_rasters.as_ref().map(|maps| maps.cells().to_vec()),
             inflows: flow.inflows.iter().map(|inflow| inflow.state.clone()).collect(),
-            opens: flow.opens.iter().map(|end| end.state.clone()).collect(),
-            held: flow.held.nodes.iter().map(|node| node.0).collect(),
-            worn: flow.worn().map(|worn| [worn.state().shown.clone(), worn.state().pending.clone()]),
+            far_fields: flow.open_boundaries.iter().map(|end| end.state.clone()).collect(),
+            held: flow.waiting_nodes.nodes.iter().map(|node| node.0).collect(),
+            erosion: flow
+                .erodible_bed()
+                .map(|worn| [worn.state().in_surface.clone(), worn.state().pending.clone()]),
         }
     }
 
     /// Takes a saved state; `None` where it does not fit together.
-    fn take_saved(&mut self, saved: Saved) -> Option<()> {
+    fn restore_state(&mut self, saved: CheckpointState) -> Option<()> {
         self.limit = None;
         let flow = &mut self.flow;
-        if saved.nodes.len() != flow.sets.len() || saved.maps.is_some() != self.maps.is_some() {
+        if saved.nodes.len() != flow.sets.len() || saved.maps.is_some() != self.hazard_rasters.is_some() {
             return None;
         }
         if saved.inflows.len() != flow.inflows.len() {
             return None;
         }
-        if saved.opens.len() != flow.opens.len() {
+        if saved.far_fields.len() != flow.open_boundaries.len() {
             return None;
         }
-        flow.opens.iter_mut().zip(saved.opens).for_each(|(end, state)| end.state = state);
+        flow.open_boundaries.iter_mut().zip(saved.far_fields).for_each(|(end, state)| end.state = state);
         for (inflow, state) in flow.inflows.iter_mut().zip(saved.inflows) {
             inflow.state = state;
         }
-        match (&mut flow.bed, saved.worn) {
-            (Bed::Worn(worn), Some([shown, pending])) => worn.restore::<D>(Wear { shown, pending })?,
-            (Bed::Worn(_), None) | (_, Some(_)) => return None,
+        match (&mut flow.bed, saved.erosion) {
+            (Bed::Erodible(worn), Some([shown, pending])) => {
+                worn.restore::<D>(ErosionState { in_surface: shown, pending })?
+            }
+            (Bed::Erodible(_), None) | (_, Some(_)) => return None,
             _ => {}
         }
-        if let (Some(maps), Some(cells)) = (&mut self.maps, saved.maps) {
+        if let (Some(maps), Some(cells)) = (&mut self.hazard_rasters, saved.maps) {
             maps.restore(cells)?;
         }
         for (set, bytes) in flow.sets.iter_mut().zip(&saved.nodes) {
             set.nodes.read(&mut bytes.as_slice()).ok()?;
-            set.unlist();
+            set.clear_lists();
         }
-        flow.look_below();
+        flow.resample_bed();
         // The next step sets their places and velocities before it uses them.
-        flow.held.nodes = saved.held.iter().map(|id| (*id, [0.0; D], [0.0; D])).collect();
-        let count = if flow.heads.is_empty() { 0 } else { flow.sets[0].len() };
-        if saved.heads.len() != count * flow.heads.width || saved.heads_depth.len() != count {
+        flow.waiting_nodes.nodes = saved.held.iter().map(|id| (*id, [0.0; D], [0.0; D])).collect();
+        let count = if flow.pore_columns.is_empty() { 0 } else { flow.sets[0].len() };
+        if saved.pore_heads.len() != count * flow.pore_columns.width || saved.heads_depth.len() != count {
             return None;
         }
-        (flow.heads.values, flow.heads.depth) = (saved.heads, saved.heads_depth);
-        flow.heads.time = saved.heads_time;
+        (flow.pore_columns.heads, flow.pore_columns.depth) = (saved.pore_heads, saved.heads_depth);
+        flow.pore_columns.time = saved.heads_time;
         (flow.time, flow.step, flow.next_id) = (saved.flow_time, saved.flow_step, saved.next_id);
-        (flow.left, flow.gone, flow.entrained) = (saved.left, saved.gone, saved.entrained);
-        flow.ledger = saved.ledger;
+        (flow.outflow_volume, flow.removed_nodes, flow.entrained) = (saved.left, saved.gone, saved.entrained);
+        flow.energy_balance = saved.energy_balance;
         (self.time, self.steps, self.rest) = (saved.time, saved.steps, saved.rest);
         Some(())
     }
@@ -278,7 +282,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
     }
 
     fn points(&self) -> usize {
-        self.flow.sets.iter().map(crate::flow::Set::len).sum()
+        self.flow.sets.iter().map(crate::flow::PhaseSet::len).sum()
     }
 
     fn limit(&mut self) -> TimeStep {
@@ -295,7 +299,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
                 place
             }),
         };
-        let longest = self.options.max_time_step.unwrap_or(f64::INFINITY).min(self.idle());
+        let longest = self.options.max_time_step.unwrap_or(f64::INFINITY).min(self.idle_step());
         if longest < step.dt {
             return TimeStep { dt: longest, limit: StepLimit::FIXED, point: None, position: [0.0; 3] };
         }
@@ -304,7 +308,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
 
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.limit();
-        let dt = limit.towards(at_most);
+        let dt = limit.limited_to(at_most);
         self.limit = None;
         if !self.is_passed_over() {
             self.flow.advance(dt).map_err(|failure| self.failed(failure))?;
@@ -312,8 +316,8 @@ impl<const D: usize> Solver for DepthSolver<D> {
         self.time += dt;
         self.steps += 1;
         if !self.is_passed_over() {
-            self.watch();
-            self.map();
+            self.update_stop_detection();
+            self.update_hazard_rasters();
         }
         Ok(Advance { dt, limit: limit.limit })
     }
@@ -321,17 +325,17 @@ impl<const D: usize> Solver for DepthSolver<D> {
     fn begin_stage(&mut self, stage: usize, _start: f64) -> Result<(), SolverError> {
         self.stage = stage;
         self.limit = None;
-        self.flow.ends = stages::ends(&self.case, stage);
+        self.flow.ends = stages::plan_boundaries(&self.case, stage);
         let case = Arc::clone(&self.case);
         let gone = |body: u32| case.is_removed(&case.bodies[body as usize].name, stage);
-        self.flow.change_from_outside(|flow| flow.remove_where(|nodes, i| gone(nodes.body[i])));
-        self.flow.sets.iter_mut().for_each(crate::flow::Set::unlist);
+        self.flow.with_external_change(|flow| flow.remove_where(|nodes, i| gone(nodes.body[i])));
+        self.flow.sets.iter_mut().for_each(crate::flow::PhaseSet::clear_lists);
         Ok(())
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
         self.limit = None;
-        self.flow.change_from_outside(|flow| {
+        self.flow.with_external_change(|flow| {
             for reset in &stage.reset {
                 flow.sets.iter_mut().for_each(|set| match reset {
                     Reset::Velocity => set.nodes.velocity.fill([0.0; D]),
@@ -354,47 +358,48 @@ impl<const D: usize> Solver for DepthSolver<D> {
         Some(Equilibrium { unbalanced_force: 0.0, kinetic_ratio: 0.0, kinetic: 0.0 })
     }
 
-    fn readings(&self) -> Vec<Reading> {
-        self.take_readings()
+    fn scalar_outputs(&self) -> Vec<ScalarOutput> {
+        self.collect_scalar_outputs()
     }
 
-    fn remarks(&self) -> Vec<String> {
-        self.take_remarks()
+    fn warnings_at_end(&self) -> Vec<String> {
+        self.warnings_at_end()
     }
 
-    fn frame(&self, _: Wanted) -> Frame {
-        self.take_snapshot().into()
+    fn frame(&self, _: FrameRequest) -> Frame {
+        self.collect_snapshot().into()
     }
 
     fn gauge(&self, place: &[f64]) -> Option<(f64, [f64; 3])> {
-        let (depth, flux) = self.flow.over(&std::array::from_fn(|c| place.get(c).copied().unwrap_or(0.0)));
+        let (depth, flux) =
+            self.flow.depth_and_flux(&std::array::from_fn(|c| place.get(c).copied().unwrap_or(0.0)));
         Some((depth, spatial(&flux).map(|flux| flux / depth)))
     }
 
     fn discharge(&self, from: [f64; 2], to: [f64; 2]) -> Option<f64> {
         let [from, to] = [from, to].map(|end| std::array::from_fn(|c| end.get(c).copied().unwrap_or(0.0)));
-        Some(self.flow.across(&from, &to))
+        Some(self.flow.discharge(&from, &to))
     }
 
     fn products(&self) -> Vec<Dataset> {
-        self.take_rasters().into_iter().map(Dataset::of_raster).collect()
+        self.collect_rasters().into_iter().map(Dataset::of_raster).collect()
     }
 
     fn budget(&self) -> Option<Budget> {
-        Some(self.take_budget())
+        Some(self.collect_budget())
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
-        save_value(&self.to_saved(), out)
+        save_value(&self.checkpoint_state(), out)
     }
 
     fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
-        let saved: Saved = restore_value(input)?;
+        let saved: CheckpointState = restore_value(input)?;
         if saved.format != FORMAT || saved.dimension != D {
             let problem = "was written by another version or for another case";
             return Err(SolverError::Checkpoint(problem.to_owned()));
         }
-        self.take_saved(saved)
+        self.restore_state(saved)
             .ok_or_else(|| SolverError::Checkpoint("its arrays do not fit together or the case".to_owned()))
     }
 }

@@ -1,13 +1,13 @@
 //! What the solver tells: snapshot, budget, readings.
 
-use colluvium_case::measure::Reading;
+use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{Budget, Field, FieldData, PhaseBudget, PlanRaster, Snapshot};
 use colluvium_constitutive::SymTensor;
 
 use super::DepthSolver;
 use crate::bed::BedPoint;
-use crate::choices::{Frame, Phases};
-use crate::flow::{Set, Totals};
+use crate::choices::{DepthFrame, Phases};
+use crate::flow::{PhaseSet, PhaseTotals};
 use crate::nodes::dot;
 
 fn scalar(name: &str, unit: &'static str, values: Vec<f64>) -> Field {
@@ -15,7 +15,7 @@ fn scalar(name: &str, unit: &'static str, values: Vec<f64>) -> Field {
 }
 
 /// A vector along the bed: its plan components and the rise over a slope.
-fn along<const D: usize>(v: &[f64; D], slope: &[f64; D]) -> [f64; 3] {
+fn along_bed<const D: usize>(v: &[f64; D], slope: &[f64; D]) -> [f64; 3] {
     std::array::from_fn(|c| match c.cmp(&D) {
         std::cmp::Ordering::Less => v[c],
         std::cmp::Ordering::Equal => dot(v, slope),
@@ -34,7 +34,7 @@ impl<const D: usize> DepthSolver<D> {
     }
 
     /// Everything on the nodes, in the order of ids.
-    pub(super) fn take_snapshot(&self) -> Snapshot {
+    pub(super) fn collect_snapshot(&self) -> Snapshot {
         let flow = &self.flow;
         let order = self.in_order();
         let nodes = |set: usize| &flow.sets[set].nodes;
@@ -48,7 +48,7 @@ impl<const D: usize> DepthSolver<D> {
             })
         };
         let extent = |&(set, i): &(usize, usize)| -> [f64; 3] {
-            let width = (nodes(set).volume[i] / nodes(set).height[i]).powf(1.0 / D as f64);
+            let width = (nodes(set).volume[i] / nodes(set).partial_thickness[i]).powf(1.0 / D as f64);
             std::array::from_fn(|c| match c.cmp(&D) {
                 std::cmp::Ordering::Less => width,
                 std::cmp::Ordering::Equal => nodes(set).depth[i],
@@ -74,20 +74,21 @@ impl<const D: usize> DepthSolver<D> {
             |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
         let stress = |&(set, i): &(usize, usize)| {
             // Half of that at the base: the mean over the depth, taken isotropic.
-            let mean = -0.5 * flow.density_over(set, i) * nodes(set).pull[i] * nodes(set).depth[i];
+            let mean =
+                -0.5 * flow.density_over(set, i) * nodes(set).effective_gravity[i] * nodes(set).depth[i];
             SymTensor([mean, mean, mean, 0.0, 0.0, 0.0])
         };
         let velocity = order
             .iter()
             .zip(beds)
-            .map(|(&(set, i), bed)| along(&nodes(set).velocity[i], &bed.slope))
+            .map(|(&(set, i), bed)| along_bed(&nodes(set).velocity[i], &bed.slope))
             .collect();
         let displacement = order
             .iter()
             .map(|&(set, i)| {
                 let (x, origin) = (&nodes(set).position[i], &nodes(set).origin[i]);
                 let moved: [f64; D] = std::array::from_fn(|c| x[c] - origin[c]);
-                along(&moved, &[0.0; D])
+                along_bed(&moved, &[0.0; D])
             })
             .collect();
         let stresses = order.iter().map(stress).collect();
@@ -103,10 +104,10 @@ impl<const D: usize> DepthSolver<D> {
         ];
         if flow.sets.len() > 1 {
             fields.push(scalar("phase", "", each(&|set, _| set as f64)));
-            fields.push(scalar("height", "m", each(&|set, i| nodes(set).height[i])));
+            fields.push(scalar("height", "m", each(&|set, i| nodes(set).partial_thickness[i])));
         }
         fields.extend(self.fields_of_columns(order));
-        if !(flow.inflows.is_empty() && flow.opens.is_empty()) {
+        if !(flow.inflows.is_empty() && flow.open_boundaries.is_empty()) {
             let outside = |set: usize, i: usize| f64::from(u8::from(flow.is_outside(nodes(set).id[i])));
             fields.push(scalar("outside", "", each(&outside)));
         }
@@ -119,16 +120,16 @@ impl<const D: usize> DepthSolver<D> {
     /// The pore pressures of the nodes in `order`, where there are columns.
     fn fields_of_columns(&self, order: &[(usize, usize)]) -> Vec<Field> {
         let flow = &self.flow;
-        if flow.heads.is_empty() {
+        if flow.pore_columns.is_empty() {
             return Vec::new();
         }
         let nodes = |set: usize| &flow.sets[set].nodes;
         let each =
             |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
-        let head = |set: usize, i: usize| if set == 0 { flow.heads.base(i) } else { f64::NAN };
+        let head = |set: usize, i: usize| if set == 0 { flow.pore_columns.base(i) } else { f64::NAN };
         let excess = |set: usize, i: usize| flow.submerged(set, i) * nodes(set).bearing[i] * head(set, i);
         let mean = |set: usize, i: usize| {
-            let head = if set == 0 { flow.heads.mean(i) } else { f64::NAN };
+            let head = if set == 0 { flow.pore_columns.mean(i) } else { f64::NAN };
             flow.submerged(set, i) * nodes(set).bearing[i] * head
         };
         let fluid = flow.settings.material.densities.fluid;
@@ -143,14 +144,14 @@ impl<const D: usize> DepthSolver<D> {
     }
 
     /// Totals.
-    pub(super) fn take_budget(&self) -> Budget {
-        let spatial = |totals: &Totals<D>| {
-            let mut momentum = along(&totals.momentum, &[0.0; D]);
-            momentum[D] = totals.rise;
+    pub(super) fn collect_budget(&self) -> Budget {
+        let spatial = |totals: &PhaseTotals<D>| {
+            let mut momentum = along_bed(&totals.momentum, &[0.0; D]);
+            momentum[D] = totals.vertical_momentum;
             momentum
         };
-        let all: Vec<Totals<D>> = (0..self.flow.sets.len()).map(|set| self.flow.totals(set)).collect();
-        let sum = |value: &dyn Fn(&Totals<D>) -> f64| all.iter().map(value).sum();
+        let all: Vec<PhaseTotals<D>> = (0..self.flow.sets.len()).map(|set| self.flow.totals(set)).collect();
+        let sum = |value: &dyn Fn(&PhaseTotals<D>) -> f64| all.iter().map(value).sum();
         let momentum = std::array::from_fn(|c| all.iter().map(|t| spatial(t)[c]).sum());
         let liquid = all.get(1).filter(|_| self.flow.settings.phases == Phases::Two).map(|t| PhaseBudget {
             mass: t.mass,
@@ -172,7 +173,7 @@ impl<const D: usize> DepthSolver<D> {
 
     /// Account of energy (J): what the bed and the pressure store, what has been dissipated or has entered, and what is missing.
     fn energies(&self) -> [(&'static str, f64); 7] {
-        let (account, ledger) = (self.flow.statement(), &self.flow.ledger);
+        let (account, ledger) = (self.flow.energy_balance_summary(), &self.flow.energy_balance);
         [
             ("energy_bed", account.now.bed),
             ("energy_pressure", account.now.pressure),
@@ -185,25 +186,25 @@ impl<const D: usize> DepthSolver<D> {
     }
 
     /// What the method tells in each row of the measures.
-    pub(super) fn take_readings(&self) -> Vec<Reading> {
+    pub(super) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
         let flow = &self.flow;
         let nodes = || flow.sets.iter().flat_map(|set| (0..set.len()).map(move |i| (&set.nodes, i)));
-        let most = |value: &dyn Fn(&crate::nodes::Nodes<D>, usize) -> f64| {
+        let most = |value: &dyn Fn(&crate::nodes::PhaseNodes<D>, usize) -> f64| {
             nodes().map(|(nodes, i)| value(nodes, i)).fold(0.0, f64::max)
         };
         let reading = |name: &str, unit: &str, value: f64| (name.to_owned(), unit.to_owned(), value);
         let mut readings = vec![
             reading("flow_volume", "m3", {
                 let whole: f64 = flow.sets.iter().map(|set| set.nodes.total_volume()).sum();
-                whole - flow.waiting()
+                whole - flow.waiting_volume()
             }),
             reading("volume_left", "m3", {
-                let left: f64 = flow.left.iter().sum();
-                if flow.opens.is_empty() { left } else { left + flow.passed() }
+                let left: f64 = flow.outflow_volume.iter().sum();
+                if flow.open_boundaries.is_empty() { left } else { left + flow.passed() }
             }),
             reading("largest_depth", "m", most(&|nodes, i| nodes.depth[i])),
             reading("largest_speed", "m/s", {
-                let along_bed = |set: &Set<D>| {
+                let along_bed = |set: &PhaseSet<D>| {
                     let speed = |i: usize| set.bed[i].speed(&set.nodes.velocity[i]);
                     (0..set.len()).map(speed).fold(0.0, f64::max)
                 };
@@ -216,7 +217,7 @@ impl<const D: usize> DepthSolver<D> {
             readings.push(reading("bed_off_raster", "m", most));
             readings.push(reading("bed_off_raster_rms", "m", mean));
         }
-        if !flow.inflows.is_empty() || flow.opens.iter().any(crate::flow::OpenEnd::is_fed) {
+        if !flow.inflows.is_empty() || flow.open_boundaries.iter().any(crate::flow::OpenBoundary::has_inlet) {
             readings.push(reading("volume_entered", "m3", flow.entered()));
             if flow.settings.phases == Phases::Two {
                 readings.push(reading("fluid_entered", "m3", flow.fluid_entered()));
@@ -225,19 +226,19 @@ impl<const D: usize> DepthSolver<D> {
         if flow.settings.zones.iter().any(|zone| zone.erosion.is_some()) {
             readings.push(reading("volume_eroded", "m3", flow.entrained.iter().sum()));
         }
-        if let Some(worn) = flow.worn() {
-            readings.push(reading("deepest_erosion", "m", worn.taken().fold(0.0, f64::max)));
+        if let Some(worn) = flow.erodible_bed() {
+            readings.push(reading("deepest_erosion", "m", worn.eroded_depths().fold(0.0, f64::max)));
         }
-        if let Some(areas) = self.maps.as_ref().and_then(crate::maps::Maps::score) {
+        if let Some(areas) = self.hazard_rasters.as_ref().and_then(crate::maps::HazardRasters::score) {
             let names = ["mapped_hit", "mapped_missed", "mapped_beyond"];
             readings.extend(names.iter().zip(areas).map(|(name, area)| reading(name, "m2", area)));
             readings.push(reading("mapped_fit", "", areas[0] / areas.iter().sum::<f64>()));
         }
-        if !flow.heads.is_empty() {
+        if !flow.pore_columns.is_empty() {
             let (mut weighted, mut whole) = (0.0, 0.0);
             let solid = &flow.sets[0].nodes;
             for i in (0..solid.len()).filter(|i| !flow.is_outside(solid.id[*i])) {
-                weighted += solid.volume[i] * flow.heads.base(i) / solid.depth[i];
+                weighted += solid.volume[i] * flow.pore_columns.base(i) / solid.depth[i];
                 whole += solid.volume[i];
             }
             readings.push(reading("mean_liquefaction", "", weighted / whole));
@@ -246,29 +247,29 @@ impl<const D: usize> DepthSolver<D> {
     }
 
     /// Rasters over the plan, where the case asks for them.
-    pub(super) fn take_rasters(&self) -> Vec<PlanRaster> {
-        let Some(maps) = &self.maps else { return Vec::new() };
-        let normal = self.flow.settings.frame == Frame::BedFitted;
+    pub(super) fn collect_rasters(&self) -> Vec<PlanRaster> {
+        let Some(maps) = &self.hazard_rasters else { return Vec::new() };
+        let normal = self.flow.settings.frame == DepthFrame::BedFitted;
         let all = maps.rasters(&self.flow, if normal { "normal" } else { "vertical" });
         all.into_iter().map(|(name, unit, raster)| PlanRaster { name, unit, raster }).collect()
     }
 
     /// What of the state deserves a remark when the run ends.
-    pub(super) fn take_remarks(&self) -> Vec<String> {
+    pub(super) fn warnings_at_end(&self) -> Vec<String> {
         let flow = &self.flow;
         let mut remarks = Vec::new();
-        if flow.gone > 0 {
+        if flow.removed_nodes > 0 {
             remarks.push(format!(
                 "{} nodes, {:.4e} m³, have left the terrain: make it larger where that matters",
-                flow.gone,
-                flow.left.iter().sum::<f64>()
+                flow.removed_nodes,
+                flow.outflow_volume.iter().sum::<f64>()
             ));
         }
-        if self.maps.as_ref().is_some_and(crate::maps::Maps::are_empty) {
+        if self.hazard_rasters.as_ref().is_some_and(crate::maps::HazardRasters::are_empty) {
             let threshold = self.case.output.rasters.as_ref().map_or(0.0, |rasters| rasters.threshold);
             remarks.push(format!("output.rasters.threshold: no cell has been as deep as {threshold} m"));
         }
-        let account = flow.statement();
+        let account = flow.energy_balance_summary();
         if account.is_off() {
             let cure = match (self.departure.is_some(), flow.settings.numerics.variable_length) {
                 (true, true) => "`variable_smoothing` false, more `terrain_smoothing` or a finer `spacing`",
@@ -281,8 +282,8 @@ impl<const D: usize> DepthSolver<D> {
                  take {cure}",
                 if account.error > 0.0 { "made" } else { "lost" },
                 account.error.abs(),
-                100.0 * account.error.abs() / account.turned_over,
-                account.turned_over
+                100.0 * account.error.abs() / account.exchanged,
+                account.exchanged
             ));
         }
         if self.rest.stopped.is_nan() {

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::cases::{advance, begin};
+use colluvium_testkit::cases::{advance_steps, start_solver};
 use serde_json::{Value, json};
 
 /// A column of sand behind a wall, 2 m long and 1 m high, on a rough floor.
@@ -44,7 +44,7 @@ fn fix(mut value: Value) -> Value {
 }
 
 fn build(value: &Value) -> Box<dyn Solver> {
-    begin(&DepthSph, &Case::from_json(&value.to_string()).unwrap())
+    start_solver(&DepthSph, &Case::from_json(&value.to_string()).unwrap())
 }
 
 fn refused(value: &Value) -> String {
@@ -87,7 +87,7 @@ fn the_result_is_the_same_on_any_number_of_threads() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let mut solver = build(&value);
-                advance(solver.as_mut(), 30);
+                advance_steps(solver.as_mut(), 30);
                 solver.snapshot().hash()
             })
         };
@@ -99,14 +99,14 @@ fn the_result_is_the_same_on_any_number_of_threads() {
 fn a_restored_run_goes_on_to_the_last_bit() {
     for value in [column(), fix(heap())] {
         let mut whole = build(&value);
-        advance(whole.as_mut(), 20);
+        advance_steps(whole.as_mut(), 20);
         let bytes = whole.saved().unwrap();
         let mut again = build(&value);
         again.restore(&mut &bytes[..]).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         assert_eq!(again.snapshot().hash(), whole.snapshot().hash());
-        advance(whole.as_mut(), 105);
-        advance(again.as_mut(), 105);
+        advance_steps(whole.as_mut(), 105);
+        advance_steps(again.as_mut(), 105);
         assert_eq!(again.snapshot().hash(), whole.snapshot().hash());
         assert!(again.restore(&mut &bytes[..bytes.len() - 9]).is_err());
     }
@@ -117,7 +117,7 @@ fn two_phases_keep_their_masses_and_stay_together() {
     let mut solver = build(&fix(heap()));
     let before = solver.totals();
     assert!((before.mass / (24.0 * 1990.0) - 1.0).abs() < 1e-12, "{}", before.mass);
-    advance(solver.as_mut(), 60);
+    advance_steps(solver.as_mut(), 60);
     let after = solver.totals();
     assert_eq!(after.mass, before.mass);
     let liquid = after.liquid.unwrap();
@@ -144,7 +144,7 @@ fn momentum_is_along_the_bed_of_an_obstacle_and_grows_as_that_of_a_mass_point() 
         "stages": [{ "name": "slide", "duration": 1 }],
         "methods": { "depth-sph": { "spacing": 0.05 } }
     }));
-    advance(solver.as_mut(), 100);
+    advance_steps(solver.as_mut(), 100);
     let totals = solver.totals();
     let [x, y, _] = totals.momentum;
     assert!((y / x + angle.tan()).abs() < 1e-9, "{y} {x}");
@@ -174,7 +174,7 @@ fn bodies_have_porosities_of_their_own() {
     let liquid = solver.totals().liquid.unwrap();
     // Twelve cubic metres each.
     assert!((liquid.mass / (12e3 * (0.5 + 0.4)) - 1.0).abs() < 1e-12, "{}", liquid.mass);
-    advance(solver.as_mut(), 1);
+    advance_steps(solver.as_mut(), 1);
     let snapshot = solver.snapshot();
     let (excess, depth) =
         (snapshot.scalars("excess_pore_pressure").unwrap(), snapshot.scalars("depth").unwrap());
@@ -265,7 +265,7 @@ fn a_stage_that_balances_stress_is_passed_over_with_a_warning() {
     assert!(plan.warnings.iter().any(|warning| warning.starts_with("stages[0]: ")), "{:?}", plan.warnings);
     let mut solver = build(&value);
     let before = solver.snapshot().positions;
-    advance(solver.as_mut(), 3);
+    advance_steps(solver.as_mut(), 3);
     assert_eq!(solver.snapshot().positions, before);
     assert_eq!(solver.equilibrium().map(|e| e.kinetic_ratio), Some(0.0));
     // Ten checks in a row, as the criterion wants by default, fit into the stage.
@@ -286,7 +286,7 @@ fn shear_sucks_on_dense_grains_and_presses_on_loose_ones() {
             "dilatancy": { "slope": 1.0, "critical_porosity": critical }
         });
         let mut solver = build(&value);
-        advance(solver.as_mut(), steps);
+        advance_steps(solver.as_mut(), steps);
         (solver.time(), solver.snapshot())
     };
     let pressure =
@@ -433,7 +433,7 @@ fn cells_that_are_turned_with_the_flow_find_the_same_neighbours() {
     turned["methods"]["depth-sph"]["search"] = json!("turned");
     let ran = |value: &Value, steps: usize| {
         let mut solver = build(value);
-        advance(solver.as_mut(), steps);
+        advance_steps(solver.as_mut(), steps);
         solver.snapshot()
     };
     let [one, other] = [&along, &turned].map(|value| ran(value, 30));

@@ -6,12 +6,12 @@ use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::flow::Flow;
 use colluvium_points::Raster;
-use colluvium_testkit::cases::{alone, begin};
+use colluvium_testkit::cases::{single_threaded, start_solver};
 use serde_json::Value;
 
 /// The solver of a case at the beginning of its first stage.
 pub fn build(value: &Value) -> Box<dyn Solver> {
-    begin(&DepthSph, &Case::from_json(&value.to_string()).unwrap())
+    start_solver(&DepthSph, &Case::from_json(&value.to_string()).unwrap())
 }
 
 /// Why a case is refused.
@@ -47,7 +47,7 @@ pub fn until(solver: &mut dyn Solver, end: f64) {
 
 /// Takes steps as large as is stable until the time is `end` (s).
 pub fn run<const D: usize>(flow: &mut Flow<D>, end: f64) {
-    alone();
+    single_threaded();
     while flow.time < end {
         let dt = flow.limit().dt.min(end - flow.time);
         flow.advance(dt).unwrap();
@@ -63,7 +63,7 @@ pub fn grid(file: &Path, low: [f64; 2], counts: [usize; 2], spacing: f64, z: imp
     );
     for row in (0..counts[1]).rev() {
         for column in 0..counts[0] {
-            let z = raster.at(column, row);
+            let z = raster.value(column, row);
             text += &format!("{:?} ", if z.is_finite() { z } else { -9999.0 });
         }
         text.push('\n');

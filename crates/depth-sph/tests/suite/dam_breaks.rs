@@ -2,20 +2,20 @@
 
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_depth_sph::bed::Bed;
-use colluvium_depth_sph::choices::{Continuity, Phases};
-use colluvium_depth_sph::drag::{Densities, Drag};
+use colluvium_depth_sph::choices::{Phases, ThicknessEquation};
+use colluvium_depth_sph::drag::{InterphaseDrag, MixtureDensities};
 use colluvium_depth_sph::exact::{Stoker, ritter};
-use colluvium_depth_sph::flow::{Ends, Flow};
-use colluvium_depth_sph::nodes::Node;
-use colluvium_depth_sph::settings::{Mixture, Settings, Zone};
+use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
+use colluvium_depth_sph::nodes::NewNode;
+use colluvium_depth_sph::settings::{BedZone, FlowSettings, Mixture};
 
 use crate::common::run;
 
 /// Nodes of depth `depth` every `spacing` from `from` to `to`.
-fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<Node<1>> {
+fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<NewNode<1>> {
     let count = ((to - from) / spacing).round() as usize;
     (0..count)
-        .map(|k| Node {
+        .map(|k| NewNode {
             body: 0,
             position: [from + spacing * (k as f64 + 0.5)],
             velocity: [0.0],
@@ -28,15 +28,15 @@ fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<Node<1>> {
 
 #[test]
 fn water_leaves_a_reservoir_as_ritter_found() {
-    let ends = Ends { walls: [[Some(-20.0), None]], ..Ends::default() };
+    let ends = PlanBoundaries { walls: [[Some(-20.0), None]], ..PlanBoundaries::default() };
     let nodes = layer(-20.0, 0.0, 0.05, 10.0);
-    let mut flow = Flow::new(Settings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes]).unwrap();
+    let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes]).unwrap();
     let volume = flow.sets[0].nodes.total_volume();
     run(&mut flow, 1.0);
     let nodes = &flow.sets[0].nodes;
     assert_eq!(nodes.total_volume(), volume);
     let (mut error, mut count) = (0.0, 0);
-    for (x, h) in nodes.position.iter().zip(&nodes.height) {
+    for (x, h) in nodes.position.iter().zip(&nodes.partial_thickness) {
         if x[0] < 10.0 {
             error += (h - ritter(9.81, 10.0, x[0], 1.0).0).abs() / 10.0;
             count += 1;
@@ -49,18 +49,18 @@ fn water_leaves_a_reservoir_as_ritter_found() {
 
 /// Mean error of the depth one second after a dam of 1 m of water over 0.5 m broke, and the mean velocity between the
 /// waves over the exact one.
-fn bore(continuity: Continuity) -> (f64, f64) {
+fn bore(continuity: ThicknessEquation) -> (f64, f64) {
     let exact = Stoker::new(9.81, 1.0, 0.5);
-    let ends = Ends { walls: [[Some(-5.0), Some(5.0)]], ..Ends::default() };
+    let ends = PlanBoundaries { walls: [[Some(-5.0), Some(5.0)]], ..PlanBoundaries::default() };
     let mut nodes = layer(-5.0, 0.0, 0.02, 1.0);
     nodes.extend(layer(0.0, 5.0, 0.02, 0.5));
-    let mut settings = Settings::plain(1000.0);
+    let mut settings = FlowSettings::plain(1000.0);
     settings.numerics.continuity = continuity;
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &[nodes]).unwrap();
     run(&mut flow, 1.0);
     let nodes = &flow.sets[0].nodes;
     let mut error = 0.0;
-    for (x, h) in nodes.position.iter().zip(&nodes.height) {
+    for (x, h) in nodes.position.iter().zip(&nodes.partial_thickness) {
         error += (h - exact.at(x[0], 1.0).0).abs();
     }
     error /= nodes.len() as f64;
@@ -73,14 +73,16 @@ fn bore(continuity: Continuity) -> (f64, f64) {
 
 #[test]
 fn a_bore_runs_into_still_water_as_stoker_found() {
-    let (error, velocity) = bore(Continuity::Summation);
+    let (error, velocity) = bore(ThicknessEquation::Summation);
     assert!(error < 0.015, "{error}");
     assert!((velocity - 1.0).abs() < 0.015, "{velocity}");
 }
 
 #[test]
 fn each_rate_of_height_carries_the_bore_of_stoker() {
-    for continuity in [Continuity::RateBasic, Continuity::RateDifference, Continuity::RateVolume] {
+    for continuity in
+        [ThicknessEquation::RateBasic, ThicknessEquation::RateDifference, ThicknessEquation::RateVolume]
+    {
         let (error, velocity) = bore(continuity);
         assert!(error < 0.015, "{continuity:?}: {error}");
         assert!((velocity - 1.0).abs() < 0.015, "{continuity:?}: {velocity}");
@@ -90,15 +92,15 @@ fn each_rate_of_height_carries_the_bore_of_stoker() {
 /// Water that leaves its grains: these stand by their friction, and what has left flows as water does.
 #[test]
 fn fluid_leaves_its_skeleton() {
-    let mut settings = Settings::plain(1000.0);
+    let mut settings = FlowSettings::plain(1000.0);
     settings.phases = Phases::Two;
-    let densities = Densities { grain: 2600.0, fluid: 1000.0, gravity: 9.81 };
+    let densities = MixtureDensities { grain: 2600.0, fluid: 1000.0, gravity: 9.81 };
     settings.material = Mixture { densities, porosity: 0.4, saturated: true };
-    settings.drag = Drag::Anderson { settling_velocity: 2.0.into(), exponent: 1.0 };
+    settings.drag = InterphaseDrag::Anderson { settling_velocity: 2.0.into(), exponent: 1.0 };
     let spec = serde_json::json!({ "model": "coulomb", "friction_angle": 50 });
     let spec: BasalSpec = serde_json::from_value(spec).unwrap();
-    settings.zones = vec![Zone::everywhere(Some(spec.build().unwrap()))];
-    let ends = Ends { walls: [[Some(0.0), None]], ..Ends::default() };
+    settings.zones = vec![BedZone::everywhere(Some(spec.build().unwrap()))];
+    let ends = PlanBoundaries { walls: [[Some(0.0), None]], ..PlanBoundaries::default() };
     let sets = [layer(0.0, 5.0, 0.05, 0.3), layer(0.0, 5.0, 0.05, 1.0)];
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &sets).unwrap();
     let volumes = [0, 1].map(|set| flow.sets[set].nodes.total_volume());
@@ -109,7 +111,7 @@ fn fluid_leaves_its_skeleton() {
     assert_eq!([0, 1].map(|set| flow.sets[set].nodes.total_volume()), volumes);
     let nodes = &flow.sets[1].nodes;
     let last = (0..nodes.len()).find(|i| nodes.position[*i][0] == water).unwrap();
-    let [own, all] = [nodes.height[last], nodes.depth[last]];
+    let [own, all] = [nodes.partial_thickness[last], nodes.depth[last]];
     assert!(all < 1.1 * own, "water alone: {own} m of {all} m");
     assert!(
         flow.sets[0].nodes.depth.iter().chain(&nodes.depth).all(|depth| depth.is_finite() && *depth > 0.0)

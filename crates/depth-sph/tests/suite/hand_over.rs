@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, CaseError, Method, PointList, Snapshot};
 use colluvium_depth_sph::DepthSph;
-use colluvium_depth_sph::hand_over::stacks;
+use colluvium_depth_sph::hand_over::point_stacks;
 use serde_json::json;
 
 /// A cloud of points a quarter of a metre apart, 4 m by 3 m and 2 m high, that moves faster at its top.
@@ -131,7 +131,7 @@ fn pore_pressure_is_handed_over_and_back() {
                 assert!((of_depth / mean - 1.0).abs() < close, "{phases}: mean {of_depth} for {mean}");
                 assert!((base / 6e3 - 1.0).abs() < 0.005, "{phases}: base {base}");
             }
-            let back = stacks(&case, &first).unwrap();
+            let back = point_stacks(&case, &first).unwrap();
             let (all, volume) = (back.pore_pressures.as_ref().unwrap(), &back.volumes);
             let whole: f64 = volume.iter().sum();
             assert!((whole / 24.0 - 1.0).abs() < 1e-12, "{phases}: {whole} m³");
@@ -200,7 +200,7 @@ fn fluid_that_moves_by_itself_is_handed_over_with_the_grains_around_it() {
     let of_list = |list: &PointList| sums(list.masses.as_ref().unwrap(), list.velocities.as_ref().unwrap());
     let of_frame =
         |frame: &Snapshot| sums(frame.scalars("mass").unwrap(), frame.vectors("velocity").unwrap());
-    let (handed, whole) = (of_list(&stacks(&case, &snapshot).unwrap()), of_frame(&snapshot));
+    let (handed, whole) = (of_list(&point_stacks(&case, &snapshot).unwrap()), of_frame(&snapshot));
     let phase = snapshot.scalars("phase").unwrap().to_vec();
     let depth = snapshot.scalars("depth").unwrap();
     let height = snapshot.scalars("height").unwrap();
@@ -214,7 +214,7 @@ fn fluid_that_moves_by_itself_is_handed_over_with_the_grains_around_it() {
     }
     let alone = phase.iter().position(|phase| *phase == 1.0).unwrap();
     snapshot.positions[alone][0] += 1e3;
-    let kept = of_list(&stacks(&case, &snapshot).unwrap())[0];
+    let kept = of_list(&point_stacks(&case, &snapshot).unwrap())[0];
     let own = snapshot.scalars("mass").unwrap()[alone];
     assert!(((whole[0] - kept) / own - 1.0).abs() < 1e-6, "{kept} of {}, without {own}", whole[0]);
 }
@@ -239,8 +239,8 @@ fn what_has_not_flowed_in_is_not_handed_over() {
     for _ in 0..40 {
         solver.step(1.0).unwrap();
     }
-    let list = stacks(&case, &solver.snapshot()).unwrap();
-    let flow = solver.readings().iter().find(|(name, ..)| name == "flow_volume").unwrap().2;
+    let list = point_stacks(&case, &solver.snapshot()).unwrap();
+    let flow = solver.scalar_outputs().iter().find(|(name, ..)| name == "flow_volume").unwrap().2;
     let handed: f64 = list.volumes.iter().sum();
     assert!((handed / flow - 1.0).abs() < 1e-12, "{handed} m³ of {flow}");
     assert!(list.positions.iter().all(|x| x[0] > 4.0 - 1e-9));

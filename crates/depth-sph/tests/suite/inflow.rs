@@ -27,7 +27,7 @@ pub fn channel() -> Value {
 }
 
 pub fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().iter().find(|(reading, ..)| reading == name).unwrap().2
+    solver.scalar_outputs().iter().find(|(reading, ..)| reading == name).unwrap().2
 }
 
 /// Behind the front a stream above its celerity keeps the depth and speed that it enters with.
@@ -84,7 +84,7 @@ fn a_restart_before_the_first_step_tells_all_of_a_stream() {
     let mut other = build(&value);
     other.restore(&mut saved.as_slice()).unwrap();
     let bits = |solver: &dyn Solver| -> Vec<(String, u64)> {
-        solver.readings().into_iter().map(|(name, _, value)| (name, value.to_bits())).collect()
+        solver.scalar_outputs().into_iter().map(|(name, _, value)| (name, value.to_bits())).collect()
     };
     assert_eq!(reading(other.as_ref(), "energy_entered"), reading(solver.as_ref(), "energy_entered"));
     for time in [1.5, 2.0] {

@@ -5,10 +5,10 @@ use std::path::Path;
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
-use colluvium_depth_sph::flow::{Ends, Flow};
-use colluvium_depth_sph::inflow::{Inflow, State};
-use colluvium_depth_sph::nodes::Node;
-use colluvium_depth_sph::settings::Settings;
+use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
+use colluvium_depth_sph::inflow::{Inflow, InflowState};
+use colluvium_depth_sph::nodes::NewNode;
+use colluvium_depth_sph::settings::FlowSettings;
 use serde_json::{Value, json};
 
 use crate::common::{build, grid, hash_after, until};
@@ -175,7 +175,7 @@ fn a_heap_behind_an_inflow_goes_on_with_its_mass_and_after_a_restart_to_the_last
 /// Nodes that approach a line at 1 km/s end the run: the inflow against them would be hundreds of times too deep.
 #[test]
 fn an_inflow_that_would_be_far_too_deep_ends_the_run() {
-    let node = |k: usize| Node {
+    let node = |k: usize| NewNode {
         body: 0,
         position: [0.25 + 0.5 * (k / 4) as f64, 0.25 + 0.5 * (k % 4) as f64],
         velocity: [-1e3, 0.0],
@@ -184,7 +184,8 @@ fn an_inflow_that_would_be_far_too_deep_ends_the_run() {
         scale: 1.44,
     };
     let nodes = (0..16).map(node).collect();
-    let mut flow = Flow::new(Settings::plain(1000.0), Bed::Flat(0.0), Ends::default(), &[nodes]).unwrap();
+    let mut flow =
+        Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), PlanBoundaries::default(), &[nodes]).unwrap();
     let mut inflow = Inflow {
         from: [0.0, 0.0],
         to: [0.0, 2.0],
@@ -199,9 +200,9 @@ fn an_inflow_that_would_be_far_too_deep_ends_the_run() {
         porosity: None,
         layer: None,
         channel: None,
-        state: State::default(),
+        state: InflowState::default(),
     };
-    inflow.depth = inflow.deepest().depth;
+    inflow.depth = inflow.max_section().depth;
     flow.inflows.push(inflow);
     let failure = flow.advance(1e-3).unwrap_err();
     assert!(failure.reason.contains("m deep") && failure.position == [0.0, 0.0], "{failure}");

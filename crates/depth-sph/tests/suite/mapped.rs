@@ -21,7 +21,7 @@ fn pond(mapped: &str) -> Value {
 }
 
 fn readings(solver: &dyn Solver) -> [f64; 4] {
-    let all = solver.readings();
+    let all = solver.scalar_outputs();
     ["mapped_hit", "mapped_missed", "mapped_beyond", "mapped_fit"]
         .map(|name| all.iter().find(|(own, ..)| own == name).unwrap().2)
 }

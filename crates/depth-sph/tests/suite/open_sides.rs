@@ -8,10 +8,10 @@ use colluvium_case::{Case, FieldData, Method, Solver};
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::{Bed, BedPoint};
-use colluvium_depth_sph::flow::{Ends, Flow, Opening};
-use colluvium_depth_sph::nodes::Node;
-use colluvium_depth_sph::settings::{Settings, Zone};
-use colluvium_testkit::cases::advance;
+use colluvium_depth_sph::flow::{Flow, Opening, PlanBoundaries};
+use colluvium_depth_sph::nodes::NewNode;
+use colluvium_depth_sph::settings::{BedZone, FlowSettings};
+use colluvium_testkit::cases::advance_steps;
 use serde_json::{Value, json};
 
 const SPACING: f64 = 0.1;
@@ -32,7 +32,7 @@ fn basin(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
             let depth = 1.0
                 + 1e-3 * (-((x - MIDDLE) / 1.5).powi(2)).exp() * (along * (x - MIDDLE) + across * y).cos();
             let speed = 2.0 * (celerity(depth) - celerity(1.0));
-            nodes.push(Node {
+            nodes.push(NewNode {
                 body: 0,
                 position: [x, y],
                 velocity: [speed * angle.cos(), speed * angle.sin()],
@@ -42,8 +42,8 @@ fn basin(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
             });
         }
     }
-    let ends = Ends { periods: [None, Some((0.0, width))], ..Ends::default() };
-    let mut settings = Settings::plain(1000.0);
+    let ends = PlanBoundaries { periods: [None, Some((0.0, width))], ..PlanBoundaries::default() };
+    let mut settings = FlowSettings::plain(1000.0);
     settings.numerics.viscosity = (0.0, 0.0);
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &[nodes]).unwrap();
     let side = |place: f64, outward: f64| Opening {
@@ -53,10 +53,10 @@ fn basin(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
         spacing: SPACING,
         span: (0.0, width),
         periodic: true,
-        feeds: Vec::new(),
-        layer,
+        inlets: Vec::new(),
+        absorbing_length: layer,
     };
-    flow.open_all(&[side(0.0, -1.0), side(long, 1.0)]).unwrap();
+    flow.open_sides(&[side(0.0, -1.0), side(long, 1.0)]).unwrap();
     flow
 }
 
@@ -74,13 +74,13 @@ fn reflected(degrees: f64, width: f64) -> f64 {
     let angle = degrees.to_radians();
     let mut flow = basin(angle, width, 0.0, LENGTH);
     let nodes = &flow.sets[0].nodes;
-    let before: f64 = nodes.total_volume() - flow.beyond();
+    let before: f64 = nodes.total_volume() - flow.far_field_volume();
     // Far from the packet.
     let still = nodes.depth[nodes.position.iter().position(|x| (x[0] - 1.0).abs() < SPACING).unwrap()];
     let arriving = amplitude(&flow, still);
     // The packet has gone to the side and back to the middle of what is looked at.
     run(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
-    let inside = flow.sets[0].nodes.total_volume() - flow.beyond();
+    let inside = flow.sets[0].nodes.total_volume() - flow.far_field_volume();
     let passed = flow.passed();
     assert!((before - inside - passed).abs() < 1e-10 * before, "{before} {inside} {passed}");
     amplitude(&flow, still) / arriving
@@ -150,7 +150,7 @@ fn layered() -> Value {
 }
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 #[test]
@@ -183,7 +183,7 @@ fn columns_beyond_open_sides_are_those_of_the_lake() {
     value["bodies"].as_array_mut().unwrap().truncate(1);
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [0.3, 0.1, 0] });
     let mut solver = build(&value);
-    advance(solver.as_mut(), 80);
+    advance_steps(solver.as_mut(), 80);
     let snapshot = solver.snapshot();
     let [ratio, depth] = ["liquefaction", "depth"].map(|name| snapshot.scalars(name).unwrap());
     let middle = reading(solver.as_ref(), "mean_liquefaction");
@@ -310,7 +310,7 @@ fn layers_go_on_after_a_restart_to_the_last_bit_on_any_threads_and_keep_the_bala
     assert_eq!(hash_after(&value, 1, 60, Some(31)), whole);
     let mut solver = build(&value);
     until(solver.as_mut(), 2.0);
-    let reading = |name: &str| solver.readings().iter().find(|(own, ..)| own == name).unwrap().2;
+    let reading = |name: &str| solver.scalar_outputs().iter().find(|(own, ..)| own == name).unwrap().2;
     let [flow, left] = ["flow_volume", "volume_left"].map(reading);
     let volume = 36.0 + 1.44 * 0.05;
     assert!((flow + left - volume).abs() < 1e-9, "{flow} + {left} for {volume}");
@@ -360,7 +360,7 @@ fn steep_sheet(closer: f64) -> (Flow<2>, f64, f64) {
     for i in 0..(12.0 / own).round() as usize {
         for j in 0..(width / own).round() as usize {
             let [x, y] = [i, j].map(|k| own * (k as f64 + 0.5));
-            nodes.push(Node {
+            nodes.push(NewNode {
                 body: 0,
                 position: [x - 6.0, y],
                 velocity: [speed, 0.0],
@@ -372,9 +372,9 @@ fn steep_sheet(closer: f64) -> (Flow<2>, f64, f64) {
     }
     let law = json!({ "model": "voellmy", "friction_angle": tangent.atan().to_degrees(), "turbulence": turbulence });
     let law: BasalSpec = serde_json::from_value(law).unwrap();
-    let mut settings = Settings::plain(1000.0);
-    settings.zones = vec![Zone::everywhere(Some(law.build().unwrap()))];
-    let ends = Ends { periods: [None, Some((0.0, width))], ..Ends::default() };
+    let mut settings = FlowSettings::plain(1000.0);
+    settings.zones = vec![BedZone::everywhere(Some(law.build().unwrap()))];
+    let ends = PlanBoundaries { periods: [None, Some((0.0, width))], ..PlanBoundaries::default() };
     let bed =
         Bed::formula(move |x: &[f64; 2]| BedPoint { slope: [-slope, 0.0], ..BedPoint::flat(-slope * x[0]) });
     let mut flow = Flow::new(settings, bed, ends, &[nodes]).unwrap();
@@ -385,10 +385,10 @@ fn steep_sheet(closer: f64) -> (Flow<2>, f64, f64) {
         spacing,
         span: (0.0, width),
         periodic: true,
-        feeds: Vec::new(),
-        layer: 0.0,
+        inlets: Vec::new(),
+        absorbing_length: 0.0,
     };
-    flow.open_all(&[side]).unwrap();
+    flow.open_sides(&[side]).unwrap();
     (flow, depth, speed)
 }
 
@@ -402,7 +402,7 @@ fn a_steep_flow_leaves_at_its_uniform_depth() {
         run(&mut flow, 8.0 / speed);
         let nodes = &flow.sets[0].nodes;
         let passed = flow.passed();
-        let inside = nodes.total_volume() - flow.beyond();
+        let inside = nodes.total_volume() - flow.far_field_volume();
         assert!((whole - inside - passed).abs() < 1e-10 * whole, "{whole} {inside} {passed}");
         assert!((0.4..0.6).contains(&(passed / whole)), "{closer}: {passed} of {whole}");
         let at = |x: &[f64; 2]| (7.0..8.2).contains(&x[0]);
@@ -410,7 +410,7 @@ fn a_steep_flow_leaves_at_its_uniform_depth() {
         assert!(found.len() > 50);
         for i in found {
             // Sums over a lattice are right within 1.1 %.
-            let (height, v) = (nodes.height[i] / depth, nodes.velocity[i][0] / speed);
+            let (height, v) = (nodes.partial_thickness[i] / depth, nodes.velocity[i][0] / speed);
             assert!((height - 1.0).abs() < 0.03 && (v - 1.0).abs() < 0.01, "{closer}: {height} {v}");
         }
         assert!(nodes.velocity.iter().all(|v| v[0] > 0.5 * speed), "nothing is thrown back");

@@ -1,11 +1,11 @@
 //! Order of the time schemes (sheet: depth-sph §3.4, integrators).
 
 use colluvium_depth_sph::bed::{Bed, BedPoint};
-use colluvium_depth_sph::choices::{Continuity, Frame, Integration};
-use colluvium_depth_sph::flow::{Ends, Flow};
+use colluvium_depth_sph::choices::{DepthFrame, ThicknessEquation, TimeScheme};
+use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::kernel::Kernel;
-use colluvium_depth_sph::nodes::Node;
-use colluvium_depth_sph::settings::Settings;
+use colluvium_depth_sph::nodes::NewNode;
+use colluvium_depth_sph::settings::FlowSettings;
 
 const SPACING: f64 = 0.25;
 /// Half of the width of the water (m), whose largest depth is 1 m.
@@ -15,7 +15,7 @@ const END: f64 = 1.6;
 
 /// Water in the parabolic canal of V10, which swings and breathes. Its kernel has four derivatives and its smoothing lengths stay, so that rates
 /// are smooth functions of places.
-fn canal(integration: Integration) -> Flow<1> {
+fn canal(integration: TimeScheme) -> Flow<1> {
     let bed = Bed::formula(|x: &[f64; 1]| BedPoint {
         level: (x[0] / HALF).powi(2),
         slope: [2.0 * x[0] / (HALF * HALF)],
@@ -24,7 +24,7 @@ fn canal(integration: Integration) -> Flow<1> {
     let count = (2.0 * HALF / SPACING).round() as usize;
     let node = |k: usize| {
         let x = -HALF + SPACING * (k as f64 + 0.5);
-        Node {
+        NewNode {
             body: 0,
             position: [x],
             velocity: [0.6 + 0.1 * x],
@@ -33,17 +33,17 @@ fn canal(integration: Integration) -> Flow<1> {
             scale: 1.5,
         }
     };
-    let mut settings = Settings::plain(1000.0);
-    settings.frame = Frame::SmallSlope;
+    let mut settings = FlowSettings::plain(1000.0);
+    settings.frame = DepthFrame::SmallSlope;
     settings.numerics.kernel = Kernel::QuinticSpline;
     settings.numerics.variable_length = false;
     settings.numerics.viscosity = (0.0, 0.0);
     settings.numerics.integration = integration;
-    Flow::new(settings, bed, Ends::default(), &[(0..count).map(node).collect()]).unwrap()
+    Flow::new(settings, bed, PlanBoundaries::default(), &[(0..count).map(node).collect()]).unwrap()
 }
 
 /// Places (m) and velocities (m/s) of all nodes, by number, after so many equal steps.
-fn after(integration: Integration, steps: u32) -> Vec<[f64; 2]> {
+fn after(integration: TimeScheme, steps: u32) -> Vec<[f64; 2]> {
     let mut flow = canal(integration);
     for _ in 0..steps {
         flow.advance(END / f64::from(steps)).unwrap();
@@ -57,9 +57,9 @@ fn after(integration: Integration, steps: u32) -> Vec<[f64; 2]> {
 /// The nodes stay the same while the step is halved, so that no error of space enters.
 #[test]
 fn leapfrog_and_the_midpoint_rule_are_of_second_order_and_runge_kutta_of_fourth() {
-    let exact = after(Integration::RungeKutta4, 640);
+    let exact = after(TimeScheme::RungeKutta4, 640);
     for (integration, order) in
-        [(Integration::Leapfrog, 2.0), (Integration::RungeKutta2, 2.0), (Integration::RungeKutta4, 4.0)]
+        [(TimeScheme::Leapfrog, 2.0), (TimeScheme::RungeKutta2, 2.0), (TimeScheme::RungeKutta4, 4.0)]
     {
         let errors = [40, 80, 160].map(|steps| {
             let own = after(integration, steps);
@@ -76,10 +76,10 @@ fn leapfrog_and_the_midpoint_rule_are_of_second_order_and_runge_kutta_of_fourth(
 /// A node whose velocity is lost between the stages of a step ends the run there, by its number, before lists are made of it.
 #[test]
 fn a_node_that_is_lost_between_stages_ends_the_run() {
-    for integration in [Integration::RungeKutta2, Integration::RungeKutta4] {
+    for integration in [TimeScheme::RungeKutta2, TimeScheme::RungeKutta4] {
         let mut flow = canal(integration);
         // So that lists of neighbours are asked for.
-        flow.settings.numerics.continuity = Continuity::RateDifference;
+        flow.settings.numerics.continuity = ThicknessEquation::RateDifference;
         flow.advance(1e-3).unwrap();
         flow.sets[0].nodes.volume[40] = f64::NAN;
         let failure = flow.advance(1e-3).unwrap_err();

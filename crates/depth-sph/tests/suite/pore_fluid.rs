@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::cases::advance;
+use colluvium_testkit::cases::advance_steps;
 use serde_json::{Value, json};
 
 use crate::common::{build, until};
@@ -40,7 +40,7 @@ fn with_options(options: &Value) -> Value {
 
 fn hash(value: &Value) -> u64 {
     let mut solver = build(value);
-    advance(solver.as_mut(), 60);
+    advance_steps(solver.as_mut(), 60);
     solver.snapshot().hash()
 }
 

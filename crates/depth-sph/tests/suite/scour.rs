@@ -4,7 +4,7 @@ use std::path::Path;
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::cases::{advance, begin};
+use colluvium_testkit::cases::{advance_steps, start_solver};
 use serde_json::{Value, json};
 
 use crate::common;
@@ -46,12 +46,12 @@ fn heap(folder: &Path, more: &Value) -> Case {
 }
 
 fn start(case: &Case) -> Box<dyn Solver> {
-    begin(&DepthSph, case)
+    start_solver(&DepthSph, case)
 }
 
 /// A reading of a solver.
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, _, _)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, _, _)| own == name).unwrap().2
 }
 
 /// Growth of what flows, or has left the terrain (m³), what the raster of the bed's change has lost, and the least change (m).
@@ -83,7 +83,7 @@ fn what_the_flow_takes_up_is_what_the_bed_has_lost() {
     ] {
         let mut solver = start(&heap(folder.path(), &more));
         let before = reading(solver.as_ref(), "flow_volume");
-        advance(solver.as_mut(), 60);
+        advance_steps(solver.as_mut(), 60);
         let [growth, lost, least] = account(solver.as_ref(), before);
         assert!(growth > 1.0, "{growth} m³ of {before} m³: {more}");
         assert!((growth - lost).abs() < 1e-9 * before, "flow and bed: {growth} {lost}: {more}");
@@ -102,22 +102,22 @@ fn a_lowered_bed_is_seen_by_the_flow_and_comes_back_with_a_checkpoint() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut solver = start(&case);
-            advance(solver.as_mut(), 80);
+            advance_steps(solver.as_mut(), 80);
             solver.snapshot().hash()
         })
     };
     let mut solver = start(&case);
-    advance(solver.as_mut(), 43);
+    advance_steps(solver.as_mut(), 43);
     let mut bytes = Vec::new();
     solver.save(&mut bytes).unwrap();
     let mut other = start(&case);
     other.restore(&mut bytes.as_slice()).unwrap();
-    advance(other.as_mut(), 37);
+    advance_steps(other.as_mut(), 37);
     assert_eq!(whole(1), whole(2));
     assert_eq!(other.snapshot().hash(), whole(1));
     let level = |more: &Value| {
         let mut solver = start(&heap(folder.path(), more));
-        advance(solver.as_mut(), 80);
+        advance_steps(solver.as_mut(), 80);
         let snapshot = solver.snapshot();
         let bed = snapshot.scalars("bed").unwrap();
         snapshot
@@ -148,14 +148,14 @@ fn a_raster_says_how_deep_each_place_can_be_eroded() {
     let more = json!({ "lower_bed": true, "erodible_depth_raster": "depths.asc" });
     let mut solver = start(&heap(folder.path(), &more));
     let before = reading(solver.as_ref(), "flow_volume");
-    advance(solver.as_mut(), 60);
+    advance_steps(solver.as_mut(), 60);
     let [growth, lost, least] = account(solver.as_ref(), before);
     assert!((growth - lost).abs() < 1e-9 * before, "flow and bed: {growth} {lost}");
     assert!((-0.06 - 1e-12..-0.04).contains(&least), "{least} m");
     let rasters = solver.rasters();
     let change = &rasters.iter().find(|raster| raster.name == "bed_change").unwrap().raster;
     for row in 0..change.rows {
-        let of = |column: usize| change.at(column, row);
+        let of = |column: usize| change.value(column, row);
         assert!((0..11).all(|column| of(column).is_nan() || of(column) >= -0.02 - 1e-12));
         assert!((21..change.columns).all(|column| of(column).is_nan()), "nothing beyond the raster");
     }
@@ -209,12 +209,12 @@ fn rock_gives_nothing_and_a_plane_cannot_be_lowered() {
     terrain(folder.path());
     let region = json!([{ "shape": { "kind": "box", "min": [0, 0], "max": [40, 40] } }]);
     let mut solver = start(&heap(folder.path(), &json!({ "lower_bed": true, "regions": region })));
-    advance(solver.as_mut(), 60);
+    advance_steps(solver.as_mut(), 60);
     let rasters = solver.rasters();
     let change = &rasters.iter().find(|raster| raster.name == "bed_change").unwrap().raster;
     for row in 0..change.rows {
         // Nodes at 40 m and less belong to the rock.
-        assert!((0..20).all(|column| change.at(column, row).is_nan()));
+        assert!((0..20).all(|column| change.value(column, row).is_nan()));
     }
     let mut value = serde_json::to_value(heap(folder.path(), &json!({ "lower_bed": true }))).unwrap();
     value["obstacles"][0]["shape"] = json!({ "kind": "plane", "point": [0, 0, 40], "normal": [0.5, 0, 1] });

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use colluvium_depth_sph::bed::{Bed, BedPoint};
-use colluvium_depth_sph::choices::{Frame, Momentum, Phases};
-use colluvium_depth_sph::drag::Densities;
-use colluvium_depth_sph::flow::{Ends, Flow};
-use colluvium_depth_sph::nodes::Node;
-use colluvium_depth_sph::settings::{Mixture, Settings};
+use colluvium_depth_sph::choices::{DepthFrame, Phases, PressureForceForm};
+use colluvium_depth_sph::drag::MixtureDensities;
+use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
+use colluvium_depth_sph::nodes::NewNode;
+use colluvium_depth_sph::settings::{FlowSettings, Mixture};
 
 use crate::common::run;
 
@@ -20,10 +20,10 @@ const HALF: f64 = 20.0;
 const EVEN: f64 = 2.0;
 
 /// Nodes at rest between -20 and 20 m, with a depth at each place.
-fn layer(depth: impl Fn(f64) -> f64) -> Vec<Node<1>> {
+fn layer(depth: impl Fn(f64) -> f64) -> Vec<NewNode<1>> {
     let count = (2.0 * HALF / SPACING).round() as usize;
     let place = |k: usize| -HALF + SPACING * (k as f64 + 0.5);
-    let node = |x: f64| Node {
+    let node = |x: f64| NewNode {
         body: 0,
         position: [x],
         velocity: [0.0],
@@ -34,8 +34,8 @@ fn layer(depth: impl Fn(f64) -> f64) -> Vec<Node<1>> {
     (0..count).map(|k| node(place(k))).collect()
 }
 
-fn between_walls() -> Ends<1> {
-    Ends { walls: [[Some(-HALF), Some(HALF)]], ..Ends::default() }
+fn between_walls() -> PlanBoundaries<1> {
+    PlanBoundaries { walls: [[Some(-HALF), Some(HALF)]], ..PlanBoundaries::default() }
 }
 
 fn hump(x: f64) -> f64 {
@@ -43,12 +43,12 @@ fn hump(x: f64) -> f64 {
 }
 
 /// Settings of two sets of nodes without drag and viscosity.
-fn two(phases: Phases, grain: f64, fluid: f64) -> Settings<1> {
-    let mut settings = Settings::plain(fluid);
+fn two(phases: Phases, grain: f64, fluid: f64) -> FlowSettings<1> {
+    let mut settings = FlowSettings::plain(fluid);
     settings.phases = phases;
-    let densities = Densities { grain, fluid, gravity: GRAVITY };
+    let densities = MixtureDensities { grain, fluid, gravity: GRAVITY };
     settings.material = Mixture { densities, porosity: 0.4, saturated: phases == Phases::Two };
-    settings.numerics.momentum = Momentum::Node;
+    settings.numerics.momentum = PressureForceForm::Node;
     settings.numerics.viscosity = (0.0, 0.0);
     settings
 }
@@ -59,7 +59,7 @@ fn centroid(flow: &Flow<1>, set: usize, still: &[f64]) -> f64 {
     let (mut sum, mut moment) = (0.0, 0.0);
     for (i, x) in nodes.position.iter().enumerate() {
         if x[0] > 0.5 && x[0] < HALF - 1.0 {
-            let off = nodes.height[i] - still[nodes.id[i] as usize % still.len()];
+            let off = nodes.partial_thickness[i] - still[nodes.id[i] as usize % still.len()];
             sum += off;
             moment += off * x[0];
         }
@@ -74,7 +74,7 @@ fn speed(densities: [f64; 2], heights: [f64; 2], mode: [f64; 2], times: [f64; 2]
         let settings = two(Phases::Two, densities[0], densities[1]);
         Flow::new(settings, Bed::Flat(0.0), between_walls(), &[set(0), set(1)]).unwrap()
     };
-    let still = make(0.0).sets[1].nodes.height.clone();
+    let still = make(0.0).sets[1].nodes.partial_thickness.clone();
     let mut flow = make(1.0);
     let places = times.map(|time| {
         run(&mut flow, time);
@@ -115,9 +115,9 @@ fn two_layers_stay_at_rest() {
             point
         });
         let mut settings = two(Phases::Layers, 2000.0, 1000.0);
-        settings.frame = Frame::SmallSlope;
+        settings.frame = DepthFrame::SmallSlope;
         settings.numerics.viscosity = (1.0, 0.0);
-        settings.numerics.momentum = Momentum::Automatic;
+        settings.numerics.momentum = PressureForceForm::Automatic;
         let sets = [layer(|x| 0.6 - rise(x)), layer(|_| 0.4)];
         let mut flow = Flow::new(settings, bed, between_walls(), &sets).unwrap();
         run(&mut flow, 10.0);
@@ -136,9 +136,9 @@ fn layers_rub_on_each_other() {
     let mut settings = two(Phases::Layers, 2000.0, 1000.0);
     settings.interface_friction = friction;
     settings.numerics.variable_length = false;
-    settings.numerics.momentum = Momentum::Automatic;
+    settings.numerics.momentum = PressureForceForm::Automatic;
     settings.numerics.viscosity = (1.0, 0.0);
-    let ends = Ends { periods: [Some((-HALF, HALF))], ..Ends::default() };
+    let ends = PlanBoundaries { periods: [Some((-HALF, HALF))], ..PlanBoundaries::default() };
     let mut upper = layer(|_| 0.4);
     upper.iter_mut().for_each(|node| node.velocity = [slip]);
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &[layer(|_| 0.6), upper]).unwrap();
@@ -173,11 +173,11 @@ fn a_slide_on_the_ground_makes_three_waves() {
         point.slope[0] = -at * level;
         point
     });
-    let mut settings = Settings::plain(1000.0);
-    settings.frame = Frame::SmallSlope;
+    let mut settings = FlowSettings::plain(1000.0);
+    settings.frame = DepthFrame::SmallSlope;
     settings.numerics.viscosity = (0.0, 0.0);
     let mut flow = Flow::new(settings, bed, between_walls(), &[layer(|x| 1.0 - slide(x, 0.0))]).unwrap();
-    let still = flow.sets[0].nodes.height[200];
+    let still = flow.sets[0].nodes.partial_thickness[200];
     let end = 5.0;
     while flow.time < end {
         let dt = flow.limit().dt.min(end - flow.time);
@@ -189,7 +189,7 @@ fn a_slide_on_the_ground_makes_three_waves() {
     let at = |place: f64| {
         let near = |i: &usize| (nodes.position[*i][0] - place).abs();
         let i = (0..nodes.len()).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
-        (nodes.height[i] + slide(nodes.position[i][0], end) - still) / height
+        (nodes.partial_thickness[i] + slide(nodes.position[i][0], end) - still) / height
     };
     let waves = [
         (speed * end, froude * froude / (froude * froude - 1.0)),

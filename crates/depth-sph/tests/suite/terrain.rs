@@ -123,14 +123,14 @@ fn nodes_that_leave_the_raster_are_counted_or_end_the_run() {
     let all = case(folder.path(), &value);
     let mut solver = DepthSph.build(&all).unwrap();
     let volume = |solver: &dyn Solver, name: &str| {
-        solver.readings().iter().find(|(reading, ..)| reading == name).unwrap().2
+        solver.scalar_outputs().iter().find(|(reading, ..)| reading == name).unwrap().2
     };
     let before = volume(solver.as_ref(), "flow_volume");
     solver.begin_stage(0, 0.0).unwrap();
     common::until(solver.as_mut(), 3.0);
     let (left, stayed) = (volume(solver.as_ref(), "volume_left"), volume(solver.as_ref(), "flow_volume"));
     assert!(left > 0.0 && (left + stayed - before).abs() < 1e-9 * before, "{left} {stayed} {before}");
-    assert!(solver.remarks().iter().any(|remark| remark.contains("have left the terrain")));
+    assert!(solver.warnings_at_end().iter().any(|remark| remark.contains("have left the terrain")));
     value["methods"]["depth-sph"]["leaving_is_an_error"] = json!(true);
     let mut solver = DepthSph.build(&case(folder.path(), &value)).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
@@ -156,8 +156,10 @@ fn a_flow_that_has_left_altogether_is_no_error() {
     assert_eq!((solver.points(), solver.snapshot().positions.len()), (0, 0));
     let peak = raster(solver.as_ref(), "peak_thickness_vertical");
     assert!(known(&peak).fold(0.0, f64::max) > 1.0);
-    let left = solver.readings().iter().find(|(reading, ..)| reading == "volume_left").unwrap().2;
-    assert!(left > 10.0 && solver.remarks().iter().any(|remark| remark.contains("have left the terrain")));
+    let left = solver.scalar_outputs().iter().find(|(reading, ..)| reading == "volume_left").unwrap().2;
+    assert!(
+        left > 10.0 && solver.warnings_at_end().iter().any(|remark| remark.contains("have left the terrain"))
+    );
 }
 
 #[test]
@@ -284,12 +286,12 @@ fn rasters_hold_the_volume_and_bound_what_was_seen() {
     let (mut deepest, mut fastest) = (0f64, 0f64);
     while solver.time() < 4.0 {
         solver.step(4.0 - solver.time()).unwrap();
-        let readings = solver.readings();
+        let readings = solver.scalar_outputs();
         let value = |name: &str| readings.iter().find(|(reading, ..)| reading == name).unwrap().2;
         (deepest, fastest) = (deepest.max(value("largest_depth")), fastest.max(value("largest_speed")));
     }
     let deposit = raster(solver.as_ref(), "final_thickness_vertical");
-    let volume = solver.readings().iter().find(|(name, ..)| name == "flow_volume").unwrap().2;
+    let volume = solver.scalar_outputs().iter().find(|(name, ..)| name == "flow_volume").unwrap().2;
     let held: f64 = known(&deposit).sum::<f64>() * 0.25;
     assert!((held / volume - 1.0).abs() < 1e-12, "{held} {volume}");
     assert_eq!((deposit.columns, deposit.rows, deposit.origin), (82, 42, [-0.25, -0.25]));
@@ -303,7 +305,7 @@ fn rasters_hold_the_volume_and_bound_what_was_seen() {
     assert!((pressure / (1600.0 * speed * speed) - 1.0).abs() < 1e-9);
     let arrival = raster(solver.as_ref(), "arrival_time");
     assert_eq!(arrival.interpolate(6.0, 10.0), Some(0.0), "the release is there from the start");
-    let along: Vec<f64> = (24..60).map(|i| arrival.at(i, 20)).filter(|time| time.is_finite()).collect();
+    let along: Vec<f64> = (24..60).map(|i| arrival.value(i, 20)).filter(|time| time.is_finite()).collect();
     assert!(along.len() > 6 && along.windows(2).all(|pair| pair[0] <= pair[1]), "{along:?}");
     assert!(known(&raster(solver.as_ref(), "peak_thickness_vertical")).all(|depth| depth >= 0.1));
 }

@@ -3,24 +3,24 @@
 use colluvium_case::{Case, Method};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
-use colluvium_depth_sph::choices::Momentum;
+use colluvium_depth_sph::choices::PressureForceForm;
 use colluvium_depth_sph::exact::ritter;
-use colluvium_depth_sph::flow::{Ends, Flow};
-use colluvium_depth_sph::nodes::Node;
-use colluvium_depth_sph::settings::Settings;
+use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
+use colluvium_depth_sph::nodes::NewNode;
+use colluvium_depth_sph::settings::FlowSettings;
 use serde_json::json;
 
 use crate::common::run;
 
-fn settings<const D: usize>(momentum: Momentum, viscosity: f64) -> Settings<D> {
-    let mut settings = Settings::plain(1000.0);
+fn settings<const D: usize>(momentum: PressureForceForm, viscosity: f64) -> FlowSettings<D> {
+    let mut settings = FlowSettings::plain(1000.0);
     settings.numerics.momentum = momentum;
     settings.numerics.viscosity = (viscosity, 0.0);
     settings
 }
 
-fn node(x: f64, volume: f64, spacing: f64) -> Node<1> {
-    Node { body: 0, position: [x], velocity: [0.0], volume, length: 1.5 * spacing, scale: 1.5 }
+fn node(x: f64, volume: f64, spacing: f64) -> NewNode<1> {
+    NewNode { body: 0, position: [x], velocity: [0.0], volume, length: 1.5 * spacing, scale: 1.5 }
 }
 
 #[test]
@@ -34,12 +34,16 @@ fn momentum_stays_to_round_off() {
             ];
             let depth = 0.3 + 0.2 * x + 0.1 * (3.0 * y).sin();
             let (position, volume) = ([x, y], 0.01 * depth);
-            nodes.push(Node { body: 0, position, velocity: [0.0; 2], volume, length: 0.13, scale: 1.69 });
+            nodes.push(NewNode { body: 0, position, velocity: [0.0; 2], volume, length: 0.13, scale: 1.69 });
         }
     }
-    let mut flow =
-        Flow::new(settings::<2>(Momentum::Variational, 1.0), Bed::Flat(0.0), Ends::default(), &[nodes])
-            .unwrap();
+    let mut flow = Flow::new(
+        settings::<2>(PressureForceForm::Variational, 1.0),
+        Bed::Flat(0.0),
+        PlanBoundaries::default(),
+        &[nodes],
+    )
+    .unwrap();
     run(&mut flow, 0.3);
     let nodes = &flow.sets[0].nodes;
     let size: f64 =
@@ -52,9 +56,9 @@ fn momentum_stays_to_round_off() {
 }
 
 /// Largest change of the energy of a slosh without friction over three periods, over its largest kinetic energy.
-fn energy_lost(momentum: Momentum) -> f64 {
+fn energy_lost(momentum: PressureForceForm) -> f64 {
     let (half, spacing) = (5.0, 0.1);
-    let ends = Ends { walls: [[Some(-half), Some(half)]], ..Ends::default() };
+    let ends = PlanBoundaries { walls: [[Some(-half), Some(half)]], ..PlanBoundaries::default() };
     let nodes = (0..100).map(|k| {
         let x = -half + spacing * (f64::from(k) + 0.5);
         let depth = 1.0 + 0.1 * (std::f64::consts::PI * (x + half) / (2.0 * half)).cos();
@@ -74,7 +78,8 @@ fn energy_lost(momentum: Momentum) -> f64 {
 
 #[test]
 fn the_energy_of_a_slosh_is_kept_better_than_by_the_plain_form() {
-    let [variational, plain] = [Momentum::Variational, Momentum::Symmetric].map(energy_lost);
+    let [variational, plain] =
+        [PressureForceForm::Variational, PressureForceForm::Symmetric].map(energy_lost);
     println!("energy: {variational} and {plain}");
     // 0.5 and 2.3 % were found.
     assert!(variational < 0.5 * plain, "{variational} and {plain}");
@@ -82,11 +87,15 @@ fn the_energy_of_a_slosh_is_kept_better_than_by_the_plain_form() {
 
 #[test]
 fn a_lake_on_a_level_bed_stays_at_rest() {
-    let ends = Ends { walls: [[Some(-5.0), Some(5.0)]], ..Ends::default() };
+    let ends = PlanBoundaries { walls: [[Some(-5.0), Some(5.0)]], ..PlanBoundaries::default() };
     let nodes = (0..100).map(|k| node(-5.0 + 0.1 * (f64::from(k) + 0.5), 0.1, 0.1));
-    let mut flow =
-        Flow::new(settings::<1>(Momentum::Variational, 1.0), Bed::Flat(0.0), ends, &[nodes.collect()])
-            .unwrap();
+    let mut flow = Flow::new(
+        settings::<1>(PressureForceForm::Variational, 1.0),
+        Bed::Flat(0.0),
+        ends,
+        &[nodes.collect()],
+    )
+    .unwrap();
     run(&mut flow, 10.0);
     let fastest = flow.sets[0].nodes.velocity.iter().map(|v| v[0].abs()).fold(0.0, f64::max);
     assert!(fastest < 1e-10 * 9.81f64.sqrt(), "V12: {fastest}");
@@ -94,14 +103,18 @@ fn a_lake_on_a_level_bed_stays_at_rest() {
 
 #[test]
 fn water_leaves_a_reservoir_as_ritter_found() {
-    let ends = Ends { walls: [[Some(-20.0), None]], ..Ends::default() };
+    let ends = PlanBoundaries { walls: [[Some(-20.0), None]], ..PlanBoundaries::default() };
     let nodes = (0..400).map(|k| node(-20.0 + 0.05 * (f64::from(k) + 0.5), 0.5, 0.05));
-    let mut flow =
-        Flow::new(settings::<1>(Momentum::Variational, 1.0), Bed::Flat(0.0), ends, &[nodes.collect()])
-            .unwrap();
+    let mut flow = Flow::new(
+        settings::<1>(PressureForceForm::Variational, 1.0),
+        Bed::Flat(0.0),
+        ends,
+        &[nodes.collect()],
+    )
+    .unwrap();
     run(&mut flow, 1.0);
     let nodes = &flow.sets[0].nodes;
-    let near = nodes.position.iter().zip(&nodes.height).filter(|(x, _)| x[0] < 10.0);
+    let near = nodes.position.iter().zip(&nodes.partial_thickness).filter(|(x, _)| x[0] < 10.0);
     let errors: Vec<f64> = near.map(|(x, h)| (h - ritter(9.81, 10.0, x[0], 1.0).0).abs() / 10.0).collect();
     let error = errors.iter().sum::<f64>() / errors.len() as f64;
     println!("ritter {error}");
@@ -109,7 +122,7 @@ fn water_leaves_a_reservoir_as_ritter_found() {
     // Heights and smoothing lengths belong to each other.
     for i in 0..nodes.len() {
         let (least, most) = (0.5 * nodes.first_length[i], 50.0 * nodes.first_length[i]);
-        let kept = nodes.length[i] * nodes.height[i] / (nodes.scale[i] * nodes.volume[i]);
+        let kept = nodes.length[i] * nodes.partial_thickness[i] / (nodes.scale[i] * nodes.volume[i]);
         assert!(
             nodes.length[i] == least || nodes.length[i] == most || (kept - 1.0).abs() < 1e-9,
             "node {i}: {kept}"

@@ -4,30 +4,30 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::{
-    ConvectedCorners, ConvectedDomain, FixedDomain, Ground, InElement, PointDomain, ReferencePoint,
-    RightStretch, Square, StretchingDomain, TurningDomain,
+    ConvectedDomain, ConvectedQuadrilateral, ElementDomain, FixedDomain, GridView, PointDomain,
+    ReferenceDomain, RightStretchDiagonal, RightStretchDomain, SquareMatrix, StretchingDomain,
 };
-use crate::{Corners, Lanes};
+use crate::{CpdiBasis, Vector4};
 
 /// The functions of [`PointDomain`] that tie a type to its variant.
-macro_rules! column {
+macro_rules! domain_column {
     ($kind:ident) => {
         #[inline(always)]
-        fn of<'a>(column: &crate::domain::DomainSlice<'a, D>) -> &'a [Self] {
+        fn typed_column<'a>(column: &crate::domain::DomainSlice<'a, D>) -> &'a [Self] {
             match column {
                 crate::domain::DomainSlice::$kind(domains) => domains,
                 _ => unreachable!("a body has domains of the kind of its sweeps"),
             }
         }
 
-        fn column(count: usize) -> crate::domain::Domains<D> {
+        fn new_column(count: usize) -> crate::domain::Domains<D> {
             crate::domain::Domains::$kind(vec![Self::default(); count])
         }
     };
 }
-pub(super) use column;
+pub(super) use domain_column;
 
-macro_rules! kinds {
+macro_rules! domain_kinds {
     ($($(#[$meta:meta])* $kind:ident: $type:ty,)+) => {
         /// The domains of the points of a body, in the order of the points.
         #[derive(Clone, Debug, PartialEq)]
@@ -67,22 +67,22 @@ macro_rules! kinds {
                 }
             }
 
-            /// Takes the numbers of [`Domains::numbers`] for `count` points; `None` where they do not fit.
-            pub fn restore(&mut self, numbers: &[f64], count: usize, right_stretch: RightStretch<D>) -> Option<()> {
+            /// Takes the numbers of [`Domains::checkpoint_numbers`] for `count` points; `None` where they do not fit.
+            pub fn restore(&mut self, numbers: &[f64], count: usize, right_stretch: RightStretchDiagonal<D>) -> Option<()> {
                 match self {
-                    $(Self::$kind(domains) => *domains = restored(numbers, count, right_stretch)?,)+
+                    $(Self::$kind(domains) => *domains = restore_domains(numbers, count, right_stretch)?,)+
                 }
                 Some(())
             }
 
             /// Whether they change in the course of a run.
             pub fn stretch(&self) -> bool {
-                match self { $(Self::$kind(_) => <$type as PointDomain<D>>::STRETCHES,)+ }
+                match self { $(Self::$kind(_) => <$type as PointDomain<D>>::DEFORMS,)+ }
             }
 
             /// Whether points look at the grid from where they were at the start.
             pub fn are_anchored(&self) -> bool {
-                match self { $(Self::$kind(_) => <$type as PointDomain<D>>::ANCHORED,)+ }
+                match self { $(Self::$kind(_) => <$type as PointDomain<D>>::REFERENCE_CONFIGURATION,)+ }
             }
 
             /// Memory of each (bytes).
@@ -129,32 +129,32 @@ macro_rules! kinds {
     };
 }
 
-kinds! {
+domain_kinds! {
     /// Domains that keep their size.
     Fixed: FixedDomain,
     /// With the diagonal of the deformation gradient.
     Stretching: StretchingDomain<D>,
     /// With the diagonal of the right stretch tensor.
-    Turning: TurningDomain<D>,
+    Turning: RightStretchDomain<D>,
     /// Parallelograms.
     Convected: ConvectedDomain<D>,
     /// Quadrilaterals.
-    Corners: ConvectedCorners,
+    Corners: ConvectedQuadrilateral,
     /// Places at the start.
-    Reference: ReferencePoint<D>,
+    Reference: ReferenceDomain<D>,
     /// Elements of a mesh.
-    Elements: InElement,
+    Elements: ElementDomain,
 }
 
-fn restored<const D: usize, P: PointDomain<D>>(
+fn restore_domains<const D: usize, P: PointDomain<D>>(
     numbers: &[f64],
     count: usize,
-    right_stretch: RightStretch<D>,
+    right_stretch: RightStretchDiagonal<D>,
 ) -> Option<Vec<P>> {
-    if numbers.len() != count * P::NUMBERS {
+    if numbers.len() != count * P::CHECKPOINT_NUMBERS {
         return None;
     }
-    Some(match P::NUMBERS {
+    Some(match P::CHECKPOINT_NUMBERS {
         0 => vec![P::default(); count],
         width => numbers.chunks(width).map(|numbers| P::from_numbers(numbers, right_stretch)).collect(),
     })
@@ -165,20 +165,24 @@ impl<const D: usize> Domains<D> {
     ///
     /// # Errors
     /// The first point that has none, with the reason.
-    pub fn start(&mut self, ground: &Ground<'_, D>, position: &[[f64; D]]) -> Result<(), (usize, String)> {
+    pub fn initialise(
+        &mut self,
+        ground: &GridView<'_, D>,
+        position: &[[f64; D]],
+    ) -> Result<(), (usize, String)> {
         each!(Self, self, domains => {
             for (p, (domain, position)) in domains.iter_mut().zip(position).enumerate() {
-                domain.start(ground, position).map_err(|reason| (p, reason))?;
+                domain.initialise(ground, position).map_err(|reason| (p, reason))?;
             }
         });
         Ok(())
     }
 
     /// Where points at `position` look at the grid from (m).
-    pub fn anchors<'a>(&self, position: &'a [[f64; D]]) -> Cow<'a, [[f64; D]]> {
+    pub fn evaluation_positions<'a>(&self, position: &'a [[f64; D]]) -> Cow<'a, [[f64; D]]> {
         if self.are_anchored() {
             each!(Self, self, domains => {
-                domains.iter().zip(position).map(|(domain, x)| domain.anchor(x)).collect()
+                domains.iter().zip(position).map(|(domain, x)| domain.evaluation_position(x)).collect()
             })
         } else {
             Cow::Borrowed(position)
@@ -191,10 +195,10 @@ impl<const D: usize> Domains<D> {
     }
 
     /// The numbers to keep in a checkpoint.
-    pub fn numbers(&self) -> Vec<f64> {
+    pub fn checkpoint_numbers(&self) -> Vec<f64> {
         let mut numbers = Vec::new();
         each!(Self, self, domains => {
-            domains.iter().for_each(|domain| PointDomain::<D>::put(*domain, &mut numbers));
+            domains.iter().for_each(|domain| PointDomain::<D>::append_numbers(*domain, &mut numbers));
         });
         numbers
     }
@@ -204,7 +208,7 @@ impl<const D: usize> DomainSlice<'_, D> {
     /// Entries, in arrays with one a cell, of the cells that points at `position` (m) are in: the numbers of the cells'
     /// lowest nodes, or of the elements.
     #[inline]
-    pub fn cells(&self, ground: &Ground<'_, D>, position: &[[f64; D]], cells: &mut [usize]) {
+    pub fn cells(&self, ground: &GridView<'_, D>, position: &[[f64; D]], cells: &mut [usize]) {
         each!(DomainSlice, self, domains => {
             for ((domain, position), cell) in domains.iter().zip(position).zip(cells) {
                 *cell = domain.cell(ground, position);
@@ -214,13 +218,13 @@ impl<const D: usize> DomainSlice<'_, D> {
 
     /// The cell of one point.
     #[inline]
-    pub fn cell(&self, point: usize, ground: &Ground<'_, D>, position: &[f64; D]) -> usize {
+    pub fn cell(&self, point: usize, ground: &GridView<'_, D>, position: &[f64; D]) -> usize {
         each!(DomainSlice, self, domains => domains[point].cell(ground, position))
     }
 
     /// Least distance between nodes around a point (m).
     #[inline(always)]
-    pub fn spacing(&self, point: usize, ground: &Ground<'_, D>) -> f64 {
+    pub fn spacing(&self, point: usize, ground: &GridView<'_, D>) -> f64 {
         match self {
             Self::Elements(domains) => domains[point].spacing(ground),
             _ => ground.grid.cell,
@@ -235,10 +239,10 @@ impl<const D: usize> DomainSlice<'_, D> {
 
     /// The first point whose domain can no longer be honoured, and why.
     #[inline]
-    pub fn first_fault(&self, initial: &[f64; D], cell: f64) -> Option<(usize, String)> {
+    pub fn first_invalid(&self, initial: &[f64; D], cell: f64) -> Option<(usize, String)> {
         each!(DomainSlice, self, domains => {
             let mut faults = domains.iter().enumerate();
-            faults.find_map(|(p, domain)| domain.fault(initial, cell).map(|reason| (p, reason)))
+            faults.find_map(|(p, domain)| domain.validity_error(initial, cell).map(|reason| (p, reason)))
         })
     }
 }
@@ -246,15 +250,19 @@ impl<const D: usize> DomainSlice<'_, D> {
 impl<const D: usize> DomainsMut<'_, D> {
     /// Whether they change with the deformation of their points.
     #[inline(always)]
-    pub fn deform(&self) -> bool {
+    pub fn are_deformable(&self) -> bool {
         !matches!(self, Self::Fixed(_))
     }
 
     /// Follow the step `f = 1 + gradient` of each (row `i`, column `j`: `∂u_i/∂x_j`).
     #[inline]
-    pub fn follow(&mut self, gradients: &[Square<D>], right_stretch: RightStretch<D>) {
+    pub fn update_deformation(
+        &mut self,
+        gradients: &[SquareMatrix<D>],
+        right_stretch: RightStretchDiagonal<D>,
+    ) {
         each!(DomainsMut, self, domains => {
-            domains.iter_mut().zip(gradients).for_each(|(domain, f)| domain.follow(f, right_stretch));
+            domains.iter_mut().zip(gradients).for_each(|(domain, f)| domain.update_deformation(f, right_stretch));
         });
     }
 
@@ -263,14 +271,14 @@ impl<const D: usize> DomainsMut<'_, D> {
     /// # Errors
     /// When there is none, as a reason.
     #[inline(always)]
-    pub fn settle(
+    pub fn relocate(
         &mut self,
         point: usize,
-        ground: &Ground<'_, D>,
+        ground: &GridView<'_, D>,
         position: &[f64; D],
     ) -> Result<(), String> {
         match self {
-            Self::Elements(domains) => domains[point].settle(ground, position),
+            Self::Elements(domains) => domains[point].relocate(ground, position),
             _ => Ok(()),
         }
     }
@@ -280,17 +288,17 @@ impl<const D: usize> DomainsMut<'_, D> {
     #[inline]
     pub fn convect(
         &mut self,
-        ground: &Ground<'_, D>,
+        ground: &GridView<'_, D>,
         position: &[[f64; D]],
         initial: &[f64; D],
         velocity: impl Fn(usize) -> [f64; D],
         dt: f64,
-        of: impl Fn(usize) -> Lanes,
+        of: impl Fn(usize) -> Vector4,
     ) {
         let Self::Corners(domains) = self else { return };
         for (p, (domain, position)) in domains.iter_mut().zip(position).enumerate() {
             domain.convect(position, initial, &velocity(p), dt, |place| {
-                let velocity = Corners::at(ground.grid, place, &of);
+                let velocity = CpdiBasis::interpolate_linear(ground.grid, place, &of);
                 std::array::from_fn(|c| velocity.as_array()[c])
             });
         }

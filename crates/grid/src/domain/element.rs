@@ -1,25 +1,25 @@
 //! Points in the elements of a mesh (sheet: mpm §3.2).
 
-use super::{Ground, PointDomain, RightStretch};
+use super::{GridView, PointDomain, RightStretchDiagonal};
 use crate::{Basis, NodeList};
 
 /// The element a point is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct InElement {
+pub struct ElementDomain {
     element: u32,
 }
 
-impl<const D: usize> PointDomain<D> for InElement {
+impl<const D: usize> PointDomain<D> for ElementDomain {
     type Support<const S: usize> = NodeList<D, S>;
 
-    const NUMBERS: usize = 1;
+    const CHECKPOINT_NUMBERS: usize = 1;
 
-    super::columns::column!(Elements);
+    super::columns::domain_column!(Elements);
 
     #[inline(always)]
     fn support<const S: usize, B: Basis<S>>(
         &self,
-        ground: &Ground<'_, D>,
+        ground: &GridView<'_, D>,
         position: &[f64; D],
         _initial: &[f64; D],
     ) -> NodeList<D, S> {
@@ -27,7 +27,7 @@ impl<const D: usize> PointDomain<D> for InElement {
     }
 
     #[inline(always)]
-    fn cell(&self, _ground: &Ground<'_, D>, _position: &[f64; D]) -> usize {
+    fn cell(&self, _ground: &GridView<'_, D>, _position: &[f64; D]) -> usize {
         self.element as usize
     }
 
@@ -37,27 +37,27 @@ impl<const D: usize> PointDomain<D> for InElement {
     }
 
     #[inline(always)]
-    fn spacing(&self, ground: &Ground<'_, D>) -> f64 {
+    fn spacing(&self, ground: &GridView<'_, D>) -> f64 {
         ground.mesh.elements()[self.element as usize].height
     }
 
-    fn start(&mut self, ground: &Ground<'_, D>, position: &[f64; D]) -> Result<(), String> {
+    fn initialise(&mut self, ground: &GridView<'_, D>, position: &[f64; D]) -> Result<(), String> {
         self.element = ground.mesh.locate(position).ok_or("it lies outside the mesh")?;
         Ok(())
     }
 
     #[inline(always)]
-    fn settle(&mut self, ground: &Ground<'_, D>, position: &[f64; D]) -> Result<(), String> {
-        let found = ground.mesh.walk(self.element, position);
+    fn relocate(&mut self, ground: &GridView<'_, D>, position: &[f64; D]) -> Result<(), String> {
+        let found = ground.mesh.locate_from(self.element, position);
         self.element = found.ok_or("it left the mesh: enlarge the mesh or add a wall on that side")?;
         Ok(())
     }
 
-    fn put(self, numbers: &mut Vec<f64>) {
+    fn append_numbers(self, numbers: &mut Vec<f64>) {
         numbers.push(f64::from(self.element));
     }
 
-    fn from_numbers(numbers: &[f64], _right_stretch: RightStretch<D>) -> Self {
+    fn from_numbers(numbers: &[f64], _right_stretch: RightStretchDiagonal<D>) -> Self {
         Self { element: numbers[0] as u32 }
     }
 }

@@ -9,23 +9,23 @@ mod stretch;
 mod tests;
 
 pub use columns::{DomainSlice, Domains, DomainsMut};
-pub use convected::{ConvectedCorners, ConvectedDomain};
-pub use element::InElement;
-pub use reference::ReferencePoint;
-pub use stretch::{StretchingDomain, TurningDomain};
+pub use convected::{ConvectedDomain, ConvectedQuadrilateral};
+pub use element::ElementDomain;
+pub use reference::ReferenceDomain;
+pub use stretch::{RightStretchDomain, StretchingDomain};
 
-use crate::{Basis, Grid, Layout, Mesh, Stencil, Support};
+use crate::{Basis, Grid, Layout, Mesh, NodeSupport, Stencil};
 
 /// A matrix of the space, row by row.
-pub type Square<const D: usize> = [[f64; D]; D];
+pub type SquareMatrix<const D: usize> = [[f64; D]; D];
 
 /// Diagonal of the right stretch tensor of a deformation gradient. The grid has no tensors; who uses domains that turn brings
 /// theirs.
-pub type RightStretch<const D: usize> = fn(&Square<D>) -> [f64; D];
+pub type RightStretchDiagonal<const D: usize> = fn(&SquareMatrix<D>) -> [f64; D];
 
 /// Where points find their nodes.
 #[derive(Clone, Copy)]
-pub struct Ground<'a, const D: usize> {
+pub struct GridView<'a, const D: usize> {
     /// The structured grid; with a mesh the box of cells around it.
     pub grid: &'a Grid<D>,
     /// The mesh; empty on a structured grid.
@@ -36,7 +36,7 @@ pub struct Ground<'a, const D: usize> {
     pub ghosts: usize,
 }
 
-impl<'a, const D: usize> Ground<'a, D> {
+impl<'a, const D: usize> GridView<'a, D> {
     /// The nodes of `layout` on a grid, or on a mesh that is not empty.
     pub fn new(grid: &'a Grid<D>, mesh: &'a Mesh<D>, layout: &Layout<D>) -> Self {
         Self { grid, mesh, strides: layout.strides(), ghosts: layout.ghosts() }
@@ -54,30 +54,30 @@ impl<'a, const D: usize> Ground<'a, D> {
 /// stands on by that.
 pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     /// The nodes of a point: `S` per axis, or `S` in all where they are no product over the axes.
-    type Support<const S: usize>: Support<D>;
+    type Support<const S: usize>: NodeSupport<D>;
 
     /// Whether it changes in the course of a run.
-    const STRETCHES: bool = true;
+    const DEFORMS: bool = true;
 
     /// Whether points look at the grid from where they were at the start (total-Lagrangian).
-    const ANCHORED: bool = false;
+    const REFERENCE_CONFIGURATION: bool = false;
 
     /// Whether corners move with the grid where they are ([`PointDomain::convect`]).
-    const CONVECTED: bool = false;
+    const CONVECTS_CORNERS: bool = false;
 
     /// Numbers to keep of each in a checkpoint.
-    const NUMBERS: usize;
+    const CHECKPOINT_NUMBERS: usize;
 
     /// The column of this type.
-    fn of<'a>(column: &DomainSlice<'a, D>) -> &'a [Self];
+    fn typed_column<'a>(column: &DomainSlice<'a, D>) -> &'a [Self];
 
     /// Such a column, of points that have not moved yet.
-    fn column(count: usize) -> Domains<D>;
+    fn new_column(count: usize) -> Domains<D>;
 
     /// The nodes of a point at `position` (m) with initial full widths `initial` (m).
     fn support<const S: usize, B: Basis<S>>(
         &self,
-        ground: &Ground<'_, D>,
+        ground: &GridView<'_, D>,
         position: &[f64; D],
         initial: &[f64; D],
     ) -> Self::Support<S>;
@@ -85,8 +85,8 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     /// Entry, in arrays with one a cell, of the cell that a point at `position` (m) is in: the number of the cell's lowest
     /// node, or of the element.
     #[inline(always)]
-    fn cell(&self, ground: &Ground<'_, D>, position: &[f64; D]) -> usize {
-        ground.lowest_node(&self.anchor(position))
+    fn cell(&self, ground: &GridView<'_, D>, position: &[f64; D]) -> usize {
+        ground.lowest_node(&self.evaluation_position(position))
     }
 
     /// Full widths (m) from the initial ones, on cells of edge `cell`.
@@ -96,19 +96,19 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     ///
     /// # Errors
     /// When there is none, as a reason.
-    fn start(&mut self, _ground: &Ground<'_, D>, _position: &[f64; D]) -> Result<(), String> {
+    fn initialise(&mut self, _ground: &GridView<'_, D>, _position: &[f64; D]) -> Result<(), String> {
         Ok(())
     }
 
     /// Where a point at `position` looks at the grid from (m).
     #[inline(always)]
-    fn anchor(&self, position: &[f64; D]) -> [f64; D] {
+    fn evaluation_position(&self, position: &[f64; D]) -> [f64; D] {
         *position
     }
 
     /// Least distance between nodes around the point (m), on which the time step depends.
     #[inline(always)]
-    fn spacing(&self, ground: &Ground<'_, D>) -> f64 {
+    fn spacing(&self, ground: &GridView<'_, D>) -> f64 {
         ground.grid.cell
     }
 
@@ -117,13 +117,13 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     /// # Errors
     /// When there is none, as a reason.
     #[inline(always)]
-    fn settle(&mut self, _ground: &Ground<'_, D>, _position: &[f64; D]) -> Result<(), String> {
+    fn relocate(&mut self, _ground: &GridView<'_, D>, _position: &[f64; D]) -> Result<(), String> {
         Ok(())
     }
 
     /// Follows the step `f = 1 + gradient` (row `i`, column `j`: `∂u_i/∂x_j`).
     #[inline(always)]
-    fn follow(&mut self, _gradient: &Square<D>, _right_stretch: RightStretch<D>) {}
+    fn update_deformation(&mut self, _gradient: &SquareMatrix<D>, _right_stretch: RightStretchDiagonal<D>) {}
 
     /// Moves the corners with the velocity that `read` finds at a place (m), in a step of `dt` (s) in which the point moves
     /// with `velocity` (m/s).
@@ -140,15 +140,15 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
 
     /// Why the domain can no longer be honoured, if so.
     #[inline(always)]
-    fn fault(&self, _initial: &[f64; D], _cell: f64) -> Option<String> {
+    fn validity_error(&self, _initial: &[f64; D], _cell: f64) -> Option<String> {
         None
     }
 
-    /// Appends the [`PointDomain::NUMBERS`] numbers to keep in a checkpoint.
-    fn put(self, numbers: &mut Vec<f64>);
+    /// Appends the [`PointDomain::CHECKPOINT_NUMBERS`] numbers to keep in a checkpoint.
+    fn append_numbers(self, numbers: &mut Vec<f64>);
 
-    /// From the numbers of [`PointDomain::put`].
-    fn from_numbers(numbers: &[f64], right_stretch: RightStretch<D>) -> Self;
+    /// From the numbers of [`PointDomain::append_numbers`].
+    fn from_numbers(numbers: &[f64], right_stretch: RightStretchDiagonal<D>) -> Self;
 }
 
 /// A domain that keeps its size (and shape functions that do not look at it).
@@ -158,15 +158,15 @@ pub struct FixedDomain;
 impl<const D: usize> PointDomain<D> for FixedDomain {
     type Support<const S: usize> = Stencil<D, S>;
 
-    const STRETCHES: bool = false;
-    const NUMBERS: usize = 0;
+    const DEFORMS: bool = false;
+    const CHECKPOINT_NUMBERS: usize = 0;
 
-    columns::column!(Fixed);
+    columns::domain_column!(Fixed);
 
     #[inline(always)]
     fn support<const S: usize, B: Basis<S>>(
         &self,
-        ground: &Ground<'_, D>,
+        ground: &GridView<'_, D>,
         position: &[f64; D],
         initial: &[f64; D],
     ) -> Stencil<D, S> {
@@ -178,20 +178,20 @@ impl<const D: usize> PointDomain<D> for FixedDomain {
         *initial
     }
 
-    fn put(self, _numbers: &mut Vec<f64>) {}
+    fn append_numbers(self, _numbers: &mut Vec<f64>) {}
 
-    fn from_numbers(_numbers: &[f64], _right_stretch: RightStretch<D>) -> Self {
+    fn from_numbers(_numbers: &[f64], _right_stretch: RightStretchDiagonal<D>) -> Self {
         Self
     }
 }
 
-fn identity<const D: usize>() -> Square<D> {
+fn identity<const D: usize>() -> SquareMatrix<D> {
     std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))
 }
 
 /// `F ← (1 + gradient) F`.
 #[inline(always)]
-fn follow<const D: usize>(deformation: &mut Square<D>, gradient: &Square<D>) {
+fn update_deformation<const D: usize>(deformation: &mut SquareMatrix<D>, gradient: &SquareMatrix<D>) {
     let old = *deformation;
     for i in 0..D {
         for j in 0..D {
@@ -200,7 +200,7 @@ fn follow<const D: usize>(deformation: &mut Square<D>, gradient: &Square<D>) {
     }
 }
 
-fn from_numbers<const D: usize>(numbers: &[f64]) -> Square<D> {
+fn from_numbers<const D: usize>(numbers: &[f64]) -> SquareMatrix<D> {
     let mut square = [[0.0; D]; D];
     square.as_flattened_mut().copy_from_slice(numbers);
     square

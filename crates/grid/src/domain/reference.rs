@@ -1,39 +1,41 @@
 //! Points of the total-Lagrangian form (sheet: mpm §2.5g).
 
-use super::{Ground, PointDomain, RightStretch, Square, follow, from_numbers, identity};
-use crate::{Basis, Pulled, Stencil};
+use super::{
+    GridView, PointDomain, RightStretchDiagonal, SquareMatrix, from_numbers, identity, update_deformation,
+};
+use crate::{Basis, ReferenceStencil, Stencil};
 
 /// A point that looks at the grid from where it was at the start (total-Lagrangian MPM).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReferencePoint<const D: usize> {
+pub struct ReferenceDomain<const D: usize> {
     start: [f64; D],
-    deformation: Square<D>,
+    deformation: SquareMatrix<D>,
 }
 
-impl<const D: usize> Default for ReferencePoint<D> {
+impl<const D: usize> Default for ReferenceDomain<D> {
     fn default() -> Self {
         Self { start: [0.0; D], deformation: identity() }
     }
 }
 
-impl<const D: usize> PointDomain<D> for ReferencePoint<D> {
-    type Support<const S: usize> = Pulled<D, S>;
+impl<const D: usize> PointDomain<D> for ReferenceDomain<D> {
+    type Support<const S: usize> = ReferenceStencil<D, S>;
 
-    const NUMBERS: usize = D + D * D;
+    const CHECKPOINT_NUMBERS: usize = D + D * D;
 
-    super::columns::column!(Reference);
+    super::columns::domain_column!(Reference);
 
-    const ANCHORED: bool = true;
+    const REFERENCE_CONFIGURATION: bool = true;
 
     #[inline(always)]
     fn support<const S: usize, B: Basis<S>>(
         &self,
-        ground: &Ground<'_, D>,
+        ground: &GridView<'_, D>,
         _position: &[f64; D],
         initial: &[f64; D],
-    ) -> Pulled<D, S> {
+    ) -> ReferenceStencil<D, S> {
         let reference = Stencil::new::<B>(ground.grid, &self.start, initial);
-        Pulled { reference, inverse: inverse(&self.deformation) }
+        ReferenceStencil { reference, inverse: inverse(&self.deformation) }
     }
 
     #[inline(always)]
@@ -41,34 +43,34 @@ impl<const D: usize> PointDomain<D> for ReferencePoint<D> {
         *initial
     }
 
-    fn start(&mut self, _ground: &Ground<'_, D>, position: &[f64; D]) -> Result<(), String> {
+    fn initialise(&mut self, _ground: &GridView<'_, D>, position: &[f64; D]) -> Result<(), String> {
         self.start = *position;
         Ok(())
     }
 
     #[inline(always)]
-    fn anchor(&self, _position: &[f64; D]) -> [f64; D] {
+    fn evaluation_position(&self, _position: &[f64; D]) -> [f64; D] {
         self.start
     }
 
     #[inline(always)]
-    fn follow(&mut self, gradient: &Square<D>, _right_stretch: RightStretch<D>) {
-        follow(&mut self.deformation, gradient);
+    fn update_deformation(&mut self, gradient: &SquareMatrix<D>, _right_stretch: RightStretchDiagonal<D>) {
+        update_deformation(&mut self.deformation, gradient);
     }
 
-    fn put(self, numbers: &mut Vec<f64>) {
+    fn append_numbers(self, numbers: &mut Vec<f64>) {
         numbers.extend(self.start);
         numbers.extend(self.deformation.as_flattened());
     }
 
-    fn from_numbers(numbers: &[f64], _right_stretch: RightStretch<D>) -> Self {
+    fn from_numbers(numbers: &[f64], _right_stretch: RightStretchDiagonal<D>) -> Self {
         let (start, deformation) = numbers.split_at(D);
         Self { start: std::array::from_fn(|c| start[c]), deformation: from_numbers(deformation) }
     }
 }
 
 #[inline(always)]
-pub(super) fn inverse<const D: usize>(f: &Square<D>) -> Square<D> {
+pub(super) fn inverse<const D: usize>(f: &SquareMatrix<D>) -> SquareMatrix<D> {
     let mut adjugate = [[0.0; D]; D];
     for i in 0..D {
         for j in 0..D {

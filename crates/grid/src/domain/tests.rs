@@ -1,34 +1,34 @@
 //! Domains that stand on other nodes than a product of one basis per axis.
 
-use super::convected::{ConvectedCorners, ConvectedDomain};
+use super::convected::{ConvectedDomain, ConvectedQuadrilateral};
 use super::reference::inverse;
 use super::*;
-use crate::{Linear, Mesh};
+use crate::{LinearBasis, Mesh};
 
 /// For domains that do not ask for it.
-fn none<const D: usize>(_deformation: &Square<D>) -> [f64; D] {
+fn none<const D: usize>(_deformation: &SquareMatrix<D>) -> [f64; D] {
     [f64::NAN; D]
 }
 
 fn numbers<const D: usize>(domain: impl PointDomain<D>) -> Vec<f64> {
     let mut numbers = Vec::new();
-    domain.put(&mut numbers);
+    domain.append_numbers(&mut numbers);
     numbers
 }
 
 #[test]
 fn corners_follow_the_deformation() {
     let mut domain = ConvectedDomain::<2>::default();
-    domain.follow(&[[0.0, 1.5], [0.0, 0.0]], none);
+    domain.update_deformation(&[[0.0, 1.5], [0.0, 0.0]], none);
     let edges = domain.edges(&[0.2, 0.4]);
     let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
     assert!(apart(edges[0], [0.1, 0.0]) < 1e-15 && apart(edges[1], [0.3, 0.2]) < 1e-15, "{edges:?}");
     assert!(apart(domain.extent(&[0.2, 0.4], 1.0), [0.8, 0.4]) < 1e-15);
-    assert!(domain.fault(&[0.2, 0.4], 0.21).is_none());
-    let fault = domain.fault(&[0.2, 0.4], 0.19).unwrap();
+    assert!(domain.validity_error(&[0.2, 0.4], 0.21).is_none());
+    let fault = domain.validity_error(&[0.2, 0.4], 0.19).unwrap();
     assert!(fault.contains("4.211 cells wide"), "{fault}");
-    domain.follow(&[[f64::NAN, 0.0], [0.0, 0.0]], none);
-    assert!(domain.fault(&[0.2, 0.4], 1.0).is_some());
+    domain.update_deformation(&[[f64::NAN, 0.0], [0.0, 0.0]], none);
+    assert!(domain.validity_error(&[0.2, 0.4], 1.0).is_some());
 }
 
 #[test]
@@ -36,21 +36,22 @@ fn corners_move_with_the_field_where_they_are() {
     // In a linear field they do what the deformation gradient does.
     let (initial, place, dt) = ([0.2, 0.4], [0.3, 0.7], 1.0);
     let field = |x: &[f64; 2]| [0.3 + 0.5 * x[0] - 0.2 * x[1], -0.1 + 0.7 * x[0] + 0.1 * x[1]];
-    let (mut free, mut convected) = (ConvectedCorners::default(), ConvectedDomain::<2>::default());
+    let (mut free, mut convected) = (ConvectedQuadrilateral::default(), ConvectedDomain::<2>::default());
     free.convect(&place, &initial, &field(&place), dt, field);
-    convected.follow(&[[0.5, -0.2], [0.7, 0.1]], none);
+    convected.update_deformation(&[[0.5, -0.2], [0.7, 0.1]], none);
     let edges = convected.edges(&initial);
-    for (arm, [s, t]) in free.arms(&initial).iter().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    for (arm, [s, t]) in
+        free.corner_vectors(&initial).iter().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     {
         assert!((0..2).all(|c| (arm[c] - s * edges[0][c] - t * edges[1][c]).abs() < 1e-15), "{arm:?}");
     }
-    assert!(free.fault(&initial, 0.2).is_none());
-    assert!(free.fault(&initial, 0.1).unwrap().contains("cells from it"));
-    assert_eq!(<ConvectedCorners as PointDomain<2>>::from_numbers(&numbers::<2>(free), none), free);
+    assert!(free.validity_error(&initial, 0.2).is_none());
+    assert!(free.validity_error(&initial, 0.1).unwrap().contains("cells from it"));
+    assert_eq!(<ConvectedQuadrilateral as PointDomain<2>>::from_numbers(&numbers::<2>(free), none), free);
     let inward = |x: &[f64; 2]| if x[0] > 0.35 && x[1] > 0.8 { [-0.2, -0.4] } else { [0.0; 2] };
-    let mut bent = ConvectedCorners::default();
+    let mut bent = ConvectedQuadrilateral::default();
     bent.convect(&place, &initial, &[0.0; 2], 1.0, inward);
-    assert!(bent.fault(&initial, 1.0).unwrap().contains("convex"));
+    assert!(bent.validity_error(&initial, 1.0).unwrap().contains("convex"));
 }
 
 #[test]
@@ -72,13 +73,13 @@ fn gradients_of_the_reference_are_by_the_current_place() {
     // Nodes carried by x = F X make the gradient of place one.
     let grid = Grid::new([0.0; 2], [1.0; 2], 0.25).unwrap();
     let mesh = Mesh::default();
-    let ground = Ground { grid: &grid, mesh: &mesh, strides: [5, 1], ghosts: 0 };
+    let ground = GridView { grid: &grid, mesh: &mesh, strides: [5, 1], ghosts: 0 };
     let f = [[1.3, 0.4], [-0.2, 0.8]];
-    let mut point = ReferencePoint::<2>::default();
-    point.start(&ground, &[0.37, 0.61]).unwrap();
-    point.follow(&[[f[0][0] - 1.0, f[0][1]], [f[1][0], f[1][1] - 1.0]], none);
+    let mut point = ReferenceDomain::<2>::default();
+    point.initialise(&ground, &[0.37, 0.61]).unwrap();
+    point.update_deformation(&[[f[0][0] - 1.0, f[0][1]], [f[1][0], f[1][1] - 1.0]], none);
     let mut unit = [[0.0; 2]; 2];
-    point.support::<2, Linear>(&ground, &[9.0, 9.0], &[0.1; 2]).for_each(&[5, 1], |number, _, g| {
+    point.support::<2, LinearBasis>(&ground, &[9.0, 9.0], &[0.1; 2]).for_each(&[5, 1], |number, _, g| {
         let node = [0.25 * (number / 5) as f64, 0.25 * (number % 5) as f64];
         for i in 0..2 {
             for j in 0..2 {
@@ -91,6 +92,6 @@ fn gradients_of_the_reference_are_by_the_current_place() {
             assert!((unit[i][j] - if i == j { 1.0 } else { 0.0 }).abs() < 1e-13, "{unit:?}");
         }
     }
-    let again = ReferencePoint::<2>::from_numbers(&numbers::<2>(point), none);
+    let again = ReferenceDomain::<2>::from_numbers(&numbers::<2>(point), none);
     assert_eq!(again, point);
 }

@@ -12,11 +12,11 @@ pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> V
     };
     let cells: usize = grid.cells.iter().product();
     let keyed = positions.par_iter().enumerate().with_min_len(1024).map(|(i, x)| (key(x), i as u32));
-    in_order(keyed.collect(), cells)
+    counting_sort(keyed.collect(), cells)
 }
 
 /// The numbers of points in order of their cells, of which there are `cells`.
-fn in_order(mut keys: Vec<(usize, u32)>, cells: usize) -> Vec<u32> {
+fn counting_sort(mut keys: Vec<(usize, u32)>, cells: usize) -> Vec<u32> {
     if cells > 32 * keys.len() {
         keys.par_sort_unstable();
         return keys.into_iter().map(|(_, i)| i).collect();

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use thiserror::Error;
 
-use super::{Around, Bins, CORNERS, Element, Mesh, NONE, norm};
+use super::{CORNERS, Element, ElementBins, Mesh, NO_ELEMENT, NodeElements, norm};
 use crate::Grid;
 
 /// Why a mesh cannot be used.
@@ -82,15 +82,15 @@ impl<const D: usize> Mesh<D> {
                 return Err(MeshError::UnknownNode { element: number, node, nodes: nodes.len() });
             }
         }
-        let (order, number_of) = numbering(nodes, elements);
+        let (order, number_of) = renumber_nodes(nodes, elements);
         let nodes: Vec<[f64; D]> = order.iter().map(|&old| nodes[old]).collect();
         check_nodes(&nodes, &order)?;
         let mut built = Vec::with_capacity(elements.len());
         for number in along_first_axis(elements, &number_of) {
             built.push(element(&nodes, elements[number].iter().map(|old| number_of[old]), number)?);
         }
-        join(&mut built, &nodes)?;
-        let around = Around::of(&built, nodes.len());
+        link_neighbours(&mut built, &nodes)?;
+        let around = NodeElements::from_elements(&built, nodes.len());
         let groups = groups.iter().map(|(name, members)| {
             let mut members: Vec<u32> =
                 members.iter().filter_map(|old| number_of.get(old).copied()).collect();
@@ -98,7 +98,8 @@ impl<const D: usize> Mesh<D> {
             members.dedup();
             (name.clone(), members)
         });
-        let mut mesh = Self { groups: groups.collect(), nodes, elements: built, around, bins: None };
+        let mut mesh =
+            Self { groups: groups.collect(), nodes, elements: built, node_elements: around, bins: None };
         mesh.bins = Some(mesh.make_bins());
         Ok(mesh)
     }
@@ -125,7 +126,7 @@ impl<const D: usize> Mesh<D> {
         let nodes: Vec<[f64; D]> = every(counts).map(place).collect();
         let mut elements = Vec::new();
         for cell in every(grid.cells) {
-            for (axes, even) in orders::<D>() {
+            for (axes, even) in axis_permutations::<D>() {
                 let mut corner = cell;
                 let mut corners = vec![number(&corner)];
                 for axis in axes {
@@ -141,7 +142,7 @@ impl<const D: usize> Mesh<D> {
         Self::new(&nodes, &elements, &BTreeMap::new())
     }
 
-    fn make_bins(&self) -> Bins<D> {
+    fn make_bins(&self) -> ElementBins<D> {
         let ends = |nodes: &mut dyn Iterator<Item = [f64; D]>| {
             let start = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
             nodes.fold(start, |(low, high), x| {
@@ -177,12 +178,12 @@ impl<const D: usize> Mesh<D> {
         for list in &members {
             starts.push(starts[starts.len() - 1] + list.len() as u32);
         }
-        Bins { grid, starts, elements: members.concat() }
+        ElementBins { grid, starts, elements: members.concat() }
     }
 }
 
 /// The orders of `D` axes, and whether each is even.
-fn orders<const D: usize>() -> Vec<([usize; D], bool)> {
+fn axis_permutations<const D: usize>() -> Vec<([usize; D], bool)> {
     let mut all = vec![(std::array::from_fn(|a| a), true)];
     for place in 0..D {
         for (order, even) in all.clone() {
@@ -197,7 +198,7 @@ fn orders<const D: usize>() -> Vec<([usize; D], bool)> {
 }
 
 /// The nodes that elements have, in order of their coordinates, and the new number of each.
-fn numbering<const D: usize>(
+fn renumber_nodes<const D: usize>(
     nodes: &[[f64; D]],
     elements: &[Vec<usize>],
 ) -> (Vec<usize>, HashMap<usize, u32>) {
@@ -220,9 +221,9 @@ fn along_first_axis(elements: &[Vec<usize>], number_of: &HashMap<usize, u32>) ->
     order
 }
 
-impl Around {
+impl NodeElements {
     /// The elements around each of `nodes` nodes.
-    fn of<const D: usize>(elements: &[Element<D>], nodes: usize) -> Self {
+    fn from_elements<const D: usize>(elements: &[Element<D>], nodes: usize) -> Self {
         let corners =
             || (0..).zip(elements).flat_map(|(e, element)| element.nodes[..=D].iter().map(move |&n| (e, n)));
         let mut starts = vec![0; nodes + 1];
@@ -283,7 +284,7 @@ fn element<const D: usize>(
         values[k] = origin - (0..D).map(|c| gradients[k][c] * at(0)[c]).sum::<f64>();
     }
     let height = gradients[..=D].iter().map(|g| 1.0 / norm(g)).fold(f64::INFINITY, f64::min);
-    Ok(Element { nodes, values, gradients, neighbours: [NONE; CORNERS], volume, height })
+    Ok(Element { nodes, values, gradients, neighbours: [NO_ELEMENT; CORNERS], volume, height })
 }
 
 /// Centre of an element with its corners at `at` (m).
@@ -308,11 +309,14 @@ fn invert<const D: usize>(edge: impl Fn(usize, usize) -> f64) -> (f64, [[f64; D]
 }
 
 /// Finds the elements across all facets.
-fn join<const D: usize>(elements: &mut [Element<D>], places: &[[f64; D]]) -> Result<(), MeshError> {
+fn link_neighbours<const D: usize>(
+    elements: &mut [Element<D>],
+    places: &[[f64; D]],
+) -> Result<(), MeshError> {
     let mut open: HashMap<[u32; CORNERS], (usize, usize, bool)> = HashMap::new();
     for number in 0..elements.len() {
         for opposite in 0..=D {
-            let mut key = [NONE; CORNERS];
+            let mut key = [NO_ELEMENT; CORNERS];
             let nodes = elements[number].nodes;
             (0..=D).filter(|&k| k != opposite).zip(&mut key).for_each(|(k, node)| *node = nodes[k]);
             key.sort_unstable();

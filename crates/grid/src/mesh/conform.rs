@@ -2,31 +2,31 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::{Mesh, NONE, lowest};
+use super::{Mesh, NO_ELEMENT, lowest_entry};
 
 /// Share of its heights by which a place beside an element still lies on it. Nodes of elements that are less flat than that are farther
 /// apart, and round-off of the coordinates of a text is less.
-const SLACK: f64 = 1e-5;
+const INSIDE_TOLERANCE: f64 = 1e-5;
 
 /// Something that lies in an element, or on one of its facets, where a conforming mesh has nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Clash<const D: usize> {
-    pub what: Clashing,
+pub(crate) struct Nonconformity<const D: usize> {
+    pub kind: NonconformityKind,
     /// Where it lies (m).
-    pub place: [f64; D],
+    pub position: [f64; D],
     /// The element that it lies in.
-    pub within: u32,
+    pub element: u32,
     /// Whether it lies inside rather than on a facet.
     pub is_inside: bool,
 }
 
 /// Node, centre of an element, or centre of a facet that lies in an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Clashing {
+pub(crate) enum NonconformityKind {
     /// A node that is no corner of the element.
     Node(u32),
     /// A node that lies on a corner of the element, and that corner.
-    Twin(u32, u32),
+    CoincidentNode(u32, u32),
     /// The centre of another element.
     Centre(u32),
     /// The centre of a facet that another element has alone.
@@ -35,12 +35,12 @@ pub(crate) enum Clashing {
 
 /// The elements by the cells that they reach into. Cells are as large as the elements in them, to a factor of two, in as many levels as
 /// there are such sizes.
-struct Cells<const D: usize> {
+struct ElementCells<const D: usize> {
     levels: BTreeSet<i32>,
     members: HashMap<(i32, [i64; D]), Vec<u32>>,
 }
 
-impl<const D: usize> Cells<D> {
+impl<const D: usize> ElementCells<D> {
     fn new(mesh: &Mesh<D>) -> Self {
         let mut cells = Self { levels: BTreeSet::new(), members: HashMap::new() };
         for (number, element) in (0..).zip(mesh.elements()) {
@@ -51,7 +51,7 @@ impl<const D: usize> Cells<D> {
                 std::array::from_fn(|c| corners().map(|x| x[c]).fold(f64::NEG_INFINITY, f64::max));
             let width = (0..D).map(|c| high[c] - low[c]).fold(0.0, f64::max);
             let level = width.log2().ceil() as i32;
-            let margin = 2.0 * SLACK * width;
+            let margin = 2.0 * INSIDE_TOLERANCE * width;
             let first = Self::cell(level, &low.map(|c| c - margin));
             let last = Self::cell(level, &high.map(|c| c + margin));
             cells.levels.insert(level);
@@ -80,7 +80,7 @@ impl<const D: usize> Cells<D> {
     }
 
     /// Elements that may hold a place.
-    fn around(&self, place: &[f64; D]) -> impl Iterator<Item = u32> {
+    fn candidates(&self, place: &[f64; D]) -> impl Iterator<Item = u32> {
         let list = |level: &i32| self.members.get(&(*level, Self::cell(*level, place)));
         self.levels.iter().filter_map(list).flatten().copied()
     }
@@ -88,35 +88,38 @@ impl<const D: usize> Cells<D> {
 
 impl<const D: usize> Mesh<D> {
     /// The first place where the mesh does not conform.
-    pub(crate) fn clash(&self) -> Option<Clash<D>> {
-        let cells = Cells::new(self);
+    pub(crate) fn first_nonconformity(&self) -> Option<Nonconformity<D>> {
+        let cells = ElementCells::new(self);
         let within = |place: &[f64; D], but: &dyn Fn(u32) -> bool| {
-            let holds = |e: &u32| !but(*e) && lowest::<D>(&self.barycentric(*e, place)).1 >= -SLACK;
-            cells.around(place).find(holds)
+            let holds =
+                |e: &u32| !but(*e) && lowest_entry::<D>(&self.barycentric(*e, place)).1 >= -INSIDE_TOLERANCE;
+            cells.candidates(place).find(holds)
         };
-        let clash = |what: Clashing, place: [f64; D], within: u32| {
-            let is_inside = lowest::<D>(&self.barycentric(within, &place)).1 > SLACK;
-            Clash { what, place, within, is_inside }
+        let clash = |what: NonconformityKind, place: [f64; D], within: u32| {
+            let is_inside = lowest_entry::<D>(&self.barycentric(within, &place)).1 > INSIDE_TOLERANCE;
+            Nonconformity { kind: what, position: place, element: within, is_inside }
         };
         let of_node = |node: u32| {
             let place = self.nodes()[node as usize];
             let corners = |e: u32| &self.elements()[e as usize].nodes[..=D];
             let found = within(&place, &|e| corners(e).contains(&node))?;
             let shares = self.barycentric(found, &place);
-            let twin = corners(found).iter().zip(shares).find(|(_, share)| *share > 1.0 - SLACK);
-            let what = twin.map_or(Clashing::Node(node), |(corner, _)| Clashing::Twin(node, *corner));
+            let twin = corners(found).iter().zip(shares).find(|(_, share)| *share > 1.0 - INSIDE_TOLERANCE);
+            let what = twin.map_or(NonconformityKind::Node(node), |(corner, _)| {
+                NonconformityKind::CoincidentNode(node, *corner)
+            });
             Some(clash(what, place, found))
         };
         let of_centre = |element: u32| {
-            let place = self.place(element, &[1.0 / (D as f64 + 1.0); 4][..=D]);
-            Some(clash(Clashing::Centre(element), place, within(&place, &|e| e == element)?))
+            let place = self.position(element, &[1.0 / (D as f64 + 1.0); 4][..=D]);
+            Some(clash(NonconformityKind::Centre(element), place, within(&place, &|e| e == element)?))
         };
         let of_facets = |element: u32| {
-            (0..=D).filter(|k| self.elements()[element as usize].neighbours[*k] == NONE).find_map(|k| {
+            (0..=D).filter(|k| self.elements()[element as usize].neighbours[*k] == NO_ELEMENT).find_map(|k| {
                 let mut shares = [1.0 / D as f64; 4];
                 shares[k] = 0.0;
-                let place = self.place(element, &shares[..=D]);
-                Some(clash(Clashing::Facet(element), place, within(&place, &|e| e == element)?))
+                let place = self.position(element, &shares[..=D]);
+                Some(clash(NonconformityKind::Facet(element), place, within(&place, &|e| e == element)?))
             })
         };
         let all = || 0..self.elements().len() as u32;
@@ -132,16 +135,16 @@ mod tests {
     use super::*;
     use crate::Grid;
 
-    fn clash<const D: usize>(nodes: &[[f64; D]], elements: &[Vec<usize>]) -> Option<Clash<D>> {
-        Mesh::new(nodes, elements, &BTreeMap::new()).unwrap().clash()
+    fn clash<const D: usize>(nodes: &[[f64; D]], elements: &[Vec<usize>]) -> Option<Nonconformity<D>> {
+        Mesh::new(nodes, elements, &BTreeMap::new()).unwrap().first_nonconformity()
     }
 
     #[test]
     fn meshes_of_grids_conform_and_graded_ones_too() {
         let flat = Mesh::of_grid(&Grid { origin: [1e5, -3.0], cell: 0.3, cells: [30, 20] }).unwrap();
-        assert_eq!(flat.clash(), None);
+        assert_eq!(flat.first_nonconformity(), None);
         let solid = Mesh::of_grid(&Grid { origin: [0.1; 3], cell: 0.7, cells: [6, 5, 4] }).unwrap();
-        assert_eq!(solid.clash(), None);
+        assert_eq!(solid.first_nonconformity(), None);
         // A fan whose triangles become half as large in each step.
         let mut nodes = vec![[0.0, 0.0]];
         nodes.extend((0..20).map(|k| [0.5f64.powi(k), 0.0]));
@@ -156,22 +159,22 @@ mod tests {
         // A square of two triangles with half a square at its right side, whose node 4 hangs.
         let nodes = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.5], [2.0, 0.0]];
         let found = clash(&nodes, &[vec![0, 1, 2], vec![0, 2, 3], vec![1, 5, 4]]).unwrap();
-        assert!(matches!(found.what, Clashing::Node(_)) && !found.is_inside, "{found:?}");
-        assert_eq!(found.place, [1.0, 0.5]);
+        assert!(matches!(found.kind, NonconformityKind::Node(_)) && !found.is_inside, "{found:?}");
+        assert_eq!(found.position, [1.0, 0.5]);
     }
 
     #[test]
     fn nodes_at_one_place_and_elements_over_others_clash() {
         let twin = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0 + 1e-9, 0.0], [1.0, 1.0]];
         let found = clash(&twin, &[vec![0, 1, 2], vec![3, 4, 2]]).unwrap();
-        assert!(matches!(found.what, Clashing::Twin(..)), "{found:?}");
+        assert!(matches!(found.kind, NonconformityKind::CoincidentNode(..)), "{found:?}");
         let over = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0], [1.0, 1.0], [1.5, 1.0], [1.0, 1.5]];
         let found = clash(&over, &[vec![0, 1, 2], vec![3, 4, 5]]).unwrap();
-        assert!(matches!(found.what, Clashing::Node(_)) && found.is_inside, "{found:?}");
+        assert!(matches!(found.kind, NonconformityKind::Node(_)) && found.is_inside, "{found:?}");
         // A star of two triangles, with no corner of either in the other.
         let star = [[0.0, 0.0], [6.0, 0.0], [3.0, 5.0], [3.0, -2.0], [6.0, 3.5], [0.0, 3.5]];
         let found = clash(&star, &[vec![0, 1, 2], vec![3, 4, 5]]).unwrap();
-        assert!(matches!(found.what, Clashing::Centre(_)), "{found:?}");
+        assert!(matches!(found.kind, NonconformityKind::Centre(_)), "{found:?}");
     }
 
     #[test]
@@ -207,6 +210,6 @@ mod tests {
         let same = turned([left.clone(), right([0, 1, 2], [0, 2, 3])].concat());
         assert_eq!(clash(&nodes, &same), None);
         let other = turned([left, right([1, 2, 3], [1, 3, 0])].concat());
-        assert!(matches!(clash(&nodes, &other).unwrap().what, Clashing::Facet(_)));
+        assert!(matches!(clash(&nodes, &other).unwrap().kind, NonconformityKind::Facet(_)));
     }
 }

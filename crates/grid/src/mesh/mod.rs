@@ -10,22 +10,22 @@ use std::collections::BTreeMap;
 use crate::{Basis, Grid, NodeList};
 
 pub use build::MeshError;
-pub(crate) use conform::{Clash, Clashing};
+pub(crate) use conform::{Nonconformity, NonconformityKind};
 
 /// No element: what lies across a facet on the boundary.
-const NONE: u32 = u32::MAX;
+const NO_ELEMENT: u32 = u32::MAX;
 /// How far below zero a barycentric coordinate of a point of an element may lie.
-const TOLERANCE: f64 = 1e-10;
+const BARYCENTRIC_TOLERANCE: f64 = 1e-10;
 /// Elements a search walks through before it starts again from the bins.
-const HOPS: usize = 50;
+const MAX_WALK_STEPS: usize = 50;
 /// Corners of an element, at most.
 const CORNERS: usize = 4;
 
 /// Marks the shape functions of a mesh, which has no axes: `S` nodes a point, `D + 1` of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Simplex;
+pub struct SimplexBasis;
 
-impl<const S: usize> Basis<S> for Simplex {
+impl<const S: usize> Basis<S> for SimplexBasis {
     const NAME: &'static str = "mesh";
     const GHOSTS: usize = 0;
     const BELOW: usize = 1;
@@ -67,20 +67,20 @@ pub struct Mesh<const D: usize> {
     nodes: Vec<[f64; D]>,
     elements: Vec<Element<D>>,
     groups: BTreeMap<String, Vec<u32>>,
-    around: Around,
+    node_elements: NodeElements,
     /// Cells of the size of the largest element, and the elements that reach into each.
-    bins: Option<Bins<D>>,
+    bins: Option<ElementBins<D>>,
 }
 
 /// The elements around the nodes: those of node `n` are the members from `starts[n]` to `starts[n + 1]`.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Around {
+struct NodeElements {
     starts: Vec<u32>,
     elements: Vec<u32>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Bins<const D: usize> {
+struct ElementBins<const D: usize> {
     grid: Grid<D>,
     starts: Vec<u32>,
     elements: Vec<u32>,
@@ -108,14 +108,14 @@ impl<const D: usize> Mesh<D> {
     /// The elements that have a node.
     #[inline]
     pub fn elements_around(&self, node: u32) -> &[u32] {
-        let Around { starts, elements } = &self.around;
+        let NodeElements { starts, elements } = &self.node_elements;
         &elements[starts[node as usize] as usize..starts[node as usize + 1] as usize]
     }
 
     /// The elements across the facets of one; none across a facet on the boundary of the mesh.
     pub fn neighbours(&self, element: u32) -> impl Iterator<Item = u32> {
         let across = self.elements[element as usize].neighbours;
-        across.into_iter().take(D + 1).filter(|&other| other != NONE)
+        across.into_iter().take(D + 1).filter(|&other| other != NO_ELEMENT)
     }
 
     /// The nodes of a group.
@@ -165,7 +165,7 @@ impl<const D: usize> Mesh<D> {
         let mut list = NodeList::EMPTY;
         for k in 0..N {
             list.nodes[k] = e.nodes[k];
-            list.places[k] = self.nodes[e.nodes[k] as usize];
+            list.positions[k] = self.nodes[e.nodes[k] as usize];
             list.weights[k] = weights[k];
             list.gradients[k] = e.gradients[k];
         }
@@ -173,7 +173,7 @@ impl<const D: usize> Mesh<D> {
     }
 
     /// Position with barycentric coordinates `local` in an element.
-    pub fn place(&self, element: u32, local: &[f64]) -> [f64; D] {
+    pub fn position(&self, element: u32, local: &[f64]) -> [f64; D] {
         let nodes = self.elements[element as usize].nodes;
         std::array::from_fn(|c| {
             local.iter().zip(nodes).map(|(share, node)| share * self.nodes[node as usize][c]).sum()
@@ -194,21 +194,21 @@ impl<const D: usize> Mesh<D> {
         bins.elements[range]
             .iter()
             .copied()
-            .find(|&e| lowest::<D>(&self.barycentric(e, position)).1 >= -TOLERANCE)
+            .find(|&e| lowest_entry::<D>(&self.barycentric(e, position)).1 >= -BARYCENTRIC_TOLERANCE)
     }
 
     /// The element that holds `position`, searched from `start`: through the facet that the position lies farthest
     /// beyond, until there is none.
     #[inline]
-    pub fn walk(&self, start: u32, position: &[f64; D]) -> Option<u32> {
+    pub fn locate_from(&self, start: u32, position: &[f64; D]) -> Option<u32> {
         let mut element = start;
-        for _ in 0..HOPS {
-            let (facet, least) = lowest::<D>(&self.barycentric(element, position));
-            if least >= -TOLERANCE {
+        for _ in 0..MAX_WALK_STEPS {
+            let (facet, least) = lowest_entry::<D>(&self.barycentric(element, position));
+            if least >= -BARYCENTRIC_TOLERANCE {
                 return Some(element);
             }
             element = self.elements[element as usize].neighbours[facet];
-            if element == NONE {
+            if element == NO_ELEMENT {
                 break;
             }
         }
@@ -223,7 +223,7 @@ impl<const D: usize> Mesh<D> {
         let all = (0..self.elements.len() as u32).flat_map(|e| (0..=D).map(move |k| (e, k)));
         all.filter(move |&(e, k)| {
             let across = self.elements[e as usize].neighbours[k];
-            inside(e) && (across == NONE || !inside(across))
+            inside(e) && (across == NO_ELEMENT || !inside(across))
         })
     }
 
@@ -246,7 +246,7 @@ fn norm<const D: usize>(vector: &[f64; D]) -> f64 {
 
 /// Index and value of the lowest of the first `D + 1` numbers.
 #[inline(always)]
-fn lowest<const D: usize>(values: &[f64; CORNERS]) -> (usize, f64) {
+fn lowest_entry<const D: usize>(values: &[f64; CORNERS]) -> (usize, f64) {
     let mut least = (0, values[0]);
     for k in 1..=D {
         if values[k] < least.1 {

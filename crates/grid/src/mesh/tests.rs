@@ -55,9 +55,9 @@ proptest! {
     #[test]
     fn a_walk_ends_where_the_bins_say(start in 0u32..162, x in proptest::array::uniform3(-1.0..0.5f64)) {
         let mesh = cut([3, 3, 3]);
-        let found = mesh.walk(start, &x).unwrap();
-        prop_assert!(lowest::<3>(&mesh.barycentric(found, &x)).1 >= -TOLERANCE);
-        prop_assert_eq!(mesh.walk(start, &[x[0] + 2.0, x[1], x[2]]), None);
+        let found = mesh.locate_from(start, &x).unwrap();
+        prop_assert!(lowest_entry::<3>(&mesh.barycentric(found, &x)).1 >= -BARYCENTRIC_TOLERANCE);
+        prop_assert_eq!(mesh.locate_from(start, &[x[0] + 2.0, x[1], x[2]]), None);
     }
 }
 

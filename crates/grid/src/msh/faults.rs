@@ -1,31 +1,31 @@
 //! Faults of a mesh, by the numbers that nodes and elements have in the file.
 
-use super::source::Source;
-use super::{Content, MshError};
-use crate::mesh::{Clash, Clashing};
+use super::source::MshReader;
+use super::{MshContent, MshError};
+use crate::mesh::{Nonconformity, NonconformityKind};
 use crate::{Mesh, MeshError};
 
 /// Cure of a mesh that does not conform.
-const CURE: &str = "join the parts before they are meshed, so that they share the nodes where they meet (in Gmsh with “BooleanFragments” or \
+const MERGE_ADVICE: &str = "join the parts before they are meshed, so that they share the nodes where they meet (in Gmsh with “BooleanFragments” or \
                     “Coherence”)";
 
 /// Two nodes at one place.
-fn unmerged(first: usize, second: usize, place: &[f64]) -> String {
+fn coincident_nodes_error(first: usize, second: usize, place: &[f64]) -> String {
     format!(
-        "the nodes {first} and {second} lie at one place, {place:?} m, and are not merged: merge them (in Gmsh with “Coherence Mesh”), or {CURE}"
+        "the nodes {first} and {second} lie at one place, {place:?} m, and are not merged: merge them (in Gmsh with “Coherence Mesh”), or {MERGE_ADVICE}"
     )
 }
 
-impl Content {
+impl MshContent {
     /// The fault of a node that lies off the plane.
-    pub(super) fn off_the_plane(&self, node: usize, source: &Source<'_>) -> MshError {
-        let ((tag, at), place) = (self.tags[node], self.places[node]);
-        let cure = if self.places.iter().all(|x| x[1] == self.places[0][1]) {
+    pub(super) fn out_of_plane_error(&self, node: usize, source: &MshReader<'_>) -> MshError {
+        let ((tag, at), place) = (self.tags[node], self.positions[node]);
+        let cure = if self.positions.iter().all(|x| x[1] == self.positions[0][1]) {
             ": the mesh lies in the plane of x and z; write z as its y"
         } else {
             ": write z = 0"
         };
-        source.fault_at(at, format!("node {tag} lies at {place:?} m, off the plane z = 0{cure}"))
+        source.error_at(at, format!("node {tag} lies at {place:?} m, off the plane z = 0{cure}"))
     }
 
     /// An error with the tags of the file in place of numbers.
@@ -33,7 +33,7 @@ impl Content {
         let node = |number: usize| self.tags.get(number).map_or(number, |(tag, _)| *tag as usize);
         MshError::Mesh(match error {
             MeshError::Duplicate { first, second, position } => {
-                return MshError::Conformity(unmerged(node(first), node(second), &position));
+                return MshError::Conformity(coincident_nodes_error(node(first), node(second), &position));
             }
             MeshError::NotFinite { node: number, position } => {
                 MeshError::NotFinite { node: node(number), position }
@@ -47,7 +47,11 @@ impl Content {
     }
 
     /// A place where the mesh does not conform, in words.
-    pub(super) fn described<const D: usize>(&self, mesh: &Mesh<D>, clash: &Clash<D>) -> String {
+    pub(super) fn describe_nonconformity<const D: usize>(
+        &self,
+        mesh: &Mesh<D>,
+        clash: &Nonconformity<D>,
+    ) -> String {
         let node = |node: u32| self.tags[self.number_of(mesh, node)].0;
         let element = |element: u32| {
             let mut corners: Vec<usize> = mesh.elements()[element as usize].nodes[..=D]
@@ -58,20 +62,22 @@ impl Content {
             let found = self.elements.iter().position(|own| super::sorted(own) == corners);
             found.map_or(0, |number| self.element_tags[number])
         };
-        let (place, within) = (&clash.place, element(clash.within));
+        let (place, within) = (&clash.position, element(clash.element));
         let on = if clash.is_inside { "inside of" } else { "on a side of" };
-        match clash.what {
-            Clashing::Node(number) => format!(
-                "node {} lies at {place:?} m {on} element {within}, of which it is no corner: {CURE}",
+        match clash.kind {
+            NonconformityKind::Node(number) => format!(
+                "node {} lies at {place:?} m {on} element {within}, of which it is no corner: {MERGE_ADVICE}",
                 node(number)
             ),
-            Clashing::Twin(number, other) => unmerged(node(other) as usize, node(number) as usize, place),
-            Clashing::Centre(number) => format!(
-                "element {} around {place:?} m lies over element {within}: leave one of them out, or {CURE}",
+            NonconformityKind::CoincidentNode(number, other) => {
+                coincident_nodes_error(node(other) as usize, node(number) as usize, place)
+            }
+            NonconformityKind::Centre(number) => format!(
+                "element {} around {place:?} m lies over element {within}: leave one of them out, or {MERGE_ADVICE}",
                 element(number)
             ),
-            Clashing::Facet(number) => format!(
-                "a side of element {} around {place:?} m lies on element {within}, and their nodes there are not the same: {CURE}",
+            NonconformityKind::Facet(number) => format!(
+                "a side of element {} around {place:?} m lies on element {within}, and their nodes there are not the same: {MERGE_ADVICE}",
                 element(number)
             ),
         }
@@ -81,7 +87,7 @@ impl Content {
     fn number_of<const D: usize>(&self, mesh: &Mesh<D>, node: u32) -> usize {
         let place = mesh.nodes()[node as usize];
         let used = |number: usize| self.elements.iter().any(|corners| corners.contains(&number));
-        let mut alike = (0..self.places.len()).filter(|number| self.places[*number][..D] == place);
+        let mut alike = (0..self.positions.len()).filter(|number| self.positions[*number][..D] == place);
         alike.find(|number| used(*number)).unwrap_or(0)
     }
 }

@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use thiserror::Error;
 
 use crate::{Mesh, MeshError};
-use source::Source;
+use source::MshReader;
 
 /// Why a mesh file cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -51,14 +51,14 @@ const DIMENSIONS: usize = 4;
 
 /// Content of a file, before it is a mesh.
 #[derive(Default)]
-struct Content {
+struct MshContent {
     /// Names of physical groups by dimension and tag.
     names: HashMap<(usize, i64), String>,
     /// Physical tags of the entities by dimension and tag (4.1).
     physical: HashMap<(usize, i64), Vec<i64>>,
     /// Number of a node by its tag.
     number: HashMap<u64, usize>,
-    places: Vec<[f64; 3]>,
+    positions: Vec<[f64; 3]>,
     /// Tag of each node, and the line or byte where it stands.
     tags: Vec<(u64, usize)>,
     /// Tag of each element.
@@ -66,7 +66,7 @@ struct Content {
     /// Elements with `D + 1` corners.
     elements: Vec<Vec<usize>>,
     /// The corners of each, in order.
-    listed: HashSet<Vec<usize>>,
+    element_corners: HashSet<Vec<usize>>,
     groups: BTreeMap<String, Vec<usize>>,
 }
 
@@ -82,8 +82,8 @@ impl<const D: usize> Mesh<D> {
 }
 
 fn read<const D: usize>(bytes: &[u8]) -> Result<Mesh<D>, MshError> {
-    let mut source = Source::new(bytes);
-    let mut content = Content::default();
+    let mut source = MshReader::new(bytes);
+    let mut content = MshContent::default();
     let mut version = None;
     while let Some(header) = source.find()? {
         let header = header.as_str();
@@ -95,7 +95,7 @@ fn read<const D: usize>(bytes: &[u8]) -> Result<Mesh<D>, MshError> {
             ("$Nodes", Some(Version::Four)) => nodes_of_four(&mut source, &mut content)?,
             ("$Elements", Some(Version::Two)) => elements_of_two(&mut source, &mut content, D)?,
             ("$Elements", Some(Version::Four)) => elements_of_four(&mut source, &mut content, D)?,
-            (_, None) => return source.fail("begins without $MeshFormat: not a Gmsh mesh"),
+            (_, None) => return source.error("begins without $MeshFormat: not a Gmsh mesh"),
             (other, _) => {
                 let end = format!("$End{}", other.trim_start_matches('$'));
                 source.skip_past(&end)?;
@@ -105,16 +105,16 @@ fn read<const D: usize>(bytes: &[u8]) -> Result<Mesh<D>, MshError> {
         let end = format!("$End{}", header.trim_start_matches('$'));
         source.expect(&end)?;
     }
-    let all = || content.places.iter().flatten().map(|c| c.abs());
+    let all = || content.positions.iter().flatten().map(|c| c.abs());
     let slack = ROUND_OFF * all().fold(0.0, f64::max);
-    if let Some(k) = content.places.iter().position(|x| x[D..].iter().any(|c| !(c.abs() <= slack))) {
-        return Err(content.off_the_plane(k, &source));
+    if let Some(k) = content.positions.iter().position(|x| x[D..].iter().any(|c| !(c.abs() <= slack))) {
+        return Err(content.out_of_plane_error(k, &source));
     }
-    let places: Vec<[f64; D]> = content.places.iter().map(|x| std::array::from_fn(|c| x[c])).collect();
+    let places: Vec<[f64; D]> = content.positions.iter().map(|x| std::array::from_fn(|c| x[c])).collect();
     let mesh =
         Mesh::new(&places, &content.elements, &content.groups).map_err(|error| content.with_tags(error))?;
-    let clash = mesh.clash();
-    clash.map_or(Ok(()), |clash| Err(MshError::Conformity(content.described(&mesh, &clash))))?;
+    let clash = mesh.first_nonconformity();
+    clash.map_or(Ok(()), |clash| Err(MshError::Conformity(content.describe_nonconformity(&mesh, &clash))))?;
     Ok(mesh)
 }
 
@@ -124,39 +124,39 @@ enum Version {
     Four,
 }
 
-fn format(source: &mut Source<'_>) -> Result<Version, MshError> {
+fn format(source: &mut MshReader<'_>) -> Result<Version, MshError> {
     let line = source.line()?;
     let mut words = line.split_whitespace();
     let (version, kind, size) = (words.next(), words.next(), words.next());
     let version = match version.unwrap_or_default() {
         "2.2" | "2.1" | "2" => Version::Two,
         "4.1" => Version::Four,
-        other => return source.fail(format!("is of version {other}: save it as 2.2 or 4.1")),
+        other => return source.error(format!("is of version {other}: save it as 2.2 or 4.1")),
     };
     match kind {
         Some("0") => {}
         Some("1") => source.begin_binary(size.and_then(|size| size.parse().ok()).unwrap_or(8))?,
-        _ => return source.fail("does not say whether it is text (0) or binary (1)"),
+        _ => return source.error("does not say whether it is text (0) or binary (1)"),
     }
     Ok(version)
 }
 
-fn names(source: &mut Source<'_>, content: &mut Content) -> Result<(), MshError> {
+fn names(source: &mut MshReader<'_>, content: &mut MshContent) -> Result<(), MshError> {
     // Names are text in binary files too.
     for _ in 0..source.count_in_text()? {
         let line = source.line()?;
         let mut words = line.split_whitespace().map(str::parse::<i64>);
         let (Some(Ok(dimension)), Some(Ok(tag))) = (words.next(), words.next()) else {
-            return source.fail("a physical name has its dimension and tag before it");
+            return source.error("a physical name has its dimension and tag before it");
         };
         let quoted = line.split_once('"').and_then(|(_, rest)| rest.rsplit_once('"'));
-        let Some((name, _)) = quoted else { return source.fail("a physical name stands in quotes") };
+        let Some((name, _)) = quoted else { return source.error("a physical name stands in quotes") };
         content.names.insert((usize::try_from(dimension).unwrap_or(DIMENSIONS), tag), name.to_owned());
     }
     Ok(())
 }
 
-fn entities(source: &mut Source<'_>, content: &mut Content) -> Result<(), MshError> {
+fn entities(source: &mut MshReader<'_>, content: &mut MshContent) -> Result<(), MshError> {
     let counts: Vec<u64> = (0..DIMENSIONS).map(|_| source.size()).collect::<Result<_, _>>()?;
     source.end_row();
     for (dimension, count) in counts.into_iter().enumerate() {
@@ -179,13 +179,13 @@ fn entities(source: &mut Source<'_>, content: &mut Content) -> Result<(), MshErr
     Ok(())
 }
 
-impl Content {
-    fn add_node(&mut self, tag: u64, place: [f64; 3], source: &Source<'_>) -> Result<(), MshError> {
-        if self.number.insert(tag, self.places.len()).is_some() {
-            return source.fail(format!("node {tag} stands here a second time"));
+impl MshContent {
+    fn add_node(&mut self, tag: u64, place: [f64; 3], source: &MshReader<'_>) -> Result<(), MshError> {
+        if self.number.insert(tag, self.positions.len()).is_some() {
+            return source.error(format!("node {tag} stands here a second time"));
         }
-        self.places.push(place);
-        self.tags.push((tag, source.place()));
+        self.positions.push(place);
+        self.tags.push((tag, source.location()));
         Ok(())
     }
 
@@ -195,7 +195,7 @@ impl Content {
         &mut self,
         (tag, kind): (u64, i64),
         groups: &[(usize, i64)],
-        source: &mut Source<'_>,
+        source: &mut MshReader<'_>,
         tags: Version,
         dimension: usize,
     ) -> Result<(), MshError> {
@@ -206,10 +206,10 @@ impl Content {
             4 => (3, 4),
             3 | 9 | 10 | 16 => {
                 let problem = format!("element type {kind}: only 3-node triangles are possible in the plane");
-                return source.fail(problem);
+                return source.error(problem);
             }
             other => {
-                return source.fail(format!(
+                return source.error(format!(
                     "element type {other}: only points, lines, 3-node triangles and 4-node tetrahedra are possible"
                 ));
             }
@@ -218,7 +218,7 @@ impl Content {
         for _ in 0..corners {
             let tag = if tags == Version::Two { source.tag()? } else { source.size()? };
             let Some(&node) = self.number.get(&tag) else {
-                return source.fail(format!("there is no node {tag}"));
+                return source.error(format!("there is no node {tag}"));
             };
             nodes.push(node);
         }
@@ -227,7 +227,7 @@ impl Content {
             self.groups.entry(name).or_default().extend(&nodes);
         }
         // Version 2.2 lists an element once for each of its groups.
-        if own == dimension && self.listed.insert(sorted(&nodes)) {
+        if own == dimension && self.element_corners.insert(sorted(&nodes)) {
             self.elements.push(nodes);
             self.element_tags.push(tag);
         }
@@ -241,11 +241,11 @@ fn sorted(nodes: &[usize]) -> Vec<usize> {
     nodes
 }
 
-fn place(source: &mut Source<'_>) -> Result<[f64; 3], MshError> {
+fn place(source: &mut MshReader<'_>) -> Result<[f64; 3], MshError> {
     Ok([source.double()?, source.double()?, source.double()?])
 }
 
-fn nodes_of_two(source: &mut Source<'_>, content: &mut Content) -> Result<(), MshError> {
+fn nodes_of_two(source: &mut MshReader<'_>, content: &mut MshContent) -> Result<(), MshError> {
     for _ in 0..source.count_in_text()? {
         let tag = source.tag()?;
         let place = place(source)?;
@@ -255,13 +255,13 @@ fn nodes_of_two(source: &mut Source<'_>, content: &mut Content) -> Result<(), Ms
     Ok(())
 }
 
-fn nodes_of_four(source: &mut Source<'_>, content: &mut Content) -> Result<(), MshError> {
+fn nodes_of_four(source: &mut MshReader<'_>, content: &mut MshContent) -> Result<(), MshError> {
     let blocks = block_count(source)?;
     for _ in 0..blocks {
         let (dimension, _, parametric) = (source.int()?, source.int()?, source.int()?);
         let count = source.size()?;
         source.end_row();
-        let tag = |source: &mut Source<'_>| {
+        let tag = |source: &mut MshReader<'_>| {
             let tag = source.size()?;
             source.end_row();
             Ok(tag)
@@ -281,7 +281,7 @@ fn nodes_of_four(source: &mut Source<'_>, content: &mut Content) -> Result<(), M
 }
 
 /// The number of blocks of a section of version 4, before the numbers and the range of tags of what is in them.
-fn block_count(source: &mut Source<'_>) -> Result<u64, MshError> {
+fn block_count(source: &mut MshReader<'_>) -> Result<u64, MshError> {
     let [blocks, ..] = [source.size()?, source.size()?, source.size()?, source.size()?];
     source.end_row();
     Ok(blocks)
@@ -297,7 +297,11 @@ fn dimension_of(kind: i64) -> usize {
     }
 }
 
-fn elements_of_two(source: &mut Source<'_>, content: &mut Content, dimension: usize) -> Result<(), MshError> {
+fn elements_of_two(
+    source: &mut MshReader<'_>,
+    content: &mut MshContent,
+    dimension: usize,
+) -> Result<(), MshError> {
     let mut left = source.count_in_text()?;
     while left > 0 {
         // In binary files elements of one type follow its head; in text each has its own, behind its tag.
@@ -307,7 +311,7 @@ fn elements_of_two(source: &mut Source<'_>, content: &mut Content, dimension: us
         let following = if in_text { 1 } else { source.size_of_int()? };
         let count = source.size_of_int()?;
         if following == 0 || following > left {
-            return source.fail(format!("{following} elements of one type, where {left} are left"));
+            return source.error(format!("{following} elements of one type, where {left} are left"));
         }
         for _ in 0..following {
             if !in_text {
@@ -325,8 +329,8 @@ fn elements_of_two(source: &mut Source<'_>, content: &mut Content, dimension: us
 }
 
 fn elements_of_four(
-    source: &mut Source<'_>,
-    content: &mut Content,
+    source: &mut MshReader<'_>,
+    content: &mut MshContent,
     dimension: usize,
 ) -> Result<(), MshError> {
     let blocks = block_count(source)?;

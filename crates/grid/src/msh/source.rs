@@ -6,23 +6,23 @@ use super::MshError;
 
 /// Order of bytes in binary files, and the length of a size.
 #[derive(Clone, Copy)]
-struct Binary {
+struct BinaryFormat {
     is_big_endian: bool,
     size: usize,
 }
 
 /// A mesh file that is read from its beginning to its end. In text a number is a word and a row a line; in binary all follow each other.
-pub(super) struct Source<'a> {
+pub(super) struct MshReader<'a> {
     bytes: &'a [u8],
     at: usize,
     /// Number of the line that is read, from 1; of text.
     line: usize,
     /// End of the line whose words are read; of text.
     row_end: Option<usize>,
-    binary: Option<Binary>,
+    binary: Option<BinaryFormat>,
 }
 
-impl<'a> Source<'a> {
+impl<'a> MshReader<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         let at = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) { 3 } else { 0 };
         Self { bytes, at, line: 0, row_end: None, binary: None }
@@ -32,17 +32,17 @@ impl<'a> Source<'a> {
         self.binary.is_some()
     }
 
-    pub(super) fn fail<T>(&self, problem: impl Into<String>) -> Result<T, MshError> {
-        Err(self.fault_at(self.place(), problem.into()))
+    pub(super) fn error<T>(&self, problem: impl Into<String>) -> Result<T, MshError> {
+        Err(self.error_at(self.location(), problem.into()))
     }
 
     /// Number of the line that is read, or of bytes before what comes next.
-    pub(super) fn place(&self) -> usize {
+    pub(super) fn location(&self) -> usize {
         if self.is_binary() { self.at } else { self.line }
     }
 
     /// A fault at an earlier place.
-    pub(super) fn fault_at(&self, place: usize, problem: String) -> MshError {
+    pub(super) fn error_at(&self, place: usize, problem: String) -> MshError {
         match self.binary {
             Some(_) => MshError::Binary { byte: place, problem },
             None => MshError::Syntax { line: place, problem },
@@ -65,7 +65,7 @@ impl<'a> Source<'a> {
             Some(line) => Ok(String::from_utf8_lossy(line).into_owned()),
             None => {
                 self.line += 1;
-                self.fail("the file ends in the middle of a section")
+                self.error("the file ends in the middle of a section")
             }
         }
     }
@@ -81,7 +81,7 @@ impl<'a> Source<'a> {
                 return Ok(Some(line));
             }
             let start: String = line.chars().take(20).collect();
-            return self.fail(format!("{start:?} stands outside of any section"));
+            return self.error(format!("{start:?} stands outside of any section"));
         }
         Ok(None)
     }
@@ -97,27 +97,27 @@ impl<'a> Source<'a> {
         if self.is_binary() && line.is_empty() {
             line = self.line()?;
         }
-        if line == end { Ok(()) } else { self.fail(format!("{line:?} where {end} must stand")) }
+        if line == end { Ok(()) } else { self.error(format!("{line:?} where {end} must stand")) }
     }
 
     /// From the number one behind the head on the file is binary; a size has as many bytes as `size` says.
     pub(super) fn begin_binary(&mut self, size: usize) -> Result<(), MshError> {
         if size != 4 && size != 8 {
-            return self.fail(format!("has sizes of {size} bytes: there are 4 and 8"));
+            return self.error(format!("has sizes of {size} bytes: there are 4 and 8"));
         }
-        let one: [u8; 4] = self.taken("the number one")?;
+        let one: [u8; 4] = self.take_bytes("the number one")?;
         let is_big_endian = match (i32::from_le_bytes(one), i32::from_be_bytes(one)) {
             (1, _) => false,
             (_, 1) => true,
-            _ => return self.fail("is a binary mesh whose order of bytes cannot be told"),
+            _ => return self.error("is a binary mesh whose order of bytes cannot be told"),
         };
-        self.binary = Some(Binary { is_big_endian, size });
+        self.binary = Some(BinaryFormat { is_big_endian, size });
         Ok(())
     }
 
-    fn taken<const N: usize>(&mut self, what: &str) -> Result<[u8; N], MshError> {
+    fn take_bytes<const N: usize>(&mut self, what: &str) -> Result<[u8; N], MshError> {
         let found = self.bytes.get(self.at..self.at + N).and_then(|bytes| bytes.try_into().ok());
-        let Some(found) = found else { return self.fail(format!("the file ends where {what} must stand")) };
+        let Some(found) = found else { return self.error(format!("the file ends where {what} must stand")) };
         self.at += N;
         Ok(found)
     }
@@ -127,18 +127,18 @@ impl<'a> Source<'a> {
         if self.row_end.is_none() {
             let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty());
             self.line += 1;
-            let Some(rest) = rest else { return self.fail("the file ends in the middle of a section") };
+            let Some(rest) = rest else { return self.error("the file ends in the middle of a section") };
             let length = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
             self.row_end = Some(self.at + length);
         }
         let end = self.row_end.unwrap_or(self.at);
         let row = &self.bytes[self.at.min(end)..end];
         let begin = row.iter().position(|byte| !byte.is_ascii_whitespace());
-        let Some(begin) = begin else { return self.fail("has too few numbers") };
+        let Some(begin) = begin else { return self.error("has too few numbers") };
         let length = row[begin..].iter().position(u8::is_ascii_whitespace).unwrap_or(row.len() - begin);
         let word = String::from_utf8_lossy(&row[begin..begin + length]);
         self.at += begin + length;
-        word.parse().or_else(|error: T::Err| self.fail(format!("{word:?}: {error}")))
+        word.parse().or_else(|error: T::Err| self.error(format!("{word:?}: {error}")))
     }
 
     /// Leaves what is left of a row of text.
@@ -151,14 +151,14 @@ impl<'a> Source<'a> {
     /// A whole number with a sign.
     pub(super) fn int(&mut self) -> Result<i64, MshError> {
         let Some(binary) = self.binary else { return self.word() };
-        let bytes: [u8; 4] = self.taken("a number")?;
+        let bytes: [u8; 4] = self.take_bytes("a number")?;
         Ok(if binary.is_big_endian { i32::from_be_bytes(bytes) } else { i32::from_le_bytes(bytes) }.into())
     }
 
     /// A whole number with a sign that counts something.
     pub(super) fn size_of_int(&mut self) -> Result<u64, MshError> {
         let value = self.int()?;
-        u64::try_from(value).or_else(|_| self.fail(format!("{value} is not a count")))
+        u64::try_from(value).or_else(|_| self.error(format!("{value} is not a count")))
     }
 
     /// Tag of a node or an element of version 2.
@@ -170,12 +170,12 @@ impl<'a> Source<'a> {
     pub(super) fn size(&mut self) -> Result<u64, MshError> {
         match self.binary {
             None => self.word(),
-            Some(Binary { is_big_endian, size: 8 }) => {
-                let bytes = self.taken("a count")?;
+            Some(BinaryFormat { is_big_endian, size: 8 }) => {
+                let bytes = self.take_bytes("a count")?;
                 Ok(if is_big_endian { u64::from_be_bytes(bytes) } else { u64::from_le_bytes(bytes) })
             }
-            Some(Binary { is_big_endian, .. }) => {
-                let bytes = self.taken("a count")?;
+            Some(BinaryFormat { is_big_endian, .. }) => {
+                let bytes = self.take_bytes("a count")?;
                 Ok(u64::from(if is_big_endian {
                     u32::from_be_bytes(bytes)
                 } else {
@@ -187,7 +187,7 @@ impl<'a> Source<'a> {
 
     pub(super) fn double(&mut self) -> Result<f64, MshError> {
         let Some(binary) = self.binary else { return self.word() };
-        let bytes = self.taken("a coordinate")?;
+        let bytes = self.take_bytes("a coordinate")?;
         Ok(if binary.is_big_endian { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) })
     }
 
@@ -197,8 +197,8 @@ impl<'a> Source<'a> {
         let word = line.split_whitespace().next().unwrap_or_default();
         match word.parse() {
             Ok(count) => Ok(count),
-            Err(_) if word.is_empty() => self.fail("has too few numbers"),
-            Err(error) => self.fail(format!("{word:?}: {error}")),
+            Err(_) if word.is_empty() => self.error("has too few numbers"),
+            Err(error) => self.error(format!("{word:?}: {error}")),
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use wide::f64x8;
 
-use crate::node::{join, lanes_of, split};
-use crate::{Basis, Gathered, Grid, Lanes, Node, Support};
+use crate::node::{join_halves, split_halves, vector4};
+use crate::{Basis, Grid, InterpolatedMotion, NodalState, NodeSupport, Vector4};
 
 /// Weights and gradients of the `S^D` nodes at a point, as products over the axes.
 #[derive(Clone, Copy, Debug)]
@@ -40,12 +40,12 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
     }
 
     /// Lines of nodes along the last axis: so many along the first axis, and so many along the second of three.
-    const LINES: [usize; 2] = [if D > 1 { S } else { 1 }, if D > 2 { S } else { 1 }];
+    const LINE_COUNTS: [usize; 2] = [if D > 1 { S } else { 1 }, if D > 2 { S } else { 1 }];
 
     /// Of a line of nodes along the last axis: index of the first of `S` consecutive nodes, weight, and gradients of this stencil
     /// and of `other` on the same nodes; weight and gradients are those of the other axes.
     #[inline(always)]
-    fn line(
+    fn node_line(
         &self,
         other: &Self,
         strides: &[usize; D],
@@ -69,10 +69,10 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
     /// Calls `visit(index of the first of S consecutive nodes, weight, gradient)` for every line of
     /// nodes along the last axis; weight and gradient are those of the other axes.
     #[inline(always)]
-    pub(crate) fn lines(&self, strides: &[usize; D], mut visit: impl FnMut(usize, f64, [f64; 2])) {
-        for i in 0..Self::LINES[0] {
-            for j in 0..Self::LINES[1] {
-                let (start, w, g, _) = self.line(self, strides, i, j);
+    pub(crate) fn for_each_line(&self, strides: &[usize; D], mut visit: impl FnMut(usize, f64, [f64; 2])) {
+        for i in 0..Self::LINE_COUNTS[0] {
+            for j in 0..Self::LINE_COUNTS[1] {
+                let (start, w, g, _) = self.node_line(self, strides, i, j);
                 visit(start, w, g);
             }
         }
@@ -80,7 +80,7 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
 
     /// What a line of nodes along the last axis gives of the numbers `of` them, where the other axes weigh `w`.
     #[inline(always)]
-    fn along_line(&self, w: f64, of: impl Fn(usize) -> f64x8) -> f64x8 {
+    fn sum_along_line(&self, w: f64, of: impl Fn(usize) -> f64x8) -> f64x8 {
         let mut value = f64x8::ZERO;
         for k in 0..S {
             value += of(k) * self.weights[D - 1][k];
@@ -90,10 +90,10 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
 
     /// The gradients along the last axis of this stencil in four lanes, those of `other` in the other four.
     #[inline(always)]
-    fn ends_of_two(&self, other: &Self) -> [f64x8; S] {
+    fn paired_gradients(&self, other: &Self) -> [f64x8; S] {
         let mut ends = [f64x8::ZERO; S];
         for k in 0..S {
-            ends[k] = pair(self.gradients[D - 1][k], other.gradients[D - 1][k]);
+            ends[k] = splat_pair(self.gradients[D - 1][k], other.gradients[D - 1][k]);
         }
         ends
     }
@@ -101,15 +101,15 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
 
 /// Four times one number and four times another.
 #[inline(always)]
-fn pair(first: f64, second: f64) -> f64x8 {
-    join(Lanes::splat(first), Lanes::splat(second))
+fn splat_pair(first: f64, second: f64) -> f64x8 {
+    join_halves(Vector4::splat(first), Vector4::splat(second))
 }
 
-impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
+impl<const D: usize, const S: usize> NodeSupport<D> for Stencil<D, S> {
     #[inline(always)]
     fn for_each(&self, strides: &[usize; D], mut visit: impl FnMut(usize, f64, &[f64; D])) {
         let last = D - 1;
-        self.lines(strides, |start, w, g| {
+        self.for_each_line(strides, |start, w, g| {
             for k in 0..S {
                 let (wk, gk) = (self.weights[last][k], self.gradients[last][k]);
                 let slopes = std::array::from_fn(|axis| if axis == last { w * gk } else { g[axis] * wk });
@@ -119,7 +119,11 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn moments<const T: usize, B: Basis<T>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]) {
+    fn affine_moments<const T: usize, B: Basis<T>>(
+        &self,
+        grid: &Grid<D>,
+        position: &[f64; D],
+    ) -> (Self, [f64; D]) {
         let mut moments = *self;
         let mut squares = [0.0; D];
         let inverse = 1.0 / grid.cell;
@@ -141,20 +145,20 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn deposit(
+    fn p2g(
         &self,
-        nodes: &mut [Node],
+        nodes: &mut [NodalState],
         offset: usize,
         strides: &[usize; D],
-        motion: Lanes,
-        columns: &[Lanes; D],
-        body: Option<Lanes>,
+        motion: Vector4,
+        columns: &[Vector4; D],
+        body: Option<Vector4>,
     ) {
         let last = D - 1;
-        self.lines(strides, |start, w, g| {
+        self.for_each_line(strides, |start, w, g| {
             let line = &mut nodes[start - offset..start - offset + S];
             let across = columns[last] * w;
-            let mut along = Lanes::ZERO;
+            let mut along = Vector4::ZERO;
             if D > 1 {
                 along += columns[0] * g[0];
             }
@@ -164,7 +168,7 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
             if let Some(body) = body {
                 along += body * w;
             }
-            let (value, slope) = (join(motion * w, along), join(Lanes::ZERO, across));
+            let (value, slope) = (join_halves(motion * w, along), join_halves(Vector4::ZERO, across));
             for k in 0..S {
                 line[k].add(value * self.weights[last][k] + slope * self.gradients[last][k]);
             }
@@ -172,32 +176,32 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn deposit_affine(
+    fn p2g_affine(
         &self,
-        nodes: &mut [Node],
+        nodes: &mut [NodalState],
         offset: usize,
         strides: &[usize; D],
-        (motion, columns, body): (Lanes, &[Lanes; D], Option<Lanes>),
-        (moments, affine): (&Self, &[Lanes; D]),
+        (motion, columns, body): (Vector4, &[Vector4; D], Option<Vector4>),
+        (moments, affine): (&Self, &[Vector4; D]),
     ) {
         let last = D - 1;
-        let ends = moments.ends_of_two(self);
-        let value = join(motion, body.unwrap_or(Lanes::ZERO));
+        let ends = moments.paired_gradients(self);
+        let value = join_halves(motion, body.unwrap_or(Vector4::ZERO));
         let mut both = [f64x8::ZERO; D];
         for j in 0..D {
-            both[j] = join(affine[j], columns[j]);
+            both[j] = join_halves(affine[j], columns[j]);
         }
         // Loops and no closure, which would be called for each line.
-        for i in 0..Self::LINES[0] {
-            for j in 0..Self::LINES[1] {
-                let (start, w, arm, slope) = moments.line(self, strides, i, j);
+        for i in 0..Self::LINE_COUNTS[0] {
+            for j in 0..Self::LINE_COUNTS[1] {
+                let (start, w, arm, slope) = moments.node_line(self, strides, i, j);
                 let line = &mut nodes[start - offset..start - offset + S];
                 let mut along = value * w;
                 if D > 1 {
-                    along += both[0] * pair(arm[0], slope[0]);
+                    along += both[0] * splat_pair(arm[0], slope[0]);
                 }
                 if D > 2 {
-                    along += both[1] * pair(arm[1], slope[1]);
+                    along += both[1] * splat_pair(arm[1], slope[1]);
                 }
                 let across = both[last] * w;
                 for k in 0..S {
@@ -208,9 +212,9 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn deposit_motion(&self, nodes: &mut [Lanes], offset: usize, strides: &[usize; D], motion: Lanes) {
+    fn p2g_value(&self, nodes: &mut [Vector4], offset: usize, strides: &[usize; D], motion: Vector4) {
         let last = D - 1;
-        self.lines(strides, |start, w, _| {
+        self.for_each_line(strides, |start, w, _| {
             let line = &mut nodes[start - offset..start - offset + S];
             let motion = motion * w;
             for k in 0..S {
@@ -220,17 +224,17 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn deposit_slopes<T>(
+    fn p2g_with_gradients<T>(
         &self,
         nodes: &mut [T],
         offset: usize,
         strides: &[usize; D],
-        value: Lanes,
-        columns: &[Lanes; D],
-        at: impl Fn(&mut T) -> &mut Lanes,
+        value: Vector4,
+        columns: &[Vector4; D],
+        at: impl Fn(&mut T) -> &mut Vector4,
     ) {
         let last = D - 1;
-        self.lines(strides, |start, w, g| {
+        self.for_each_line(strides, |start, w, g| {
             let line = &mut nodes[start - offset..start - offset + S];
             let across = columns[last] * w;
             let mut along = value * w;
@@ -248,19 +252,19 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn deposit_gradients(
+    fn p2g_moments(
         &self,
-        nodes: &mut [Lanes],
+        nodes: &mut [Vector4],
         offset: usize,
         strides: &[usize; D],
-        value: Lanes,
-        moments: Lanes,
+        value: Vector4,
+        moments: Vector4,
     ) {
         let last = D - 1;
-        self.lines(strides, |start, w, g| {
+        self.for_each_line(strides, |start, w, g| {
             let line = &mut nodes[start - offset..start - offset + S];
-            let along = value * w + moments * lanes_of::<D>(|axis| if axis < last { g[axis] } else { 0.0 });
-            let across = moments * lanes_of::<D>(|axis| if axis == last { w } else { 0.0 });
+            let along = value * w + moments * vector4::<D>(|axis| if axis < last { g[axis] } else { 0.0 });
+            let across = moments * vector4::<D>(|axis| if axis == last { w } else { 0.0 });
             for k in 0..S {
                 line[k] += along * self.weights[last][k] + across * self.gradients[last][k];
             }
@@ -268,10 +272,10 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn interpolate<T>(&self, nodes: &[T], strides: &[usize; D], of: impl Fn(&T) -> Lanes) -> Lanes {
-        let mut sum = Lanes::ZERO;
-        self.lines(strides, |start, w, _| {
-            let mut part = Lanes::ZERO;
+    fn g2p_value<T>(&self, nodes: &[T], strides: &[usize; D], of: impl Fn(&T) -> Vector4) -> Vector4 {
+        let mut sum = Vector4::ZERO;
+        self.for_each_line(strides, |start, w, _| {
+            let mut part = Vector4::ZERO;
             for (node, weight) in nodes[start..start + S].iter().zip(&self.weights[D - 1]) {
                 part += of(node) * *weight;
             }
@@ -281,75 +285,80 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn gather(&self, nodes: &[Node], strides: &[usize; D]) -> Gathered<D> {
+    fn g2p(&self, nodes: &[NodalState], strides: &[usize; D]) -> InterpolatedMotion<D> {
         let last = D - 1;
-        let mut out = Gathered::ZERO;
+        let mut out = InterpolatedMotion::ZERO;
         let mut both = f64x8::ZERO;
-        self.lines(strides, |start, w, g| {
+        self.for_each_line(strides, |start, w, g| {
             let line = &nodes[start..start + S];
-            let (mut value, mut slope) = (f64x8::ZERO, Lanes::ZERO);
+            let (mut value, mut slope) = (f64x8::ZERO, Vector4::ZERO);
             for k in 0..S {
-                value += line[k].whole() * self.weights[last][k];
-                slope += line[k].motion * self.gradients[last][k];
+                value += line[k].as_f64x8() * self.weights[last][k];
+                slope += line[k].momentum_and_mass * self.gradients[last][k];
             }
             both += value * w;
-            let [v, _] = split(value);
-            out.slopes_of_line(v, slope, w, g);
+            let [v, _] = split_halves(value);
+            out.add_gradient_of_line(v, slope, w, g);
         });
-        [out.velocity, out.acceleration] = split(both);
+        [out.velocity, out.acceleration] = split_halves(both);
         out
     }
 
     #[inline(always)]
-    fn gather_motion(&self, nodes: &[Node], strides: &[usize; D]) -> [Lanes; 2] {
+    fn g2p_motion(&self, nodes: &[NodalState], strides: &[usize; D]) -> [Vector4; 2] {
         let mut both = f64x8::ZERO;
-        self.lines(strides, |start, w, _| {
+        self.for_each_line(strides, |start, w, _| {
             let line = &nodes[start..start + S];
-            both += self.along_line(w, |k| line[k].whole());
+            both += self.sum_along_line(w, |k| line[k].as_f64x8());
         });
-        split(both)
+        split_halves(both)
     }
 
     #[inline(always)]
-    fn gather_both(&self, other: &Self, nodes: &[Node], strides: &[usize; D]) -> (Gathered<D>, [Lanes; D]) {
+    fn g2p_with_apic(
+        &self,
+        other: &Self,
+        nodes: &[NodalState],
+        strides: &[usize; D],
+    ) -> (InterpolatedMotion<D>, [Vector4; D]) {
         let last = D - 1;
-        let ends = self.ends_of_two(other);
+        let ends = self.paired_gradients(other);
         let (mut both, mut slopes) = (f64x8::ZERO, [f64x8::ZERO; D]);
-        for i in 0..Self::LINES[0] {
-            for j in 0..Self::LINES[1] {
-                let (start, w, g, h) = self.line(other, strides, i, j);
+        for i in 0..Self::LINE_COUNTS[0] {
+            for j in 0..Self::LINE_COUNTS[1] {
+                let (start, w, g, h) = self.node_line(other, strides, i, j);
                 let line = &nodes[start..start + S];
                 let (mut value, mut slope) = (f64x8::ZERO, f64x8::ZERO);
                 for k in 0..S {
-                    value += line[k].whole() * self.weights[last][k];
-                    slope += join(line[k].motion, line[k].motion) * ends[k];
+                    value += line[k].as_f64x8() * self.weights[last][k];
+                    slope += join_halves(line[k].momentum_and_mass, line[k].momentum_and_mass) * ends[k];
                 }
                 both += value * w;
                 slopes[last] += slope * w;
-                let [v, _] = split(value);
-                let twice = join(v, v);
+                let [v, _] = split_halves(value);
+                let twice = join_halves(v, v);
                 if D > 1 {
-                    slopes[0] += twice * pair(g[0], h[0]);
+                    slopes[0] += twice * splat_pair(g[0], h[0]);
                 }
                 if D > 2 {
-                    slopes[1] += twice * pair(g[1], h[1]);
+                    slopes[1] += twice * splat_pair(g[1], h[1]);
                 }
             }
         }
-        let (mut out, mut others) = (Gathered::ZERO, [Lanes::ZERO; D]);
-        [out.velocity, out.acceleration] = split(both);
+        let (mut out, mut others) = (InterpolatedMotion::ZERO, [Vector4::ZERO; D]);
+        [out.velocity, out.acceleration] = split_halves(both);
         for j in 0..D {
-            [out.gradient[j], others[j]] = split(slopes[j]);
+            [out.gradient[j], others[j]] = split_halves(slopes[j]);
         }
         (out, others)
     }
 
     #[inline(always)]
-    fn gather_velocity(&self, nodes: &[Lanes], strides: &[usize; D]) -> Gathered<D> {
+    fn g2p_velocity(&self, nodes: &[Vector4], strides: &[usize; D]) -> InterpolatedMotion<D> {
         let last = D - 1;
-        let zero = Lanes::ZERO;
-        let mut out = Gathered::ZERO;
-        self.lines(strides, |start, w, g| {
+        let zero = Vector4::ZERO;
+        let mut out = InterpolatedMotion::ZERO;
+        self.for_each_line(strides, |start, w, g| {
             let line = &nodes[start..start + S];
             let (mut v, mut slope) = (zero, zero);
             for k in 0..S {
@@ -362,17 +371,17 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn deposit_phases<const N: usize>(
+    fn p2g_phases<const N: usize>(
         &self,
-        nodes: &mut [[Node; N]],
+        nodes: &mut [[NodalState; N]],
         offset: usize,
         strides: &[usize; D],
-        motion: &[Lanes; N],
-        columns: &[[Lanes; D]; N],
-        body: &[Lanes; N],
+        motion: &[Vector4; N],
+        columns: &[[Vector4; D]; N],
+        body: &[Vector4; N],
     ) {
         let last = D - 1;
-        self.lines(strides, |start, w, g| {
+        self.for_each_line(strides, |start, w, g| {
             let line = &mut nodes[start - offset..start - offset + S];
             for phase in 0..N {
                 let across = columns[phase][last] * w;
@@ -386,7 +395,7 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
                 let motion = motion[phase] * w;
                 for k in 0..S {
                     let (wk, gk) = (self.weights[last][k], self.gradients[last][k]);
-                    line[k][phase].motion += motion * wk;
+                    line[k][phase].momentum_and_mass += motion * wk;
                     line[k][phase].force += along * wk + across * gk;
                 }
             }
@@ -394,15 +403,15 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn deposit_motions<const N: usize>(
+    fn p2g_phase_values<const N: usize>(
         &self,
-        nodes: &mut [[Lanes; N]],
+        nodes: &mut [[Vector4; N]],
         offset: usize,
         strides: &[usize; D],
-        motion: &[Lanes; N],
+        motion: &[Vector4; N],
     ) {
         let last = D - 1;
-        self.lines(strides, |start, w, _| {
+        self.for_each_line(strides, |start, w, _| {
             let line = &mut nodes[start - offset..start - offset + S];
             for phase in 0..N {
                 let motion = motion[phase] * w;
@@ -414,18 +423,22 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn gather_phases<const N: usize>(&self, nodes: &[[Node; N]], strides: &[usize; D]) -> [Gathered<D>; N] {
+    fn g2p_phases<const N: usize>(
+        &self,
+        nodes: &[[NodalState; N]],
+        strides: &[usize; D],
+    ) -> [InterpolatedMotion<D>; N] {
         let last = D - 1;
-        let zero = Lanes::ZERO;
-        let mut out = [Gathered::ZERO; N];
-        self.lines(strides, |start, w, g| {
+        let zero = Vector4::ZERO;
+        let mut out = [InterpolatedMotion::ZERO; N];
+        self.for_each_line(strides, |start, w, g| {
             let line = &nodes[start..start + S];
             for (phase, out) in out.iter_mut().enumerate() {
                 let (mut v, mut a, mut slope) = (zero, zero, zero);
                 for k in 0..S {
-                    v += line[k][phase].motion * self.weights[last][k];
+                    v += line[k][phase].momentum_and_mass * self.weights[last][k];
                     a += line[k][phase].force * self.weights[last][k];
-                    slope += line[k][phase].motion * self.gradients[last][k];
+                    slope += line[k][phase].momentum_and_mass * self.gradients[last][k];
                 }
                 out.acceleration += a * w;
                 out.add_line(v, slope, w, g);
@@ -435,27 +448,31 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn gather_motions<const N: usize>(&self, nodes: &[[Node; N]], strides: &[usize; D]) -> [[Lanes; 2]; N] {
+    fn g2p_phase_motions<const N: usize>(
+        &self,
+        nodes: &[[NodalState; N]],
+        strides: &[usize; D],
+    ) -> [[Vector4; 2]; N] {
         let mut both = [f64x8::ZERO; N];
-        self.lines(strides, |start, w, _| {
+        self.for_each_line(strides, |start, w, _| {
             let line = &nodes[start..start + S];
             for (phase, both) in both.iter_mut().enumerate() {
-                *both += self.along_line(w, |k| line[k][phase].whole());
+                *both += self.sum_along_line(w, |k| line[k][phase].as_f64x8());
             }
         });
-        both.map(split)
+        both.map(split_halves)
     }
 
     #[inline(always)]
-    fn gather_velocities<const N: usize>(
+    fn g2p_phase_velocities<const N: usize>(
         &self,
-        nodes: &[[Lanes; N]],
+        nodes: &[[Vector4; N]],
         strides: &[usize; D],
-    ) -> [Gathered<D>; N] {
+    ) -> [InterpolatedMotion<D>; N] {
         let last = D - 1;
-        let zero = Lanes::ZERO;
-        let mut out = [Gathered::ZERO; N];
-        self.lines(strides, |start, w, g| {
+        let zero = Vector4::ZERO;
+        let mut out = [InterpolatedMotion::ZERO; N];
+        self.for_each_line(strides, |start, w, g| {
             let line = &nodes[start..start + S];
             for (phase, out) in out.iter_mut().enumerate() {
                 let (mut v, mut slope) = (zero, zero);
@@ -470,16 +487,16 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     }
 }
 
-impl<const D: usize> Gathered<D> {
+impl<const D: usize> InterpolatedMotion<D> {
     /// Adds what a line of nodes along the last axis gives to velocity and gradient.
     #[inline(always)]
-    fn add_line(&mut self, v: Lanes, slope: Lanes, w: f64, g: [f64; 2]) {
+    fn add_line(&mut self, v: Vector4, slope: Vector4, w: f64, g: [f64; 2]) {
         self.velocity += v * w;
-        self.slopes_of_line(v, slope, w, g);
+        self.add_gradient_of_line(v, slope, w, g);
     }
 
     #[inline(always)]
-    fn slopes_of_line(&mut self, v: Lanes, slope: Lanes, w: f64, g: [f64; 2]) {
+    fn add_gradient_of_line(&mut self, v: Vector4, slope: Vector4, w: f64, g: [f64; 2]) {
         self.gradient[D - 1] += slope * w;
         if D > 1 {
             self.gradient[0] += v * g[0];

@@ -3,14 +3,14 @@
 use std::fmt;
 use std::marker::PhantomData;
 
-use super::{Affine, Deposit, PhaseDeposit, Points, Sweeps, Window};
-use crate::domain::{Domains, Ground, PointDomain, Square};
-use crate::{Axis, Basis, Gathered, Lanes, Node, Support};
+use super::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, PointSlice, Transfers};
+use crate::domain::{Domains, GridView, PointDomain, SquareMatrix};
+use crate::{Basis, Basis1d, InterpolatedMotion, NodalState, NodeSupport, Vector4};
 
 /// The sweeps of the basis `B` (`S` nodes a point along an axis, or in all) over the domains `P`.
-pub(crate) struct Of<const S: usize, B, P>(pub(crate) PhantomData<fn() -> (B, P)>);
+pub(crate) struct CompiledTransfers<const S: usize, B, P>(pub(crate) PhantomData<fn() -> (B, P)>);
 
-impl<const S: usize, B: Basis<S>, P> fmt::Debug for Of<S, B, P> {
+impl<const S: usize, B: Basis<S>, P> fmt::Debug for CompiledTransfers<S, B, P> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(B::NAME)
     }
@@ -18,12 +18,12 @@ impl<const S: usize, B: Basis<S>, P> fmt::Debug for Of<S, B, P> {
 
 /// Calls `visit(point, its nodes)` for every point.
 #[inline(always)]
-fn each<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
-    ground: &Ground<'_, D>,
-    points: &Points<'_, D>,
+fn for_each_point<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    ground: &GridView<'_, D>,
+    points: &PointSlice<'_, D>,
     mut visit: impl FnMut(usize, &P::Support<S>),
 ) {
-    let domains = P::of(&points.domain);
+    let domains = P::typed_column(&points.domain);
     for (p, (position, domain)) in points.position.iter().zip(domains).enumerate() {
         visit(p, &domain.support::<S, B>(ground, position, points.extent));
     }
@@ -33,15 +33,15 @@ fn each<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
 /// with the affine velocity `C` (1/s) (sheet: mpm §2.6).
 #[inline(always)]
 fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
-    ground: &Ground<'_, D>,
-    points: &Points<'_, D>,
-    affine: &Affine<'_, D>,
+    ground: &GridView<'_, D>,
+    points: &PointSlice<'_, D>,
+    affine: &AffineFields<'_, D>,
     p: usize,
     support: &P::Support<S>,
-) -> (P::Support<S>, [Lanes; D]) {
-    let anchor = P::of(&points.domain)[p].anchor(&points.position[p]);
-    let (moments, squares) = support.moments::<S, B>(ground.grid, &anchor);
-    let mut columns = [Lanes::ZERO; D];
+) -> (P::Support<S>, [Vector4; D]) {
+    let anchor = P::typed_column(&points.domain)[p].evaluation_position(&points.position[p]);
+    let (moments, squares) = support.affine_moments::<S, B>(ground.grid, &anchor);
+    let mut columns = [Vector4::ZERO; D];
     let mut scales = [affine.mass[p]; D];
     if affine.moments {
         for j in 0..D {
@@ -54,29 +54,29 @@ fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D
         for i in 0..D {
             column[i] = scale * affine.fields[p][i][j];
         }
-        columns[j] = Lanes::new(column);
+        columns[j] = Vector4::new(column);
     }
     (moments, columns)
 }
 
 /// The nodes of point `p` with what the affine transfers weigh velocities with.
 #[inline(always)]
-fn weighed<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
-    ground: &Ground<'_, D>,
-    points: &Points<'_, D>,
+fn apic_weights<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    ground: &GridView<'_, D>,
+    points: &PointSlice<'_, D>,
     moments: bool,
     p: usize,
     support: &P::Support<S>,
 ) -> P::Support<S> {
     if !moments {
-        return support.of_moments();
+        return support.with_matching_gradients();
     }
-    let anchor = P::of(&points.domain)[p].anchor(&points.position[p]);
-    support.moments::<S, B>(ground.grid, &anchor).0
+    let anchor = P::typed_column(&points.domain)[p].evaluation_position(&points.position[p]);
+    support.affine_moments::<S, B>(ground.grid, &anchor).0
 }
 
 #[inline(always)]
-fn put_columns<const D: usize>(square: &mut Square<D>, columns: &[Lanes; D]) {
+fn set_columns<const D: usize>(square: &mut SquareMatrix<D>, columns: &[Vector4; D]) {
     for j in 0..D {
         let column = columns[j].to_array();
         for i in 0..D {
@@ -85,255 +85,263 @@ fn put_columns<const D: usize>(square: &mut Square<D>, columns: &[Lanes; D]) {
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Sweeps<D> for Of<S, B, P> {
-    fn axis(&self) -> Axis {
-        Axis::of::<S, B>()
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Transfers<D>
+    for CompiledTransfers<S, B, P>
+{
+    fn basis_1d(&self) -> Basis1d {
+        Basis1d::from_basis::<S, B>()
     }
 
     fn domains(&self, count: usize) -> Domains<D> {
-        P::column(count)
+        P::new_column(count)
     }
 
-    fn deposit(
+    fn p2g(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        to: Window<'_, Node>,
-        given: &Deposit<'_, D>,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, NodalState>,
+        given: &P2gInput<'_, D>,
     ) {
-        let (Window { nodes, first }, strides) = (to, &ground.strides);
-        each::<D, S, B, P>(ground, points, |p, support| {
-            let (motion, columns, body) = (given.motion[p], &given.columns[p], given.body.get(p).copied());
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            let (motion, columns, body) =
+                (given.momentum_and_mass[p], &given.stress_columns[p], given.body_force.get(p).copied());
             let Some(affine) = &given.affine else {
-                support.deposit(nodes, first, strides, motion, columns, body);
+                support.p2g(nodes, first, strides, motion, columns, body);
                 return;
             };
             let (moments, fields) = affine_momentum::<D, S, B, P>(ground, points, affine, p, support);
-            support.deposit_affine(nodes, first, strides, (motion, columns, body), (&moments, &fields));
+            support.p2g_affine(nodes, first, strides, (motion, columns, body), (&moments, &fields));
         });
     }
 
-    fn deposit_values(
+    fn p2g_values(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        to: Window<'_, Lanes>,
-        values: &[Lanes],
-        affine: Option<Affine<'_, D>>,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, Vector4>,
+        values: &[Vector4],
+        affine: Option<AffineFields<'_, D>>,
     ) {
-        let (Window { nodes, first }, strides) = (to, &ground.strides);
-        each::<D, S, B, P>(ground, points, |p, support| {
-            support.deposit_motion(nodes, first, strides, values[p]);
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.p2g_value(nodes, first, strides, values[p]);
             if let Some(affine) = &affine {
                 let (moments, columns) = affine_momentum::<D, S, B, P>(ground, points, affine, p, support);
-                moments.deposit_slopes(nodes, first, strides, Lanes::ZERO, &columns, |node| node);
+                moments.p2g_with_gradients(nodes, first, strides, Vector4::ZERO, &columns, |node| node);
             }
         });
     }
 
-    fn deposit_gradients(
+    fn p2g_moments(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        to: Window<'_, Lanes>,
-        values: &[Lanes],
-        moments: &[Lanes],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, Vector4>,
+        values: &[Vector4],
+        moments: &[Vector4],
     ) {
-        let (Window { nodes, first }, strides) = (to, &ground.strides);
-        each::<D, S, B, P>(ground, points, |p, support| {
-            support.deposit_gradients(nodes, first, strides, values[p], moments[p]);
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.p2g_moments(nodes, first, strides, values[p], moments[p]);
         });
     }
 
-    fn deposit_squares(
+    fn p2g_squared_weights(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        to: Window<'_, f64>,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, f64>,
         values: &[f64],
     ) {
-        let (Window { nodes, first }, strides) = (to, &ground.strides);
-        each::<D, S, B, P>(ground, points, |p, support| {
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
             support.for_each(strides, |number, w, _| nodes[number - first] += values[p] * w * w);
         });
     }
 
-    fn gather(
+    fn g2p(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        nodes: &[Node],
-        out: &mut [Gathered<D>],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        out: &mut [InterpolatedMotion<D>],
     ) {
-        each::<D, S, B, P>(ground, points, |p, support| out[p] = support.gather(nodes, &ground.strides));
-    }
-
-    fn gather_motion(
-        &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        nodes: &[Node],
-        out: &mut [Gathered<D>],
-    ) {
-        each::<D, S, B, P>(ground, points, |p, support| {
-            [out[p].velocity, out[p].acceleration] = support.gather_motion(nodes, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support.g2p(nodes, &ground.strides)
         });
     }
 
-    fn gather_velocity(
+    fn g2p_motion(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        nodes: &[Lanes],
-        out: &mut [Gathered<D>],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+        out: &mut [InterpolatedMotion<D>],
     ) {
-        each::<D, S, B, P>(ground, points, |p, support| {
-            out[p] = support.gather_velocity(nodes, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            [out[p].velocity, out[p].acceleration] = support.g2p_motion(nodes, &ground.strides);
         });
     }
 
-    fn gather_affine(
+    fn g2p_velocity(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        nodes: &[Node],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[Vector4],
+        out: &mut [InterpolatedMotion<D>],
+    ) {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support.g2p_velocity(nodes, &ground.strides);
+        });
+    }
+
+    fn g2p_affine(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
         moments: bool,
-        out: &mut [Square<D>],
+        out: &mut [SquareMatrix<D>],
     ) {
-        each::<D, S, B, P>(ground, points, |p, support| {
-            let weighed = weighed::<D, S, B, P>(ground, points, moments, p, support);
-            put_columns(&mut out[p], &weighed.gather(nodes, &ground.strides).gradient);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            let weighed = apic_weights::<D, S, B, P>(ground, points, moments, p, support);
+            set_columns(&mut out[p], &weighed.g2p(nodes, &ground.strides).gradient);
         });
     }
 
-    fn gather_both(
+    fn g2p_with_apic(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        nodes: &[Node],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
         moments: bool,
-        (out, fields): (&mut [Gathered<D>], &mut [Square<D>]),
+        (out, fields): (&mut [InterpolatedMotion<D>], &mut [SquareMatrix<D>]),
     ) {
-        each::<D, S, B, P>(ground, points, |p, support| {
-            let weighed = weighed::<D, S, B, P>(ground, points, moments, p, support);
-            let (read, columns) = support.gather_both(&weighed, nodes, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            let weighed = apic_weights::<D, S, B, P>(ground, points, moments, p, support);
+            let (read, columns) = support.g2p_with_apic(&weighed, nodes, &ground.strides);
             out[p] = read;
-            put_columns(&mut fields[p], &columns);
+            set_columns(&mut fields[p], &columns);
         });
     }
 
-    fn interpolate(
+    fn g2p_values(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        nodes: &[Lanes],
-        out: &mut [Lanes],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[Vector4],
+        out: &mut [Vector4],
     ) {
-        each::<D, S, B, P>(ground, points, |p, support| {
-            out[p] = support.interpolate(nodes, &ground.strides, |node| *node);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support.g2p_value(nodes, &ground.strides, |node| *node);
         });
     }
 
-    fn interpolate_start(
+    fn g2p_start_velocity(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        nodes: &[Node],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
         dt: f64,
-        out: &mut [Lanes],
+        out: &mut [Vector4],
     ) {
-        each::<D, S, B, P>(ground, points, |p, support| {
-            out[p] = support.interpolate(nodes, &ground.strides, |node| node.motion - node.force * dt);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] =
+                support.g2p_value(nodes, &ground.strides, |node| node.momentum_and_mass - node.force * dt);
         });
     }
 
-    fn second_moments(&self, ground: &Ground<'_, D>, points: &Points<'_, D>, out: &mut [[f64; D]]) {
-        let domains = P::of(&points.domain);
-        each::<D, S, B, P>(ground, points, |p, support| {
-            out[p] = support.moments::<S, B>(ground.grid, &domains[p].anchor(&points.position[p])).1;
+    fn second_moments(&self, ground: &GridView<'_, D>, points: &PointSlice<'_, D>, out: &mut [[f64; D]]) {
+        let domains = P::typed_column(&points.domain);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support
+                .affine_moments::<S, B>(ground.grid, &domains[p].evaluation_position(&points.position[p]))
+                .1;
         });
     }
 
-    fn weights(
+    fn for_each_weight(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
         visit: &mut dyn FnMut(usize, usize, f64),
     ) {
-        each::<D, S, B, P>(ground, points, |p, support| {
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
             support.for_each(&ground.strides, |number, w, _| visit(p, number, w));
         });
     }
 
-    fn deposit_phases(
+    fn p2g_phases(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        to: Window<'_, [Node; 2]>,
-        given: &PhaseDeposit<'_, D>,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, [NodalState; 2]>,
+        given: &P2gPhaseInput<'_, D>,
     ) {
-        let (Window { nodes, first }, strides) = (to, &ground.strides);
-        each::<D, S, B, P>(ground, points, |p, support| {
-            support.deposit_phases(
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.p2g_phases(
                 nodes,
                 first,
                 strides,
-                &given.motion[p],
-                &given.columns[p],
-                &given.body[p],
+                &given.momentum_and_mass[p],
+                &given.stress_columns[p],
+                &given.body_force[p],
             );
         });
     }
 
-    fn deposit_motions(
+    fn p2g_phase_values(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        to: Window<'_, [Lanes; 2]>,
-        values: &[[Lanes; 2]],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        to: NodeRange<'_, [Vector4; 2]>,
+        values: &[[Vector4; 2]],
     ) {
-        let (Window { nodes, first }, strides) = (to, &ground.strides);
-        each::<D, S, B, P>(ground, points, |p, support| {
-            support.deposit_motions(nodes, first, strides, &values[p]);
+        let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.p2g_phase_values(nodes, first, strides, &values[p]);
         });
     }
 
-    fn gather_phases(
+    fn g2p_phases(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        nodes: &[[Node; 2]],
-        out: &mut [[Gathered<D>; 2]],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[[NodalState; 2]],
+        out: &mut [[InterpolatedMotion<D>; 2]],
     ) {
-        each::<D, S, B, P>(ground, points, |p, support| {
-            out[p] = support.gather_phases(nodes, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support.g2p_phases(nodes, &ground.strides);
         });
     }
 
-    fn gather_motions(
+    fn g2p_phase_motions(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        nodes: &[[Node; 2]],
-        out: &mut [[Gathered<D>; 2]],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[[NodalState; 2]],
+        out: &mut [[InterpolatedMotion<D>; 2]],
     ) {
-        each::<D, S, B, P>(ground, points, |p, support| {
-            let read = support.gather_motions(nodes, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            let read = support.g2p_phase_motions(nodes, &ground.strides);
             for (out, read) in out[p].iter_mut().zip(read) {
                 [out.velocity, out.acceleration] = read;
             }
         });
     }
 
-    fn gather_velocities(
+    fn g2p_phase_velocities(
         &self,
-        ground: &Ground<'_, D>,
-        points: &Points<'_, D>,
-        nodes: &[[Lanes; 2]],
-        out: &mut [[Gathered<D>; 2]],
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[[Vector4; 2]],
+        out: &mut [[InterpolatedMotion<D>; 2]],
     ) {
-        each::<D, S, B, P>(ground, points, |p, support| {
-            out[p] = support.gather_velocities(nodes, &ground.strides);
+        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            out[p] = support.g2p_phase_velocities(nodes, &ground.strides);
         });
     }
 }

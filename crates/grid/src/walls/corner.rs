@@ -2,91 +2,91 @@
 //! smallest that leave a velocity into none of the faces, and friction is shared by the faces that bear some.
 
 use super::WallKind;
-use super::faces::{Face, dot, length};
+use super::faces::{NodeFace, dot, length};
 
 /// Faces of a node among which no order is made; of more the first that are listed act.
-pub(super) const MOST: usize = 12;
+pub(super) const MAX_FACES: usize = 12;
 
 /// Independent normals at most.
 const AXES: usize = 3;
 
 /// Round-off over the velocities that enter.
-const ROUND: f64 = 1e-12;
+const ROUND_OFF: f64 = 1e-12;
 
 /// Rounds in which faces that leave no way out share their overlap.
-const ROUNDS: usize = 64;
+const MAX_ITERATIONS: usize = 64;
 
 /// Changes of velocity (m/s) along the normals of the faces of a node, in their order.
-type Pushes = [f64; MOST];
+type NormalImpulses = [f64; MAX_FACES];
 
 /// A face as a bound of the velocity.
 #[derive(Clone, Copy, Debug)]
-struct Bound {
+struct VelocityBound {
     /// Normal, without the components that walls hold.
     normal: [f64; 3],
     /// Least velocity along it (m/s).
-    least: f64,
+    min_velocity: f64,
     /// Whether the velocity along it is that one, and not more.
     bilateral: bool,
 }
 
 /// The bounds of a node.
 #[derive(Clone, Copy, Debug)]
-struct Bounds {
-    all: [Bound; MOST],
+struct VelocityBounds {
+    all: [VelocityBound; MAX_FACES],
     count: usize,
 }
 
-impl Bounds {
+impl VelocityBounds {
     /// Those of faces; the velocity along the normal of those that `is_bilateral` picks is given.
     fn new(
-        faces: &[Face],
+        faces: &[NodeFace],
         velocity: &[f64; 3],
         held: [bool; 3],
-        is_bilateral: impl Fn(&Face) -> bool,
+        is_bilateral: impl Fn(&NodeFace) -> bool,
     ) -> Self {
-        let none = Bound { normal: [0.0; 3], least: 0.0, bilateral: false };
-        let mut bounds = Self { all: [none; MOST], count: faces.len().min(MOST) };
+        let none = VelocityBound { normal: [0.0; 3], min_velocity: 0.0, bilateral: false };
+        let mut bounds = Self { all: [none; MAX_FACES], count: faces.len().min(MAX_FACES) };
         for (bound, face) in bounds.all.iter_mut().zip(faces) {
             let by_held: f64 = (0..3).filter(|c| held[*c]).map(|c| face.normal[c] * velocity[c]).sum();
-            *bound = Bound {
+            *bound = VelocityBound {
                 normal: std::array::from_fn(|c| if held[c] { 0.0 } else { face.normal[c] }),
-                least: dot(&face.velocity, &face.normal) - by_held,
+                min_velocity: dot(&face.velocity, &face.normal) - by_held,
                 bilateral: is_bilateral(face),
             };
         }
         bounds
     }
 
-    fn all(&self) -> &[Bound] {
+    fn all(&self) -> &[VelocityBound] {
         &self.all[..self.count]
     }
 
     /// Whether a velocity keeps to all bounds up to `slack` (m/s).
-    fn admit(&self, velocity: &[f64; 3], slack: f64) -> bool {
+    fn are_satisfied_by(&self, velocity: &[f64; 3], slack: f64) -> bool {
         // What walls hold altogether no impulse of a face can change.
-        let can = |bound: &&Bound| dot(&bound.normal, &bound.normal) > ROUND;
+        let can = |bound: &&VelocityBound| dot(&bound.normal, &bound.normal) > ROUND_OFF;
         self.all().iter().filter(can).all(|bound| {
-            let beyond = dot(&bound.normal, velocity) - bound.least;
+            let beyond = dot(&bound.normal, velocity) - bound.min_velocity;
             beyond >= -slack && (!bound.bilateral || beyond <= slack)
         })
     }
 
     /// Changes a velocity (m/s) by the smallest pushes along the normals after which it keeps to all bounds. Where several sets of
     /// faces can give them, each gives its part of their mean.
-    fn project(&self, velocity: &mut [f64; 3]) -> Pushes {
+    fn project(&self, velocity: &mut [f64; 3]) -> NormalImpulses {
         let free: [f64; 3] = std::array::from_fn(|c| {
             if self.all().iter().any(|bound| bound.normal[c] != 0.0) { velocity[c] } else { 0.0 }
         });
-        let scale = self.all().iter().map(|bound| bound.least.abs()).fold(length(&free), f64::max);
-        let slack = ROUND * scale;
-        if self.admit(velocity, slack) && !self.all().iter().any(|bound| bound.bilateral) {
-            return [0.0; MOST];
+        let scale = self.all().iter().map(|bound| bound.min_velocity.abs()).fold(length(&free), f64::max);
+        let slack = ROUND_OFF * scale;
+        if self.are_satisfied_by(velocity, slack) && !self.all().iter().any(|bound| bound.bilateral) {
+            return [0.0; MAX_FACES];
         }
         for size in 1..=AXES {
-            let (mut pushes, mut sets, mut last) = ([0.0; MOST], 0, *velocity);
+            let (mut pushes, mut sets, mut last) = ([0.0; MAX_FACES], 0, *velocity);
             for_each_set(self.count, size, |set| {
-                if let Some((parts, reached)) = self.of_set(set, velocity, slack) {
+                if let Some((parts, reached)) = self.solve_active_set(set, velocity, slack) {
                     set.iter().zip(parts).for_each(|(face, part)| pushes[*face] += part);
                     sets += 1;
                     last = reached;
@@ -97,17 +97,22 @@ impl Bounds {
                 return pushes.map(|push| push / f64::from(sets));
             }
         }
-        self.share_overlap(velocity)
+        self.balance_opposing_faces(velocity)
     }
 
     /// Pushes (m/s) of a set of faces that bring a velocity onto all of them, and the velocity then; none where some would have to
     /// pull or another bound is broken.
-    fn of_set(&self, set: &[usize], velocity: &[f64; 3], slack: f64) -> Option<([f64; AXES], [f64; 3])> {
+    fn solve_active_set(
+        &self,
+        set: &[usize],
+        velocity: &[f64; 3],
+        slack: f64,
+    ) -> Option<([f64; AXES], [f64; 3])> {
         let bound = |k: usize| &self.all[set[k]];
         let size = set.len();
         // Velocity within the span of the normals that has the least components along them.
-        let given = solve(size, |a, b| dot(&bound(a).normal, &bound(b).normal), |a| bound(a).least)?;
-        let lacks = |a: usize| bound(a).least - dot(&bound(a).normal, velocity);
+        let given = solve(size, |a, b| dot(&bound(a).normal, &bound(b).normal), |a| bound(a).min_velocity)?;
+        let lacks = |a: usize| bound(a).min_velocity - dot(&bound(a).normal, velocity);
         let parts = solve(size, |a, b| dot(&bound(a).normal, &bound(b).normal), lacks)?;
         if (0..size).any(|k| !bound(k).bilateral && parts[k] < -slack) {
             return None;
@@ -123,20 +128,20 @@ impl Bounds {
             }
             _ => span,
         };
-        self.admit(&reached, slack).then_some((parts, reached))
+        self.are_satisfied_by(&reached, slack).then_some((parts, reached))
     }
 
     /// Faces that leave no way out, as those that close on a node do, share what one takes and another gives back.
-    fn share_overlap(&self, velocity: &mut [f64; 3]) -> Pushes {
-        let (mut pushes, share) = ([0.0; MOST], 1.0 / self.count as f64);
-        for _ in 0..ROUNDS {
+    fn balance_opposing_faces(&self, velocity: &mut [f64; 3]) -> NormalImpulses {
+        let (mut pushes, share) = ([0.0; MAX_FACES], 1.0 / self.count as f64);
+        for _ in 0..MAX_ITERATIONS {
             let before = *velocity;
             for (bound, push) in self.all().iter().zip(&mut pushes) {
                 let square = dot(&bound.normal, &bound.normal);
-                if square <= ROUND {
+                if square <= ROUND_OFF {
                     continue;
                 }
-                let lacks = share * (bound.least - dot(&bound.normal, &before)) / square;
+                let lacks = share * (bound.min_velocity - dot(&bound.normal, &before)) / square;
                 let more = if bound.bilateral { lacks } else { lacks.max(-*push) };
                 *push += more;
                 (0..3).for_each(|c| velocity[c] += more * bound.normal[c]);
@@ -169,7 +174,7 @@ fn solve(
             let rest = matrix(a, b) - (0..b).map(|c| lower[a][c] * lower[b][c]).sum::<f64>();
             lower[a][b] = if a != b {
                 rest / lower[b][b]
-            } else if rest > ROUND {
+            } else if rest > ROUND_OFF {
                 rest.sqrt()
             } else {
                 return None;
@@ -191,8 +196,11 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 }
 
 /// Mean of the velocities (m/s) of the faces with a weight, and the part of each; none where all weights are zero.
-fn weighted(faces: &[Face], weight: impl Fn(usize) -> f64) -> Option<([f64; 3], Pushes)> {
-    let mut parts: Pushes = std::array::from_fn(|k| if k < faces.len() { weight(k) } else { 0.0 });
+fn weighted_mean_velocity(
+    faces: &[NodeFace],
+    weight: impl Fn(usize) -> f64,
+) -> Option<([f64; 3], NormalImpulses)> {
+    let mut parts: NormalImpulses = std::array::from_fn(|k| if k < faces.len() { weight(k) } else { 0.0 });
     let whole: f64 = parts.iter().sum();
     if whole <= 0.0 {
         return None;
@@ -204,15 +212,15 @@ fn weighted(faces: &[Face], weight: impl Fn(usize) -> f64) -> Option<([f64; 3], 
 
 /// Changes of velocity (m/s) by each face, at the end and at the start of the step.
 #[derive(Clone, Copy, Debug)]
-struct Changes {
-    end: [[f64; 3]; MOST],
-    start: [[f64; 3]; MOST],
+struct VelocityChanges {
+    end: [[f64; 3]; MAX_FACES],
+    start: [[f64; 3]; MAX_FACES],
 }
 
-impl Changes {
+impl VelocityChanges {
     /// Pushes along the normals.
-    fn of(faces: &[Face], end: &Pushes, start: &Pushes) -> Self {
-        let along = |pushes: &Pushes| {
+    fn from_impulses(faces: &[NodeFace], end: &NormalImpulses, start: &NormalImpulses) -> Self {
+        let along = |pushes: &NormalImpulses| {
             std::array::from_fn(|k| faces.get(k).map_or([0.0; 3], |face| face.normal.map(|n| pushes[k] * n)))
         };
         Self { end: along(end), start: along(start) }
@@ -220,37 +228,39 @@ impl Changes {
 }
 
 /// Lets faces that meet at a node act on its velocities at the start and at the end of a step (m/s), as
-/// [`Walls::constrain_and_tell`](super::Walls::constrain_and_tell) has it.
+/// [`NodeWalls::constrain_and_record`](super::NodeWalls::constrain_and_record) has it.
 pub(super) fn constrain(
-    faces: &[Face],
+    faces: &[NodeFace],
     (start, end): (&mut [f64; 3], &mut [f64; 3]),
     keep_start: bool,
     lift: &[f64; 3],
-    tell: &mut impl FnMut(&Face, [f64; 3], [f64; 3]),
+    tell: &mut impl FnMut(&NodeFace, [f64; 3], [f64; 3]),
 ) {
-    let faces = &faces[..faces.len().min(MOST)];
+    let faces = &faces[..faces.len().min(MAX_FACES)];
     let (begun, free) = (*start, *end);
-    let bounds = Bounds::new(faces, end, [false; 3], |face| !face.separation && !face.holds_all());
+    let bounds =
+        VelocityBounds::new(faces, end, [false; 3], |face| !face.separation && !face.is_fully_bonded());
     let pushes = bounds.project(end);
-    let mut kept = [0.0; MOST];
+    let mut kept = [0.0; MAX_FACES];
     if !keep_start {
-        kept = hold_start(faces, start);
+        kept = constrain_start(faces, start);
     }
-    let mut changes = Changes::of(faces, &pushes, &kept);
-    let holding = |k: usize| f64::from(u8::from(faces[k].holds_all()));
+    let mut changes = VelocityChanges::from_impulses(faces, &pushes, &kept);
+    let holding = |k: usize| f64::from(u8::from(faces[k].is_fully_bonded()));
     let pressed = |k: usize| if pushes[k] > 0.0 { pushes[k] } else { 0.0 };
     let sticks = |k: usize| if faces[k].kind == WallKind::Rough { pressed(k) } else { 0.0 };
-    if let Some((velocity, parts)) = weighted(faces, holding) {
+    if let Some((velocity, parts)) = weighted_mean_velocity(faces, holding) {
         // What holds bears more where it is pressed.
-        let parts = weighted(faces, |k| holding(k) * pressed(k)).map_or(parts, |(_, parts)| parts);
-        stick(&mut changes.end, &parts, &free, end, velocity);
+        let parts =
+            weighted_mean_velocity(faces, |k| holding(k) * pressed(k)).map_or(parts, |(_, parts)| parts);
+        impose_bonded_velocity(&mut changes.end, &parts, &free, end, velocity);
         if !keep_start {
-            stick(&mut changes.start, &parts, &begun, start, velocity);
+            impose_bonded_velocity(&mut changes.start, &parts, &begun, start, velocity);
         }
-    } else if let Some((velocity, parts)) = weighted(faces, sticks) {
-        stick(&mut changes.end, &parts, &free, end, velocity);
+    } else if let Some((velocity, parts)) = weighted_mean_velocity(faces, sticks) {
+        impose_bonded_velocity(&mut changes.end, &parts, &free, end, velocity);
     } else {
-        rub(faces, &pushes, lift, end, &mut changes.end);
+        apply_friction(faces, &pushes, lift, end, &mut changes.end);
     }
     for (k, face) in faces.iter().enumerate() {
         tell(face, changes.end[k], changes.start[k]);
@@ -258,24 +268,24 @@ pub(super) fn constrain(
 }
 
 /// Takes the velocity at the start of the step (m/s) along the normals of faces that are bilateral.
-fn hold_start(faces: &[Face], start: &mut [f64; 3]) -> Pushes {
-    let mut pushes = [0.0; MOST];
-    let mut chosen = Bounds::new(faces, start, [false; 3], |_| true);
+fn constrain_start(faces: &[NodeFace], start: &mut [f64; 3]) -> NormalImpulses {
+    let mut pushes = [0.0; MAX_FACES];
+    let mut chosen = VelocityBounds::new(faces, start, [false; 3], |_| true);
     for (bound, face) in chosen.all.iter_mut().zip(faces) {
-        if face.separation || face.holds_all() {
-            *bound = Bound { normal: [0.0; 3], least: 0.0, bilateral: false };
+        if face.separation || face.is_fully_bonded() {
+            *bound = VelocityBound { normal: [0.0; 3], min_velocity: 0.0, bilateral: false };
         }
     }
-    if faces.iter().any(|face| !face.separation && !face.holds_all()) {
+    if faces.iter().any(|face| !face.separation && !face.is_fully_bonded()) {
         pushes = chosen.project(start);
     }
     pushes
 }
 
 /// Gives a node the velocity of faces that hold it; beside their pushes they bear their parts of the rest.
-fn stick(
-    changes: &mut [[f64; 3]; MOST],
-    parts: &Pushes,
+fn impose_bonded_velocity(
+    changes: &mut [[f64; 3]; MAX_FACES],
+    parts: &NormalImpulses,
     free: &[f64; 3],
     now: &mut [f64; 3],
     velocity: [f64; 3],
@@ -288,15 +298,21 @@ fn stick(
 }
 
 /// Coulomb's friction of faces, by the motion (m/s) that all of them leave. Each takes its part of what all can take.
-fn rub(faces: &[Face], pushes: &Pushes, lift: &[f64; 3], end: &mut [f64; 3], changes: &mut [[f64; 3]; MOST]) {
+fn apply_friction(
+    faces: &[NodeFace],
+    pushes: &NormalImpulses,
+    lift: &[f64; 3],
+    end: &mut [f64; 3],
+    changes: &mut [[f64; 3]; MAX_FACES],
+) {
     let bound = |k: usize| {
         let push = if pushes[k] > 0.0 { pushes[k] - dot(lift, &faces[k].normal) } else { 0.0 };
         if faces[k].kind == WallKind::Smooth { 0.0 } else { faces[k].coefficient() * push.max(0.0) }
     };
-    let Some((_, parts)) = weighted(faces, bound) else { return };
+    let Some((_, parts)) = weighted_mean_velocity(faces, bound) else { return };
     let left = *end;
     for (k, face) in faces.iter().enumerate().filter(|(k, _)| parts[*k] > 0.0) {
-        let out = face.leaving(&left);
+        let out = face.separation_velocity(&left);
         let slides: [f64; 3] = std::array::from_fn(|c| left[c] - face.velocity[c] - out * face.normal[c]);
         let speed = length(&slides);
         let (own, least) = (bound(k), parts[k] * speed);
@@ -310,15 +326,15 @@ fn rub(faces: &[Face], pushes: &Pushes, lift: &[f64; 3], end: &mut [f64; 3], cha
 }
 
 /// Lets nothing of a velocity (m/s) into any face, without friction, by changes of the components that walls do not hold.
-pub(super) fn keep_out(
-    faces: &[Face],
+pub(super) fn remove_penetration(
+    faces: &[NodeFace],
     velocity: &mut [f64; 3],
     held: [bool; 3],
-    tell: &mut impl FnMut(&Face, [f64; 3], [f64; 3]),
+    tell: &mut impl FnMut(&NodeFace, [f64; 3], [f64; 3]),
 ) {
-    let faces = &faces[..faces.len().min(MOST)];
+    let faces = &faces[..faces.len().min(MAX_FACES)];
     let before = *velocity;
-    let bounds = Bounds::new(faces, velocity, held, |_| false);
+    let bounds = VelocityBounds::new(faces, velocity, held, |_| false);
     let pushes = bounds.project(velocity);
     (0..3).filter(|c| held[*c]).for_each(|c| velocity[c] = before[c]);
     for (k, face) in faces.iter().enumerate().filter(|(k, _)| pushes[*k] != 0.0) {
@@ -327,12 +343,14 @@ pub(super) fn keep_out(
 }
 
 /// Acts on the re-mapped velocity (MUSL) of a node that the faces have left with `solved`.
-pub(super) fn constrain_again(faces: &[Face], solved: &[f64; 3], velocity: &mut [f64; 3]) {
-    let faces = &faces[..faces.len().min(MOST)];
-    let stopped = |face: &Face| face.has_stopped(solved) || !face.separation;
-    Bounds::new(faces, velocity, [false; 3], stopped).project(velocity);
-    let stuck = |face: &Face| face.holds_all() || (*solved == face.velocity && face.kind != WallKind::Smooth);
-    if let Some((held, _)) = weighted(faces, |k| f64::from(u8::from(stuck(&faces[k])))) {
+pub(super) fn constrain_remapped(faces: &[NodeFace], solved: &[f64; 3], velocity: &mut [f64; 3]) {
+    let faces = &faces[..faces.len().min(MAX_FACES)];
+    let stopped = |face: &NodeFace| face.is_in_contact(solved) || !face.separation;
+    VelocityBounds::new(faces, velocity, [false; 3], stopped).project(velocity);
+    let stuck = |face: &NodeFace| {
+        face.is_fully_bonded() || (*solved == face.velocity && face.kind != WallKind::Smooth)
+    };
+    if let Some((held, _)) = weighted_mean_velocity(faces, |k| f64::from(u8::from(stuck(&faces[k])))) {
         *velocity = held;
     }
 }
@@ -342,13 +360,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn face(normal: [f64; 3], friction: f64, separation: bool) -> Face {
+    fn face(normal: [f64; 3], friction: f64, separation: bool) -> NodeFace {
         let long = length(&normal);
-        Face::at_rest(normal.map(|n| n / long), friction, separation)
+        NodeFace::at_rest(normal.map(|n| n / long), friction, separation)
     }
 
     /// Velocity that faces leave of one, and what each of them changes.
-    fn act(faces: &[Face], free: [f64; 3]) -> ([f64; 3], Vec<[f64; 3]>) {
+    fn act(faces: &[NodeFace], free: [f64; 3]) -> ([f64; 3], Vec<[f64; 3]>) {
         let (mut start, mut end, mut told) = ([0.0; 3], free, vec![[0.0; 3]; faces.len()]);
         constrain(faces, (&mut start, &mut end), true, &[0.0; 3], &mut |face, change, _| {
             let number = faces.iter().position(|own| std::ptr::eq(own, face));
@@ -377,7 +395,7 @@ mod tests {
     fn faces_of_one_plane_bear_the_same() {
         for friction in [0.0, 0.3, f64::INFINITY] {
             let floor = face([0.0, 1.0, 0.0], friction, true);
-            let other = Face { bearer: Some(1), ..floor };
+            let other = NodeFace { reaction_index: Some(1), ..floor };
             let (end, told) = act(&[floor, other], [1.0, -1.0, 0.0]);
             assert_eq!(told[0], told[1]);
             let exact = if friction.is_finite() { 1.0 - friction } else { 0.0 };
@@ -387,18 +405,18 @@ mod tests {
 
     #[test]
     fn faces_that_close_on_a_node_share_their_overlap() {
-        let floor = Face { velocity: [0.0, 1.0, 0.0], ..face([0.0, 1.0, 0.0], 0.0, true) };
-        let roof = Face { velocity: [0.0, -1.0, 0.0], ..face([0.0, -1.0, 0.0], 0.0, true) };
+        let floor = NodeFace { velocity: [0.0, 1.0, 0.0], ..face([0.0, 1.0, 0.0], 0.0, true) };
+        let roof = NodeFace { velocity: [0.0, -1.0, 0.0], ..face([0.0, -1.0, 0.0], 0.0, true) };
         let (end, _) = act(&[floor, roof], [0.5, -0.4, 0.0]);
         assert!(end[1].abs() < 1e-12 && end[0] == 0.5, "{end:?}");
     }
 
-    fn some_faces() -> impl Strategy<Value = Vec<Face>> {
+    fn some_faces() -> impl Strategy<Value = Vec<NodeFace>> {
         let friction = prop_oneof![Just(0.0), 0.05..1.0f64, Just(f64::INFINITY)];
         let one = ([-1.0..1.0f64, -1.0..1.0f64, 0.05..1.0f64], friction);
         proptest::collection::vec(one, 2..6).prop_map(|all| {
-            let of = |(k, (normal, friction)): (usize, ([f64; 3], f64))| Face {
-                bearer: Some(k as u8),
+            let of = |(k, (normal, friction)): (usize, ([f64; 3], f64))| NodeFace {
+                reaction_index: Some(k as u8),
                 ..face(normal, friction, true)
             };
             all.into_iter().enumerate().map(of).collect()
@@ -413,7 +431,7 @@ mod tests {
             turn in 1usize..6,
         ) {
             let (end, told) = act(&faces, free);
-            prop_assert!(faces.iter().all(|face| face.leaving(&end) >= -1e-11), "{end:?}");
+            prop_assert!(faces.iter().all(|face| face.separation_velocity(&end) >= -1e-11), "{end:?}");
             for c in 0..3 {
                 let sum: f64 = told.iter().map(|change| change[c]).sum();
                 prop_assert!((free[c] + sum - end[c]).abs() < 1e-12);
@@ -425,7 +443,7 @@ mod tests {
             let (other, of_turned) = act(&turned, free);
             prop_assert!((0..3).all(|c| (other[c] - end[c]).abs() < 1e-10), "{end:?} {other:?}");
             for (face, change) in turned.iter().zip(of_turned) {
-                let own = told[usize::from(face.bearer.unwrap())];
+                let own = told[usize::from(face.reaction_index.unwrap())];
                 prop_assert!((0..3).all(|c| (own[c] - change[c]).abs() < 1e-9), "{own:?} {change:?}");
             }
         }
@@ -436,10 +454,10 @@ mod tests {
             free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
             other in [-2.0..2.0f64, -2.0..2.0f64, -2.0..2.0f64],
         ) {
-            let smooth: Vec<Face> = faces.iter().map(|face| Face { kind: WallKind::Smooth, ..*face }).collect();
+            let smooth: Vec<NodeFace> = faces.iter().map(|face| NodeFace { kind: WallKind::Smooth, ..*face }).collect();
             let (end, _) = act(&smooth, free);
             let away = |from: &[f64; 3]| length(&std::array::from_fn(|c| from[c] - free[c]));
-            let admits = smooth.iter().all(|face| face.leaving(&other) >= 0.0);
+            let admits = smooth.iter().all(|face| face.separation_velocity(&other) >= 0.0);
             prop_assert!(!admits || away(&other) >= away(&end) - 1e-10);
         }
 
@@ -451,8 +469,8 @@ mod tests {
         ) {
             let (solved, _) = act(&faces, free);
             let mut velocity = mapped;
-            constrain_again(&faces, &solved, &mut velocity);
-            prop_assert!(faces.iter().all(|face| face.leaving(&velocity) >= -1e-10), "{velocity:?}");
+            constrain_remapped(&faces, &solved, &mut velocity);
+            prop_assert!(faces.iter().all(|face| face.separation_velocity(&velocity) >= -1e-10), "{velocity:?}");
         }
     }
 }

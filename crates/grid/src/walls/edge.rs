@@ -4,42 +4,47 @@
 //! relative to it, and the impulse `j_k` that the wall bears (both per unit mass), friction is `-μ_k j_k s_k/|s_k|`, or
 //! whatever stops the node where `s_k = 0`. What one wall rubs into another adds to what that one bears.
 
-use super::{Wall, WallKind, length};
+use super::{NodeWall, WallKind, length};
 
 /// Rounds in which walls that rub the node into each other find what each bears. An error falls by the product of their
 /// coefficients in two; with a product of one or more they jam the node, and it sticks.
-const ROUNDS: usize = 64;
+const MAX_ITERATIONS: usize = 64;
 
 /// A node where walls that may let go or rub meet, and move with different velocities.
-pub(super) struct Edge<'a> {
+pub(super) struct FrictionEdge<'a> {
     /// The walls, by the axes they are normal to.
-    pub walls: [Option<&'a Wall>; 3],
+    pub walls: [Option<&'a NodeWall>; 3],
     /// Components of velocity that other walls hold.
-    pub held: [bool; 3],
+    pub constrained: [bool; 3],
     /// Velocity before the step (m/s).
     pub start: [f64; 3],
     /// Velocity at the end of it without these walls (m/s).
-    pub free: [f64; 3],
+    pub free_velocity: [f64; 3],
     /// What a fluid in the pores bears (m/s).
-    pub lift: [f64; 3],
+    pub pore_pressure_part: [f64; 3],
 }
 
-impl Edge<'_> {
+impl FrictionEdge<'_> {
     /// Velocity of the node that walls leave to it, from the `pushes` (m/s) into those that it runs into.
     pub fn solve(&self, mut pushes: [Option<f64>; 3]) -> [f64; 3] {
-        let mut end = self.free;
+        let mut end = self.free_velocity;
         // Each wall may let go of the node or be run into, as the others rub it off or on.
         for _ in 0..6 {
             let rubbed;
-            (end, rubbed) = self.rub(&pushes);
+            (end, rubbed) = self.friction_velocity(&pushes);
             let before = pushes;
             for wall in self.walls.into_iter().flatten() {
                 let axis = wall.axis;
                 match before[axis] {
-                    Some(_) if wall.separation && wall.approach(&self.free) + rubbed[axis] < 0.0 => {
+                    Some(_)
+                        if wall.separation
+                            && wall.approach_velocity(&self.free_velocity) + rubbed[axis] < 0.0 =>
+                    {
                         pushes[axis] = None;
                     }
-                    None if wall.approach(&end) > 0.0 => pushes[axis] = Some(self.push(wall)),
+                    None if wall.approach_velocity(&end) > 0.0 => {
+                        pushes[axis] = Some(self.normal_impulse(wall))
+                    }
                     _ => {}
                 }
             }
@@ -48,7 +53,7 @@ impl Edge<'_> {
             }
         }
         for wall in self.walls.into_iter().flatten() {
-            if wall.approach(&end) > 0.0 {
+            if wall.approach_velocity(&end) > 0.0 {
                 end[wall.axis] = wall.velocity[wall.axis];
             }
         }
@@ -56,17 +61,17 @@ impl Edge<'_> {
     }
 
     /// What pushes into a wall without the others (m/s).
-    fn push(&self, wall: &Wall) -> f64 {
-        wall.approach(&std::array::from_fn(|c| self.free[c] + self.lift[c]))
+    fn normal_impulse(&self, wall: &NodeWall) -> f64 {
+        wall.approach_velocity(&std::array::from_fn(|c| self.free_velocity[c] + self.pore_pressure_part[c]))
     }
 
     /// Velocity with the walls that have a push, and what each of them is rubbed into by the others (m/s).
-    fn rub(&self, pushes: &[Option<f64>; 3]) -> ([f64; 3], [f64; 3]) {
+    fn friction_velocity(&self, pushes: &[Option<f64>; 3]) -> ([f64; 3], [f64; 3]) {
         let acting = || self.walls.into_iter().flatten().filter(|wall| pushes[wall.axis].is_some());
-        let mut end = self.free;
+        let mut end = self.free_velocity;
         acting().for_each(|wall| end[wall.axis] = wall.velocity[wall.axis]);
         let rough = || acting().filter(|wall| wall.kind == WallKind::Rough);
-        let loose = |c: usize| pushes[c].is_none() && !self.held[c];
+        let loose = |c: usize| pushes[c].is_none() && !self.constrained[c];
         let count = rough().count();
         if count > 0 {
             for c in (0..3).filter(|c| loose(*c)) {
@@ -74,38 +79,42 @@ impl Edge<'_> {
             }
             return (
                 end,
-                self.rubbed(acting, |wall, c| match wall.kind {
-                    WallKind::Rough => wall.velocity[c] - self.free[c],
+                self.friction_normal_impulses(acting, |wall, c| match wall.kind {
+                    WallKind::Rough => wall.velocity[c] - self.free_velocity[c],
                     _ => 0.0,
                 }),
             );
         }
         if acting().count() == 1 {
-            acting().for_each(|wall| wall.rub(&self.start, &mut end, pushes[wall.axis].unwrap_or(0.0)));
+            acting().for_each(|wall| {
+                wall.apply_friction(&self.start, &mut end, pushes[wall.axis].unwrap_or(0.0))
+            });
             return (end, [0.0; 3]);
         }
         let stopped = end;
         let coefficients = self.walls.map(|wall| {
-            wall.map_or(0.0, |wall| wall.coefficient(&self.start, length(&wall.along(&stopped))))
+            wall.map_or(0.0, |wall| {
+                wall.coefficient(&self.start, length(&wall.tangential_velocity(&stopped)))
+            })
         });
         let mut rubbed = [0.0; 3];
-        for _ in 0..ROUNDS {
-            let bound = |wall: &Wall| {
+        for _ in 0..MAX_ITERATIONS {
+            let bound = |wall: &NodeWall| {
                 let axis = wall.axis;
                 coefficients[axis] * (pushes[axis].unwrap_or(0.0) + rubbed[axis]).max(0.0)
             };
             if let Some(c) = (0..3).find(|c| loose(*c)) {
                 let frictions = || {
                     acting().map(|wall| {
-                        let slip = wall.along(&stopped);
+                        let slip = wall.tangential_velocity(&stopped);
                         let across = length(&std::array::from_fn(|d| if d == c { 0.0 } else { slip[d] }));
-                        Friction { speed: wall.velocity[c], across, bound: bound(wall) }
+                        EdgeFriction { speed: wall.velocity[c], across, bound: bound(wall) }
                     })
                 };
-                end[c] = balance(self.free[c], frictions);
+                end[c] = friction_equilibrium(self.free_velocity[c], frictions);
             }
-            let next = self.rubbed(acting, |wall, c| {
-                let slip = wall.along(&end);
+            let next = self.friction_normal_impulses(acting, |wall, c| {
+                let slip = wall.tangential_velocity(&end);
                 if slip[c] == 0.0 { 0.0 } else { -bound(wall) * slip[c] / length(&slip) }
             });
             if next == rubbed {
@@ -117,10 +126,10 @@ impl Edge<'_> {
     }
 
     /// What each wall is rubbed into (m/s) by the `friction` of the others along its axis.
-    fn rubbed<'a, W: Iterator<Item = &'a Wall>>(
+    fn friction_normal_impulses<'a, W: Iterator<Item = &'a NodeWall>>(
         &self,
         acting: impl Fn() -> W,
-        friction: impl Fn(&Wall, usize) -> f64,
+        friction: impl Fn(&NodeWall, usize) -> f64,
     ) -> [f64; 3] {
         let mut rubbed = [0.0; 3];
         for wall in acting() {
@@ -133,7 +142,7 @@ impl Edge<'_> {
 }
 
 /// Friction of a wall on the one component of velocity that is left to a node.
-struct Friction {
+struct EdgeFriction {
     /// The wall's own (m/s).
     speed: f64,
     /// Speed of the node relative to the wall in the other components (m/s).
@@ -143,9 +152,9 @@ struct Friction {
 }
 
 /// The velocity that `free` (m/s) becomes by the friction of all: the one at which `½(v-v₀)² + Σ b √(a² + (v-V)²)` is least.
-fn balance<I: Iterator<Item = Friction>>(free: f64, frictions: impl Fn() -> I) -> f64 {
+fn friction_equilibrium<I: Iterator<Item = EdgeFriction>>(free: f64, frictions: impl Fn() -> I) -> f64 {
     let slope = |velocity: f64| {
-        let rub = |friction: Friction| match velocity - friction.speed {
+        let rub = |friction: EdgeFriction| match velocity - friction.speed {
             0.0 => 0.0,
             slip => friction.bound * slip / slip.hypot(friction.across),
         };
@@ -170,28 +179,31 @@ fn balance<I: Iterator<Item = Friction>>(free: f64, frictions: impl Fn() -> I) -
 
 #[cfg(test)]
 mod tests {
-    use crate::walls::{Wall, WallKind, Walls};
+    use crate::walls::{NodeWall, NodeWalls, WallKind};
 
     const FREE: [f64; 3] = [1.3, -0.8, 0.5];
     const COEFFICIENTS: [f64; 2] = [0.3, 0.6];
 
     /// A side at the upper end of x and a floor, with velocities.
-    fn walls(separation: bool, [side, floor]: [[f64; 3]; 2]) -> [Wall; 2] {
+    fn walls(separation: bool, [side, floor]: [[f64; 3]; 2]) -> [NodeWall; 2] {
         let [a, b] = COEFFICIENTS.map(|coefficient| WallKind::Frictional { coefficient });
-        let wall = |axis, upper, kind, velocity| Wall { axis, upper, node: 0, kind, separation, velocity };
+        let wall =
+            |axis, upper, kind, velocity| NodeWall { axis, upper, node: 0, kind, separation, velocity };
         [wall(0, true, a, side), wall(1, false, b, floor)]
     }
 
     /// What they leave of a velocity, with axes named anew: axis `c` becomes `order[c]`.
-    fn left(walls: &[Wall], order: [usize; 3], free: [f64; 3]) -> [f64; 3] {
+    fn left(walls: &[NodeWall], order: [usize; 3], free: [f64; 3]) -> [f64; 3] {
         let turned = |v: [f64; 3]| {
             let mut out = [0.0; 3];
             (0..3).for_each(|c| out[order[c]] = v[c]);
             out
         };
-        let turn = |wall: &Wall| Wall { axis: order[wall.axis], velocity: turned(wall.velocity), ..*wall };
+        let turn =
+            |wall: &NodeWall| NodeWall { axis: order[wall.axis], velocity: turned(wall.velocity), ..*wall };
         let (mut start, mut end) = ([0.0; 3], turned(free));
-        Walls::new(&[1; 3], walls.iter().map(turn).collect()).constrain(&[0; 3], &mut start, &mut end, true);
+        NodeWalls::new(&[1; 3], walls.iter().map(turn).collect())
+            .constrain(&[0; 3], &mut start, &mut end, true);
         order.map(|c| end[c])
     }
 
@@ -209,10 +221,10 @@ mod tests {
         let orders = [[0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
         for (velocities, separation) in VELOCITIES.into_iter().flat_map(|v| [(v, false), (v, true)]) {
             let [side, floor] = walls(separation, velocities);
-            let roof = Wall { axis: 2, velocity: [0.2, -0.1, 0.3], ..side };
+            let roof = NodeWall { axis: 2, velocity: [0.2, -0.1, 0.3], ..side };
             for walls in [vec![side, floor], vec![side, floor, roof]] {
                 let here = left(&walls, [0, 1, 2], FREE);
-                let back: Vec<Wall> = walls.iter().rev().copied().collect();
+                let back: Vec<NodeWall> = walls.iter().rev().copied().collect();
                 for there in orders.map(|order| left(&walls, order, FREE)).into_iter().chain([left(
                     &back,
                     [0, 1, 2],
@@ -271,11 +283,11 @@ mod tests {
         assert!((acts(-9.0, [0.1, -1.0, 0.0])[0] + 0.5).abs() < 1e-15, "pulled off");
         assert_eq!(acts(-0.2, [0.1, -1.0, 0.0]), [-0.2, 0.0, 0.0], "it goes with the floor");
         // What is pulled off has the acceleration that took it there.
-        let plane = WallKind::Plane { resting: 0.6, sliding: 0.6 };
+        let plane = WallKind::StaticAndSliding { static_coefficient: 0.6, sliding_coefficient: 0.6 };
         let [side, floor] =
-            walls(true, [[0.0; 3], [-9.0, 0.0, 0.0]]).map(|wall| Wall { kind: plane, ..wall });
+            walls(true, [[0.0; 3], [-9.0, 0.0, 0.0]]).map(|wall| NodeWall { kind: plane, ..wall });
         let (mut start, mut end) = ([-0.1, 0.0, 0.0], [0.1, -1.0, 0.0]);
-        Walls::new(&[1; 3], vec![side, floor]).constrain(&[0; 3], &mut start, &mut end, false);
+        NodeWalls::new(&[1; 3], vec![side, floor]).constrain(&[0; 3], &mut start, &mut end, false);
         assert!((end[0] + 0.5).abs() < 1e-15 && start == [-0.1, 0.0, 0.0], "{start:?}, {end:?}");
         // It rests at the side, and the floor presses it there by 0.6, which rubs with 0.3 × 0.6 on what the floor hardly does.
         let end = acts(1e9, [0.0, -1.0, 0.5]);

@@ -1,11 +1,11 @@
 //! Nodes in and on rigid geometry of any shape.
 
 use super::WallKind;
-use crate::{Axis, Grid, Layout};
+use crate::{Basis1d, Grid, Layout};
 
 /// How a surface of any shape acts on a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face {
+pub struct NodeFace {
     /// Unit normal out of the solid.
     pub normal: [f64; 3],
     /// How it acts; friction is that of impulses.
@@ -15,12 +15,12 @@ pub struct Face {
     /// Velocity of the surface (m/s).
     pub velocity: [f64; 3],
     /// Number of what adds up the reaction of the surface; none when absent.
-    pub bearer: Option<u8>,
+    pub reaction_index: Option<u8>,
 }
 
 /// The faces of all nodes that have some.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Faces {
+pub struct NodeFaces {
     /// Distance between neighbouring entries of a node's index.
     strides: [usize; 3],
     /// By node: number of the node among those with faces plus one, zero for none; empty without any.
@@ -31,7 +31,7 @@ pub struct Faces {
     starts: Vec<u32>,
     /// The nodes that have some.
     nodes: Vec<u32>,
-    faces: Vec<Face>,
+    faces: Vec<NodeFace>,
 }
 
 pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
@@ -43,11 +43,11 @@ pub(super) fn length(a: &[f64; 3]) -> f64 {
 }
 
 /// What round-off leaves of the normal part of a velocity, over the velocity.
-const ROUND: f64 = 1e-12;
+const ROUND_OFF: f64 = 1e-12;
 
-impl Faces {
+impl NodeFaces {
     /// The faces of `count` nodes (of a layout with `strides`), each with its node, in the order of nodes.
-    pub fn new<const D: usize>(strides: [usize; D], count: usize, of_nodes: &[(u32, Face)]) -> Self {
+    pub fn new<const D: usize>(strides: [usize; D], count: usize, of_nodes: &[(u32, NodeFace)]) -> Self {
         if of_nodes.is_empty() {
             return Self::default();
         }
@@ -59,14 +59,14 @@ impl Faces {
         };
         for (node, face) in of_nodes {
             faces.faces.push(*face);
-            faces.give(*node, faces.faces.len() - 1);
+            faces.assign(*node, faces.faces.len() - 1);
         }
         faces.starts.push(of_nodes.len() as u32);
         faces
     }
 
     /// Gives the faces from number `first` on to a node, which is the last one so far or comes after it.
-    fn give(&mut self, node: u32, first: usize) {
+    fn assign(&mut self, node: u32, first: usize) {
         if self.lookup[node as usize] == 0 && first < self.faces.len() {
             self.starts.push(first as u32);
             self.nodes.push(node);
@@ -77,13 +77,13 @@ impl Faces {
 
     /// Finds the faces of the active nodes of a structured grid anew: those in `rest`, and those that `find` adds to its list for
     /// a place (m). Room is kept.
-    pub fn find_anew<const D: usize>(
+    pub fn rebuild<const D: usize>(
         &mut self,
         grid: &Grid<D>,
         layout: &Layout<D>,
-        axis: &Axis,
+        axis: &Basis1d,
         rest: &Self,
-        mut find: impl FnMut(&[f64; D], &mut Vec<Face>),
+        mut find: impl FnMut(&[f64; D], &mut Vec<NodeFace>),
     ) {
         let strides = layout.strides();
         self.strides = std::array::from_fn(|axis| strides.get(axis).copied().unwrap_or(0));
@@ -103,18 +103,18 @@ impl Faces {
                 let first = self.faces.len();
                 self.faces.extend_from_slice(rest.at(&index));
                 find(&place, &mut self.faces);
-                self.give(node, first);
+                self.assign(node, first);
             }
         }
         self.starts.push(self.faces.len() as u32);
     }
 
     /// The faces of the nodes of a structured grid: `find` adds to its list those that act on a node at a place (m).
-    pub fn in_space<const D: usize>(
+    pub fn from_positions<const D: usize>(
         grid: &Grid<D>,
         layout: &Layout<D>,
-        axis: &Axis,
-        mut find: impl FnMut(&[f64; D], &mut Vec<Face>),
+        axis: &Basis1d,
+        mut find: impl FnMut(&[f64; D], &mut Vec<NodeFace>),
     ) -> Self {
         let strides = layout.strides();
         let (mut of_nodes, mut found) = (Vec::new(), Vec::new());
@@ -139,13 +139,13 @@ impl Faces {
 
     /// Whether a node with this index along the first axis has faces.
     #[inline]
-    pub(super) fn in_row(&self, row: usize) -> bool {
+    pub(super) fn has_faces_in_row(&self, row: usize) -> bool {
         !self.faces.is_empty() && self.rows[row]
     }
 
     /// The faces of a node.
     #[inline]
-    pub fn at(&self, index: &[usize; 3]) -> &[Face] {
+    pub fn at(&self, index: &[usize; 3]) -> &[NodeFace] {
         if self.faces.is_empty() {
             return &[];
         }
@@ -159,7 +159,7 @@ impl Faces {
     }
 }
 
-impl Face {
+impl NodeFace {
     /// A surface at rest with the outward unit normal `normal`: of `friction` nought it is smooth, of infinite friction rough, else
     /// frictional.
     pub fn at_rest(normal: [f64; 3], friction: f64, separation: bool) -> Self {
@@ -168,11 +168,11 @@ impl Face {
             coefficient if coefficient.is_finite() => WallKind::Frictional { coefficient },
             _ => WallKind::Rough,
         };
-        Self { normal, kind, separation, velocity: [0.0; 3], bearer: None }
+        Self { normal, kind, separation, velocity: [0.0; 3], reaction_index: None }
     }
 
     /// Whether it fixes all components whatever the material does.
-    pub(super) fn holds_all(&self) -> bool {
+    pub(super) fn is_fully_bonded(&self) -> bool {
         self.kind == WallKind::Rough && !self.separation
     }
 
@@ -182,7 +182,7 @@ impl Face {
     }
 
     /// Velocity along the normal, relative to the surface (m/s).
-    pub(super) fn leaving(&self, velocity: &[f64; 3]) -> f64 {
+    pub(super) fn separation_velocity(&self, velocity: &[f64; 3]) -> f64 {
         dot(velocity, &self.normal) - dot(&self.velocity, &self.normal)
     }
 
@@ -190,13 +190,12 @@ impl Face {
         match self.kind {
             WallKind::Smooth => 0.0,
             WallKind::Rough => f64::INFINITY,
-            WallKind::Frictional { coefficient } | WallKind::Plane { sliding: coefficient, .. } => {
-                coefficient
-            }
+            WallKind::Frictional { coefficient }
+            | WallKind::StaticAndSliding { sliding_coefficient: coefficient, .. } => coefficient,
         }
     }
 
-    /// Acts on a node as a wall does: see [`Walls::constrain_skeleton`](super::Walls::constrain_skeleton).
+    /// Acts on a node as a wall does: see [`NodeWalls::constrain_skeleton`](super::NodeWalls::constrain_skeleton).
     pub(super) fn constrain(
         &self,
         start: &mut [f64; 3],
@@ -223,7 +222,7 @@ impl Face {
         keep_start: bool,
         lift: &[f64; 3],
     ) {
-        if self.holds_all() {
+        if self.is_fully_bonded() {
             *end = [0.0; 3];
             if !keep_start {
                 *start = [0.0; 3];
@@ -247,30 +246,30 @@ impl Face {
     }
 
     /// Lets nothing of a velocity into the solid, without friction, by changes of the components that walls do not hold.
-    pub(super) fn keep_out(&self, velocity: &mut [f64; 3], held: [bool; 3]) {
-        let out = self.leaving(velocity);
+    pub(super) fn remove_penetration(&self, velocity: &mut [f64; 3], held: [bool; 3]) {
+        let out = self.separation_velocity(velocity);
         if out >= 0.0 {
             return;
         }
         let free: [f64; 3] = std::array::from_fn(|c| if held[c] { 0.0 } else { self.normal[c] });
         let share = dot(&free, &free);
-        if share > ROUND {
+        if share > ROUND_OFF {
             (0..3).for_each(|c| velocity[c] -= out / share * free[c]);
         }
     }
 
     /// Whether it holds a node that it has left with `end`.
-    pub(super) fn has_stopped(&self, end: &[f64; 3]) -> bool {
-        self.holds_all() || self.leaving(end).abs() <= ROUND * length(end)
+    pub(super) fn is_in_contact(&self, end: &[f64; 3]) -> bool {
+        self.is_fully_bonded() || self.separation_velocity(end).abs() <= ROUND_OFF * length(end)
     }
 
     /// Acts on the re-mapped velocity (MUSL) of a node that it has left with `solved`.
-    pub(super) fn constrain_again(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
-        if self.has_stopped(solved) || !self.separation || self.leaving(velocity) < 0.0 {
-            let out = self.leaving(velocity);
+    pub(super) fn constrain_remapped(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
+        if self.is_in_contact(solved) || !self.separation || self.separation_velocity(velocity) < 0.0 {
+            let out = self.separation_velocity(velocity);
             (0..3).for_each(|c| velocity[c] -= out * self.normal[c]);
         }
-        if self.holds_all() || (*solved == self.velocity && self.kind != WallKind::Smooth) {
+        if self.is_fully_bonded() || (*solved == self.velocity && self.kind != WallKind::Smooth) {
             *velocity = self.velocity;
         }
     }
@@ -278,17 +277,17 @@ impl Face {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Wall, Walls};
+    use super::super::{NodeWall, NodeWalls};
     use super::*;
     use std::sync::Arc;
 
     const TILTED: [f64; 3] = [0.6, 0.8, 0.0];
 
-    fn walls(faces: &[(u32, Face)], walls: Vec<Wall>) -> Walls {
-        Walls::new(&[2, 2, 2], walls).with_faces(Arc::new(Faces::new([4, 2, 1], 8, faces)))
+    fn walls(faces: &[(u32, NodeFace)], walls: Vec<NodeWall>) -> NodeWalls {
+        NodeWalls::new(&[2, 2, 2], walls).with_faces(Arc::new(NodeFaces::new([4, 2, 1], 8, faces)))
     }
 
-    fn left(walls: &Walls, index: [usize; 3], free: [f64; 3]) -> [f64; 3] {
+    fn left(walls: &NodeWalls, index: [usize; 3], free: [f64; 3]) -> [f64; 3] {
         let (mut start, mut end) = ([0.0; 3], free);
         walls.constrain(&index, &mut start, &mut end, true);
         end
@@ -300,8 +299,13 @@ mod tests {
 
     #[test]
     fn a_tilted_face_rubs_by_what_it_stops_and_lets_go_of_what_leaves() {
-        let face =
-            |kind, separation| Face { normal: TILTED, kind, separation, velocity: [0.0; 3], bearer: None };
+        let face = |kind, separation| NodeFace {
+            normal: TILTED,
+            kind,
+            separation,
+            velocity: [0.0; 3],
+            reaction_index: None,
+        };
         let act = |kind, free| left(&walls(&[(5, face(kind, true))], Vec::new()), [1, 0, 1], free);
         // Into the face by 1, along it by 2 and across by 1.
         let free = [-0.6 + 2.0 * 0.8, -0.8 - 2.0 * 0.6, 1.0];
@@ -315,13 +319,13 @@ mod tests {
         let held = walls(&[(5, face(WallKind::Rough, false))], Vec::new());
         assert_eq!(left(&held, [1, 0, 1], [0.6, 0.8, 0.1]), [0.0; 3]);
         assert_eq!(left(&held, [1, 1, 1], free), free, "another node");
-        assert!(!held.is_free(0, 1) && held.is_free(0, 0) && held.is_free(1, 0));
+        assert!(!held.is_row_free(0, 1) && held.is_row_free(0, 0) && held.is_row_free(1, 0));
     }
 
     #[test]
     fn beside_a_wall_nothing_goes_into_either() {
-        let face = Face::at_rest(TILTED, 0.0, true);
-        let floor = Wall {
+        let face = NodeFace::at_rest(TILTED, 0.0, true);
+        let floor = NodeWall {
             axis: 1,
             upper: false,
             node: 0,
@@ -336,13 +340,24 @@ mod tests {
     #[test]
     fn a_face_that_moves_takes_along_what_it_meets_and_tells_what_that_took() {
         let velocity = [1.2, 1.6, 0.5];
-        let moving = |friction| Face { velocity, bearer: Some(3), ..Face::at_rest(TILTED, friction, true) };
+        let moving = |friction| NodeFace {
+            velocity,
+            reaction_index: Some(3),
+            ..NodeFace::at_rest(TILTED, friction, true)
+        };
         let act = |friction, free: [f64; 3]| {
             let walls = walls(&[(5, moving(friction))], Vec::new());
             let (mut start, mut end, mut told) = ([0.0; 3], free, Vec::new());
-            walls.constrain_and_tell(&[1, 0, 1], &mut start, &mut end, true, &[0.0; 3], |face, change, _| {
-                told.push((face.bearer, change));
-            });
+            walls.constrain_and_record(
+                &[1, 0, 1],
+                &mut start,
+                &mut end,
+                true,
+                &[0.0; 3],
+                |face, change, _| {
+                    told.push((face.reaction_index, change));
+                },
+            );
             (end, told)
         };
         // The face goes along its normal by 2, and across.

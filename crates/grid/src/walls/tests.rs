@@ -1,15 +1,15 @@
 use super::*;
 
-fn floor(kind: WallKind, separation: bool) -> Wall {
-    Wall { axis: 1, upper: false, node: 0, kind, separation, velocity: [0.0; 3] }
+fn floor(kind: WallKind, separation: bool) -> NodeWall {
+    NodeWall { axis: 1, upper: false, node: 0, kind, separation, velocity: [0.0; 3] }
 }
 
 /// The walls of a node with this one only.
-fn alone(wall: Wall) -> Walls {
-    Walls::new(&[1; 3], vec![wall])
+fn alone(wall: NodeWall) -> NodeWalls {
+    NodeWalls::new(&[1; 3], vec![wall])
 }
 
-fn act(wall: Wall, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool, lift: &[f64; 3]) {
+fn act(wall: NodeWall, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool, lift: &[f64; 3]) {
     alone(wall).constrain_skeleton(&[0; 3], start, end, keep_start, lift);
 }
 
@@ -23,17 +23,17 @@ fn no_axis_comes_first_in_an_edge() {
         Some((WallKind::Smooth, true)),
         Some((WallKind::Frictional { coefficient: 0.3 }, true)),
         Some((WallKind::Frictional { coefficient: 0.7 }, false)),
-        Some((WallKind::Plane { resting: 0.6, sliding: 0.4 }, true)),
+        Some((WallKind::StaticAndSliding { static_coefficient: 0.6, sliding_coefficient: 0.4 }, true)),
     ];
     let turned = |v: [f64; 3]| [v[2], v[0], v[1]];
     let (start, end) = ([0.4, -0.1, 0.2], [1.3, -0.8, -0.5]);
     for code in 0..kinds.len().pow(3) {
         let wall = |axis: usize, place: usize| {
             let (kind, separation) = kinds[code / kinds.len().pow(axis as u32) % kinds.len()]?;
-            Some(Wall { axis: place, ..floor(kind, separation) })
+            Some(NodeWall { axis: place, ..floor(kind, separation) })
         };
-        let here = Walls::new(&[1; 3], (0..3).filter_map(|axis| wall(axis, axis)).collect());
-        let there = Walls::new(&[1; 3], (0..3).filter_map(|axis| wall(axis, (axis + 1) % 3)).collect());
+        let here = NodeWalls::new(&[1; 3], (0..3).filter_map(|axis| wall(axis, axis)).collect());
+        let there = NodeWalls::new(&[1; 3], (0..3).filter_map(|axis| wall(axis, (axis + 1) % 3)).collect());
         for keep_start in [false, true] {
             let (mut from, mut to) = (start, end);
             here.constrain(&[0; 3], &mut from, &mut to, keep_start);
@@ -49,7 +49,7 @@ fn no_axis_comes_first_in_an_edge() {
 #[test]
 fn what_a_smooth_side_holds_does_not_slip_on_the_floor() {
     for [side, floor, along] in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
-        let wall = |axis, kind, separation| Wall {
+        let wall = |axis, kind, separation| NodeWall {
             axis,
             upper: false,
             node: 0,
@@ -58,8 +58,10 @@ fn what_a_smooth_side_holds_does_not_slip_on_the_floor() {
             velocity: [0.0; 3],
         };
         let smooth = wall(side, WallKind::Smooth, false);
-        let walls =
-            Walls::new(&[1; 3], vec![smooth, wall(floor, WallKind::Frictional { coefficient: 0.5 }, true)]);
+        let walls = NodeWalls::new(
+            &[1; 3],
+            vec![smooth, wall(floor, WallKind::Frictional { coefficient: 0.5 }, true)],
+        );
         let mut end = [0.0; 3];
         (end[side], end[floor], end[along]) = (9.0, -1.0, 0.4);
         walls.constrain(&[0; 3], &mut [0.0; 3], &mut end, false);
@@ -82,7 +84,7 @@ fn friction_takes_the_coulomb_share_of_the_normal_impulse() {
 #[test]
 fn a_frictional_plane_follows_the_algorithm_of_the_sheet() {
     // Pushed into the floor by 2 m/s in the step; (start, end along it, expected end).
-    let wall = floor(WallKind::Plane { resting: 0.5, sliding: 0.25 }, true);
+    let wall = floor(WallKind::StaticAndSliding { static_coefficient: 0.5, sliding_coefficient: 0.25 }, true);
     let table = [
         ([0.0, 0.0], [0.6, 0.8], [0.0, 0.0]), // at rest: 1 is not more than 0.5 × 2
         ([0.0, 0.0], [3.0, 4.0], [2.4, 3.2]), // sets off: 5 - 0.5 × 2
@@ -110,7 +112,10 @@ fn a_frictional_plane_follows_the_algorithm_of_the_sheet() {
 fn what_pore_pressure_bears_does_not_rub() {
     for (kind, friction) in [
         (WallKind::Frictional { coefficient: 0.5 }, 0.5 * (2.0 - 1.5)),
-        (WallKind::Plane { resting: 0.5, sliding: 0.25 }, 0.25 * (2.0 - 1.5)),
+        (
+            WallKind::StaticAndSliding { static_coefficient: 0.5, sliding_coefficient: 0.25 },
+            0.25 * (2.0 - 1.5),
+        ),
     ] {
         let mut end = [3.0, -2.0, 0.0];
         act(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 1.5, 0.0]);
@@ -120,7 +125,7 @@ fn what_pore_pressure_bears_does_not_rub() {
         act(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 2.5, 0.0]);
         assert_eq!(end, [3.0, 0.0, 0.0], "{kind:?}");
         let mut end = [3.0, 2.0, 0.0];
-        let ceiling = Wall { upper: true, ..floor(kind, true) };
+        let ceiling = NodeWall { upper: true, ..floor(kind, true) };
         act(ceiling, &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, -1.5, 0.0]);
         assert!((end[0] - (3.0 - friction)).abs() < 1e-15 && end[1] == 0.0, "{kind:?}: {end:?}");
     }
@@ -128,8 +133,8 @@ fn what_pore_pressure_bears_does_not_rub() {
 
 #[test]
 fn the_last_of_many_walls_holds_its_nodes() {
-    let many = (0..300).map(|node| Wall { node, ..floor(WallKind::Smooth, false) }).rev().collect();
-    let walls = Walls::new(&[1, 400], many);
+    let many = (0..300).map(|node| NodeWall { node, ..floor(WallKind::Smooth, false) }).rev().collect();
+    let walls = NodeWalls::new(&[1, 400], many);
     assert_eq!(walls.at(1, &[0, 0, 0]).map(|wall| wall.node), Some(0));
     assert_eq!(walls.at(1, &[0, 299, 0]).map(|wall| wall.node), Some(299));
     assert_eq!(walls.at(1, &[0, 300, 0]), None);
@@ -137,7 +142,7 @@ fn the_last_of_many_walls_holds_its_nodes() {
 
 #[test]
 fn unilateral_walls_let_go() {
-    let plane = WallKind::Plane { resting: 1.0, sliding: 0.5 };
+    let plane = WallKind::StaticAndSliding { static_coefficient: 1.0, sliding_coefficient: 0.5 };
     for kind in [WallKind::Rough, WallKind::Smooth, WallKind::Frictional { coefficient: 1.0 }, plane] {
         let mut end = [1.0, 0.5, 0.0];
         act(floor(kind, true), &mut [0.0; 3], &mut end, true, &[0.0; 3]);
@@ -147,7 +152,7 @@ fn unilateral_walls_let_go() {
 
 #[test]
 fn bilateral_walls_hold_what_is_pulled_off_without_friction() {
-    let plane = WallKind::Plane { resting: 1.0, sliding: 0.5 };
+    let plane = WallKind::StaticAndSliding { static_coefficient: 1.0, sliding_coefficient: 0.5 };
     for kind in [WallKind::Frictional { coefficient: 0.5 }, plane] {
         let wall = floor(kind, false);
         let (mut start, mut end) = ([3.0, 0.1, 4.0], [3.0, 2.0, 4.0]);
@@ -164,7 +169,7 @@ fn bilateral_walls_hold_what_is_pulled_off_without_friction() {
         // Re-mapped, and (solved with NaN) before the solve.
         for solved in [[3.0, 0.0, 4.0], [f64::NAN; 3]] {
             let mut velocity = [1.0, 0.2, 0.0];
-            alone(wall).constrain_again(&[0; 3], &solved, &mut velocity);
+            alone(wall).constrain_remapped(&[0; 3], &solved, &mut velocity);
             assert_eq!(velocity, [1.0, 0.0, 0.0], "{kind:?}");
         }
     }
@@ -177,12 +182,12 @@ fn bilateral_walls_hold_what_is_pulled_off_without_friction() {
 #[test]
 fn a_wall_holds_what_it_has_stopped() {
     let rubs = floor(WallKind::Frictional { coefficient: 0.5 }, true);
-    assert_eq!(rubs.holding(&[0.0; 3]), [true; 3], "sticks");
-    assert_eq!(rubs.holding(&[1.0, 0.0, 0.0]), [false, true, false], "slides");
-    assert_eq!(rubs.holding(&[0.0, 0.1, 0.0]), [false; 3], "lifts off");
-    assert_eq!(floor(WallKind::Smooth, true).holding(&[0.0; 3]), [false, true, false]);
-    assert_eq!(floor(WallKind::Smooth, false).holding(&[1.0, 2.0, 3.0]), [false, true, false]);
-    assert_eq!(floor(WallKind::Rough, false).holding(&[1.0, 2.0, 3.0]), [true; 3]);
+    assert_eq!(rubs.constrained_components(&[0.0; 3]), [true; 3], "sticks");
+    assert_eq!(rubs.constrained_components(&[1.0, 0.0, 0.0]), [false, true, false], "slides");
+    assert_eq!(rubs.constrained_components(&[0.0, 0.1, 0.0]), [false; 3], "lifts off");
+    assert_eq!(floor(WallKind::Smooth, true).constrained_components(&[0.0; 3]), [false, true, false]);
+    assert_eq!(floor(WallKind::Smooth, false).constrained_components(&[1.0, 2.0, 3.0]), [false, true, false]);
+    assert_eq!(floor(WallKind::Rough, false).constrained_components(&[1.0, 2.0, 3.0]), [true; 3]);
 }
 
 #[test]
@@ -195,7 +200,7 @@ fn what_a_wall_stopped_in_the_solve_does_not_lift_off_as_it_is_re_mapped() {
         ([1.0, 0.3, 0.0], [1.1, -0.2, 0.0], [1.1, 0.0, 0.0]), // may not come back
     ] {
         let mut velocity = remapped;
-        alone(wall).constrain_again(&[0; 3], &solved, &mut velocity);
+        alone(wall).constrain_remapped(&[0; 3], &solved, &mut velocity);
         assert_eq!(velocity, expected);
     }
 }
@@ -211,7 +216,7 @@ fn the_force_variant_leaves_no_acceleration_on_a_held_node() {
 
 #[test]
 fn a_bilateral_wall_without_friction_is_a_smooth_one() {
-    let plane = WallKind::Plane { resting: 0.0, sliding: 0.0 };
+    let plane = WallKind::StaticAndSliding { static_coefficient: 0.0, sliding_coefficient: 0.0 };
     for kind in [WallKind::Frictional { coefficient: 0.0 }, plane] {
         for (keep_start, normal) in [(false, -0.7), (false, 0.7), (true, -0.7), (true, 0.7)] {
             let ends = [kind, WallKind::Smooth].map(|kind| {
@@ -226,10 +231,12 @@ fn a_bilateral_wall_without_friction_is_a_smooth_one() {
 
 #[test]
 fn lookup_covers_everything_beyond_the_face() {
-    let upper = Wall { upper: true, node: 3, axis: 0, ..floor(WallKind::Rough, false) };
-    let walls = Walls::new(&[6, 5], vec![floor(WallKind::Smooth, false), upper]);
-    assert!(walls.at(1, &[2, 0, 0]).is_some() && walls.is_free(1, 1));
+    let upper = NodeWall { upper: true, node: 3, axis: 0, ..floor(WallKind::Rough, false) };
+    let walls = NodeWalls::new(&[6, 5], vec![floor(WallKind::Smooth, false), upper]);
+    assert!(walls.at(1, &[2, 0, 0]).is_some() && walls.is_row_free(1, 1));
     assert!(
-        walls.is_free(0, 2) && walls.at(0, &[3, 1, 0]) == walls.at(0, &[5, 1, 0]) && !walls.is_free(0, 5)
+        walls.is_row_free(0, 2)
+            && walls.at(0, &[3, 1, 0]) == walls.at(0, &[5, 1, 0])
+            && !walls.is_row_free(0, 5)
     );
 }

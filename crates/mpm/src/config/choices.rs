@@ -31,7 +31,7 @@ pub enum ShapeFunctions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "MpmFormulation")]
-pub enum Formulation {
+pub enum LagrangianFormulation {
     /// Where the points are now.
     #[default]
     UpdatedLagrangian,
@@ -48,7 +48,7 @@ pub enum Formulation {
 /// Mass of the nodes (sheet: mpm §2.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Mass {
+pub enum NodalMass {
     /// A number a node: the row sums of the consistent matrix. Takes a little kinetic energy each time velocities pass
     /// through the nodes.
     #[default]
@@ -63,7 +63,7 @@ pub enum Mass {
 /// How velocities pass between points and grid (sheet: mpm §2.6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Transfer {
+pub enum VelocityTransfer {
     /// Points take the change of velocity of the grid (FLIP), or a share of its velocity (`flip` below 1).
     #[default]
     Flip,
@@ -134,7 +134,7 @@ pub enum WallFriction {
 /// Where obstacles act on bodies (docs/theory/mpm.md, obstacles).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum ObstacleContact {
+pub enum ObstacleCoupling {
     /// On nodes in them or on their surface, whose velocity is that which the obstacle allows.
     #[default]
     Nodes,
@@ -153,7 +153,7 @@ pub enum DomainStretch {
     RightStretch,
 }
 
-impl Transfer {
+impl VelocityTransfer {
     /// Whether points carry more of the velocity than its value.
     pub(crate) fn is_affine(self) -> bool {
         matches!(self, Self::Apic | Self::Tpic)
@@ -164,7 +164,7 @@ impl Transfer {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "MpmIntegration")]
-pub enum Integration {
+pub enum InternalForceIntegration {
     /// The points, each with its own stress and volume.
     #[default]
     Points,

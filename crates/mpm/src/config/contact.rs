@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Contact of two bodies (sheet: mpm §2.12): they may separate, and slide by Coulomb's law with adhesion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Contact {
+pub struct BodyContact {
     /// Names of the two bodies.
     pub bodies: [String; 2],
     /// Coefficient of friction, tangent of the friction angle of the interface.
@@ -25,10 +25,10 @@ pub struct Contact {
     /// A normal force that grows with the overlap of the bodies, in place of velocities that do not approach; with `test`
     /// `gap`.
     #[serde(default)]
-    pub penalty: Option<Penalty>,
+    pub penalty: Option<PenaltyContact>,
 }
 
-impl Contact {
+impl BodyContact {
     /// When the bodies act on each other, on a grid or on a mesh.
     pub fn test(&self, on_mesh: bool) -> ContactTest {
         // A plane that is given tells where bodies meet; without it what comes near would be held by its corners.
@@ -57,7 +57,7 @@ impl Contact {
 /// friction ends at a shear strength.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Penalty {
+pub struct PenaltyContact {
     /// Normal stress for an overlap of one metre (Pa/m), > 0. A step never parts the bodies by more than the overlap,
     /// however stiff they are.
     pub stiffness: f64,
@@ -66,7 +66,7 @@ pub struct Penalty {
     pub shear_strength: Option<f64>,
 }
 
-impl Penalty {
+impl PenaltyContact {
     /// What is wrong with it, beside a test of contact.
     pub(crate) fn validate(&self, test: ContactTest) -> Result<(), String> {
         if test != ContactTest::Gap {

@@ -1,13 +1,13 @@
 use super::*;
 use crate::dispatch::tests::begun;
-use colluvium_grid::{Linear, Stencil, Support};
+use colluvium_grid::{LinearBasis, NodeSupport, Stencil};
 use proptest::prelude::*;
 
 /// A grid of `cells` of 0.5 m an axis with points at `places`, and how to read a field of nodes with it.
 struct Ground<const D: usize> {
     grid: Grid<D>,
     layout: Layout<D>,
-    dual: DualNodes,
+    dual: DualDomainNodes,
 }
 
 impl<const D: usize> Ground<D> {
@@ -15,13 +15,13 @@ impl<const D: usize> Ground<D> {
         let grid = Grid::new([0.0; D], [0.5 * cells as f64; D], 0.5).unwrap();
         let order = colluvium_grid::sort_by_cell(&grid, &places);
         places = order.iter().map(|i| places[*i as usize]).collect();
-        let mut layout = Layout::new::<2, Linear>(&grid);
+        let mut layout = Layout::new::<2, LinearBasis>(&grid);
         let bounds = layout.add_points(&places);
         let options = serde_json::json!({ "cell_size": 0.5, "shape": "dual-domain" });
         let options: MpmOptions = serde_json::from_value(options).unwrap();
-        let mut dual = DualNodes::new(&options, &layout, 1);
+        let mut dual = DualDomainNodes::new(&options, &layout, 1);
         let (stresses, volumes) = (vec![SymTensor::ZERO; places.len()], vec![0.1; places.len()]);
-        dual.take(0, &grid, &layout, &|slab, visit| {
+        dual.add_points(0, &grid, &layout, &|slab, visit| {
             let points = bounds[slab]..bounds[slab + 1];
             visit(&places[points.clone()], &stresses[points.clone()], &volumes[points]);
         });
@@ -52,15 +52,15 @@ impl<const D: usize> Ground<D> {
 
     /// Gradient at a place of the field that `of` gives at the nodes.
     fn gradient(&mut self, x: &[f64; D], of: &(dyn Fn([f64; D]) -> [f64; 3] + Sync)) -> [[f64; 3]; D] {
-        let values: Vec<Lanes> = (0..self.layout.len())
+        let values: Vec<Vector4> = (0..self.layout.len())
             .map(|n| {
                 let [a, b, c] = of(self.node(n));
-                Lanes::new([a, b, c, 0.0])
+                Vector4::new([a, b, c, 0.0])
             })
             .collect();
-        self.dual.average(0, &self.grid, &self.layout, |n| values[n]);
-        let stencil = Stencil::<D, 2>::new::<Linear>(&self.grid, x, &[0.1; D]);
-        let mut gradient = stencil.gather_velocity(&values, &self.layout.strides()).gradient;
+        self.dual.average_gradients(0, &self.grid, &self.layout, |n| values[n]);
+        let stencil = Stencil::<D, 2>::new::<LinearBasis>(&self.grid, x, &[0.1; D]);
+        let mut gradient = stencil.g2p_velocity(&values, &self.layout.strides()).gradient;
         self.dual.blend(0, &self.grid, &self.layout, x, &mut gradient);
         gradient.map(|column| {
             let [a, b, c, _] = column.to_array();
@@ -156,26 +156,36 @@ fn power<const D: usize>(space: &str) {
             SymTensor([a, b, c, in_space(1, a * b), in_space(2, b * c), in_space(2, c * a)]);
     }
     solver.sort();
-    solver.scatter_all();
+    solver.p2g_for_tests();
     let mut power = 0.0;
     let mut total = [0.0; 3];
     for (n, node) in solver.nodes.solved.iter_mut().enumerate() {
-        let (force, mass) = (node.force.to_array(), node.motion.as_array()[3]);
+        let (force, mass) = (node.force.to_array(), node.momentum_and_mass.as_array()[3]);
         assert!(mass > 0.0 || force[..3] == [0.0; 3], "force on a node without mass: {force:?}");
         let velocity = rough([0.2 + 0.11 * n as f64; 1]);
         for c in 0..D {
             power += force[c] * velocity[c];
             total[c] += force[c];
         }
-        node.motion = Lanes::new([velocity[0], velocity[1], velocity[2], mass]);
+        node.momentum_and_mass = Vector4::new([velocity[0], velocity[1], velocity[2], mass]);
     }
     assert!(total.iter().all(|force| force.abs() < 1e-14), "{space}: {total:?}");
-    average_slopes(&solver.background, (&solver.nodes, Velocities::Solved), &mut solver.averages.dual);
+    average_velocity_gradients(
+        &solver.background,
+        (&solver.nodes, VelocitySource::Solved),
+        &mut solver.averages.dual_domain,
+    );
     let (set, mut exact) = (&solver.bodies.sets[0], 0.0);
     for (p, x) in set.points.position.iter().enumerate() {
-        let support: Stencil<D, 2> = Stencil::new::<Linear>(&solver.background.grid, x, &set.extent);
-        let mut gradient = support.gather(&solver.nodes.solved, &solver.background.layout.strides()).gradient;
-        solver.averages.dual.blend(0, &solver.background.grid, &solver.background.layout, x, &mut gradient);
+        let support: Stencil<D, 2> = Stencil::new::<LinearBasis>(&solver.background.grid, x, &set.extent);
+        let mut gradient = support.g2p(&solver.nodes.solved, &solver.background.layout.strides()).gradient;
+        solver.averages.dual_domain.blend(
+            0,
+            &solver.background.grid,
+            &solver.background.layout,
+            x,
+            &mut gradient,
+        );
         for (j, column) in gradient.into_iter().enumerate() {
             let column = column.to_array();
             exact -=

@@ -1,29 +1,29 @@
 //! What obstacles on the nodes bear: impulses, and the work of friction.
 
 use colluvium_case::{Case, CaseError, Reaction};
-use colluvium_grid::{Node, Walls};
+use colluvium_grid::{NodalState, NodeWalls};
 use serde::{Deserialize, Serialize};
 
-use crate::background::Background;
-use crate::momentum::{Energies, MomentumSolve};
+use crate::background::BackgroundGrid;
+use crate::momentum::{MomentumSolve, NodeObstacleEnergies};
 
 /// Obstacles whose reactions are added up, at most: nodes name them in eight bits.
-const MOST: usize = 255;
+const MAX_OBSTACLES: usize = 255;
 
 /// The account of the obstacles on the nodes of one velocity field.
 #[derive(Clone, Debug, Default)]
-pub struct Bearing {
+pub struct ReactionRecorder {
     /// Names of those whose reaction the case measures.
     names: Vec<String>,
     /// Room for what they bear of one node (N s).
-    own: Vec<[f64; 3]>,
+    node_impulses: Vec<[f64; 3]>,
     /// What they have borne.
-    pub state: Borne,
+    pub state: Reactions,
 }
 
 /// What obstacles have borne.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Borne {
+pub struct Reactions {
     /// Impulse of the last step on each obstacle whose reaction is measured (N s), and the step (s).
     step: (Vec<[f64; 3]>, f64),
     /// Moment of the impulse of the last step about the zero of the coordinates (N m s).
@@ -31,10 +31,10 @@ pub struct Borne {
     /// Impulses since the start (N s).
     impulses: Vec<[f64; 3]>,
     /// What all obstacles have taken and given since the start.
-    pub energies: Energies,
+    pub energies: NodeObstacleEnergies,
 }
 
-impl Bearing {
+impl ReactionRecorder {
     /// Of the obstacles that measures of the case name.
     ///
     /// # Errors
@@ -43,24 +43,24 @@ impl Bearing {
         let mut names: Vec<String> = Vec::new();
         for (name, measure) in &case.measures {
             let of = measure
-                .bearer()
+                .reaction_target()
                 .filter(|of| case.obstacles.iter().any(|obstacle| obstacle.name == *of))
                 .filter(|of| names.iter().all(|name| name != of));
             let Some(of) = of else { continue };
-            if names.len() == MOST {
-                let problem = format!("mpm adds up the reactions of {MOST} obstacles at most");
+            if names.len() == MAX_OBSTACLES {
+                let problem = format!("mpm adds up the reactions of {MAX_OBSTACLES} obstacles at most");
                 return Err(CaseError::new(format!("measures.{name}.of"), problem));
             }
             names.push(of.to_owned());
         }
         let none = vec![[0.0; 3]; names.len()];
-        let state = Borne {
+        let state = Reactions {
             step: (none.clone(), 0.0),
             moments: none.clone(),
             impulses: none.clone(),
-            energies: Energies::default(),
+            energies: NodeObstacleEnergies::default(),
         };
-        Ok(Self { names, own: none, state })
+        Ok(Self { names, node_impulses: none, state })
     }
 
     /// The number under which faces of an obstacle tell what they bear; none where its reaction is not measured.
@@ -78,44 +78,46 @@ impl Bearing {
     }
 
     /// Takes what the surfaces do in a step to the active nodes, before that is solved; row after row, so that sums do not depend on threads.
-    pub fn take<const D: usize>(
+    pub fn record<const D: usize>(
         &mut self,
         solve: &MomentumSolve<'_, D>,
-        background: &Background<D>,
-        nodes: &[Node],
+        background: &BackgroundGrid<D>,
+        nodes: &[NodalState],
     ) {
-        self.take_nodes(solve.dt, background, solve.walls, |index, number, impulses, energies| {
-            solve.bear(index, &nodes[number], impulses, energies);
+        self.record_nodes(solve.dt, background, solve.walls, |index, number, impulses, energies| {
+            solve.record_reactions(index, &nodes[number], impulses, energies);
         });
     }
 
     /// The same where `bear` adds what a node with this index and number bears: impulses (N s) and energies.
-    pub fn take_nodes<const D: usize>(
+    pub fn record_nodes<const D: usize>(
         &mut self,
         dt: f64,
-        background: &Background<D>,
-        walls: &Walls,
-        bear: impl Fn(&[usize; 3], usize, &mut [[f64; 3]], &mut Energies),
+        background: &BackgroundGrid<D>,
+        walls: &NodeWalls,
+        bear: impl Fn(&[usize; 3], usize, &mut [[f64; 3]], &mut NodeObstacleEnergies),
     ) {
-        let Borne { step, moments, impulses, energies } = &mut self.state;
-        let Background { grid, layout, axis, .. } = background;
+        let Reactions { step, moments, impulses, energies } = &mut self.state;
+        let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
         step.0.fill([0.0; 3]);
         moments.fill([0.0; 3]);
         step.1 = dt;
-        for row in (0..layout.nodes()[0]).filter(|row| !walls.is_free(0, *row)) {
+        for row in (0..layout.nodes()[0]).filter(|row| !walls.is_row_free(0, *row)) {
             let first = row * layout.strides()[0];
             for number in layout.active(row) {
                 let index = layout.index(row, number);
-                if layout.is_repeated(&index) {
+                if layout.is_periodic_image(&index) {
                     continue;
                 }
-                self.own.fill([0.0; 3]);
-                bear(&index, first + number, &mut self.own, energies);
+                self.node_impulses.fill([0.0; 3]);
+                bear(&index, first + number, &mut self.node_impulses, energies);
                 let mut place = [0.0; 3];
                 for a in 0..D {
                     place[a] = grid.origin[a] + grid.cell * axis.coordinate(index[a], grid.cells[a]);
                 }
-                for (own, (sum, moment)) in self.own.iter().zip(step.0.iter_mut().zip(&mut *moments)) {
+                for (own, (sum, moment)) in
+                    self.node_impulses.iter().zip(step.0.iter_mut().zip(&mut *moments))
+                {
                     for c in 0..3 {
                         let (a, b) = ((c + 1) % 3, (c + 2) % 3);
                         sum[c] += own[c];

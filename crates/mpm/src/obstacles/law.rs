@@ -4,23 +4,23 @@
 use colluvium_case::ObstacleLaw;
 
 /// Surfaces on which a point can press at once; of more the nearest count.
-pub const MOST: usize = 8;
+pub const MAX_OVERLAPS: usize = 8;
 
 /// A surface that a point overlaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Overlap<const D: usize> {
+pub struct SurfaceOverlap<const D: usize> {
     /// Unit normal out of the obstacle.
     pub normal: [f64; D],
     /// Overlap along it (m), positive.
     pub depth: f64,
     /// Number of the obstacle.
-    pub rock: usize,
+    pub obstacle: usize,
     /// How it acts there.
     pub law: ObstacleLaw,
 }
 
 /// Share of the deepest overlap that counts as none.
-const NONE: f64 = 1e-9;
+const NEGLIGIBLE_OVERLAP: f64 = 1e-9;
 
 fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|c| a[c] * b[c]).sum()
@@ -36,19 +36,22 @@ pub fn length<const D: usize>(a: &[f64; D]) -> f64 {
 /// With the ways times a stiffness as forces, the energy is half the stiffness times the square of the way, whatever the number of
 /// surfaces: where the normals of two facets are almost the same the deeper one counts, where they are square to each other both do
 /// in full, and between these nothing jumps. Where no way leads out, as between two walls, every overlap pushes by itself.
-pub fn way_out<const D: usize>(overlaps: &[Overlap<D>], ways: &mut [f64; MOST]) -> [f64; D] {
+pub fn minimum_translation<const D: usize>(
+    overlaps: &[SurfaceOverlap<D>],
+    ways: &mut [f64; MAX_OVERLAPS],
+) -> [f64; D] {
     ways.fill(0.0);
-    let count = overlaps.len().min(MOST);
+    let count = overlaps.len().min(MAX_OVERLAPS);
     if count == 0 {
         return [0.0; D];
     }
     let deepest = overlaps[..count].iter().map(|overlap| overlap.depth).fold(0.0, f64::max);
-    let mut of = |chosen: &[usize]| solve(overlaps, count, chosen, NONE * deepest, ways);
+    let mut of = |chosen: &[usize]| solve(overlaps, count, chosen, NEGLIGIBLE_OVERLAP * deepest, ways);
     let found = (0..count)
         .find_map(|i| of(&[i]))
-        .or_else(|| pairs(count).find_map(|[i, j]| of(&[i, j])))
+        .or_else(|| overlap_pairs(count).find_map(|[i, j]| of(&[i, j])))
         .or_else(|| {
-            let triples = pairs(count).flat_map(|[i, j]| (j + 1..count).map(move |k| [i, j, k]));
+            let triples = overlap_pairs(count).flat_map(|[i, j]| (j + 1..count).map(move |k| [i, j, k]));
             if D < 3 { None } else { triples.into_iter().find_map(|chosen| of(&chosen)) }
         });
     found.unwrap_or_else(|| {
@@ -62,17 +65,17 @@ pub fn way_out<const D: usize>(overlaps: &[Overlap<D>], ways: &mut [f64; MOST]) 
     })
 }
 
-fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
+fn overlap_pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count).flat_map(move |i| (i + 1..count).map(move |j| [i, j]))
 }
 
 /// The shortest way onto the surfaces of the `chosen` overlaps, where it is made of pushes alone and leads out of all of them.
 fn solve<const D: usize>(
-    overlaps: &[Overlap<D>],
+    overlaps: &[SurfaceOverlap<D>],
     count: usize,
     chosen: &[usize],
     slack: f64,
-    ways: &mut [f64; MOST],
+    ways: &mut [f64; MAX_OVERLAPS],
 ) -> Option<[f64; D]> {
     // Cholesky's factors of the products of their normals.
     let (mut lower, mut shares) = ([[0.0; 3]; 3], [0.0; 3]);
@@ -81,7 +84,7 @@ fn solve<const D: usize>(
             let rest: f64 = (0..b).map(|c| lower[a][c] * lower[b][c]).sum();
             let value = dot(&overlaps[i].normal, &overlaps[j].normal) - rest;
             lower[a][b] = if a == b {
-                if value < NONE {
+                if value < NEGLIGIBLE_OVERLAP {
                     return None;
                 }
                 value.sqrt()
@@ -114,7 +117,7 @@ fn solve<const D: usize>(
 /// The spring (m) along a surface with this unit normal after the point has moved on by `moved` (m) against the surface, and how far it
 /// has slipped (m). A spring that the normal has left is turned with it and keeps its length. It grows to `most` (m), which may be
 /// infinite.
-pub fn rub<const D: usize>(
+pub fn friction_impulse<const D: usize>(
     spring: &[f64; D],
     moved: &[f64; D],
     normal: &[f64; D],
@@ -145,31 +148,35 @@ mod tests {
 
     const SMOOTH: ObstacleLaw = ObstacleLaw { wall: ObstacleWall::Smooth, separation: true };
 
-    fn overlap<const D: usize>(normal: [f64; D], depth: f64) -> Overlap<D> {
-        Overlap { normal, depth, rock: 0, law: SMOOTH }
+    fn overlap<const D: usize>(normal: [f64; D], depth: f64) -> SurfaceOverlap<D> {
+        SurfaceOverlap { normal, depth, obstacle: 0, law: SMOOTH }
     }
 
     #[test]
     fn one_surface_pushes_by_its_depth_and_a_square_corner_by_both() {
-        let mut ways = [0.0; MOST];
+        let mut ways = [0.0; MAX_OVERLAPS];
         let floor = overlap([0.0, 1.0], 0.2);
-        assert_eq!(way_out(&[floor], &mut ways), [0.0, 0.2]);
+        assert_eq!(minimum_translation(&[floor], &mut ways), [0.0, 0.2]);
         let wall = overlap([1.0, 0.0], 0.1);
-        let way = way_out(&[floor, wall], &mut ways);
+        let way = minimum_translation(&[floor, wall], &mut ways);
         assert!((way[0] - 0.1).abs() < 1e-15 && (way[1] - 0.2).abs() < 1e-15, "{way:?}");
         assert!((ways[0] - 0.2).abs() < 1e-15 && (ways[1] - 0.1).abs() < 1e-15);
-        assert_eq!(way_out(&[floor, overlap([0.0, 1.0], 0.15)], &mut ways), [0.0, 0.2], "the deeper of two");
-        let slot = way_out(&[wall, overlap([-1.0, 0.0], 0.3)], &mut ways);
+        assert_eq!(
+            minimum_translation(&[floor, overlap([0.0, 1.0], 0.15)], &mut ways),
+            [0.0, 0.2],
+            "the deeper of two"
+        );
+        let slot = minimum_translation(&[wall, overlap([-1.0, 0.0], 0.3)], &mut ways);
         assert!((slot[0] + 0.2).abs() < 1e-15, "between two walls: {slot:?}");
-        assert_eq!(way_out::<2>(&[], &mut ways), [0.0; 2]);
+        assert_eq!(minimum_translation::<2>(&[], &mut ways), [0.0; 2]);
     }
 
     #[test]
     fn a_corner_of_three_planes_pushes_along_all() {
-        let mut ways = [0.0; MOST];
+        let mut ways = [0.0; MAX_OVERLAPS];
         let planes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let overlaps: Vec<_> = planes.iter().zip([0.1, 0.2, 0.3]).map(|(n, d)| overlap(*n, d)).collect();
-        let way = way_out(&overlaps, &mut ways);
+        let way = minimum_translation(&overlaps, &mut ways);
         assert!((0..3).all(|c| (way[c] - 0.1 * (c + 1) as f64).abs() < 1e-14), "{way:?}");
     }
 
@@ -182,7 +189,7 @@ mod tests {
         ) {
             let overlaps: Vec<_> =
                 angles.iter().zip(&depths).map(|(a, d)| overlap([a.sin(), a.cos()], *d)).collect();
-            let way = way_out(&overlaps, &mut [0.0; MOST]);
+            let way = minimum_translation(&overlaps, &mut [0.0; MAX_OVERLAPS]);
             prop_assert!(overlaps.iter().all(|o| dot(&o.normal, &way) >= o.depth - 1e-8));
             let other = [at.0, at.1];
             let leads_out = overlaps.iter().all(|o| dot(&o.normal, &other) >= o.depth);
@@ -192,12 +199,12 @@ mod tests {
 
     #[test]
     fn a_spring_slips_at_its_cap_and_turns_with_the_normal() {
-        let (spring, slip) = rub(&[0.0; 2], &[0.3, 5.0], &[0.0, 1.0], 0.1);
+        let (spring, slip) = friction_impulse(&[0.0; 2], &[0.3, 5.0], &[0.0, 1.0], 0.1);
         assert!((spring[0] - 0.1).abs() < 1e-15 && spring[1] == 0.0 && (slip - 0.2).abs() < 1e-15);
         let tilted = [0.6, 0.8];
-        let (turned, slip) = rub(&[0.1, 0.0], &[0.0; 2], &tilted, f64::INFINITY);
+        let (turned, slip) = friction_impulse(&[0.1, 0.0], &[0.0; 2], &tilted, f64::INFINITY);
         assert!((length(&turned) - 0.1).abs() < 1e-15 && dot(&turned, &tilted).abs() < 1e-15 && slip == 0.0);
-        let (none, slip) = rub(&[0.0; 2], &[0.2, 0.0], &[0.0, 1.0], 0.0);
+        let (none, slip) = friction_impulse(&[0.0; 2], &[0.2, 0.0], &[0.0, 1.0], 0.0);
         assert_eq!((none, slip), ([0.0; 2], 0.2), "a smooth surface");
     }
 }

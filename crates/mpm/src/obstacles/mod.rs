@@ -8,20 +8,20 @@ pub mod rocks;
 pub mod stops;
 
 use colluvium_case::description::ObstacleShape;
-use colluvium_case::{Case, CaseError, Standing, holding};
-use colluvium_grid::{Face, Faces};
+use colluvium_case::{Case, CaseError, PlacedObstacle, constraining_obstacles};
+use colluvium_grid::{NodeFace, NodeFaces};
 
-use crate::background::Background;
-use crate::{Formulation, Mass, MpmOptions, ObstacleContact, WallFriction};
+use crate::background::BackgroundGrid;
+use crate::{LagrangianFormulation, MpmOptions, NodalMass, ObstacleCoupling, WallFriction};
 
 /// Refuses options that do not go with obstacles.
-pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
-    if options.obstacles == ObstacleContact::Points {
+    if options.obstacles == ObstacleCoupling::Points {
         if case.obstacles.is_empty() {
             return refuse("obstacles", "points needs an obstacle in the case");
         }
-        if options.formulation != Formulation::UpdatedLagrangian {
+        if options.formulation != LagrangianFormulation::UpdatedLagrangian {
             return refuse(
                 "obstacles",
                 "points needs points that move in space: formulation updated-lagrangian",
@@ -33,9 +33,9 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
         return Ok(());
     }
     for (name, measure) in &case.measures {
-        if let Some(of) = measure.bearer()
+        if let Some(of) = measure.reaction_target()
             && case.obstacles.iter().any(|obstacle| obstacle.name == of)
-            && let Some(what) = unaccounted(options)
+            && let Some(what) = why_not_recorded(options)
         {
             let problem = format!(
                 "with {what} mpm sums up the reaction of obstacles with `methods.mpm.obstacles` `points` only"
@@ -44,7 +44,7 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
         }
     }
     if let Some(number) = case.obstacles.iter().position(|obstacle| obstacle.motion.is_some())
-        && let Some(what) = stays_beside(case, options)
+        && let Some(what) = why_fixed(case, options)
     {
         let problem = format!("with {what} obstacles of mpm move with `methods.mpm.obstacles` `points` only");
         return Err(CaseError::new(format!("obstacles[{number}].motion"), problem));
@@ -75,12 +75,12 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
 }
 
 /// Whether saturated bodies press with their points on obstacles that nodes could hold exactly.
-pub fn exact_on_nodes(case: &Case, options: &MpmOptions) -> bool {
+pub fn could_act_on_nodes(case: &Case, options: &MpmOptions) -> bool {
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     let on_nodes = |shape: &ObstacleShape| lies_on_nodes(case, shape, options.cell_size);
     let held = case.obstacles.iter().all(|obstacle| on_nodes(&obstacle.shape) && obstacle.motion.is_none());
     let free = options.mesh.is_none() && !options.filters_velocities();
-    wet && held && free && options.obstacles == ObstacleContact::Points
+    wet && held && free && options.obstacles == ObstacleCoupling::Points
 }
 
 /// Whether a shape is a plane along a line of the grid with cells of a size (m).
@@ -93,8 +93,8 @@ fn lies_on_nodes(case: &Case, shape: &ObstacleShape, cell: f64) -> bool {
 }
 
 /// Why nobody adds up what obstacles on the nodes bear; none where it is done.
-pub fn unaccounted(options: &MpmOptions) -> Option<&'static str> {
-    if options.mass == Mass::Consistent {
+pub fn why_not_recorded(options: &MpmOptions) -> Option<&'static str> {
+    if options.mass == NodalMass::Consistent {
         Some("a consistent mass")
     } else if !options.contacts.is_empty() {
         Some("contacts")
@@ -104,19 +104,22 @@ pub fn unaccounted(options: &MpmOptions) -> Option<&'static str> {
 }
 
 /// Beside what obstacles on the nodes do not move; none where they do.
-fn stays_beside(case: &Case, options: &MpmOptions) -> Option<&'static str> {
+fn why_fixed(case: &Case, options: &MpmOptions) -> Option<&'static str> {
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
-    unaccounted(options).or(wet.then_some("a pore fluid"))
+    why_not_recorded(options).or(wet.then_some("a pore fluid"))
 }
 
 /// The faces that a pore fluid meets at the same nodes: it slips along them, does not pass, and leaves where its skeleton may.
-pub fn faces_of_fluid<const D: usize>(standing: &[Standing<'_, D>], background: &Background<D>) -> Faces {
-    let Background { grid, layout, axis, .. } = background;
+pub fn pore_fluid_faces<const D: usize>(
+    standing: &[PlacedObstacle<'_, D>],
+    background: &BackgroundGrid<D>,
+) -> NodeFaces {
+    let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
     if standing.is_empty() {
-        return Faces::default();
+        return NodeFaces::default();
     }
-    Faces::in_space(grid, layout, axis, |place, found| {
-        let held = holding(standing, place, grid.cell);
-        found.extend(held.map(|(_, law, normal)| Face::at_rest(normal, 0.0, law.lets_go())));
+    NodeFaces::from_positions(grid, layout, axis, |place, found| {
+        let held = constraining_obstacles(standing, place, grid.cell);
+        found.extend(held.map(|(_, law, normal)| NodeFace::at_rest(normal, 0.0, law.allows_separation())));
     })
 }

@@ -3,35 +3,39 @@
 use std::sync::Arc;
 
 use colluvium_case::description::Obstacle;
-use colluvium_case::{ObstacleLaw, ObstaclesOnTheirWay, Standing, holding};
-use colluvium_grid::{Face, Faces, Walls};
+use colluvium_case::{MovingObstacles, ObstacleLaw, PlacedObstacle, constraining_obstacles};
+use colluvium_grid::{NodeFace, NodeFaces, NodeWalls};
 
-use super::borne::Bearing;
-use crate::background::Background;
+use super::borne::ReactionRecorder;
+use crate::background::BackgroundGrid;
 
 /// The obstacles of a case that act on the nodes.
-pub struct Held<const D: usize> {
+pub struct NodeObstacles<const D: usize> {
     /// Faces of those at rest.
-    pub rest: Arc<Faces>,
+    pub rest: Arc<NodeFaces>,
     /// Those on their way.
-    pub moving: ObstaclesOnTheirWay<Face, D>,
+    pub moving: MovingObstacles<NodeFace, D>,
 }
 
-impl<const D: usize> Held<D> {
+impl<const D: usize> NodeObstacles<D> {
     /// Those of a case: nodes in an obstacle or on its surface have the velocity that it allows.
-    pub fn new(standing: &[Standing<'_, D>], background: &Background<D>, bearing: &Bearing) -> Self {
-        let face = |obstacle: &Obstacle, law: &ObstacleLaw, normal| Face {
-            bearer: bearing.number(&obstacle.name),
-            ..Face::at_rest(normal, law.friction(), law.lets_go())
+    pub fn new(
+        standing: &[PlacedObstacle<'_, D>],
+        background: &BackgroundGrid<D>,
+        bearing: &ReactionRecorder,
+    ) -> Self {
+        let face = |obstacle: &Obstacle, law: &ObstacleLaw, normal| NodeFace {
+            reaction_index: bearing.number(&obstacle.name),
+            ..NodeFace::at_rest(normal, law.friction(), law.allows_separation())
         };
-        let Background { grid, layout, axis, upper, .. } = background;
+        let BackgroundGrid { grid, layout, basis_1d: axis, upper, .. } = background;
         let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
-        let moving = ObstaclesOnTheirWay::new(standing, (grid.origin, *upper), acts);
+        let moving = MovingObstacles::new(standing, (grid.origin, *upper), acts);
         if moving.iter().count() == standing.len() {
             return Self { rest: Arc::default(), moving };
         }
-        let rest = Faces::in_space(grid, layout, axis, |place, found| {
-            let held = holding(standing, place, grid.cell);
+        let rest = NodeFaces::from_positions(grid, layout, axis, |place, found| {
+            let held = constraining_obstacles(standing, place, grid.cell);
             found.extend(held.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
         });
         Self { rest: Arc::new(rest), moving }
@@ -43,15 +47,15 @@ impl<const D: usize> Held<D> {
     }
 
     /// Finds the faces of the active nodes for a step of so long from a time (s).
-    pub fn place(&mut self, step: (f64, f64), background: &Background<D>, walls: &mut Walls) {
+    pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, walls: &mut NodeWalls) {
         if self.moving.is_empty() {
             return;
         }
-        self.moving.place(step);
-        let Background { grid, layout, axis, .. } = background;
-        walls.faces_mut().find_anew(grid, layout, axis, &self.rest, |place, found| {
-            let held = self.moving.holding(place, grid.cell);
-            found.extend(held.map(|(face, normal, velocity)| Face { normal, velocity, ..face }));
+        self.moving.update_positions(step);
+        let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
+        walls.faces_mut().rebuild(grid, layout, axis, &self.rest, |place, found| {
+            let held = self.moving.constraining(place, grid.cell);
+            found.extend(held.map(|(face, normal, velocity)| NodeFace { normal, velocity, ..face }));
         });
     }
 }

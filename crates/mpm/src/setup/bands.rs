@@ -9,7 +9,7 @@ use crate::MpmOptions;
 /// Refuses cells whose bands snap back. Elements of a mesh are judged when a band begins.
 pub(super) fn check_bands(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     for body in case.bodies.iter().filter(|body| !body.rigid && options.mesh.is_none()) {
-        let law = case.materials.get(&body.material).and_then(MaterialSpec::banded);
+        let law = case.materials.get(&body.material).and_then(MaterialSpec::double_scale);
         let Some(largest) = law.and_then(DoubleScaleSpec::largest_band) else { continue };
         if options.band_cells() * options.cell_size >= largest {
             let problem = format!(

@@ -1,13 +1,13 @@
 //! From bodies to points.
 
 use colluvium_case::description::{Body, Space};
-use colluvium_case::law::Begun;
+use colluvium_case::law::InitialLawState;
 use colluvium_case::{Case, CaseError, PointList, spatial};
-use colluvium_grid::{Domains, Ground};
+use colluvium_grid::{Domains, GridView};
 use colluvium_points::Sample;
 
-use crate::background::Background;
-use crate::points::{Columns, PointSet};
+use crate::background::BackgroundGrid;
+use crate::points::{PointColumns, PointSet};
 use crate::{MpmOptions, StressScheme, mesh, two_phase};
 
 /// Beyond this many points the ids no longer fit.
@@ -17,12 +17,12 @@ const MOST_POINTS: usize = u32::MAX as usize;
 pub(super) fn point_set<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     number: usize,
     first_id: usize,
     wet: bool,
 ) -> Result<PointSet<D>, CaseError> {
-    let ground = &background.ground();
+    let ground = &background.grid_view();
     let body = &case.bodies[number];
     let path = format!("bodies[{number}]");
     let listed = case.point_list(number)?;
@@ -33,7 +33,8 @@ pub(super) fn point_set<const D: usize>(
     let mass = volume.iter().enumerate().map(|(i, v)| Ok(v * case.density_at(number, listed.as_ref(), i)?));
     let mass = mass.collect::<Result<Vec<f64>, CaseError>>()?;
     let pore = wet.then(|| two_phase::pore_set(case, body, listed.as_ref(), &position));
-    let Begun { material, stress, states } = case.begin_law(number, listed.as_ref(), &position)?;
+    let InitialLawState { material, stress, states } =
+        case.initialise_law(number, listed.as_ref(), &position)?;
     let velocity_at = |(point, x): (usize, &[f64; D])| {
         let own = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
         let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));
@@ -49,7 +50,7 @@ pub(super) fn point_set<const D: usize>(
         rigid: None,
         material,
         extent: [width(ground, options, &samples, listed.is_some() || !on_lattice(body)); D],
-        points: Columns {
+        points: PointColumns {
             id: (first_id as u32..(first_id + position.len()) as u32).collect(),
             seen: if options.transfer_of(number).is_affine() { Vec::new() } else { velocity.clone() },
             velocity,
@@ -62,7 +63,7 @@ pub(super) fn point_set<const D: usize>(
             scratch: vec![[0.0; D]; used(options.filters_velocities())],
             pending: vec![[[0.0; D]; D]; used(follows_later)],
             position,
-            ..Columns::default()
+            ..PointColumns::default()
         },
         states,
         domain,
@@ -73,12 +74,12 @@ pub(super) fn point_set<const D: usize>(
 }
 
 fn domains<const D: usize>(
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     position: &[[f64; D]],
     path: &str,
 ) -> Result<Domains<D>, CaseError> {
-    let mut domains = background.sweeps.domains(position.len());
-    domains.start(&background.ground(), position).map_err(|(p, reason)| {
+    let mut domains = background.transfers.domains(position.len());
+    domains.initialise(&background.grid_view(), position).map_err(|(p, reason)| {
         CaseError::new(format!("{path}.shape"), format!("the point at {:?} m: {reason}", position[p]))
     })?;
     Ok(domains)
@@ -92,7 +93,7 @@ fn on_lattice(body: &Body) -> bool {
 /// Full width of every point of a body (m); in elements, and of points that are `listed` or in rows, the mean one of squares
 /// or cubes of their volume.
 fn width<const D: usize>(
-    ground: &Ground<'_, D>,
+    ground: &GridView<'_, D>,
     options: &MpmOptions,
     samples: &[Sample<D>],
     listed: bool,
@@ -108,7 +109,7 @@ fn width<const D: usize>(
 
 fn samples<const D: usize>(
     options: &MpmOptions,
-    ground: &Ground<'_, D>,
+    ground: &GridView<'_, D>,
     case: &Case,
     (number, listed): (usize, Option<&PointList>),
     first_id: usize,
@@ -134,7 +135,7 @@ fn samples<const D: usize>(
         let problem = "the points of a mesh have their places in its elements";
         return Err(CaseError::new(format!("{path}.sampling"), problem));
     } else {
-        mesh::samples(ground.mesh, options, body)
+        mesh::sample_body(ground.mesh, options, body)
     };
     if samples.is_empty() {
         let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);

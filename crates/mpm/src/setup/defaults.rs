@@ -4,7 +4,10 @@ use colluvium_case::Case;
 use colluvium_case::description::{Body, Space};
 use colluvium_constitutive::MaterialSpec;
 
-use crate::{Formulation, Mass, MpmOptions, ObstacleContact, ShapeFunctions, Transfer, VolumetricStrain};
+use crate::{
+    LagrangianFormulation, MpmOptions, NodalMass, ObstacleCoupling, ShapeFunctions, VelocityTransfer,
+    VolumetricStrain,
+};
 
 /// Points per cell and direction of liquids: with fewer, splashes fall apart into single points.
 const POINTS_OF_LIQUIDS: usize = 3;
@@ -34,16 +37,16 @@ fn liquids_in_fields(case: &Case, options: &MpmOptions) -> Vec<usize> {
 }
 
 /// Whether liquids may have an affine transfer: the case names no other, and none of what it asks for excludes one.
-fn is_affine_free(options: &MpmOptions, given: &dyn Fn(&str) -> bool) -> bool {
+fn may_use_affine(options: &MpmOptions, given: &dyn Fn(&str) -> bool) -> bool {
     let of_flip = ["transfer", "flip", "stage_flip", "residual_time", "xpic_order"];
     // With shared volumetric strains and two points a cell TPIC makes energy in a liquid at rest.
     let own = options.volumetric_strain == VolumetricStrain::Point;
-    let affine = own && options.shape != ShapeFunctions::DualDomain && options.mass == Mass::Lumped;
+    let affine = own && options.shape != ShapeFunctions::DualDomain && options.mass == NodalMass::Lumped;
     affine && !of_flip.into_iter().any(given)
 }
 
 /// Gives liquids a free surface where it is available.
-fn open_surface(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> bool) {
+fn set_free_surface(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> bool) {
     let opens = case.domain.periodic.is_empty() && case.space != Space::Axisymmetric;
     if !given("free_surface") && opens {
         options.free_surface = Some(FREE_SURFACE_OF_LIQUIDS);
@@ -51,37 +54,37 @@ fn open_surface(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> b
 }
 
 /// Gives liquids beside other bodies what each body can have of its own: TPIC and a free surface.
-fn fit_fields(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> bool) {
+fn set_liquid_fields(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> bool) {
     let liquids = liquids_in_fields(case, options);
     if liquids.is_empty() {
         return;
     }
-    open_surface(case, options, given);
-    if is_affine_free(options, given) {
-        options.liquids = liquids;
+    set_free_surface(case, options, given);
+    if may_use_affine(options, given) {
+        options.liquid_bodies = liquids;
     }
 }
 
 /// Gives the options that the case leaves out what fits its bodies, and turns a `free_surface` of 0 into none.
-pub(super) fn fit(case: &Case, options: &mut MpmOptions) {
+pub(super) fn set_case_defaults(case: &Case, options: &mut MpmOptions) {
     let given = |key: &str| case.methods.get("mpm").is_some_and(|mpm| mpm.get(key).is_some());
-    options.liquids.clear();
-    let moves_in_space = options.formulation == Formulation::UpdatedLagrangian;
+    options.liquid_bodies.clear();
+    let moves_in_space = options.formulation == LagrangianFormulation::UpdatedLagrangian;
     if is_liquid(case) && moves_in_space {
-        if is_affine_free(options, &given) {
-            options.transfer = Transfer::Tpic;
+        if may_use_affine(options, &given) {
+            options.transfer = VelocityTransfer::Tpic;
         }
         if !given("points_per_cell") && options.mesh.is_none() {
             options.points_per_cell = POINTS_OF_LIQUIDS;
         }
         if !given("obstacles") && !case.obstacles.is_empty() {
-            options.obstacles = ObstacleContact::Points;
+            options.obstacles = ObstacleCoupling::Points;
         }
-        open_surface(case, options, &given);
+        set_free_surface(case, options, &given);
     }
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     if !is_liquid(case) && moves_in_space && !wet {
-        fit_fields(case, options, &given);
+        set_liquid_fields(case, options, &given);
     }
     options.free_surface = options.free_surface.filter(|factor| *factor != 0.0);
 }
@@ -92,7 +95,7 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::super::options;
-    use crate::{ObstacleContact, Transfer};
+    use crate::{ObstacleCoupling, VelocityTransfer};
 
     fn case(model: &Value, mpm: &Value) -> Case {
         let text = json!({
@@ -114,12 +117,12 @@ mod tests {
     #[test]
     fn options_left_out_follow_the_material_of_liquids() {
         let found = options(&case(&water(), &json!({ "cell_size": 0.1 }))).unwrap();
-        assert_eq!((found.transfer, found.points_per_cell), (Transfer::Tpic, 3));
-        assert_eq!((found.free_surface, found.obstacles), (Some(0.7), ObstacleContact::Points));
+        assert_eq!((found.transfer, found.points_per_cell), (VelocityTransfer::Tpic, 3));
+        assert_eq!((found.free_surface, found.obstacles), (Some(0.7), ObstacleCoupling::Points));
         let soil = json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 });
         let found = options(&case(&soil, &json!({ "cell_size": 0.1 }))).unwrap();
-        assert_eq!((found.transfer, found.points_per_cell), (Transfer::Flip, 2));
-        assert_eq!((found.free_surface, found.obstacles), (None, ObstacleContact::Nodes));
+        assert_eq!((found.transfer, found.points_per_cell), (VelocityTransfer::Flip, 2));
+        assert_eq!((found.free_surface, found.obstacles), (None, ObstacleCoupling::Nodes));
     }
 
     #[test]
@@ -135,27 +138,30 @@ mod tests {
         let contact = json!([{ "bodies": ["b", "s"], "friction_coefficient": 0 }]);
         let found = beside(json!({ "cell_size": 0.1, "contacts": contact }));
         assert_eq!(
-            (found.transfer, found.liquids.clone(), found.free_surface),
-            (Transfer::Flip, vec![0], Some(0.7))
+            (found.transfer, found.liquid_bodies.clone(), found.free_surface),
+            (VelocityTransfer::Flip, vec![0], Some(0.7))
         );
-        assert_eq!((found.transfer_of(0), found.transfer_of(1)), (Transfer::Tpic, Transfer::Flip));
-        assert_eq!((found.points_per_cell, found.obstacles), (2, ObstacleContact::Nodes));
+        assert_eq!(
+            (found.transfer_of(0), found.transfer_of(1)),
+            (VelocityTransfer::Tpic, VelocityTransfer::Flip)
+        );
+        assert_eq!((found.points_per_cell, found.obstacles), (2, ObstacleCoupling::Nodes));
         let found = beside(json!({ "cell_size": 0.1, "contacts": contact, "flip": 0.99 }));
-        assert_eq!((found.liquids, found.free_surface), (vec![], Some(0.7)), "flip is asked for");
+        assert_eq!((found.liquid_bodies, found.free_surface), (vec![], Some(0.7)), "flip is asked for");
         let found = beside(json!({ "cell_size": 0.1 }));
-        assert_eq!((found.liquids, found.free_surface), (vec![], None), "one field for both");
+        assert_eq!((found.liquid_bodies, found.free_surface), (vec![], None), "one field for both");
     }
 
     #[test]
     fn options_of_liquids_that_are_given_stand() {
         let given = json!({ "cell_size": 0.1, "transfer": "flip", "points_per_cell": 2, "free_surface": 0, "obstacles": "nodes" });
         let found = options(&case(&water(), &given)).unwrap();
-        assert_eq!((found.transfer, found.points_per_cell), (Transfer::Flip, 2));
-        assert_eq!((found.free_surface, found.obstacles), (None, ObstacleContact::Nodes));
+        assert_eq!((found.transfer, found.points_per_cell), (VelocityTransfer::Flip, 2));
+        assert_eq!((found.free_surface, found.obstacles), (None, ObstacleCoupling::Nodes));
         for of_flip in [json!({ "flip": 0.9 }), json!({ "residual_time": 0.1 })] {
             let mut given = of_flip;
             given["cell_size"] = json!(0.1);
-            assert_eq!(options(&case(&water(), &given)).unwrap().transfer, Transfer::Flip);
+            assert_eq!(options(&case(&water(), &given)).unwrap().transfer, VelocityTransfer::Flip);
         }
     }
 }

@@ -5,17 +5,19 @@ use colluvium_case::description::{Body, Boundary, Obstacle, ObstacleWall, Space,
 use colluvium_constitutive::MaterialSpec;
 use colluvium_constitutive::basal::BasalFlow;
 
-use crate::config::{COURANT, Integration, ShapeFunctions, StepCriterion, VolumetricStrain, WallFriction};
-use crate::fall::{height, time_of_fall};
-use crate::obstacles::exact_on_nodes;
-use crate::{FixedNodes, MpmOptions, ObstacleContact, StressScheme, Transfer};
+use crate::config::{
+    COURANT, InternalForceIntegration, ShapeFunctions, StepCriterion, VolumetricStrain, WallFriction,
+};
+use crate::fall::{body_height, time_of_fall};
+use crate::obstacles::could_act_on_nodes;
+use crate::{FixedNodes, MpmOptions, ObstacleCoupling, StressScheme, VelocityTransfer};
 
 /// Courant number at which stress last is stable with splines at sides of the domain that nothing holds, where the end
 /// functions are steep: 0.5 was not, in two and three dimensions, and 0.45 only just.
 const OPEN_SIDE: f64 = 0.4;
 
 /// Sides of the domain that bodies reach and no wall holds for good, with steps that are not stable there.
-fn open_sides(case: &Case, options: &MpmOptions) -> Vec<String> {
+fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
     let spline = matches!(options.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic);
     if !spline || options.stress_update != StressScheme::Usl || options.courant <= OPEN_SIDE {
         return Vec::new();
@@ -51,7 +53,7 @@ fn open_sides(case: &Case, options: &MpmOptions) -> Vec<String> {
 }
 
 /// Searches for a factor of safety in soil that locks as it yields.
-fn locking(case: &Case, options: &MpmOptions) -> Option<String> {
+fn locking_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     let (name, _) = case.factors_of_safety().next()?;
     let free = if options.mesh.is_some() { "nodal" } else { "cell-average" };
     (options.volumetric_strain == VolumetricStrain::Point).then(|| {
@@ -63,15 +65,15 @@ fn locking(case: &Case, options: &MpmOptions) -> Option<String> {
 }
 
 /// Least bulk modulus over `ρgH` with which a liquid at rest is held: with linear functions 163 did, 92 did not, on 16 cells.
-const STIFF: f64 = 200.0;
+const MIN_STIFFNESS_RATIO: f64 = 200.0;
 /// The same over `ρgH` and the square of the cells over the depth, for linear functions: 1.56 did, 0.78 did not, on 8, 16 and 32 cells.
-const STIFF_BY_CELLS: f64 = 1.6;
+const MIN_STIFFNESS_RATIO_OF_CELLS: f64 = 1.6;
 
 /// Most steps between two outputs that may cut steps so often that sound grows: up to 7 were seen to.
 const FEW_STEPS_TO_OUTPUT: f64 = 12.0;
 
 /// Liquids whose sound outputs stir: steps of `dt` (s) are cut at each of them.
-fn cut_steps(case: &Case, dt: f64) -> Option<String> {
+fn cut_step_warning(case: &Case, dt: f64) -> Option<String> {
     let interval = case.output.measures.into_iter().chain(case.output.frames).reduce(f64::min)?;
     let (steps, liquid) = (interval / dt, |body: &&Body| {
         let spec = case.materials.get(&body.material);
@@ -89,13 +91,15 @@ fn cut_steps(case: &Case, dt: f64) -> Option<String> {
 }
 
 /// Liquids at rest whose disturbances grow.
-fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
+fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
     let linear = options.shape == ShapeFunctions::Linear;
-    if options.integration != Integration::Points || !(linear || options.shape == ShapeFunctions::Ugimp) {
+    if options.integration != InternalForceIntegration::Points
+        || !(linear || options.shape == ShapeFunctions::Ugimp)
+    {
         return Vec::new();
     }
     let shared = options.volumetric_strain != VolumetricStrain::Point;
-    let gravity = case.gravity_size();
+    let gravity = case.gravity_magnitude();
     let mut found = Vec::new();
     for body in &case.bodies {
         let Some(MaterialSpec::NewtonianFluid(spec)) = case.materials.get(&body.material) else { continue };
@@ -103,9 +107,13 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
             continue;
         }
         let (weight, cells) =
-            (spec.density * gravity * height(case, body), height(case, body) / options.cell_size);
-        let enough = if options.stress_update == StressScheme::Usl { STIFF } else { 0.5 * STIFF } * weight;
-        let wanted = STIFF.max(STIFF_BY_CELLS * cells * cells) * weight;
+            (spec.density * gravity * body_height(case, body), body_height(case, body) / options.cell_size);
+        let enough = if options.stress_update == StressScheme::Usl {
+            MIN_STIFFNESS_RATIO
+        } else {
+            0.5 * MIN_STIFFNESS_RATIO
+        } * weight;
+        let wanted = MIN_STIFFNESS_RATIO.max(MIN_STIFFNESS_RATIO_OF_CELLS * cells * cells) * weight;
         if shared && (linear || spec.bulk_modulus < enough) {
             found.push(format!(
                 "methods.mpm.volumetric_strain: in the liquid {} at rest, averages leave motions within cells without stiffness, and the \
@@ -129,7 +137,7 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
 const ENOUGH_CELLS: f64 = 5.0;
 
 /// Sheets of soil that slide on rough floors which hold them with too little friction.
-fn thin_on_rough(case: &Case, options: &MpmOptions) -> Vec<String> {
+fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
     if options.fixed_nodes != FixedNodes::Force || case.stages.iter().all(|stage| stage.equilibrium.is_some())
     {
         return Vec::new();
@@ -144,7 +152,7 @@ fn thin_on_rough(case: &Case, options: &MpmOptions) -> Vec<String> {
             slope: 0.0,
             unit_weight: 1.0,
         };
-        law.is_some_and(|law| law.max_static(&under(2.0)) > law.max_static(&under(1.0)))
+        law.is_some_and(|law| law.static_shear_strength(&under(2.0)) > law.static_shear_strength(&under(1.0)))
     };
     let mut found = Vec::new();
     for (wall, boundary) in case.boundaries.iter().enumerate().filter(|(_, one)| one.wall == Wall::Rough) {
@@ -174,10 +182,11 @@ fn thin_on_rough(case: &Case, options: &MpmOptions) -> Vec<String> {
 const FEW_STEPS: f64 = 50.0;
 
 /// XPIC that takes all that the grid does not see in each of many steps, of `dt` (s).
-fn filter_by_the_step(case: &Case, options: &MpmOptions, dt: f64) -> Option<String> {
+fn xpic_filter_warning(case: &Case, options: &MpmOptions, dt: f64) -> Option<String> {
     let time = time_of_fall(case)?;
-    let often =
-        options.transfer == Transfer::Xpic && options.residual_time.is_none() && dt * FEW_STEPS < time;
+    let often = options.transfer == VelocityTransfer::Xpic
+        && options.residual_time.is_none()
+        && dt * FEW_STEPS < time;
     often.then(|| {
         format!(
             "methods.mpm.transfer: xpic takes what the grid does not see from the velocities in each step, {:.0} times while the bodies fall by \
@@ -188,15 +197,15 @@ fn filter_by_the_step(case: &Case, options: &MpmOptions, dt: f64) -> Option<Stri
 }
 
 /// Round solids on obstacles or walls that hold nodes and rub: they stand where they should roll.
-fn round_on_nodes(case: &Case, options: &MpmOptions) -> Option<String> {
+fn round_body_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     let obstacle = |obstacle: &Obstacle| obstacle.wall != ObstacleWall::Smooth;
     let wall = |boundary: &Boundary| matches!(boundary.wall, Wall::Rough | Wall::Frictional { .. });
-    let on_nodes = options.obstacles == ObstacleContact::Nodes && case.obstacles.iter().any(obstacle);
+    let on_nodes = options.obstacles == ObstacleCoupling::Nodes && case.obstacles.iter().any(obstacle);
     if !on_nodes && !case.boundaries.iter().any(wall) {
         return None;
     }
     let is_liquid = |name: &String| matches!(case.materials.get(name), Some(MaterialSpec::NewtonianFluid(_)));
-    let rolls = |body: &Body| !body.rigid && body.shape.is_round() && !is_liquid(&body.material);
+    let rolls = |body: &Body| !body.rigid && body.shape.has_round_edges() && !is_liquid(&body.material);
     let number = case.bodies.iter().position(rolls)?;
     Some(format!(
         "bodies[{number}]: {} is round: nodes that hold it at a wall hold all that is within a cell, so that it hardly rolls; take an obstacle, and \
@@ -213,7 +222,7 @@ pub(super) fn warnings(
     points: usize,
 ) -> Vec<String> {
     let mut warnings = case.warnings();
-    warnings.extend(locking(case, options));
+    warnings.extend(locking_warning(case, options));
     let dimension = case.dimension() as u32;
     let wanted = if dimension == 3 { 8 } else { 2usize.pow(dimension) };
     let per_cell = options.points_per_cell.pow(dimension);
@@ -232,18 +241,18 @@ pub(super) fn warnings(
     let steep = 0.5 * courant * courant;
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     let cutoff = options.node_mass_cutoff.unwrap_or(if wet { 0.0 } else { 1.0 });
-    if options.overshoots() && cutoff < 0.99 * steep {
+    if options.has_unbounded_small_node_strain() && cutoff < 0.99 * steep {
         warnings.push(format!(
             "methods.mpm.stress_update: usl with linear shape functions (dual-domain too) can turn points inside out at free \
              surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.2e}, half the square of the Courant number of the step"
         ));
     }
-    warnings.extend(still_liquids(case, options));
-    warnings.extend(cut_steps(case, dt));
-    warnings.extend(thin_on_rough(case, options));
-    warnings.extend(filter_by_the_step(case, options, dt));
-    warnings.extend(round_on_nodes(case, options));
-    if exact_on_nodes(case, options) {
+    warnings.extend(liquid_at_rest_warnings(case, options));
+    warnings.extend(cut_step_warning(case, dt));
+    warnings.extend(thin_sheet_warning(case, options));
+    warnings.extend(xpic_filter_warning(case, options, dt));
+    warnings.extend(round_body_warning(case, options));
+    if could_act_on_nodes(case, options) {
         warnings.push(
             "methods.mpm.obstacles: with points stress and pore pressure in the cells at an obstacle are a quarter too small, since points \
              press with their centres, and with GIMP and CPDI the pressure of the row at it falls away within seconds; these obstacles lie \
@@ -274,7 +283,7 @@ pub(super) fn warnings(
              with that"
         ));
     }
-    warnings.extend(open_sides(case, options));
+    warnings.extend(open_side_warnings(case, options));
     let rubs = |boundary: &Boundary| matches!(boundary.wall, Wall::Frictional { .. });
     if options.wall_friction != WallFriction::default() && !case.boundaries.iter().any(rubs) {
         warnings.push("methods.mpm.wall_friction: has no effect, no wall is frictional".to_owned());
@@ -286,7 +295,7 @@ pub(super) fn warnings(
                  for quasi-static stages"
             ));
         }
-        if options.integration == Integration::Gauss && stage.equilibrium.is_none() {
+        if options.integration == InternalForceIntegration::Gauss && stage.equilibrium.is_none() {
             warnings.push(format!(
                 "methods.mpm.integration: with gauss cells that are filled in part pull as if they were full; \
                  stages[{number}] has no `equilibrium`, and it is for quasi-static stages"

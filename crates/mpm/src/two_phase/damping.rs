@@ -3,10 +3,10 @@
 
 use std::ops::Range;
 
-use colluvium_case::damping::sign;
-use colluvium_grid::{Lanes, Layout, Node, Walls};
+use colluvium_case::damping::sign_or_zero;
+use colluvium_grid::{Layout, NodalState, NodeWalls, Vector4};
 
-use crate::momentum::before;
+use crate::momentum::start_velocity;
 use crate::pore::{LIQUID, SOLID};
 
 /// What damps the nodes of a step.
@@ -16,54 +16,55 @@ pub(super) struct Damping<'a, const D: usize> {
     /// Local damping factor of each axis.
     pub factors: [f64; 3],
     /// Nodes with less mass of a phase than this (kg) are skipped.
-    pub light: [f64; 2],
+    pub mass_cutoff: [f64; 2],
     /// Components of velocity that are prescribed, of all nodes, one bit an axis; empty where none are.
-    pub held: &'a [[u8; 2]],
+    pub constrained: &'a [[u8; 2]],
     /// Boundary conditions of both phases.
-    pub walls: [&'a Walls; 2],
+    pub walls: [&'a NodeWalls; 2],
     /// The nodes.
     pub layout: &'a Layout<D>,
 }
 
 impl<const D: usize> Damping<'_, D> {
     /// Damps the solved active nodes of a row.
-    pub fn row(&self, row: usize, active: Range<usize>, line: &mut [[Node; 2]]) {
+    pub fn row(&self, row: usize, active: Range<usize>, line: &mut [[NodalState; 2]]) {
         let first = row * self.layout.strides()[0];
         for number in active {
             let node = &mut line[number];
-            if node[SOLID].motion.as_array()[3] <= self.light[SOLID] {
+            if node[SOLID].momentum_and_mass.as_array()[3] <= self.mass_cutoff[SOLID] {
                 continue;
             }
             let index = self.layout.index(row, number);
-            let held = self.held.get(first + number).copied().unwrap_or_default();
+            let held = self.constrained.get(first + number).copied().unwrap_or_default();
             self.node(&index, node, held);
         }
     }
 
-    fn node(&self, index: &[usize; 3], node: &mut [Node; 2], held: [u8; 2]) {
-        let mut ends = [SOLID, LIQUID].map(|phase| node[phase].motion.to_array());
+    fn node(&self, index: &[usize; 3], node: &mut [NodalState; 2], held: [u8; 2]) {
+        let mut ends = [SOLID, LIQUID].map(|phase| node[phase].momentum_and_mass.to_array());
         let mut rates = [SOLID, LIQUID].map(|phase| node[phase].force.to_array());
         let masses = ends.map(|end| end[3]);
-        let by_walls =
-            [SOLID, LIQUID].map(|phase| self.walls[phase].holding(index, &[0, 1, 2].map(|c| ends[phase][c])));
+        let by_walls = [SOLID, LIQUID]
+            .map(|phase| self.walls[phase].constrained_components(index, &[0, 1, 2].map(|c| ends[phase][c])));
         let is_free = |phase: usize, c: usize| !by_walls[phase][c] && held[phase] & (1 << c) == 0;
         for c in (0..D).filter(|c| is_free(SOLID, *c)) {
-            let moves = [true, masses[LIQUID] > self.light[LIQUID] && is_free(LIQUID, c)];
+            let moves = [true, masses[LIQUID] > self.mass_cutoff[LIQUID] && is_free(LIQUID, c)];
             let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
                 let phases = [SOLID, LIQUID].into_iter().filter(|phase| moves[*phase]);
                 phases.map(|phase| masses[phase] * of(phase)).sum()
             };
-            let starts = [SOLID, LIQUID].map(|phase| before(ends[phase][c], self.dt * rates[phase][c]));
+            let starts =
+                [SOLID, LIQUID].map(|phase| start_velocity(ends[phase][c], self.dt * rates[phase][c]));
             let (mass, force) = (sum(&|_| 1.0), sum(&|phase| rates[phase][c]));
-            let change = -self.factors[c] * force.abs() / mass * sign(sum(&|phase| starts[phase]));
+            let change = -self.factors[c] * force.abs() / mass * sign_or_zero(sum(&|phase| starts[phase]));
             for phase in [SOLID, LIQUID].into_iter().filter(|phase| moves[*phase]) {
                 rates[phase][c] += change;
                 ends[phase][c] = starts[phase] + self.dt * rates[phase][c];
             }
         }
         for phase in [SOLID, LIQUID] {
-            node[phase].motion = Lanes::new(ends[phase]);
-            node[phase].force = Lanes::new(rates[phase]);
+            node[phase].momentum_and_mass = Vector4::new(ends[phase]);
+            node[phase].force = Vector4::new(rates[phase]);
         }
     }
 }

@@ -20,51 +20,51 @@ mod transfer;
 
 use std::sync::Arc;
 
-use colluvium_case::{Equilibrium, Scales, SolverError};
-use colluvium_constitutive::BLOCK;
-use colluvium_grid::{Faces, Gathered, Lanes, Layout, Node, Points, Walls};
+use colluvium_case::{Equilibrium, EquilibriumScales, SolverError};
+use colluvium_constitutive::BLOCK_SIZE;
+use colluvium_grid::{InterpolatedMotion, Layout, NodalState, NodeFaces, NodeWalls, PointSlice, Vector4};
 
-pub use momentum::PhaseSums;
-pub use setup::{cleared, of_liquid, pore_set, two_phase};
+pub use momentum::PhaseEquilibriumTerms;
+pub use setup::{check_supported, liquid_case, pore_set, two_phase};
 
-use crate::averages::Averages;
-use crate::background::Background;
+use crate::averages::CellAverages;
+use crate::background::BackgroundGrid;
 use crate::bodies::Bodies;
-use crate::boundary::Boundary;
+use crate::boundary::BoundaryConditions;
 use crate::clock::Clock;
 use crate::config::StressScheme;
-use crate::driven::{hold_phases, mark_held};
-use crate::loads::follow_surfaces;
-use crate::momentum::RowSums;
-use crate::nodal::{nodal_squares, work_on_phase_nodes};
-use crate::nodes::Velocities::{Remapped, Solved};
-use crate::nodes::{Nodes, Velocities};
+use crate::driven::{impose_phase_patch_velocity, mark_constrained};
+use crate::loads::update_follower_vectors;
+use crate::momentum::EquilibriumTerms;
+use crate::nodal::{nodal_load_squares, phase_nodal_load_work};
+use crate::nodes::VelocitySource::{Remapped, Solved};
+use crate::nodes::{VelocityFields, VelocitySource};
 use crate::points::PointSet;
 use crate::pore::SOLID;
 use crate::solver::{MpmSolver, work_of_loads};
-use crate::stopping::{Stopping, with_mass};
-use crate::update::PointUpdate;
+use crate::stopping::{PenetrationLimit, with_mass};
+use crate::update::UpdateSelection;
 use crate::vectors::{power, square_sum};
-use bear::bear_phases;
+use bear::record_phase_reactions;
 use damping::Damping;
 use momentum::PhaseSolve;
-use strain::share_phase_strains;
-use transfer::{remap_phases, scatter_phases, update_phases};
+use strain::average_phase_strains;
+use transfer::{p2g_phases, remap_phases, update_phases};
 
 /// What a solver with pore fluid holds beside its points.
 pub struct TwoPhase {
-    nodes: Vec<[Node; 2]>,
-    remapped: Vec<[Lanes; 2]>,
-    row_sums: Vec<PhaseSums>,
+    nodes: Vec<[NodalState; 2]>,
+    remapped: Vec<[Vector4; 2]>,
+    row_sums: Vec<PhaseEquilibriumTerms>,
     /// Components of velocity that patches hold, one bit an axis; empty where nothing asks for them.
-    held: Vec<[u8; 2]>,
-    pub(crate) sums: PhaseSums,
+    constrained: Vec<[u8; 2]>,
+    pub(crate) sums: PhaseEquilibriumTerms,
     /// Walls of the liquid.
-    pub(crate) walls: Walls,
+    pub(crate) walls: NodeWalls,
     /// Obstacles on the nodes, as the liquid meets them.
-    pub(crate) faces: Arc<Faces>,
+    pub(crate) faces: Arc<NodeFaces>,
     /// Largest liquid mass of a point (kg).
-    pub(crate) heaviest: f64,
+    pub(crate) max_liquid_mass: f64,
 }
 
 impl TwoPhase {
@@ -73,21 +73,21 @@ impl TwoPhase {
         size_of_val(&self.nodes[..])
             + size_of_val(&self.remapped[..])
             + size_of_val(&self.row_sums[..])
-            + size_of_val(&self.held[..])
+            + size_of_val(&self.constrained[..])
     }
 
     /// What points read of the nodes of both phases, gradients among it.
-    fn gather<const D: usize>(
+    fn g2p<const D: usize>(
         &self,
-        of: Velocities,
-        background: &Background<D>,
-        points: &Points<'_, D>,
-        reads: &mut [[Gathered<D>; 2]],
+        of: VelocitySource,
+        background: &BackgroundGrid<D>,
+        points: &PointSlice<'_, D>,
+        reads: &mut [[InterpolatedMotion<D>; 2]],
     ) {
-        let (ground, sweeps) = (background.ground(), background.sweeps);
+        let (ground, sweeps) = (background.grid_view(), background.transfers);
         match of {
-            Solved => sweeps.gather_phases(&ground, points, &self.nodes, reads),
-            Remapped => sweeps.gather_velocities(&ground, points, &self.remapped, reads),
+            Solved => sweeps.g2p_phases(&ground, points, &self.nodes, reads),
+            Remapped => sweeps.g2p_phase_velocities(&ground, points, &self.remapped, reads),
         }
     }
 
@@ -102,7 +102,7 @@ impl TwoPhase {
     /// Finds the largest liquid mass of a point.
     pub fn find_heaviest<const D: usize>(&mut self, bodies: &Bodies<D>) {
         let masses = bodies.sets.iter().flat_map(|set| (0..set.len()).map(|p| set.liquid_mass(p)));
-        self.heaviest = masses.fold(0.0, f64::max);
+        self.max_liquid_mass = masses.fold(0.0, f64::max);
     }
 }
 
@@ -110,134 +110,151 @@ impl TwoPhase {
 /// an axis (m).
 pub fn step_phases<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    nodes: &mut Nodes,
-    boundary: &mut Boundary<D>,
-    averages: &mut Averages<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
+    averages: &mut CellAverages<D>,
     phases: &mut TwoPhase,
 ) -> Result<f64, SolverError> {
     background.layout.reset(&mut phases.nodes); // 0
-    let (all, velocity, stress) = (PointUpdate::ALL, PointUpdate::VELOCITY, PointUpdate::STRESS);
+    let (all, velocity, stress) = (UpdateSelection::ALL, UpdateSelection::VELOCITY, UpdateSelection::STRESS);
     let moved = match clock.options.stress_update {
         StressScheme::Usl => {
-            scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
+            p2g_phases(clock, background, bodies, boundary, averages, phases); // 1
             solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
-            share_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Solved)); // 7
-            follow_phases(clock, background, bodies, (phases, Solved));
+            average_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Solved)); // 7
+            update_follower_loads(clock, background, bodies, (phases, Solved));
             update_phases(clock, background, bodies, boundary, averages, (phases, Solved), all) // 5, 7–9
         }
         StressScheme::Musl => {
-            scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
+            p2g_phases(clock, background, bodies, boundary, averages, phases); // 1
             solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
             update_phases(clock, background, bodies, boundary, averages, (phases, Solved), velocity)?; // 5
             remap_phases(clock, background, bodies, boundary, phases, false); // 6
-            stop_remapped(clock, background, bodies, boundary, phases);
-            share_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Remapped)); // 7
-            follow_phases(clock, background, bodies, (phases, Remapped));
-            let rest = PointUpdate { position: true, ..stress };
+            limit_remapped_penetration(clock, background, bodies, boundary, phases);
+            average_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Remapped)); // 7
+            update_follower_loads(clock, background, bodies, (phases, Remapped));
+            let rest = UpdateSelection { position: true, ..stress };
             update_phases(clock, background, bodies, boundary, averages, (phases, Remapped), rest) // 7–9
         }
         StressScheme::Usf => {
             remap_phases(clock, background, bodies, boundary, phases, true); // 1, momenta and masses
-            share_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Remapped)); // 7
+            average_phase_strains(clock, background, bodies, &mut averages.strains, (phases, Remapped)); // 7
             update_phases(clock, background, bodies, boundary, averages, (phases, Remapped), stress)?; // 7, 8
-            scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
+            p2g_phases(clock, background, bodies, boundary, averages, phases); // 1
             solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
-            follow_phases(clock, background, bodies, (phases, Solved));
-            let rest = PointUpdate { position: true, ..velocity };
+            update_follower_loads(clock, background, bodies, (phases, Solved));
+            let rest = UpdateSelection { position: true, ..velocity };
             update_phases(clock, background, bodies, boundary, averages, (phases, Solved), rest) // 5, 9
         }
     };
-    phases.walls.set_off(false);
+    phases.walls.set_starts_moving(false);
     moved
 }
 
 /// Loads that follow the surface, from the velocity of the skeleton.
-fn follow_phases<const D: usize>(
+fn update_follower_loads<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    (phases, read): (&TwoPhase, Velocities),
+    (phases, read): (&TwoPhase, VelocitySource),
 ) {
-    follow_surfaces(clock, background, bodies, &|_, points, out| {
-        let mut all = [[Gathered::ZERO; 2]; BLOCK];
+    update_follower_vectors(clock, background, bodies, &|_, points, out| {
+        let mut all = [[InterpolatedMotion::ZERO; 2]; BLOCK_SIZE];
         let reads = &mut all[..points.len()];
-        phases.gather(read, background, points, reads);
+        phases.g2p(read, background, points, reads);
         out.iter_mut().zip(&*reads).for_each(|(out, read)| *out = read[SOLID]);
     });
 }
 
 fn solve_phases<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    nodes: &mut Nodes,
-    boundary: &mut Boundary<D>,
+    nodes: &mut VelocityFields,
+    boundary: &mut BoundaryConditions<D>,
     phases: &mut TwoPhase,
 ) {
-    let Boundary {
-        walls: own_walls, driven, contacts, nodal, load_starts, absorbing, bearing, rocks, ..
+    let BoundaryConditions {
+        walls: own_walls,
+        driven,
+        contacts,
+        nodal_loads: nodal,
+        load_starts,
+        absorbing,
+        reaction_recorder: bearing,
+        penalty_obstacles: rocks,
+        ..
     } = boundary;
     let (stage, dt) = (clock.stage(), clock.dt);
     let audit = stage.equilibrium.is_some();
     let factors = stage.damping_of_axes();
     let damped = factors != [0.0; 3];
-    phases.held.clear();
+    phases.constrained.clear();
     if (audit || damped) && !clock.case.patches.is_empty() {
-        phases.held.resize(phases.nodes.len(), [0; 2]);
-        mark_held(clock, background, driven, contacts, &mut phases.held);
+        phases.constrained.resize(phases.nodes.len(), [0; 2]);
+        mark_constrained(clock, background, driven, contacts, &mut phases.constrained);
     }
-    let TwoPhase { nodes: of_phases, row_sums, walls, heaviest, sums, held, .. } = phases;
+    let TwoPhase {
+        nodes: of_phases,
+        row_sums,
+        walls,
+        max_liquid_mass: heaviest,
+        sums,
+        constrained: held,
+        ..
+    } = phases;
     let cutoff = clock.options.mass_cutoff();
     let solve = PhaseSolve {
         dt,
         gravity: clock.gravity_at_end(),
-        keep_start: clock.keeps_start(),
+        keep_initial_velocity: clock.keeps_initial_velocity(),
         inertia: clock.options.mass_scaling,
-        light: [bodies.light(clock), cutoff * *heaviest],
-        audit,
-        held,
+        mass_cutoff: [bodies.mass_cutoff(clock), cutoff * *heaviest],
+        sum_equilibrium: audit,
+        constrained: held,
         walls: [&*own_walls, &*walls],
         layout: &background.layout,
     };
     if let Some(bearing) = bearing {
-        bear_phases(bearing, &solve, background, of_phases);
+        record_phase_reactions(bearing, &solve, background, of_phases);
     }
-    background.layout.rows(of_phases, row_sums, |row, active, line| solve.row(row, active, line));
-    absorbing.absorb_phases(clock, of_phases, [&*own_walls, &*walls]);
-    hold_phases(clock, background, driven, contacts, of_phases);
-    let stopping = Stopping { clock, background, bodies, walls: own_walls, takes: true };
-    let slow = |node: &mut [Node; 2], change| node[SOLID].change_velocity(change, dt);
-    stopping.stop(rocks, of_phases, |_, node| node[SOLID].motion, slow);
+    background.layout.for_each_row(of_phases, row_sums, |row, active, line| solve.row(row, active, line));
+    absorbing.apply_to_phases(clock, of_phases, [&*own_walls, &*walls]);
+    impose_phase_patch_velocity(clock, background, driven, contacts, of_phases);
+    let stopping = PenetrationLimit { clock, background, bodies, walls: own_walls, is_final: true };
+    let slow = |node: &mut [NodalState; 2], change| node[SOLID].change_velocity(change, dt);
+    stopping.limit_penetration(rocks, of_phases, |_, node| node[SOLID].momentum_and_mass, slow);
     if damped {
-        let PhaseSolve { light, held, walls, layout, .. } = solve;
-        let damping = Damping { dt, factors, light, held, walls, layout };
-        layout.each(of_phases, |row, active, line| damping.row(row, active, line));
-        stopping.stop(rocks, of_phases, |_, node| node[SOLID].motion, slow);
+        let PhaseSolve { mass_cutoff: light, constrained: held, walls, layout, .. } = solve;
+        let damping = Damping { dt, factors, mass_cutoff: light, constrained: held, walls, layout };
+        layout.for_each_active_node_range(of_phases, |row, active, line| damping.row(row, active, line));
+        stopping.limit_penetration(rocks, of_phases, |_, node| node[SOLID].momentum_and_mass, slow);
     }
     if audit {
-        *sums = PhaseSums::default();
+        *sums = PhaseEquilibriumTerms::default();
         row_sums.iter().for_each(|row| sums.add(row));
         nodes.external_work +=
             sums.mixture.work + work_of_loads(bodies, driven, dt) + work_of_pore_loads(bodies, dt);
-        nodes.external_work += work_on_phase_nodes(clock, bodies, nodal, load_starts, of_phases);
+        nodes.external_work += phase_nodal_load_work(clock, bodies, nodal, load_starts, of_phases);
     }
 }
 
 /// Stops points by the re-mapped velocities of the skeleton, by which they change place.
-fn stop_remapped<const D: usize>(
+fn limit_remapped_penetration<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    boundary: &mut Boundary<D>,
+    boundary: &mut BoundaryConditions<D>,
     phases: &mut TwoPhase,
 ) {
-    let Boundary { walls, rocks, .. } = boundary;
+    let BoundaryConditions { walls, penalty_obstacles: rocks, .. } = boundary;
     let TwoPhase { nodes, remapped, .. } = phases;
-    let stopping = Stopping { clock, background, bodies, walls, takes: false };
-    let of = |number: usize, own: &[Lanes; 2]| with_mass(own[SOLID], nodes[number][SOLID].motion);
-    stopping.stop(rocks, remapped, of, |node, change| node[SOLID] += change);
+    let stopping = PenetrationLimit { clock, background, bodies, walls, is_final: false };
+    let of =
+        |number: usize, own: &[Vector4; 2]| with_mass(own[SOLID], nodes[number][SOLID].momentum_and_mass);
+    stopping.limit_penetration(rocks, remapped, of, |node, change| node[SOLID] += change);
 }
 
 /// Work in the step (J) of prescribed pore pressures on the fluid beyond what they do on the mixture.
@@ -254,19 +271,25 @@ fn work_of_pore_loads<const D: usize>(bodies: &Bodies<D>, dt: f64) -> f64 {
 impl<const D: usize> MpmSolver<D> {
     /// Distance from equilibrium: the larger one of mixture and liquid (sheet: mpm §2.14); the energy of the mixture is that of
     /// both phases. `traction` is the sum of the squares of the tractions (N²).
-    pub(crate) fn phase_equilibrium(&self, phases: &TwoPhase, traction: f64, scales: Scales) -> Equilibrium {
-        let PhaseSums { mixture, liquid } = &phases.sums;
+    pub(crate) fn phase_equilibrium(
+        &self,
+        phases: &TwoPhase,
+        traction: f64,
+        scales: EquilibriumScales,
+    ) -> Equilibrium {
+        let PhaseEquilibriumTerms { mixture, liquid } = &phases.sums;
         let of_mixture = (mixture.external + traction).sqrt();
         let pore_loads = self.bodies.sets.iter().flat_map(PointSet::pore_loads);
         let pore_loads: f64 = pore_loads.map(|(_, force)| square_sum(&[force])).sum();
-        let Boundary { nodal, load_starts, .. } = &self.boundary;
-        let [_, on_nodes] = nodal_squares(&self.clock, &self.bodies, nodal, load_starts);
+        let BoundaryConditions { nodal_loads: nodal, load_starts, .. } = &self.boundary;
+        let [_, on_nodes] = nodal_load_squares(&self.clock, &self.bodies, nodal, load_starts);
         let mut of_liquid = (liquid.external + pore_loads + on_nodes).sqrt();
         if of_liquid == 0.0 {
             // Without weight and pressures the liquid has no external force of its own.
             of_liquid = of_mixture;
         }
-        let unbalanced = |sums: &RowSums, external| scales.force_ratio(sums.unbalanced.sqrt(), external);
+        let unbalanced =
+            |sums: &EquilibriumTerms, external| scales.force_ratio(sums.unbalanced.sqrt(), external);
         Equilibrium {
             unbalanced_force: unbalanced(mixture, of_mixture).max(unbalanced(liquid, of_liquid)),
             kinetic_ratio: scales.energy_ratio(mixture.kinetic, self.nodes.external_work),

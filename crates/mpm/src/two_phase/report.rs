@@ -3,10 +3,10 @@
 use colluvium_case::{Budget, Field, FieldData, PhaseBudget, StepLimit, spatial};
 use colluvium_constitutive::SymTensor;
 
-use crate::config::{StepBounds, StepCriterion};
+use crate::config::{StepCoefficients, StepCriterion};
 use crate::points::PointSet;
-use crate::pore::{Fluid, critical_step, simple_steps};
-use crate::report::Limit;
+use crate::pore::{PoreFluidConstants, critical_step, simple_steps};
+use crate::report::LimitingPoint;
 use crate::solver::MpmSolver;
 use crate::vectors::square;
 
@@ -65,17 +65,26 @@ impl<const D: usize> MpmSolver<D> {
 
     /// The limit of a point from that of its skeleton's wave: with pore fluid that of both phases.
     #[inline]
-    pub(crate) fn phase_limit(&self, bounds: StepBounds, wave: Limit, modulus: f64) -> Limit {
+    pub(crate) fn phase_limit(
+        &self,
+        bounds: StepCoefficients,
+        wave: LimitingPoint,
+        modulus: f64,
+    ) -> LimitingPoint {
         let (set, i) = (&self.bodies.sets[wave.set], wave.index);
         let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
         let (n, dry) = (set.porosity(i), set.points.mass[i] / set.points.volume[i]);
-        let h = set.domain.as_slice().spacing(i, &self.background.ground());
+        let h = set.domain.as_slice().spacing(i, &self.background.grid_view());
         // In time over the root of the scale of inertia the equations are those without it, with a weaker drag.
         let scale = self.clock.options.mass_scaling.sqrt();
         // Obstacles on points have springs of the fluid as of the skeleton.
-        let stiffening = if self.boundary.rocks.is_some() { self.clock.options.stiffening() } else { 1.0 };
+        let stiffening = if self.boundary.penalty_obstacles.is_some() {
+            self.clock.options.obstacle_stiffness_factor()
+        } else {
+            1.0
+        };
         let (modulus, bulk_modulus) = (stiffening * modulus, stiffening * fluid.bulk_modulus);
-        let scaled = Fluid { resistance: fluid.resistance / scale, bulk_modulus, ..fluid };
+        let scaled = PoreFluidConstants { resistance: fluid.resistance / scale, bulk_modulus, ..fluid };
         let moving =
             |step: f64| bounds.courant / (1.0 / (scale * step) + square(&set.points.velocity[i]).sqrt() / h);
         let (dt, by_drag) = match self.clock.options.step_criterion {
@@ -89,7 +98,11 @@ impl<const D: usize> MpmSolver<D> {
                 (dt.min(drag), drag < dt)
             }
         };
-        Limit { dt, limit: if by_drag { StepLimit::SEEPAGE_DRAG } else { StepLimit::ELASTIC_WAVE }, ..wave }
+        LimitingPoint {
+            dt,
+            limit: if by_drag { StepLimit::SEEPAGE_DRAG } else { StepLimit::ELASTIC_WAVE },
+            ..wave
+        }
     }
 
     /// Adds the pore fluid to the totals.

@@ -5,18 +5,18 @@ use std::sync::Arc;
 
 use colluvium_case::description::{Body, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, PointList, spatial};
-use colluvium_grid::{Lanes, Layout, Node, Walls};
+use colluvium_grid::{Layout, NodalState, NodeWalls, Vector4};
 
-use super::{PhaseSums, TwoPhase};
+use super::{PhaseEquilibriumTerms, TwoPhase};
 use crate::config::StepCriterion;
-use crate::pore::{Fluid, PoreColumns, PoreSet};
-use crate::{MpmOptions, ShapeFunctions, StressScheme, Transfer};
+use crate::pore::{PoreColumns, PoreFluidConstants, PoreSet};
+use crate::{MpmOptions, ShapeFunctions, StressScheme, VelocityTransfer};
 
 /// Courant number of MUSL in a case with pore fluid that gives none (sheet: mpm §2.10).
 const COURANT: f64 = 0.9;
 
 /// Refuses what two phases cannot honour, and fills in their own default.
-pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseError> {
+pub fn check_supported(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseError> {
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
     if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
         if options.step_criterion != StepCriterion::Combined {
@@ -27,7 +27,7 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
         }
         return Ok(options);
     }
-    if options.transfer != Transfer::Flip {
+    if options.transfer != VelocityTransfer::Flip {
         return refuse("methods.mpm.transfer", "only flip (or a share of it) is available with a pore_fluid");
     }
     if options.residual_time.is_some() {
@@ -69,25 +69,25 @@ pub fn two_phase<const D: usize>(
     case.bodies.iter().any(|body| body.pore_fluid.is_some()).then(|| {
         let length = |needed: bool| if needed { layout.len() } else { 0 };
         Box::new(TwoPhase {
-            nodes: vec![[Node::default(); 2]; layout.len()],
-            remapped: vec![[Lanes::ZERO; 2]; length(options.stress_update != StressScheme::Usl)],
-            held: Vec::new(),
-            row_sums: vec![PhaseSums::default(); layout.nodes()[0]],
-            sums: PhaseSums::default(),
-            walls: Walls::default(),
+            nodes: vec![[NodalState::default(); 2]; layout.len()],
+            remapped: vec![[Vector4::ZERO; 2]; length(options.stress_update != StressScheme::Usl)],
+            constrained: Vec::new(),
+            row_sums: vec![PhaseEquilibriumTerms::default(); layout.nodes()[0]],
+            sums: PhaseEquilibriumTerms::default(),
+            walls: NodeWalls::default(),
             faces: Arc::default(),
-            heaviest: 0.0,
+            max_liquid_mass: 0.0,
         })
     })
 }
 
 /// The case as its liquid sees it: with smooth walls, where there are impermeable ones.
-pub fn of_liquid(case: &Case) -> Case {
+pub fn liquid_case(case: &Case) -> Case {
     let mut liquid = case.clone();
     liquid.boundaries.retain(|boundary| !boundary.drained);
     liquid.boundaries.retain(|boundary| !matches!(boundary.wall, CaseWall::Absorbing { .. }));
     for boundary in &mut liquid.boundaries {
-        boundary.separation |= boundary.wall.lets_go();
+        boundary.separation |= boundary.wall.allows_separation();
         boundary.wall = CaseWall::Smooth;
     }
     let standing: BTreeSet<String> = liquid.boundaries.iter().map(|b| b.name().to_owned()).collect();
@@ -129,12 +129,12 @@ pub fn pore_set<const D: usize>(
         Some(listed) => listed,
         None => position.iter().map(|x| fluid.pressure_at(spatial(x), gravity)).collect(),
     };
-    let constants = Fluid {
+    let constants = PoreFluidConstants {
         density: fluid.density,
         bulk_modulus: fluid.bulk_modulus,
         porosity: fluid.porosity,
         resistance: fluid.resistance(strength),
-        least: fluid.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
+        min_pressure: fluid.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
     };
     let velocity = position.iter().enumerate().map(velocity_at).collect();
     PoreSet { fluid: Some(constants), points: PoreColumns { velocity, pressure, ..PoreColumns::default() } }

@@ -1,44 +1,44 @@
 //! The transfers of both phases, and what happens at the points in between (sheet: mpm §3.4).
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, Motions, SymTensor};
-use colluvium_grid::{Gathered, Lanes, PhaseDeposit, Window};
+use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
+use colluvium_grid::{InterpolatedMotion, NodeRange, P2gPhaseInput, Vector4};
 
 use super::TwoPhase;
-use crate::averages::Averages;
-use crate::background::Background;
-use crate::blocks::{Bench, Block, BlockReport, Failure, OfSet};
+use crate::averages::CellAverages;
+use crate::background::BackgroundGrid;
+use crate::blocks::{BlockReport, PointBlock, PointFailure, SetProperties, Workspace};
 use crate::bodies::Bodies;
-use crate::boundary::Boundary;
+use crate::boundary::BoundaryConditions;
 use crate::clock::Clock;
-use crate::driven::hold_phases_again;
+use crate::driven::impose_phase_patch_velocity_remapped;
 use crate::loads::apply_loads;
-use crate::mixed::{average_stresses, pull_with_cells};
-use crate::nodal::load_phase_nodes;
-use crate::nodes::Velocities::{self, Remapped, Solved};
-use crate::pore::{Fluid, LIQUID, SOLID};
-use crate::pressing::press;
+use crate::mixed::{add_cell_forces, average_stresses};
+use crate::nodal::apply_phase_nodal_loads;
+use crate::nodes::VelocitySource::{self, Remapped, Solved};
+use crate::pore::{LIQUID, PoreFluidConstants, SOLID};
+use crate::pressing::penalty_forces;
 use crate::transfer::force_columns;
-use crate::update::{Moved, PointUpdate, UpdateOfPoints};
-use crate::vectors::{lanes, three};
+use crate::update::{Displacement, PointUpdater, UpdateSelection};
+use crate::vectors::{first_three, vector4};
 
 /// Point to grid (step 1), slab by slab.
-pub(super) fn scatter_phases<const D: usize>(
+pub(super) fn p2g_phases<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    boundary: &mut Boundary<D>,
-    averages: &mut Averages<D>,
+    boundary: &mut BoundaryConditions<D>,
+    averages: &mut CellAverages<D>,
     phases: &mut TwoPhase,
 ) {
     apply_loads(clock, bodies, &boundary.load_starts);
-    press(clock, background, bodies, &mut boundary.rocks);
+    penalty_forces(clock, background, bodies, &mut boundary.penalty_obstacles);
     average_stresses(clock, background, bodies, &mut averages.stresses);
     let full = averages.stresses.full_cells(0, background.cell_layout().len());
-    let Background { layout, sweeps, axisymmetric, .. } = background;
-    let (sets, ground, axisymmetric) = (&bodies.sets, background.ground(), *axisymmetric);
-    layout.scatter(&mut phases.nodes, |slab, window, offset| {
-        let mut given = Given::NOTHING;
+    let BackgroundGrid { layout, transfers: sweeps, axisymmetric, .. } = background;
+    let (sets, ground, axisymmetric) = (&bodies.sets, background.grid_view(), *axisymmetric);
+    layout.for_each_slab(&mut phases.nodes, |slab, window, offset| {
+        let mut given = PhaseP2gBuffer::NOTHING;
         for set in sets {
             let Some(pore) = &set.pore else { continue };
             let domain = set.domain.as_slice();
@@ -52,8 +52,8 @@ pub(super) fn scatter_phases<const D: usize>(
                     });
                     let [liquid_mass, drag, full_mass] = fluid;
                     given.motion[k] = [
-                        lanes(&set.points.velocity[p], 1.0) * set.points.mass[p],
-                        lanes(&pore.points.velocity[p], 1.0) * liquid_mass,
+                        vector4(&set.points.velocity[p], 1.0) * set.points.mass[p],
+                        vector4(&pore.points.velocity[p], 1.0) * liquid_mass,
                     ];
                     let liquid_stress = SymTensor::isotropic(-pore.points.pressure[p]);
                     let total = set.total_stress(p);
@@ -64,162 +64,173 @@ pub(super) fn scatter_phases<const D: usize>(
                         [force_columns::<D>(&total, pulling), force_columns::<D>(&liquid_stress, pulling)];
                     let of_loads = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
                     let mut body = [
-                        lanes(&of_loads(&set.points.traction), drag),
-                        lanes(&of_loads(&pore.points.traction), full_mass),
+                        vector4(&of_loads(&set.points.traction), drag),
+                        vector4(&of_loads(&pore.points.traction), full_mass),
                     ];
                     if axisymmetric {
                         let hoop = |stress: &SymTensor| -pulling * stress[2] / set.points.position[p][0];
-                        body[SOLID] += Lanes::new([hoop(&total), 0.0, 0.0, 0.0]);
-                        body[LIQUID] += Lanes::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
+                        body[SOLID] += Vector4::new([hoop(&total), 0.0, 0.0, 0.0]);
+                        body[LIQUID] += Vector4::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
                     }
                     if let (Some(pressed), Some(soaked)) =
                         (set.points.pressed.get(p), pore.points.soaked.get(p))
                     {
-                        body[SOLID] += lanes(&pressed.force, 0.0);
-                        body[LIQUID] += lanes(&soaked.force, 0.0);
+                        body[SOLID] += vector4(&pressed.force, 0.0);
+                        body[LIQUID] += vector4(&soaked.force, 0.0);
                     }
                     given.body[k] = body;
                 }
                 let count = block.len();
                 let (motion, columns) = (&given.motion[..count], &given.columns[..count]);
-                let deposit = PhaseDeposit { motion, columns, body: &given.body[..count] };
-                let to = Window { nodes: &mut *window, first: offset };
-                sweeps.deposit_phases(&ground, &set.places().range(block), to, &deposit);
+                let deposit = P2gPhaseInput {
+                    momentum_and_mass: motion,
+                    stress_columns: columns,
+                    body_force: &given.body[..count],
+                };
+                let to = NodeRange { nodes: &mut *window, first: offset };
+                sweeps.p2g_phases(&ground, &set.point_slice().range(block), to, &deposit);
             }
         }
     });
-    background.layout.fold(&mut phases.nodes, |sum, node| {
+    background.layout.sum_periodic_images(&mut phases.nodes, |sum, node| {
         for phase in [SOLID, LIQUID] {
-            sum[phase].motion += node[phase].motion;
+            sum[phase].momentum_and_mass += node[phase].momentum_and_mass;
             sum[phase].force += node[phase].force;
         }
     });
-    pull_with_cells(background, &averages.stresses, &mut phases.nodes);
-    load_phase_nodes(clock, bodies, &boundary.nodal, &boundary.load_starts, &mut phases.nodes);
+    add_cell_forces(background, &averages.stresses, &mut phases.nodes);
+    apply_phase_nodal_loads(clock, bodies, &boundary.nodal_loads, &boundary.load_starts, &mut phases.nodes);
 }
 
 /// Maps the velocities of the points to the nodes, walls included: the updated ones back (step 6) or, at the `start` of
 /// the step, those that there are.
 pub(super) fn remap_phases<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
-    boundary: &Boundary<D>,
+    boundary: &BoundaryConditions<D>,
     phases: &mut TwoPhase,
     start: bool,
 ) {
     let TwoPhase { nodes, remapped, walls, .. } = phases;
     background.layout.reset(remapped);
-    let Background { layout, sweeps, .. } = background;
-    let (ground, sets) = (background.ground(), &bodies.sets);
-    layout.scatter(remapped, |slab, window, offset| {
-        let mut momenta = [[Lanes::ZERO; 2]; BLOCK];
+    let BackgroundGrid { layout, transfers: sweeps, .. } = background;
+    let (ground, sets) = (background.grid_view(), &bodies.sets);
+    layout.for_each_slab(remapped, |slab, window, offset| {
+        let mut momenta = [[Vector4::ZERO; 2]; BLOCK_SIZE];
         for set in sets {
             let Some(pore) = &set.pore else { continue };
             for block in set.blocks_of(slab) {
                 for (p, momenta) in block.clone().zip(&mut momenta) {
                     *momenta = [
-                        lanes(&set.points.velocity[p], 1.0) * set.points.mass[p],
-                        lanes(&pore.points.velocity[p], 1.0) * set.liquid_mass(p),
+                        vector4(&set.points.velocity[p], 1.0) * set.points.mass[p],
+                        vector4(&pore.points.velocity[p], 1.0) * set.liquid_mass(p),
                     ];
                 }
-                let to = Window { nodes: &mut *window, first: offset };
+                let to = NodeRange { nodes: &mut *window, first: offset };
                 let momenta = &momenta[..block.len()];
-                sweeps.deposit_motions(&ground, &set.places().range(block), to, momenta);
+                sweeps.p2g_phase_values(&ground, &set.point_slice().range(block), to, momenta);
             }
         }
     });
-    background.layout.fold(remapped, |sum, node| [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]));
+    background.layout.sum_periodic_images(remapped, |sum, node| {
+        [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i])
+    });
     let walls = [&boundary.walls, &*walls];
     let row_length = layout.strides()[0];
-    background.layout.each(remapped, |row, active, line| {
+    background.layout.for_each_active_node_range(remapped, |row, active, line| {
         for number in active {
             let index = layout.index(row, number);
             for phase in [SOLID, LIQUID] {
                 let velocity = &mut line[number][phase];
                 let mass = velocity.as_array()[3];
                 let solved = match start {
-                    true => Lanes::splat(f64::NAN),
-                    false => nodes[row * row_length + number][phase].motion,
+                    true => Vector4::splat(f64::NAN),
+                    false => nodes[row * row_length + number][phase].momentum_and_mass,
                 };
                 if mass <= 0.0 {
-                    *velocity = Lanes::ZERO;
+                    *velocity = Vector4::ZERO;
                     continue;
                 }
                 *velocity *= 1.0 / mass;
-                let mut held = three(*velocity);
-                walls[phase].constrain_again(&index, &three(solved), &mut held);
-                *velocity = lanes(&held, 0.0);
+                let mut held = first_three(*velocity);
+                walls[phase].constrain_remapped(&index, &first_three(solved), &mut held);
+                *velocity = vector4(&held, 0.0);
             }
         }
     });
-    hold_phases_again(clock, background, &boundary.driven, &boundary.contacts, remapped);
+    impose_phase_patch_velocity_remapped(clock, background, &boundary.driven, &boundary.contacts, remapped);
 }
 
 /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
 pub(super) fn update_phases<const D: usize>(
     clock: &Clock,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
-    boundary: &Boundary<D>,
-    averages: &Averages<D>,
-    (phases, read): (&TwoPhase, Velocities),
-    what: PointUpdate,
+    boundary: &BoundaryConditions<D>,
+    averages: &CellAverages<D>,
+    (phases, read): (&TwoPhase, VelocitySource),
+    what: UpdateSelection,
 ) -> Result<f64, SolverError> {
-    let update = UpdateOfPoints { clock, background, strains: &averages.strains, closed: &boundary.closed };
+    let update = PointUpdater { clock, background, strains: &averages.strains, has_wall: &boundary.has_wall };
     let bench = || {
-        Bench::at_rest::<D>([Gathered::ZERO; 2], clock.dt, clock.options.band_cells() * background.grid.cell)
+        Workspace::at_rest::<D>(
+            [InterpolatedMotion::ZERO; 2],
+            clock.dt,
+            clock.options.band_cells() * background.grid.cell,
+        )
     };
     bodies.update_blocks(clock, &bench, |set, block, bench| {
         update.phase_block((phases, read), set, block, bench, what)
     })
 }
 
-impl<const D: usize> UpdateOfPoints<'_, D> {
+impl<const D: usize> PointUpdater<'_, D> {
     #[inline]
     fn phase_block(
         &self,
-        (phases, read): (&TwoPhase, Velocities),
-        set: &OfSet<'_, D>,
-        block: &mut Block<'_, D>,
-        Bench { reads, motions }: &mut Bench<[Gathered<D>; 2]>,
-        what: PointUpdate,
+        (phases, read): (&TwoPhase, VelocitySource),
+        set: &SetProperties<'_, D>,
+        block: &mut PointBlock<'_, D>,
+        Workspace { interpolated: reads, motions }: &mut Workspace<[InterpolatedMotion<D>; 2]>,
+        what: UpdateSelection,
     ) -> BlockReport {
         if block.pressure.is_empty() {
             return Ok(0.0);
         }
-        let (ground, sweeps, n) = (self.background.ground(), self.background.sweeps, block.position.len());
+        let (ground, sweeps, n) =
+            (self.background.grid_view(), self.background.transfers, block.position.len());
         let reads = &mut reads[..n];
-        let points = block.points(&set.extent);
+        let points = block.point_slice(&set.extent);
         match (read, what.stress) {
-            (Solved, true) => sweeps.gather_phases(&ground, &points, &phases.nodes, reads),
-            (Solved, false) => sweeps.gather_motions(&ground, &points, &phases.nodes, reads),
-            (Remapped, _) => sweeps.gather_velocities(&ground, &points, &phases.remapped, reads),
+            (Solved, true) => sweeps.g2p_phases(&ground, &points, &phases.nodes, reads),
+            (Solved, false) => sweeps.g2p_phase_motions(&ground, &points, &phases.nodes, reads),
+            (Remapped, _) => sweeps.g2p_phase_velocities(&ground, &points, &phases.remapped, reads),
         }
         let reads = &*reads;
         if what.velocity {
             for (p, read) in reads.iter().enumerate() {
-                self.follow_node(&mut block.velocity[p], &read[SOLID]);
+                self.update_velocity(&mut block.velocity[p], &read[SOLID]);
                 if set.fluid.is_some() {
-                    self.follow_node(&mut block.liquid_velocity[p], &read[LIQUID]);
+                    self.update_velocity(&mut block.liquid_velocity[p], &read[LIQUID]);
                 }
             }
         }
         if what.stress {
             self.deform_phases(set, block, reads, motions)?;
         }
-        let mut moves = [Moved::default(); BLOCK];
+        let mut moves = [Displacement::default(); BLOCK_SIZE];
         if what.position {
-            block.stretch_at_last();
-            self.seep(set, block, reads);
+            block.apply_pending_domains();
+            self.add_seepage(set, block, reads);
             for (p, read) in reads.iter().enumerate() {
                 moves[p] = self.move_point(block, p, read[SOLID].velocity.as_array());
             }
         }
-        let moved = if what.position { self.settle(set, block, &moves)? } else { 0.0 };
+        let moved = if what.position { self.check_positions(set, block, &moves)? } else { 0.0 };
         if what.stress {
             set.material.update_block(motions, block.stress, &mut block.states[0]).map_err(|error| {
-                Failure { index: block.first + error.index, reason: error.source.to_string() }
+                PointFailure { index: block.first + error.index, reason: error.source.to_string() }
             })?;
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
@@ -227,20 +238,26 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
     }
 
     /// Counts how far the fluid seeps through the skeleton, for obstacles on points.
-    fn seep(&self, set: &OfSet<'_, D>, block: &mut Block<'_, D>, reads: &[[Gathered<D>; 2]]) {
+    fn add_seepage(
+        &self,
+        set: &SetProperties<'_, D>,
+        block: &mut PointBlock<'_, D>,
+        reads: &[[InterpolatedMotion<D>; 2]],
+    ) {
         let Some(fluid) = &set.fluid else { return };
         let volumes = block.volume.iter().zip(block.initial_volume);
-        for ((soaked, [solid, liquid]), (volume, initial)) in block.soaked.iter_mut().zip(reads).zip(volumes)
+        for ((soaked, [solid, liquid]), (volume, initial)) in
+            block.pore_contact.iter_mut().zip(reads).zip(volumes)
         {
             let way = self.clock.dt * fluid.porosity_at(*volume, *initial);
             let (solid, liquid) = (solid.velocity.as_array(), liquid.velocity.as_array());
-            (0..D).for_each(|c| soaked.seep[c] += way * (liquid[c] - solid[c]));
+            (0..D).for_each(|c| soaked.seepage_displacement[c] += way * (liquid[c] - solid[c]));
         }
     }
 
     /// FLIP and PIC (sheet: mpm §2.6), alike for both phases.
     #[inline(always)]
-    fn follow_node(&self, velocity: &mut [f64; D], read: &Gathered<D>) {
+    fn update_velocity(&self, velocity: &mut [f64; D], read: &InterpolatedMotion<D>) {
         let (flip, dt) = (self.clock.flip, self.clock.dt);
         let (new, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
         for c in 0..D {
@@ -252,16 +269,16 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
     #[inline]
     fn deform_phases(
         &self,
-        set: &OfSet<'_, D>,
-        block: &mut Block<'_, D>,
-        reads: &[[Gathered<D>; 2]],
-        motions: &mut Motions,
-    ) -> Result<(), Failure> {
+        set: &SetProperties<'_, D>,
+        block: &mut PointBlock<'_, D>,
+        reads: &[[InterpolatedMotion<D>; 2]],
+        motions: &mut MotionBlock,
+    ) -> Result<(), PointFailure> {
         self.find_motions(block, reads.iter().map(|read| &read[SOLID]), motions);
         let mut failed = None;
         for (p, read) in reads.iter().enumerate() {
             let strains = if self.strains.is_shared() {
-                let strains = self.shared_strain(set.body, &block.points(&set.extent), p);
+                let strains = self.shared_strain(set.body, &block.point_slice(&set.extent), p);
                 self.set_dilation(motions, p, strains[SOLID], 0.0);
                 strains
             } else {
@@ -269,9 +286,9 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
                     .map(|phase| motions.dt * self.background.dilation(&read[phase], block.position[p][0]))
             };
             if let Some(fluid) = &set.fluid
-                && let Err(reason) = press_liquid(block, p, fluid, strains)
+                && let Err(reason) = update_pore_pressure(block, p, fluid, strains)
             {
-                failed = Some(Failure { index: block.first + p, reason });
+                failed = Some(PointFailure { index: block.first + p, reason });
                 break;
             }
         }
@@ -285,15 +302,15 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
 
 /// Pore pressure of a point (step 9) from the volumetric strains of both phases.
 #[inline(always)]
-fn press_liquid<const D: usize>(
-    block: &mut Block<'_, D>,
+fn update_pore_pressure<const D: usize>(
+    block: &mut PointBlock<'_, D>,
     p: usize,
-    fluid: &Fluid,
+    fluid: &PoreFluidConstants,
     [solid, liquid]: [f64; 2],
 ) -> Result<(), String> {
     // At the porosity before the step, as the sheet has it.
     let n = fluid.porosity_at(block.volume[p], block.initial_volume[p]);
-    if !Fluid::holds(n) {
+    if !PoreFluidConstants::is_valid_porosity(n) {
         return Err(format!("its porosity has become {n}, beyond 0.01 to 0.99"));
     }
     block.pressure[p] = fluid.pressure_after(block.pressure[p], n, solid, liquid);
@@ -301,17 +318,17 @@ fn press_liquid<const D: usize>(
 }
 
 /// What a block of points gives to the nodes in two phases.
-struct Given<const D: usize> {
-    motion: [[Lanes; 2]; BLOCK],
-    columns: [[[Lanes; D]; 2]; BLOCK],
-    body: [[Lanes; 2]; BLOCK],
+struct PhaseP2gBuffer<const D: usize> {
+    motion: [[Vector4; 2]; BLOCK_SIZE],
+    columns: [[[Vector4; D]; 2]; BLOCK_SIZE],
+    body: [[Vector4; 2]; BLOCK_SIZE],
 }
 
-impl<const D: usize> Given<D> {
+impl<const D: usize> PhaseP2gBuffer<D> {
     const NOTHING: Self = Self {
-        motion: [[Lanes::ZERO; 2]; BLOCK],
-        columns: [[[Lanes::ZERO; D]; 2]; BLOCK],
-        body: [[Lanes::ZERO; 2]; BLOCK],
+        motion: [[Vector4::ZERO; 2]; BLOCK_SIZE],
+        columns: [[[Vector4::ZERO; D]; 2]; BLOCK_SIZE],
+        body: [[Vector4::ZERO; 2]; BLOCK_SIZE],
     };
 }
 
@@ -321,7 +338,7 @@ mod tests {
     use crate::MpmSolver;
     use crate::dispatch::tests::begun;
     use colluvium_case::Case;
-    use colluvium_points::Spare;
+    use colluvium_points::ScratchBuffers;
 
     /// Internal forces (N) of mixture and liquid at the two inner nodes of a bar of three cells of 1 m with three points
     /// each under 7 Pa of effective stress and 5 Pa of pore pressure, without the middle point of the second cell.
@@ -338,12 +355,12 @@ mod tests {
         });
         let case = Case::from_json(&text.to_string()).unwrap();
         let mut solver = begun::<1>(&case);
-        solver.bodies.sets[0].retain(|x| (x[0] - 1.5).abs() > 1e-9, &mut Spare::default());
+        solver.bodies.sets[0].retain(|x| (x[0] - 1.5).abs() > 1e-9, &mut ScratchBuffers::default());
         solver.sort();
         let MpmSolver { clock, background, bodies, boundary, averages, two_phase, .. } = &mut solver;
         let phases = two_phase.as_deref_mut().unwrap();
         clock.dt = 1e-3;
-        scatter_phases(clock, background, bodies, boundary, averages, phases);
+        p2g_phases(clock, background, bodies, boundary, averages, phases);
         [1, 2].map(|node| [SOLID, LIQUID].map(|phase| -phases.nodes[node][phase].force.as_array()[0]))
     }
 

@@ -1,10 +1,12 @@
 //! A bar of cells that a band may cut, pulled apart: the length of a band is that of a cell (sheet: constitutive §2.16).
 
 use colluvium_case::Case;
-use colluvium_testkit::cohesive_bar::{self, ENERGY, LENGTH, PULL, WEAK, concrete};
+use colluvium_testkit::cohesive_bar::{
+    self, ENERGY, LENGTH, PULL_SPEED, WEAK_STRENGTH_RATIO, cohesive_material,
+};
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed};
+use crate::common::{begin, case_with};
 
 /// A bar of so many cells with a weak one in its middle, held on the left and pulled on the right.
 fn bar(cells: u32, mpm: &Value) -> Case {
@@ -13,17 +15,17 @@ fn bar(cells: u32, mpm: &Value) -> Case {
     let (near, far) = (f64::from(cells / 2) * cell, f64::from(cells / 2 + 1) * cell);
     let mut methods = json!({ "cell_size": cell, "points_per_cell": 2 });
     methods.as_object_mut().unwrap().extend(mpm.as_object().unwrap().clone());
-    changed(
+    case_with(
         json!({
             "title": "bar", "space": "1d", "gravity": [0], "domain": { "min": [-4.0 * cell], "max": [LENGTH + 4.0 * cell] },
-            "materials": { "strong": concrete(1.0, ENERGY), "weak": concrete(WEAK, ENERGY) },
+            "materials": { "strong": cohesive_material(1.0, ENERGY), "weak": cohesive_material(WEAK_STRENGTH_RATIO, ENERGY) },
             "bodies": [part("near", "strong", -2.0 * cell, near), part("middle", "weak", near, far),
                        part("far", "strong", far, LENGTH + 2.0 * cell)],
             "patches": [
                 { "name": "left", "region": { "kind": "box", "min": [-4.0 * cell], "max": [0] } },
                 { "name": "right", "region": { "kind": "box", "min": [LENGTH], "max": [LENGTH + 4.0 * cell] } }],
             "stages": [{ "name": "pull", "duration": 20, "motions": [
-                { "of": "left", "velocity": [0] }, { "of": "right", "velocity": [PULL] }] }],
+                { "of": "left", "velocity": [0] }, { "of": "right", "velocity": [PULL_SPEED] }] }],
             "methods": { "mpm": methods }
         }),
         &json!({}),

@@ -4,12 +4,12 @@ use colluvium_case::{Budget, Case, FieldData, Method, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{advance_to, begin, changed, scalars, solve, stresses, vectors, with};
+use crate::common::{advance_to, begin, case_with, scalars, solve, stresses, vectors, with_keys};
 
 /// An elastic block in a box without gravity; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
@@ -112,7 +112,8 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
         json!({ "cell_size": 0.05, "shape": "linear", "mesh": { "kind": "box" } }),
     ];
     let on_nodes = table.iter().filter(|(load, _)| load["kind"] == "traction");
-    let on_nodes = on_nodes.map(|(load, exact)| (with(load.clone(), &json!({ "carrier": "nodes" })), *exact));
+    let on_nodes =
+        on_nodes.map(|(load, exact)| (with_keys(load.clone(), &json!({ "carrier": "nodes" })), *exact));
     for (load, exact) in table.iter().cloned().chain(on_nodes) {
         for options in
             grids.iter().filter(|options| load.get("carrier").is_none() || options["shape"] != "quadratic")
@@ -133,7 +134,7 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
 fn a_load_on_nodes_is_exact_up_to_the_side() {
     // The points of the last cell, which would carry it, have the stress of all others: of a bar, and of triangles.
     let bar = |space: &str, min: Value, max: Value, value: Value, options: Value| {
-        changed(
+        case_with(
             json!({
                 "title": "bar", "space": space, "domain": { "min": min, "max": max }, "gravity": vec![0; min.as_array().unwrap().len()],
                 "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
@@ -157,7 +158,7 @@ fn a_load_on_nodes_is_exact_up_to_the_side() {
             json!([0, 0]),
             json!([1, 0.3]),
             json!([-100, 0]),
-            with(linear(), &json!({ "mesh": { "kind": "box" } })),
+            with_keys(linear(), &json!({ "mesh": { "kind": "box" } })),
         ),
     ] {
         let report = solve(&case);
@@ -600,7 +601,7 @@ fn work_and_rest_of_a_periodic_column_do_not_depend_on_its_width() {
             let start = solver.totals().potential;
             (0..200).for_each(|_| { solver.step(1e-4).unwrap(); });
             let fallen = start - solver.totals().potential;
-            let work = solver.readings().iter().find(|(name, ..)| name == "external_work").unwrap().2;
+            let work = solver.scalar_outputs().iter().find(|(name, ..)| name == "external_work").unwrap().2;
             // Water that leaves does not take its points along.
             assert!(fluid || (work / fallen - 1.0).abs() < 0.02, "{shape}, {cells}: {work} for {fallen}");
             let rest = solver.equilibrium().unwrap();

@@ -4,7 +4,9 @@ use colluvium_case::{Case, RunReport, Solver};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::cases;
 
-pub use colluvium_testkit::cases::{advance, advance_to, changed, scalars, steps, stresses, vectors, with};
+pub use colluvium_testkit::cases::{
+    advance_steps, advance_to, case_with, scalars, stresses, take_steps, vectors, with_keys,
+};
 
 /// Runs a case to its end.
 pub fn solve(case: &Case) -> RunReport {
@@ -13,10 +15,10 @@ pub fn solve(case: &Case) -> RunReport {
 
 /// A solver at the start of the first stage.
 pub fn begin(case: &Case) -> Box<dyn Solver> {
-    cases::begin(&Mpm, case)
+    cases::start_solver(&Mpm, case)
 }
 
 /// What a method tells of its state under this name, at the time.
 pub fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }

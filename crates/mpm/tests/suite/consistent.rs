@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-use crate::common::{changed, solve, vectors, with};
+use crate::common::{case_with, solve, vectors, with_keys};
 
 /// Frequency (rad/s) of the first mode of a bar of 13 cells with two points each, as the momentum shows it.
 fn frequency(more: &Value) -> f64 {
-    let options = with(
+    let options = with_keys(
         json!({ "cell_size": 25.0 / 13.0, "shape": "linear", "stress_update": "usl", "courant": 0.1 }),
         more,
     );
@@ -60,7 +60,7 @@ fn ball(space: &str, shape: &str) -> Case {
         .iter()
         .map(|row| pick(*row))
         .collect();
-    changed(
+    case_with(
         json!({
             "title": "ball", "space": space, "domain": { "min": pick([0.0; 3]), "max": pick([1.0; 3]) }, "gravity": pick([0.0; 3]),
             "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
@@ -105,7 +105,7 @@ fn a_block_between_walls_that_move_takes_their_speed() {
     // Both side walls move: a block that moves with them feels nothing, and one at rest is pushed.
     for (own, least) in [(0.3, 0.0), (0.0, 1e-3)] {
         let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" }, "velocity": [0.3, 0] });
-        let report = solve(&changed(
+        let report = solve(&case_with(
             serde_json::from_str(&ball("plane-strain", "linear").to_json()).unwrap(),
             &json!({
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.3], "max": [1, 0.7] },

@@ -4,12 +4,12 @@ use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, vectors, with};
+use crate::common::{begin, case_with, solve, vectors, with_keys};
 
 /// A case of one elastic material; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
@@ -299,7 +299,7 @@ fn bodies_that_come_near_do_not_touch_before_they_meet() {
         {
             let mut early = case.clone();
             let pair = &mut early.methods.get_mut("mpm").unwrap()["contacts"][0];
-            *pair = with(json!({ "bodies": ["upper", "lower"] }), &keys);
+            *pair = with_keys(json!({ "bodies": ["upper", "lower"] }), &keys);
             let mut solver = begin(&early);
             solver.step(1e-4).unwrap();
             assert_eq!(means(&solver.snapshot())[0][1] != 0.0, at_once, "{shape}, {keys}");

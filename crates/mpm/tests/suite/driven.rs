@@ -6,12 +6,12 @@ use colluvium_case::{Case, Method, RunReport, Snapshot, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, vectors, with};
+use crate::common::{begin, case_with, solve, vectors, with_keys};
 
 /// An elastic block of 1 m on a smooth floor between smooth walls, and more.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
@@ -317,7 +317,7 @@ fn a_patch_presses_with_the_force_of_the_oedometer() {
         (false, mesh("musl")),
         (true, mesh("usf")),
     ] {
-        let options = with(json!({ "cell_size": 0.1, "courant": 0.4 }), &more);
+        let options = with_keys(json!({ "cell_size": 0.1, "courant": 0.4 }), &more);
         let case = case(json!({
             "patches": [{ "name": "lid", "region": { "kind": "box", "min": [0, 1], "max": [1, 1.2] }, "moves": moves }],
             "stages": press("lid"),

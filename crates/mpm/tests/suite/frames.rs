@@ -1,9 +1,9 @@
 //! What frames tell of the points.
 
-use colluvium_testkit::cases::changed;
+use colluvium_testkit::cases::case_with;
 use serde_json::json;
 
-use crate::common::{advance, begin, vectors};
+use crate::common::{advance_steps, begin, vectors};
 use crate::transfers::spinning;
 
 /// The field `grid_velocity` is the way of a step. Points carry `velocity`; of both the momentum is that of the budget, and the energy
@@ -21,7 +21,7 @@ fn frames_tell_what_points_carry_and_what_moves_them() {
             vectors(&solver.snapshot(), "velocity"),
             "at the start"
         );
-        advance(&mut *solver, 50);
+        advance_steps(&mut *solver, 50);
         let before = vectors(&solver.snapshot(), "displacement");
         let dt = solver.step(1.0).unwrap().dt;
         let snapshot = solver.snapshot();
@@ -53,7 +53,7 @@ fn frames_tell_what_points_carry_and_what_moves_them() {
 #[test]
 fn a_wave_of_sixteen_cells_shows_four_percent_too_little_on_the_grid() {
     let wave = std::f64::consts::PI / 8.0;
-    let case = changed(
+    let case = case_with(
         json!({
             "title": "wave", "space": "1d", "domain": { "min": [0], "max": [80] }, "gravity": [0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },

@@ -3,17 +3,17 @@
 use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, stresses, with};
+use crate::common::{begin, case_with, stresses, with_keys};
 
 /// A case of one elastic material with nothing else; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(json!({ "title": "test", "stages": [{ "name": "s", "duration": 0.05 }] }), &more)
+    case_with(json!({ "title": "test", "stages": [{ "name": "s", "duration": 0.05 }] }), &more)
 }
 
 /// The first of `count` points in a cell, alone: at `ξ = 1/2/count` under tension; the change of its stress in one step over its stress.
 fn pulled_point(count: usize, options: &Value) -> f64 {
-    let all = with(
+    let all = with_keys(
         json!({ "cell_size": 0.1, "points_per_cell": count, "shape": "linear", "courant": 0.5 }),
         options,
     );
@@ -82,7 +82,7 @@ fn shaken(axes: usize, ratio: f64, speed: f64, options: &Value) -> [f64; 2] {
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": all(0.2), "max": all(0.6) },
                      "velocity": { "kind": "linear", "value": flight, "origin": all(0.4), "gradient": gradient } }],
         "stages": [{ "name": "s", "duration": duration }],
-        "methods": { "mpm": with(json!({ "cell_size": 0.1, "shape": "linear", "stress_update": "usl", "courant": 0.5 }), options) }
+        "methods": { "mpm": with_keys(json!({ "cell_size": 0.1, "shape": "linear", "stress_update": "usl", "courant": 0.5 }), options) }
     })));
     let inner = |solver: &dyn Solver| {
         let budget = solver.totals();

@@ -1,15 +1,15 @@
 //! Liquids with the options that they get by default.
 
-use colluvium_testkit::vortices::{energy_over_exact, vortices};
+use colluvium_testkit::vortices::{energy_ratio, taylor_green_case};
 use serde_json::json;
 
-use crate::common::{begin, changed, solve, steps, vectors, with};
+use crate::common::{begin, case_with, solve, take_steps, vectors, with_keys};
 
 #[test]
 fn vortices_of_a_liquid_keep_their_energy_without_options() {
-    let case = vortices(1.0, &json!({ "mpm": { "cell_size": 0.04 } }));
+    let case = taylor_green_case(1.0, &json!({ "mpm": { "cell_size": 0.04 } }));
     // Fifty points along the box with two a cell; liquids get three.
-    let kept = energy_over_exact(&solve(&case).snapshot, 1.0);
+    let kept = energy_ratio(&solve(&case).snapshot, 1.0);
     assert!((kept - 1.0).abs() < 0.2, "{kept}");
 }
 
@@ -23,8 +23,8 @@ fn a_liquid_in_a_velocity_field_of_its_own_has_its_transfer_beside_a_block_that_
     };
     let run = |more: serde_json::Value| {
         let contacts = json!([{ "bodies": ["drop", "block"], "friction_coefficient": 0 }]);
-        let mpm = with(json!({ "cell_size": 0.1, "points_per_cell": 2, "contacts": contacts }), &more);
-        let case = changed(
+        let mpm = with_keys(json!({ "cell_size": 0.1, "points_per_cell": 2, "contacts": contacts }), &more);
+        let case = case_with(
             json!({
                 "title": "apart", "space": "plane-strain", "domain": { "min": [0, 0], "max": [3, 1] }, "gravity": [0, 0],
                 "materials": {
@@ -37,7 +37,7 @@ fn a_liquid_in_a_velocity_field_of_its_own_has_its_transfer_beside_a_block_that_
             &json!({}),
         );
         let mut solver = begin(&case);
-        steps(&mut *solver, 40, 2e-3);
+        take_steps(&mut *solver, 40, 2e-3);
         let snapshot = solver.snapshot();
         let velocities = vectors(&snapshot, "velocity");
         [0, 1].map(|body| {

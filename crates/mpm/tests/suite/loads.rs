@@ -6,7 +6,7 @@ use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{changed, solve, vectors};
+use crate::common::{case_with, solve, vectors};
 
 const MODULUS: f64 = 1e6;
 const POISSON: f64 = 0.25;
@@ -17,7 +17,7 @@ fn case(space: &str, shape: &Value, load: &Value, stage: &Value) -> Case {
     let opposite: Vec<f64> = side.as_array().unwrap().iter().map(|x| -x.as_f64().unwrap()).collect();
     let mut load = load.clone();
     (load["kind"], load["body"]) = (json!("surface"), json!("b"));
-    changed(
+    case_with(
         json!({
             "title": "test", "space": space, "domain": { "min": opposite, "max": side }, "gravity": vec![0; opposite.len()],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": MODULUS, "poissons_ratio": POISSON } },

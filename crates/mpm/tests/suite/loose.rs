@@ -4,14 +4,14 @@ use colluvium_case::{Budget, Case, Method, RunReport};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{advance_to, begin, changed, solve, vectors};
+use crate::common::{advance_to, begin, case_with, solve, vectors};
 
 const G: f64 = 10.0;
 
 /// A rigid block of 0.4 m × 0.2 m and 160 kg in empty space.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
             "materials": {
@@ -99,7 +99,7 @@ fn a_free_block_falls_and_spins_exactly() {
 fn a_free_block_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() {
     let gradient = [[0.0, -6.0, 3.0], [6.0, 0.0, -5.0], [-3.0, 5.0, 0.0]];
     let run = |dt: f64| {
-        let mut solver = begin(&changed(
+        let mut solver = begin(&case_with(
             json!({
                 "title": "test", "space": "3d", "domain": { "min": [0, 0, 0], "max": [2, 2, 2] }, "gravity": [0, 0, 0],
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },

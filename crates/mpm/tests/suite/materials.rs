@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, stresses, vectors};
+use crate::common::{begin, case_with, solve, stresses, vectors};
 
 /// Edge of the cells (m).
 const CELL: f64 = 0.1;
@@ -17,7 +17,7 @@ fn cell(space: &str, mpm: &Value) -> Case {
     let sides = if plane { vec![wall("x-min"), wall("y-min"), wall("y-max")] } else { vec![wall("x-min")] };
     let mut methods = json!({ "cell_size": CELL, "shape": "linear" });
     methods.as_object_mut().unwrap().extend(mpm.as_object().unwrap().clone());
-    changed(
+    case_with(
         json!({
             "title": "band", "space": space, "gravity": corner(0.0, 0.0),
             "domain": { "min": corner(0.0, 0.0), "max": corner(2.0 * CELL, CELL) },
@@ -79,7 +79,7 @@ fn two_materials_share_a_grid_as_bars_in_series_do() {
     let elastic = |modulus: f64| json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": modulus, "poissons_ratio": 0 });
     let half = |name: &str, low: f64| json!({ "name": name, "material": name, "shape": { "kind": "box", "min": [low], "max": [low + 0.5] } });
     for shape in ["linear", "ugimp"] {
-        let case = changed(
+        let case = case_with(
             json!({
                 "title": "series", "space": "1d", "gravity": [0], "domain": { "min": [0], "max": [1.2] },
                 "materials": { "soft": elastic(soft), "stiff": elastic(stiff) },

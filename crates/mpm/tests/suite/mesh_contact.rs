@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, RunReport};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, vectors};
+use crate::common::{begin, case_with, solve, vectors};
 
 /// Mean of a component of a field over a body.
 fn mean(report: &RunReport, field: &str, body: u32, component: usize) -> f64 {
@@ -31,7 +31,7 @@ fn blocks(dimension: usize) -> Case {
         "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "mesh": { "kind": "box" },
                               "contacts": [{ "bodies": ["a", "b"], "friction_coefficient": 0.3 }] } }
     });
-    changed(text, &json!({}))
+    case_with(text, &json!({}))
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, scalars, solve, vectors};
+use crate::common::{advance_steps, begin, case_with, scalars, solve, vectors};
 
 /// The spaces of the two meshes, and how many axes they have.
 const SPACES: [(&str, usize); 2] = [("plane-strain", 2), ("3d", 3)];
@@ -30,7 +30,7 @@ fn tub(dimension: usize) -> Vec<Value> {
 fn column((space, dimension): (&str, usize), width: f64, cell: f64, more: Value) -> Case {
     let high: Vec<f64> = up(dimension, 1.0).iter().map(|c| if *c == 0.0 { width } else { *c }).collect();
     let low = vec![0.0; dimension];
-    changed(
+    case_with(
         json!({
             "title": "test", "space": space, "domain": { "min": low, "max": high }, "gravity": low,
             "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
@@ -52,7 +52,7 @@ fn body(case: &Case, more: &Value) -> Value {
 }
 
 fn again(case: &Case, more: &Value) -> Case {
-    changed(serde_json::from_str(&case.to_json()).unwrap(), more)
+    case_with(serde_json::from_str(&case.to_json()).unwrap(), more)
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn the_default_step_is_stable_in_triangles_and_tetrahedra() {
                 let options = json!({ "points_per_cell": points, "stress_update": scheme, "volumetric_strain": volumetric });
                 let mut solver = begin(&soaked(space, permeability, &options));
                 let start = solver.totals();
-                advance(&mut *solver, if space.1 == 3 { 300 } else { 1000 });
+                advance_steps(&mut *solver, if space.1 == 3 { 300 } else { 1000 });
                 // It oscillates under its weight, and gains nothing: the fall of 0.75 m bounds it by far.
                 let end = solver.totals();
                 assert!(
@@ -226,17 +226,17 @@ fn threads_do_not_matter_and_a_restored_solver_continues_to_the_last_bit() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let mut solver = begin(&case);
-                advance(&mut *solver, 120);
+                advance_steps(&mut *solver, 120);
                 solver.snapshot().hash()
             })
         };
         assert_eq!(on(1), on(2), "{space:?}");
         let mut whole = begin(&case);
-        advance(&mut *whole, 50);
+        advance_steps(&mut *whole, 50);
         let mut rest = begin(&case);
         rest.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         rest.begin_stage(0, 0.0).unwrap();
-        advance(&mut *rest, 70);
+        advance_steps(&mut *rest, 70);
         assert_eq!(rest.snapshot().hash(), on(1), "{space:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{begin, changed};
+use colluvium_testkit::cases::{case_with, start_solver};
 use serde_json::{Value, json};
 
 use crate::common::reading;
@@ -23,8 +23,8 @@ fn belt(form: &str) {
     value["obstacles"][0]["motion"] = json!({ "velocity": [0.5, 0.0] });
     value["stages"] = json!([{ "name": "belt", "duration": 1 }]);
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
-    let case = changed(value, &json!({}));
-    let mut solver = begin(&Mpm, &case);
+    let case = case_with(value, &json!({}));
+    let mut solver = start_solver(&Mpm, &case);
     until(&mut *solver, 0.1);
     let speed = solver.totals().momentum[0] / 180.0;
     assert!((speed / (0.3 * GRAVITY * 0.1) - 1.0).abs() < 0.03, "{form}: {speed}");
@@ -53,8 +53,8 @@ fn table(form: &str) {
     value["obstacles"][0]["motion"] =
         json!({ "rotation": 20.0, "centre": [0.6, 0.5], "start": 0.1, "ramp": 1.0 });
     value["stages"] = json!([{ "name": "turn", "duration": 1.1, "damping": 0.3 }]);
-    let case = changed(value, &json!({}));
-    let mut solver = begin(&Mpm, &case);
+    let case = case_with(value, &json!({}));
+    let mut solver = start_solver(&Mpm, &case);
     until(&mut *solver, 1.1);
     let (sine, cosine) = 10f64.to_radians().sin_cos();
     let snapshot = solver.snapshot();
@@ -83,7 +83,7 @@ fn motions_of_obstacles_are_checked() {
         value["obstacles"][0]["motion"] = json!({ "velocity": [1, 0] });
         value["methods"]["mpm"] = json!({ "cell_size": 0.1 });
         value["measures"] = json!({});
-        Mpm.build(&changed(value, &more)).map(|_| ()).unwrap_err().to_string()
+        Mpm.build(&case_with(value, &more)).map(|_| ()).unwrap_err().to_string()
     };
     let consistent = json!({ "methods": { "mpm": { "cell_size": 0.1, "mass": "consistent", "stress_update": "usl", "shape": "linear", "formulation": "small-displacement" } } });
     let error = refused(consistent);
@@ -105,7 +105,7 @@ fn a_piston_on_nodes_pushes_with_the_impedance_of_the_bar_and_gives_it_its_energ
     value["obstacles"][0]["motion"] = json!({ "velocity": [speed, 0] });
     value["stages"] = json!([{ "name": "push", "duration": 0.1 }]);
     value["methods"]["mpm"] = json!({ "cell_size": 0.02 });
-    let mut solver = begin(&Mpm, &changed(value, &json!({})));
+    let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
     let wave = (modulus / 1000.0f64).sqrt();
     until(&mut *solver, 0.4 / wave);
     let (first, start) = (solver.reaction("floor").unwrap().impulse, solver.time());
@@ -129,7 +129,7 @@ fn a_block_on_nodes_of_a_floor_that_moves_across_cells_has_the_bits_of_any_threa
     value["methods"]["mpm"]["obstacles"] = json!("nodes");
     value["obstacles"][0]["motion"] = json!({ "velocity": [0.8, 0.6], "rotation": 10, "centre": [0.6, 0.5] });
     value["stages"] = json!([{ "name": "lift", "duration": 1 }]);
-    let case = changed(value, &json!({}));
+    let case = case_with(value, &json!({}));
     let run = |threads: usize, cut: bool| on_floor(&case, [150, 150], threads, cut);
     let whole = run(1, false);
     assert!(whole == run(2, false), "two threads");

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{advance_to, begin, changed};
+use colluvium_testkit::cases::{advance_to, case_with, start_solver};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -43,8 +43,8 @@ fn middle(solver: &dyn Solver) -> f64 {
 #[test]
 fn a_block_slides_over_the_smooth_part_and_is_braked_on_the_rough_one() {
     for obstacles in BOTH {
-        let case = changed(block(obstacles, &level()), &json!({}));
-        let mut solver = begin(&Mpm, &case);
+        let case = case_with(block(obstacles, &level()), &json!({}));
+        let mut solver = start_solver(&Mpm, &case);
         advance_to(&mut *solver, 0.15);
         // Its front has come to 1.2 m.
         let kept = solver.totals().momentum[0] / solver.totals().mass / 2.0;
@@ -66,8 +66,8 @@ fn a_block_comes_off_what_held_it_where_that_ends() {
     value["gravity"] = json!([0.0, 1.0]);
     value["bodies"][0]["stress"] = json!({ "kind": "none" });
     value["obstacles"][0]["separation"] = json!(false);
-    let case = changed(value, &json!({}));
-    let mut solver = begin(&Mpm, &case);
+    let case = case_with(value, &json!({}));
+    let mut solver = start_solver(&Mpm, &case);
     let height = |solver: &dyn Solver| {
         let places = solver.snapshot().positions;
         places.iter().map(|x| x[1]).sum::<f64>() / places.len() as f64 - 0.55
@@ -87,11 +87,11 @@ fn the_moment_of_a_reaction_is_that_of_the_weight() {
         value["obstacles"][0]["wall"] = json!({ "kind": "rough" });
         value["measures"] = json!({ "push": { "kind": "reaction", "of": "floor", "about": [0.1, 0.5] } });
         value["stages"] = json!([{ "name": "rest", "duration": 1, "damping": 0.7 }]);
-        let case = changed(value, &json!({}));
-        let mut solver = begin(&Mpm, &case);
+        let case = case_with(value, &json!({}));
+        let mut solver = start_solver(&Mpm, &case);
         advance_to(&mut *solver, 0.5);
         let weight = 0.06 * 1000.0 * GRAVITY;
-        let readings = colluvium_case::measure::of_solver(&case, &*solver);
+        let readings = colluvium_case::measure::solver_outputs(&case, &*solver);
         let (_, unit, moment) = readings.iter().find(|(name, ..)| name == "push.moment").unwrap();
         // Half a metre to the right of the place, downwards: clockwise.
         let exact = -0.5 * weight;

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, RunOptions, Solver, run};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{advance, begin, changed};
+use colluvium_testkit::cases::{advance_steps, case_with, start_solver};
 use serde_json::{Value, json};
 
 /// A block above a slope of straight pieces, in the coordinates of a map with a zero at `at` (m), which are whole.
@@ -30,13 +30,13 @@ fn decimal(x: f64, by: f64) -> f64 {
 
 #[test]
 fn a_run_on_a_map_has_the_bits_of_the_run_at_zero() {
-    let here = changed(slope([0.0; 2]), &json!({}));
+    let here = case_with(slope([0.0; 2]), &json!({}));
     let mut on_map = slope([5e5, 5e6]);
     on_map["domain"]["origin"] = json!([5e5, 5e6]);
-    let there = changed(on_map, &json!({}));
+    let there = case_with(on_map, &json!({}));
     let state = |case: &Case| {
-        let mut solver = begin(&Mpm, case);
-        advance(&mut *solver, 400);
+        let mut solver = start_solver(&Mpm, case);
+        advance_steps(&mut *solver, 400);
         (solver.snapshot(), solver.totals())
     };
     assert_eq!(state(&here), state(&there));
@@ -49,12 +49,12 @@ fn a_run_on_a_map_has_the_bits_of_the_run_at_zero() {
 
 #[test]
 fn no_point_goes_under_the_ground() {
-    let case = changed(slope([0.0; 2]), &json!({}));
-    let standing = case.standing::<2>().unwrap();
-    let mut solver = begin(&Mpm, &case);
+    let case = case_with(slope([0.0; 2]), &json!({}));
+    let standing = case.placed_obstacles::<2>().unwrap();
+    let mut solver = start_solver(&Mpm, &case);
     let mut deepest = 0.0f64;
     while solver.time() < 1.0 {
-        advance(&mut *solver, 20);
+        advance_steps(&mut *solver, 20);
         for x in solver.snapshot().positions {
             let gap = standing[0].surface.gap(&[x[0], x[1]], 1.0).unwrap();
             deepest = deepest.min(gap.distance);
@@ -69,7 +69,7 @@ fn what_lies_in_an_obstacle_or_does_not_go_with_one_is_refused_where_it_stands()
         let mut case = slope([0.0; 2]);
         let (above, key) = pointer.rsplit_once('/').unwrap();
         case.pointer_mut(above).unwrap()[key] = value;
-        Mpm.build(&changed(case, &json!({}))).map(|_| ()).unwrap_err().to_string()
+        Mpm.build(&case_with(case, &json!({}))).map(|_| ()).unwrap_err().to_string()
     };
     let deep = json!({ "kind": "box", "min": [0.3, 1.0], "max": [0.9, 1.4] });
     let found = problem("/bodies/0/shape", deep);
@@ -101,15 +101,15 @@ fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
         value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -1.0] });
         value["measures"] = json!({ "push": { "kind": "reaction", "of": "ground" } });
         value["methods"]["mpm"]["fixed_nodes"] = json!(fixed);
-        let case = changed(value, &json!({}));
-        let mut solver = begin(&Mpm, &case);
+        let case = case_with(value, &json!({}));
+        let mut solver = start_solver(&Mpm, &case);
         let start = solver.totals();
-        advance(&mut *solver, 300);
-        let mut again = begin(&Mpm, &case);
+        advance_steps(&mut *solver, 300);
+        let mut again = start_solver(&Mpm, &case);
         again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         for solver in [&mut solver, &mut again] {
-            advance(&mut **solver, 300);
+            advance_steps(&mut **solver, 300);
             let (end, push) = (solver.totals(), solver.reaction("ground").unwrap());
             let weight = -9.81 * end.mass * solver.time();
             let scale = weight.abs() + 1e-3;
@@ -123,7 +123,7 @@ fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
         }
         assert_eq!(solver.reaction("ground"), again.reaction("ground"));
         let bits = |solver: &dyn Solver| -> Vec<u64> {
-            solver.readings().iter().map(|reading| reading.2.to_bits()).collect()
+            solver.scalar_outputs().iter().map(|reading| reading.2.to_bits()).collect()
         };
         assert_eq!(bits(&*solver), bits(&*again));
     }
@@ -139,14 +139,14 @@ fn friction_takes_what_a_thrown_block_loses() {
     // In balance from the start: a block that bounces rubs by fits and starts, which shakes it.
     value["bodies"][0]["stress"] = json!({ "kind": "k0", "surface": 1.2, "coefficient": 0.43 });
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
-    let case = changed(value, &json!({}));
-    let mut solver = begin(&Mpm, &case);
+    let case = case_with(value, &json!({}));
+    let mut solver = start_solver(&Mpm, &case);
     let start = solver.totals();
     // It stops after v/(μ g) = 0.51 s.
     while solver.time() < 0.4 {
         solver.step(0.4 - solver.time()).unwrap();
     }
-    let readings = solver.readings();
+    let readings = solver.scalar_outputs();
     let friction = readings.iter().find(|(name, ..)| name == "obstacles.friction").unwrap().2;
     let end = solver.totals();
     let places = solver.snapshot().positions;

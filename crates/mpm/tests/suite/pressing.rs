@@ -2,7 +2,7 @@
 
 use colluvium_case::{Budget, Case, Method, Reaction, Snapshot, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{advance, begin, changed};
+use colluvium_testkit::cases::{advance_steps, case_with, start_solver};
 use serde_json::{Value, json};
 
 use crate::common::reading;
@@ -39,8 +39,8 @@ pub fn until(solver: &mut dyn Solver, time: f64) {
 
 #[test]
 fn a_block_at_rest_presses_with_its_weight() {
-    let case = changed(block(&frictional(0.5)), &json!({}));
-    let mut solver = begin(&Mpm, &case);
+    let case = case_with(block(&frictional(0.5)), &json!({}));
+    let mut solver = start_solver(&Mpm, &case);
     until(&mut *solver, 1.0);
     let weight = 0.6 * 0.3 * 1000.0 * GRAVITY;
     let reaction = solver.reaction("floor").unwrap();
@@ -60,8 +60,8 @@ fn friction_slows_a_block_by_coulombs_law_and_its_work_is_the_energy_lost() {
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, 0.0] });
     value["stages"] = json!([{ "name": "slide", "duration": 0.2 }]);
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
-    let case = changed(value, &json!({}));
-    let mut solver = begin(&Mpm, &case);
+    let case = case_with(value, &json!({}));
+    let mut solver = start_solver(&Mpm, &case);
     let mass = 180.0;
     let start = solver.totals();
     let total = |solver: &dyn Solver| {
@@ -90,7 +90,7 @@ fn a_block_that_bounces_as_it_slides_has_all_its_friction() {
         let mut value = value.clone();
         let mpm = value["methods"]["mpm"].as_object_mut().unwrap();
         mpm.extend(options.as_object().unwrap().clone());
-        let mut solver = begin(&Mpm, &changed(value, &json!({})));
+        let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
         let mut left = 0;
         while solver.time() < 0.2 {
             solver.step(0.2 - solver.time()).unwrap();
@@ -108,8 +108,8 @@ fn rough_obstacles_hold_what_touches_them_and_let_go_with_separation() {
         let mut value = block(&json!({ "kind": kind }));
         value["obstacles"][0]["separation"] = json!(separation);
         value["gravity"] = json!([1, 1]);
-        let case = changed(value, &json!({}));
-        let mut solver = begin(&Mpm, &case);
+        let case = case_with(value, &json!({}));
+        let mut solver = start_solver(&Mpm, &case);
         until(&mut *solver, 0.3);
         let places = solver.snapshot().positions;
         let mean = |c: usize| places.iter().map(|x| x[c]).sum::<f64>() / places.len() as f64;
@@ -134,8 +134,8 @@ fn adhesion_holds_what_friction_would_not() {
         let mut value = block(&wall);
         value["gravity"] = json!([1.0, -1.0]);
         value["stages"] = json!([{ "name": "push", "duration": 0.4, "gravity_ramp": 0.1 }]);
-        let case = changed(value, &json!({}));
-        let mut solver = begin(&Mpm, &case);
+        let case = case_with(value, &json!({}));
+        let mut solver = start_solver(&Mpm, &case);
         until(&mut *solver, 0.4);
         solver.totals().momentum[0] / 180.0
     };
@@ -153,8 +153,8 @@ fn a_block_that_slides_and_trembles_has_all_of_its_adhesion() {
         value["gravity"] = json!([0, -9.81]);
         value["stages"] = json!([{ "name": "slide", "duration": 0.3 }]);
         value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [3.0, 0.0] });
-        let case = changed(value, &json!({}));
-        let mut solver = begin(&Mpm, &case);
+        let case = case_with(value, &json!({}));
+        let mut solver = start_solver(&Mpm, &case);
         let start = solver.totals();
         until(&mut *solver, 0.3);
         (start.momentum[0] - solver.totals().momentum[0]) / solver.time()
@@ -168,7 +168,7 @@ fn a_block_that_slides_and_trembles_has_all_of_its_adhesion() {
 fn a_disk_rolls_down_a_slope_of_points_and_check_warns_of_one_of_nodes() {
     let slope = 20f64.to_radians();
     let disk = |obstacles: &str| {
-        changed(
+        case_with(
             json!({
                 "title": "roll", "space": "plane-strain", "domain": { "min": [0, -0.5], "max": [12, 2] },
                 "gravity": [9.81 * slope.sin(), -9.81 * slope.cos()],
@@ -183,7 +183,7 @@ fn a_disk_rolls_down_a_slope_of_points_and_check_warns_of_one_of_nodes() {
             &json!({}),
         )
     };
-    let mut solver = begin(&Mpm, &disk("points"));
+    let mut solver = start_solver(&Mpm, &disk("points"));
     until(&mut *solver, 0.5);
     let end = solver.totals();
     let speed = end.momentum[0] / end.mass;
@@ -209,16 +209,16 @@ pub fn on_floor(
 ) -> (Snapshot, Budget, Reaction, Vec<u64>) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
-        let mut solver = begin(&Mpm, case);
-        advance(&mut *solver, steps[0]);
+        let mut solver = start_solver(&Mpm, case);
+        advance_steps(&mut *solver, steps[0]);
         if cut {
             let saved = solver.saved().unwrap();
-            solver = begin(&Mpm, case);
+            solver = start_solver(&Mpm, case);
             solver.restore(&mut saved.as_slice()).unwrap();
             solver.begin_stage(0, 0.0).unwrap();
         }
-        advance(&mut *solver, steps[1]);
-        let readings = solver.readings().iter().map(|reading| reading.2.to_bits()).collect();
+        advance_steps(&mut *solver, steps[1]);
+        let readings = solver.scalar_outputs().iter().map(|reading| reading.2.to_bits()).collect();
         (solver.snapshot(), solver.totals(), solver.reaction("floor").unwrap(), readings)
     })
 }
@@ -228,7 +228,7 @@ fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
     let mut value = block(&frictional(0.3));
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [2.0, -0.5] });
     value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.6], [0.2, 0.5], [1.0, 0.45], [1.2, 0.6], [3, 0.7]] });
-    let case = changed(value, &json!({}));
+    let case = case_with(value, &json!({}));
     let run = |threads: usize, cut: bool| on_floor(&case, [150, 250], threads, cut);
     let whole = run(1, false);
     assert!(whole.2.impulse[1] < 0.0);
@@ -242,16 +242,16 @@ fn no_centre_goes_under_a_line_with_corners() {
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -0.5] });
     value["stages"] = json!([{ "name": "slide", "duration": 1 }]);
     value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.7], [0.2, 0.45], [0.9, 0.4], [1.2, 0.55], [3, 1.2]] });
-    let case: Case = changed(value, &json!({}));
-    let standing = case.standing::<2>().unwrap();
-    let mut solver = begin(&Mpm, &case);
+    let case: Case = case_with(value, &json!({}));
+    let standing = case.placed_obstacles::<2>().unwrap();
+    let mut solver = start_solver(&Mpm, &case);
     while solver.time() < 1.0 {
-        advance(&mut *solver, 10);
+        advance_steps(&mut *solver, 10);
         for x in solver.snapshot().positions {
             assert!(!standing[0].surface.contains(&[x[0], x[1]]), "{x:?} at {}", solver.time());
         }
     }
-    let deep = solver.remarks().into_iter().find(|remark| remark.contains("obstacle"));
+    let deep = solver.warnings_at_end().into_iter().find(|remark| remark.contains("obstacle"));
     assert!(deep.is_none(), "{deep:?}");
 }
 
@@ -260,7 +260,7 @@ fn what_does_not_go_with_points_on_obstacles_is_refused_where_it_stands() {
     let refused = |change: &dyn Fn(&mut Value)| {
         let mut value = block(&frictional(0.2));
         change(&mut value);
-        Mpm.build(&changed(value, &json!({}))).map(|_| ()).unwrap_err().to_string()
+        Mpm.build(&case_with(value, &json!({}))).map(|_| ()).unwrap_err().to_string()
     };
     let found = refused(&|case| {
         case["obstacles"] = json!([]);
@@ -286,7 +286,7 @@ fn a_thin_plate_that_is_fast_takes_along_what_it_meets() {
     value["obstacles"][0]["motion"] = json!({ "velocity": [0, 60] });
     value["stages"] = json!([{ "name": "hit", "duration": 0.022 }]);
     value["measures"] = json!({});
-    let mut solver = begin(&Mpm, &changed(value.clone(), &json!({})));
+    let mut solver = start_solver(&Mpm, &case_with(value.clone(), &json!({})));
     let step = solver.limit();
     assert_eq!(step.limit.to_string(), "motion of an obstacle");
     assert!((step.dt - 0.25 * 0.1 / 60.0).abs() < 1e-15);
@@ -295,6 +295,6 @@ fn a_thin_plate_that_is_fast_takes_along_what_it_meets() {
     let plate = -0.48 + 60.0 * solver.time();
     assert!(lowest > plate, "a point is at {lowest} m, the plate at {plate} m");
     value["methods"]["mpm"]["time_step"] = json!(1e-3);
-    let error = begin(&Mpm, &changed(value, &json!({}))).step(1.0).unwrap_err().to_string();
+    let error = start_solver(&Mpm, &case_with(value, &json!({}))).step(1.0).unwrap_err().to_string();
     assert!(error.contains("methods.mpm.time_step") && error.contains("motion of an obstacle"), "{error}");
 }

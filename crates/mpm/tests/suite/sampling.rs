@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::begin;
+use colluvium_testkit::cases::start_solver;
 use serde_json::{Value, json};
 
 use crate::common::solve;
@@ -51,7 +51,8 @@ fn points_at_random_have_the_mass_of_the_body_and_follow_from_their_seed() {
     let ring = 0.79 * 0.79 * 0.5 * (0.52 + 1.31);
     for (space, volume) in [("plane-strain", 0.79 * 0.79), ("axisymmetric", ring), ("3d", 0.79 * 0.79 * 0.79)]
     {
-        let begun = |seed: u64| begin(&Mpm, &Case::from_json(&random(space, seed).to_string()).unwrap());
+        let begun =
+            |seed: u64| start_solver(&Mpm, &Case::from_json(&random(space, seed).to_string()).unwrap());
         let one = begun(7);
         let mass = one.totals().mass;
         assert!((mass / (1000.0 * volume) - 1.0).abs() < 1e-12, "{space}: {mass}");
@@ -65,7 +66,7 @@ fn points_at_random_have_the_mass_of_the_body_and_follow_from_their_seed() {
     for (shape, volume) in [(torus, 1.1 * PI * 0.49), (cone, 1.2 * 1.2 * 1.5 / 6.0)] {
         let mut round = random("axisymmetric", 7);
         round["bodies"][0]["shape"] = shape;
-        let mass = begin(&Mpm, &Case::from_json(&round.to_string()).unwrap()).totals().mass;
+        let mass = start_solver(&Mpm, &Case::from_json(&round.to_string()).unwrap()).totals().mass;
         assert!((mass / (1000.0 * volume) - 1.0).abs() < 1e-12, "{mass}");
     }
     let mut lattice = random("plane-strain", 7);

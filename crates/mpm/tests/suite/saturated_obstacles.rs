@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use colluvium_case::{Budget, Method, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{advance, advance_to, begin, changed, scalars, vectors, with};
+use colluvium_testkit::cases::{
+    advance_steps, advance_to, case_with, scalars, start_solver, vectors, with_keys,
+};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -44,8 +46,8 @@ fn a_saturated_layer_is_slowed_by_friction_of_its_effective_stress() {
             value["bodies"][0]["velocity"]["value"] = json!([0, 0]);
             value["obstacles"][0]["motion"] = json!({ "velocity": [-2, 0] });
         }
-        let case = changed(value, &json!({}));
-        let mut solver = begin(&Mpm, &case);
+        let case = case_with(value, &json!({}));
+        let mut solver = start_solver(&Mpm, &case);
         // On points it sinks into its springs first, and until water has left for that they bear too little.
         advance_to(&mut *solver, 0.5);
         let (start, from) = (solver.totals(), solver.time());
@@ -79,7 +81,7 @@ fn thrown(obstacles: &str) -> Value {
 }
 
 fn bits(solver: &dyn Solver) -> Vec<u64> {
-    solver.readings().iter().map(|reading| reading.2.to_bits()).collect()
+    solver.scalar_outputs().iter().map(|reading| reading.2.to_bits()).collect()
 }
 
 /// The block with the ground of its obstacle, or on a level floor that lies on nodes.
@@ -96,8 +98,8 @@ fn what_a_saturated_block_loses_of_its_momentum_is_the_reaction() {
     for (obstacles, fixed) in [("nodes", "force"), ("nodes", "momentum"), ("points", "force")] {
         let mut value = on(obstacles);
         value["methods"]["mpm"]["fixed_nodes"] = json!(fixed);
-        let case = changed(value, &json!({}));
-        let mut solver = begin(&Mpm, &case);
+        let case = case_with(value, &json!({}));
+        let mut solver = start_solver(&Mpm, &case);
         let start = solver.totals();
         advance_to(&mut *solver, 0.3);
         let (end, push) = (solver.totals(), solver.reaction("ground").unwrap());
@@ -113,7 +115,7 @@ fn what_a_saturated_block_loses_of_its_momentum_is_the_reaction() {
 
 #[test]
 fn a_leaning_obstacle_on_nodes_is_refused_beside_pore_fluid() {
-    let problem = Mpm.build(&changed(thrown("nodes"), &json!({}))).map(|_| ()).unwrap_err().to_string();
+    let problem = Mpm.build(&case_with(thrown("nodes"), &json!({}))).map(|_| ()).unwrap_err().to_string();
     assert!(
         problem.starts_with("obstacles[0].shape: beside pore fluid") && problem.contains("`points`"),
         "{problem}"
@@ -123,19 +125,19 @@ fn a_leaning_obstacle_on_nodes_is_refused_beside_pore_fluid() {
 #[test]
 fn a_saturated_run_on_obstacles_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
     for obstacles in BOTH {
-        let case = changed(on(obstacles), &json!({}));
+        let case = case_with(on(obstacles), &json!({}));
         let run = |threads: usize, cut: bool| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
-                let mut solver = begin(&Mpm, &case);
-                advance(&mut *solver, 300);
+                let mut solver = start_solver(&Mpm, &case);
+                advance_steps(&mut *solver, 300);
                 if cut {
                     let saved = solver.saved().unwrap();
-                    solver = begin(&Mpm, &case);
+                    solver = start_solver(&Mpm, &case);
                     solver.restore(&mut saved.as_slice()).unwrap();
                     solver.begin_stage(0, 0.0).unwrap();
                 }
-                advance(&mut *solver, 300);
+                advance_steps(&mut *solver, 300);
                 (solver.snapshot(), solver.totals(), solver.reaction("ground").unwrap(), bits(&*solver))
             })
         };
@@ -184,8 +186,8 @@ fn planes_along_the_axes_do_to_both_phases_what_walls_do() {
         let run = |walls: bool| {
             let mut value = column(&floor, walls);
             value["gravity"] = json!([2.0, -GRAVITY]);
-            let mut solver = begin(&Mpm, &changed(value, &json!({})));
-            advance(&mut *solver, 400);
+            let mut solver = start_solver(&Mpm, &case_with(value, &json!({})));
+            advance_steps(&mut *solver, 400);
             let snapshot = solver.snapshot();
             let mut velocities = vectors(&snapshot, "velocity");
             velocities.extend(vectors(&snapshot, "liquid_velocity"));
@@ -207,7 +209,7 @@ fn check_names_nodes_where_they_are_exact_beside_pore_fluid() {
         let mut value = column(&json!({ "kind": "smooth" }), false);
         value["domain"] = json!({ "min": [0, -0.2 - lowered], "max": [0.4, 1.0 - lowered] });
         value["methods"]["mpm"]["obstacles"] = json!(obstacles);
-        let warnings = Mpm.plan(&changed(value, &json!({}))).unwrap().warnings;
+        let warnings = Mpm.plan(&case_with(value, &json!({}))).unwrap().warnings;
         warnings
             .iter()
             .any(|warning| warning.starts_with("methods.mpm.obstacles: with points stress and pore"))
@@ -244,8 +246,8 @@ fn settled(angle: f64) -> [[f64; 2]; 2] {
     }
     value["bodies"][0]["pore_fluid"]["permeability"] = json!(4e-3);
     value["methods"]["mpm"] = json!({ "cell_size": 0.1, "obstacles": "points" });
-    let case = changed(value, &json!({}));
-    let mut solver = begin(&Mpm, &case);
+    let case = case_with(value, &json!({}));
+    let mut solver = start_solver(&Mpm, &case);
     std::fs::remove_file(&file).unwrap();
     [0.375, 2.0].map(|time| {
         advance_to(&mut *solver, time);
@@ -279,11 +281,11 @@ fn impact(wall: &Value, options: &Value, stiffness: f64) -> (f64, f64, f64, f64)
     let mut value = thrown("points");
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [5.0, -30.0] });
     value["obstacles"][0]["wall"] = wall.clone();
-    value["methods"]["mpm"] = with(value["methods"]["mpm"].clone(), options);
+    value["methods"]["mpm"] = with_keys(value["methods"]["mpm"].clone(), options);
     value["methods"]["mpm"]["obstacle_stiffness"] = json!(stiffness);
-    let case = changed(value, &json!({}));
-    let standing = case.standing::<2>().unwrap();
-    let mut solver = begin(&Mpm, &case);
+    let case = case_with(value, &json!({}));
+    let standing = case.placed_obstacles::<2>().unwrap();
+    let mut solver = start_solver(&Mpm, &case);
     let grains = |budget: &Budget| budget.mass - budget.liquid.unwrap().mass;
     let start = solver.totals();
     // The water is that of the pores: what they take in or press out in a step goes with its velocity. They move first, or last.
@@ -291,7 +293,7 @@ fn impact(wall: &Value, options: &Value, stiffness: f64) -> (f64, f64, f64, f64)
     let (mut nearest, mut came, mut masses) = (f64::INFINITY, [0.0; 2], scalars(&solver.snapshot(), "mass"));
     while solver.time() < 0.05 {
         let (before, mass) = (solver.snapshot(), solver.totals().mass);
-        advance(&mut *solver, 1);
+        advance_steps(&mut *solver, 1);
         let snapshot = solver.snapshot();
         let weighed = if first { solver.totals().mass } else { mass };
         came[1] -= GRAVITY * weighed * (snapshot.time - before.time);
@@ -306,7 +308,8 @@ fn impact(wall: &Value, options: &Value, stiffness: f64) -> (f64, f64, f64, f64)
     }
     let (end, push) = (solver.totals(), solver.reaction("ground").unwrap());
     let off = |c: usize| (start.momentum[c] + came[c] - end.momentum[c] - push.impulse[c]).abs();
-    let stopped = solver.readings().into_iter().find(|(name, ..)| name == "obstacles.stopped").unwrap().2;
+    let stopped =
+        solver.scalar_outputs().into_iter().find(|(name, ..)| name == "obstacles.stopped").unwrap().2;
     (nearest, grains(&end) / grains(&start), off(0).max(off(1)) / (30.0 * start.mass), stopped)
 }
 
@@ -340,7 +343,7 @@ fn contacts_beside_pore_fluid_are_refused_with_what_to_take_instead() {
     value["methods"]["mpm"]["contacts"] =
         json!([{ "bodies": ["block", "other"], "friction_coefficient": 0.3 }]);
     let refused =
-        |value: &Value| Mpm.plan(&changed(value.clone(), &json!({}))).map(|_| ()).unwrap_err().to_string();
+        |value: &Value| Mpm.plan(&case_with(value.clone(), &json!({}))).map(|_| ()).unwrap_err().to_string();
     let problem = refused(&value);
     assert!(problem.starts_with("methods.mpm.contacts: are not available with a pore_fluid"), "{problem}");
     assert!(problem.contains("obstacles points") && problem.contains("undrained"), "{problem}");
@@ -355,5 +358,5 @@ fn contacts_beside_pore_fluid_are_refused_with_what_to_take_instead() {
     value["obstacles"] = json!([]);
     value["measures"] = json!({});
     value["methods"]["mpm"].as_object_mut().unwrap().remove("obstacles");
-    Mpm.plan(&changed(value, &json!({}))).unwrap();
+    Mpm.plan(&case_with(value, &json!({}))).unwrap();
 }

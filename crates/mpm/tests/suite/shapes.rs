@@ -4,12 +4,12 @@ use colluvium_case::{Case, Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{advance_to, begin, changed, solve, stresses, vectors, with};
+use crate::common::{advance_to, begin, case_with, solve, stresses, vectors, with_keys};
 
 /// A block of an elastic material that nothing acts on; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain",
             "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, 0],
@@ -171,7 +171,7 @@ fn what_dual_gradients_and_a_consistent_mass_cannot_honour_is_refused_by_path() 
         ),
     ];
     for (options, key, value, path) in table {
-        let all = with(json!({ "cell_size": 0.1 }), options);
+        let all = with_keys(json!({ "cell_size": 0.1 }), options);
         let case = case(json!({ "methods": { "mpm": all }, key: value }));
         let error = Mpm.build(&case).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(path), "{path}: {error}");
@@ -214,7 +214,7 @@ fn what_the_shapes_cannot_honour_is_refused_by_name() {
         ("shape", json!({ "mesh": { "kind": "box" } })),
         ("shape", json!({ "shape": "cpdi", "mesh": { "kind": "box" } })),
     ] {
-        let all = with(json!({ "cell_size": 0.1 }), &options);
+        let all = with_keys(json!({ "cell_size": 0.1 }), &options);
         let error =
             Mpm.build(&case(json!({ "methods": { "mpm": all } }))).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(&format!("methods.mpm.{path}")), "{options}: {error}");
@@ -229,7 +229,7 @@ fn with_small_displacements_points_keep_their_places_and_report_how_far_they_are
         json!({ "shape": "quadratic", "stress_update": "usl" }),
         json!({ "shape": "linear", "mesh": { "kind": "box" } }),
     ] {
-        let all = with(json!({ "cell_size": 0.25, "formulation": "small-displacement" }), &options);
+        let all = with_keys(json!({ "cell_size": 0.25, "formulation": "small-displacement" }), &options);
         let velocity = json!({ "kind": "uniform", "value": [0, -0.1] });
         let case = case(json!({
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] }, "velocity": velocity }],

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{advance, begin};
+use colluvium_testkit::cases::{advance_steps, start_solver};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -29,11 +29,11 @@ fn sheet(cells: f64, wall: &Value) -> Case {
 
 /// How fast it slows down (m/s²).
 fn deceleration(case: &Case) -> f64 {
-    let mut solver = begin(&Mpm, case);
+    let mut solver = start_solver(&Mpm, case);
     let mut seen = Vec::new();
     for time in [0.03, 0.12] {
         while solver.time() < time {
-            advance(&mut *solver, 1);
+            advance_steps(&mut *solver, 1);
         }
         let totals = solver.totals();
         seen.push((solver.time(), totals.momentum[0] / totals.mass));

@@ -4,12 +4,12 @@ use colluvium_case::{Budget, Case, Method, RunOptions, RunReport, Solver, StepLi
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{advance_to, begin, changed, solve, stresses, vectors, with};
+use crate::common::{advance_to, begin, case_with, solve, stresses, vectors, with_keys};
 
 /// A block of one material with everything else at its simplest; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain",
             "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
@@ -381,7 +381,7 @@ fn work_of_external_forces_is_told_where_rest_is_looked_for() {
         let dt = solver.limit().dt.min(1e-4).min(0.02 - solver.time());
         solver.step(dt).unwrap();
     }
-    let readings = solver.readings();
+    let readings = solver.scalar_outputs();
     let work = readings.iter().find(|(name, ..)| name == "external_work").unwrap().2;
     assert!((work / (160.0 * 100.0 * 0.5 * 0.02 * 0.02) - 1.0).abs() < 0.01, "{work}");
 }
@@ -477,7 +477,7 @@ fn stress_last_takes_steps_that_are_stable_at_free_corners() {
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
                 "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
                 "stages": [{ "name": "settle", "duration": 0.3 }],
-                "methods": { "mpm": with(asked.clone(), options) }
+                "methods": { "mpm": with_keys(asked.clone(), options) }
             }))
         };
         let step = |options: &Value| begin(&case(options)).limit().dt;
@@ -499,7 +499,7 @@ fn stress_last_takes_steps_that_are_stable_at_free_corners() {
 #[test]
 fn splines_with_stress_last_are_warned_of_at_sides_that_nothing_holds() {
     let warnings = |top: f64, extra: &Value| {
-        let case = case(with(
+        let case = case(with_keys(
             json!({
                 "domain": { "min": [0, 0], "max": [1, top] },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
@@ -528,7 +528,7 @@ fn what_leaves_a_body_that_lets_it_is_taken_away() {
     // A dry block slides out of a smooth channel at 1 m/s: after 0.45 s half of it is beyond the end. On a mesh and with pore
     // fluid alike.
     let block = |mpm: Value, pore: Value| {
-        case(with(
+        case(with_keys(
             json!({
                 "domain": { "min": [0, 0], "max": [1, 0.4] }, "gravity": [0, 0],
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0], "max": [0.8, 0.2] },
@@ -553,7 +553,7 @@ fn what_leaves_a_body_that_lets_it_is_taken_away() {
         // The rest does not know of it.
         assert!((report.end.momentum[0] / report.end.mass - 1.0).abs() < 1e-9, "{mpm}: {:?}", report.end);
         let mut stays = case;
-        stays.bodies[0].drop_outside = false;
+        stays.bodies[0].remove_outside = false;
         let error = run(&stays, Mpm.build(&stays).unwrap(), &RunOptions::default()).unwrap_err().to_string();
         assert!(error.contains("left"), "{error}");
     }
@@ -784,7 +784,7 @@ fn points_on_a_free_surface_carry_no_stress_whatever_the_order_of_a_step() {
 fn points_that_are_crushed_are_told_of_and_counted() {
     // 2 m of 2000 kg/m³ on a stiffness of 100 Pa: nothing holds the weight.
     let soft = |modulus: f64| {
-        let case = changed(
+        let case = case_with(
             json!({
                 "title": "soft", "space": "1d", "domain": { "min": [0], "max": [2] }, "gravity": [-10],
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": modulus, "poissons_ratio": 0 } },
@@ -798,10 +798,15 @@ fn points_that_are_crushed_are_told_of_and_counted() {
         // Stable steps are so long that the first one would turn points inside out.
         solve(&case)
     };
-    let told = |report: &RunReport, what: &str| report.remarks.iter().any(|remark| remark.contains(what));
+    let told =
+        |report: &RunReport, what: &str| report.warnings_at_end.iter().any(|remark| remark.contains(what));
     let stiff = soft(1e7);
-    assert!(!told(&stiff, "compressed"), "{:?}", stiff.remarks);
+    assert!(!told(&stiff, "compressed"), "{:?}", stiff.warnings_at_end);
     let report = soft(100.0);
     let least = report.table.last("volume_ratio.min").unwrap();
-    assert!(least == 0.1 && told(&report, "of 16 points are compressed"), "{least} {:?}", report.remarks);
+    assert!(
+        least == 0.1 && told(&report, "of 16 points are compressed"),
+        "{least} {:?}",
+        report.warnings_at_end
+    );
 }

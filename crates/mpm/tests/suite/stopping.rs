@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::cases::{begin, changed};
+use colluvium_testkit::cases::{case_with, start_solver};
 use serde_json::{Value, json};
 
 use crate::common::reading;
@@ -29,7 +29,7 @@ fn thrown(options: &Value, wall: &Value) -> Case {
     for (key, option) in options.as_object().unwrap() {
         value["methods"]["mpm"][key] = option.clone();
     }
-    changed(value, &json!({}))
+    case_with(value, &json!({}))
 }
 
 fn frictional() -> Value {
@@ -47,7 +47,7 @@ fn energy(solver: &dyn Solver) -> f64 {
 /// Runs a case to its end; least distance of a centre from the floor over all steps (m), and by how much the energy comes above that
 /// at the start, as a share of that.
 fn follow(case: &Case, solver: &mut dyn Solver) -> (f64, f64) {
-    let standing = case.standing::<2>().unwrap();
+    let standing = case.placed_obstacles::<2>().unwrap();
     let (start, mut nearest, mut most) = (energy(solver), f64::INFINITY, 0f64);
     while solver.time() < case.stages[0].duration {
         solver.step(case.stages[0].duration - solver.time()).unwrap();
@@ -71,12 +71,16 @@ fn no_centre_gets_under_a_surface_that_it_meets_faster_than_its_waves_run() {
     ] {
         for wall in [frictional(), json!({ "kind": "smooth" }), json!({ "kind": "rough" })] {
             let case = thrown(&options, &wall);
-            let mut solver = begin(&Mpm, &case);
+            let mut solver = start_solver(&Mpm, &case);
             let (nearest, rise) = follow(&case, &mut *solver);
             assert!(nearest > 0.0, "{options} {wall}: {nearest}");
             assert!(rise < 1e-3, "{options} {wall}: {rise}");
             assert!(reading(&*solver, "obstacles.stopped") > 0.0);
-            assert!(!solver.remarks().join(" ").contains("obstacle"), "{:?}", solver.remarks());
+            assert!(
+                !solver.warnings_at_end().join(" ").contains("obstacle"),
+                "{:?}",
+                solver.warnings_at_end()
+            );
         }
     }
 }
@@ -87,11 +91,11 @@ fn a_floor_that_rises_fast_does_not_pass_what_lies_on_it() {
     case.bodies[0].velocity =
         serde_json::from_value(json!({ "kind": "uniform", "value": [0.0, 0.0] })).unwrap();
     case.obstacles[0].motion = serde_json::from_value(json!({ "velocity": [0, 20] })).unwrap();
-    let mut solver = begin(&Mpm, &case);
+    let mut solver = start_solver(&Mpm, &case);
     while solver.time() < 0.05 {
         solver.step(0.05 - solver.time()).unwrap();
     }
-    assert!(!solver.remarks().join(" ").contains("obstacle"), "{:?}", solver.remarks());
+    assert!(!solver.warnings_at_end().join(" ").contains("obstacle"), "{:?}", solver.warnings_at_end());
     let work = reading(&*solver, "obstacles.work");
     assert!(work > 0.0 && energy(&*solver) <= work * 1.01, "{work} {}", energy(&*solver));
 }
@@ -102,7 +106,7 @@ fn slow_contact_is_left_to_the_springs() {
     case.bodies[0].velocity =
         serde_json::from_value(json!({ "kind": "uniform", "value": [1.0, -2.0] })).unwrap();
     case.stages[0].duration = 0.3;
-    let mut solver = begin(&Mpm, &case);
+    let mut solver = start_solver(&Mpm, &case);
     let (nearest, _) = follow(&case, &mut *solver);
     assert!(nearest > 0.01, "{nearest}");
     assert_eq!(reading(&*solver, "obstacles.stopped"), 0.0);

@@ -27,7 +27,9 @@ fn hanging(tension: f64, strength: f64, gravity: f64) -> Case {
 
 fn remarks(case: &Case) -> Vec<String> {
     Mpm.plan(case).unwrap();
-    run_method(&Mpm, case, &RunOptions { method: "mpm".into(), ..RunOptions::default() }).unwrap().remarks
+    run_method(&Mpm, case, &RunOptions { method: "mpm".into(), ..RunOptions::default() })
+        .unwrap()
+        .warnings_at_end
 }
 
 #[test]
@@ -64,7 +66,7 @@ fn still(stiffness: f64, mpm: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 2 }], "output": { "measures": 0.05 },
         "methods": { "mpm": methods }
     });
-    colluvium_testkit::cases::changed(text, &json!({}))
+    colluvium_testkit::cases::case_with(text, &json!({}))
 }
 
 #[test]
@@ -103,7 +105,7 @@ fn energy_that_grows_of_itself_is_told() {
         for (row, total) in total.iter().enumerate() {
             assert!((parts.iter().map(|part| part[row]).sum::<f64>() - total).abs() < 1e-9 * total.abs());
         }
-        report.remarks.join("\n")
+        report.warnings_at_end.join("\n")
     };
     let made = of("linear", "cell-average");
     assert!(made.contains("the total energy has grown by"), "{made}");

@@ -4,12 +4,12 @@ use colluvium_case::{Budget, Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, reading, solve, vectors, with};
+use crate::common::{begin, case_with, reading, solve, vectors, with_keys};
 
 /// A case of one elastic material; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
@@ -96,7 +96,7 @@ fn unseen(options: &Value) -> Box<dyn Solver> {
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
                      "velocity": { "kind": "formula", "value": ["sin(TAU*x/0.1)"] } }],
         "stages": [{ "name": "s", "duration": 1 }],
-        "methods": { "mpm": with(all, options) }
+        "methods": { "mpm": with_keys(all, options) }
     })))
 }
 
@@ -151,7 +151,7 @@ fn a_residual_time_keeps_momentum_and_nearly_all_rotation() {
 fn collapsed(options: &Value) -> RunReport {
     let all = json!({ "cell_size": 0.02 });
     let wall = |side: &str, kind: &str| json!({ "side": side, "wall": { "kind": kind } });
-    solve(&changed(
+    solve(&case_with(
         json!({
             "title": "column", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1.2, 0.3] }, "gravity": [0, -9.81],
             "materials": { "m": { "model": "drucker-prager", "density": 1600, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
@@ -159,7 +159,7 @@ fn collapsed(options: &Value) -> RunReport {
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.2, 0.2] } }],
             "boundaries": [wall("x-min", "smooth"), wall("y-min", "rough")],
             "stages": [{ "name": "s", "duration": 1.5 }],
-            "methods": { "mpm": with(all, options) }
+            "methods": { "mpm": with_keys(all, options) }
         }),
         &json!({}),
     ))
@@ -183,9 +183,9 @@ fn a_deposit_comes_to_rest_with_a_residual_time() {
     // 7 % less: what a point does not share with the others it loses to them in flight.
     assert!((front(&relaxed) / front(&flip) - 1.0).abs() < 0.1, "{} {}", front(&relaxed), front(&flip));
     let told = |report: &RunReport| {
-        report.remarks.iter().any(|remark| remark.contains("set methods.mpm.residual_time to about"))
+        report.warnings_at_end.iter().any(|remark| remark.contains("set methods.mpm.residual_time to about"))
     };
-    assert!(told(&flip) && !told(&relaxed), "{:?} {:?}", flip.remarks, relaxed.remarks);
+    assert!(told(&flip) && !told(&relaxed), "{:?} {:?}", flip.warnings_at_end, relaxed.warnings_at_end);
 }
 
 /// Two blocks of one cell that fly ahead of a heap are told of.
@@ -202,7 +202,7 @@ fn points_that_lie_apart_are_told() {
             "gravity": [0, -1], "bodies": heap[..count], "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }],
             "stages": [{ "name": "s", "duration": 1e-3 }], "methods": { "mpm": { "cell_size": 0.1 } }
         })))
-        .remarks
+        .warnings_at_end
         .join(" ")
     };
     assert!(!of(1).contains("apart"), "{}", of(1));
@@ -217,7 +217,7 @@ fn points_that_lie_apart_are_told() {
 #[test]
 fn extended_pic_without_a_residual_time_is_warned_of_where_steps_are_many() {
     let told = |gravity: f64, options: Value| {
-        let mut case = spinning(&with(json!({ "transfer": "xpic" }), &options));
+        let mut case = spinning(&with_keys(json!({ "transfer": "xpic" }), &options));
         case.gravity = vec![0.0, -gravity];
         Mpm.plan(&case).unwrap().warnings.join("\n").contains("xpic takes what the grid does not see")
     };

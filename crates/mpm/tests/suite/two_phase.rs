@@ -4,12 +4,14 @@ use colluvium_case::{Case, Method, StepLimit};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, scalars, solve, steps, stresses, vectors, with};
+use crate::common::{
+    advance_steps, begin, case_with, scalars, solve, stresses, take_steps, vectors, with_keys,
+};
 
 /// A saturated column of 1 m that fills the domain: grains 2650, porosity 0.4; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
             "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
@@ -44,7 +46,7 @@ fn drag_makes_the_phases_move_together() {
         let mut solver = begin(&case);
         let start = solver.totals();
         let dt = 1e-5;
-        steps(&mut *solver, 40, dt);
+        take_steps(&mut *solver, 40, dt);
         let snapshot = solver.snapshot();
         let (solid, liquid) = (vectors(&snapshot, "velocity"), vectors(&snapshot, "liquid_velocity"));
         let keep = (1.0 - rate * dt).powi(40);
@@ -103,7 +105,7 @@ fn without_drainage_water_takes_its_share_of_the_compression() {
     for scheme in ["musl", "usl", "usf"] {
         for volumetric in ["point", "cell-average"] {
             let mut solver = begin(&closed(scheme, volumetric));
-            steps(&mut *solver, 10, 1e-6);
+            take_steps(&mut *solver, 10, 1e-6);
             let snapshot = solver.snapshot();
             let strain = -1e-3 * 1e-5;
             let pressure = scalars(&snapshot, "pore_pressure")[0];
@@ -140,7 +142,7 @@ fn water_takes_its_share_of_the_compression_of_a_cylinder() {
             "boundaries": [mantle, wall("y-min"), wall("y-max")], "methods": { "mpm": mpm }
         }));
         let mut solver = begin(&cylinder);
-        steps(&mut *solver, 10, 1e-6);
+        take_steps(&mut *solver, 10, 1e-6);
         let (snapshot, strain) = (solver.snapshot(), -1e-3 * 1e-5);
         let water = 2.15e9 / 0.4 * 2.0 * strain;
         for (pressure, total) in
@@ -205,7 +207,7 @@ fn a_saturated_column_in_balance_stays_at_rest() {
             "methods": { "mpm": { "cell_size": 0.05, "points_per_cell": 1, "shape": "linear", "integration": integration } }
         }));
         let mut solver = begin(&case);
-        advance(&mut *solver, 10_000);
+        advance_steps(&mut *solver, 10_000);
         let snapshot = solver.snapshot();
         for field in ["velocity", "liquid_velocity"] {
             assert!(vectors(&snapshot, field).iter().all(|v| v[0].abs() < 1e-6), "{field}");
@@ -229,7 +231,7 @@ fn under_a_plate(drained: bool, more: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 1, "motions": [{ "of": "lid", "velocity": [-1e-3] }] }],
         "measures": { "force": { "kind": "reaction", "of": "lid" } }
     }));
-    changed(serde_json::to_value(&plate).unwrap(), more)
+    case_with(serde_json::to_value(&plate).unwrap(), more)
 }
 
 #[test]
@@ -243,7 +245,7 @@ fn a_plate_presses_on_both_phases_as_a_wall_does() {
         );
         let mut solvers = [begin(&plate), begin(&closed(scheme, "point"))];
         for solver in &mut solvers {
-            steps(&mut **solver, 10, 1e-6);
+            take_steps(&mut **solver, 10, 1e-6);
         }
         let pressures = solvers.each_ref().map(|solver| scalars(&solver.snapshot(), "pore_pressure")[0]);
         assert!((pressures[0] / pressures[1] - 1.0).abs() < 1e-6, "{scheme}: {pressures:?}");
@@ -327,13 +329,13 @@ fn results_are_the_same_on_one_and_two_threads() {
 fn a_restored_solver_continues_to_the_last_bit() {
     let case = crash("ugimp", "point");
     let mut whole = begin(&case);
-    advance(&mut *whole, 137);
+    advance_steps(&mut *whole, 137);
     let saved = whole.saved().unwrap();
     let mut again = begin(&case);
     again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
-    advance(&mut *again, 50);
-    advance(&mut *whole, 50);
+    advance_steps(&mut *again, 50);
+    advance_steps(&mut *whole, 50);
     assert_eq!(again.snapshot().hash(), whole.snapshot().hash());
 }
 
@@ -378,7 +380,7 @@ fn the_simple_criterion_takes_the_step_of_the_undrained_wave_or_of_the_drag() {
         let fluid = json!({ "porosity": 0.4, "intrinsic_permeability": permeability });
         let body = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
                             "pore_fluid": fluid }]);
-        let case = case(json!({ "bodies": body, "methods": { "mpm": with(options, &more) } }));
+        let case = case(json!({ "bodies": body, "methods": { "mpm": with_keys(options, &more) } }));
         Mpm.plan(&case).unwrap()
     };
     // sheet: mpm §2.10, first two rows; k of 10⁻³ and 10⁻⁵ m/s. Inertia β slows waves by its root and drag by itself.
@@ -436,7 +438,7 @@ fn the_default_step_is_stable_in_every_space() {
                 }));
                 let mut solver = begin(&soaked);
                 let start = solver.totals();
-                advance(&mut *solver, if dimension == 3 { 200 } else { 1000 });
+                advance_steps(&mut *solver, if dimension == 3 { 200 } else { 1000 });
                 // It oscillates under its weight, and gains nothing: the fall of 0.8 m bounds it by far.
                 let end = solver.totals();
                 assert!(
@@ -454,7 +456,7 @@ fn friction_of_a_wall_goes_by_the_effective_stress() {
     // A saturated layer at rest under its weight, under which the floor begins to move: of 19.9 kPa only the 9.9 kPa of the
     // skeleton rub.
     let layer = |friction: Value| {
-        changed(
+        case_with(
             json!({
                 "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [0.5, 1.2], "periodic": ["x"] },
                 "gravity": [0, -10],

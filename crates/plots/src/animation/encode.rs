@@ -3,18 +3,18 @@
 use colluvium_case::Snapshot;
 use serde_json::{Value, json};
 
-use super::fields::Shown;
-use super::thin::{Block, Blocks};
+use super::fields::ColourSource;
+use super::thin::{DecimationBlock, DecimationBlocks};
 use super::{Panel, View, text};
 
 /// Steps of a place or a width.
-const PLACES: u32 = 65_535;
+const POSITION_STEPS: u32 = 65_535;
 /// Steps of a value; the number after them says that there is none.
-const VALUES: u32 = 254;
+const VALUE_STEPS: u32 = 254;
 
 /// A range divided into whole steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
+pub struct QuantisedRange {
     /// Where it begins.
     pub low: f64,
     /// Where it ends; beyond its beginning.
@@ -23,15 +23,15 @@ pub struct Scale {
     pub steps: u32,
 }
 
-impl Scale {
+impl QuantisedRange {
     /// One of 16 bits.
     pub fn fine(low: f64, high: f64) -> Self {
-        Self { low, high, steps: PLACES }
+        Self { low, high, steps: POSITION_STEPS }
     }
 
     /// One of 8 bits, with one number kept for what is no number.
     pub fn coarse(low: f64, high: f64) -> Self {
-        Self { low, high, steps: VALUES }
+        Self { low, high, steps: VALUE_STEPS }
     }
 
     /// Size of a step.
@@ -54,7 +54,7 @@ impl Scale {
 }
 
 /// What all frames cover along each axis, with the widths of the points; `None` where there are no points.
-pub(super) fn bounds(panels: &[Panel<'_>], axes: &[usize]) -> Option<Vec<Scale>> {
+pub(super) fn bounds(panels: &[Panel<'_>], axes: &[usize]) -> Option<Vec<QuantisedRange>> {
     let frames = || panels.iter().flat_map(|panel| &panel.frames);
     let one = |axis: &usize| {
         let ends = frames().flat_map(|frame| {
@@ -73,13 +73,13 @@ pub(super) fn bounds(panels: &[Panel<'_>], axes: &[usize]) -> Option<Vec<Scale>>
     let least = if spread > 0.0 { 0.05 * spread } else { 1.0 };
     let scale = |(low, high): (f64, f64)| {
         let half = if high > low { 0.0 } else { 0.5 * least };
-        Scale::fine(low - half, high + half)
+        QuantisedRange::fine(low - half, high + half)
     };
     Some(ends.into_iter().map(scale).collect())
 }
 
 /// The largest width of all points (m).
-pub(super) fn largest(panels: &[Panel<'_>], axes: &[usize]) -> f64 {
+pub(super) fn max_width(panels: &[Panel<'_>], axes: &[usize]) -> f64 {
     let frames = panels.iter().flat_map(|panel| &panel.frames);
     let widths = frames.flat_map(|frame| &frame.extents).flat_map(|e| axes.iter().map(|axis| e[*axis]));
     widths.filter(|width| width.is_finite()).fold(0.0, f64::max)
@@ -87,35 +87,41 @@ pub(super) fn largest(panels: &[Panel<'_>], axes: &[usize]) -> f64 {
 
 /// Writes the frames of a run, one after the other.
 pub(super) struct Encoder<'a> {
-    bounds: &'a [Scale],
-    width: Scale,
+    bounds: &'a [QuantisedRange],
+    width: QuantisedRange,
     view: &'a View,
-    fields: &'a [Shown],
+    fields: &'a [ColourSource],
     last: Vec<u8>,
 }
 
 impl<'a> Encoder<'a> {
-    pub fn new(bounds: &'a [Scale], largest: f64, view: &'a View, fields: &'a [Shown]) -> Self {
-        let width = Scale::fine(0.0, if largest > 0.0 { largest } else { 1.0 });
+    pub fn new(
+        bounds: &'a [QuantisedRange],
+        largest: f64,
+        view: &'a View,
+        fields: &'a [ColourSource],
+    ) -> Self {
+        let width = QuantisedRange::fine(0.0, if largest > 0.0 { largest } else { 1.0 });
         Self { bounds, width, view, fields, last: Vec::new() }
     }
 
     /// A frame, of each block one point, where there are blocks: places, widths where they are not those of the frame before, values.
-    pub fn frame(&mut self, frame: &Snapshot, blocks: Option<&Blocks>) -> Value {
-        let all = Block { wider: [1.0; 3], offset: [0.0; 3] };
+    pub fn frame(&mut self, frame: &Snapshot, blocks: Option<&DecimationBlocks>) -> Value {
+        let all = DecimationBlock { width_ratio: [1.0; 3], offset: [0.0; 3] };
         let block = |i: usize| blocks.map_or(Some(&all), |blocks| blocks.get(frame.ids[i]));
-        let shown: Vec<(usize, &Block)> = (0..frame.ids.len()).filter_map(|i| Some((i, block(i)?))).collect();
+        let shown: Vec<(usize, &DecimationBlock)> =
+            (0..frame.ids.len()).filter_map(|i| Some((i, block(i)?))).collect();
         let (mut places, mut widths) = (Vec::new(), Vec::new());
         for &(i, block) in &shown {
             for (scale, &axis) in self.bounds.iter().zip(&self.view.axes) {
                 let place = frame.positions[i][axis] + block.offset[axis];
                 places.extend((scale.quantise(place) as u16).to_le_bytes());
-                let width = frame.extents[i][axis] * block.wider[axis];
+                let width = frame.extents[i][axis] * block.width_ratio[axis];
                 let width = if width.is_nan() { 0.0 } else { width };
                 widths.extend((self.width.quantise(width) as u16).to_le_bytes());
             }
         }
-        let values = |field: &Shown| -> Vec<u8> {
+        let values = |field: &ColourSource| -> Vec<u8> {
             let all = field.values(frame);
             shown.iter().map(|&(i, _)| field.number(all[i])).collect()
         };

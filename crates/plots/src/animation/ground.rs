@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
-use super::encode::Scale;
+use super::encode::QuantisedRange;
 use super::text;
-use crate::{Ground, Heights};
+use crate::{Heights, RigidGeometry};
 
 /// What a player reads of rigid geometry, of what moves at `times` (s).
-pub(super) fn ground(ground: &Ground, times: &[f64]) -> Value {
+pub(super) fn geometry_data(ground: &RigidGeometry, times: &[f64]) -> Value {
     let moving = ground.moving.iter().map(|one| {
         let poses = times.iter().map(|time| one.pose(*time));
         json!({ "lines": lines(&one.lines), "poses": poses.collect::<Vec<_>>() })
@@ -38,7 +38,7 @@ fn heights(heights: &Heights) -> Option<Value> {
     let low = there().copied().reduce(f64::min)?;
     let high = there().copied().fold(low, f64::max);
     // One number is kept for what is no number.
-    let scale = Scale { low, high: if high > low { high } else { low + 1.0 }, steps: 65_534 };
+    let scale = QuantisedRange { low, high: if high > low { high } else { low + 1.0 }, steps: 65_534 };
     let words: Vec<u8> =
         heights.values.iter().flat_map(|height| (scale.quantise(*height) as u16).to_le_bytes()).collect();
     Some(json!({
@@ -58,7 +58,7 @@ mod tests {
         let of = |values: Vec<f64>| {
             let heights =
                 Heights { counts: [values.len(), 1], origin: [0.0, 1.0], spacing: [1.0, 2.0], values };
-            ground(&Ground { heights: Some(heights), ..Ground::default() }, &[])["heights"].clone()
+            geometry_data(&RigidGeometry { heights: Some(heights), ..RigidGeometry::default() }, &[])["heights"].clone()
         };
         let data = of(values.clone());
         let engine = base64::engine::general_purpose::STANDARD;

@@ -12,11 +12,11 @@ use base64::Engine;
 use colluvium_case::Snapshot;
 use serde_json::{Value, json};
 
-pub use encode::Scale;
-pub use fields::Classes;
+pub use encode::QuantisedRange;
+pub use fields::PointClasses;
 
-use super::cloud::{RADIUS, STOPS};
-use super::{Ground, PALETTE};
+use super::cloud::{COLOUR_STOPS, RADIUS};
+use super::{PALETTE, RigidGeometry};
 
 /// The player: a script that makes a player of every [`Animation::element`] of the page. Once on a page.
 pub const SCRIPT: &str = include_str!("player.js");
@@ -32,7 +32,7 @@ pub struct Panel<'a> {
     /// States, in the order of their times.
     pub frames: Vec<&'a Snapshot>,
     /// How many frames the run has; more than there are here where some were left out.
-    pub of: usize,
+    pub frame_count: usize,
 }
 
 /// What is shown of the points, and how.
@@ -45,15 +45,15 @@ pub struct View {
     /// Fields that colour the points; what is usual when empty.
     pub fields: Vec<String>,
     /// What else sorts the points: bodies, materials.
-    pub classes: Vec<Classes>,
+    pub classes: Vec<PointClasses>,
     /// Rigid geometry behind the points.
-    pub ground: Ground,
+    pub ground: RigidGeometry,
     /// Bytes that the points may take; frames and points are left out beyond.
     pub bytes: usize,
 }
 
 /// Bytes that an animation takes unless something else is said: the page grows by four thirds of it.
-pub const BYTES: usize = 2_000_000;
+pub const DEFAULT_BYTES: usize = 2_000_000;
 
 /// An animation, ready for a page.
 #[derive(Clone, Debug)]
@@ -61,31 +61,34 @@ pub struct Animation {
     /// What the player reads.
     data: Value,
     /// What was left out, in words; empty where nothing was.
-    pub thinned: String,
+    pub omitted: String,
 }
 
 impl Animation {
     /// Of some runs side by side, with one scale, one set of axes and one time for all. `None` where no frame has points, or
     /// no run has two frames.
-    pub fn of(panels: &[Panel<'_>], view: &View) -> Option<Self> {
+    pub fn from_panels(panels: &[Panel<'_>], view: &View) -> Option<Self> {
         if panels.iter().all(|panel| panel.frames.len() < 2) {
             return None;
         }
-        let fields = fields::shown(panels, view);
-        let (kept, thinned) = thin::thin(panels, view, fields.len());
+        let fields = fields::colour_sources(panels, view);
+        let (kept, thinned) = thin::decimate(panels, view, fields.len());
         let bounds = encode::bounds(panels, &view.axes)?;
-        let wider =
-            kept.iter().filter_map(|one| one.blocks.as_ref()).map(thin::Blocks::widest).fold(1.0, f64::max);
-        let largest = wider * encode::largest(panels, &view.axes);
+        let wider = kept
+            .iter()
+            .filter_map(|one| one.blocks.as_ref())
+            .map(thin::DecimationBlocks::widest)
+            .fold(1.0, f64::max);
+        let largest = wider * encode::max_width(panels, &view.axes);
         let times = times(&kept.iter().map(|one| one.panel.frames.as_slice()).collect::<Vec<_>>());
         let end = times.last().copied().unwrap_or(0.0);
-        let panel = |one: &thin::Kept<'_>| {
+        let panel = |one: &thin::DecimatedRun<'_>| {
             let mut encoder = encode::Encoder::new(&bounds, largest, view, &fields);
             let frames: Vec<Value> =
                 one.panel.frames.iter().map(|frame| encoder.frame(frame, one.blocks.as_ref())).collect();
             json!({
                 "name": one.panel.name, "shape": shape(&one.panel), "frames": frames,
-                "at": times.iter().map(|time| at(&one.panel.frames, *time, end)).collect::<Vec<_>>(),
+                "at": times.iter().map(|time| frame_at(&one.panel.frames, *time, end)).collect::<Vec<_>>(),
             })
         };
         let rgb = |colour: &plotters::style::RGBColor| [colour.0, colour.1, colour.2];
@@ -96,12 +99,12 @@ impl Animation {
             "high": bounds.iter().map(|scale| scale.high).collect::<Vec<_>>(),
             "largest": largest,
             "times": times,
-            "fields": fields.iter().map(fields::Shown::json).collect::<Vec<_>>(),
-            "colours": STOPS, "palette": PALETTE.iter().map(rgb).collect::<Vec<_>>(),
-            "thinned": thinned, "ground": ground::ground(&view.ground, &times), "missing": view.ground.missing,
+            "fields": fields.iter().map(fields::ColourSource::json).collect::<Vec<_>>(),
+            "colours": COLOUR_STOPS, "palette": PALETTE.iter().map(rgb).collect::<Vec<_>>(),
+            "thinned": thinned, "ground": ground::geometry_data(&view.ground, &times), "missing": view.ground.missing,
             "panels": kept.iter().map(panel).collect::<Vec<_>>(),
         });
-        Some(Self { data, thinned })
+        Some(Self { data, omitted: thinned })
     }
 
     /// The element of HTML that [`SCRIPT`] makes a player of.
@@ -136,7 +139,7 @@ fn times(series: &[&[&Snapshot]]) -> Vec<f64> {
 }
 
 /// The last frame at or before a time; the first where there is none.
-fn at(frames: &[&Snapshot], time: f64, end: f64) -> usize {
+fn frame_at(frames: &[&Snapshot], time: f64, end: f64) -> usize {
     let near = 1e-6 * end.abs();
     frames.iter().rposition(|frame| frame.time <= time + near).unwrap_or(0)
 }

@@ -5,7 +5,7 @@ use colluvium_case::{Field, FieldData, Snapshot};
 use serde_json::Value;
 
 use super::*;
-use crate::Shell;
+use crate::MovingSurface;
 
 /// Points on a circle that grows, with its radius as a value.
 fn frame(time: f64, count: usize) -> Snapshot {
@@ -35,13 +35,13 @@ fn frames(number: usize, count: usize) -> Vec<Snapshot> {
 }
 
 fn panel<'a>(name: &str, frames: &'a [Snapshot]) -> Panel<'a> {
-    Panel { name: name.into(), frames: frames.iter().collect(), of: frames.len() }
+    Panel { name: name.into(), frames: frames.iter().collect(), frame_count: frames.len() }
 }
 
 fn view() -> View {
     let names = vec!["sand".to_owned(), "</script><b>".to_owned()];
-    let classes = vec![Classes { name: "body".into(), names, of_body: vec![0, 1] }];
-    View { axes: vec![0, 1], up: 1, classes, bytes: BYTES, ..View::default() }
+    let classes = vec![PointClasses { name: "body".into(), names, of_body: vec![0, 1] }];
+    View { axes: vec![0, 1], up: 1, classes, bytes: DEFAULT_BYTES, ..View::default() }
 }
 
 fn bytes(value: &Value) -> Vec<u8> {
@@ -54,7 +54,11 @@ fn words(value: &Value) -> Vec<u32> {
 
 #[test]
 fn a_number_comes_back_within_half_a_step() {
-    for scale in [Scale::fine(-3.0, 7.0), Scale::coarse(1e5, 1.001e5), Scale::fine(1e-9, 2e-9)] {
+    for scale in [
+        QuantisedRange::fine(-3.0, 7.0),
+        QuantisedRange::coarse(1e5, 1.001e5),
+        QuantisedRange::fine(1e-9, 2e-9),
+    ] {
         for k in 0..=1000 {
             let value = scale.low + (scale.high - scale.low) * f64::from(k) / 1000.0;
             let back = scale.decode(scale.quantise(value));
@@ -70,20 +74,20 @@ fn a_number_comes_back_within_half_a_step() {
 #[test]
 fn the_page_has_places_widths_and_values_of_every_frame() {
     let states = frames(5, 40);
-    let data = Animation::of(&[panel("a", &states)], &view()).unwrap().data;
+    let data = Animation::from_panels(&[panel("a", &states)], &view()).unwrap().data;
     let low: Vec<f64> = serde_json::from_value(data["low"].clone()).unwrap();
     let high: Vec<f64> = serde_json::from_value(data["high"].clone()).unwrap();
     let names: Vec<&str> =
         data["fields"].as_array().unwrap().iter().map(|f| f["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["pressure", "body"], "the depth is the same everywhere");
     let field = &data["fields"][0];
-    let scale = Scale::coarse(field["low"].as_f64().unwrap(), field["high"].as_f64().unwrap());
+    let scale = QuantisedRange::coarse(field["low"].as_f64().unwrap(), field["high"].as_f64().unwrap());
     for (frame, state) in data["panels"][0]["frames"].as_array().unwrap().iter().zip(&states) {
         let places = words(&frame["x"]);
         let values = bytes(&frame["v"][0]);
         for (i, at) in state.positions.iter().enumerate() {
             for c in 0..2 {
-                let scale = Scale::fine(low[c], high[c]);
+                let scale = QuantisedRange::fine(low[c], high[c]);
                 let back = scale.decode(places[2 * i + c]);
                 assert!((back - at[c]).abs() <= 0.5001 * scale.step(), "{back} for {}", at[c]);
             }
@@ -95,7 +99,7 @@ fn the_page_has_places_widths_and_values_of_every_frame() {
         assert_eq!(bytes(&frame["v"][1])[..4], [0, 1, 0, 1]);
     }
     // Widths that stay as they are stand once.
-    let width = Scale::fine(0.0, data["largest"].as_f64().unwrap());
+    let width = QuantisedRange::fine(0.0, data["largest"].as_f64().unwrap());
     let widths = words(&data["panels"][0]["frames"][0]["w"]);
     assert!((width.decode(widths[0]) - 0.1).abs() <= width.step() && width.decode(widths[1]) == 0.2);
     assert!(data["panels"][0]["frames"][1]["w"].is_null());
@@ -106,8 +110,8 @@ fn the_page_has_places_widths_and_values_of_every_frame() {
 fn what_is_left_out_is_told_and_the_same_points_stay() {
     let states = frames(200, 3000);
     let small = View { bytes: 200_000, ..view() };
-    let animation = Animation::of(&[panel("a", &states)], &small).unwrap();
-    assert!(animation.thinned.starts_with("24 of 200 frames, one in "), "{}", animation.thinned);
+    let animation = Animation::from_panels(&[panel("a", &states)], &small).unwrap();
+    assert!(animation.omitted.starts_with("24 of 200 frames, one in "), "{}", animation.omitted);
     let element = animation.element();
     assert!(element.len() < 400_000, "{} bytes", element.len());
     let counts: Vec<u64> = animation.data["panels"][0]["frames"]
@@ -121,14 +125,14 @@ fn what_is_left_out_is_told_and_the_same_points_stay() {
     let times: Vec<f64> = serde_json::from_value(animation.data["times"].clone()).unwrap();
     assert_eq!((times[0], times[23]), (0.0, states[199].time));
     // A caller that left out frames before says how many there were.
-    let some = Panel { of: 999, ..panel("a", &states[..3]) };
-    assert_eq!(Animation::of(&[some], &view()).unwrap().thinned, "3 of 999 frames");
+    let some = Panel { frame_count: 999, ..panel("a", &states[..3]) };
+    assert_eq!(Animation::from_panels(&[some], &view()).unwrap().omitted, "3 of 999 frames");
 }
 
 #[test]
 fn runs_side_by_side_have_one_time_and_one_scale() {
     let (many, few) = (frames(9, 10), frames(3, 10));
-    let animation = Animation::of(&[panel("a", &many), panel("b", &few)], &view()).unwrap();
+    let animation = Animation::from_panels(&[panel("a", &many), panel("b", &few)], &view()).unwrap();
     assert_eq!(animation.data["times"].as_array().unwrap().len(), 9);
     // The run that ends earlier stays at its last frame.
     assert_eq!(animation.data["panels"][1]["at"], serde_json::json!([0, 1, 2, 2, 2, 2, 2, 2, 2]));
@@ -139,10 +143,10 @@ fn runs_side_by_side_have_one_time_and_one_scale() {
 #[test]
 fn no_name_ends_the_data_and_what_does_not_move_is_no_animation() {
     let states = frames(2, 4);
-    let element = Animation::of(&[panel("</script>", &states)], &view()).unwrap().element();
+    let element = Animation::from_panels(&[panel("</script>", &states)], &view()).unwrap().element();
     assert_eq!(element.matches("</script>").count(), 1, "{element}");
-    assert!(Animation::of(&[panel("a", &states[..1])], &view()).is_none());
-    assert!(Animation::of(&[], &view()).is_none());
+    assert!(Animation::from_panels(&[panel("a", &states[..1])], &view()).is_none());
+    assert!(Animation::from_panels(&[], &view()).is_none());
     let empty = frames(2, 1).into_iter().map(|f| Snapshot {
         positions: vec![],
         extents: vec![],
@@ -152,7 +156,7 @@ fn no_name_ends_the_data_and_what_does_not_move_is_no_animation() {
         ..f
     });
     let empty: Vec<Snapshot> = empty.collect();
-    assert!(Animation::of(&[panel("a", &empty)], &view()).is_none());
+    assert!(Animation::from_panels(&[panel("a", &empty)], &view()).is_none());
 }
 
 /// Turns the page's players through their frames, and says in its title what came of it.
@@ -216,14 +220,16 @@ fn a_browser_plays_it_in_two_and_three_dimensions_without_an_error() {
     let faces = vec![[0, 1, 2, 3]];
     let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     let motion = serde_json::from_value(serde_json::json!({ "velocity": [0.1, 0, 0] })).unwrap();
-    let ground =
-        Ground { shells: vec![Shell { corners, faces, about: [0.0; 3], motion }], ..Ground::default() };
+    let ground = RigidGeometry {
+        shells: vec![MovingSurface { corners, faces, about: [0.0; 3], motion }],
+        ..RigidGeometry::default()
+    };
     let solid = View { axes: vec![0, 1, 2], up: 2, ground, ..view() };
     let elements = [
-        Animation::of(&[panel("a", &states), panel("b", &other)], &view()),
-        Animation::of(&[panel("a", &states)], &solid),
-        Animation::of(&[panel("flow", &flow)], &view()),
-        Animation::of(&[panel("flow", &flow)], &solid),
+        Animation::from_panels(&[panel("a", &states), panel("b", &other)], &view()),
+        Animation::from_panels(&[panel("a", &states)], &solid),
+        Animation::from_panels(&[panel("flow", &flow)], &view()),
+        Animation::from_panels(&[panel("flow", &flow)], &solid),
     ];
     let elements: String = elements.map(|one| one.unwrap().element()).concat();
     let page = format!(

@@ -7,35 +7,39 @@ use colluvium_case::Snapshot;
 use super::{Panel, View, shape};
 
 /// Frames that are always kept, as far as the run has them, before points are left out.
-const FRAMES: usize = 24;
+const MIN_FRAMES: usize = 24;
 /// Frames of a run at most.
-const MOST: usize = 120;
+const MAX_FRAMES: usize = 120;
 
 /// Part of a run that is kept: some frames, and of each one point for a block of points; all of them where there are no blocks.
-pub(super) struct Kept<'a> {
+pub(super) struct DecimatedRun<'a> {
     pub panel: Panel<'a>,
-    pub blocks: Option<Blocks>,
+    pub blocks: Option<DecimationBlocks>,
 }
 
 /// What is kept of the runs within the bytes of a view, and what was left out, in words.
-pub(super) fn thin<'a>(panels: &[Panel<'a>], view: &View, fields: usize) -> (Vec<Kept<'a>>, String) {
+pub(super) fn decimate<'a>(
+    panels: &[Panel<'a>],
+    view: &View,
+    fields: usize,
+) -> (Vec<DecimatedRun<'a>>, String) {
     // Places and widths of 16 bits, values of 8; widths are mostly those of the frame before.
     let each = (3 * view.axes.len() + fields) as f64;
     let bytes = |panel: &Panel<'_>| each * panel.frames.iter().map(|f| f.ids.len() as f64).sum::<f64>();
-    let budget = if view.bytes == 0 { super::BYTES } else { view.bytes } as f64;
+    let budget = if view.bytes == 0 { super::DEFAULT_BYTES } else { view.bytes } as f64;
     let excess = panels.iter().map(bytes).sum::<f64>() / budget;
     let mut words = Vec::new();
     let mut one = |panel: &Panel<'a>| {
         let count = panel.frames.len();
         let wanted = (count as f64 / excess.max(1.0)) as usize;
-        let wanted = wanted.clamp(FRAMES.min(count), MOST.max(FRAMES)).min(count);
+        let wanted = wanted.clamp(MIN_FRAMES.min(count), MAX_FRAMES.max(MIN_FRAMES)).min(count);
         let frames: Vec<_> = evenly(count, wanted).into_iter().map(|k| panel.frames[k]).collect();
         let share = excess * frames.len() as f64 / count.max(1) as f64;
         let panel = Panel { frames, ..panel.clone() };
-        let blocks = (share > 1.0).then(|| Blocks::of(&panel, view, share));
+        let blocks = (share > 1.0).then(|| DecimationBlocks::of(&panel, view, share));
         let mut said = Vec::new();
-        if panel.frames.len() < panel.of {
-            said.push(format!("{} of {} frames", panel.frames.len(), panel.of));
+        if panel.frames.len() < panel.frame_count {
+            said.push(format!("{} of {} frames", panel.frames.len(), panel.frame_count));
         }
         if let Some(blocks) = &blocks {
             said.push(format!("one in {} of the points, each as wide as its block", blocks.share()));
@@ -44,7 +48,7 @@ pub(super) fn thin<'a>(panels: &[Panel<'a>], view: &View, fields: usize) -> (Vec
             let name = if panels.len() > 1 { format!("{}: ", panel.name) } else { String::new() };
             words.push(format!("{name}{}", said.join(", ")));
         }
-        Kept { panel, blocks }
+        DecimatedRun { panel, blocks }
     };
     let kept = panels.iter().map(&mut one).collect();
     (kept, words.join("; "))
@@ -61,21 +65,21 @@ fn evenly(count: usize, wanted: usize) -> Vec<usize> {
 
 /// How a point stands for its block: as it was when the block was first seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Block {
+pub(super) struct DecimationBlock {
     /// Width of the block over that of the point, along each axis.
-    pub wider: [f64; 3],
+    pub width_ratio: [f64; 3],
     /// From the point to the middle of the block (m).
     pub offset: [f64; 3],
 }
 
 /// The points that are kept, the same ones in every frame: those next to the middle of blocks of neighbours. Bodies that move as a
 /// whole stay whole in the picture.
-pub(super) struct Blocks {
-    kept: HashMap<u64, Block>,
+pub(super) struct DecimationBlocks {
+    kept: HashMap<u64, DecimationBlock>,
     seen: usize,
 }
 
-impl Blocks {
+impl DecimationBlocks {
     /// Blocks of about so many points, by the places at which they are first seen.
     fn of(panel: &Panel<'_>, view: &View, share: f64) -> Self {
         let shape = shape(panel);
@@ -96,7 +100,7 @@ impl Blocks {
 
     /// Takes in points that a frame is the first to have.
     fn add(&mut self, frame: &Snapshot, new: &[usize], axes: &[usize], share: f64, round: bool) {
-        let cells = Cells::new(frame, new, axes);
+        let cells = BlockCells::new(frame, new, axes);
         let mut found = cells.sort(cells.edge(share));
         // In the order of the points, whatever order the blocks have.
         found.sort_unstable_by_key(|members| members[0]);
@@ -110,14 +114,14 @@ impl Blocks {
             let away =
                 |i: &usize| axes.iter().map(|&c| (frame.positions[*i][c] - middle[c]).powi(2)).sum::<f64>();
             let Some(&point) = members.iter().min_by(|a, b| away(a).total_cmp(&away(b))) else { continue };
-            let mut block = Block { wider: [1.0; 3], offset: [0.0; 3] };
+            let mut block = DecimationBlock { width_ratio: [1.0; 3], offset: [0.0; 3] };
             for &axis in axes {
                 let own = frame.extents[point][axis];
                 if round {
-                    block.wider[axis] =
+                    block.width_ratio[axis] =
                         count.powf(1.0 / axes.len() as f64).min(wide[axis] / own.max(1e-300)).max(1.0);
                 } else if own > 0.0 {
-                    block.wider[axis] = (wide[axis] / own).max(1.0);
+                    block.width_ratio[axis] = (wide[axis] / own).max(1.0);
                     block.offset[axis] = middle[axis] - frame.positions[point][axis];
                 }
             }
@@ -131,18 +135,18 @@ impl Blocks {
     }
 
     /// The block that a point stands for; `None` where it is left out.
-    pub fn get(&self, id: u64) -> Option<&Block> {
+    pub fn get(&self, id: u64) -> Option<&DecimationBlock> {
         self.kept.get(&id)
     }
 
     /// The largest width of a block over that of its point.
     pub fn widest(&self) -> f64 {
-        self.kept.values().flat_map(|block| block.wider).fold(1.0, f64::max)
+        self.kept.values().flat_map(|block| block.width_ratio).fold(1.0, f64::max)
     }
 }
 
 /// Points to be sorted into blocks.
-struct Cells<'a> {
+struct BlockCells<'a> {
     frame: &'a Snapshot,
     points: &'a [usize],
     axes: &'a [usize],
@@ -151,7 +155,7 @@ struct Cells<'a> {
     width: Vec<f64>,
 }
 
-impl<'a> Cells<'a> {
+impl<'a> BlockCells<'a> {
     fn new(frame: &'a Snapshot, points: &'a [usize], axes: &'a [usize]) -> Self {
         let low = |axis: &usize| {
             let ends = points.iter().map(|&i| frame.positions[i][*axis] - 0.5 * frame.extents[i][*axis]);
@@ -235,10 +239,10 @@ mod tests {
     #[test]
     fn a_slab_that_falls_as_a_whole_has_no_gaps_when_it_is_thinned() {
         let frames = [slab(0.0), slab(0.7)];
-        let panel = Panel { name: "a".into(), frames: frames.iter().collect(), of: 2 };
+        let panel = Panel { name: "a".into(), frames: frames.iter().collect(), frame_count: 2 };
         let view = View { axes: vec![0, 1], up: 1, ..View::default() };
         for share in [1.5, 4.0, 9.0, 17.0] {
-            let blocks = Blocks::of(&panel, &view, share);
+            let blocks = DecimationBlocks::of(&panel, &view, share);
             assert!(blocks.kept.len() as f64 <= 400.0 / share, "{share}: {}", blocks.kept.len());
             for frame in &frames {
                 let mut area = 0.0;
@@ -246,7 +250,7 @@ mod tests {
                 for (i, id) in frame.ids.iter().enumerate() {
                     let Some(block) = blocks.get(*id) else { continue };
                     let [x, y] = [0, 1].map(|c| frame.positions[i][c] + block.offset[c]);
-                    let [w, h] = [0, 1].map(|c| frame.extents[i][c] * block.wider[c]);
+                    let [w, h] = [0, 1].map(|c| frame.extents[i][c] * block.width_ratio[c]);
                     area += w * h;
                     drawn.push([x - 0.5 * w, x + 0.5 * w, y - 0.5 * h, y + 0.5 * h]);
                 }
@@ -263,8 +267,8 @@ mod tests {
     fn what_flows_in_later_is_thinned_as_well() {
         let (early, mut late) = (slab(0.0), slab(1.0));
         late.ids = (200..600).collect();
-        let panel = Panel { name: "a".into(), frames: vec![&early, &late], of: 2 };
-        let blocks = Blocks::of(&panel, &View { axes: vec![0, 1], up: 1, ..View::default() }, 4.0);
+        let panel = Panel { name: "a".into(), frames: vec![&early, &late], frame_count: 2 };
+        let blocks = DecimationBlocks::of(&panel, &View { axes: vec![0, 1], up: 1, ..View::default() }, 4.0);
         let shown = |frame: &Snapshot| frame.ids.iter().filter(|id| blocks.get(**id).is_some()).count();
         assert!(blocks.seen == 600 && shown(&early) == 100 && (50..=100).contains(&shown(&late)));
     }

@@ -18,7 +18,7 @@ pub use gauss::gauss_per_cell;
 pub use poisson::{poisson_disk, poisson_spaced};
 
 /// More candidates than this are refused: their numbers and places would not fit in memory.
-const MOST_CANDIDATES: f64 = (1u64 << 28) as f64;
+const MAX_CANDIDATES: f64 = (1u64 << 28) as f64;
 
 /// A point that stands for a part of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,10 +70,10 @@ pub enum SamplingError {
     #[error(
         "rows are fitted to boxes, balls and polygons in the plane, and to what is made of them, with 2000 sides at most"
     )]
-    NoSides,
+    NoBoundaryEdges,
     /// A shape with parts that no point is near to.
     #[error("parts of the shape, {:.1e} of its area, are too thin for points {spacing} m apart: use a smaller spacing", lost.abs())]
-    Thin {
+    TooThin {
         /// The spacing (m).
         spacing: f64,
         /// Share of the area that no point stands for.
@@ -110,29 +110,34 @@ pub fn lattice<const D: usize>(
     if let Shape::Layer { rows: LayerRows::Terrain, laid, .. } = shape
         && let Some(layer) = laid.layer()
     {
-        return rows::along_terrain(&Cells::around(shape, origin, spacing, 1.0)?, layer, origin, spacing);
+        return rows::sample_along_terrain(
+            &CandidateCells::covering(shape, origin, spacing, 1.0)?,
+            layer,
+            origin,
+            spacing,
+        );
     }
     if let Shape::ArcLayer { rows: LayerRows::Terrain, outline, .. } = shape {
-        Cells::around(shape, origin, spacing, 1.0)?;
-        return Ok(rows::along_line(outline, spacing));
+        CandidateCells::covering(shape, origin, spacing, 1.0)?;
+        return Ok(rows::sample_along_line(outline, spacing));
     }
     let volume = spacing.powi(D as i32);
     let centre =
         |cell: [i64; D]| std::array::from_fn(|axis| origin[axis] + (cell[axis] as f64 + 0.5) * spacing);
-    let positions = Cells::around(shape, origin, spacing, 1.0)?.indices().map(centre);
+    let positions = CandidateCells::covering(shape, origin, spacing, 1.0)?.indices().map(centre);
     Ok(positions.filter(|x| shape.contains(x)).map(|position| Sample { position, volume }).collect())
 }
 
 /// The cells of edge `edge` (m), counted from a place, that a shape may touch.
-struct Cells<const D: usize> {
+struct CandidateCells<const D: usize> {
     first: [i64; D],
     count: [i64; D],
     total: i64,
 }
 
-impl<const D: usize> Cells<D> {
+impl<const D: usize> CandidateCells<D> {
     /// The cells around `shape`, refused when `per_cell` points in each would be more than 2²⁸.
-    fn around(shape: &Shape, origin: [f64; D], edge: f64, per_cell: f64) -> Result<Self, SamplingError> {
+    fn covering(shape: &Shape, origin: [f64; D], edge: f64, per_cell: f64) -> Result<Self, SamplingError> {
         if !(edge.is_finite() && edge > 0.0) {
             return Err(SamplingError::Spacing(edge));
         }
@@ -145,7 +150,7 @@ impl<const D: usize> Cells<D> {
             first[axis] = start as i64;
             count[axis] = (end - start).max(0.0) as i64;
         }
-        if total * per_cell > MOST_CANDIDATES {
+        if total * per_cell > MAX_CANDIDATES {
             return Err(SamplingError::TooMany(total * per_cell));
         }
         Ok(Self { first, count, total: total as i64 })
@@ -190,7 +195,7 @@ pub fn random<const D: usize>(
 
 /// A place strictly inside both shapes, if a search with about `resolution` points per direction
 /// finds one. Shapes that only touch do not overlap.
-pub fn overlap(a: &Shape, b: &Shape, dimension: usize, resolution: usize) -> Option<Vec<f64>> {
+pub fn common_interior_point(a: &Shape, b: &Shape, dimension: usize, resolution: usize) -> Option<Vec<f64>> {
     let ((low_a, high_a), (low_b, high_b)) = (a.bounds(dimension), b.bounds(dimension));
     let low: Vec<f64> = low_a.iter().zip(&low_b).map(|(a, b)| a.max(*b)).collect();
     let high: Vec<f64> = high_a.iter().zip(&high_b).map(|(a, b)| a.min(*b)).collect();
@@ -266,8 +271,8 @@ mod tests {
         let layer = |from: f64, to: f64| Shape::Polygon {
             vertices: [at(0.5, from), at(2.5, from), at(2.5, to), at(0.5, to)].to_vec().into(),
         };
-        assert_eq!(overlap(&layer(0.0, 0.075), &layer(0.075, 0.4), 2, 24), None);
-        assert!(overlap(&layer(0.0, 0.08), &layer(0.075, 0.4), 2, 24).is_some());
+        assert_eq!(common_interior_point(&layer(0.0, 0.075), &layer(0.075, 0.4), 2, 24), None);
+        assert!(common_interior_point(&layer(0.0, 0.08), &layer(0.075, 0.4), 2, 24).is_some());
     }
 
     #[test]
@@ -275,8 +280,8 @@ mod tests {
         let a = Shape::Box { min: vec![0.0, 0.0], max: vec![1.0, 1.0] };
         let b = Shape::Box { min: vec![1.0, 0.0], max: vec![2.0, 1.0] };
         let c = Shape::Box { min: vec![0.9, 0.5], max: vec![2.0, 1.0] };
-        assert_eq!(overlap(&a, &b, 2, 20), None);
-        let place = overlap(&a, &c, 2, 20).unwrap();
+        assert_eq!(common_interior_point(&a, &b, 2, 20), None);
+        let place = common_interior_point(&a, &c, 2, 20).unwrap();
         assert!(a.contains(&place) && c.contains(&place));
     }
 

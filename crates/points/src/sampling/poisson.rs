@@ -3,20 +3,20 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Cells, Sample, SamplingError};
+use super::{CandidateCells, Sample, SamplingError};
 use crate::Shape;
-use crate::boxes::Place;
+use crate::boxes::BoxLocation;
 
 /// How often the cells that are still open are halved: what is left then is smaller than a thousandth
 /// of the distance.
-const LEVELS: u32 = 10;
+const SUBDIVISION_LEVELS: u32 = 10;
 
 /// Darts thrown per open cell and level.
 const DARTS_PER_CELL: usize = 2;
 
 /// Open cells more than this many times those of the start end the search: only boundaries between
-/// the parts of a combination, which [`Shape::place_of`] cannot resolve, make so many.
-const MOST_GROWTH: usize = 16;
+/// the parts of a combination, which [`Shape::classify_box`] cannot resolve, make so many.
+const MAX_GROWTH: usize = 16;
 
 /// Points at random in the shape, no two closer than `distance` (m), and so many that no other would
 /// fit: no place in the shape is farther than `distance` from a point, but for gaps smaller than about
@@ -41,8 +41,8 @@ pub fn poisson_disk<const D: usize>(
     let mut disks = Disks::new(shape, distance)?;
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let mut open = disks.all_cells(shape);
-    let most = MOST_GROWTH * open.len() + 1000;
-    for level in 0..=LEVELS {
+    let most = MAX_GROWTH * open.len() + 1000;
+    for level in 0..=SUBDIVISION_LEVELS {
         for _ in 0..DARTS_PER_CELL * open.len() {
             let cell = &open[generator.random_range(0..open.len())];
             let (low, edge) = disks.corner(cell, level);
@@ -51,28 +51,28 @@ pub fn poisson_disk<const D: usize>(
                 disks.add(dart);
             }
         }
-        if level < LEVELS {
-            open = disks.halve(shape, &open, level);
+        if level < SUBDIVISION_LEVELS {
+            open = disks.subdivide_uncovered(shape, &open, level);
         }
         if open.is_empty() || open.len() > most {
             break;
         }
     }
     let positions: Vec<[f64; D]> = disks.points.into_iter().flatten().collect();
-    let volume = measure::<D>(shape)? / positions.len().max(1) as f64;
+    let volume = shape_measure::<D>(shape)? / positions.len().max(1) as f64;
     Ok(positions.into_iter().map(|position| Sample { position, volume }).collect())
 }
 
 /// Points over a length, area or volume whose places are at random and no closer than one, when no other fits: jamming of random
 /// sequential adsorption (1D: Rényi 1958; 2D and 3D: Torquato, Uche & Stillinger 2006, Phys. Rev. E 74, 061308, of coverings 0.547
 /// and 0.384).
-const JAMMED: [f64; 3] = [0.7476, 0.6965, 0.7336];
+const JAMMING_DENSITY: [f64; 3] = [0.7476, 0.6965, 0.7336];
 
 /// Share by which the number of points may be off.
-const OFF: f64 = 0.01;
+const COUNT_TOLERANCE: f64 = 0.01;
 
 /// Samplings until it is not, at most.
-const PASSES: usize = 6;
+const MAX_PASSES: usize = 6;
 
 /// [`poisson_disk`] with as many points as a lattice of this `spacing` (m) has, within about a hundredth where there are many:
 /// the distance is that of jamming, and made to fit since more points lie at the sides than within.
@@ -84,13 +84,13 @@ pub fn poisson_spaced<const D: usize>(
     spacing: f64,
     seed: u64,
 ) -> Result<Vec<Sample<D>>, SamplingError> {
-    let wanted = measure::<D>(shape)? / spacing.powi(D as i32);
+    let wanted = shape_measure::<D>(shape)? / spacing.powi(D as i32);
     let root = 1.0 / D as f64;
-    let mut distance = spacing * JAMMED[D - 1].powf(root);
+    let mut distance = spacing * JAMMING_DENSITY[D - 1].powf(root);
     let mut samples = poisson_disk(shape, distance, seed)?;
-    for _ in 1..PASSES {
+    for _ in 1..MAX_PASSES {
         let ratio = samples.len() as f64 / wanted;
-        if samples.is_empty() || (ratio - 1.0).abs() <= OFF.max(0.5 / wanted) {
+        if samples.is_empty() || (ratio - 1.0).abs() <= COUNT_TOLERANCE.max(0.5 / wanted) {
             break;
         }
         distance *= ratio.powf(root);
@@ -100,7 +100,7 @@ pub fn poisson_spaced<const D: usize>(
 }
 
 /// Length, area or volume: in closed form, or counted on a lattice of about a million cells.
-fn measure<const D: usize>(shape: &Shape) -> Result<f64, SamplingError> {
+fn shape_measure<const D: usize>(shape: &Shape) -> Result<f64, SamplingError> {
     if let Some(measure) = shape.measure(D) {
         return Ok(measure);
     }
@@ -127,7 +127,7 @@ impl<const D: usize> Disks<D> {
         let low: [f64; D] = std::array::from_fn(|axis| low[axis]);
         let edge = distance / (D as f64).sqrt();
         // One cell of margin below, one above: no dart falls outside.
-        let cells = Cells::around(shape, low, edge, 1.0)?;
+        let cells = CandidateCells::covering(shape, low, edge, 1.0)?;
         Ok(Self {
             low: std::array::from_fn(|axis| low[axis] + cells.first[axis] as f64 * edge),
             edge,
@@ -159,11 +159,11 @@ impl<const D: usize> Disks<D> {
 
     fn touches(&self, shape: &Shape, cell: &[u32; D], level: u32) -> bool {
         let (low, edge) = self.corner(cell, level);
-        shape.place_of(&low, &low.map(|l| l + edge)) != Place::Outside
+        shape.classify_box(&low, &low.map(|l| l + edge)) != BoxLocation::Outside
     }
 
     /// Calls `visit` with every centre in the cells that a disk around `x` reaches, until it says true.
-    fn any_near(&self, x: &[f64; D], visit: impl Fn(&[f64; D]) -> bool) -> bool {
+    fn any_centre_near(&self, x: &[f64; D], visit: impl Fn(&[f64; D]) -> bool) -> bool {
         let reach = (D as f64).sqrt().ceil() as i64;
         let width = 2 * reach + 1;
         let home: [i64; D] = std::array::from_fn(|axis| ((x[axis] - self.low[axis]) / self.edge) as i64);
@@ -185,7 +185,7 @@ impl<const D: usize> Disks<D> {
     fn add(&mut self, x: [f64; D]) {
         let square = self.distance * self.distance;
         let close = |other: &[f64; D]| (0..D).map(|c| (x[c] - other[c]).powi(2)).sum::<f64>() < square;
-        if self.any_near(&x, close) {
+        if self.any_centre_near(&x, close) {
             return;
         }
         let slot = (0..D).fold(0, |slot, axis| {
@@ -197,20 +197,20 @@ impl<const D: usize> Disks<D> {
     }
 
     /// The halves (quarters, eighths) of the open cells that one disk does not cover and the shape touches.
-    fn halve(&self, shape: &Shape, open: &[[u32; D]], level: u32) -> Vec<[u32; D]> {
+    fn subdivide_uncovered(&self, shape: &Shape, open: &[[u32; D]], level: u32) -> Vec<[u32; D]> {
         let children = open.iter().flat_map(|cell| {
             (0..1u32 << D).map(move |part| std::array::from_fn(|axis| 2 * cell[axis] + (part >> axis & 1)))
         });
         children
-            .filter(|cell| !self.covered(cell, level + 1) && self.touches(shape, cell, level + 1))
+            .filter(|cell| !self.is_covered(cell, level + 1) && self.touches(shape, cell, level + 1))
             .collect()
     }
 
-    fn covered(&self, cell: &[u32; D], level: u32) -> bool {
+    fn is_covered(&self, cell: &[u32; D], level: u32) -> bool {
         let (low, edge) = self.corner(cell, level);
         let square = self.distance * self.distance;
         let middle = low.map(|l| l + 0.5 * edge);
-        self.any_near(&middle, |centre| {
+        self.any_centre_near(&middle, |centre| {
             let farthest = |c: usize| (low[c] - centre[c]).abs().max((low[c] + edge - centre[c]).abs());
             (0..D).map(|c| farthest(c).powi(2)).sum::<f64>() < square
         })

@@ -1,29 +1,29 @@
 //! Points in rows that follow the terrain.
 
-use super::{Cells, Sample, SamplingError};
-use crate::Layer;
+use super::{CandidateCells, Sample, SamplingError};
+use crate::TerrainLayer;
 use crate::polygon::signed_area;
 
 /// Thickness over a spacing below which a layer has no points.
-const THINNEST: f64 = 0.25;
+const MIN_THICKNESS: f64 = 0.25;
 
 /// Points of a layer over the places in plan of a lattice, the first at half a `spacing` (m) from `origin`; `cells` are those of the lattice
 /// around it.
-pub(super) fn along_terrain<const D: usize>(
-    cells: &Cells<D>,
-    layer: &Layer,
+pub(super) fn sample_along_terrain<const D: usize>(
+    cells: &CandidateCells<D>,
+    layer: &TerrainLayer,
     origin: [f64; D],
     spacing: f64,
 ) -> Result<Vec<Sample<D>>, SamplingError> {
     let mut samples = Vec::new();
     let count = std::array::from_fn(|axis| if axis < 2 { cells.count[axis] } else { 1 });
-    let columns = Cells { first: cells.first, count, total: count.iter().product() };
+    let columns = CandidateCells { first: cells.first, count, total: count.iter().product() };
     for cell in columns.indices() {
         let place = |axis: usize| origin[axis] + (cell[axis] as f64 + 0.5) * spacing;
         let (x, y) = (place(0), place(1));
-        let Some([low, high]) = layer.stretch(x, y) else { continue };
+        let Some([low, high]) = layer.vertical_range(x, y) else { continue };
         let thickness = high - low;
-        if thickness < THINNEST * spacing {
+        if thickness < MIN_THICKNESS * spacing {
             continue;
         }
         let count = (thickness / spacing).round().max(1.0);
@@ -41,7 +41,7 @@ pub(super) fn along_terrain<const D: usize>(
 
 /// Points of a layer along a line: `outline` has the corners of its lower side, then those of its upper side, back. Each stands for
 /// a part of a row, about a `spacing` (m) high and as long along the middle of the layer, and lies at its centre.
-pub(super) fn along_line<const D: usize>(outline: &[[f64; 2]], spacing: f64) -> Vec<Sample<D>> {
+pub(super) fn sample_along_line<const D: usize>(outline: &[[f64; 2]], spacing: f64) -> Vec<Sample<D>> {
     let half = outline.len() / 2;
     if half < 2 {
         return Vec::new();
@@ -67,10 +67,12 @@ pub(super) fn along_line<const D: usize>(outline: &[[f64; 2]], spacing: f64) -> 
             next += 1;
         }
         let share = ((until - lengths[next - 1]) / (lengths[next] - lengths[next - 1])).clamp(0.0, 1.0);
-        begin = std::array::from_fn(|side| between(stations[next - 1][side], stations[next][side], share));
+        begin =
+            std::array::from_fn(|side| interpolate(stations[next - 1][side], stations[next][side], share));
         ends.push(begin);
         samples.extend((0..rows as usize).map(|row| {
-            let side = |share: f64| ends.iter().map(move |[low, high]| between(*low, *high, share / rows));
+            let side =
+                |share: f64| ends.iter().map(move |[low, high]| interpolate(*low, *high, share / rows));
             let ring: Vec<[f64; 2]> = side(row as f64).chain(side(row as f64 + 1.0).rev()).collect();
             let (volume, centre) = centroid(&ring);
             Sample { position: std::array::from_fn(|axis| if axis < 2 { centre[axis] } else { 0.0 }), volume }
@@ -79,7 +81,7 @@ pub(super) fn along_line<const D: usize>(outline: &[[f64; 2]], spacing: f64) -> 
     samples
 }
 
-fn between(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
+fn interpolate(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
     [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
 }
 
@@ -104,19 +106,26 @@ fn centroid(ring: &[[f64; 2]]) -> (f64, [f64; 2]) {
 mod tests {
     use super::super::lattice;
     use super::*;
-    use crate::{Depths, LayerRows, Measured, Outline, Raster, Shape, Thickness};
+    use crate::{LayerRows, LayerThickness, Outline, Raster, Shape, ThicknessData, ThicknessDirection};
 
     /// A layer of 0.5 m on ground that falls by 3 m over 4 m, sampled 0.2 m apart.
     fn sampled(rows: LayerRows) -> Vec<Sample<3>> {
         let ground = Raster::from_function([41, 31], [0.0; 2], [1.0; 2], |x, _| 30.0 - 0.75 * x);
         let outline =
             Outline::new(vec![vec![vec![[5.0, 5.0], [15.0, 5.0], [15.0, 11.0], [5.0, 11.0]]]]).unwrap();
-        let layer = Layer::new(ground, outline, Depths::Uniform(0.5), Measured::Vertical, [0.0; 2]).unwrap();
+        let layer = TerrainLayer::new(
+            ground,
+            outline,
+            ThicknessData::Uniform(0.5),
+            ThicknessDirection::Vertical,
+            [0.0; 2],
+        )
+        .unwrap();
         let shape = Shape::Layer {
             on: "slope".into(),
             outline: Some("outline.geojson".into()),
-            thickness: Thickness::Uniform(0.5),
-            measured: Measured::Vertical,
+            thickness: LayerThickness::Uniform(0.5),
+            measured: ThicknessDirection::Vertical,
             rows,
             laid: layer.into(),
         };
@@ -154,7 +163,7 @@ mod tests {
             })
         };
         let outline: Vec<[f64; 2]> = side(3.0).chain(side(3.5).rev()).collect();
-        let samples: Vec<Sample<2>> = along_line(&outline, 0.1);
+        let samples: Vec<Sample<2>> = sample_along_line(&outline, 0.1);
         assert_eq!(samples.len(), 51 * 5);
         let area: f64 = samples.iter().map(|sample| sample.volume).sum();
         let right = std::f64::consts::FRAC_PI_4 * (3.5 * 3.5 - 9.0);

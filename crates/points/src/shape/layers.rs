@@ -1,7 +1,7 @@
 //! The layers that a shape consists of.
 
 use super::Shape;
-use crate::layer_options::{LayerRows, Thickness};
+use crate::layer_options::{LayerRows, LayerThickness};
 
 impl Shape {
     /// Every layer that it consists of, and where it stands below `path`.
@@ -28,7 +28,7 @@ impl Shape {
         const PLACES: usize = 64;
         match self {
             Self::ArcLayer { from, to, .. } => Some(to - from),
-            Self::Layer { thickness: Thickness::Uniform(thickness), .. } => Some(*thickness),
+            Self::Layer { thickness: LayerThickness::Uniform(thickness), .. } => Some(*thickness),
             Self::Layer { laid, .. } => {
                 let (layer, (low, high)) = (laid.layer()?, laid.bounds());
                 let at = |axis: usize, k: usize| {

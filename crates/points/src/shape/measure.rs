@@ -7,7 +7,7 @@ impl Shape {
     /// Length, area or volume of a valid shape; volume per radian (m³) where the first axis is a `radius`. Where there is no
     /// closed form from chords along the last axis, exact, at places across that are close enough for three digits.
     pub fn volume(&self, dimension: usize, radius: bool) -> f64 {
-        let exact = if radius { self.turned() } else { self.measure(dimension) };
+        let exact = if radius { self.volume_of_revolution() } else { self.measure(dimension) };
         if let Some(exact) = exact {
             return exact;
         }
@@ -58,7 +58,7 @@ impl Shape {
 
     /// Volume per radian (m³) of what a shape in the plane makes that is turned about the axis where its first coordinate is zero,
     /// where it is known in closed form.
-    fn turned(&self) -> Option<f64> {
+    fn volume_of_revolution(&self) -> Option<f64> {
         match self {
             Self::Box { min, max } => Some(0.5 * (min[0] + max[0]) * self.measure(2)?),
             // What would lie beyond the axis is not there.

@@ -10,11 +10,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::layer::Laid;
-use crate::layer_options::{LayerRows, Measured, Thickness};
-use crate::microstructure::{Grains, Packing, Wanted, too_many};
-use crate::polygon::{Corners, polygon_crossings, signed_area};
-pub(crate) use sides::{Moments, Place, Side};
+use crate::layer::PlacedLayer;
+use crate::layer_options::{LayerRows, LayerThickness, ThicknessDirection};
+use crate::microstructure::{CachedPacking, MicrostructureSpec, SpherePacking, sphere_count_error};
+use crate::polygon::{PolygonVertices, polygon_crossings, signed_area};
+pub(crate) use sides::{BoundaryEdge, PlanePoint, SectorMoments};
 
 /// A region of space. In two dimensions the third coordinate is not looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,7 +38,7 @@ pub enum Shape {
     Polygon {
         /// Corners (m), at least three.
         #[schemars(with = "Vec<[f64; 2]>")]
-        vertices: Corners,
+        vertices: PolygonVertices,
     },
     /// Upright cylinder in 3D.
     Cylinder {
@@ -61,16 +61,16 @@ pub enum Shape {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         outline: Option<String>,
         /// How thick it is.
-        thickness: Thickness,
+        thickness: LayerThickness,
         /// Along what thickness is measured.
         #[serde(default)]
-        measured: Measured,
+        measured: ThicknessDirection,
         /// How points lie in it, where a method lays them on a lattice.
         #[serde(default, skip_serializing_if = "LayerRows::are_level")]
         rows: LayerRows,
         /// What it is once its files are read.
         #[serde(skip)]
-        laid: Laid,
+        laid: PlacedLayer,
     },
     /// In 2D, what lies along the line of an obstacle between two lengths of it, and between two distances from it, as a snowpack
     /// on a track: of a body only.
@@ -92,7 +92,7 @@ pub enum Shape {
         rows: LayerRows,
         /// Its corners (m), once the obstacle is looked at: those along its lower side, then as many along its upper side, back.
         #[serde(skip)]
-        outline: Corners,
+        outline: PolygonVertices,
     },
     /// A box full of balls of one size that overlap (discs in 2D): the ice of snow, as a sintered structure. Not in 1D.
     Microstructure {
@@ -108,11 +108,11 @@ pub enum Shape {
         #[serde(default)]
         seed: u64,
         /// Keep only balls that hang together with all others.
-        #[serde(default = "yes")]
+        #[serde(default = "default_true")]
         connected: bool,
         /// The balls, once they are asked for.
         #[serde(skip)]
-        grains: Grains,
+        grains: CachedPacking,
     },
     /// Points in any of the shapes.
     Union {
@@ -133,7 +133,7 @@ pub enum Shape {
     },
 }
 
-fn yes() -> bool {
+fn default_true() -> bool {
     true
 }
 
@@ -218,8 +218,8 @@ impl Shape {
                     );
                     Err(ShapeError::new("kind", problem))
                 }
-                Thickness::Uniform(thickness) => check_length("thickness", *thickness),
-                Thickness::Raster(_) | Thickness::Attribute(_) => Ok(()),
+                LayerThickness::Uniform(thickness) => check_length("thickness", *thickness),
+                LayerThickness::Raster(_) | LayerThickness::Attribute(_) => Ok(()),
             },
             Self::Union { shapes } | Self::Intersection { shapes } => {
                 if shapes.is_empty() {
@@ -273,7 +273,7 @@ impl Shape {
             let problem = format!("{solid_fraction} is not between 0 and 0.95 (0 excluded)");
             return Err(ShapeError::new("solid_fraction", problem));
         }
-        if let Some(problem) = too_many(min, max, *diameter, *solid_fraction) {
+        if let Some(problem) = sphere_count_error(min, max, *diameter, *solid_fraction) {
             return Err(ShapeError::new("diameter", problem));
         }
         if self.packing().is_none() {
@@ -285,13 +285,13 @@ impl Shape {
     }
 
     /// The balls of a microstructure.
-    fn packing(&self) -> Option<Arc<Packing>> {
+    fn packing(&self) -> Option<Arc<SpherePacking>> {
         let Self::Microstructure { min, max, diameter, solid_fraction, seed, connected, grains } = self
         else {
             return None;
         };
         let (diameter, fraction, seed, connected) = (*diameter, *solid_fraction, *seed, *connected);
-        grains.of(&Wanted { min, max, diameter, fraction, seed, connected })
+        grains.packing(&MicrostructureSpec { min, max, diameter, fraction, seed, connected })
     }
 
     /// True when `point` lies in the shape, its boundary included.
@@ -313,7 +313,7 @@ impl Shape {
             Self::Microstructure { min, max, .. } => {
                 let inside = |c: usize| (min[c]..=max[c]).contains(&point[c]);
                 (0..min.len()).all(inside)
-                    && self.packing().is_some_and(|packing| packing.contains(&from_corner(min, point)))
+                    && self.packing().is_some_and(|packing| packing.contains(&relative_to_corner(min, point)))
             }
             Self::Layer { laid, .. } => laid.contains(point),
             Self::Union { shapes } => shapes.iter().any(|shape| shape.contains(point)),
@@ -348,12 +348,12 @@ impl Shape {
     }
 
     /// Extent where it is thinnest (m): along an axis, across a layer, or of one ball of many.
-    pub fn thinnest(&self, dimension: usize) -> f64 {
+    pub fn min_thickness(&self, dimension: usize) -> f64 {
         let (low, high) = self.bounds(dimension);
         let along = low.iter().zip(&high).map(|(low, high)| high - low).fold(f64::INFINITY, f64::min);
         match self {
             Self::ArcLayer { from, to, .. } => along.min(to - from),
-            Self::Layer { thickness: Thickness::Uniform(thickness), .. } => along.min(*thickness),
+            Self::Layer { thickness: LayerThickness::Uniform(thickness), .. } => along.min(*thickness),
             Self::Microstructure { diameter, .. } => along.min(*diameter),
             _ => along,
         }
@@ -366,7 +366,7 @@ impl Shape {
             Self::Box { min, max } => vec![min[axis], max[axis]],
             Self::Ball { centre, radius } => {
                 let across = centre.iter().zip(point).enumerate().filter(|(c, _)| *c != axis);
-                round(centre[axis], *radius, across.map(|(_, (c, x))| (x - c).powi(2)).sum())
+                circle_crossings(centre[axis], *radius, across.map(|(_, (c, x))| (x - c).powi(2)).sum())
             }
             Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => {
                 polygon_crossings(vertices, point, axis)
@@ -376,10 +376,10 @@ impl Shape {
             }
             Self::Cylinder { base, axis: own, radius, .. } => {
                 let across = (0..3).filter(|c| *c != axis && c != own);
-                round(base[axis], *radius, across.map(|c| (point[c] - base[c]).powi(2)).sum())
+                circle_crossings(base[axis], *radius, across.map(|c| (point[c] - base[c]).powi(2)).sum())
             }
             Self::Microstructure { min, max, .. } => {
-                let place = from_corner(min, point);
+                let place = relative_to_corner(min, point);
                 let balls = self.packing().map_or(Vec::new(), |packing| packing.crossings(&place, axis));
                 let inside = balls.into_iter().map(|x| (min[axis] + x).clamp(min[axis], max[axis]));
                 inside.chain([min[axis], max[axis]]).collect()
@@ -398,13 +398,13 @@ impl Shape {
 }
 
 /// Where a line at a distance of root `square` from the centre crosses a circle.
-fn round(centre: f64, radius: f64, square: f64) -> Vec<f64> {
+fn circle_crossings(centre: f64, radius: f64, square: f64) -> Vec<f64> {
     let half = (radius * radius - square).max(0.0).sqrt();
     vec![centre - half, centre + half]
 }
 
 /// A place from the lower corner of a box (m).
-fn from_corner(min: &[f64], point: &[f64]) -> [f64; 3] {
+fn relative_to_corner(min: &[f64], point: &[f64]) -> [f64; 3] {
     let mut place = [0.0; 3];
     min.iter().zip(point).enumerate().for_each(|(c, (low, x))| place[c] = x - low);
     place
@@ -426,7 +426,7 @@ fn combine(
     all.reduce(merge).unwrap_or_else(|| (vec![0.0; dimension], vec![0.0; dimension]))
 }
 
-fn validate_polygon(vertices: &Corners, dimension: usize) -> Result<(), ShapeError> {
+fn validate_polygon(vertices: &PolygonVertices, dimension: usize) -> Result<(), ShapeError> {
     let count = vertices.len();
     if dimension != 2 {
         return Err(ShapeError::new(

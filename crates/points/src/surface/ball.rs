@@ -1,7 +1,7 @@
 //! A ball, or the hollow inside one.
 
-use super::vector::{along, dot, minus, unit};
-use super::{Contacts, Nearest, Surface, SurfaceError};
+use super::vector::{add_scaled, difference, dot, unit};
+use super::{ContactQuery, NearestPoint, Surface, SurfaceError};
 
 /// A ball (disk in 2D) as a solid, or everything around it: then its inside is a bowl.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,25 +29,25 @@ impl<const D: usize> BallSurface<D> {
 
 impl<const D: usize> Surface<D> for BallSurface<D> {
     fn contains(&self, x: &[f64; D]) -> bool {
-        let from = minus(x, &self.centre);
+        let from = difference(x, &self.centre);
         (dot(&from, &from) <= self.radius * self.radius) != self.hollow
     }
 
-    fn gap(&self, x: &[f64; D], reach: f64) -> Option<Nearest<D>> {
-        let from = minus(x, &self.centre);
+    fn gap(&self, x: &[f64; D], reach: f64) -> Option<NearestPoint<D>> {
+        let from = difference(x, &self.centre);
         // The centre is as far from all of the surface: any direction will do.
         let out = unit(&from).unwrap_or_else(|| std::array::from_fn(|c| f64::from(u8::from(c + 1 == D))));
         let (sign, height) = (if self.hollow { -1.0 } else { 1.0 }, dot(&from, &from).sqrt() - self.radius);
-        let nearest = || Nearest {
+        let nearest = || NearestPoint {
             distance: sign * height,
             normal: out.map(|c| sign * c),
-            place: along(&self.centre, self.radius, &out),
-            key: 0,
+            position: add_scaled(&self.centre, self.radius, &out),
+            feature_id: 0,
         };
         (height.abs() <= reach).then(nearest)
     }
 
-    fn touch(&self, x: &[f64; D], radius: f64, found: &mut Contacts<D>) {
+    fn query_contacts(&self, x: &[f64; D], radius: f64, found: &mut ContactQuery<D>) {
         found.add_if_outside(self.gap(x, radius));
     }
 

@@ -1,18 +1,18 @@
 //! A polygon drawn along an axis, as a closed triangle mesh.
 
-use super::{Facetted, SurfaceError};
+use super::{FacettedSurface, SurfaceError};
 
-impl Facetted<3> {
+impl FacettedSurface<3> {
     /// The polygon of these corners (m), in the plane of the other two axes in the order x, y, z, drawn along `axis` (0 is x)
     /// between two coordinates (m).
     ///
     /// # Errors
-    /// As [`Facetted::polygon`], and when it does not end beyond where it begins.
+    /// As [`FacettedSurface::polygon`], and when it does not end beyond where it begins.
     pub fn extruded(corners: &[[f64; 2]], axis: usize, from: f64, to: f64) -> Result<Self, SurfaceError> {
         if !(from < to) {
             return Err(SurfaceError::new("to", format!("{to} must be above from, {from}")));
         }
-        let section = Facetted::polygon(corners)?;
+        let section = FacettedSurface::polygon(corners)?;
         let flat = section.vertices();
         let count = flat.len() as u32;
         let at = |[u, v]: [f64; 2], along: f64| {
@@ -21,7 +21,7 @@ impl Facetted<3> {
         };
         let vertices =
             [from, to].iter().flat_map(|along| flat.iter().map(|corner| at(*corner, *along))).collect();
-        let caps = ears(flat);
+        let caps = triangulate_by_ears(flat);
         let mut triangles: Vec<[u32; 3]> = caps.clone();
         triangles.extend(caps.iter().map(|[a, b, c]| [a + count, c + count, b + count]));
         for k in 0..count {
@@ -33,7 +33,7 @@ impl Facetted<3> {
 }
 
 /// Triangles of a polygon without crossings, given clockwise: ears are cut off one after another.
-fn ears(corners: &[[f64; 2]]) -> Vec<[u32; 3]> {
+fn triangulate_by_ears(corners: &[[f64; 2]]) -> Vec<[u32; 3]> {
     let area = |a: u32, b: u32, c: u32| {
         let [a, b, c] = [a, b, c].map(|k| corners[k as usize]);
         (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
@@ -65,14 +65,14 @@ fn ears(corners: &[[f64; 2]]) -> Vec<[u32; 3]> {
 #[cfg(test)]
 mod tests {
     use crate::Shape;
-    use crate::surface::{Facetted, Surface};
+    use crate::surface::{FacettedSurface, Surface};
 
     #[test]
     fn a_drawn_polygon_is_solid_where_the_polygon_is() {
         let corners = [[-0.8, -0.8], [0.9, -0.6], [0.7, 0.8], [0.0, -0.1], [-0.7, 0.6]];
         let flat = Shape::Polygon { vertices: corners.to_vec().into() };
         for axis in 0..3 {
-            let solid = Facetted::extruded(&corners, axis, -1.0, 2.0).unwrap();
+            let solid = FacettedSurface::extruded(&corners, axis, -1.0, 2.0).unwrap();
             for number in 0..400 {
                 let (u, v) = (-1.0 + 0.103 * f64::from(number % 20), -1.0 + 0.101 * f64::from(number / 20));
                 let mut rest = [u, v].into_iter();
@@ -84,6 +84,6 @@ mod tests {
             beyond[(axis + 1) % 3] = -0.3;
             assert!(!solid.contains(&beyond));
         }
-        assert!(Facetted::extruded(&corners, 2, 1.0, 1.0).is_err());
+        assert!(FacettedSurface::extruded(&corners, 2, 1.0, 1.0).is_err());
     }
 }

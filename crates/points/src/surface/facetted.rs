@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use thiserror::Error;
 
-use super::contacts::Candidate;
+use super::contacts::FacetCandidate;
 use super::crossing;
-use super::simplex::{Feature, nearest, normal};
-use super::tree::Tree;
-use super::vector::{cross, dot, minus, unit};
-use super::{Contacts, Nearest, Surface};
+use super::simplex::{FacetFeature, facet_normal, nearest_on_facet};
+use super::tree::BoundingVolumeTree;
+use super::vector::{cross, difference, dot, unit};
+use super::{ContactQuery, NearestPoint, Surface};
 
 /// What is wrong with a surface.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -34,7 +34,7 @@ impl SurfaceError {
 /// faces around, weighted with their angles (Bærentzen and Aanæs 2005, Signed distance computation using the angle weighted
 /// pseudonormal, Theorem 1).
 #[derive(Clone, Debug)]
-pub struct Facetted<const D: usize> {
+pub struct FacettedSurface<const D: usize> {
     vertices: Vec<[f64; D]>,
     facets: Vec<[u32; D]>,
     normals: Vec<[f64; D]>,
@@ -44,14 +44,14 @@ pub struct Facetted<const D: usize> {
     edge_normals: Vec<[f64; D]>,
     /// Length of a ground line up to the beginning of each facet (m).
     lengths: Option<Vec<f64>>,
-    tree: Tree<D>,
+    tree: BoundingVolumeTree<D>,
 }
 
 const FACE: u64 = 0;
 const EDGE: u64 = 1;
 const CORNER: u64 = 2;
 
-impl<const D: usize> Facetted<D> {
+impl<const D: usize> FacettedSurface<D> {
     /// Vertices (m).
     pub fn vertices(&self) -> &[[f64; D]] {
         &self.vertices
@@ -74,20 +74,20 @@ impl<const D: usize> Facetted<D> {
         let mut vertex_sums = vec![[0.0; D]; vertices.len()];
         for (number, facet) in facets.iter().enumerate() {
             let corners = corners(facet);
-            let Some(n) = normal(&corners) else {
+            let Some(n) = facet_normal(&corners) else {
                 let problem = format!("the facet from {:?} m has no extent", corners[0]);
                 return Err(SurfaceError::new(format!("facets[{number}]"), problem));
             };
             for (k, vertex) in facet.iter().enumerate() {
-                let weight = angle(&corners, k);
+                let weight = corner_angle(&corners, k);
                 (0..D).for_each(|c| vertex_sums[*vertex as usize][c] += weight * n[c]);
             }
             normals.push(n);
         }
-        let boxes: Vec<_> = facets.iter().map(|facet| around(&corners(facet))).collect();
-        let tree = Tree::new(&boxes);
+        let boxes: Vec<_> = facets.iter().map(|facet| bounding_box(&corners(facet))).collect();
+        let tree = BoundingVolumeTree::new(&boxes);
         let vertex_normals = vertex_sums.iter().map(|sum| unit(sum).unwrap_or(*sum)).collect();
-        let (edges, edge_normals) = edges(&facets, &normals);
+        let (edges, edge_normals) = edge_normals(&facets, &normals);
         Ok(Self { vertices, facets, normals, vertex_normals, edges, edge_normals, lengths: None, tree })
     }
 
@@ -96,14 +96,14 @@ impl<const D: usize> Facetted<D> {
     }
 
     /// Key and normal of a part of a facet.
-    fn part(&self, facet: usize, feature: Feature) -> (u64, &[f64; D]) {
+    fn feature(&self, facet: usize, feature: FacetFeature) -> (u64, &[f64; D]) {
         match feature {
-            Feature::Face => ((facet as u64) << 2 | FACE, &self.normals[facet]),
-            Feature::Edge(k) => {
+            FacetFeature::Face => ((facet as u64) << 2 | FACE, &self.normals[facet]),
+            FacetFeature::Edge(k) => {
                 let edge = self.edges[facet][k];
                 (u64::from(edge) << 2 | EDGE, &self.edge_normals[edge as usize])
             }
-            Feature::Corner(k) => {
+            FacetFeature::Corner(k) => {
                 let vertex = self.facets[facet][k];
                 (u64::from(vertex) << 2 | CORNER, &self.vertex_normals[vertex as usize])
             }
@@ -111,11 +111,11 @@ impl<const D: usize> Facetted<D> {
     }
 
     /// The facet whose place is nearest within `reach`, that place and its part of the facet.
-    fn nearest(&self, x: &[f64; D], reach: f64) -> Option<(usize, [f64; D], Feature)> {
-        let mut best: Option<(usize, [f64; D], Feature)> = None;
+    fn nearest(&self, x: &[f64; D], reach: f64) -> Option<(usize, [f64; D], FacetFeature)> {
+        let mut best: Option<(usize, [f64; D], FacetFeature)> = None;
         self.tree.visit(x, reach * reach, |facet, square| {
-            let (place, feature) = nearest(&self.corners(facet), x);
-            let from = minus(x, &place);
+            let (place, feature) = nearest_on_facet(&self.corners(facet), x);
+            let from = difference(x, &place);
             let away = dot(&from, &from);
             // Of facets equally near the first counts, in whatever order the tree comes to them.
             let first = best.is_none_or(|(number, ..)| facet < number);
@@ -165,7 +165,7 @@ impl<const D: usize> Facetted<D> {
     }
 }
 
-impl Facetted<2> {
+impl FacettedSurface<2> {
     /// The surface around a polygon, in either sense of rotation, that does not cross itself.
     ///
     /// # Errors
@@ -184,7 +184,7 @@ impl Facetted<2> {
         }
         let facets = (0..count as u32).map(|k| [k, (k + 1) % count as u32]).collect();
         let surface = Self::new(corners, facets)?;
-        surface.crosses_itself().map_or(Ok(surface), Err)
+        surface.self_crossing().map_or(Ok(surface), Err)
     }
 
     /// The ground below a line from its first point to its last (m). The line may overhang but not cross itself; it may be
@@ -211,7 +211,7 @@ impl Facetted<2> {
         }
         let facets = (0..points.len() as u32 - 1).map(|k| [k, k + 1]).collect();
         let mut surface = Self::new(points, facets)?;
-        if let Some(error) = surface.crosses_itself() {
+        if let Some(error) = surface.self_crossing() {
             return Err(error);
         }
         let mut length = 0.0;
@@ -219,21 +219,21 @@ impl Facetted<2> {
         for facet in 0..surface.facets.len() {
             before.push(length);
             let [a, b] = surface.corners(facet);
-            length += dot(&minus(&b, &a), &minus(&b, &a)).sqrt();
+            length += dot(&difference(&b, &a), &difference(&b, &a)).sqrt();
         }
         surface.lengths = Some(before);
         Ok(surface)
     }
 
     /// The first two facets without a common corner that meet.
-    fn crosses_itself(&self) -> Option<SurfaceError> {
+    fn self_crossing(&self) -> Option<SurfaceError> {
         let mut found: Option<(usize, usize)> = None;
         for (number, facet) in self.facets.iter().enumerate() {
             let edge = self.corners(number);
-            let (low, high) = around(&edge);
+            let (low, high) = bounding_box(&edge);
             self.tree.visit_box(&low, &high, |other| {
                 let apart = facet.iter().all(|v| !self.facets[other].contains(v));
-                if other > number && apart && cross_each_other(&edge, &self.corners(other)) {
+                if other > number && apart && segments_intersect(&edge, &self.corners(other)) {
                     found = Some(found.map_or((number, other), |before| before.min((number, other))));
                 }
             });
@@ -251,7 +251,7 @@ impl Facetted<2> {
     }
 }
 
-impl Facetted<3> {
+impl FacettedSurface<3> {
     /// A closed surface of triangles, each with three numbers of `vertices` (m). Triangles in which a vertex stands twice are left
     /// out; a mesh that is inside out is turned.
     ///
@@ -266,27 +266,27 @@ impl Facetted<3> {
         }
         let whole = |t: &&[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
         let mut triangles: Vec<[u32; 3]> = triangles.iter().filter(whole).copied().collect();
-        watertight(&vertices, &triangles)?;
+        check_watertight(&vertices, &triangles)?;
         let reference = vertices.first().copied().unwrap_or_default();
         let volume = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|v| minus(&vertices[v as usize], &reference));
+            let [a, b, c] = t.map(|v| difference(&vertices[v as usize], &reference));
             dot(&a, &cross(&b, &c))
         };
         if triangles.iter().map(volume).sum::<f64>() < 0.0 {
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
         let surface = Self::new(vertices, triangles)?;
-        surface.passes_through_itself().map_or(Ok(surface), Err)
+        surface.self_intersection().map_or(Ok(surface), Err)
     }
 
     /// The first two triangles without a common corner that pass through each other: behind such, inside and outside are not told.
-    fn passes_through_itself(&self) -> Option<SurfaceError> {
+    fn self_intersection(&self) -> Option<SurfaceError> {
         (0..self.facets.len()).find_map(|number| {
             let (own, corners) = (&self.facets[number], self.corners(number));
-            let ((low, high), mut found) = (around(&corners), None::<usize>);
+            let ((low, high), mut found) = (bounding_box(&corners), None::<usize>);
             self.tree.visit_box(&low, &high, |other| {
                 let apart = own.iter().all(|v| !self.facets[other].contains(v));
-                if other > number && apart && crossing::cross_each_other(&corners, &self.corners(other)) {
+                if other > number && apart && crossing::triangles_intersect(&corners, &self.corners(other)) {
                     found = Some(found.map_or(other, |before| before.min(other)));
                 }
             });
@@ -302,7 +302,7 @@ impl Facetted<3> {
     /// A closed surface of loose triangles (m), as an STL file has them: corners with the same coordinates are one vertex.
     ///
     /// # Errors
-    /// As [`Facetted::closed`].
+    /// As [`FacettedSurface::closed`].
     pub fn from_triangles(triangles: &[[[f64; 3]; 3]]) -> Result<Self, SurfaceError> {
         let mut vertices = Vec::new();
         let mut known: BTreeMap<[u64; 3], u32> = BTreeMap::new();
@@ -318,23 +318,28 @@ impl Facetted<3> {
     }
 }
 
-impl<const D: usize> Surface<D> for Facetted<D> {
+impl<const D: usize> Surface<D> for FacettedSurface<D> {
     fn contains(&self, x: &[f64; D]) -> bool {
         self.gap(x, f64::INFINITY).is_some_and(|gap| gap.distance <= 0.0)
     }
 
-    fn gap(&self, x: &[f64; D], reach: f64) -> Option<Nearest<D>> {
+    fn gap(&self, x: &[f64; D], reach: f64) -> Option<NearestPoint<D>> {
         let (facet, place, feature) = self.nearest(x, reach)?;
-        let (key, normal) = self.part(facet, feature);
-        let from = minus(x, &place);
+        let (key, normal) = self.feature(facet, feature);
+        let from = difference(x, &place);
         let sign = if dot(&from, normal) < 0.0 { -1.0 } else { 1.0 };
         // On a face its own normal has all digits; beside an edge it is the way to the edge.
-        let away = if feature == Feature::Face { None } else { unit(&from) };
+        let away = if feature == FacetFeature::Face { None } else { unit(&from) };
         let normal = away.map_or(*normal, |away| away.map(|c| sign * c));
-        Some(Nearest { distance: sign * dot(&from, &from).sqrt(), normal, place, key })
+        Some(NearestPoint {
+            distance: sign * dot(&from, &from).sqrt(),
+            normal,
+            position: place,
+            feature_id: key,
+        })
     }
 
-    fn touch(&self, x: &[f64; D], radius: f64, found: &mut Contacts<D>) {
+    fn query_contacts(&self, x: &[f64; D], radius: f64, found: &mut ContactQuery<D>) {
         if self.gap(x, radius).is_none_or(|gap| gap.distance < 0.0) {
             return;
         }
@@ -342,20 +347,20 @@ impl<const D: usize> Surface<D> for Facetted<D> {
         candidates.clear();
         self.tree.visit(x, radius * radius, |facet, square| {
             let corners = self.corners(facet);
-            let (place, feature) = nearest(&corners, x);
-            let from = minus(x, &place);
+            let (place, feature) = nearest_on_facet(&corners, x);
+            let from = difference(x, &place);
             let away = dot(&from, &from);
             // A face that looks away lies behind the one that is touched.
             if away > *square || dot(&from, &self.normals[facet]) < 0.0 {
                 return;
             }
-            let (key, normal) = self.part(facet, feature);
-            let outward = if feature == Feature::Face { None } else { unit(&from) };
+            let (key, normal) = self.feature(facet, feature);
+            let outward = if feature == FacetFeature::Face { None } else { unit(&from) };
             let normal = outward.unwrap_or(*normal);
-            let place = Nearest { distance: away.sqrt(), normal, place, key };
-            candidates.push(Candidate { corners, place });
+            let place = NearestPoint { distance: away.sqrt(), normal, position: place, feature_id: key };
+            candidates.push(FacetCandidate { corners, place });
         });
-        found.resolve(radius);
+        found.select_distinct(radius);
     }
 
     fn bounds(&self) -> ([f64; D], [f64; D]) {
@@ -365,13 +370,13 @@ impl<const D: usize> Surface<D> for Facetted<D> {
     fn arc_length(&self, x: &[f64; D]) -> Option<f64> {
         let lengths = self.lengths.as_ref()?;
         let (facet, place, _) = self.nearest(x, f64::INFINITY)?;
-        let along = minus(&place, &self.corners(facet)[0]);
+        let along = difference(&place, &self.corners(facet)[0]);
         Some(lengths[facet] + dot(&along, &along).sqrt())
     }
 }
 
 /// Box around the corners of a facet.
-fn around<const D: usize>(corners: &[[f64; D]; D]) -> ([f64; D], [f64; D]) {
+fn bounding_box<const D: usize>(corners: &[[f64; D]; D]) -> ([f64; D], [f64; D]) {
     let fold = |start: f64, pick: fn(f64, f64) -> f64| {
         std::array::from_fn(|c| corners.iter().map(|v| v[c]).fold(start, pick))
     };
@@ -379,16 +384,16 @@ fn around<const D: usize>(corners: &[[f64; D]; D]) -> ([f64; D], [f64; D]) {
 }
 
 /// Angle of a triangle at a corner; one for a segment, whose two ends count alike.
-fn angle<const D: usize>(corners: &[[f64; D]; D], k: usize) -> f64 {
+fn corner_angle<const D: usize>(corners: &[[f64; D]; D], k: usize) -> f64 {
     if D != 3 {
         return 1.0;
     }
-    let to = |other: usize| unit(&minus(&corners[other % D], &corners[k])).unwrap_or([0.0; D]);
+    let to = |other: usize| unit(&difference(&corners[other % D], &corners[k])).unwrap_or([0.0; D]);
     dot(&to(k + 1), &to(k + 2)).clamp(-1.0, 1.0).acos()
 }
 
 /// Number of the edge after each corner of each triangle, and the normal of each edge: the mean of its faces.
-fn edges<const D: usize>(facets: &[[u32; D]], normals: &[[f64; D]]) -> (Vec<[u32; 3]>, Vec<[f64; D]>) {
+fn edge_normals<const D: usize>(facets: &[[u32; D]], normals: &[[f64; D]]) -> (Vec<[u32; 3]>, Vec<[f64; D]>) {
     if D != 3 {
         return (Vec::new(), Vec::new());
     }
@@ -410,7 +415,7 @@ fn edges<const D: usize>(facets: &[[u32; D]], normals: &[[f64; D]]) -> (Vec<[u32
 }
 
 /// Each edge must be run through once in each direction.
-fn watertight(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), SurfaceError> {
+fn check_watertight(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), SurfaceError> {
     let mut runs: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     for triangle in triangles {
         for k in 0..3 {
@@ -432,7 +437,7 @@ fn watertight(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), Surfa
 }
 
 /// Whether two segments have a place in common.
-fn cross_each_other(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> bool {
+fn segments_intersect(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> bool {
     let side = |p: &[f64; 2], q: &[f64; 2], x: &[f64; 2]| {
         (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0])
     };
@@ -444,7 +449,7 @@ fn cross_each_other(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> bool {
         return false;
     }
     // On one line they meet where their boxes do.
-    let ((al, ah), (bl, bh)) = (around(a), around(b));
+    let ((al, ah), (bl, bh)) = (bounding_box(a), bounding_box(b));
     (0..2).all(|c| al[c] <= bh[c] && bl[c] <= ah[c])
 }
 

@@ -1,7 +1,7 @@
 //! A half-space.
 
-use super::vector::{along, dot, minus, unit};
-use super::{Contacts, Nearest, Surface, SurfaceError};
+use super::vector::{add_scaled, difference, dot, unit};
+use super::{ContactQuery, NearestPoint, Surface, SurfaceError};
 
 /// Everything behind a plane (3D) or a line (2D).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,17 +33,21 @@ impl<const D: usize> HalfSpace<D> {
 
 impl<const D: usize> Surface<D> for HalfSpace<D> {
     fn contains(&self, x: &[f64; D]) -> bool {
-        dot(&minus(x, &self.point), &self.normal) <= 0.0
+        dot(&difference(x, &self.point), &self.normal) <= 0.0
     }
 
-    fn gap(&self, x: &[f64; D], reach: f64) -> Option<Nearest<D>> {
-        let distance = dot(&minus(x, &self.point), &self.normal);
-        let nearest =
-            || Nearest { distance, normal: self.normal, place: along(x, -distance, &self.normal), key: 0 };
+    fn gap(&self, x: &[f64; D], reach: f64) -> Option<NearestPoint<D>> {
+        let distance = dot(&difference(x, &self.point), &self.normal);
+        let nearest = || NearestPoint {
+            distance,
+            normal: self.normal,
+            position: add_scaled(x, -distance, &self.normal),
+            feature_id: 0,
+        };
         (distance.abs() <= reach).then(nearest)
     }
 
-    fn touch(&self, x: &[f64; D], radius: f64, found: &mut Contacts<D>) {
+    fn query_contacts(&self, x: &[f64; D], radius: f64, found: &mut ContactQuery<D>) {
         found.add_if_outside(self.gap(x, radius));
     }
 

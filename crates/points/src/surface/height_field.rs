@@ -1,9 +1,9 @@
 //! A raster of heights as triangles.
 
-use super::contacts::Candidate;
-use super::simplex::{Feature, nearest, normal};
-use super::vector::{dot, minus, unit};
-use super::{Contacts, Nearest, Surface};
+use super::contacts::FacetCandidate;
+use super::simplex::{FacetFeature, facet_normal, nearest_on_facet};
+use super::vector::{difference, dot, unit};
+use super::{ContactQuery, NearestPoint, Surface};
 use crate::{Raster, RasterError};
 
 /// The ground under a raster of heights (z along the third axis), with two triangles to each cell between four nodes, cut from
@@ -18,15 +18,15 @@ pub struct HeightField {
     lowest: f64,
     highest: f64,
     /// Height straight above or below a place over its distance from the ground, at most: infinite where the ground has holes.
-    steepest: f64,
+    max_gap_ratio: f64,
 }
 
 /// The nearest place of a triangle.
-struct Found {
+struct NearestTriangle {
     triangle: u64,
     corners: [[f64; 3]; 3],
     place: [f64; 3],
-    feature: Feature,
+    feature: FacetFeature,
 }
 
 /// Relative error of distances that counts for nothing.
@@ -46,21 +46,21 @@ impl HeightField {
         let known = || raster.values.iter().copied().filter(|v| v.is_finite());
         let (lowest, highest) =
             (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
-        let mut field = Self { raster, lowest, highest, steepest: 1.0 };
-        field.steepest = field.stretch();
+        let mut field = Self { raster, lowest, highest, max_gap_ratio: 1.0 };
+        field.max_gap_ratio = field.steepest_normal_length();
         Ok(field)
     }
 
     /// Length of the steepest normal whose vertical part is one; infinite where there are holes, across which heights may jump.
-    fn stretch(&self) -> f64 {
+    fn steepest_normal_length(&self) -> f64 {
         let (mut square, [dx, dy]) = (0.0, self.raster.spacing);
         for j in 0..self.raster.rows - 1 {
             for i in 0..self.raster.columns - 1 {
-                if !self.whole(i, j) {
+                if !self.is_cell_complete(i, j) {
                     return f64::INFINITY;
                 }
-                let [a, b] = [0, 1].map(|k| self.raster.at(i + k, j));
-                let [d, c] = [0, 1].map(|k| self.raster.at(i + k, j + 1));
+                let [a, b] = [0, 1].map(|k| self.raster.value(i + k, j));
+                let [d, c] = [0, 1].map(|k| self.raster.value(i + k, j + 1));
                 for (along_x, along_y) in [((b - a) / dx, (c - b) / dy), ((c - d) / dx, (d - a) / dy)] {
                     square = f64::max(square, along_x * along_x + along_y * along_y);
                 }
@@ -76,32 +76,32 @@ impl HeightField {
 
     /// Height of the triangles over a place in plan (m); `None` beyond the raster or without data.
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
-        let ([i, j], [s, t]) = self.raster.cell(x, y)?;
-        let [a, c] = [self.raster.at(i, j), self.raster.at(i + 1, j + 1)];
+        let ([i, j], [s, t]) = self.raster.locate_cell(x, y)?;
+        let [a, c] = [self.raster.value(i, j), self.raster.value(i + 1, j + 1)];
         let z = if s >= t {
-            let b = self.raster.at(i + 1, j);
+            let b = self.raster.value(i + 1, j);
             a + s * (b - a) + t * (c - b)
         } else {
-            let d = self.raster.at(i, j + 1);
+            let d = self.raster.value(i, j + 1);
             a + t * (d - a) + s * (c - d)
         };
         // As for contact, a cell with a node without data has no ground.
-        self.whole(i, j).then_some(z)
+        self.is_cell_complete(i, j).then_some(z)
     }
 
-    fn whole(&self, i: usize, j: usize) -> bool {
+    fn is_cell_complete(&self, i: usize, j: usize) -> bool {
         [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)]
             .iter()
-            .all(|(i, j)| self.raster.at(*i, *j).is_finite())
+            .all(|(i, j)| self.raster.value(*i, *j).is_finite())
     }
 
     fn node(&self, i: usize, j: usize) -> [f64; 3] {
-        let [x, y] = self.raster.place(i, j);
-        [x, y, self.raster.at(i, j)]
+        let [x, y] = self.raster.node_position(i, j);
+        [x, y, self.raster.value(i, j)]
     }
 
     /// Columns or rows of cells that a window around a coordinate meets.
-    fn window(&self, axis: usize, x: f64, reach: f64) -> std::ops::Range<usize> {
+    fn cell_range(&self, axis: usize, x: f64, reach: f64) -> std::ops::Range<usize> {
         let cells = [self.raster.columns, self.raster.rows][axis] - 1;
         let step = |at: f64| (at - self.raster.origin[axis]) / self.raster.spacing[axis];
         let (from, to) = (step(x - reach).floor().max(0.0), step(x + reach).floor().min(cells as f64 - 1.0));
@@ -109,10 +109,10 @@ impl HeightField {
     }
 
     /// Calls `visit` with the two triangles of each cell that a window of this half width around `x` meets.
-    fn visit(&self, x: &[f64; 3], reach: f64, mut visit: impl FnMut(u64, &[[f64; 3]; 3])) {
-        for j in self.window(1, x[1], reach) {
-            for i in self.window(0, x[0], reach) {
-                if !self.whole(i, j) {
+    fn visit_triangles(&self, x: &[f64; 3], reach: f64, mut visit: impl FnMut(u64, &[[f64; 3]; 3])) {
+        for j in self.cell_range(1, x[1], reach) {
+            for i in self.cell_range(0, x[0], reach) {
+                if !self.is_cell_complete(i, j) {
                     continue;
                 }
                 let (a, c) = (self.node(i, j), self.node(i + 1, j + 1));
@@ -124,16 +124,16 @@ impl HeightField {
     }
 
     /// Key of a part of a triangle. Edges go by the node at which they begin and their direction: along x, along y, across.
-    fn key(&self, triangle: u64, feature: Feature) -> u64 {
+    fn feature_id(&self, triangle: u64, feature: FacetFeature) -> u64 {
         let (node, columns) = (triangle / 2, self.raster.columns as u64);
         let upper = triangle % 2 == 1;
         let (number, kind) = match feature {
-            Feature::Face => (triangle, FACE),
-            Feature::Corner(k) => {
+            FacetFeature::Face => (triangle, FACE),
+            FacetFeature::Corner(k) => {
                 let corners = if upper { [0, columns + 1, columns] } else { [0, 1, columns + 1] };
                 (node + corners[k], CORNER)
             }
-            Feature::Edge(k) => {
+            FacetFeature::Edge(k) => {
                 let lower = [(0, 0), (1, 1), (0, 2)];
                 let higher = [(0, 2), (columns, 0), (0, 1)];
                 let (offset, direction) = if upper { higher[k] } else { lower[k] };
@@ -149,7 +149,7 @@ impl Surface<3> for HeightField {
         self.height(x[0], x[1]).is_some_and(|z| x[2] <= z)
     }
 
-    fn gap(&self, x: &[f64; 3], reach: f64) -> Option<Nearest<3>> {
+    fn gap(&self, x: &[f64; 3], reach: f64) -> Option<NearestPoint<3>> {
         if x[2] - self.highest > reach || self.lowest - x[2] > reach {
             return None;
         }
@@ -157,55 +157,65 @@ impl Surface<3> for HeightField {
         let vertical = self.height(x[0], x[1]).map(|z| (x[2] - z).abs());
         let window = reach.min(vertical.unwrap_or(reach));
         // Nor is any of it nearer than the steepest slope allows.
-        if vertical.is_some_and(|vertical| vertical > (1.0 + ROUND_OFF) * self.steepest * reach) {
+        if vertical.is_some_and(|vertical| vertical > (1.0 + ROUND_OFF) * self.max_gap_ratio * reach) {
             return None;
         }
         let mut square = reach * reach;
         // Of places equally near that of the triangle with the least number counts, which comes first.
-        let mut best: Option<Found> = None;
-        self.visit(x, window, |triangle, corners| {
-            let (place, feature) = nearest(corners, x);
-            let from = minus(x, &place);
+        let mut best: Option<NearestTriangle> = None;
+        self.visit_triangles(x, window, |triangle, corners| {
+            let (place, feature) = nearest_on_facet(corners, x);
+            let from = difference(x, &place);
             let away = dot(&from, &from);
             if away < square || best.is_none() && away == square {
                 square = away;
-                best = Some(Found { triangle, corners: *corners, place, feature });
+                best = Some(NearestTriangle { triangle, corners: *corners, place, feature });
             }
         });
-        let Found { triangle, corners, place, feature } = best?;
-        let from = minus(x, &place);
+        let NearestTriangle { triangle, corners, place, feature } = best?;
+        let from = difference(x, &place);
         let sign = if self.contains(x) { -1.0 } else { 1.0 };
-        let away = if feature == Feature::Face { None } else { unit(&from) };
-        let own = || normal(&corners).unwrap_or([0.0, 0.0, 1.0]);
+        let away = if feature == FacetFeature::Face { None } else { unit(&from) };
+        let own = || facet_normal(&corners).unwrap_or([0.0, 0.0, 1.0]);
         let normal = away.map_or_else(own, |away| away.map(|c| sign * c));
         let distance = sign * dot(&from, &from).sqrt();
-        Some(Nearest { distance, normal, place, key: self.key(triangle, feature) })
+        Some(NearestPoint {
+            distance,
+            normal,
+            position: place,
+            feature_id: self.feature_id(triangle, feature),
+        })
     }
 
-    fn touch(&self, x: &[f64; 3], radius: f64, found: &mut Contacts<3>) {
+    fn query_contacts(&self, x: &[f64; 3], radius: f64, found: &mut ContactQuery<3>) {
         if x[2] - self.highest > radius || self.contains(x) {
             return;
         }
         let candidates = found.candidates();
         candidates.clear();
-        self.visit(x, radius, |triangle, corners| {
-            let (place, feature) = nearest(corners, x);
-            let from = minus(x, &place);
+        self.visit_triangles(x, radius, |triangle, corners| {
+            let (place, feature) = nearest_on_facet(corners, x);
+            let from = difference(x, &place);
             let away = dot(&from, &from);
-            let own = normal(corners).unwrap_or([0.0, 0.0, 1.0]);
+            let own = facet_normal(corners).unwrap_or([0.0, 0.0, 1.0]);
             if away > radius * radius || dot(&from, &own) < 0.0 {
                 return;
             }
-            let outward = if feature == Feature::Face { None } else { unit(&from) };
-            let key = self.key(triangle, feature);
-            let place = Nearest { distance: away.sqrt(), normal: outward.unwrap_or(own), place, key };
-            candidates.push(Candidate { corners: *corners, place });
+            let outward = if feature == FacetFeature::Face { None } else { unit(&from) };
+            let key = self.feature_id(triangle, feature);
+            let place = NearestPoint {
+                distance: away.sqrt(),
+                normal: outward.unwrap_or(own),
+                position: place,
+                feature_id: key,
+            };
+            candidates.push(FacetCandidate { corners: *corners, place });
         });
-        found.resolve(radius);
+        found.select_distinct(radius);
     }
 
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {
-        let ([x, y], [far_x, far_y]) = (self.raster.origin, self.raster.end());
+        let ([x, y], [far_x, far_y]) = (self.raster.origin, self.raster.last_node_position());
         ([x, y, f64::NEG_INFINITY], [far_x, far_y, self.highest])
     }
 }
@@ -215,7 +225,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::surface::{HalfSpace, Placed};
+    use crate::surface::{HalfSpace, PlacedSurface};
 
     fn waves() -> HeightField {
         let height = |x: f64, y: f64| (1.3 * x).sin() * (0.9 * y).cos() + 0.2 * x;
@@ -233,11 +243,11 @@ mod tests {
             let at = [x, y, a * x + b * y + z];
             let (got, exact) = (field.gap(&at, 2.0).unwrap(), plane.gap(&at, 2.0).unwrap());
             prop_assert!((got.distance - exact.distance).abs() < 1e-12, "{got:?} {exact:?}");
-            prop_assert!((0..3).all(|c| (got.place[c] - exact.place[c]).abs() < 1e-12));
+            prop_assert!((0..3).all(|c| (got.position[c] - exact.position[c]).abs() < 1e-12));
             // On a seam of two triangles, but for round-off, the normal is only as good as the distance's digits.
             prop_assert!(z.abs() < 1e-3 || (0..3).all(|c| (got.normal[c] - exact.normal[c]).abs() < 1e-9));
-            let mut found = Contacts::default();
-            field.touch(&at, 2.0, &mut found);
+            let mut found = ContactQuery::default();
+            field.query_contacts(&at, 2.0, &mut found);
             prop_assert_eq!(found.len(), usize::from(z > 0.0));
         }
 
@@ -248,8 +258,8 @@ mod tests {
             let field = waves();
             let at = [x, y, z];
             let mut least = f64::INFINITY;
-            field.visit(&at, 10.0, |_, corners| {
-                let from = minus(&at, &nearest(corners, &at).0);
+            field.visit_triangles(&at, 10.0, |_, corners| {
+                let from = difference(&at, &nearest_on_facet(corners, &at).0);
                 least = least.min(dot(&from, &from).sqrt());
             });
             let gap = field.gap(&at, 3.0).unwrap();
@@ -264,26 +274,26 @@ mod tests {
     #[test]
     fn a_contact_keeps_its_key_on_its_triangle_and_along_an_edge() {
         let field = waves();
-        let key = |x: f64, y: f64| field.gap(&[x, y, field.height(x, y).unwrap()], 0.1).unwrap().key;
+        let key = |x: f64, y: f64| field.gap(&[x, y, field.height(x, y).unwrap()], 0.1).unwrap().feature_id;
         assert_eq!(key(0.3, 0.1), key(0.4, 0.05));
         assert_ne!(key(0.3, 0.1), key(0.1, 0.3), "the other triangle of the cell");
         // The edge between two cells has one key, from whichever triangle it is seen.
         let cell = |i: u64, j: u64| j * 21 + i;
         assert_eq!(
-            field.key(2 * cell(3, 4), Feature::Edge(1)),
-            field.key(2 * cell(4, 4) + 1, Feature::Edge(2))
+            field.feature_id(2 * cell(3, 4), FacetFeature::Edge(1)),
+            field.feature_id(2 * cell(4, 4) + 1, FacetFeature::Edge(2))
         );
         assert_eq!(
-            field.key(2 * cell(3, 5), Feature::Edge(0)),
-            field.key(2 * cell(3, 4) + 1, Feature::Edge(1))
+            field.feature_id(2 * cell(3, 5), FacetFeature::Edge(0)),
+            field.feature_id(2 * cell(3, 4) + 1, FacetFeature::Edge(1))
         );
         assert_eq!(
-            field.key(2 * cell(3, 4), Feature::Edge(2)),
-            field.key(2 * cell(3, 4) + 1, Feature::Edge(0))
+            field.feature_id(2 * cell(3, 4), FacetFeature::Edge(2)),
+            field.feature_id(2 * cell(3, 4) + 1, FacetFeature::Edge(0))
         );
         assert_eq!(
-            field.key(2 * cell(3, 4), Feature::Corner(2)),
-            field.key(2 * cell(4, 5), Feature::Corner(0))
+            field.feature_id(2 * cell(3, 4), FacetFeature::Corner(2)),
+            field.feature_id(2 * cell(4, 5), FacetFeature::Corner(0))
         );
     }
 
@@ -301,16 +311,17 @@ mod tests {
     #[test]
     fn a_turned_and_shifted_surface_is_where_it_was_put() {
         let surface = std::sync::Arc::new(waves());
-        let frame =
-            crate::surface::Frame::about([1.0, 2.0, 0.0], [0.3, -0.2, 1.0], 0.7).shifted(&[10.0, 0.0, 5.0]);
-        let placed = Placed { surface: surface.clone(), frame };
+        let frame = crate::surface::RigidTransform::rotation_about([1.0, 2.0, 0.0], [0.3, -0.2, 1.0], 0.7)
+            .shifted(&[10.0, 0.0, 5.0]);
+        let placed = PlacedSurface { surface: surface.clone(), transform: frame };
         let local = [0.3, -0.4, 0.8];
         let (own, out) =
-            (surface.gap(&local, 5.0).unwrap(), placed.gap(&frame.outward(&local), 5.0).unwrap());
-        assert!((own.distance - out.distance).abs() < 1e-12 && own.key == out.key);
-        let back = frame.inward(&out.place);
-        assert!((0..3).all(|c| (back[c] - own.place[c]).abs() < 1e-12));
-        let centre = crate::surface::Frame::about([1.0, 2.0], [0.0; 3], 1.0).outward(&[1.0, 2.0]);
+            (surface.gap(&local, 5.0).unwrap(), placed.gap(&frame.to_space(&local), 5.0).unwrap());
+        assert!((own.distance - out.distance).abs() < 1e-12 && own.feature_id == out.feature_id);
+        let back = frame.to_body(&out.position);
+        assert!((0..3).all(|c| (back[c] - own.position[c]).abs() < 1e-12));
+        let centre =
+            crate::surface::RigidTransform::rotation_about([1.0, 2.0], [0.0; 3], 1.0).to_space(&[1.0, 2.0]);
         assert!((centre[0] - 1.0).abs() < 1e-15 && (centre[1] - 2.0).abs() < 1e-15, "{centre:?}");
     }
 }

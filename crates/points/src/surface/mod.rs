@@ -1,8 +1,8 @@
 //! Surfaces of rigid geometry: how far a place is from them, in which direction, and which of their facets are near.
 //!
 //! A surface bounds a solid. Every shape implements [`Surface`]: half-spaces ([`HalfSpace`]), balls ([`BallSurface`]), facets
-//! (polygons, ground lines, extruded polygons and triangle meshes: [`Facetted`]), lines with arcs ([`Profile`]), turned polygons
-//! ([`Revolved`]), rasters as triangles ([`HeightField`]), and any of them turned and shifted ([`Placed`]).
+//! (polygons, ground lines, extruded polygons and triangle meshes: [`FacettedSurface`]), lines with arcs ([`GroundProfile`]), turned polygons
+//! ([`RevolvedSurface`]), rasters as triangles ([`HeightField`]), and any of them turned and shifted ([`PlacedSurface`]).
 
 mod ball;
 mod contacts;
@@ -23,29 +23,29 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 pub use ball::BallSurface;
-pub use contacts::Contacts;
-pub use facetted::{Facetted, SurfaceError};
+pub use contacts::ContactQuery;
+pub use facetted::{FacettedSurface, SurfaceError};
 pub use half_space::HalfSpace;
 pub use height_field::HeightField;
-pub use passing::{passes_through, stands_between};
-pub use placed::{Frame, Placed};
-pub use profile::Profile;
-pub use revolved::Revolved;
+pub use passing::{path_enters_solid, solid_blocks_path};
+pub use placed::{PlacedSurface, RigidTransform};
+pub use profile::GroundProfile;
+pub use revolved::RevolvedSurface;
 pub use simplex::distance_to_line;
 pub use vector::{cross, dot};
 
 /// A place of a surface, seen from a point nearby.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nearest<const D: usize> {
+pub struct NearestPoint<const D: usize> {
     /// Distance of the point from the surface (m), negative where the point lies in the solid.
     pub distance: f64,
     /// Unit normal at the place, out of the solid: the direction in which the distance grows fastest.
     pub normal: [f64; D],
     /// The place (m).
-    pub place: [f64; D],
+    pub position: [f64; D],
     /// What part of the surface it is: the same number for the same face, edge or corner as long as the surface lives. A
     /// history of contact is kept under it. The face of a half-space or of a ball is one part.
-    pub key: u64,
+    pub feature_id: u64,
 }
 
 /// The boundary of a rigid solid.
@@ -57,12 +57,12 @@ pub trait Surface<const D: usize>: Debug + Send + Sync {
 
     /// The place of the surface that is nearest to `x` (m); `None` where the surface is farther away than `reach` (m), in or out
     /// of the solid.
-    fn gap(&self, x: &[f64; D], reach: f64) -> Option<Nearest<D>>;
+    fn gap(&self, x: &[f64; D], reach: f64) -> Option<NearestPoint<D>>;
 
     /// Adds the places at which a ball around `x` of this `radius` (m) touches the surface, nearest first: one for each facet
     /// that faces `x`, and one for an edge or a corner that stands out, but none for an edge at which a facet that is touched
     /// goes on. Points in the solid touch nothing.
-    fn touch(&self, x: &[f64; D], radius: f64, found: &mut Contacts<D>);
+    fn query_contacts(&self, x: &[f64; D], radius: f64, found: &mut ContactQuery<D>);
 
     /// Lower and upper corner of a box around the surface (m); infinite where it has no end.
     fn bounds(&self) -> ([f64; D], [f64; D]);
@@ -73,54 +73,54 @@ pub trait Surface<const D: usize>: Debug + Send + Sync {
     }
 
     /// [`Surface::gap`] of many points.
-    fn gaps(&self, points: &[[f64; D]], reach: f64, gaps: &mut Vec<Option<Nearest<D>>>) {
+    fn gaps(&self, points: &[[f64; D]], reach: f64, gaps: &mut Vec<Option<NearestPoint<D>>>) {
         gaps.clear();
         gaps.extend(points.iter().map(|x| self.gap(x, reach)));
     }
 
-    /// [`Surface::touch`] of many balls, each with its own radius (m).
-    fn touch_all(&self, points: &[[f64; D]], radii: &[f64], found: &mut Contacts<D>) {
+    /// [`Surface::query_contacts`] of many balls, each with its own radius (m).
+    fn query_contacts_of_all(&self, points: &[[f64; D]], radii: &[f64], found: &mut ContactQuery<D>) {
         found.clear();
         for (x, radius) in points.iter().zip(radii) {
-            self.touch(x, *radius, found);
-            found.next();
+            self.query_contacts(x, *radius, found);
+            found.end_ball();
         }
     }
 }
 
 /// A surface that several may hold.
-pub type Shared<const D: usize> = Arc<dyn Surface<D>>;
+pub type SharedSurface<const D: usize> = Arc<dyn Surface<D>>;
 
-macro_rules! shared {
+macro_rules! shared_surface {
     ($($surface:ident),*) => {$(
         impl<const D: usize> $surface<D> {
             /// The surface as one that several may hold.
-            pub fn shared(self) -> Shared<D> {
+            pub fn shared(self) -> SharedSurface<D> {
                 Arc::new(self)
             }
         }
     )*};
 }
 
-shared!(BallSurface, Facetted, HalfSpace, Placed);
+shared_surface!(BallSurface, FacettedSurface, HalfSpace, PlacedSurface);
 
-impl Profile {
+impl GroundProfile {
     /// The surface as one that several may hold.
-    pub fn shared(self) -> Shared<2> {
+    pub fn into_shared(self) -> SharedSurface<2> {
         Arc::new(self)
     }
 }
 
 impl HeightField {
     /// The surface as one that several may hold.
-    pub fn shared(self) -> Shared<3> {
+    pub fn into_shared(self) -> SharedSurface<3> {
         Arc::new(self)
     }
 }
 
-impl Revolved {
+impl RevolvedSurface {
     /// The surface as one that several may hold.
-    pub fn shared(self) -> Shared<3> {
+    pub fn into_shared(self) -> SharedSurface<3> {
         Arc::new(self)
     }
 }

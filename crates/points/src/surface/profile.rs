@@ -1,13 +1,13 @@
 //! A ground profile of straight pieces and arcs.
 
-use super::vector::{along, cross_flat, dot, minus, unit};
-use super::{Contacts, Nearest, Surface, SurfaceError};
+use super::vector::{add_scaled, cross_2d, difference, dot, unit};
+use super::{ContactQuery, NearestPoint, Surface, SurfaceError};
 
 /// Share of an arc's radius by which its ends may differ in their distance from the centre.
-const ROUND: f64 = 1e-6;
+const ARC_RADIUS_TOLERANCE: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug)]
-enum Piece {
+enum ProfileSegment {
     Line {
         from: [f64; 2],
         to: [f64; 2],
@@ -23,44 +23,44 @@ enum Piece {
 
 /// The part of a piece on which its nearest place lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Part {
-    Beginning,
-    Within,
+enum SegmentPart {
+    Start,
+    Interior,
     End,
 }
 
-impl Piece {
+impl ProfileSegment {
     fn length(&self) -> f64 {
         match self {
-            Self::Line { from, to } => dot(&minus(to, from), &minus(to, from)).sqrt(),
+            Self::Line { from, to } => dot(&difference(to, from), &difference(to, from)).sqrt(),
             Self::Arc { radius, sweep, .. } => radius * sweep.abs(),
         }
     }
 
     /// Place at a share of the way, and the normal on the left of the way there.
-    fn at(&self, share: f64) -> ([f64; 2], [f64; 2]) {
+    fn point_and_normal(&self, share: f64) -> ([f64; 2], [f64; 2]) {
         match self {
             Self::Line { from, to } => {
-                let way = minus(to, from);
-                (along(from, share, &way), unit(&[-way[1], way[0]]).unwrap_or([0.0, 1.0]))
+                let way = difference(to, from);
+                (add_scaled(from, share, &way), unit(&[-way[1], way[0]]).unwrap_or([0.0, 1.0]))
             }
             Self::Arc { centre, radius, start, sweep } => {
                 let (sine, cosine) = (start + share * sweep).sin_cos();
                 let inward = -sweep.signum();
-                (along(centre, *radius, &[cosine, sine]), [inward * cosine, inward * sine])
+                (add_scaled(centre, *radius, &[cosine, sine]), [inward * cosine, inward * sine])
             }
         }
     }
 
     /// Share of the way at which the piece is nearest to `x`.
-    fn nearest(&self, x: &[f64; 2]) -> (f64, Part) {
+    fn nearest(&self, x: &[f64; 2]) -> (f64, SegmentPart) {
         let share = match self {
             Self::Line { from, to } => {
-                let way = minus(to, from);
-                dot(&minus(x, from), &way) / dot(&way, &way)
+                let way = difference(to, from);
+                dot(&difference(x, from), &way) / dot(&way, &way)
             }
             Self::Arc { centre, start, sweep, .. } => {
-                let out = minus(x, centre);
+                let out = difference(x, centre);
                 let mut turn = (out[1].atan2(out[0]) - start) * sweep.signum();
                 // From half the rest of the circle before the beginning to half of it beyond the end.
                 let full = std::f64::consts::TAU;
@@ -70,26 +70,26 @@ impl Piece {
             }
         };
         if !(share > 0.0) {
-            (0.0, Part::Beginning)
+            (0.0, SegmentPart::Start)
         } else if share >= 1.0 {
-            (1.0, Part::End)
+            (1.0, SegmentPart::End)
         } else {
-            (share, Part::Within)
+            (share, SegmentPart::Interior)
         }
     }
 
     fn place(&self, x: &[f64; 2]) -> [f64; 2] {
-        self.at(self.nearest(x).0).0
+        self.point_and_normal(self.nearest(x).0).0
     }
 
     /// Places at which the line or circle of this piece meets that of another, on or off the pieces.
-    fn meeting(&self, other: &Self) -> Vec<[f64; 2]> {
+    fn carrier_intersections(&self, other: &Self) -> Vec<[f64; 2]> {
         match (self, other) {
             (Self::Line { from: a, to: b }, Self::Line { from: c, to: d }) => {
-                let (u, v, w) = (minus(b, a), minus(d, c), minus(c, a));
-                let (across, size) = (cross_flat(&u, &v), (dot(&u, &u) * dot(&v, &v)).sqrt());
-                if across.abs() > ROUND * size {
-                    vec![along(a, cross_flat(&w, &v) / across, &u)]
+                let (u, v, w) = (difference(b, a), difference(d, c), difference(c, a));
+                let (across, size) = (cross_2d(&u, &v), (dot(&u, &u) * dot(&v, &v)).sqrt());
+                if across.abs() > ARC_RADIUS_TOLERANCE * size {
+                    vec![add_scaled(a, cross_2d(&w, &v) / across, &u)]
                 } else {
                     // On one line they meet at the ends of either that lie on the other.
                     vec![*a, *b, *c, *d]
@@ -97,57 +97,63 @@ impl Piece {
             }
             (Self::Line { from, to }, Self::Arc { centre, radius, .. })
             | (Self::Arc { centre, radius, .. }, Self::Line { from, to }) => {
-                let Some(way) = unit(&minus(to, from)) else { return Vec::new() };
-                let foot = along(from, dot(&minus(centre, from), &way), &way);
-                on_both_sides(&foot, &minus(&foot, centre), *radius, &way)
+                let Some(way) = unit(&difference(to, from)) else { return Vec::new() };
+                let foot = add_scaled(from, dot(&difference(centre, from), &way), &way);
+                chord_ends(&foot, &difference(&foot, centre), *radius, &way)
             }
             (Self::Arc { centre: a, radius: r, .. }, Self::Arc { centre: b, radius: s, .. }) => {
-                let apart = minus(b, a);
+                let apart = difference(b, a);
                 let distance = dot(&apart, &apart).sqrt();
-                let Some(way) = unit(&apart).filter(|_| distance > ROUND * r) else {
-                    return vec![self.at(0.0).0, self.at(1.0).0, other.at(0.0).0, other.at(1.0).0];
+                let Some(way) = unit(&apart).filter(|_| distance > ARC_RADIUS_TOLERANCE * r) else {
+                    return vec![
+                        self.point_and_normal(0.0).0,
+                        self.point_and_normal(1.0).0,
+                        other.point_and_normal(0.0).0,
+                        other.point_and_normal(1.0).0,
+                    ];
                 };
-                let foot = along(a, 0.5 * (distance + (r * r - s * s) / distance), &way);
-                on_both_sides(&foot, &minus(&foot, a), *r, &[-way[1], way[0]])
+                let foot = add_scaled(a, 0.5 * (distance + (r * r - s * s) / distance), &way);
+                chord_ends(&foot, &difference(&foot, a), *r, &[-way[1], way[0]])
             }
         }
     }
 
     /// A place at which two pieces cross or touch, but not that of `joint`, and not where they go on there in one line.
     fn crosses(&self, other: &Self, joint: Option<&[f64; 2]>) -> Option<[f64; 2]> {
-        let slack = ROUND * self.length().max(other.length());
-        let away = |a: &[f64; 2], b: &[f64; 2]| dot(&minus(a, b), &minus(a, b)) > slack * slack;
+        let slack = ARC_RADIUS_TOLERANCE * self.length().max(other.length());
+        let away = |a: &[f64; 2], b: &[f64; 2]| dot(&difference(a, b), &difference(a, b)) > slack * slack;
         let on_both = |x: &[f64; 2]| !away(x, &self.place(x)) && !away(x, &other.place(x));
         let apart = |x: &[f64; 2]| {
-            joint.is_none_or(|joint| dot(&minus(x, joint), &minus(x, joint)) > slack * self.length())
+            joint
+                .is_none_or(|joint| dot(&difference(x, joint), &difference(x, joint)) > slack * self.length())
         };
-        self.meeting(other).into_iter().find(|x| on_both(x) && apart(x))
+        self.carrier_intersections(other).into_iter().find(|x| on_both(x) && apart(x))
     }
 }
 
 /// The two places of a circle on a line with this direction; `foot` is the place of the line nearest to its centre, from which it is
 /// `out` away.
-fn on_both_sides(foot: &[f64; 2], out: &[f64; 2], radius: f64, way: &[f64; 2]) -> Vec<[f64; 2]> {
+fn chord_ends(foot: &[f64; 2], out: &[f64; 2], radius: f64, way: &[f64; 2]) -> Vec<[f64; 2]> {
     let square = radius * radius - dot(out, out);
-    if square < -2.0 * ROUND * radius * radius {
+    if square < -2.0 * ARC_RADIUS_TOLERANCE * radius * radius {
         return Vec::new();
     }
     let half = square.max(0.0).sqrt();
-    vec![along(foot, half, way), along(foot, -half, way)]
+    vec![add_scaled(foot, half, way), add_scaled(foot, -half, way)]
 }
 
 /// The ground below a line of straight pieces and arcs, from one end to the other; beyond its ends there is none. Made from its
 /// beginning, piece by piece.
 #[derive(Clone, Debug)]
-pub struct Profile {
-    pieces: Vec<Piece>,
+pub struct GroundProfile {
+    pieces: Vec<ProfileSegment>,
     end: [f64; 2],
     start: [f64; 2],
 }
 
-impl Profile {
+impl GroundProfile {
     /// A profile that begins at `start` (m), as yet without pieces.
-    pub fn from(start: [f64; 2]) -> Self {
+    pub fn starting_at(start: [f64; 2]) -> Self {
         Self { pieces: Vec::new(), end: start, start }
     }
 
@@ -155,12 +161,12 @@ impl Profile {
     ///
     /// # Errors
     /// When that is where it is, or not finite.
-    pub fn line(&mut self, to: [f64; 2]) -> Result<(), SurfaceError> {
-        let length = minus(&to, &self.end);
+    pub fn line_to(&mut self, to: [f64; 2]) -> Result<(), SurfaceError> {
+        let length = difference(&to, &self.end);
         if !(dot(&length, &length) > 0.0 && to.iter().all(|c| c.is_finite())) {
             return Err(SurfaceError::new("to", format!("{to:?} m makes no piece from {:?} m", self.end)));
         }
-        self.pieces.push(Piece::Line { from: self.end, to });
+        self.pieces.push(ProfileSegment::Line { from: self.end, to });
         self.end = to;
         Ok(())
     }
@@ -169,10 +175,10 @@ impl Profile {
     ///
     /// # Errors
     /// When the two ends are not equally far from the centre, or are one place.
-    pub fn arc(&mut self, to: [f64; 2], centre: [f64; 2]) -> Result<(), SurfaceError> {
-        let (a, b) = (minus(&self.end, &centre), minus(&to, &centre));
+    pub fn arc_to(&mut self, to: [f64; 2], centre: [f64; 2]) -> Result<(), SurfaceError> {
+        let (a, b) = (difference(&self.end, &centre), difference(&to, &centre));
         let [radius, other] = [a, b].map(|v| dot(&v, &v).sqrt());
-        if !(radius > 0.0 && (radius - other).abs() <= ROUND * radius) {
+        if !(radius > 0.0 && (radius - other).abs() <= ARC_RADIUS_TOLERANCE * radius) {
             let problem =
                 format!("its ends are {radius} and {other} m from the centre, which must be the same");
             return Err(SurfaceError::new("centre", problem));
@@ -181,7 +187,7 @@ impl Profile {
         if sweep == 0.0 {
             return Err(SurfaceError::new("to", "begins and ends at one place"));
         }
-        self.pieces.push(Piece::Arc { centre, radius, start: a[1].atan2(a[0]), sweep });
+        self.pieces.push(ProfileSegment::Arc { centre, radius, start: a[1].atan2(a[0]), sweep });
         self.end = to;
         Ok(())
     }
@@ -190,7 +196,7 @@ impl Profile {
     ///
     /// # Errors
     /// When it has no pieces, does not go from left to right in all, or crosses itself.
-    pub fn finished(self) -> Result<Self, SurfaceError> {
+    pub fn finish(self) -> Result<Self, SurfaceError> {
         if self.pieces.is_empty() {
             return Err(SurfaceError::new("pieces", "there are none"));
         }
@@ -203,7 +209,7 @@ impl Profile {
         }
         for (number, piece) in self.pieces.iter().enumerate() {
             for (later, other) in self.pieces.iter().enumerate().skip(number + 1) {
-                let joint = (later == number + 1).then(|| piece.at(1.0).0);
+                let joint = (later == number + 1).then(|| piece.point_and_normal(1.0).0);
                 if let Some(place) = piece.crosses(other, joint.as_ref()) {
                     let problem =
                         format!("meets pieces[{number}] at {place:.6?} m: a profile must not cross itself");
@@ -215,11 +221,11 @@ impl Profile {
     }
 
     /// Nearest piece with the place on it.
-    fn nearest(&self, x: &[f64; 2]) -> (usize, f64, Part, f64) {
-        let mut best = (0, 0.0, Part::Within, f64::INFINITY);
+    fn nearest(&self, x: &[f64; 2]) -> (usize, f64, SegmentPart, f64) {
+        let mut best = (0, 0.0, SegmentPart::Interior, f64::INFINITY);
         for (number, piece) in self.pieces.iter().enumerate() {
             let (share, part) = piece.nearest(x);
-            let from = minus(x, &piece.at(share).0);
+            let from = difference(x, &piece.point_and_normal(share).0);
             let square = dot(&from, &from);
             if square < best.3 {
                 best = (number, share, part, square);
@@ -229,65 +235,72 @@ impl Profile {
     }
 
     /// Key and normal of a part of a piece: at a joint the mean of both sides.
-    fn part(&self, number: usize, share: f64, part: Part) -> (u64, [f64; 2]) {
+    fn feature(&self, number: usize, share: f64, part: SegmentPart) -> (u64, [f64; 2]) {
         let joint = match part {
-            Part::Within => return ((number as u64) << 2, self.pieces[number].at(share).1),
-            Part::Beginning => number,
-            Part::End => number + 1,
+            SegmentPart::Interior => {
+                return ((number as u64) << 2, self.pieces[number].point_and_normal(share).1);
+            }
+            SegmentPart::Start => number,
+            SegmentPart::End => number + 1,
         };
-        let before = joint.checked_sub(1).map(|n| self.pieces[n].at(1.0).1);
-        let after = self.pieces.get(joint).map(|piece| piece.at(0.0).1);
+        let before = joint.checked_sub(1).map(|n| self.pieces[n].point_and_normal(1.0).1);
+        let after = self.pieces.get(joint).map(|piece| piece.point_and_normal(0.0).1);
         let sum = [before, after].into_iter().flatten().fold([0.0; 2], |s, n| [s[0] + n[0], s[1] + n[1]]);
         ((joint as u64) << 2 | 2, unit(&sum).unwrap_or([0.0, 1.0]))
     }
 
-    fn seen(&self, x: &[f64; 2], number: usize, share: f64, part: Part) -> Nearest<2> {
-        let (key, normal) = self.part(number, share, part);
-        let (place, _) = self.pieces[number].at(share);
-        let from = minus(x, &place);
+    fn nearest_from(&self, x: &[f64; 2], number: usize, share: f64, part: SegmentPart) -> NearestPoint<2> {
+        let (key, normal) = self.feature(number, share, part);
+        let (place, _) = self.pieces[number].point_and_normal(share);
+        let from = difference(x, &place);
         let sign = if dot(&from, &normal) < 0.0 { -1.0 } else { 1.0 };
-        let away = if part == Part::Within { None } else { unit(&from) };
+        let away = if part == SegmentPart::Interior { None } else { unit(&from) };
         let distance = sign * dot(&from, &from).sqrt();
-        Nearest { distance, normal: away.map_or(normal, |away| away.map(|c| sign * c)), place, key }
+        NearestPoint {
+            distance,
+            normal: away.map_or(normal, |away| away.map(|c| sign * c)),
+            position: place,
+            feature_id: key,
+        }
     }
 }
 
-impl Surface<2> for Profile {
+impl Surface<2> for GroundProfile {
     fn contains(&self, x: &[f64; 2]) -> bool {
         self.gap(x, f64::INFINITY).is_some_and(|gap| gap.distance <= 0.0)
     }
 
-    fn gap(&self, x: &[f64; 2], reach: f64) -> Option<Nearest<2>> {
+    fn gap(&self, x: &[f64; 2], reach: f64) -> Option<NearestPoint<2>> {
         let (number, share, part, square) = self.nearest(x);
-        (square <= reach * reach).then(|| self.seen(x, number, share, part))
+        (square <= reach * reach).then(|| self.nearest_from(x, number, share, part))
     }
 
-    fn touch(&self, x: &[f64; 2], radius: f64, found: &mut Contacts<2>) {
+    fn query_contacts(&self, x: &[f64; 2], radius: f64, found: &mut ContactQuery<2>) {
         if self.gap(x, radius).is_none_or(|gap| gap.distance < 0.0) {
             return;
         }
         let before = found.len();
-        let square = |place: &[f64; 2]| dot(&minus(x, place), &minus(x, place));
+        let square = |place: &[f64; 2]| dot(&difference(x, place), &difference(x, place));
         for (number, piece) in self.pieces.iter().enumerate() {
             let (share, part) = piece.nearest(x);
-            let (place, normal) = piece.at(share);
+            let (place, normal) = piece.point_and_normal(share);
             let own = square(&place);
-            if own > radius * radius || dot(&minus(x, &place), &normal) < 0.0 {
+            if own > radius * radius || dot(&difference(x, &place), &normal) < 0.0 {
                 continue;
             }
             // As of facets: a place at which a nearer piece ends belongs to that piece.
             let shadowed = self.pieces.iter().enumerate().any(|(other, nearer)| {
                 let theirs = square(&nearer.place(x));
-                let beside = minus(&place, &nearer.place(&place));
+                let beside = difference(&place, &nearer.place(&place));
                 (theirs, other) < (own, number) && dot(&beside, &beside) <= (1e-7 * radius).powi(2)
             });
             if !shadowed {
-                found.add_if_outside(Some(self.seen(x, number, share, part)));
+                found.add_if_outside(Some(self.nearest_from(x, number, share, part)));
             }
         }
         found
-            .since(before)
-            .sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.key.cmp(&b.key)));
+            .contacts_since_mut(before)
+            .sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.feature_id.cmp(&b.feature_id)));
     }
 
     fn bounds(&self) -> ([f64; 2], [f64; 2]) {
@@ -300,8 +313,8 @@ impl Surface<2> for Profile {
         };
         for piece in &self.pieces {
             match piece {
-                Piece::Line { from, to } => [*from, *to].into_iter().for_each(&mut add),
-                Piece::Arc { centre, radius, .. } => {
+                ProfileSegment::Line { from, to } => [*from, *to].into_iter().for_each(&mut add),
+                ProfileSegment::Arc { centre, radius, .. } => {
                     add(centre.map(|c| c - radius));
                     add(centre.map(|c| c + radius));
                 }
@@ -312,7 +325,7 @@ impl Surface<2> for Profile {
 
     fn arc_length(&self, x: &[f64; 2]) -> Option<f64> {
         let (number, share, ..) = self.nearest(x);
-        let before: f64 = self.pieces[..number].iter().map(Piece::length).sum();
+        let before: f64 = self.pieces[..number].iter().map(ProfileSegment::length).sum();
         Some(before + share * self.pieces[number].length())
     }
 }
@@ -322,32 +335,32 @@ mod tests {
     use super::*;
 
     /// A slope of 45°, a quarter of a half circle that turns it level, and a level piece.
-    fn slope() -> Profile {
-        let mut profile = Profile::from([-1.0, 2.0]);
+    fn slope() -> GroundProfile {
+        let mut profile = GroundProfile::starting_at([-1.0, 2.0]);
         let half = 0.5f64.sqrt();
         let foot = [1.0 - half, 1.0 - half];
-        profile.line([foot[0] - 1.0, foot[1] + 1.0]).unwrap();
-        profile.line(foot).unwrap();
-        profile.arc([1.0, 0.0], [1.0, 2.0]).unwrap_err();
+        profile.line_to([foot[0] - 1.0, foot[1] + 1.0]).unwrap();
+        profile.line_to(foot).unwrap();
+        profile.arc_to([1.0, 0.0], [1.0, 2.0]).unwrap_err();
         // Round the centre that lies a radius above the foot of the slope along its normal.
         let radius = 2.0;
         let centre = [foot[0] + radius * half, foot[1] + radius * half];
-        profile.arc([centre[0], centre[1] - radius], centre).unwrap();
-        profile.line([9.0, centre[1] - radius]).unwrap();
-        profile.finished().unwrap()
+        profile.arc_to([centre[0], centre[1] - radius], centre).unwrap();
+        profile.line_to([9.0, centre[1] - radius]).unwrap();
+        profile.finish().unwrap()
     }
 
     #[test]
     fn a_profile_that_crosses_itself_is_refused_with_the_place() {
         let of = |pieces: &[([f64; 2], Option<[f64; 2]>)]| {
-            let mut profile = Profile::from([0.0, 0.0]);
+            let mut profile = GroundProfile::starting_at([0.0, 0.0]);
             for (to, centre) in pieces {
                 match centre {
-                    Some(centre) => profile.arc(*to, *centre).unwrap(),
-                    None => profile.line(*to).unwrap(),
+                    Some(centre) => profile.arc_to(*to, *centre).unwrap(),
+                    None => profile.line_to(*to).unwrap(),
                 }
             }
-            profile.finished().map(|_| ()).map_err(|error| error.to_string())
+            profile.finish().map(|_| ()).map_err(|error| error.to_string())
         };
         let loops = of(&[([3.0, 0.0], None), ([3.0, 2.0], None), ([1.0, -1.0], None), ([4.0, -1.0], None)]);
         assert!(loops.unwrap_err().starts_with("pieces[2]: meets pieces[0] at [1.66666"));
@@ -392,16 +405,16 @@ mod tests {
 
     #[test]
     fn a_ball_on_a_smooth_joint_touches_once_and_at_a_kink_twice() {
-        let mut found = Contacts::default();
+        let mut found = ContactQuery::default();
         let (profile, half) = (slope(), 0.5f64.sqrt());
         let foot = [1.0 - half, 1.0 - half];
-        profile.touch(&[foot[0] + 0.2 * half, foot[1] + 0.2 * half], 0.3, &mut found);
+        profile.query_contacts(&[foot[0] + 0.2 * half, foot[1] + 0.2 * half], 0.3, &mut found);
         assert_eq!(found.len(), 1);
-        let mut kink = Profile::from([-1.0, 1.0]);
-        kink.line([0.0, 0.0]).unwrap();
-        kink.line([1.0, 1.0]).unwrap();
+        let mut kink = GroundProfile::starting_at([-1.0, 1.0]);
+        kink.line_to([0.0, 0.0]).unwrap();
+        kink.line_to([1.0, 1.0]).unwrap();
         found.clear();
-        kink.finished().unwrap().touch(&[0.0, 0.3], 0.25, &mut found);
+        kink.finish().unwrap().query_contacts(&[0.0, 0.3], 0.25, &mut found);
         assert_eq!(found.len(), 2);
     }
 }

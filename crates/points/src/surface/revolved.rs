@@ -1,17 +1,17 @@
 //! A polygon turned about an axis.
 
-use super::vector::{along, unit};
-use super::{Contacts, Facetted, Nearest, Surface, SurfaceError};
+use super::vector::{add_scaled, unit};
+use super::{ContactQuery, FacettedSurface, NearestPoint, Surface, SurfaceError};
 
 /// The solid that a polygon makes when it is turned about an axis through the origin.
 #[derive(Clone, Debug)]
-pub struct Revolved {
+pub struct RevolvedSurface {
     /// In distance from the axis and place along it; a polygon that reaches the axis goes on as its mirror image beyond.
-    section: Facetted<2>,
+    section: FacettedSurface<2>,
     axis: usize,
 }
 
-impl Revolved {
+impl RevolvedSurface {
     /// The polygon of these corners (m: distance from the axis, place along it) turned about `axis` (0 is x).
     ///
     /// # Errors
@@ -22,7 +22,7 @@ impl Revolved {
             return Err(SurfaceError::new(format!("points[{number}]"), problem));
         }
         // What lies wrong with the polygon itself is said in its own words.
-        Facetted::polygon(corners)?;
+        FacettedSurface::polygon(corners)?;
         let count = corners.len();
         let on_axis = |number: usize| corners[number % count][0] == 0.0;
         // Where the polygon leaves the axis.
@@ -43,11 +43,11 @@ impl Revolved {
             }
             _ => return Err(SurfaceError::new("points", "touch the axis in several pieces")),
         };
-        Ok(Self { section: Facetted::polygon(&section)?, axis })
+        Ok(Self { section: FacettedSurface::polygon(&section)?, axis })
     }
 
     /// Distance from the axis and place along it, and the direction away from the axis.
-    fn flat(&self, x: &[f64; 3]) -> ([f64; 2], [f64; 3]) {
+    fn to_section(&self, x: &[f64; 3]) -> ([f64; 2], [f64; 3]) {
         let mut across = *x;
         across[self.axis] = 0.0;
         let radius = across.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -55,29 +55,34 @@ impl Revolved {
         ([radius, x[self.axis]], unit(&across).unwrap_or(any))
     }
 
-    fn out(&self, flat: &Nearest<2>, outward: &[f64; 3]) -> Nearest<3> {
+    fn from_section(&self, flat: &NearestPoint<2>, outward: &[f64; 3]) -> NearestPoint<3> {
         let full = |[r, z]: [f64; 2]| {
-            let mut x = along(&[0.0; 3], r, outward);
+            let mut x = add_scaled(&[0.0; 3], r, outward);
             x[self.axis] = z;
             x
         };
-        Nearest { distance: flat.distance, normal: full(flat.normal), place: full(flat.place), key: flat.key }
+        NearestPoint {
+            distance: flat.distance,
+            normal: full(flat.normal),
+            position: full(flat.position),
+            feature_id: flat.feature_id,
+        }
     }
 }
 
-impl Surface<3> for Revolved {
+impl Surface<3> for RevolvedSurface {
     fn contains(&self, x: &[f64; 3]) -> bool {
-        self.section.contains(&self.flat(x).0)
+        self.section.contains(&self.to_section(x).0)
     }
 
-    fn gap(&self, x: &[f64; 3], reach: f64) -> Option<Nearest<3>> {
-        let (flat, outward) = self.flat(x);
-        self.section.gap(&flat, reach).map(|gap| self.out(&gap, &outward))
+    fn gap(&self, x: &[f64; 3], reach: f64) -> Option<NearestPoint<3>> {
+        let (flat, outward) = self.to_section(x);
+        self.section.gap(&flat, reach).map(|gap| self.from_section(&gap, &outward))
     }
 
-    fn touch(&self, x: &[f64; 3], radius: f64, found: &mut Contacts<3>) {
-        let (flat, outward) = self.flat(x);
-        found.touch_flat(&self.section, &flat, radius, |place| self.out(place, &outward));
+    fn query_contacts(&self, x: &[f64; 3], radius: f64, found: &mut ContactQuery<3>) {
+        let (flat, outward) = self.to_section(x);
+        found.add_planar_contacts(&self.section, &flat, radius, |place| self.from_section(place, &outward));
     }
 
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {
@@ -99,15 +104,15 @@ mod tests {
             [[0.0, -1.0], [2.0, -1.0], [2.0, 1.0], [0.0, 1.0]],
             [[2.0, 1.0], [2.0, -1.0], [0.0, -1.0], [0.0, 1.0]],
         ] {
-            let cylinder = Revolved::new(&corners, 1).unwrap();
+            let cylinder = RevolvedSurface::new(&corners, 1).unwrap();
             let gap = |x: [f64; 3]| cylinder.gap(&x, 9.0).unwrap();
             let side = gap([3.0, 0.2, 4.0]);
             assert!((side.distance - 3.0).abs() < 1e-12 && (side.normal[0] - 0.6).abs() < 1e-12);
-            assert!((side.place[2] - 1.6).abs() < 1e-12);
+            assert!((side.position[2] - 1.6).abs() < 1e-12);
             assert!((gap([0.0, 0.4, 0.0]).distance + 0.6).abs() < 1e-12, "the axis is no surface");
             assert!(cylinder.contains(&[1.0, 0.0, -1.0]) && !cylinder.contains(&[2.0, 0.0, -1.0]));
-            let mut found = Contacts::default();
-            cylinder.touch(&[0.5, 1.2, 0.0], 0.3, &mut found);
+            let mut found = ContactQuery::default();
+            cylinder.query_contacts(&[0.5, 1.2, 0.0], 0.3, &mut found);
             assert_eq!(found.len(), 1);
             assert_eq!(found.all()[0].normal, [0.0, 1.0, 0.0]);
         }
@@ -115,11 +120,11 @@ mod tests {
 
     #[test]
     fn rings_and_cones_turn_and_what_lies_beyond_the_axis_does_not() {
-        let ring = Revolved::new(&[[2.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0]], 2).unwrap();
+        let ring = RevolvedSurface::new(&[[2.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0]], 2).unwrap();
         assert!(!ring.contains(&[0.0, 0.0, 0.5]) && ring.contains(&[0.0, 2.5, 0.5]));
-        let cone = Revolved::new(&[[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]], 2).unwrap();
+        let cone = RevolvedSurface::new(&[[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]], 2).unwrap();
         assert!(cone.contains(&[0.0, 0.0, 0.9]) && !cone.contains(&[0.2, 0.0, 0.9]));
         assert_eq!(cone.bounds(), ([-1.0, -1.0, 0.0], [1.0, 1.0, 1.0]));
-        assert!(Revolved::new(&[[-0.1, 0.0], [1.0, 0.0], [0.0, 1.0]], 2).is_err());
+        assert!(RevolvedSurface::new(&[[-0.1, 0.0], [1.0, 0.0], [0.0, 1.0]], 2).is_err());
     }
 }

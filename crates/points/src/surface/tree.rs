@@ -1,12 +1,12 @@
 //! A tree of boxes around facets.
 
 /// Facets in a leaf.
-const LEAF: usize = 4;
+const LEAF_FACETS: usize = 4;
 /// More levels than a tree of 2³² facets that is halved at each has.
-const DEPTH: usize = 64;
+const MAX_DEPTH: usize = 64;
 
 #[derive(Clone, Debug)]
-struct Node<const D: usize> {
+struct BoundingVolumeNode<const D: usize> {
     low: [f64; D],
     high: [f64; D],
     /// First item, or second child where `count` is zero; the first child follows its parent.
@@ -16,12 +16,12 @@ struct Node<const D: usize> {
 
 /// Boxes in a binary tree, halved at the median along their longest side.
 #[derive(Clone, Debug)]
-pub(crate) struct Tree<const D: usize> {
-    nodes: Vec<Node<D>>,
+pub(crate) struct BoundingVolumeTree<const D: usize> {
+    nodes: Vec<BoundingVolumeNode<D>>,
     order: Vec<u32>,
 }
 
-impl<const D: usize> Tree<D> {
+impl<const D: usize> BoundingVolumeTree<D> {
     /// A tree of these boxes, each with lower and upper corner.
     pub(crate) fn new(boxes: &[([f64; D], [f64; D])]) -> Self {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
@@ -35,13 +35,13 @@ impl<const D: usize> Tree<D> {
     /// Calls `visit` with each item whose box is within a distance of `x`, the square of which (m²) `visit` gets and
     /// may make smaller.
     pub(crate) fn visit(&self, x: &[f64; D], mut square: f64, mut visit: impl FnMut(usize, &mut f64)) {
-        let mut stack = [0u32; DEPTH];
+        let mut stack = [0u32; MAX_DEPTH];
         let mut top = usize::from(!self.nodes.is_empty());
         while top > 0 {
             top -= 1;
             let at = stack[top] as usize;
             let node = &self.nodes[at];
-            if away(node, x) > square {
+            if square_distance_to_box(node, x) > square {
                 continue;
             }
             if node.count > 0 {
@@ -53,7 +53,8 @@ impl<const D: usize> Tree<D> {
             }
             // The nearer child is looked at first: it lies on top.
             let (left, right) = (at as u32 + 1, node.first);
-            let nearer_left = away(&self.nodes[left as usize], x) <= away(&self.nodes[right as usize], x);
+            let nearer_left = square_distance_to_box(&self.nodes[left as usize], x)
+                <= square_distance_to_box(&self.nodes[right as usize], x);
             let (near, far) = if nearer_left { (left, right) } else { (right, left) };
             stack[top] = far;
             stack[top + 1] = near;
@@ -63,7 +64,7 @@ impl<const D: usize> Tree<D> {
 
     /// Calls `visit` with each item whose box meets the box between `low` and `high`.
     pub(crate) fn visit_box(&self, low: &[f64; D], high: &[f64; D], mut visit: impl FnMut(usize)) {
-        let mut stack = [0u32; DEPTH];
+        let mut stack = [0u32; MAX_DEPTH];
         let mut top = usize::from(!self.nodes.is_empty());
         while top > 0 {
             top -= 1;
@@ -90,7 +91,7 @@ impl<const D: usize> Tree<D> {
 }
 
 /// Square of the distance of `x` from a box (m²).
-fn away<const D: usize>(node: &Node<D>, x: &[f64; D]) -> f64 {
+fn square_distance_to_box<const D: usize>(node: &BoundingVolumeNode<D>, x: &[f64; D]) -> f64 {
     (0..D).map(|c| (node.low[c] - x[c]).max(x[c] - node.high[c]).max(0.0).powi(2)).sum()
 }
 
@@ -98,7 +99,7 @@ fn split<const D: usize>(
     boxes: &[([f64; D], [f64; D])],
     order: &mut [u32],
     first: usize,
-    nodes: &mut Vec<Node<D>>,
+    nodes: &mut Vec<BoundingVolumeNode<D>>,
 ) {
     let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
     for item in order.iter() {
@@ -110,8 +111,8 @@ fn split<const D: usize>(
     }
     let at = nodes.len();
     let count = order.len();
-    nodes.push(Node { low, high, first: first as u32, count: count as u32 });
-    if count <= LEAF {
+    nodes.push(BoundingVolumeNode { low, high, first: first as u32, count: count as u32 });
+    if count <= LEAF_FACETS {
         return;
     }
     let longest =

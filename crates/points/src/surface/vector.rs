@@ -1,12 +1,12 @@
 //! Vectors of `D` coordinates.
 
 /// `a - b`.
-pub(crate) fn minus<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
+pub(crate) fn difference<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
     std::array::from_fn(|c| a[c] - b[c])
 }
 
 /// `a + t b`.
-pub(crate) fn along<const D: usize>(a: &[f64; D], t: f64, b: &[f64; D]) -> [f64; D] {
+pub(crate) fn add_scaled<const D: usize>(a: &[f64; D], t: f64, b: &[f64; D]) -> [f64; D] {
     std::array::from_fn(|c| a[c] + t * b[c])
 }
 
@@ -22,7 +22,7 @@ pub(crate) fn unit<const D: usize>(a: &[f64; D]) -> Option<[f64; D]> {
 }
 
 /// What the vector product of two vectors in the plane has across it.
-pub(crate) fn cross_flat(a: &[f64; 2], b: &[f64; 2]) -> f64 {
+pub(crate) fn cross_2d(a: &[f64; 2], b: &[f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 

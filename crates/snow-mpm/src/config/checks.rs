@@ -3,14 +3,14 @@
 use super::{SnowOptions, SnowTransfer, SplineShape};
 
 /// An option and what is wrong with it.
-type Problem = (&'static str, String);
+type OptionProblem = (&'static str, String);
 
 impl SnowOptions {
     /// Checks the ranges; the error names the option and the rule.
     ///
     /// # Errors
     /// The first option out of range, as (name, problem).
-    pub fn validate(&self) -> Result<(), Problem> {
+    pub fn validate(&self) -> Result<(), OptionProblem> {
         let rule = |name, value: f64, holds: bool, rule: &str| {
             if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
         };

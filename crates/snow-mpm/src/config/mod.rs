@@ -17,7 +17,7 @@ pub struct SnowOptions {
     /// Edge of the square (cubic) grid cells (m); the domain must be a whole number of cells wide.
     pub cell_size: f64,
     /// Points per cell and direction.
-    #[serde(default = "two")]
+    #[serde(default = "default_points_per_cell")]
     pub points_per_cell: usize,
     /// Shape functions.
     #[serde(default)]
@@ -66,7 +66,7 @@ impl SnowOptions {
 /// Sheet: snow-mpm §3.5.
 const FLIP_RATIO: f64 = 0.99;
 
-fn two() -> usize {
+fn default_points_per_cell() -> usize {
     2
 }
 /// Sheet: snow-mpm §3.4.

@@ -1,38 +1,39 @@
 //! From bodies to points (sheet: snow-mpm §3.3).
 
-use colluvium_case::law::Begun;
+use colluvium_case::law::InitialLawState;
 use colluvium_case::{Case, CaseError, PointList, spatial};
-use colluvium_grid::Square;
+use colluvium_grid::SquareMatrix;
 use colluvium_points::Sample;
 
-use super::own;
-use crate::background::Background;
-use crate::bodies::{Body, Columns, places};
+use super::option_error;
+use crate::background::BackgroundGrid;
+use crate::bodies::{BodyPoints, PointColumns, point_slice};
 use crate::config::{SnowOptions, SnowTransfer};
 
 /// Beyond this many points the ids no longer fit.
-const MOST_POINTS: usize = u32::MAX as usize;
+const MAX_POINTS: usize = u32::MAX as usize;
 
 /// The points of body number `number`, their ids from `first_id` on.
-pub(super) fn body<const D: usize>(
+pub(super) fn body_points<const D: usize>(
     case: &Case,
     options: &SnowOptions,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     number: usize,
     first_id: usize,
-) -> Result<Body<D>, CaseError> {
+) -> Result<BodyPoints<D>, CaseError> {
     let of_case = &case.bodies[number];
     let listed = case.point_list(number)?;
-    let samples = samples(case, options, background, number, listed.as_ref())?;
+    let samples = sample_body(case, options, background, number, listed.as_ref())?;
     let count = samples.len();
-    if first_id + count > MOST_POINTS {
-        return Err(own("cell_size", format!("gives more than {MOST_POINTS} points")));
+    if first_id + count > MAX_POINTS {
+        return Err(option_error("cell_size", format!("gives more than {MAX_POINTS} points")));
     }
     let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume).collect();
     let mass = volume.iter().enumerate().map(|(i, v)| Ok(v * case.density_at(number, listed.as_ref(), i)?));
     let mass = mass.collect::<Result<Vec<f64>, CaseError>>()?;
-    let Begun { material, stress, states } = case.begin_law(number, listed.as_ref(), &position)?;
+    let InitialLawState { material, stress, states } =
+        case.initialise_law(number, listed.as_ref(), &position)?;
     let velocity_of = |(point, x): (usize, &[f64; D])| {
         let given = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
         let velocity = given.unwrap_or_else(|| of_case.velocity.at(spatial(x)));
@@ -40,10 +41,10 @@ pub(super) fn body<const D: usize>(
     };
     let velocity = position.iter().enumerate().map(velocity_of).collect();
     let affine = match options.transfer {
-        SnowTransfer::Apic => moments(case, background, number, &position),
+        SnowTransfer::Apic => affine_moments(case, background, number, &position),
         SnowTransfer::Flip => vec![[[0.0; D]; D]; count],
     };
-    let points = Columns {
+    let points = PointColumns {
         id: (first_id as u32..(first_id + count) as u32).collect(),
         origin: position.clone(),
         velocity,
@@ -55,12 +56,12 @@ pub(super) fn body<const D: usize>(
         volume,
     };
     let mean = points.volume.iter().sum::<f64>() / count as f64;
-    let mut body = Body {
+    let mut body = BodyPoints {
         number: number as u32,
         material,
         states,
         width: mean.powf(1.0 / D as f64),
-        drop_outside: of_case.drop_outside,
+        remove_outside: of_case.remove_outside,
         points,
         slabs: Vec::new(),
         reports: Vec::new(),
@@ -71,16 +72,20 @@ pub(super) fn body<const D: usize>(
 
 /// Moments of the initial velocity field: its gradient times the second moment of the shape functions. The gradient is that of
 /// differences over a cell.
-fn moments<const D: usize>(
+fn affine_moments<const D: usize>(
     case: &Case,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     number: usize,
     position: &[[f64; D]],
-) -> Vec<Square<D>> {
+) -> Vec<SquareMatrix<D>> {
     let (field, half) = (&case.bodies[number].velocity, 0.5 * background.grid.cell);
     let mut squares = [[0.0; D]];
     let moment = |x: &[f64; D]| {
-        background.sweeps.second_moments(&background.ground(), &places(&[*x], &[half; D]), &mut squares);
+        background.transfers.second_moments(
+            &background.grid_view(),
+            &point_slice(&[*x], &[half; D]),
+            &mut squares,
+        );
         let [squares] = squares;
         let column = |j: usize| {
             let at = |sign: f64| {
@@ -97,10 +102,10 @@ fn moments<const D: usize>(
     position.iter().map(moment).collect()
 }
 
-fn samples<const D: usize>(
+fn sample_body<const D: usize>(
     case: &Case,
     options: &SnowOptions,
-    background: &Background<D>,
+    background: &BackgroundGrid<D>,
     number: usize,
     listed: Option<&PointList>,
 ) -> Result<Vec<Sample<D>>, CaseError> {
@@ -122,8 +127,8 @@ fn samples<const D: usize>(
     if samples.is_empty() {
         return Err(wrong("shape", format!("holds no point: it is smaller than the cells of {cell} m")));
     }
-    if let Some(sample) = samples.iter().find(|sample| !background.holds(&sample.position)) {
-        let place = case.place_on_map(&sample.position);
+    if let Some(sample) = samples.iter().find(|sample| !background.contains(&sample.position)) {
+        let place = case.map_position(&sample.position);
         return Err(wrong("shape", format!("the point at {place:?} m lies outside the domain")));
     }
     Ok(samples)

@@ -6,28 +6,29 @@ mod refuse;
 use std::sync::Arc;
 
 use colluvium_case::{
-    Case, CaseError, Manufactured, Plan, Resolution, SLACK, Size, Solver, StepLimit, TimeStep,
+    Case, CaseError, Manufactured, OVERLAP_TOLERANCE, Plan, ProblemSize, Resolution, Solver, StepLimit,
+    TimeStep,
 };
-use colluvium_grid::{Node, Sweeps};
+use colluvium_grid::{NodalState, Transfers};
 
-pub(crate) use refuse::honours;
+pub(crate) use refuse::capabilities;
 
-use crate::background::{Background, shape};
-use crate::bodies::{Bodies, Body};
+use crate::background::{BackgroundGrid, shape_function_kind};
+use crate::bodies::{Bodies, BodyPoints};
 use crate::config::{NAME, SnowOptions};
-use crate::ledger::Ledger;
-use crate::maps::Maps;
-use crate::nodes::{Nodes, Sums};
-use crate::obstacles::Obstacles;
+use crate::ledger::EnergyBalance;
+use crate::maps::HazardRasters;
+use crate::nodes::{GridNodes, MomentumTerms};
+use crate::obstacles::NodeObstacles;
 use crate::saw;
-use crate::solver::{Clock, Seen, SnowSolver};
-use crate::walls::Boundaries;
+use crate::solver::{Clock, RestChecks, SnowSolver};
+use crate::walls::BoundaryConditions;
 
 /// Point-updates per second and thread in the plane and in space, cubic functions and APIC.
-const PACE: [f64; 2] = [2.5e6, 0.8e6];
+const UPDATES_PER_SECOND: [f64; 2] = [2.5e6, 0.8e6];
 
 /// An error under a key of the options.
-pub(crate) fn own(key: &str, problem: impl Into<String>) -> CaseError {
+pub(crate) fn option_error(key: &str, problem: impl Into<String>) -> CaseError {
     CaseError::new(format!("methods.{NAME}.{key}"), problem)
 }
 
@@ -38,25 +39,25 @@ pub(crate) fn options(case: &Case) -> Result<SnowOptions, CaseError> {
         return Err(CaseError::new(format!("methods.{NAME}"), problem));
     }
     let options: SnowOptions = case.method_options(NAME)?;
-    options.validate().map_err(|(key, problem)| own(key, problem))?;
+    options.validate().map_err(|(key, problem)| option_error(key, problem))?;
     Ok(options)
 }
 
 /// The solver of `case`, under a manufactured solution if there is one.
 pub(crate) fn build(case: &Case, solution: Option<Manufactured>) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
-    let shape = shape(options.shape);
+    let shape = shape_function_kind(options.shape);
     match case.dimension() {
-        1 => built(case, &options, shape.on_line(), solution),
-        2 => built(case, &options, shape.in_plane(), solution),
-        _ => built(case, &options, shape.in_space(), solution),
+        1 => build_in(case, &options, shape.on_line(), solution),
+        2 => build_in(case, &options, shape.in_plane(), solution),
+        _ => build_in(case, &options, shape.in_space(), solution),
     }
 }
 
-fn built<const D: usize>(
+fn build_in<const D: usize>(
     case: &Case,
     options: &SnowOptions,
-    chosen: Chosen<D>,
+    chosen: SelectedTransfers<D>,
     solution: Option<Manufactured>,
 ) -> Result<Box<dyn Solver>, CaseError> {
     let mut solver = solver(case, options, chosen)?;
@@ -69,47 +70,47 @@ fn built<const D: usize>(
 /// The plan of `case`.
 pub(crate) fn plan(case: &Case) -> Result<Plan, CaseError> {
     let options = options(case)?;
-    let shape = shape(options.shape);
+    let shape = shape_function_kind(options.shape);
     match case.dimension() {
-        1 => measured(case, &options, shape.on_line()),
-        2 => measured(case, &options, shape.in_plane()),
-        _ => measured(case, &options, shape.in_space()),
+        1 => plan_in(case, &options, shape.on_line()),
+        2 => plan_in(case, &options, shape.in_plane()),
+        _ => plan_in(case, &options, shape.in_space()),
     }
 }
 
 /// The size of `case`, without making its points.
-pub(crate) fn size(case: &Case) -> Result<Size, CaseError> {
+pub(crate) fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let options = options(case)?;
     let dimension = case.dimension();
     let apart = options.cell_size / options.points_per_cell as f64;
-    let points = case.points_at(apart);
+    let points = case.point_counts(apart);
     let cells = |axis: usize| (case.domain.max[axis] - case.domain.min[axis]) / options.cell_size;
     let nodes: f64 = (0..dimension).map(|axis| cells(axis) + 11.0).product();
     let number = size_of::<f64>();
-    // Columns of the points, and what sorting takes of their moments.
+    // PointColumns of the points, and what sorting takes of their moments.
     let own = (3 * dimension + 2 * dimension * dimension + 9) * number + 4;
-    let mut memory = nodes * size_of::<Node>() as f64;
+    let mut memory = nodes * size_of::<NodalState>() as f64;
     for (body, points) in case.bodies.iter().zip(&points) {
         let path = || format!("materials.{}", body.material);
         let law = case.materials[&body.material].build();
         let state = law.map_err(|error| CaseError::new(path(), error.to_string()))?.state_size();
         memory += points * (own + 2 * state + 16) as f64;
     }
-    Ok(Size {
+    Ok(ProblemSize {
         points: points.iter().sum(),
         nodes,
         memory,
         key: "methods.snow-mpm.cell_size",
-        ..Size::default()
+        ..ProblemSize::default()
     })
 }
 
-type Chosen<const D: usize> = Option<&'static dyn Sweeps<D>>;
+type SelectedTransfers<const D: usize> = Option<&'static dyn Transfers<D>>;
 
-fn measured<const D: usize>(
+fn plan_in<const D: usize>(
     case: &Case,
     options: &SnowOptions,
-    chosen: Chosen<D>,
+    chosen: SelectedTransfers<D>,
 ) -> Result<Plan, CaseError> {
     let mut solver = solver(case, options, chosen)?;
     let time_step = solver.limit();
@@ -117,7 +118,7 @@ fn measured<const D: usize>(
     for body in &solver.bodies.all {
         volumes[body.number as usize] += body.points.volume.iter().sum::<f64>();
     }
-    let memory = solver.bodies.all.iter().map(Body::bytes).sum::<usize>() + solver.nodes.bytes();
+    let memory = solver.bodies.all.iter().map(BodyPoints::bytes).sum::<usize>() + solver.nodes.bytes();
     Ok(Plan {
         points: solver.bodies.len(),
         nodes: solver.background.layout.len(),
@@ -129,20 +130,23 @@ fn measured<const D: usize>(
         densities: None,
         resolution: Some(Resolution {
             width: options.cell_size,
-            apart: options.cell_size / options.points_per_cell as f64,
+            point_distance: options.cell_size / options.points_per_cell as f64,
             axes: D,
             key: "methods.snow-mpm.cell_size",
             noun: "cells",
         }),
-        updates_per_second: PACE[usize::from(D == 3)],
+        updates_per_second: UPDATES_PER_SECOND[usize::from(D == 3)],
         warnings: refuse::warnings(case, options),
     })
 }
 
 /// The background of a domain that repeats itself, where it does.
-fn repeating<const D: usize>(case: &Case, background: Background<D>) -> Result<Background<D>, CaseError> {
+fn periodic_background<const D: usize>(
+    case: &Case,
+    background: BackgroundGrid<D>,
+) -> Result<BackgroundGrid<D>, CaseError> {
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
-    background.repeating(periodic).map_err(|least| {
+    background.with_periodic_axes(periodic).map_err(|least| {
         let problem = format!(
             "needs {least} cells or more along each periodic axis, so many do nodes reach beyond its sides"
         );
@@ -154,27 +158,27 @@ fn repeating<const D: usize>(case: &Case, background: Background<D>) -> Result<B
 fn solver<const D: usize>(
     case: &Case,
     options: &SnowOptions,
-    chosen: Chosen<D>,
+    chosen: SelectedTransfers<D>,
 ) -> Result<SnowSolver<D>, CaseError> {
-    let sweeps = chosen.ok_or_else(|| own("shape", "is not available in so many dimensions"))?;
+    let sweeps = chosen.ok_or_else(|| option_error("shape", "is not available in so many dimensions"))?;
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let corners = [corner(&case.domain.min), corner(&case.domain.max)];
-    refuse::thin_layers(case, options)?;
-    saw::refuse(case)?;
-    let background = Background::new(corners, options.cell_size, sweeps)
-        .map_err(|error| own("cell_size", error.to_string()))?;
-    let background = repeating(case, background)?;
-    let standing = case.standing::<D>()?;
+    refuse::check_layer_thickness(case, options)?;
+    saw::check_saw_tests(case)?;
+    let background = BackgroundGrid::new(corners, options.cell_size, sweeps)
+        .map_err(|error| option_error("cell_size", error.to_string()))?;
+    let background = periodic_background(case, background)?;
+    let standing = case.placed_obstacles::<D>()?;
     let mut all = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
-        let body = fill::body(case, options, &background, number, next)?;
+        let body = fill::body_points(case, options, &background, number, next)?;
         next += body.points.len();
-        let slack = SLACK * options.cell_size;
-        case.refuse_covered(&standing, number, &body.points.position, slack)?;
+        let slack = OVERLAP_TOLERANCE * options.cell_size;
+        case.reject_overlapping_points(&standing, number, &body.points.position, slack)?;
         all.push(body);
     }
-    let obstacles = Obstacles::new(case, &standing, &background)?;
+    let obstacles = NodeObstacles::new(case, &standing, &background)?;
     let nothing = TimeStep { dt: f64::INFINITY, limit: StepLimit::NOTHING, point: None, position: [0.0; 3] };
     let clock = Clock {
         stage: 0,
@@ -182,32 +186,32 @@ fn solver<const D: usize>(
         time: 0.0,
         step: 0,
         limit: nothing,
-        sums: Sums::default(),
-        external: 0.0,
-        seen: Seen::default(),
+        sums: MomentumTerms::default(),
+        external_work: 0.0,
+        rest_checks: RestChecks::default(),
     };
     let mut solver = SnowSolver {
         case: Arc::new(case.clone()),
         options: options.clone(),
-        nodes: Nodes::new(&background.layout),
-        boundaries: Boundaries::new(case, 0, &background, Arc::new(obstacles.rest().clone())),
+        nodes: GridNodes::new(&background.layout),
+        boundaries: BoundaryConditions::new(case, 0, &background, Arc::new(obstacles.rest().clone())),
         obstacles,
         background,
         bodies: Bodies::new(all),
-        ledger: Ledger::default(),
-        maps: Maps::of(case, options.cell_size)?,
+        energy_balance: EnergyBalance::default(),
+        hazard_rasters: HazardRasters::of_case(case, options.cell_size)?,
         manufactured: None,
-        blades: case.cuts.iter().map(|cut| cut.bounds(D)).collect(),
+        cut_bounds: case.removal_shapes.iter().map(|cut| cut.bounds(D)).collect(),
         clock,
     };
     solver.bodies.sort(&mut solver.background);
-    solver.ledger = Ledger::new(&solver.stored(), case.cuts.len());
-    solver.set_paces();
-    if let Some(maps) = &mut solver.maps {
-        maps.follow(&solver.bodies, 0.0);
+    solver.energy_balance = EnergyBalance::new(&solver.stored(), case.removal_shapes.len());
+    solver.update_step_bounds();
+    if let Some(maps) = &mut solver.hazard_rasters {
+        maps.update(&solver.bodies, 0.0);
     }
-    match solver.clock.limit.too_long(options.time_step) {
-        Some(problem) => Err(own("time_step", problem)),
+    match solver.clock.limit.fixed_step_problem(options.time_step) {
+        Some(problem) => Err(option_error("time_step", problem)),
         None => Ok(solver),
     }
 }

@@ -1,7 +1,7 @@
 //! What the method takes of a case, what it refuses, and what it warns of.
 
-use colluvium_case::description::{CrackTip, Measure, ObstacleWall, Wall, thinnest};
-use colluvium_case::{Case, CaseError, Honours};
+use colluvium_case::description::{CrackTip, Measure, ObstacleWall, Wall, min_extent};
+use colluvium_case::{Capabilities, Case, CaseError};
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 
@@ -11,9 +11,9 @@ use crate::saw;
 const ADHESION: &str = "snow-mpm knows no area of the nodes that an obstacle holds: leave it out";
 
 /// What the method says to the features of a case.
-pub(crate) fn honours(case: &Case) -> Honours {
-    let honours = Honours::of_points(NAME)
-        .takes(&[
+pub(crate) fn capabilities(case: &Case) -> Capabilities {
+    let honours = Capabilities::for_point_methods(NAME)
+        .supports(&[
             "domain.origin",
             "domain.periodic*",
             "bodies.drop_outside",
@@ -46,40 +46,40 @@ pub(crate) fn honours(case: &Case) -> Honours {
             "measures=impact-pressure",
             "output.rasters*",
         ])
-        .refuses("output.rasters.mapped", "only depth-sph compares rasters with a mapped outline")
-        .refuses("space=axisymmetric", "snow-mpm has no axisymmetric form: use plane-strain or 3d")
-        .refuses("bodies.rigid", "snow-mpm has no rigid bodies: use a boundary with a velocity")
-        .refuses("bodies.pore_fluid", "snow-mpm has one phase only: use mpm")
-        .refuses("boundaries.group", "snow-mpm has no mesh with groups of nodes")
-        .refuses("boundaries.wall=absorbing", "snow-mpm has no absorbing boundaries: use mpm")
-        .refuses("obstacles.wall.adhesion", ADHESION)
-        .refuses("obstacles.regions.wall.adhesion", ADHESION)
-        .refuses("loads", "snow-mpm has no loads on surfaces: use a body that lies on it, a boundary with a velocity, or mpm")
-        .refuses("patches", "snow-mpm has no patches of nodes: use a boundary with a velocity")
-        .refuses("stages.excavate", "snow-mpm removes whole bodies only: use remove_bodies")
-        .refuses("stages.rayleigh_damping", "snow-mpm has local damping only: use damping");
+        .rejects("output.rasters.mapped", "only depth-sph compares rasters with a mapped outline")
+        .rejects("space=axisymmetric", "snow-mpm has no axisymmetric form: use plane-strain or 3d")
+        .rejects("bodies.rigid", "snow-mpm has no rigid bodies: use a boundary with a velocity")
+        .rejects("bodies.pore_fluid", "snow-mpm has one phase only: use mpm")
+        .rejects("boundaries.group", "snow-mpm has no mesh with groups of nodes")
+        .rejects("boundaries.wall=absorbing", "snow-mpm has no absorbing boundaries: use mpm")
+        .rejects("obstacles.wall.adhesion", ADHESION)
+        .rejects("obstacles.regions.wall.adhesion", ADHESION)
+        .rejects("loads", "snow-mpm has no loads on surfaces: use a body that lies on it, a boundary with a velocity, or mpm")
+        .rejects("patches", "snow-mpm has no patches of nodes: use a boundary with a velocity")
+        .rejects("stages.excavate", "snow-mpm removes whole bodies only: use remove_bodies")
+        .rejects("stages.rayleigh_damping", "snow-mpm has local damping only: use damping");
     if case.domain.periodic.is_empty() {
         return honours;
     }
     honours
-        .refuses("obstacles", "an obstacle has no image beyond the sides of a periodic domain: use boundaries, and tilt gravity")
-        .refuses("cuts", "a cut has no image beyond the sides of a periodic domain: use walls")
+        .rejects("obstacles", "an obstacle has no image beyond the sides of a periodic domain: use boundaries, and tilt gravity")
+        .rejects("cuts", "a cut has no image beyond the sides of a periodic domain: use walls")
 }
 
 /// What of a case is allowed but deserves a warning (sheet: snow-mpm §7).
 pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
-    for (path, coefficient) in frictions(case).filter(|(_, coefficient)| *coefficient > 2.0) {
+    for (path, coefficient) in friction_coefficients(case).filter(|(_, coefficient)| *coefficient > 2.0) {
         warnings.push(format!(
             "{path}.wall.friction_coefficient: {coefficient} is more than snow or soil has on anything; a rough wall holds what \
              touches it"
         ));
     }
-    warnings.extend(ratios(case));
+    warnings.extend(poissons_ratio_warnings(case));
     let dimension = case.dimension();
-    for (number, cut) in case.cuts.iter().enumerate() {
-        let thinnest = thinnest(&cut.bounds(dimension));
+    for (number, cut) in case.removal_shapes.iter().enumerate() {
+        let thinnest = min_extent(&cut.bounds(dimension));
         // Sheet: snow-mpm P12.
         if thinnest < 2.0 * options.cell_size * (1.0 - 1e-9) {
             warnings.push(format!(
@@ -89,7 +89,7 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         }
     }
     for (number, body) in case.bodies.iter().enumerate() {
-        let cells = body.shape.thinnest(dimension) / options.cell_size;
+        let cells = body.shape.min_thickness(dimension) / options.cell_size;
         // Sheet: snow-mpm P10.
         let (least, why) = if may_soften(&case.materials[&body.material]) {
             (
@@ -102,15 +102,16 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         if cells < least - 1e-9 {
             warnings.push(format!("bodies[{number}].shape: {cells:.2} cells across at its thinnest; {why}"));
         }
-        warnings.extend(on_bare_ground(case, number, options));
+        warnings.extend(bare_ground_warning(case, number, options));
     }
     warnings.extend(saw::warnings(case));
-    warnings.extend(case.measures.iter().filter_map(|(name, measure)| doubtful(name, measure, options)));
+    warnings
+        .extend(case.measures.iter().filter_map(|(name, measure)| measure_warning(name, measure, options)));
     warnings
 }
 
 /// Warns of a weak layer along a track with less than two cells of other snow below it.
-fn on_bare_ground(case: &Case, number: usize, options: &SnowOptions) -> Option<String> {
+fn bare_ground_warning(case: &Case, number: usize, options: &SnowOptions) -> Option<String> {
     let body = &case.bodies[number];
     let Shape::ArcLayer { from, .. } = &body.shape else { return None };
     let cells = from / options.cell_size;
@@ -123,7 +124,7 @@ fn on_bare_ground(case: &Case, number: usize, options: &SnowOptions) -> Option<S
 }
 
 /// Warns of a measure whose lengths do not go with the cells (sheet: snow-mpm §3.11).
-fn doubtful(name: &str, measure: &Measure, options: &SnowOptions) -> Option<String> {
+fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Option<String> {
     let cell = options.cell_size;
     match measure {
         Measure::Fragments { link, .. } if !(1.0 - 1e-9..=1.5 + 1e-9).contains(&(link / cell)) => {
@@ -144,7 +145,7 @@ fn doubtful(name: &str, measure: &Measure, options: &SnowOptions) -> Option<Stri
 }
 
 /// Coefficients of the frictional walls of a case, and where they stand in it.
-fn frictions(case: &Case) -> impl Iterator<Item = (String, f64)> {
+fn friction_coefficients(case: &Case) -> impl Iterator<Item = (String, f64)> {
     let boundaries = case.boundaries.iter().enumerate().filter_map(|(number, boundary)| {
         let Wall::Frictional { friction_coefficient, .. } = boundary.wall else { return None };
         Some((format!("boundaries[{number}]"), friction_coefficient))
@@ -163,7 +164,7 @@ fn frictions(case: &Case) -> impl Iterator<Item = (String, f64)> {
 }
 
 /// Warns of Poisson's ratios of laws that do not do so themselves (sheet: snow-mpm §7).
-fn ratios(case: &Case) -> Vec<String> {
+fn poissons_ratio_warnings(case: &Case) -> Vec<String> {
     let mut warnings = Vec::new();
     for (name, spec) in &case.materials {
         let Some((_, ratio)) = saw::elastic_constants(spec) else { continue };
@@ -196,10 +197,10 @@ fn may_soften(spec: &MaterialSpec) -> bool {
 }
 
 /// Refuses weak layers of less than two cells, across which functions of nodes reach (sheet: snow-mpm §7).
-pub(super) fn thin_layers(case: &Case, options: &SnowOptions) -> Result<(), CaseError> {
+pub(super) fn check_layer_thickness(case: &Case, options: &SnowOptions) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
         let weak = saw::is_weak(case, body);
-        let thickness = body.shape.thinnest(case.dimension());
+        let thickness = body.shape.min_thickness(case.dimension());
         if weak && thickness < 2.0 * options.cell_size * (1.0 - 1e-9) {
             let problem = format!(
                 "a weak layer of {thickness} m is less than two cells of {} m thick, so that what is above it touches what is below: \

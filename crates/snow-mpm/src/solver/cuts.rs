@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use colluvium_case::SolverError;
-use colluvium_case::description::{Cut, Sweep};
+use colluvium_case::description::{RemovalShape, SweptRegion};
 
-use crate::bodies::Body;
+use crate::bodies::BodyPoints;
 use crate::solver::SnowSolver;
 
 impl<const D: usize> SnowSolver<D> {
@@ -13,26 +13,27 @@ impl<const D: usize> SnowSolver<D> {
     ///
     /// # Errors
     /// Where the first of them finds a weak layer that has yielded at rest.
-    pub(super) fn make_cuts(&mut self, dt: f64) -> Result<(), SolverError> {
+    pub(super) fn apply_removal_shapes(&mut self, dt: f64) -> Result<(), SolverError> {
         let case = Arc::clone(&self.case);
-        for (number, cut) in case.cuts.iter().enumerate() {
-            let Some(begun) = self.clock_of(cut) else { continue };
+        for (number, cut) in case.removal_shapes.iter().enumerate() {
+            let Some(begun) = self.start_time_of(cut) else { continue };
             let (from, to) = (self.clock.time - dt - begun, self.clock.time - begun);
-            if !cut.cuts_between(from, to) {
+            if !cut.is_active_between(from, to) {
                 continue;
             }
-            if self.ledger.cuts().iter().all(|taken| taken.travel == 0.0) {
+            if self.energy_balance.removals().iter().all(|taken| taken.travel == 0.0) {
                 self.check_rest(cut)?;
             }
-            self.ledger.cut(number).travel += cut.speed() * (cut.moving(to) - cut.moving(from));
-            let sweep = cut.sweep(from, to, &self.blades[number]);
-            let takes = |body: &Body<D>| cut.takes(&case.bodies[body.number as usize].name);
-            let mass = self.mass_in(&sweep, takes);
+            self.energy_balance.removal(number).travel +=
+                cut.speed() * (cut.moving_time(to) - cut.moving_time(from));
+            let sweep = cut.swept_region(from, to, &self.cut_bounds[number]);
+            let takes = |body: &BodyPoints<D>| cut.applies_to(&case.bodies[body.number as usize].name);
+            let mass = self.mass_in_region(&sweep, takes);
             if mass > 0.0 {
                 let keeps =
-                    |body: &Body<D>, i: usize| !(takes(body) && sweep.covers(&body.points.position[i]));
-                let energy = self.keep(keeps);
-                let taken = self.ledger.cut(number);
+                    |body: &BodyPoints<D>, i: usize| !(takes(body) && sweep.covers(&body.points.position[i]));
+                let energy = self.retain(keeps);
+                let taken = self.energy_balance.removal(number);
                 taken.mass += mass;
                 taken.energy += energy;
             }
@@ -41,7 +42,7 @@ impl<const D: usize> SnowSolver<D> {
     }
 
     /// When the times of a cut began to count (s); `None` where its stage is not the one that runs.
-    fn clock_of(&self, cut: &Cut) -> Option<f64> {
+    fn start_time_of(&self, cut: &RemovalShape) -> Option<f64> {
         match &cut.stage {
             None => Some(0.0),
             Some(name) => {
@@ -51,7 +52,7 @@ impl<const D: usize> SnowSolver<D> {
     }
 
     /// Mass of the points that a sweep covers (kg).
-    fn mass_in(&self, sweep: &Sweep<'_>, takes: impl Fn(&Body<D>) -> bool) -> f64 {
+    fn mass_in_region(&self, sweep: &SweptRegion<'_>, takes: impl Fn(&BodyPoints<D>) -> bool) -> f64 {
         let mut mass = 0.0;
         for body in self.bodies.all.iter().filter(|body| takes(body)) {
             let points = body.points.position.iter().zip(&body.points.mass);

@@ -7,18 +7,18 @@ use std::sync::Arc;
 
 use colluvium_case::{Case, Manufactured, SolverError, TimeStep, spatial};
 
-use crate::background::Background;
-use crate::bodies::{Bodies, Failure};
+use crate::background::BackgroundGrid;
+use crate::bodies::{Bodies, PointFailure};
 use crate::config::SnowOptions;
-use crate::ledger::{Ledger, Stored};
-use crate::limit::{Bounds, time_step};
-use crate::maps::Maps;
-use crate::nodes::{Momentum, Nodes, Sums};
-use crate::obstacles::Obstacles;
-use crate::transfer::{Update, scatter};
-use crate::walls::Boundaries;
+use crate::ledger::{EnergyBalance, StoredEnergies};
+use crate::limit::{StepCoefficients, time_step};
+use crate::maps::HazardRasters;
+use crate::nodes::{GridNodes, MomentumSolve, MomentumTerms};
+use crate::obstacles::NodeObstacles;
+use crate::transfer::{PointUpdater, p2g};
+use crate::walls::BoundaryConditions;
 
-pub(crate) use rest::Seen;
+pub(crate) use rest::RestChecks;
 
 /// Where a run is.
 #[derive(Clone, Copy, Debug)]
@@ -34,26 +34,26 @@ pub struct Clock {
     /// The longest step from here, safety factors included.
     pub limit: TimeStep,
     /// What the nodes of the last step added up to.
-    pub sums: Sums,
+    pub sums: MomentumTerms,
     /// Work of gravity and walls since the stage began (J).
-    pub external: f64,
+    pub external_work: f64,
     /// What was seen of rest.
-    pub seen: Seen,
+    pub rest_checks: RestChecks,
 }
 
 /// Finite-strain MPM in `D` dimensions.
 pub struct SnowSolver<const D: usize> {
     pub(crate) case: Arc<Case>,
     pub(crate) options: SnowOptions,
-    pub(crate) background: Background<D>,
+    pub(crate) background: BackgroundGrid<D>,
     pub(crate) bodies: Bodies<D>,
-    pub(crate) nodes: Nodes,
-    pub(crate) boundaries: Boundaries,
-    pub(crate) obstacles: Obstacles<D>,
-    pub(crate) ledger: Ledger,
-    pub(crate) maps: Option<Maps>,
+    pub(crate) nodes: GridNodes,
+    pub(crate) boundaries: BoundaryConditions,
+    pub(crate) obstacles: NodeObstacles<D>,
+    pub(crate) energy_balance: EnergyBalance,
+    pub(crate) hazard_rasters: Option<HazardRasters>,
     /// Bounds of the shapes of the cuts (m).
-    pub(crate) blades: Vec<colluvium_case::description::Bounds>,
+    pub(crate) cut_bounds: Vec<colluvium_case::description::AxisBounds>,
     /// A solution to verify against, whose force acts on the points.
     pub(crate) manufactured: Option<Manufactured>,
     pub(crate) clock: Clock,
@@ -63,7 +63,7 @@ impl<const D: usize> SnowSolver<D> {
     /// One step of `dt` (s); the numbers are those of `sheet: snow-mpm §3.5`.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.check_fixed_step()?;
-        let (gravity, damping) = self.pulls(dt);
+        let (gravity, damping) = self.body_forces(dt);
         let Self {
             options,
             background,
@@ -71,7 +71,7 @@ impl<const D: usize> SnowSolver<D> {
             nodes,
             boundaries,
             obstacles,
-            ledger,
+            energy_balance: ledger,
             clock,
             manufactured,
             ..
@@ -81,25 +81,31 @@ impl<const D: usize> SnowSolver<D> {
             bodies.sort(background);
         }
         nodes.reset(&background.layout);
-        boundaries.place(clock.time, background);
+        boundaries.move_to(clock.time, background);
         if obstacles.are_moving() {
-            obstacles.place((clock.time, dt), background, boundaries.obstacles_mut());
+            obstacles.update_faces((clock.time, dt), background, boundaries.obstacles_mut());
         }
         // 1, 2
         let push = manufactured.as_ref().map(|solution| (solution, clock.time));
-        scatter(background, bodies, nodes, options.transfer, push);
-        background.fold(&mut nodes.nodes);
+        p2g(background, bodies, nodes, options.transfer, push);
+        background.sum_periodic_images(&mut nodes.nodes);
         // 3
         let light = options.node_mass_cutoff * bodies.mean_mass;
-        let sums =
-            nodes.solve(&Momentum { dt, gravity, damping, light, walls: boundaries.walls(), background });
+        let sums = nodes.solve(&MomentumSolve {
+            dt,
+            gravity,
+            damping,
+            mass_cutoff: light,
+            walls: boundaries.walls(),
+            background,
+        });
         // 4 to 9
-        let update = Update {
+        let update = PointUpdater {
             dt,
             transfer: options.transfer,
             flip: options.flip_share(dt),
             deformation: options.deformation,
-            bounds: Bounds::of(options, D),
+            bounds: StepCoefficients::of_options(options, D),
             background,
             nodes: &nodes.nodes,
             boundaries,
@@ -110,13 +116,13 @@ impl<const D: usize> SnowSolver<D> {
     }
 
     /// Looks at what the points report, and counts.
-    fn end_step(&mut self, dt: f64, sums: Sums) -> Result<(), SolverError> {
+    fn end_step(&mut self, dt: f64, sums: MomentumTerms) -> Result<(), SolverError> {
         let (mut moved, mut left) = (0f64, false);
         for (number, body) in self.bodies.all.iter().enumerate() {
             for report in &body.reports {
                 match report {
-                    Ok(pace) => (moved, left) = (moved.max(pace.moved), left | pace.left),
-                    Err(failure) => return Err(self.failed(number, failure)),
+                    Ok(pace) => (moved, left) = (moved.max(pace.max_move), left | pace.any_outside),
+                    Err(failure) => return Err(self.point_error(number, failure)),
                 }
             }
         }
@@ -125,41 +131,41 @@ impl<const D: usize> SnowSolver<D> {
         self.clock.time += dt;
         self.clock.step += 1;
         self.clock.sums = sums;
-        self.clock.external += sums.gravity + sums.boundary;
+        self.clock.external_work += sums.gravity + sums.boundary;
         if left {
-            self.drop_those_that_left();
+            self.remove_outside_points();
         }
-        self.make_cuts(dt)?;
-        if let Some(maps) = &mut self.maps {
-            maps.follow(&self.bodies, self.clock.time);
+        self.apply_removal_shapes(dt)?;
+        if let Some(maps) = &mut self.hazard_rasters {
+            maps.update(&self.bodies, self.clock.time);
         }
         self.set_limit();
         Ok(())
     }
 
     /// Takes away the points outside the domain of bodies that let them.
-    fn drop_those_that_left(&mut self) {
-        let Background { low, high, .. } = self.background;
+    fn remove_outside_points(&mut self) {
+        let BackgroundGrid { low, high, .. } = self.background;
         let inside = |x: &[f64; D]| (0..D).all(|axis| x[axis] >= low[axis] && x[axis] <= high[axis]);
-        self.keep(|body, i| !body.drop_outside || inside(&body.points.position[i]));
+        self.retain(|body, i| !body.remove_outside || inside(&body.points.position[i]));
     }
 
     /// Keeps the points of which `keep` approves, by body and index, and books the energy of the others, which it tells (J).
-    pub(crate) fn keep(&mut self, keep: impl Fn(&crate::bodies::Body<D>, usize) -> bool) -> f64 {
+    pub(crate) fn retain(&mut self, keep: impl Fn(&crate::bodies::BodyPoints<D>, usize) -> bool) -> f64 {
         let before = self.stored();
         self.nodes.reset(&self.background.layout);
-        if !self.bodies.keep(keep) {
+        if !self.bodies.retain(keep) {
             return 0.0;
         }
-        let removed = self.ledger.book_gone(&before, &self.stored());
+        let removed = self.energy_balance.add_removed(&before, &self.stored());
         self.bodies.sort(&mut self.background);
-        self.set_paces();
+        self.update_step_bounds();
         removed
     }
 
     /// What there is now (J).
-    pub(crate) fn stored(&self) -> Stored {
-        Stored::of(&self.bodies, self.second_moment())
+    pub(crate) fn stored(&self) -> StoredEnergies {
+        StoredEnergies::of_bodies(&self.bodies, self.second_moment())
     }
 
     /// Second moment of the shape functions about any place (m²), which is the same everywhere (sheet: snow-mpm §3.6).
@@ -174,21 +180,22 @@ impl<const D: usize> SnowSolver<D> {
     }
 
     /// Finds the paces of all points, and the step from here.
-    pub(crate) fn set_paces(&mut self) {
-        use colluvium_constitutive::BLOCK;
+    pub(crate) fn update_step_bounds(&mut self) {
+        use colluvium_constitutive::BLOCK_SIZE;
 
-        let bounds = Bounds::of(&self.options, D);
+        let bounds = StepCoefficients::of_options(&self.options, D);
         for body in &mut self.bodies.all {
             let points = &body.points;
             for (number, (report, states)) in body.reports.iter_mut().zip(body.states.blocks()).enumerate() {
-                let first = number * BLOCK;
-                let range = first..(first + BLOCK).min(points.len());
+                let first = number * BLOCK_SIZE;
+                let range = first..(first + BLOCK_SIZE).min(points.len());
                 let moving = (
                     &points.velocity[range.clone()],
                     &points.mass[range.clone()],
                     &points.volume[range.clone()],
                 );
-                *report = Ok(bounds.pace(first, &*body.material, moving, (&points.stress[range], states)));
+                *report =
+                    Ok(bounds.step_bound(first, &*body.material, moving, (&points.stress[range], states)));
             }
         }
         self.set_limit();
@@ -197,12 +204,12 @@ impl<const D: usize> SnowSolver<D> {
     /// The step from here, as points and obstacles allow or the case fixes it.
     fn set_limit(&mut self) {
         let Self { bodies, obstacles, clock, options, .. } = self;
-        let critical = obstacles.slowed(time_step(bodies), clock.time, options.cell_size);
+        let critical = obstacles.limit_by_obstacle_motion(time_step(bodies), clock.time, options.cell_size);
         clock.limit = critical.or_fixed(options.time_step);
     }
 
     /// Gravity at the end of a step of `dt` (m/s²), and the damping of the stage.
-    fn pulls(&self, dt: f64) -> ([f64; 3], [f64; 3]) {
+    fn body_forces(&self, dt: f64) -> ([f64; 3], [f64; 3]) {
         let stage = &self.case.stages[self.clock.stage];
         let factor = stage.gravity_factor(self.clock.time + dt - self.clock.stage_start);
         (self.case.gravity3().map(|g| g * factor), stage.damping_of_axes())
@@ -210,7 +217,7 @@ impl<const D: usize> SnowSolver<D> {
 
     /// Refuses to go on with a step that the case fixes and the state no longer allows.
     fn check_fixed_step(&self) -> Result<(), SolverError> {
-        match self.clock.limit.too_long(self.options.time_step) {
+        match self.clock.limit.fixed_step_problem(self.options.time_step) {
             Some(problem) => {
                 let reason = format!("methods.{}.time_step: {problem}", crate::config::NAME);
                 Err(SolverError::Step { step: self.clock.step, time: self.clock.time, reason })
@@ -220,7 +227,7 @@ impl<const D: usize> SnowSolver<D> {
     }
 
     /// The error of a point that cannot be followed.
-    pub(crate) fn failed(&self, body: usize, failure: &Failure) -> SolverError {
+    pub(crate) fn point_error(&self, body: usize, failure: &PointFailure) -> SolverError {
         let points = &self.bodies.all[body].points;
         SolverError::Point {
             step: self.clock.step,

@@ -14,7 +14,7 @@ pub fn block(velocity: &Value, options: &Value) -> Value {
         "bodies": [{ "name": "block", "material": "m", "velocity": velocity,
             "shape": { "kind": "box", "min": [0.7, 0.8], "max": [1.3, 1.2] } }],
         "stages": [{ "name": "go", "duration": 0.1 }],
-        "methods": { "snow-mpm": cases::with(json!({ "cell_size": 0.1 }), options) }
+        "methods": { "snow-mpm": cases::with_keys(json!({ "cell_size": 0.1 }), options) }
     })
 }
 
@@ -30,13 +30,13 @@ pub fn ball(options: &Value) -> Value {
             "velocity": { "kind": "uniform", "value": [0, -5] } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
         "stages": [{ "name": "fall", "duration": 0.05 }],
-        "methods": { "snow-mpm": cases::with(json!({ "cell_size": 0.04 }), options) }
+        "methods": { "snow-mpm": cases::with_keys(json!({ "cell_size": 0.04 }), options) }
     })
 }
 
 /// A solver at the start of the first stage.
 pub fn begun(value: &Value) -> Box<dyn Solver> {
-    cases::begin(&SnowMpm, &Case::from_json(&value.to_string()).unwrap())
+    cases::start_solver(&SnowMpm, &Case::from_json(&value.to_string()).unwrap())
 }
 
 /// Why the case is refused.
@@ -49,7 +49,7 @@ pub fn refused(value: &Value) -> String {
 
 /// A reading of the solver.
 pub fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 /// Velocities of the points.

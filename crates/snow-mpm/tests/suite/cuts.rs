@@ -2,8 +2,8 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::cases::{advance, advance_to, steps};
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
+use colluvium_testkit::cases::{advance_steps, advance_to, take_steps};
 use serde_json::{Value, json};
 
 use crate::common::{begun, block, reading, refused};
@@ -24,15 +24,15 @@ fn a_saw_takes_the_points_in_its_way_and_books_them() {
     let start = solver.totals();
     advance_to(&mut *solver, 0.09);
     let end = solver.totals();
-    near(reading(&*solver, "saw.travel"), 0.3, 1e-9);
+    assert_near(reading(&*solver, "saw.travel"), 0.3, 1e-9);
     // Its edge comes to 1.2 m when the block's has come to 1.385 m; in the block's own coordinates it cuts from 1.115 m on, which
     // takes the four columns of points beyond, and the two rows below 0.9 m.
     let taken = 2.0 * 4.0 * 0.05 * 0.05 * 400.0;
-    near(reading(&*solver, "saw.mass"), taken, 1e-9);
-    near(start.mass - end.mass, taken, 1e-9);
-    near(reading(&*solver, "volume"), 0.6 * 0.4 - taken / 400.0, 1e-9);
-    near(reading(&*solver, "saw.energy"), 0.5 * taken, 1e-9);
-    near(start.kinetic - end.kinetic, 0.5 * taken, 1e-9);
+    assert_near(reading(&*solver, "saw.mass"), taken, 1e-9);
+    assert_near(start.mass - end.mass, taken, 1e-9);
+    assert_near(reading(&*solver, "volume"), 0.6 * 0.4 - taken / 400.0, 1e-9);
+    assert_near(reading(&*solver, "saw.energy"), 0.5 * taken, 1e-9);
+    assert_near(start.kinetic - end.kinetic, 0.5 * taken, 1e-9);
     assert!(reading(&*solver, "energy_numerical").abs() < 1e-9);
     let snapshot = solver.snapshot();
     let spared = |x: &[f64; 3]| !(x[0] > 1.2 && x[1] < 0.9);
@@ -52,14 +52,14 @@ fn a_cut_of_a_stage_begins_with_it_and_takes_its_bodies_only() {
     let case = Case::from_json(&value.to_string()).unwrap();
     let mut solver = begun(&value);
     advance_to(&mut *solver, 0.02);
-    near(reading(&*solver, "saw.mass"), 0.0, 0.0);
-    assert_eq!(solver.travels_of_cuts(), [None], "it has not begun");
+    assert_near(reading(&*solver, "saw.mass"), 0.0, 0.0);
+    assert_eq!(solver.removal_shape_travel(), [None], "it has not begun");
     solver.end_stage(&case.stages[0]).unwrap();
     solver.begin_stage(1, 0.02).unwrap();
     advance_to(&mut *solver, 0.11);
-    near(reading(&*solver, "saw.travel"), 0.3, 1e-9);
-    near(reading(&*solver, "saw.mass"), 2.0 * 2.0 * 0.05 * 0.05 * 400.0, 1e-9);
-    near(solver.travels_of_cuts()[0].unwrap(), 0.3, 1e-9);
+    assert_near(reading(&*solver, "saw.travel"), 0.3, 1e-9);
+    assert_near(reading(&*solver, "saw.mass"), 2.0 * 2.0 * 0.05 * 0.05 * 400.0, 1e-9);
+    assert_near(solver.removal_shape_travel()[0].unwrap(), 0.3, 1e-9);
 }
 
 #[test]
@@ -75,8 +75,8 @@ fn a_restored_solver_goes_on_cutting_bit_for_bit() {
     let before = first.points();
     for solver in [&mut first, &mut second] {
         let dt = solver.limit().dt;
-        steps(&mut **solver, 1, 0.5 * dt);
-        advance(&mut **solver, 120);
+        take_steps(&mut **solver, 1, 0.5 * dt);
+        advance_steps(&mut **solver, 120);
     }
     assert!(first.points() < before);
     assert_eq!(first.saved().unwrap(), second.saved().unwrap());
@@ -129,9 +129,9 @@ fn a_layer_with_a_slanted_end_is_not_cut_there_before_the_saw_has_come() {
     let case = Case::from_json(&value.to_string()).unwrap();
     let mut solver = begun(&value);
     let tip = |solver: &dyn Solver| {
-        colluvium_case::measure::read(&case, &solver.snapshot(), None, &solver.travels_of_cuts())[0].2
+        colluvium_case::measure::read(&case, &solver.snapshot(), None, &solver.removal_shape_travel())[0].2
     };
-    near(tip(&*solver), 0.0, 0.0);
+    assert_near(tip(&*solver), 0.0, 0.0);
     advance_to(&mut *solver, 0.09);
-    near(tip(&*solver), 0.3, 1e-12);
+    assert_near(tip(&*solver), 0.3, 1e-12);
 }

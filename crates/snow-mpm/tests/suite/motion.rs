@@ -2,8 +2,8 @@
 
 use colluvium_case::Case;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::cases::{advance, advance_to, solve, stresses, vectors};
-use colluvium_testkit::near;
+use colluvium_testkit::assert_near;
+use colluvium_testkit::cases::{advance_steps, advance_to, solve, stresses, vectors};
 use serde_json::{Value, json};
 
 use crate::common::{ball, begun, block, reading, velocities};
@@ -23,12 +23,12 @@ fn a_translation_keeps_velocity_and_shape() {
     for options in transfers() {
         let mut solver = begun(&block(&json!({ "kind": "uniform", "value": [3, -2] }), &options));
         let start = solver.snapshot();
-        advance(&mut *solver, 40);
+        advance_steps(&mut *solver, 40);
         let end = solver.snapshot();
         for (velocity, (a, b)) in velocities(&end).iter().zip(start.positions.iter().zip(&end.positions)) {
-            near(velocity[0], 3.0, 1e-11);
-            near(velocity[1], -2.0, 1e-11);
-            near(b[0] - a[0], 3.0 * end.time, 1e-12);
+            assert_near(velocity[0], 3.0, 1e-11);
+            assert_near(velocity[1], -2.0, 1e-11);
+            assert_near(b[0] - a[0], 3.0 * end.time, 1e-12);
         }
         assert!(stresses(&end).as_flattened().iter().all(|s| s.abs() < 1e-5), "{options}");
     }
@@ -68,7 +68,7 @@ fn a_bar_in_one_dimension_swings_as_a_confined_strip_does() {
     let (bar, strip) = (ran(false), ran(true));
     assert!(bar[1] > 0.1 * bar[0], "{bar:?}");
     for (one, two) in bar.iter().zip(strip) {
-        near(*one, two, 5e-3 * (bar[0] + bar[1]));
+        assert_near(*one, two, 5e-3 * (bar[0] + bar[1]));
     }
 }
 
@@ -87,8 +87,8 @@ fn free_fall_is_that_of_the_integrator() {
         let (end, t) = (solver.snapshot(), solver.time());
         let fall = t - 0.5 * 9.81 * t * (t + 2e-4);
         for (a, b) in start.positions.iter().zip(&end.positions) {
-            near(b[0] - a[0], 0.5 * t, 1e-12);
-            near(b[1] - a[1], fall, 1e-12);
+            assert_near(b[0] - a[0], 0.5 * t, 1e-12);
+            assert_near(b[1] - a[1], fall, 1e-12);
         }
     }
 }
@@ -104,20 +104,20 @@ fn apic_keeps_an_affine_motion_and_both_momenta() {
     solver.step(1e-3).unwrap();
     let end = solver.snapshot();
     for (x, v) in start.positions.iter().zip(velocities(&end)) {
-        near(v[0], 0.2 + 0.3 * (x[0] - 1.0) - 2.0 * (x[1] - 1.0), 1e-12);
-        near(v[1], 0.1 + 1.0 * (x[0] - 1.0) - 0.4 * (x[1] - 1.0), 1e-12);
+        assert_near(v[0], 0.2 + 0.3 * (x[0] - 1.0) - 2.0 * (x[1] - 1.0), 1e-12);
+        assert_near(v[1], 0.1 + 1.0 * (x[0] - 1.0) - 0.4 * (x[1] - 1.0), 1e-12);
     }
     let spin =
         json!({ "kind": "linear", "value": [0.2, 0.1], "origin": [1, 1], "gradient": [[0, -10], [10, 0]] });
     for shape in ["cubic", "quadratic"] {
         let mut solver = begun(&block(&spin, &json!({ "shape": shape, "courant_elastic": 0.3 })));
         let start = solver.totals();
-        advance(&mut *solver, 300);
+        advance_steps(&mut *solver, 300);
         let end = solver.totals();
         for c in 0..2 {
-            near(end.momentum[c] / start.momentum[c], 1.0, 1e-11);
+            assert_near(end.momentum[c] / start.momentum[c], 1.0, 1e-11);
         }
-        near(end.angular_momentum[2] / start.angular_momentum[2], 1.0, 1e-11);
+        assert_near(end.angular_momentum[2] / start.angular_momentum[2], 1.0, 1e-11);
         let lost = 1.0 - (end.kinetic + end.elastic) / start.kinetic;
         assert!((0.0..1e-3).contains(&lost), "{shape}: {lost}");
     }
@@ -138,10 +138,10 @@ fn what_transfers_filter_is_nothing_of_an_affine_motion_and_all_of_a_jump() {
         }
         let filtered = reading(&*solver, "energy_filtered");
         // Without stiffness the points' energy changes on its way to the nodes and back only.
-        near(filtered, start.kinetic - solver.totals().kinetic, 1e-9 * start.kinetic);
-        near(reading(&*solver, "energy_numerical"), filtered, 1e-9 * start.kinetic);
+        assert_near(filtered, start.kinetic - solver.totals().kinetic, 1e-9 * start.kinetic);
+        assert_near(reading(&*solver, "energy_numerical"), filtered, 1e-9 * start.kinetic);
         match transfer {
-            "apic" => near(filtered, 0.0, 1e-9 * start.kinetic),
+            "apic" => assert_near(filtered, 0.0, 1e-9 * start.kinetic),
             _ => assert!(filtered > 0.01 * start.kinetic, "{filtered} of {}", start.kinetic),
         }
     }
@@ -157,8 +157,8 @@ fn the_energy_balance_closes_by_what_the_numerics_take() {
     let walls = reading(&*solver, "work_of_walls");
     let gravity = reading(&*solver, "work_of_gravity");
     let numerical = reading(&*solver, "energy_numerical");
-    near(gravity, start.potential - end.potential, 1e-9 * start.kinetic);
-    near(
+    assert_near(gravity, start.potential - end.potential, 1e-9 * start.kinetic);
+    assert_near(
         start.kinetic + gravity + walls,
         end.kinetic + end.elastic + plastic + numerical,
         1e-9 * start.kinetic,
@@ -176,7 +176,7 @@ fn a_ball_comes_to_rest_on_the_floor_and_none_of_it_passes() {
     let lowest = end.positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
     assert!((-0.04..0.06).contains(&lowest), "{lowest}");
     let mean = end.positions.iter().map(|x| x[0]).sum::<f64>() / end.positions.len() as f64;
-    near(mean, 0.0, 1e-9);
+    assert_near(mean, 0.0, 1e-9);
     assert!(solver.totals().momentum[1] > -0.3 * 5.0 * solver.totals().mass, "the floor has stopped it");
 }
 
@@ -210,7 +210,7 @@ fn a_block_slides_down_an_incline_by_coulombs_law() {
         (mean, 0.5 * 9.81 * (sine - friction * cosine) * 0.25)
     };
     let (moved, exact) = slide(0.3);
-    near(moved / exact, 1.0, 0.01);
+    assert_near(moved / exact, 1.0, 0.01);
     let (moved, _) = slide(0.7);
-    near(moved, 0.0, 1e-3);
+    assert_near(moved, 0.0, 1e-3);
 }

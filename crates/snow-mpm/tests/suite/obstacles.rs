@@ -2,7 +2,7 @@
 
 use colluvium_case::Solver;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::cases::{advance_to, begin, changed};
+use colluvium_testkit::cases::{advance_to, case_with, start_solver};
 use serde_json::{Value, json};
 
 use crate::common::{reading, refused, velocities};
@@ -34,8 +34,8 @@ fn block_on_plane(wall: &Value) -> Value {
 /// After settling: mean acceleration down the plane (m/s²), way down it (m), and work of walls and that of friction over that of
 /// gravity.
 fn slid(wall: &Value) -> [f64; 4] {
-    let case = changed(block_on_plane(wall), &json!({}));
-    let mut solver = begin(&SnowMpm, &case);
+    let case = case_with(block_on_plane(wall), &json!({}));
+    let mut solver = start_solver(&SnowMpm, &case);
     let works = |solver: &dyn Solver| {
         ["work_of_walls", "obstacles.friction", "work_of_gravity"].map(|name| reading(solver, name))
     };
@@ -111,8 +111,8 @@ fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
         json!({ "kind": "smooth" }),
         json!({ "kind": "frictional", "friction_coefficient": 0.4 }),
     ] {
-        let case = changed(rammed(&wall), &json!({}));
-        let mut solver = begin(&SnowMpm, &case);
+        let case = case_with(rammed(&wall), &json!({}));
+        let mut solver = start_solver(&SnowMpm, &case);
         advance_to(&mut *solver, 0.08);
         let given = solver.totals().momentum;
         let borne = solver.reaction("ram").unwrap().impulse;
@@ -121,7 +121,7 @@ fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
         for c in 0..2 {
             assert!((given[c] + borne[c]).abs() < 1e-9 * given[0], "{wall}: {given:?} {borne:?}");
         }
-        let readings = colluvium_case::measure::of_solver(&case, &*solver);
+        let readings = colluvium_case::measure::solver_outputs(&case, &*solver);
         let pressure = readings.iter().find(|(name, ..)| name == "pressure.impulse").unwrap().2;
         assert!((pressure + given[0] / 0.5).abs() < 1e-9 * given[0], "{pressure}");
         // Work of the ball is what there is, but for what the numerics take.
@@ -142,8 +142,8 @@ fn spin_kept(bowl: &Value) -> f64 {
         json!({ "kind": "ball", "centre": [2, 1.5], "radius": 0.5, "hollow": true });
     case["obstacles"][0]["motion"] = bowl.clone();
     case["stages"] = json!([{ "name": "turn", "duration": 0.1 }]);
-    let case = changed(case, &json!({}));
-    let mut solver = begin(&SnowMpm, &case);
+    let case = case_with(case, &json!({}));
+    let mut solver = start_solver(&SnowMpm, &case);
     let before = solver.totals();
     assert!(before.momentum[0].abs() < 1e-9);
     advance_to(&mut *solver, 0.05);
@@ -168,8 +168,8 @@ fn a_settled_block_presses_by_its_weight() {
         { "name": "settle", "duration": 0.5, "gravity_ramp": 0.3, "damping": 0.5 },
         { "name": "rest", "duration": 0.5 }
     ]);
-    let case = changed(case, &json!({}));
-    let mut solver = begin(&SnowMpm, &case);
+    let case = case_with(case, &json!({}));
+    let mut solver = start_solver(&SnowMpm, &case);
     let state = |solver: &dyn Solver| {
         [solver.reaction("plane").unwrap().impulse[1], solver.totals().momentum[1], solver.time()]
     };
@@ -203,7 +203,7 @@ fn reactions_of_more_obstacles_than_are_added_up_are_refused() {
 
 #[test]
 fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
-    let case = changed(
+    let case = case_with(
         json!({
             "title": "block", "space": "plane-strain", "gravity": [0, -GRAVITY],
             "domain": { "min": [0, 0.3], "max": [3, 0.9] },
@@ -219,7 +219,7 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
         }),
         &json!({}),
     );
-    let mut solver = begin(&SnowMpm, &case);
+    let mut solver = start_solver(&SnowMpm, &case);
     let middle = |solver: &dyn Solver| {
         let places = solver.snapshot().positions;
         places.iter().map(|x| x[0]).sum::<f64>() / places.len() as f64
@@ -242,7 +242,7 @@ fn an_obstacle_tells_the_moment_of_what_it_bears_and_a_fast_one_shortens_the_ste
     value["obstacles"][0]["shape"]["centre"] = json!([1.2, 1.2]);
     value["obstacles"][0]["motion"] = json!({ "velocity": [3, 0] });
     value["methods"]["snow-mpm"]["transfer"] = json!("apic");
-    let mut solver = begin(&SnowMpm, &changed(value.clone(), &json!({})));
+    let mut solver = start_solver(&SnowMpm, &case_with(value.clone(), &json!({})));
     let mut given = 0.0;
     while solver.time() < 0.08 {
         let dt = solver.step(1.0).unwrap().dt;
@@ -254,7 +254,7 @@ fn an_obstacle_tells_the_moment_of_what_it_bears_and_a_fast_one_shortens_the_ste
     let turn = totals.angular_momentum[2] - (2.0 * py - 1.5 * px);
     assert!(given > 0.0 && (turn / given - 1.0).abs() < 0.02, "{turn} for {given}");
     value["obstacles"][0]["motion"] = json!({ "velocity": [300, 0] });
-    let step = begin(&SnowMpm, &changed(value.clone(), &json!({}))).limit();
+    let step = start_solver(&SnowMpm, &case_with(value.clone(), &json!({}))).limit();
     assert_eq!((step.dt, step.limit.to_string().as_str()), (0.5 * 0.05 / 300.0, "motion of an obstacle"));
     value["methods"]["snow-mpm"]["time_step"] = json!(2e-4);
     let error = refused(&value);

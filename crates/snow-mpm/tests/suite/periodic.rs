@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::cases::{advance, advance_to, scalars, vectors, with};
+use colluvium_testkit::cases::{advance_steps, advance_to, scalars, vectors, with_keys};
 use serde_json::{Value, json};
 
 use crate::common::{begun, refused};
@@ -27,7 +27,7 @@ fn drifting(shrink: f64, seam: f64, options: &Value) -> Value {
         "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
         "bodies": bodies,
         "stages": [{ "name": "go", "duration": 1 }],
-        "methods": { "snow-mpm": with(json!({ "cell_size": 0.05 }), options) }
+        "methods": { "snow-mpm": with_keys(json!({ "cell_size": 0.05 }), options) }
     })
 }
 
@@ -60,7 +60,7 @@ fn where_the_seam_lies_makes_no_difference() {
         let ends = [0.0, 0.5].map(|seam| {
             let mut solver = begun(&drifting(0.5, seam, &options));
             advance_to(&mut *solver, 0.05);
-            let readings = solver.readings().into_iter().map(|(_, _, value)| value).collect::<Vec<_>>();
+            let readings = solver.scalar_outputs().into_iter().map(|(_, _, value)| value).collect::<Vec<_>>();
             (solver.totals(), readings)
         });
         let [(whole, own), (cut, other)] = ends;
@@ -81,7 +81,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut solver = begun(&case);
-            advance(&mut *solver, 200);
+            advance_steps(&mut *solver, 200);
             (solver.snapshot().hash(), solver.saved().unwrap())
         })
     };
@@ -92,8 +92,8 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
     second.restore(&mut saved.as_slice()).unwrap();
     second.begin_stage(0, 0.0).unwrap();
     let mut first = begun(&case);
-    advance(&mut *first, 400);
-    advance(&mut *second, 200);
+    advance_steps(&mut *first, 400);
+    advance_steps(&mut *second, 200);
     assert_eq!(first.saved().unwrap(), second.saved().unwrap());
 }
 

@@ -2,7 +2,7 @@
 
 use colluvium_case::PlanRaster;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::cases::{advance_to, begin, changed};
+use colluvium_testkit::cases::{advance_to, case_with, start_solver};
 use serde_json::{Value, json};
 
 use crate::common::refused;
@@ -27,8 +27,8 @@ fn of<'a>(rasters: &'a [PlanRaster], name: &str) -> &'a PlanRaster {
 
 #[test]
 fn rasters_tell_what_has_gone_over_the_plan() {
-    let case = changed(sliding(), &json!({}));
-    let mut solver = begin(&SnowMpm, &case);
+    let case = case_with(sliding(), &json!({}));
+    let mut solver = start_solver(&SnowMpm, &case);
     advance_to(&mut *solver, 0.4);
     let rasters = solver.rasters();
     let thickness = of(&rasters, "final_thickness_vertical");
@@ -36,7 +36,7 @@ fn rasters_tell_what_has_gone_over_the_plan() {
     assert!((volume / (0.4 * 0.4 * 0.3) - 1.0).abs() < 1e-9, "{volume}");
     let at = |name: &str, x: f64, y: f64| {
         let raster = &of(&rasters, name).raster;
-        raster.at((x / 0.2) as usize, (y / 0.2) as usize)
+        raster.value((x / 0.2) as usize, (y / 0.2) as usize)
     };
     for x in [0.5, 0.9, 1.3] {
         assert!((at("peak_thickness_vertical", x, 0.5) - 0.3).abs() < 1e-6, "{x}");
@@ -51,12 +51,12 @@ fn rasters_tell_what_has_gone_over_the_plan() {
 
 #[test]
 fn rasters_go_on_after_a_restart() {
-    let case = changed(sliding(), &json!({}));
-    let mut whole = begin(&SnowMpm, &case);
+    let case = case_with(sliding(), &json!({}));
+    let mut whole = start_solver(&SnowMpm, &case);
     advance_to(&mut *whole, 0.1);
     let mut file = Vec::new();
     whole.save(&mut file).unwrap();
-    let mut resumed = begin(&SnowMpm, &case);
+    let mut resumed = start_solver(&SnowMpm, &case);
     resumed.restore(&mut &file[..]).unwrap();
     for solver in [&mut whole, &mut resumed] {
         advance_to(&mut **solver, 0.2);
@@ -90,7 +90,7 @@ fn rasters_on_a_map_are_those_near_zero_where_the_map_says() {
         case
     };
     let [near, far] = [placed(0.0, 0.0), placed(500_000.0, 4_000_000.0)].map(|case| {
-        let mut solver = begin(&SnowMpm, &changed(case, &json!({})));
+        let mut solver = start_solver(&SnowMpm, &case_with(case, &json!({})));
         advance_to(&mut *solver, 0.05);
         solver.rasters()
     });

@@ -3,7 +3,7 @@
 use colluvium_case::Case;
 use colluvium_case::Method;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::cases::{advance, steps};
+use colluvium_testkit::cases::{advance_steps, take_steps};
 use serde_json::json;
 
 use crate::common::{ball, begun};
@@ -15,10 +15,10 @@ fn the_result_is_the_same_on_any_number_of_threads() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let mut solver = begun(&ball(&options));
-                advance(&mut *solver, 150);
+                advance_steps(&mut *solver, 150);
                 (
                     solver.snapshot().hash(),
-                    solver.readings().iter().map(|r| r.2.to_bits()).collect::<Vec<_>>(),
+                    solver.scalar_outputs().iter().map(|r| r.2.to_bits()).collect::<Vec<_>>(),
                 )
             })
         };
@@ -31,7 +31,7 @@ fn a_restored_solver_goes_on_bit_for_bit() {
     let case = Case::from_json(&ball(&json!({})).to_string()).unwrap();
     let mut first = begun(&ball(&json!({})));
     // Far enough for points to have been sorted again, and to have drifted since.
-    advance(&mut *first, 220);
+    advance_steps(&mut *first, 220);
     let saved = first.saved().unwrap();
     let mut second = SnowMpm.build(&case).unwrap();
     second.restore(&mut saved.as_slice()).unwrap();
@@ -39,8 +39,8 @@ fn a_restored_solver_goes_on_bit_for_bit() {
     assert_eq!(second.saved().unwrap(), saved);
     for solver in [&mut first, &mut second] {
         let dt = solver.limit().dt;
-        steps(&mut **solver, 1, 0.5 * dt);
-        advance(&mut **solver, 120);
+        take_steps(&mut **solver, 1, 0.5 * dt);
+        advance_steps(&mut **solver, 120);
     }
     assert_eq!(first.snapshot().hash(), second.snapshot().hash());
     assert_eq!(first.saved().unwrap(), second.saved().unwrap());

@@ -1,9 +1,10 @@
 //! What the options allow (sheet: sph §7), and what they allow with a word.
 
 use super::{
-    Confining, Continuity, DensityReset, Formulation, Kernel, Momentum, Regularisation, ShiftingSpeed,
-    SmoothingLength, SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress,
-    growth, half, ten, thirty,
+    ConfiningPressure, ContinuityEquation, DensityReset, Kernel, LagrangianFormulation, MomentumEquation,
+    Regularisation, ShiftingSpeed, SmoothingLength, SphOptions, Symmetrisation, Tensile, TimeIntegration,
+    VelocityGradientOperator, WallStress, default_regularisation_steps, default_reset_steps, default_wall_k0,
+    growth,
 };
 
 impl SphOptions {
@@ -55,7 +56,7 @@ impl SphOptions {
             rule("tensile.strength", strength, (0.0..=1.0).contains(&strength), "is not in 0..=1")?;
             rule("tensile.exponent", exponent, positive(exponent), "must be finite and positive")?;
         }
-        if let Some(Confining { pressure, ramp, .. }) = self.confining {
+        if let Some(ConfiningPressure { pressure, ramp, .. }) = self.confining {
             rule(
                 "confining.pressure",
                 pressure,
@@ -93,26 +94,26 @@ impl SphOptions {
         if self.is_variable() && self.confining.is_some() {
             return Err(("smoothing_length", "must be constant where a pressure confines".to_owned()));
         }
-        if self.is_variable() && self.continuity == Continuity::Summation {
+        if self.is_variable() && self.continuity == ContinuityEquation::Summation {
             return Err(("continuity", "summation needs a constant smoothing length".to_owned()));
         }
         if grad_h && self.smoothing_length != SmoothingLength::Density {
             return Err(("symmetrisation", "grad-h needs smoothing_length density".to_owned()));
         }
-        if grad_h && self.momentum != Momentum::Rho2 {
+        if grad_h && self.momentum != MomentumEquation::Rho2 {
             return Err(("momentum", "must be rho2 with grad-h, its adjoint".to_owned()));
         }
-        if grad_h && !matches!(self.continuity, Continuity::Trace | Continuity::Mass) {
+        if grad_h && !matches!(self.continuity, ContinuityEquation::Trace | ContinuityEquation::Mass) {
             return Err(("continuity", "must be trace or mass with grad-h".to_owned()));
         }
-        if self.continuity == Continuity::Summation && self.wall_stress != WallStress::Pairwise {
+        if self.continuity == ContinuityEquation::Summation && self.wall_stress != WallStress::Pairwise {
             return Err(("wall_stress", "must be pairwise where density is summed".to_owned()));
         }
         if self.is_variable() && self.wall_stress != WallStress::Pairwise {
             return Err(("wall_stress", "must be pairwise where the smoothing length varies".to_owned()));
         }
-        let corrects = self.momentum == Momentum::Corrected;
-        use VelocityGradient::{Compatible, Corotated, Corrected};
+        let corrects = self.momentum == MomentumEquation::Corrected;
+        use VelocityGradientOperator::{Compatible, Corotated, Corrected};
         let fits = matches!(self.velocity_gradient, Compatible | Corotated | Corrected);
         if corrects && !fits {
             return Err(("velocity_gradient", "must be corrected where momentum is".to_owned()));
@@ -134,7 +135,7 @@ impl SphOptions {
                 "must be own with more than one of ranks: a rank knows its particles only".to_owned(),
             ));
         }
-        if self.formulation == Formulation::TotalLagrangian && self.ranks > 1 {
+        if self.formulation == LagrangianFormulation::TotalLagrangian && self.ranks > 1 {
             return Err(("formulation", "must be updated with more than one of ranks".to_owned()));
         }
         if stages && self.smoothing_length == SmoothingLength::Rate {
@@ -172,8 +173,12 @@ impl SphOptions {
         warn("smoothing", few, "Wendland kernels need at least 1.2");
         warn("viscosity_linear", self.viscosity_linear > 2.0, "more than 2 shortens run-outs");
         warn("courant", self.courant > 0.4, "more than 0.4 may be unstable near walls and surfaces");
-        warn("momentum", self.momentum == Momentum::Difference, "this form does not conserve momentum");
-        let unlike = self.confining.is_some() && self.momentum != Momentum::RhoRho;
+        warn(
+            "momentum",
+            self.momentum == MomentumEquation::Difference,
+            "this form does not conserve momentum",
+        );
+        let unlike = self.confining.is_some() && self.momentum != MomentumEquation::RhoRho;
         let text = "only rho-rho balances a confining pressure: others leave forces where densities or gradients vary";
         warn("momentum", unlike, text);
         let smooths = self.regularisation != Regularisation::None;
@@ -181,10 +186,25 @@ impl SphOptions {
         let extrapolates = self.wall_stress == WallStress::Extrapolated;
         let diffuses = self.stress_diffusion > 0.0;
         for (name, is_set, has_effect, what) in [
-            ("regularisation_steps", self.regularisation_steps != ten(), smooths, "regularisation"),
-            ("density_reset_steps", self.density_reset_steps != thirty(), renews, "density_reset"),
-            ("stress_diffusion_k0", self.stress_diffusion_k0 != half(), diffuses, "stress_diffusion"),
-            ("wall_k0", self.wall_k0 != half(), extrapolates, "wall_stress extrapolated"),
+            (
+                "regularisation_steps",
+                self.regularisation_steps != default_regularisation_steps(),
+                smooths,
+                "regularisation",
+            ),
+            (
+                "density_reset_steps",
+                self.density_reset_steps != default_reset_steps(),
+                renews,
+                "density_reset",
+            ),
+            (
+                "stress_diffusion_k0",
+                self.stress_diffusion_k0 != default_wall_k0(),
+                diffuses,
+                "stress_diffusion",
+            ),
+            ("wall_k0", self.wall_k0 != default_wall_k0(), extrapolates, "wall_stress extrapolated"),
             (
                 "symmetrisation",
                 !matches!(self.symmetrisation, Symmetrisation::Arithmetic | Symmetrisation::GradH),
@@ -200,8 +220,8 @@ impl SphOptions {
         ] {
             warn(name, is_set && !has_effect, &format!("has no effect without {what}"));
         }
-        let pair =
-            self.velocity_gradient != VelocityGradient::Corrected || self.momentum == Momentum::Corrected;
+        let pair = self.velocity_gradient != VelocityGradientOperator::Corrected
+            || self.momentum == MomentumEquation::Corrected;
         let viscous = self.viscosity_linear + self.viscosity_quadratic + self.hourglass_viscosity > 0.0;
         warn(
             "velocity_gradient",

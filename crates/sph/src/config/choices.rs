@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Form of the momentum equation (sheet: sph §2.6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Momentum {
+pub enum MomentumEquation {
     /// `Σ m_j (σ_i / ρ_i² + σ_j / ρ_j²) ∇W`.
     #[default]
     Rho2,
@@ -22,7 +22,7 @@ pub enum Momentum {
 /// Form of the continuity equation (sheet: sph §2.6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Continuity {
+pub enum ContinuityEquation {
     /// `-ρ_i tr L` with the velocity gradient that the law gets, so that density and strain agree, at surfaces too: `mass`
     /// with its operator `density-difference`, `volume` with `difference`, exact for linear fields with `corrected`.
     #[default]
@@ -38,7 +38,7 @@ pub enum Continuity {
 /// Operator of the velocity gradient (sheet: sph §2.3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum VelocityGradient {
+pub enum VelocityGradientOperator {
     /// The adjoint of the momentum equation, which conserves energy: `density-difference` with `rho2`,
     /// `difference` otherwise.
     #[default]
@@ -246,7 +246,7 @@ pub enum ShiftingSpeed {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "SphFormulation")]
-pub enum Formulation {
+pub enum LagrangianFormulation {
     /// The present one: neighbours change.
     #[default]
     Updated,
@@ -257,7 +257,7 @@ pub enum Formulation {
 /// Confining pressure of a flexible membrane (sheet: sph §2.13 g).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Confining {
+pub struct ConfiningPressure {
     /// Pressure (Pa), at least 0.
     pub pressure: f64,
     /// Time over which it grows from zero (s).
@@ -268,13 +268,13 @@ pub struct Confining {
     pub bodies: Option<Vec<String>>,
     /// The particles it acts on.
     #[serde(default)]
-    pub on: Confined,
+    pub on: ConfinedParticles,
 }
 
 /// Particles that a confining pressure acts on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Confined {
+pub enum ConfinedParticles {
     /// Those at the surface and their nearest neighbours.
     #[default]
     Surface,

@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 /// A factor that varies in time: straight lines between the given values, constant before the first and after the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct History {
+pub struct TimeHistory {
     /// Times of the run (s), each later than the one before.
     pub times: Vec<f64>,
     /// The factor at each of them.
     pub factors: Vec<f64>,
 }
 
-impl History {
+impl TimeHistory {
     /// Checks that it is a function of time.
     ///
     /// # Errors
@@ -32,7 +32,7 @@ impl History {
                 return Err((format!("{key}[{number}]"), format!("{} is not finite", values[number])));
             }
         }
-        let descent = lines::descents(self.times.iter().copied(), false).next();
+        let descent = lines::non_ascending(self.times.iter().copied(), false).next();
         descent.map_or(Ok(()), |(number, time, before)| {
             let problem = format!("{time} s is not later than the time before, {before} s");
             Err((format!("times[{number}]"), problem))
@@ -47,19 +47,19 @@ impl History {
     /// Its mean from `start` to the later time `end` (s): what moves with it in a step ends where it should, however long
     /// the step is.
     pub fn mean(&self, start: f64, end: f64) -> f64 {
-        let (area, last, rest) = self.pieces(start, end);
+        let (area, last, rest) = self.integral_pieces(start, end);
         if last == start { rest } else { (area + (end - last) * rest) / (end - start) }
     }
 
     /// The area under it from `start` to the later time `end` (s).
-    pub fn area(&self, start: f64, end: f64) -> f64 {
-        let (area, last, rest) = self.pieces(start, end);
+    pub fn integral(&self, start: f64, end: f64) -> f64 {
+        let (area, last, rest) = self.integral_pieces(start, end);
         area + (end - last) * rest
     }
 
     /// The area under it from `start` to its last corner before `end`, the time of this corner (`start` without any), and
     /// its mean from there to `end`.
-    fn pieces(&self, start: f64, end: f64) -> (f64, f64, f64) {
+    fn integral_pieces(&self, start: f64, end: f64) -> (f64, f64, f64) {
         let (mut area, mut last) = (0.0, (start, self.at(start)));
         let first = self.times.partition_point(|t| *t <= start);
         for (&time, &factor) in self.times[first..].iter().zip(&self.factors[first..]) {
@@ -77,8 +77,8 @@ impl History {
 mod tests {
     use super::*;
 
-    fn history() -> History {
-        History { times: vec![1.0, 2.0, 4.0], factors: vec![0.0, 3.0, -1.0] }
+    fn history() -> TimeHistory {
+        TimeHistory { times: vec![1.0, 2.0, 4.0], factors: vec![0.0, 3.0, -1.0] }
     }
 
     #[test]
@@ -88,7 +88,7 @@ mod tests {
         {
             assert_eq!(history().at(time), factor, "{time}");
         }
-        let step = History { times: vec![2.0], factors: vec![0.7] };
+        let step = TimeHistory { times: vec![2.0], factors: vec![0.7] };
         assert_eq!((step.at(0.0), step.mean(0.0, 5.0)), (0.7, 0.7));
     }
 
@@ -97,7 +97,7 @@ mod tests {
         let h = history();
         // ∫ is 1.5 over the first line and 2 over the second.
         assert!((h.mean(0.0, 5.0) - (1.5 + 2.0 - 1.0) / 5.0).abs() < 1e-15);
-        assert!((h.area(0.0, 5.0) - 2.5).abs() < 1e-15 && h.area(3.0, 3.0) == 0.0);
+        assert!((h.integral(0.0, 5.0) - 2.5).abs() < 1e-15 && h.integral(3.0, 3.0) == 0.0);
         assert!((h.mean(1.0, 1.5) - 0.75).abs() < 1e-15);
         assert!((h.mean(1.5, 3.0) - (1.125 + 2.0) / 1.5).abs() < 1e-15);
         let (mut sum, mut time) = (0.0, 0.0);
@@ -118,7 +118,7 @@ mod tests {
             (vec![0.0, 1.0], vec![1.0, f64::INFINITY], "factors[1]"),
             (vec![0.0, 1.0, 1.0], vec![1.0, 1.0, 2.0], "times[2]"),
         ] {
-            assert_eq!(History { times, factors }.validate().unwrap_err().0, key);
+            assert_eq!(TimeHistory { times, factors }.validate().unwrap_err().0, key);
         }
     }
 }

@@ -2,28 +2,28 @@
 
 use std::ops::Range;
 
-use super::{SOFTENING, Sums};
-use crate::config::Momentum;
-use crate::lanes::{self, Lanes, Motions, Rest};
+use super::{PairSums, SOFTENING};
+use crate::config::MomentumEquation;
+use crate::lanes::{self, Lanes, PackedKinematics, PackedState};
 
 /// What the momentum equation multiplies the stresses of a pair with.
 #[derive(Clone, Copy)]
-pub struct Form {
+pub struct MomentumForm {
     /// Of the particle's own stress: -1 in the form of the difference.
-    pub own: f64,
+    pub own_factor: f64,
     /// Whether the sum is divided by both densities.
-    pub by_both: bool,
+    pub divides_by_both: bool,
 }
 
-impl Form {
+impl MomentumForm {
     /// That of a momentum equation.
-    pub fn of(momentum: Momentum) -> Self {
-        let own = if momentum == Momentum::Difference { -1.0 } else { 1.0 };
-        Self { own, by_both: momentum != Momentum::Rho2 }
+    pub fn of_equation(momentum: MomentumEquation) -> Self {
+        let own = if momentum == MomentumEquation::Difference { -1.0 } else { 1.0 };
+        Self { own_factor: own, divides_by_both: momentum != MomentumEquation::Rho2 }
     }
 }
 
-impl<const D: usize> Sums<'_, D> {
+impl<const D: usize> PairSums<'_, D> {
     /// Acceleration of particle `i` by its neighbours (m/s²): steps 3 and 4 of `sheet: sph §3.3`. Keeps the weights
     /// of the pairs, and tells what share of it is the obstacles'.
     #[inline]
@@ -35,10 +35,10 @@ impl<const D: usize> Sums<'_, D> {
         by_obstacles: Option<&mut [f64; D]>,
     ) -> [f64; D] {
         let records = &self.shown.records;
-        let regular = self.regular(row);
+        let regular = self.first_mirrored(row);
         let own_record = [&records[i]; 4];
-        let (own, mine) = (lanes::motions::<D>(own_record), lanes::rest::<D>(own_record));
-        let form = Form::of(self.options.momentum);
+        let (own, mine) = (lanes::packed_kinematics::<D>(own_record), lanes::packed_state::<D>(own_record));
+        let form = MomentumForm::of_equation(self.options.momentum);
         let viscous = self.options.viscosity_linear > 0.0 || self.options.viscosity_quadratic > 0.0;
         let variable = self.options.is_variable();
         let grad_h = self.grad_h();
@@ -47,17 +47,17 @@ impl<const D: usize> Sums<'_, D> {
         }
         let thinness = Lanes::splat(1.0) / own.density;
         let mut sum = [Lanes::splat(0.0); D];
-        let (reach, mut push) = (self.close.map_or(0.0, |close| close.square), [0.0; D]);
-        lanes::fours(&row[..regular], i, |start, four, count| {
+        let (reach, mut push) = (self.short_range_repulsion.map_or(0.0, |close| close.square), [0.0; D]);
+        lanes::for_each_four(&row[..regular], i, |start, four, count| {
             let near = four.map(|j| &records[j]);
-            let (other, more) = (lanes::motions::<D>(near), lanes::rest::<D>(near));
+            let (other, more) = (lanes::packed_kinematics::<D>(near), lanes::packed_state::<D>(near));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
             let square = lanes::dot(&apart, &apart);
             let mut weight = if variable {
-                lanes::load(weights, start, count)
+                lanes::load_four(weights, start, count)
             } else {
                 let weight = self.smoothing.weights(square);
-                lanes::store(weights, start, count, weight);
+                lanes::store_four(weights, start, count, weight);
                 weight
             };
             let mass = other.volume * other.density;
@@ -67,11 +67,11 @@ impl<const D: usize> Sums<'_, D> {
                 weight = (weight + others) * 0.5;
                 lanes::product::<D>(&flux, &apart).map(|c| c * mass)
             } else {
-                let flux = std::array::from_fn(|c| mine.stress[c] * form.own + more.stress[c]);
-                let scale = weight * if form.by_both { other.volume * thinness } else { mass };
+                let flux = std::array::from_fn(|c| mine.stress[c] * form.own_factor + more.stress[c]);
+                let scale = weight * if form.divides_by_both { other.volume * thinness } else { mass };
                 lanes::product::<D>(&flux, &apart).map(|c| c * scale)
             };
-            if let Some(repelled) = self.repelled(i, four, square) {
+            if let Some(repelled) = self.repulsion_stress(i, four, square) {
                 let extra = lanes::product::<D>(&repelled, &apart);
                 (0..D).for_each(|c| pull[c] += extra[c] * (weight * mass));
             }
@@ -81,15 +81,15 @@ impl<const D: usize> Sums<'_, D> {
                 (0..D).for_each(|c| pull[c] += apart[c] * viscosity);
             }
             (0..D).for_each(|c| sum[c] += pull[c]);
-            if let Some(close) = self.close
+            if let Some(close) = self.short_range_repulsion
                 && square.simd_lt(Lanes::splat(reach)).any()
             {
-                self.push_apart(i, (close, four), (&apart, square), &mut push);
+                self.add_repulsion(i, (close, four), (&apart, square), &mut push);
             }
         });
         let mut sum = sum.map(lanes::sum);
         (0..D).for_each(|c| sum[c] += push[c]);
-        self.push_off_others(i, (row, &*weights), form, &mut sum, by_obstacles);
+        self.other_accelerations(i, (row, &*weights), form, &mut sum, by_obstacles);
         sum
     }
 
@@ -101,7 +101,7 @@ impl<const D: usize> Sums<'_, D> {
         weights: &mut [f64],
         body: &Range<usize>,
     ) -> [f64; D] {
-        let own = self.before(row, body.start)..self.before(row, body.end);
+        let own = self.neighbours_before(row, body.start)..self.neighbours_before(row, body.end);
         let mut by_obstacles = [0.0; D];
         let whole = self.acceleration(i, &row[own.clone()], &mut weights[own], Some(&mut by_obstacles));
         std::array::from_fn(|c| whole[c] - by_obstacles[c])
@@ -115,8 +115,9 @@ impl<const D: usize> Sums<'_, D> {
         weights: &mut [f64],
         body: &Range<usize>,
     ) -> [f64; D] {
-        let [own, rest] = [body.start, body.end].map(|number| self.before(row, number));
-        let [images, walls] = [self.particles.len(), self.first_wall].map(|number| self.before(row, number));
+        let [own, rest] = [body.start, body.end].map(|number| self.neighbours_before(row, number));
+        let [images, walls] = [self.particles.len(), self.first_wall_particle]
+            .map(|number| self.neighbours_before(row, number));
         let of_others = |k: &usize| !body.contains(&self.source(row[*k] as usize));
         let parts = [0..own, rest..images].into_iter();
         let mut sum = [0.0; D];
@@ -132,43 +133,44 @@ impl<const D: usize> Sums<'_, D> {
     }
 
     /// What acts on `i` beside its neighbours as they are: its image, corrections, walls that answer, obstacles, guards.
-    fn push_off_others(
+    fn other_accelerations(
         &self,
         i: usize,
         (row, weights): (&[u32], &[f64]),
-        form: Form,
+        form: MomentumForm,
         sum: &mut [f64; D],
         by_obstacles: Option<&mut [f64; D]>,
     ) {
-        let regular = self.regular(row);
-        if let Some(close) = self.close {
-            self.push_off_faces(i, close, sum);
+        let regular = self.first_mirrored(row);
+        if let Some(close) = self.short_range_repulsion {
+            self.add_image_repulsion(i, close, sum);
         }
-        if self.options.momentum == Momentum::Corrected {
+        if self.options.momentum == MomentumEquation::Corrected {
             self.add_corrected(i, &row[..regular], weights, sum);
         }
         if !self.walls.smooth.is_empty() {
-            self.push_off_smooth(i, row, form, sum);
+            self.smooth_acceleration(i, row, form, sum);
         }
         if regular < row.len() {
-            self.push_off_walls(i, &row[regular..], form, sum);
+            self.wall_acceleration(i, &row[regular..], form, sum);
         }
         if !self.walls.obstacles.is_empty() {
             let before = *sum;
-            self.push_off_obstacles(i, form, sum);
+            self.obstacle_acceleration(i, form, sum);
             if let Some(own) = by_obstacles {
                 *own = std::array::from_fn(|c| sum[c] - before[c]);
             }
         }
         if self.options.wall_guard > 0.0 {
-            self.guard_walls(i, &row[self.before(row, self.first_wall)..], sum);
+            self.wall_repulsion(i, &row[self.neighbours_before(row, self.first_wall_particle)..], sum);
         }
     }
 
     /// `F` of the kernels of the neighbours.
     fn weights_of_others(&self, four: [usize; 4], square: Lanes) -> Lanes {
         let square = square.to_array();
-        let weight = |k: usize| self.kernel_of(self.particles.length[four[k]]).weight(square[k].sqrt());
+        let weight =
+            |k: usize| self.kernel_of(self.particles.length[four[k]]).gradient_factor(square[k].sqrt());
         Lanes::new(std::array::from_fn(weight))
     }
 
@@ -176,8 +178,8 @@ impl<const D: usize> Sums<'_, D> {
     #[inline(always)]
     fn viscosity(
         &self,
-        (own, mine): (&Motions<D>, &Rest),
-        (other, more): (&Motions<D>, &Rest),
+        (own, mine): (&PackedKinematics<D>, &PackedState),
+        (other, more): (&PackedKinematics<D>, &PackedState),
         apart: &[Lanes; D],
         square: Lanes,
     ) -> Lanes {

@@ -3,20 +3,20 @@
 //! With `L^v_i = Σ V_j (v_j - v_i) ⊗ L_i ∇W` the stress power `-Σ V_i σ_i : L^v_i` is the power of the pair forces
 //! `V_i V_j (σ_i L_i + σ_j L_j) ∇W`: they conserve energy with it, and linear momentum too, for they are antisymmetric.
 
-use super::{Pairs, Sums};
-use crate::algebra::apart;
+use super::{PairContext, PairSums};
+use crate::algebra::separation;
 use crate::operators::product;
-use crate::particles::Matrix;
+use crate::particles::SquareMatrix;
 
-impl<const D: usize> Pairs<'_, D> {
+impl<const D: usize> PairContext<'_, D> {
     /// `L_i = M_i⁻¹` of the corrected gradient; the unit matrix where a particle sees too little around it.
-    pub fn correction(&self, i: usize, row: &[u32]) -> Matrix<D> {
+    pub fn correction(&self, i: usize, row: &[u32]) -> SquareMatrix<D> {
         let unit = std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
         self.moment(i, row).correction().unwrap_or(unit)
     }
 }
 
-impl<const D: usize> Sums<'_, D> {
+impl<const D: usize> PairSums<'_, D> {
     /// `σ_i L_i x`.
     fn corrected_traction(&self, i: usize, x: &[f64; D]) -> [f64; D] {
         let turned = product(&self.shown.correction[i], x);
@@ -32,7 +32,7 @@ impl<const D: usize> Sums<'_, D> {
             if weight == 0.0 || self.walls.smooth.contain(j) {
                 continue;
             }
-            let (apart, _) = apart(&p.position[i], &p.position[j]);
+            let (apart, _) = separation(&p.position[i], &p.position[j]);
             let (own, other) = (self.corrected_traction(i, &apart), self.corrected_traction(j, &apart));
             let scale = p.mass[j] * weight / (p.density[i] * p.density[j]);
             (0..D).for_each(|c| sum[c] += scale * (own[c] + other[c]));

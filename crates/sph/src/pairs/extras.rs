@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use colluvium_constitutive::SymTensor;
 
-use super::Pairs;
-use crate::algebra::{apart, geostatic};
-use crate::config::LONGEST_SHIFT;
-use crate::operators::{Moment, product};
-use crate::particles::Matrix;
+use super::PairContext;
+use crate::algebra::{geostatic_stress, separation};
+use crate::config::MAX_SHIFT;
+use crate::operators::{GradientMoment, product};
+use crate::particles::SquareMatrix;
 
 /// Keeps the diffusion of stress finite for particles that meet (sheet: sph §2.10).
 const SOFTENING: f64 = 1e-4;
@@ -29,17 +29,17 @@ pub struct Shift<const D: usize> {
     pub stress: SymTensor,
 }
 
-impl<const D: usize> Pairs<'_, D> {
+impl<const D: usize> PairContext<'_, D> {
     /// Velocity of the neighbours less the particle's own, averaged (XSPH, without its factor).
-    pub fn drift(&self, i: usize, row: &[u32]) -> [f64; D] {
+    pub fn xsph_velocity(&self, i: usize, row: &[u32]) -> [f64; D] {
         let p = self.particles;
         let mut sum = [0.0; D];
-        for &j in &row[..self.before(row, self.first_wall)] {
+        for &j in &row[..self.neighbours_before(row, self.first_wall_particle)] {
             let j = j as usize;
             if self.walls.smooth.contain(j) {
                 continue;
             }
-            let (_, square) = apart(&p.position[i], &p.position[j]);
+            let (_, square) = separation(&p.position[i], &p.position[j]);
             let weight = 2.0 * p.mass[j] / (p.density[i] + p.density[j]) * self.value(i, j, square.sqrt());
             for c in 0..D {
                 sum[c] += weight * (p.velocity[j][c] - p.velocity[i][c]);
@@ -52,10 +52,15 @@ impl<const D: usize> Pairs<'_, D> {
     /// velocity of a pair, what is left of it beyond the mean of both velocity gradients; of pairs that approach and
     /// of pairs that part. After the hourglass viscosity of Flanagan & Belytschko (1981), in the pairwise form of
     /// Ganzenmüller (2015). Conserves both momenta.
-    pub fn hourglass(&self, i: usize, (row, weights): (&[u32], &[f64]), gradients: &[Matrix<D>]) -> [f64; D] {
+    pub fn hourglass_acceleration(
+        &self,
+        i: usize,
+        (row, weights): (&[u32], &[f64]),
+        gradients: &[SquareMatrix<D>],
+    ) -> [f64; D] {
         let p = self.particles;
         let mut sum = [0.0; D];
-        for (&j, weight) in row[..self.before(row, self.first_wall)].iter().zip(weights) {
+        for (&j, weight) in row[..self.neighbours_before(row, self.first_wall_particle)].iter().zip(weights) {
             let j = j as usize;
             if self.walls.smooth.contain(j) {
                 continue;
@@ -66,7 +71,7 @@ impl<const D: usize> Pairs<'_, D> {
                 let image = &self.walls.images[j - p.len()];
                 image.gradient(&gradients[image.source as usize])
             };
-            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            let (apart, square) = separation(&p.position[i], &p.position[j]);
             let unseen = |c: usize| {
                 let seen: f64 = (0..D).map(|b| (gradients[i][c][b] + gradient[c][b]) * apart[b]).sum();
                 p.velocity[j][c] - p.velocity[i][c] - 0.5 * seen
@@ -86,8 +91,8 @@ impl<const D: usize> Pairs<'_, D> {
         let mut sum = p.mass[i] * self.smoothing.value(0.0);
         for &j in row {
             let j = j as usize;
-            let k = self.counts_as(i, j);
-            let (_, square) = apart(&p.position[i], &p.position[j]);
+            let k = self.effective_index(i, j);
+            let (_, square) = separation(&p.position[i], &p.position[j]);
             sum += p.mass[k] * self.smoothing.value(square.sqrt());
         }
         sum
@@ -97,7 +102,7 @@ impl<const D: usize> Pairs<'_, D> {
     pub fn density_diffusion(&self, i: usize, (row, weights): (&[u32], &[f64]), body: &Range<usize>) -> f64 {
         let p = self.particles;
         let mut sum = 0.0;
-        for (&j, weight) in row[..self.before(row, self.first_wall)].iter().zip(weights) {
+        for (&j, weight) in row[..self.neighbours_before(row, self.first_wall_particle)].iter().zip(weights) {
             let j = j as usize;
             if body.contains(&self.source(j)) {
                 sum += p.mass[j] / p.density[j] * (p.density[j] - p.density[i]) * weight;
@@ -118,15 +123,16 @@ impl<const D: usize> Pairs<'_, D> {
         let p = self.particles;
         let size = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
         let mut sum = SymTensor::ZERO;
-        for (&j, &weight) in row[..self.before(row, self.first_wall)].iter().zip(weights) {
+        for (&j, &weight) in row[..self.neighbours_before(row, self.first_wall_particle)].iter().zip(weights)
+        {
             let j = j as usize;
             if weight == 0.0 || !body.contains(&self.source(j)) {
                 continue;
             }
-            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            let (apart, square) = separation(&p.position[i], &p.position[j]);
             let mut difference = p.stress[i] - p.stress[j];
             if size > 0.0 {
-                difference -= self.weight_between(&apart, gravity, size, p.density[i]);
+                difference -= self.geostatic_difference(&apart, gravity, size, p.density[i]);
             }
             let h = p.length[i];
             // x_ij·∇W = -F r².
@@ -137,11 +143,17 @@ impl<const D: usize> Pairs<'_, D> {
     }
 
     /// Difference of geostatic stress between a particle and its neighbour `apart` (m) away.
-    fn weight_between(&self, apart: &[f64; D], gravity: &[f64; D], size: f64, density: f64) -> SymTensor {
+    fn geostatic_difference(
+        &self,
+        apart: &[f64; D],
+        gravity: &[f64; D],
+        size: f64,
+        density: f64,
+    ) -> SymTensor {
         let up = gravity.map(|g| -g / size);
         let rise: f64 = -(0..D).map(|c| up[c] * apart[c]).sum::<f64>();
         let k0 = self.options.stress_diffusion_k0;
-        geostatic(density * size * rise, k0, &up)
+        geostatic_stress(density * size * rise, k0, &up)
     }
 
     /// The move of particle `i` of `body`, which went `length` (m) in the step, towards even spacing (sheet: sph §2.12);
@@ -156,23 +168,23 @@ impl<const D: usize> Pairs<'_, D> {
         let p = self.particles;
         let (h, reference) = (p.length[i], self.smoothing.value(self.options.spacing));
         let mut crowding = [0.0; D];
-        let (mut all, mut within) = (Moment::default(), Moment::default());
+        let (mut all, mut within) = (GradientMoment::default(), GradientMoment::default());
         let (mut velocity, mut fields) = ([[0.0; D]; D], [[0.0; D]; 7]);
         for &j in row {
             let j = j as usize;
             if j < p.len() && surface[j] {
                 return None;
             }
-            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            let (apart, square) = separation(&p.position[i], &p.position[j]);
             if square >= self.support_square() {
                 continue;
             }
-            let k = self.counts_as(i, j);
+            let k = self.effective_index(i, j);
             let r = square.sqrt();
-            let weight = p.mass[k] / p.density[k] * self.between_weight(i, k, r);
-            let close = 1.0 + CLOSE.0 * (self.rescaled(i, k, r) / reference).powi(CLOSE.1);
+            let weight = p.mass[k] / p.density[k] * self.pair_gradient_factor(i, k, r);
+            let close = 1.0 + CLOSE.0 * (self.kernel_ratio_argument(i, k, r) / reference).powi(CLOSE.1);
             (0..D).for_each(|c| crowding[c] += weight * close * apart[c]);
-            if j >= self.first_wall || self.walls.smooth.contain(j) {
+            if j >= self.first_wall_particle || self.walls.smooth.contain(j) {
                 continue;
             }
             all.add(weight, &apart);
@@ -193,10 +205,10 @@ impl<const D: usize> Pairs<'_, D> {
         let (all, within) = (all.correction()?, within.correction()?);
         let scale = -self.options.shifting * h * length;
         let size = crowding.iter().map(|c| c * c).sum::<f64>().sqrt() * scale.abs();
-        let limit = LONGEST_SHIFT * self.options.spacing;
+        let limit = MAX_SHIFT * self.options.spacing;
         let scale = if size > limit { scale * limit / size } else { scale };
         let position = crowding.map(|c| c * scale);
-        let change = |correction: &Matrix<D>, slope: &[f64; D]| -> f64 {
+        let change = |correction: &SquareMatrix<D>, slope: &[f64; D]| -> f64 {
             product(correction, slope).iter().zip(&position).map(|(g, x)| g * x).sum()
         };
         Some(Shift {
@@ -214,8 +226,12 @@ impl<const D: usize> Pairs<'_, D> {
     }
 
     #[inline]
-    fn between_weight(&self, i: usize, j: usize, r: f64) -> f64 {
-        if self.options.is_variable() { self.between(i, j, r)[0] } else { self.smoothing.weight(r) }
+    fn pair_gradient_factor(&self, i: usize, j: usize, r: f64) -> f64 {
+        if self.options.is_variable() {
+            self.pair_kernel(i, j, r)[0]
+        } else {
+            self.smoothing.gradient_factor(r)
+        }
     }
 
     /// Trace of [`Self::moment`].
@@ -223,10 +239,10 @@ impl<const D: usize> Pairs<'_, D> {
         let (p, support, mut squares) = (self.particles, self.support_square(), [0.0; D]);
         for &j in row {
             let j = j as usize;
-            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            let (apart, square) = separation(&p.position[i], &p.position[j]);
             if square < support {
-                let k = self.counts_as(i, j);
-                let weight = p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt());
+                let k = self.effective_index(i, j);
+                let weight = p.mass[k] / p.density[k] * self.pair_gradient_factor(i, k, square.sqrt());
                 (0..D).for_each(|c| squares[c] += weight * apart[c] * apart[c]);
             }
         }
@@ -234,28 +250,28 @@ impl<const D: usize> Pairs<'_, D> {
     }
 
     /// `M = Σ V F x ⊗ x`, whose trace falls at free surfaces (sheet: sph §2.13 h).
-    pub fn moment(&self, i: usize, row: &[u32]) -> Moment<D> {
-        let mut moment = Moment::default();
-        self.weigh(i, row, |weight, apart| moment.add(weight, apart));
+    pub fn moment(&self, i: usize, row: &[u32]) -> GradientMoment<D> {
+        let mut moment = GradientMoment::default();
+        self.for_each_weighted(i, row, |weight, apart| moment.add(weight, apart));
         moment
     }
 
     /// `Σ V ∇W` (1/m), which is what the plain gradient makes of one (BN 19).
-    pub fn gradient_of_one(&self, i: usize, row: &[u32]) -> [f64; D] {
+    pub fn gradient_of_constant(&self, i: usize, row: &[u32]) -> [f64; D] {
         let mut sum = [0.0; D];
-        self.weigh(i, row, |weight, apart| (0..D).for_each(|c| sum[c] += weight * apart[c]));
+        self.for_each_weighted(i, row, |weight, apart| (0..D).for_each(|c| sum[c] += weight * apart[c]));
         sum
     }
 
     /// Calls `visit(V F, x_j - x_i)` for every neighbour; walls that answer to the particle, and smooth bodies, have its volume.
     #[inline]
-    fn weigh(&self, i: usize, row: &[u32], mut visit: impl FnMut(f64, &[f64; D])) {
+    fn for_each_weighted(&self, i: usize, row: &[u32], mut visit: impl FnMut(f64, &[f64; D])) {
         let p = self.particles;
         for &j in row {
             let j = j as usize;
-            let k = self.counts_as(i, j);
-            let (apart, square) = apart(&p.position[i], &p.position[j]);
-            visit(p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt()), &apart);
+            let k = self.effective_index(i, j);
+            let (apart, square) = separation(&p.position[i], &p.position[j]);
+            visit(p.mass[k] / p.density[k] * self.pair_gradient_factor(i, k, square.sqrt()), &apart);
         }
     }
 
@@ -263,14 +279,14 @@ impl<const D: usize> Pairs<'_, D> {
     pub fn length_rate(&self, i: usize, row: &[u32], weights: &[f64]) -> f64 {
         let p = self.particles;
         let kernel = self.kernel_of(p.length[i]);
-        let (mut moment, mut gradient) = (Moment::default(), [[0.0; D]; D]);
+        let (mut moment, mut gradient) = (GradientMoment::default(), [[0.0; D]; D]);
         let (mut rate, mut slope) = (0.0, p.mass[i] * kernel.length_derivative(0.0));
-        for (&j, &weight) in row[..self.regular(row)].iter().zip(weights) {
+        for (&j, &weight) in row[..self.first_mirrored(row)].iter().zip(weights) {
             let j = j as usize;
             if self.walls.smooth.contain(j) {
                 continue;
             }
-            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            let (apart, square) = separation(&p.position[i], &p.position[j]);
             let volume = p.mass[j] / p.density[j] * weight;
             slope += p.mass[j] * kernel.length_derivative(square.sqrt());
             moment.add(volume, &apart);

@@ -16,41 +16,41 @@ mod smooth;
 use std::ops::Deref;
 
 use colluvium_constitutive::SymTensor;
-use colluvium_points::{NeighbourList, ROWS};
+use colluvium_points::{BLOCK_POINTS, NeighbourList};
 use rayon::prelude::*;
 
-pub use acceleration::Form;
-pub(crate) use close::{Close, close_energy};
+pub use acceleration::MomentumForm;
+pub(crate) use close::{ShortRangeRepulsion, repulsion_energy};
 pub use extras::Shift;
 
-use crate::algebra::apart;
-use crate::config::{Momentum, SphOptions, Symmetrisation};
+use crate::algebra::separation;
+use crate::config::{MomentumEquation, SphOptions, Symmetrisation};
 use crate::kernel::Smoothing;
 use crate::lanes::{self, Lanes};
-use crate::particles::{Bodies, Group, Matrix, Particles, Shown};
-use crate::setting::Setting;
+use crate::particles::{Bodies, PairData, ParticleGroup, Particles, SquareMatrix};
+use crate::setting::SolverContext;
 use crate::walls::Walls;
 
 /// Keeps the viscosity finite for particles that meet (sheet: sph §2.8).
 pub const SOFTENING: f64 = 0.01;
 
 /// Calls `visit(particle, neighbours, weights, entry of out)` for every entry of `out`.
-pub fn over_rows<const D: usize, T: Send>(
+pub fn for_each_particle<const D: usize, T: Send>(
     neighbours: &NeighbourList<D>,
     weights: &mut [Vec<f64>],
     out: &mut [T],
     visit: impl Fn(usize, &[u32], &mut [f64], &mut T) + Sync,
 ) {
-    let blocks = out.par_chunks_mut(ROWS).zip(weights).zip(neighbours.blocks()).enumerate();
+    let blocks = out.par_chunks_mut(BLOCK_POINTS).zip(weights).zip(neighbours.blocks()).enumerate();
     blocks.for_each(|(number, ((out, weights), rows))| {
         for (k, slot) in out.iter_mut().enumerate() {
-            visit(number * ROWS + k, rows.of(k), &mut weights[rows.range(k)], slot);
+            visit(number * BLOCK_POINTS + k, rows.neighbours(k), &mut weights[rows.range(k)], slot);
         }
     });
 }
 
 /// What sums over places, masses, densities and stresses need.
-pub struct Pairs<'a, const D: usize> {
+pub struct PairContext<'a, const D: usize> {
     /// The particles.
     pub particles: &'a Particles<D>,
     /// The kernel at the initial smoothing length.
@@ -60,22 +60,22 @@ pub struct Pairs<'a, const D: usize> {
     /// What stands around the particles.
     pub walls: &'a Walls<D>,
     /// The first particle of a wall.
-    pub first_wall: usize,
+    pub first_wall_particle: usize,
     /// From this number on a neighbour is a wall that answers to the particle itself.
-    pub answering: usize,
+    pub first_dummy_particle: usize,
 }
 
 /// The same with what the particles show each other: the sums of the equations of motion.
-pub struct Sums<'a, const D: usize> {
-    pairs: Pairs<'a, D>,
-    shown: &'a Shown<D>,
-    groups: &'a [Group],
+pub struct PairSums<'a, const D: usize> {
+    pairs: PairContext<'a, D>,
+    shown: &'a PairData<D>,
+    groups: &'a [ParticleGroup],
     /// Repulsion of what comes close, where there are fluids.
-    close: Option<Close>,
+    short_range_repulsion: Option<ShortRangeRepulsion>,
 }
 
-impl<'a, const D: usize> Deref for Sums<'a, D> {
-    type Target = Pairs<'a, D>;
+impl<'a, const D: usize> Deref for PairSums<'a, D> {
+    type Target = PairContext<'a, D>;
 
     #[inline(always)]
     fn deref(&self) -> &Self::Target {
@@ -84,51 +84,51 @@ impl<'a, const D: usize> Deref for Sums<'a, D> {
 }
 
 /// The velocity gradient of a particle and its trace after the continuity equation.
-pub struct Rate<const D: usize> {
+pub struct VelocityGradient<const D: usize> {
     /// `∂v_a/∂x_b` (1/s).
-    pub gradient: Matrix<D>,
+    pub gradient: SquareMatrix<D>,
     /// `-ρ̇/ρ` (1/s).
     pub divergence: f64,
 }
 
 /// Artificial repulsion.
 #[derive(Clone, Copy)]
-pub struct Repulsion {
+pub struct ArtificialRepulsion {
     /// The power of the ratio of kernels.
     pub exponent: f64,
     /// `1 / W(Δx)` at the initial smoothing length.
     pub scale: f64,
 }
 
-impl<'a, const D: usize> Pairs<'a, D> {
+impl<'a, const D: usize> PairContext<'a, D> {
     /// Of `particles` between `walls`.
-    pub fn new(setting: &'a Setting<D>, particles: &'a Particles<D>, walls: &'a Walls<D>) -> Self {
+    pub fn new(setting: &'a SolverContext<D>, particles: &'a Particles<D>, walls: &'a Walls<D>) -> Self {
         let len = particles.len();
         Self {
             particles,
             smoothing: &setting.smoothing,
             options: &setting.options,
             walls,
-            first_wall: walls.first(len),
-            answering: walls.answering(setting, len),
+            first_wall_particle: walls.first(len),
+            first_dummy_particle: walls.first_dummy_particle(setting, len),
         }
     }
 
     /// What the momentum equation makes of the stress of a particle before it enters the pairs.
     #[inline]
-    pub fn flux_scale(momentum: Momentum, density: f64, spread: f64) -> f64 {
-        if momentum == Momentum::Rho2 { spread / (density * density) } else { 1.0 }
+    pub fn flux_scale(momentum: MomentumEquation, density: f64, spread: f64) -> f64 {
+        if momentum == MomentumEquation::Rho2 { spread / (density * density) } else { 1.0 }
     }
 
     /// How many of the neighbours do not answer to the particle itself.
     #[inline(always)]
-    fn regular(&self, row: &[u32]) -> usize {
-        self.before(row, self.answering)
+    fn first_mirrored(&self, row: &[u32]) -> usize {
+        self.neighbours_before(row, self.first_dummy_particle)
     }
 
     /// How many of the neighbours come before `number`.
     #[inline(always)]
-    pub(crate) fn before(&self, row: &[u32], number: usize) -> usize {
+    pub(crate) fn neighbours_before(&self, row: &[u32], number: usize) -> usize {
         match row.last() {
             Some(&last) if last as usize >= number => row.partition_point(|&j| (j as usize) < number),
             _ => row.len(),
@@ -144,8 +144,8 @@ impl<'a, const D: usize> Pairs<'a, D> {
 
     /// What the neighbour `j` counts as for `i`: walls that answer to the particle, and smooth bodies, as itself.
     #[inline]
-    pub(crate) fn counts_as(&self, i: usize, j: usize) -> usize {
-        if j >= self.answering || self.walls.smooth.contain(j) { i } else { j }
+    pub(crate) fn effective_index(&self, i: usize, j: usize) -> usize {
+        if j >= self.first_dummy_particle || self.walls.smooth.contain(j) { i } else { j }
     }
 
     pub(crate) fn grad_h(&self) -> bool {
@@ -171,12 +171,12 @@ impl<'a, const D: usize> Pairs<'a, D> {
     }
 
     /// The kernel's weight and value between `i` and `j`, `r` (m) apart.
-    pub(crate) fn between(&self, i: usize, j: usize, r: f64) -> [f64; 2] {
+    pub(crate) fn pair_kernel(&self, i: usize, j: usize, r: f64) -> [f64; 2] {
         let p = self.particles;
         let (own, other) = (p.length[i], p.length[j]);
         let one = |length: f64| {
             let kernel = self.kernel_of(length);
-            [kernel.weight(r), kernel.value(r)]
+            [kernel.gradient_factor(r), kernel.value(r)]
         };
         match self.common_length(own, other) {
             Some(length) => one(length),
@@ -192,98 +192,98 @@ impl<'a, const D: usize> Pairs<'a, D> {
     /// own smoothing length. Over `W(Δx)` it is `W(r, h) / W(Δx h/h₀, h)`: one at the spacing that goes with `h`. The
     /// same for `i` and `j`, also where each has its own kernel.
     #[inline]
-    pub(crate) fn rescaled(&self, i: usize, j: usize, r: f64) -> f64 {
+    pub(crate) fn kernel_ratio_argument(&self, i: usize, j: usize, r: f64) -> f64 {
         if !self.options.is_variable() {
             return self.smoothing.value(r);
         }
         let (own, other) = (self.particles.length[i], self.particles.length[j]);
-        let one = |length: f64| self.rescaled_alone(length, r);
+        let one = |length: f64| self.kernel_ratio_argument_of(length, r);
         self.common_length(own, other).map_or_else(|| 0.5 * (one(own) + one(other)), one)
     }
 
     /// The same for one smoothing length (m).
     #[inline]
-    pub(crate) fn rescaled_alone(&self, length: f64, r: f64) -> f64 {
+    pub(crate) fn kernel_ratio_argument_of(&self, length: f64, r: f64) -> f64 {
         self.smoothing.value(r * (self.smoothing.length() / length))
     }
 
     /// `W` between `i` and `j`, `r` (m) apart.
     #[inline]
     pub(crate) fn value(&self, i: usize, j: usize, r: f64) -> f64 {
-        if self.options.is_variable() { self.between(i, j, r)[1] } else { self.smoothing.value(r) }
+        if self.options.is_variable() { self.pair_kernel(i, j, r)[1] } else { self.smoothing.value(r) }
     }
 
     /// `1/ϑ` of the gradient of the smoothing length (BN 53), the particle itself included.
-    pub fn spread(&self, i: usize, row: &[u32]) -> f64 {
+    pub fn grad_h_factor(&self, i: usize, row: &[u32]) -> f64 {
         let p = self.particles;
         let kernel = self.kernel_of(p.length[i]);
         let mut sum = p.mass[i] * kernel.length_derivative(0.0);
         for &j in row {
             let j = j as usize;
-            let k = self.counts_as(i, j);
-            let (_, square) = apart(&p.position[i], &p.position[j]);
+            let k = self.effective_index(i, j);
+            let (_, square) = separation(&p.position[i], &p.position[j]);
             sum += p.mass[k] * kernel.length_derivative(square.sqrt());
         }
         // ∂h/∂ρ = -h / (d ρ).
         1.0 / (1.0 + p.length[i] / (D as f64 * p.density[i]) * sum)
     }
 
-    pub(crate) fn repulsion(&self) -> Option<Repulsion> {
+    pub(crate) fn repulsion(&self) -> Option<ArtificialRepulsion> {
         let exponent = self.options.tensile.exponent()?;
-        Some(Repulsion { exponent, scale: 1.0 / self.smoothing.value(self.options.spacing) })
+        Some(ArtificialRepulsion { exponent, scale: 1.0 / self.smoothing.value(self.options.spacing) })
     }
 }
 
-impl<'a, const D: usize> Sums<'a, D> {
+impl<'a, const D: usize> PairSums<'a, D> {
     /// Of `bodies` between `walls`.
-    pub fn new(setting: &'a Setting<D>, bodies: &'a Bodies<D>, walls: &'a Walls<D>) -> Self {
+    pub fn new(setting: &'a SolverContext<D>, bodies: &'a Bodies<D>, walls: &'a Walls<D>) -> Self {
         Self {
-            pairs: Pairs::new(setting, &bodies.particles, walls),
-            shown: &bodies.shown,
+            pairs: PairContext::new(setting, &bodies.particles, walls),
+            shown: &bodies.pair_data,
             groups: &bodies.groups,
-            close: Close::of(setting, &bodies.groups),
+            short_range_repulsion: ShortRangeRepulsion::of_groups(setting, &bodies.groups),
         }
     }
 
     /// What the particles show each other.
-    pub(crate) fn shown(&self) -> &Shown<D> {
+    pub(crate) fn pair_data(&self) -> &PairData<D> {
         self.shown
     }
 
     /// Weights `F` of the neighbours of `i` that do not answer to it.
     pub fn fill_weights(&self, i: usize, row: &[u32], weights: &mut [f64]) {
-        let regular = self.regular(row);
+        let regular = self.first_mirrored(row);
         if self.options.is_variable() {
             for (slot, &j) in weights.iter_mut().zip(&row[..regular]) {
                 let p = self.particles;
-                let (_, square) = apart(&p.position[i], &p.position[j as usize]);
-                *slot = self.between(i, j as usize, square.sqrt())[0];
+                let (_, square) = separation(&p.position[i], &p.position[j as usize]);
+                *slot = self.pair_kernel(i, j as usize, square.sqrt())[0];
             }
             return;
         }
         let records = &self.shown.records;
-        let own = lanes::motions::<D>([&records[i]; 4]);
-        lanes::fours(&row[..regular], i, |start, four, count| {
-            let other = lanes::motions::<D>(four.map(|j| &records[j]));
+        let own = lanes::packed_kinematics::<D>([&records[i]; 4]);
+        lanes::for_each_four(&row[..regular], i, |start, four, count| {
+            let other = lanes::packed_kinematics::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
             let weight = self.smoothing.weights(lanes::dot(&apart, &apart));
-            lanes::store(weights, start, count, weight);
+            lanes::store_four(weights, start, count, weight);
         });
     }
 
     /// `R_i + R_j` times the power of the ratio of kernels; `None` where nothing is in tension.
-    fn repelled(&self, i: usize, four: [usize; 4], square: Lanes) -> Option<[Lanes; 6]> {
+    fn repulsion_stress(&self, i: usize, four: [usize; 4], square: Lanes) -> Option<[Lanes; 6]> {
         let repulsion = &self.shown.repulsion;
         if repulsion.is_empty() {
             return None;
         }
-        let Repulsion { exponent, scale } = self.repulsion()?;
+        let ArtificialRepulsion { exponent, scale } = self.repulsion()?;
         let (mut any, mut tensors) = (false, [SymTensor::ZERO; 4]);
         for ((tensor, j), square) in tensors.iter_mut().zip(four).zip(square.to_array()) {
             let both = repulsion[i] + repulsion[j];
             if both != SymTensor::ZERO && j != i {
                 any = true;
-                *tensor = both * (self.rescaled(i, j, square.sqrt()) * scale).powf(exponent);
+                *tensor = both * (self.kernel_ratio_argument(i, j, square.sqrt()) * scale).powf(exponent);
             }
         }
         any.then(|| std::array::from_fn(|c| Lanes::new(tensors.map(|tensor| tensor.0[c]))))

@@ -1,18 +1,18 @@
 //! Velocity gradient of a particle.
 
-use super::{Rate, Sums};
-use crate::config::{Continuity, VelocityGradient};
+use super::{PairSums, VelocityGradient};
+use crate::config::{ContinuityEquation, VelocityGradientOperator};
 use crate::lanes::{self, Lanes};
-use crate::operators::{Moment, product};
-use crate::particles::Matrix;
+use crate::operators::{GradientMoment, product};
+use crate::particles::SquareMatrix;
 
-fn total<const D: usize>(sums: &[[Lanes; D]; D]) -> Matrix<D> {
+fn sum_lanes<const D: usize>(sums: &[[Lanes; D]; D]) -> SquareMatrix<D> {
     sums.map(|row| row.map(lanes::sum))
 }
 
 /// A symmetric matrix by its upper half.
 #[inline]
-fn whole<const D: usize>(upper: &Matrix<D>) -> Matrix<D> {
+fn from_upper_half<const D: usize>(upper: &SquareMatrix<D>) -> SquareMatrix<D> {
     std::array::from_fn(|a| std::array::from_fn(|b| upper[a.min(b)][a.max(b)]))
 }
 
@@ -20,9 +20,10 @@ fn whole<const D: usize>(upper: &Matrix<D>) -> Matrix<D> {
 /// velocities of the neighbours best (docs/theory/sph.md, equations of a step). Where velocities are the chords of a step of `chord` (s),
 /// `R` is that of the chords, `Ω + (cos θ - 1)/Δt` across the axis with `sin θ = Ω Δt`. Returns by how much the trace has changed.
 #[inline]
-fn corotate<const D: usize>(gradient: &mut Matrix<D>, moment: &Moment<D>, chord: f64) -> f64 {
+fn corotate<const D: usize>(gradient: &mut SquareMatrix<D>, moment: &GradientMoment<D>, chord: f64) -> f64 {
     let Some(spin) = moment.rotation(gradient) else { return 0.0 };
-    let square: Matrix<D> = std::array::from_fn(|a| product(&spin.map(|row| row.map(|c| -c)), &spin[a]));
+    let square: SquareMatrix<D> =
+        std::array::from_fn(|a| product(&spin.map(|row| row.map(|c| -c)), &spin[a]));
     let rate = -0.5 * (0..D).map(|c| square[c][c]).sum::<f64>();
     let short = chord / (1.0 + (1.0 - rate * chord * chord).max(0.0).sqrt());
     let mut change = 0.0;
@@ -35,27 +36,32 @@ fn corotate<const D: usize>(gradient: &mut Matrix<D>, moment: &Moment<D>, chord:
     change
 }
 
-impl<const D: usize> Sums<'_, D> {
+impl<const D: usize> PairSums<'_, D> {
     /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration; velocities are the
     /// chords of a step of `chord` (s), or zero for those at the positions.
     #[inline]
-    pub fn rates(&self, i: usize, (row, weights): (&[u32], &[f64]), chord: f64) -> Rate<D> {
-        self.rates_seen::<false>(i, (row, weights), &[[0.0; D]; D], true, chord)
+    pub fn velocity_gradient(
+        &self,
+        i: usize,
+        (row, weights): (&[u32], &[f64]),
+        chord: f64,
+    ) -> VelocityGradient<D> {
+        self.velocity_gradient_generic::<false>(i, (row, weights), &[[0.0; D]; D], true, chord)
     }
 
     /// The same of a particle of a rigid body that turns with the gradient `turn` (1/s): what others do is counted as seen from
     /// the body. Walls and obstacles strain it where they are `ground`; they bear a body that moves freely as a whole.
     #[inline(never)]
-    pub fn rates_in_turn(
+    pub fn velocity_gradient_rotating(
         &self,
         i: usize,
         row: &[u32],
         weights: &[f64],
-        turn: &Matrix<D>,
+        turn: &SquareMatrix<D>,
         ground: bool,
-    ) -> Rate<D> {
-        let row = if ground { row } else { &row[..self.before(row, self.particles.len())] };
-        let mut rate = self.rates_seen::<true>(i, (row, weights), turn, ground, 0.0);
+    ) -> VelocityGradient<D> {
+        let row = if ground { row } else { &row[..self.neighbours_before(row, self.particles.len())] };
+        let mut rate = self.velocity_gradient_generic::<true>(i, (row, weights), turn, ground, 0.0);
         for a in 0..D {
             (0..D).for_each(|b| rate.gradient[a][b] += turn[a][b]);
             rate.divergence += turn[a][a];
@@ -64,33 +70,33 @@ impl<const D: usize> Sums<'_, D> {
     }
 
     #[inline(always)]
-    fn rates_seen<const TURNS: bool>(
+    fn velocity_gradient_generic<const TURNS: bool>(
         &self,
         i: usize,
         (row, weights): (&[u32], &[f64]),
-        turn: &Matrix<D>,
+        turn: &SquareMatrix<D>,
         ground: bool,
         chord: f64,
-    ) -> Rate<D> {
+    ) -> VelocityGradient<D> {
         let records = &self.shown.records;
-        let regular = self.regular(row);
-        let own = lanes::motions::<D>([&records[i]; 4]);
+        let regular = self.first_mirrored(row);
+        let own = lanes::packed_kinematics::<D>([&records[i]; 4]);
         let operator = self.options.gradient_operator();
-        let by_mass = operator == VelocityGradient::DensityDifference;
-        let corrected = operator == VelocityGradient::Corrected;
+        let by_mass = operator == VelocityGradientOperator::DensityDifference;
+        let corrected = operator == VelocityGradientOperator::Corrected;
         let corotated = self.options.is_corotated();
         let continuity = self.options.continuity;
         // Where the two forms go together the divergence is the trace.
         let apart_forms = match continuity {
-            Continuity::Mass => !by_mass,
-            Continuity::Volume => by_mass || corrected,
-            Continuity::Trace | Continuity::Summation => false,
+            ContinuityEquation::Mass => !by_mass,
+            ContinuityEquation::Volume => by_mass || corrected,
+            ContinuityEquation::Trace | ContinuityEquation::Summation => false,
         };
         let mut gradient = [[Lanes::splat(0.0); D]; D];
         let (mut moment, mut neighbours) = ([[Lanes::splat(0.0); D]; D], Lanes::splat(0.0));
         let mut trace = Lanes::splat(0.0);
-        lanes::fours(&row[..regular], i, |start, four, count| {
-            let other = lanes::motions::<D>(four.map(|j| &records[j]));
+        lanes::for_each_four(&row[..regular], i, |start, four, count| {
+            let other = lanes::packed_kinematics::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
             let mut relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
             if TURNS {
@@ -98,7 +104,7 @@ impl<const D: usize> Sums<'_, D> {
                     (0..D).for_each(|b| *relative -= apart[b] * row[b]);
                 }
             }
-            let volume = other.volume * lanes::load(weights, start, count);
+            let volume = other.volume * lanes::load_four(weights, start, count);
             let mass = volume * other.density;
             let scaled = apart.map(|c| c * if by_mass { mass } else { volume });
             for a in 0..D {
@@ -107,7 +113,7 @@ impl<const D: usize> Sums<'_, D> {
                 }
             }
             if apart_forms {
-                let weight = if continuity == Continuity::Mass { mass } else { volume };
+                let weight = if continuity == ContinuityEquation::Mass { mass } else { volume };
                 trace += lanes::dot(&relative, &apart) * weight;
             }
             if corrected || corotated {
@@ -123,26 +129,26 @@ impl<const D: usize> Sums<'_, D> {
             }
         });
         let density = self.particles.density[i];
-        let mut gradient = total(&gradient);
+        let mut gradient = sum_lanes(&gradient);
         let neighbours = if corrected { lanes::sum(neighbours) as u32 } else { row.len() as u32 };
-        let mut moment = Moment { matrix: whole(&total(&moment)), neighbours };
+        let mut moment = GradientMoment { matrix: from_upper_half(&sum_lanes(&moment)), neighbours };
         if by_mass {
             gradient = gradient.map(|row| row.map(|c| c / density));
             let volume = 1.0 / density;
             moment.matrix = moment.matrix.map(|row| row.map(|c| c * volume));
         }
-        let by_density = if continuity == Continuity::Mass { density } else { 1.0 };
+        let by_density = if continuity == ContinuityEquation::Mass { density } else { 1.0 };
         let mut trace = lanes::sum(trace) / by_density;
         if !self.walls.smooth.is_empty() {
-            self.strain_at_smooth(i, row, (&mut gradient, &mut trace, &mut moment));
+            self.add_smooth_gradient(i, row, (&mut gradient, &mut trace, &mut moment));
         }
         if regular < row.len() {
-            self.strain_at_walls(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
+            self.add_wall_gradient(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
         }
         if ground && !self.walls.obstacles.is_empty() {
-            self.strain_at_obstacles(i, (&mut gradient, &mut trace, &mut moment));
+            self.add_obstacle_gradient(i, (&mut gradient, &mut trace, &mut moment));
         }
-        let spread = if self.grad_h() { self.shown.spread[i] } else { 1.0 };
+        let spread = if self.grad_h() { self.shown.grad_h_factor[i] } else { 1.0 };
         // The corrected gradient is exact for the weights as they are: 1/ϑ belongs to the other sums.
         let correction = if corrected { moment.correction() } else { None };
         let mut gradient = match correction {
@@ -156,6 +162,6 @@ impl<const D: usize> Sums<'_, D> {
             trace += corotate(&mut gradient, &moment, chord) / spread;
         }
         let divergence = if apart_forms { trace * spread } else { (0..D).map(|c| gradient[c][c]).sum() };
-        Rate { gradient, divergence }
+        VelocityGradient { gradient, divergence }
     }
 }

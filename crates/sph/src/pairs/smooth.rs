@@ -10,26 +10,26 @@ use std::ops::Range;
 
 use colluvium_constitutive::SymTensor;
 
-use super::answer::Answer;
-use super::{Form, Pairs, Sums};
-use crate::algebra::apart;
-use crate::operators::Moment;
-use crate::particles::Matrix;
+use super::answer::MirrorState;
+use super::{MomentumForm, PairContext, PairSums};
+use crate::algebra::separation;
+use crate::operators::GradientMoment;
+use crate::particles::SquareMatrix;
 
 /// A smooth body as a particle sees it: the direction into it, and its particles among the neighbours.
-struct Face<'a, const D: usize> {
+struct SmoothBodyFace<'a, const D: usize> {
     normal: [f64; D],
     near: [&'a [u32]; 2],
 }
 
-impl<const D: usize> Face<'_, D> {
+impl<const D: usize> SmoothBodyFace<'_, D> {
     fn near(&self) -> impl Iterator<Item = usize> {
         self.near.iter().copied().flatten().map(|&a| a as usize)
     }
 }
 
 /// `H σ H` with `H = 1 - 2 n ⊗ n`.
-pub(super) fn reflected<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> SymTensor {
+pub(super) fn reflected_stress<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> SymTensor {
     let n: [f64; 3] = std::array::from_fn(|c| n.get(c).copied().unwrap_or(0.0));
     let t = stress.apply(n);
     let across: f64 = (0..3).map(|c| t[c] * n[c]).sum();
@@ -45,19 +45,20 @@ pub(super) fn reflected<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> Sym
     ])
 }
 
-impl<const D: usize> Pairs<'_, D> {
+impl<const D: usize> PairContext<'_, D> {
     /// The smooth bodies that particle `i` touches, itself in none.
-    fn faces<'r>(&'r self, i: usize, row: &'r [u32]) -> impl Iterator<Item = Face<'r, D>> {
-        let outside = self.walls.smooth.places.iter().filter(move |place| !place.own.contains(&i));
+    fn faces<'r>(&'r self, i: usize, row: &'r [u32]) -> impl Iterator<Item = SmoothBodyFace<'r, D>> {
+        let outside = self.walls.smooth.ranges_of_bodies.iter().filter(move |place| !place.own.contains(&i));
         outside.filter_map(move |place| {
-            let part =
-                |range: &Range<usize>| &row[self.before(row, range.start)..self.before(row, range.end)];
-            let mut face = Face { normal: [0.0; D], near: [part(&place.own), part(&place.images)] };
+            let part = |range: &Range<usize>| {
+                &row[self.neighbours_before(row, range.start)..self.neighbours_before(row, range.end)]
+            };
+            let mut face = SmoothBodyFace { normal: [0.0; D], near: [part(&place.own), part(&place.images)] };
             let (p, kernel) = (self.particles, self.kernel_of(self.particles.length[i]));
             let mut sum = [0.0; D];
             for a in face.near() {
-                let (apart, square) = apart(&p.position[i], &p.position[a]);
-                let weight = kernel.weight(square.sqrt());
+                let (apart, square) = separation(&p.position[i], &p.position[a]);
+                let weight = kernel.gradient_factor(square.sqrt());
                 (0..D).for_each(|c| sum[c] += weight * apart[c]);
             }
             let size = sum.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -67,28 +68,32 @@ impl<const D: usize> Pairs<'_, D> {
     }
 }
 
-impl<const D: usize> Sums<'_, D> {
+impl<const D: usize> PairSums<'_, D> {
     /// The answer of particle `a` of a smooth body.
-    fn smooth_answer(&self, i: usize, a: usize, normal: &[f64; D]) -> Answer<D> {
+    fn smooth_mirror_state(&self, i: usize, a: usize, normal: &[f64; D]) -> MirrorState<D> {
         let p = self.particles;
         let closing: f64 = (0..D).map(|c| normal[c] * (p.velocity[i][c] - p.velocity[a][c])).sum();
-        Answer {
+        MirrorState {
             relative: normal.map(|n| -2.0 * closing * n),
-            stress: reflected(&p.stress[i], normal),
-            repulsion: self.shown().repulsion.get(i).map_or(SymTensor::ZERO, |own| reflected(own, normal)),
-            rub: None,
+            stress: reflected_stress(&p.stress[i], normal),
+            repulsion: self
+                .pair_data()
+                .repulsion
+                .get(i)
+                .map_or(SymTensor::ZERO, |own| reflected_stress(own, normal)),
+            slip_friction: None,
         }
     }
 
     /// Acceleration by the smooth bodies. Not inlined, for the sums without them.
     #[inline(never)]
-    pub(crate) fn push_off_smooth(&self, i: usize, row: &[u32], form: Form, sum: &mut [f64; D]) {
+    pub(crate) fn smooth_acceleration(&self, i: usize, row: &[u32], form: MomentumForm, sum: &mut [f64; D]) {
         for face in self.faces(i, row) {
-            self.push_off(
+            self.mirror_acceleration(
                 i,
-                self.apart_from(i, face.near()),
+                self.separations(i, face.near()),
                 form,
-                |a| Some(self.smooth_answer(i, a, &face.normal)),
+                |a| Some(self.smooth_mirror_state(i, a, &face.normal)),
                 sum,
             );
         }
@@ -96,17 +101,17 @@ impl<const D: usize> Sums<'_, D> {
 
     /// What smooth bodies add to the velocity gradient, the divergence and the moment.
     #[inline(never)]
-    pub(crate) fn strain_at_smooth(
+    pub(crate) fn add_smooth_gradient(
         &self,
         i: usize,
         row: &[u32],
-        (gradient, trace, moment): (&mut Matrix<D>, &mut f64, &mut Moment<D>),
+        (gradient, trace, moment): (&mut SquareMatrix<D>, &mut f64, &mut GradientMoment<D>),
     ) {
         for face in self.faces(i, row) {
-            let answer = |a| Some(self.smooth_answer(i, a, &face.normal));
-            self.strain_at(
+            let answer = |a| Some(self.smooth_mirror_state(i, a, &face.normal));
+            self.add_mirror_gradient(
                 i,
-                self.apart_from(i, face.near()),
+                self.separations(i, face.near()),
                 answer,
                 (&mut *gradient, &mut *trace, &mut *moment),
             );
@@ -122,16 +127,16 @@ mod tests {
     fn a_mirrored_stress_has_no_shear_beside_its_own() {
         let stress = SymTensor([3.0, -1.0, 2.0, 0.7, -0.4, 0.9]);
         let n = [0.6, 0.48, 0.64];
-        let mirrored = reflected(&stress, &n);
+        let mirrored = reflected_stress(&stress, &n);
         assert!((mirrored.trace() - stress.trace()).abs() < 1e-12);
         let (traction, own) = ((stress + mirrored).apply(n), stress.apply(n));
         let across: f64 = (0..3).map(|c| own[c] * n[c]).sum();
         for c in 0..3 {
             assert!((traction[c] - 2.0 * across * n[c]).abs() < 1e-12, "{traction:?}");
         }
-        let twice = reflected(&mirrored, &n);
+        let twice = reflected_stress(&mirrored, &n);
         assert!((twice - stress).norm() < 1e-12);
-        let flat = reflected(&SymTensor([3.0, -1.0, 2.0, 0.7, 0.0, 0.0]), &[1.0, 0.0]);
+        let flat = reflected_stress(&SymTensor([3.0, -1.0, 2.0, 0.7, 0.0, 0.0]), &[1.0, 0.0]);
         assert_eq!(flat, SymTensor([3.0, -1.0, 2.0, -0.7, 0.0, 0.0]));
     }
 }

@@ -3,7 +3,7 @@
 //! Orthogonal recursive bisection gives each rank the particles of a box. A rank is a solver of its own for them and
 //! for copies of the particles around: its halo, wide enough that one exchange per step will do. Beyond these copies
 //! ranks know of each other the boxes and cuts, and what is summed up or compared over all: the least time step, the
-//! farthest motion, the largest smoothing length. All of this goes through [`Parcel`]s and returned values, so that
+//! farthest motion, the largest smoothing length. All of this goes through [`ParticleMessage`]s and returned values, so that
 //! a transport of messages can take the place of the mailbox; here the ranks are tasks of one process.
 //!
 //! Neighbours are listed for all ranks at the same step. Then particles go to the rank in whose box they are
@@ -15,18 +15,19 @@ mod parcel;
 mod solver;
 
 use colluvium_case::{SolverError, TimeStep};
-use colluvium_points::{Bisection, Bounds, CellList};
+use colluvium_points::{Bisection, BoundingBox, CellList};
 use rayon::prelude::*;
 
 use crate::config::{
-    Continuity, DensityReset, Momentum, Regularisation, SphOptions, Symmetrisation, WallStress,
+    ContinuityEquation, DensityReset, MomentumEquation, Regularisation, SphOptions, Symmetrisation,
+    WallStress,
 };
-use crate::limit::{find_limit, slowed, time_step_of};
-use crate::rates::{Felt, Told};
+use crate::limit::{critical_step, limit_by_obstacle_motion, to_time_step};
+use crate::rates::{ReactionSample, ReactionSum};
 use crate::regularise::is_regularisation_due;
-use crate::solver::{Audit, SphSolver, audits};
-use crate::walls::Borne;
-use parcel::{Parcel, assemble};
+use crate::solver::{EquilibriumTerms, SphSolver, equilibrium_terms};
+use crate::walls::ObstacleEnergies;
+use parcel::{ParticleMessage, assemble};
 
 /// Largest weight of a rank over the mean beyond which cuts are made anew (sheet: sph §3.9).
 const IMBALANCE: f64 = 1.1;
@@ -34,11 +35,11 @@ const IMBALANCE: f64 = 1.1;
 /// How many times the reach of the sums the halo is wide: once for the accelerations, and once for the velocity
 /// gradients, for which neighbours need theirs; once or twice more for each pass that an option adds before these.
 fn passes(options: &SphOptions) -> usize {
-    let summed =
-        options.continuity == Continuity::Summation || options.symmetrisation == Symmetrisation::GradH;
+    let summed = options.continuity == ContinuityEquation::Summation
+        || options.symmetrisation == Symmetrisation::GradH;
     let once = [
         summed,
-        options.momentum == Momentum::Corrected,
+        options.momentum == MomentumEquation::Corrected,
         options.confining.is_some(),
         options.regularisation != Regularisation::None,
         options.density_reset != DensityReset::None,
@@ -61,34 +62,41 @@ struct Rank<const D: usize> {
     /// For each rank, the particles here that are in its halo.
     sends: Vec<Vec<u32>>,
     /// For each rank, where its particles in the halo stand.
-    gets: Vec<Vec<u32>>,
+    receives: Vec<Vec<u32>>,
 }
 
 impl<const D: usize> Rank<D> {
     fn new(domain: SphSolver<D>, ranks: usize) -> Self {
         let sequence = (0..domain.bodies.particles.len() as u32).collect();
-        Self { domain, sequence, sends: vec![Vec::new(); ranks], gets: vec![Vec::new(); ranks] }
+        Self { domain, sequence, sends: vec![Vec::new(); ranks], receives: vec![Vec::new(); ranks] }
     }
 
     /// Its own particles.
-    fn own(&self) -> impl Iterator<Item = u32> {
-        (0..self.domain.bodies.particles.len() as u32).filter(|&i| !self.domain.bodies.is_guest(i as usize))
+    fn own_particles(&self) -> impl Iterator<Item = u32> {
+        (0..self.domain.bodies.particles.len() as u32).filter(|&i| !self.domain.bodies.is_ghost(i as usize))
     }
 
     /// Weight of its own particles: of each one more than its neighbours at the last time.
     fn weights(&self) -> impl Iterator<Item = u32> {
         let listed = &self.domain.lists.neighbours;
-        self.own()
-            .map(|i| 1 + if (i as usize) < listed.len() { listed.of(i as usize).len() } else { 0 } as u32)
+        self.own_particles().map(|i| {
+            1 + if (i as usize) < listed.len() { listed.neighbours(i as usize).len() } else { 0 } as u32
+        })
     }
 
     /// Of its own particles those that are in the halo of a box, themselves or one of their images.
-    fn halo_of(&self, bounds: &Bounds<D>, width: f64, images: &[crate::walls::Image<D>]) -> Vec<u32> {
+    fn halo_of(
+        &self,
+        bounds: &BoundingBox<D>,
+        width: f64,
+        images: &[crate::walls::ImageParticle<D>],
+    ) -> Vec<u32> {
         let x = &self.domain.lists.listed.positions;
-        let mut near: Vec<u32> = self.own().filter(|&i| bounds.is_within(&x[i as usize], width)).collect();
-        let image_near = |image: &&crate::walls::Image<D>| {
+        let mut near: Vec<u32> =
+            self.own_particles().filter(|&i| bounds.contains_within(&x[i as usize], width)).collect();
+        let image_near = |image: &&crate::walls::ImageParticle<D>| {
             let x = &x[image.source as usize];
-            bounds.is_within(&std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]), width)
+            bounds.contains_within(&std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]), width)
         };
         near.extend(images.iter().filter(image_near).map(|image| image.source));
         near.sort_unstable();
@@ -101,10 +109,10 @@ impl<const D: usize> Rank<D> {
 pub struct RankedSolver<const D: usize> {
     ranks: Vec<Rank<D>>,
     /// What each rank has sent to each other one last.
-    mail: Vec<Vec<Parcel<D>>>,
+    messages: Vec<Vec<ParticleMessage<D>>>,
     cuts: Option<Bisection<D>>,
     /// Whether the particles are shared out, and neighbours listed.
-    shared_out: bool,
+    is_distributed: bool,
 }
 
 /// Everything that a rank does, on all of them.
@@ -119,19 +127,19 @@ fn on_all<const D: usize, T: Send>(
 impl<const D: usize> RankedSolver<D> {
     /// As many ranks for the particles of `whole`.
     pub fn new(whole: SphSolver<D>, ranks: usize) -> Self {
-        let mail = vec![vec![Parcel::default(); ranks]; ranks];
-        let mut solver = Self { ranks: Vec::new(), mail, cuts: None, shared_out: false };
-        solver.give_to_first(whole);
+        let mail = vec![vec![ParticleMessage::default(); ranks]; ranks];
+        let mut solver = Self { ranks: Vec::new(), messages: mail, cuts: None, is_distributed: false };
+        solver.move_to_first(whole);
         solver
     }
 
     /// All particles to the first rank.
-    fn give_to_first(&mut self, whole: SphSolver<D>) {
-        let ranks = self.mail.len();
-        let others: Vec<_> = (1..ranks).map(|_| whole.hollow()).collect();
+    fn move_to_first(&mut self, whole: SphSolver<D>) {
+        let ranks = self.messages.len();
+        let others: Vec<_> = (1..ranks).map(|_| whole.empty_like()).collect();
         let all = std::iter::once(whole).chain(others);
         self.ranks = all.map(|domain| Rank::new(domain, ranks)).collect();
-        (self.cuts, self.shared_out) = (None, false);
+        (self.cuts, self.is_distributed) = (None, false);
     }
 
     /// What is the same in all ranks: time, stage, options.
@@ -142,15 +150,15 @@ impl<const D: usize> RankedSolver<D> {
     /// A solver without ranks in the same state.
     fn gather(&self) -> SphSolver<D> {
         let of_rank = |rank: &Rank<D>| {
-            let mut parcel = Parcel::default();
-            parcel.fill(&rank.domain, &rank.sequence, &rank.own().collect::<Vec<_>>(), true);
+            let mut parcel = ParticleMessage::default();
+            parcel.fill(&rank.domain, &rank.sequence, &rank.own_particles().collect::<Vec<_>>(), true);
             parcel
         };
-        let parcels: Vec<Parcel<D>> = self.ranks.iter().map(of_rank).collect();
-        let mut whole = self.first().hollow();
-        whole.rates.felt.clone_from(&self.first().rates.felt);
+        let parcels: Vec<ParticleMessage<D>> = self.ranks.iter().map(of_rank).collect();
+        let mut whole = self.first().empty_like();
+        whole.rates.reactions.clone_from(&self.first().rates.reactions);
         assemble(&mut whole, &parcels.iter().collect::<Vec<_>>());
-        if self.first().lists.listed.positions.is_empty() && !self.shared_out {
+        if self.first().lists.listed.positions.is_empty() && !self.is_distributed {
             whole.lists.listed.positions.clear();
         }
         whole
@@ -165,14 +173,14 @@ impl<const D: usize> RankedSolver<D> {
         // Of equal ones that of the first particle in the sequence.
         let of_rank = |rank: &mut Rank<D>| {
             let SphSolver { setting, bodies, rates, .. } = &mut rank.domain;
-            let limit = find_limit(setting, bodies, rates);
-            (limit.0, limit.2.map(|i| rank.sequence[i]), time_step_of(limit, &bodies.particles))
+            let limit = critical_step(setting, bodies, rates);
+            (limit.0, limit.2.map(|i| rank.sequence[i]), to_time_step(limit, &bodies.particles))
         };
         let found: Vec<_> = self.ranks.par_iter_mut().map(of_rank).collect();
         let least = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let (.., least) = least.expect("at least one rank");
         let SphSolver { setting, clock, walls, .. } = self.first();
-        let least = slowed(least, &walls.obstacles, (clock.time, setting.options.spacing));
+        let least = limit_by_obstacle_motion(least, &walls.obstacles, (clock.time, setting.options.spacing));
         let fixed = setting.options.time_step;
         let all = self.ranks.iter_mut().map(|rank| rank.domain.clock.set_limit(least, fixed));
         all.last().expect("at least one rank")
@@ -183,23 +191,23 @@ impl<const D: usize> RankedSolver<D> {
         if self.first().clock.limit.is_none() {
             self.critical_step();
         }
-        if self.shared_out {
+        if self.is_distributed {
             self.exchange();
         }
         let support = self.refresh()?;
-        let felt = self.first().rates.felt.clone();
+        let felt = self.first().rates.reactions.clone();
         on_all(&mut self.ranks, |rank| {
             let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
-            walls.obstacles.take_pace(clock.time + dt, dt);
-            lists.place(setting, clock, bodies, walls, support)?;
+            walls.obstacles.set_mean_velocity(clock.time + dt, dt);
+            lists.place_images_and_walls(setting, clock, bodies, walls, support)?;
             rank.domain.advance_listed(dt)
         })?;
         let SphSolver { setting, clock, .. } = self.first();
-        if setting.is_audited(clock) {
-            self.audit(dt);
+        if setting.needs_equilibrium(clock) {
+            self.sum_equilibrium(dt);
         }
-        self.bear();
-        self.react(felt, dt);
+        self.sum_obstacle_energies();
+        self.sum_reactions(felt, dt);
         self.ranks.iter_mut().for_each(|rank| rank.domain.clock.end_step(dt));
         Ok(())
     }
@@ -209,14 +217,17 @@ impl<const D: usize> RankedSolver<D> {
         let of_rank = |rank: &mut Rank<D>| {
             let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
             bodies.follow_density(setting);
-            Ok((bodies.longest(setting), lists.reached(setting, clock, &bodies.particles, walls)))
+            Ok((
+                bodies.max_smoothing_length(setting),
+                lists.max_approach(setting, clock, &bodies.particles, walls),
+            ))
         };
         let found = on_all(&mut self.ranks, of_rank)?;
         let (longest, reached) =
             found.into_iter().fold((0.0f64, 0.0f64), |(a, b), (c, d)| (a.max(c), b.max(d)));
         let SphSolver { setting, clock, lists, .. } = self.first();
         let support = setting.support(longest);
-        if self.shared_out && reached + support <= lists.listed.reach {
+        if self.is_distributed && reached + support <= lists.listed.reach {
             return Ok(support);
         }
         let is_sort_due = lists.is_sort_due(clock);
@@ -230,62 +241,64 @@ impl<const D: usize> RankedSolver<D> {
         }
         self.ranks.par_iter_mut().for_each(|rank| {
             let SphSolver { setting, clock, bodies, lists, rates, .. } = &mut rank.domain;
-            lists.list_from_here(setting, clock, &bodies.particles, support);
+            lists.set_list_positions(setting, clock, &bodies.particles, support);
             rates.current = false;
         });
-        self.share_out()?;
+        self.distribute()?;
         Ok(support)
     }
 
     /// Sums up over all particles in their sequence, for the first rank.
-    fn audit(&mut self, dt: f64) {
-        let of_rank = |rank: &'_ Rank<D>| -> Vec<(u32, Audit)> {
+    fn sum_equilibrium(&mut self, dt: f64) {
+        let of_rank = |rank: &'_ Rank<D>| -> Vec<(u32, EquilibriumTerms)> {
             let SphSolver { setting, clock, bodies, rates, .. } = &rank.domain;
-            let own = audits(setting, clock, bodies, rates, dt);
+            let own = equilibrium_terms(setting, clock, bodies, rates, dt);
             own.map(|(i, own)| (rank.sequence[i], own)).collect()
         };
-        let mut found: Vec<(u32, Audit)> = self.ranks.par_iter().flat_map_iter(of_rank).collect();
+        let mut found: Vec<(u32, EquilibriumTerms)> = self.ranks.par_iter().flat_map_iter(of_rank).collect();
         found.sort_unstable_by_key(|(place, _)| *place);
         let first = &mut self.ranks[0].domain;
-        first.audit = first.audit.next(found.into_iter().map(|(_, own)| own));
+        first.equilibrium_terms = first.equilibrium_terms.next(found.into_iter().map(|(_, own)| own));
     }
 
     /// Adds up what obstacles have taken, over all particles in their sequence, for the first rank.
-    fn bear(&mut self) {
+    fn sum_obstacle_energies(&mut self) {
         if self.first().walls.obstacles.is_empty() {
             return;
         }
-        let of_rank = |rank: &'_ Rank<D>| -> Vec<(u32, Borne)> {
-            rank.own().map(|i| (rank.sequence[i as usize], rank.domain.rates.borne[i as usize])).collect()
+        let of_rank = |rank: &'_ Rank<D>| -> Vec<(u32, ObstacleEnergies)> {
+            rank.own_particles()
+                .map(|i| (rank.sequence[i as usize], rank.domain.rates.obstacle_energies[i as usize]))
+                .collect()
         };
-        let mut found: Vec<(u32, Borne)> = self.ranks.par_iter().flat_map_iter(of_rank).collect();
+        let mut found: Vec<(u32, ObstacleEnergies)> = self.ranks.par_iter().flat_map_iter(of_rank).collect();
         found.sort_unstable_by_key(|(place, _)| *place);
         let first = &mut self.ranks[0].domain;
-        found.iter().for_each(|(_, own)| first.borne.add(own));
+        found.iter().for_each(|(_, own)| first.obstacle_energies.add(own));
     }
 
     /// Adds up what obstacles bear in a step of `dt` (s), over all particles in their sequence, to what was `felt` before it, for the first
     /// rank: what each rank has summed up itself is of its own particles and of guests.
-    fn react(&mut self, mut felt: Vec<Felt>, dt: f64) {
+    fn sum_reactions(&mut self, mut felt: Vec<ReactionSum>, dt: f64) {
         let SphSolver { setting, walls, .. } = self.first();
-        if walls.obstacles.told().next().is_none() {
+        if walls.obstacles.recorded_obstacles().next().is_none() {
             return;
         }
         let bodies = setting.case.bodies.len();
-        felt.resize(bodies + setting.case.obstacles.len(), Felt::default());
-        let mut told: Vec<(u32, Told<D>)> = Vec::new();
+        felt.resize(bodies + setting.case.obstacles.len(), ReactionSum::default());
+        let mut told: Vec<(u32, ReactionSample<D>)> = Vec::new();
         for Rank { domain, sequence, .. } in &self.ranks {
-            let is_guest = |i: u32| domain.bodies.guests.get(i as usize).is_some_and(|guest| *guest);
-            let own = domain.rates.told.iter().filter(|one| !is_guest(one.particle));
+            let is_guest = |i: u32| domain.bodies.ghost_particles.get(i as usize).is_some_and(|guest| *guest);
+            let own = domain.rates.reaction_samples.iter().filter(|one| !is_guest(one.particle));
             told.extend(own.map(|one| (sequence[one.particle as usize], *one)));
         }
         told.sort_by_key(|(place, one)| (one.impulse.is_some(), *place));
         let (sums, stops) = told.split_at(told.partition_point(|(_, one)| one.impulse.is_none()));
-        felt[bodies..].iter_mut().for_each(Felt::begin);
-        sums.iter().for_each(|(_, one)| felt[one.bearer as usize].hear(one));
-        felt[bodies..].iter_mut().for_each(|felt| felt.last(dt));
-        stops.iter().for_each(|(_, one)| felt[one.bearer as usize].hear(one));
-        self.ranks[0].domain.rates.felt = felt;
+        felt[bodies..].iter_mut().for_each(ReactionSum::begin);
+        sums.iter().for_each(|(_, one)| felt[one.reaction_index as usize].accumulate(one));
+        felt[bodies..].iter_mut().for_each(|felt| felt.add_impulse(dt));
+        stops.iter().for_each(|(_, one)| felt[one.reaction_index as usize].accumulate(one));
+        self.ranks[0].domain.rates.reactions = felt;
     }
 
     /// Renews the copies in the halos.
@@ -293,25 +306,25 @@ impl<const D: usize> RankedSolver<D> {
         // Smoothed stresses go back to yield, by the law and its state.
         let SphSolver { setting, clock, .. } = self.first();
         let whole = is_regularisation_due(setting, clock);
-        self.ranks.par_iter().zip(&mut self.mail).for_each(|(rank, parcels)| {
+        self.ranks.par_iter().zip(&mut self.messages).for_each(|(rank, parcels)| {
             for (parcel, indices) in parcels.iter_mut().zip(&rank.sends) {
                 parcel.fill(&rank.domain, &rank.sequence, indices, whole);
             }
         });
-        let mail = &self.mail;
+        let mail = &self.messages;
         self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
-            for (parcels, places) in mail.iter().zip(&rank.gets) {
-                parcels[to].renew(&mut rank.domain, places);
+            for (parcels, places) in mail.iter().zip(&rank.receives) {
+                parcels[to].update_ghosts(&mut rank.domain, places);
             }
         });
     }
 
     /// The sequence after a sort by cell. The first rank gets positions, and answers with places in the sequence.
     fn sort(&mut self) -> Result<(), SolverError> {
-        let total: usize = self.ranks.iter().map(|rank| rank.own().count()).sum();
+        let total: usize = self.ranks.iter().map(|rank| rank.own_particles().count()).sum();
         let mut positions = vec![[0.0; D]; total];
         for rank in &self.ranks {
-            for i in rank.own() {
+            for i in rank.own_particles() {
                 positions[rank.sequence[i as usize] as usize] =
                     rank.domain.bodies.particles.position[i as usize];
             }
@@ -323,19 +336,19 @@ impl<const D: usize> RankedSolver<D> {
         for number in 0..bodies.groups.len() {
             let own = |rank: &Rank<D>| {
                 let range = rank.domain.bodies.groups[number].range();
-                rank.own().filter(|&i| range.contains(&(i as usize))).count()
+                rank.own_particles().filter(|&i| range.contains(&(i as usize))).count()
             };
             let end = start + self.ranks.iter().map(own).sum::<usize>();
-            cells
-                .build(&positions[start..end], radius)
-                .map_err(|error| bodies.particles.failed(clock, 0, format!("neighbour search: {error}")))?;
+            cells.build(&positions[start..end], radius).map_err(|error| {
+                bodies.particles.particle_error(clock, 0, format!("neighbour search: {error}"))
+            })?;
             for (place, &old) in cells.order().iter().enumerate() {
                 places[start + old as usize] = (start + place) as u32;
             }
             start = end;
         }
         for rank in &mut self.ranks {
-            let own: Vec<u32> = rank.own().collect();
+            let own: Vec<u32> = rank.own_particles().collect();
             own.into_iter().for_each(|i| {
                 let place = &mut rank.sequence[i as usize];
                 *place = places[*place as usize];
@@ -346,30 +359,30 @@ impl<const D: usize> RankedSolver<D> {
     }
 
     /// Particles to the ranks in whose boxes they are listed, then their copies to the halos; lists of neighbours.
-    fn share_out(&mut self) -> Result<(), SolverError> {
+    fn distribute(&mut self) -> Result<(), SolverError> {
         let loads: Vec<u64> = self.ranks.iter().map(|rank| rank.weights().map(u64::from).sum()).collect();
         let most = loads.iter().copied().max().unwrap_or(0) as f64;
         let mean = loads.iter().sum::<u64>() as f64 / loads.len() as f64;
         let cuts = match self.cuts.take() {
             Some(cuts) if most <= IMBALANCE * mean => cuts,
-            _ => self.cut(),
+            _ => self.new_bisection(),
         };
         self.migrate(&cuts);
         self.cuts = Some(cuts);
         self.fill_halos();
         on_all(&mut self.ranks, |rank| {
             let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
-            lists.make(setting, clock, bodies, walls)
+            lists.build(setting, clock, bodies, walls)
         })?;
-        self.shared_out = true;
+        self.is_distributed = true;
         Ok(())
     }
 
     /// New cuts. The first rank gets positions and weights, and answers with the cuts.
-    fn cut(&self) -> Bisection<D> {
+    fn new_bisection(&self) -> Bisection<D> {
         let (mut positions, mut weights) = (Vec::new(), Vec::new());
         for rank in &self.ranks {
-            positions.extend(rank.own().map(|i| rank.domain.lists.listed.positions[i as usize]));
+            positions.extend(rank.own_particles().map(|i| rank.domain.lists.listed.positions[i as usize]));
             weights.extend(rank.weights());
         }
         Bisection::new(&positions, &weights, self.ranks.len()).0
@@ -377,34 +390,37 @@ impl<const D: usize> RankedSolver<D> {
 
     /// Every rank keeps the particles in its own part of space and sends the others away.
     fn migrate(&mut self, cuts: &Bisection<D>) {
-        self.ranks.par_iter().zip(&mut self.mail).for_each(|(rank, parcels)| {
+        self.ranks.par_iter().zip(&mut self.messages).for_each(|(rank, parcels)| {
             let mut shares = vec![Vec::new(); parcels.len()];
-            for i in rank.own() {
+            for i in rank.own_particles() {
                 shares[cuts.owner(&rank.domain.lists.listed.positions[i as usize]) as usize].push(i);
             }
             for (parcel, share) in parcels.iter_mut().zip(&shares) {
                 parcel.fill(&rank.domain, &rank.sequence, share, true);
             }
         });
-        let mail = &self.mail;
+        let mail = &self.messages;
         self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
-            let parcels: Vec<&Parcel<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
+            let parcels: Vec<&ParticleMessage<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
             (rank.sequence, _) = assemble(&mut rank.domain, &parcels);
-            rank.domain.bodies.guests.clear();
+            rank.domain.bodies.ghost_particles.clear();
         });
     }
 
     /// Every rank sends copies of what lies in the halos of the others.
     fn fill_halos(&mut self) {
-        let boxes: Vec<Option<Bounds<D>>> =
-            self.ranks.iter().map(|rank| Bounds::around(&rank.domain.lists.listed.positions)).collect();
+        let boxes: Vec<Option<BoundingBox<D>>> = self
+            .ranks
+            .iter()
+            .map(|rank| BoundingBox::enclosing(&rank.domain.lists.listed.positions))
+            .collect();
         let width = passes(&self.first().setting.options) as f64 * self.first().lists.listed.reach;
-        let send = |(me, (rank, parcels)): (usize, (&mut Rank<D>, &mut Vec<Parcel<D>>))| {
+        let send = |(me, (rank, parcels)): (usize, (&mut Rank<D>, &mut Vec<ParticleMessage<D>>))| {
             let (listed, mut images) = (&rank.domain.lists.listed, Vec::new());
-            rank.domain.walls.planes.go_to(listed.time);
+            rank.domain.walls.planes.move_to(listed.time);
             rank.domain.walls.planes.images(&listed.positions, width, &mut images);
-            let wanted = |(to, bounds): (usize, &Option<Bounds<D>>)| match bounds {
-                _ if to == me => rank.own().collect(),
+            let wanted = |(to, bounds): (usize, &Option<BoundingBox<D>>)| match bounds {
+                _ if to == me => rank.own_particles().collect(),
                 Some(bounds) => rank.halo_of(bounds, width, &images),
                 None => Vec::new(),
             };
@@ -413,15 +429,15 @@ impl<const D: usize> RankedSolver<D> {
                 parcel.fill(&rank.domain, &rank.sequence, indices, true);
             }
         };
-        self.ranks.par_iter_mut().zip(&mut self.mail).enumerate().for_each(send);
-        let mail = &self.mail;
+        self.ranks.par_iter_mut().zip(&mut self.messages).enumerate().for_each(send);
+        let mail = &self.messages;
         self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
-            let parcels: Vec<&Parcel<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
-            (rank.sequence, rank.gets) = assemble(&mut rank.domain, &parcels);
-            rank.domain.bodies.guests.clear();
-            rank.domain.bodies.guests.resize(rank.sequence.len(), true);
-            let own = std::mem::take(&mut rank.gets[to]);
-            own.iter().for_each(|&i| rank.domain.bodies.guests[i as usize] = false);
+            let parcels: Vec<&ParticleMessage<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
+            (rank.sequence, rank.receives) = assemble(&mut rank.domain, &parcels);
+            rank.domain.bodies.ghost_particles.clear();
+            rank.domain.bodies.ghost_particles.resize(rank.sequence.len(), true);
+            let own = std::mem::take(&mut rank.receives[to]);
+            own.iter().for_each(|&i| rank.domain.bodies.ghost_particles[i as usize] = false);
             rank.sends[to].clear();
             for indices in &mut rank.sends {
                 indices.iter_mut().for_each(|i| *i = own[*i as usize]);

@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use colluvium_case::Case;
 use colluvium_constitutive::States;
-use colluvium_points::columns::{gather_column, pick_column};
+use colluvium_points::columns::{copy_entries, gather_entries};
 
-use crate::particles::{Bodies, Derivatives, Group, Particles};
+use crate::particles::{Bodies, Derivatives, ParticleGroup, Particles};
 use crate::solver::SphSolver;
 
 /// Copies of particles with everything that is theirs, body after body.
 #[derive(Clone, Debug, Default)]
-pub struct Parcel<const D: usize> {
+pub struct ParticleMessage<const D: usize> {
     /// Number of particles of each body.
     counts: Vec<usize>,
     /// Places of the particles in the order of a solver without ranks.
@@ -26,16 +26,16 @@ pub struct Parcel<const D: usize> {
     states: Vec<States>,
 }
 
-impl<const D: usize> Parcel<D> {
+impl<const D: usize> ParticleMessage<D> {
     /// Takes copies of the particles `indices`, ascending, of `domain`; the states of their laws where `whole`.
     pub fn fill(&mut self, domain: &SphSolver<D>, sequence: &[u32], indices: &[u32], whole: bool) {
         let SphSolver { setting, bodies, lists, rates, .. } = domain;
-        pick_column(&mut self.sequence, sequence, indices);
+        copy_entries(&mut self.sequence, sequence, indices);
         self.particles.pick(&bodies.particles, indices);
-        self.rates.pick(&rates.of, indices);
+        self.rates.pick(&rates.derivatives, indices);
         let listed = &lists.listed.positions;
         let listed = if listed.is_empty() { &bodies.particles.position } else { listed };
-        pick_column(&mut self.listed, listed, indices);
+        copy_entries(&mut self.listed, listed, indices);
         self.counts.clear();
         self.states.clear();
         let mut left = indices;
@@ -48,32 +48,32 @@ impl<const D: usize> Parcel<D> {
                 self.states.push(group.states.permuted(&within));
             }
         }
-        self.take_loads(&setting.case, bodies);
+        self.collect_loads(&setting.case, bodies);
     }
 
     /// Takes along what the particles carry of loads that follow their surfaces.
-    fn take_loads(&mut self, case: &Case, bodies: &Bodies<D>) {
+    fn collect_loads(&mut self, case: &Case, bodies: &Bodies<D>) {
         self.carried.clear();
-        for on in bodies.loads.all.iter().filter(|on| on.follows(case)) {
+        for on in bodies.loads.all.iter().filter(|on| on.is_follower(case)) {
             let ids = self.particles_of(on.body, &bodies.groups);
-            self.carried.extend(self.particles.id[ids].iter().map(|id| on.carried[(id - on.first) as usize]));
+            self.carried.extend(self.particles.id[ids].iter().map(|id| on.vectors[(id - on.first) as usize]));
         }
     }
 
     /// Gives `bodies` what its particles carry of loads that follow their surfaces.
-    fn give_loads(&self, case: &Case, bodies: &mut Bodies<D>) {
+    fn apply_loads(&self, case: &Case, bodies: &mut Bodies<D>) {
         let Bodies { loads, groups, .. } = bodies;
         let mut carried = self.carried.iter();
-        for on in loads.all.iter_mut().filter(|on| on.follows(case)) {
+        for on in loads.all.iter_mut().filter(|on| on.is_follower(case)) {
             let ids = self.particles_of(on.body, groups);
             for (id, vector) in self.particles.id[ids].iter().zip(&mut carried) {
-                on.carried[(id - on.first) as usize] = *vector;
+                on.vectors[(id - on.first) as usize] = *vector;
             }
         }
     }
 
     /// Which particles are those of a body; none where it is gone.
-    fn particles_of(&self, body: u32, groups: &[Group]) -> Range<usize> {
+    fn particles_of(&self, body: u32, groups: &[ParticleGroup]) -> Range<usize> {
         let Some(number) = groups.iter().position(|group| group.body == body) else { return 0..0 };
         let first = self.counts[..number].iter().sum();
         first..first + self.counts[number]
@@ -85,11 +85,11 @@ impl<const D: usize> Parcel<D> {
     }
 
     /// Puts the state of its particles in the places `indices` of `domain`, where older copies of them are.
-    pub fn renew(&self, domain: &mut SphSolver<D>, indices: &[u32]) {
+    pub fn update_ghosts(&self, domain: &mut SphSolver<D>, indices: &[u32]) {
         let SphSolver { setting, bodies, rates, .. } = domain;
-        self.give_loads(&setting.case, bodies);
+        self.apply_loads(&setting.case, bodies);
         bodies.particles.put(&self.particles, indices);
-        rates.of.put(&self.rates, indices);
+        rates.derivatives.put(&self.rates, indices);
         let mut first = 0;
         for (group, (states, count)) in bodies.groups.iter_mut().zip(self.states.iter().zip(&self.counts)) {
             // The points stay where they are, but those that came take their states with them.
@@ -107,10 +107,10 @@ impl<const D: usize> Parcel<D> {
 /// else. Returns the sequence and, for each parcel, where its particles stand.
 pub fn assemble<const D: usize>(
     domain: &mut SphSolver<D>,
-    parcels: &[&Parcel<D>],
+    parcels: &[&ParticleMessage<D>],
 ) -> (Vec<u32>, Vec<Vec<u32>>) {
     let SphSolver { setting, bodies, lists, rates, .. } = domain;
-    parcels.iter().for_each(|parcel| parcel.give_loads(&setting.case, bodies));
+    parcels.iter().for_each(|parcel| parcel.apply_loads(&setting.case, bodies));
     let mut picks: Vec<(u32, u32)> = Vec::new();
     let mut starts = vec![0; parcels.len()];
     for (number, group) in bodies.groups.iter_mut().enumerate() {
@@ -133,14 +133,14 @@ pub fn assemble<const D: usize>(
     let particles: Vec<&Particles<D>> = parcels.iter().map(|parcel| &parcel.particles).collect();
     bodies.particles.gather(&particles, &picks);
     let derivatives: Vec<&Derivatives<D>> = parcels.iter().map(|parcel| &parcel.rates).collect();
-    rates.of.gather(&derivatives, &picks);
+    rates.derivatives.gather(&derivatives, &picks);
     let listed = &mut lists.listed.positions;
-    gather_column(listed, |part| &parcels[part].listed, parcels.len(), &picks);
+    gather_entries(listed, |part| &parcels[part].listed, parcels.len(), &picks);
     // What follows from these is found anew.
-    bodies.shown.spread.clear();
-    bodies.shown.records.clear();
+    bodies.pair_data.grad_h_factor.clear();
+    bodies.pair_data.records.clear();
     bodies.resize(picks.len());
     let mut sequence = Vec::new();
-    gather_column(&mut sequence, |part| &parcels[part].sequence, parcels.len(), &picks);
+    gather_entries(&mut sequence, |part| &parcels[part].sequence, parcels.len(), &picks);
     (sequence, places)
 }

@@ -9,12 +9,14 @@ use crate::stress::band_length;
 
 /// Largest smoothing length over spacing with which a crack opens two rows of particles: with 1.5 a bar that is pulled apart
 /// spends 1.6 to 2.9 times its fracture energy, with 2 up to 3.8 times.
-const WIDEST: f64 = 1.2;
+const MAX_SMOOTHING_RATIO: f64 = 1.2;
 
 /// Refuses kernels that spread a crack over more than two rows of particles, and particles whose bands snap back.
 pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     for body in case.bodies.iter().filter(|body| !body.rigid) {
-        let Some(law) = case.materials.get(&body.material).and_then(MaterialSpec::banded) else { continue };
+        let Some(law) = case.materials.get(&body.material).and_then(MaterialSpec::double_scale) else {
+            continue;
+        };
         if law.size.is_some() {
             continue;
         }
@@ -26,10 +28,10 @@ pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> 
             );
             return Err(CaseError::new("methods.sph.kernel", problem));
         }
-        if options.smoothing > WIDEST * (1.0 + 1e-9) {
+        if options.smoothing > MAX_SMOOTHING_RATIO * (1.0 + 1e-9) {
             let problem = format!(
                 "{} spreads a crack of the material {name:?} over more than two rows of particles, and it spends up to four times its \
-                 fracture energy: at most {WIDEST}, or give the material the length of its bands (`size`)",
+                 fracture energy: at most {MAX_SMOOTHING_RATIO}, or give the material the length of its bands (`size`)",
                 options.smoothing
             );
             return Err(CaseError::new("methods.sph.smoothing", problem));
@@ -48,7 +50,7 @@ pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> 
 }
 
 /// Rigid bodies are neighbours of the soil, which gets no gap to them.
-pub(super) fn sticking(case: &Case) -> Option<String> {
+pub(super) fn rigid_sticking_warning(case: &Case) -> Option<String> {
     let soil = |material: &str| case.materials.get(material).is_some_and(|spec| !spec.is_fluid());
     let number = case.bodies.iter().position(|body| body.rigid)?;
     let stuck = case.bodies.iter().find(|body| !body.rigid && soil(&body.material))?;

@@ -3,16 +3,16 @@
 use std::ops::Range;
 
 use colluvium_case::description::Body;
-use colluvium_case::law::Begun;
+use colluvium_case::law::InitialLawState;
 use colluvium_case::rigid::{RigidMass, RigidState};
 use colluvium_case::{Case, CaseError, spatial};
-use colluvium_constitutive::Kind;
-use colluvium_points::HalfList;
+use colluvium_constitutive::ModelFamily;
+use colluvium_points::HalfNeighbourList;
 
 use crate::config::{SoundSpeed, SphOptions};
-use crate::particles::{Group, Particles};
-use crate::rigid::Rigid;
-use crate::setting::corner;
+use crate::particles::{ParticleGroup, Particles};
+use crate::rigid::RigidBody;
+use crate::setting::leading_components;
 
 /// Beyond this many particles the ids no longer fit.
 const MOST_PARTICLES: usize = u32::MAX as usize;
@@ -24,9 +24,9 @@ pub(super) fn add_body<const D: usize>(
     number: usize,
     body: &Body,
     particles: &mut Particles<D>,
-) -> Result<Group, CaseError> {
+) -> Result<ParticleGroup, CaseError> {
     let path = format!("bodies[{number}]");
-    let low: [f64; D] = corner(&case.domain.min);
+    let low: [f64; D] = leading_components(&case.domain.min);
     let listed = case.point_list(number)?;
     let samples = match &listed {
         Some(list) => list.samples(),
@@ -55,7 +55,8 @@ pub(super) fn add_body<const D: usize>(
     };
     let densities = (0..samples.len()).map(|i| case.density_at(number, listed.as_ref(), i));
     let densities = densities.collect::<Result<Vec<f64>, CaseError>>()?;
-    let Begun { material, stress, states } = case.begin_law(number, listed.as_ref(), &positions)?;
+    let InitialLawState { material, stress, states } =
+        case.initialise_law(number, listed.as_ref(), &positions)?;
     let count = positions.len();
     particles.id.extend(start as u32..(start + count) as u32);
     let history = options.held_history.get(&body.name).cloned();
@@ -66,25 +67,25 @@ pub(super) fn add_body<const D: usize>(
         return Err(CaseError::new(format!("{path}.points.file"), problem));
     }
     let velocity = |(point, x): (usize, &[f64; D])| match own {
-        Some(velocities) => corner::<D>(&velocities[point]),
-        None => corner::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v)),
+        Some(velocities) => leading_components::<D>(&velocities[point]),
+        None => leading_components::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v)),
     };
     particles.velocity.extend(positions.iter().enumerate().map(velocity));
     particles.mass.extend(samples.iter().zip(&densities).map(|(sample, density)| sample.volume * density));
     particles.density.extend(densities);
     particles.sound.extend(std::iter::repeat_n(0.0, count));
-    particles.length.extend(std::iter::repeat_n(options.length(), count));
+    particles.length.extend(std::iter::repeat_n(options.smoothing_length_value(), count));
     particles.stress.extend(stress);
     particles.origin.extend_from_slice(&positions);
     particles.position.extend(positions);
     let held = options.held.contains(&body.name).then(|| body.velocity.clone());
-    let fluid = spec.facts().kind == Kind::Fluid;
+    let fluid = spec.facts().kind == ModelFamily::Fluid;
     let end = start + count;
     let confined = options.confining.as_ref().is_some_and(|confining| {
         confining.bodies.as_ref().map_or(held.is_none() && !body.rigid, |names| names.contains(&body.name))
     });
     let smooth = options.smooth_bodies.contains(&body.name);
-    Ok(Group {
+    Ok(ParticleGroup {
         body: number as u32,
         start,
         end,
@@ -103,11 +104,11 @@ pub(super) fn add_body<const D: usize>(
 }
 
 /// A rigid body of particles, with their velocities.
-fn rigid<const D: usize>(particles: &Particles<D>, range: Range<usize>, spacing: f64) -> Rigid {
+fn rigid<const D: usize>(particles: &Particles<D>, range: Range<usize>, spacing: f64) -> RigidBody {
     let Particles { mass, position, velocity, .. } = particles;
     let (masses, positions) = (&mass[range.clone()], &position[range.clone()]);
-    let whole = RigidMass::of(masses, positions, spacing);
-    Rigid::new(RigidState::of_points(&whole, masses, positions, &velocity[range]))
+    let whole = RigidMass::of_points(masses, positions, spacing);
+    RigidBody::new(RigidState::of_points(&whole, masses, positions, &velocity[range]))
 }
 
 /// Every particle must lie in the domain and in no wall.
@@ -133,7 +134,7 @@ pub(super) fn check_distances<const D: usize>(
     particles: &Particles<D>,
     options: &SphOptions,
 ) -> Result<(), CaseError> {
-    let mut list = HalfList::<D>::new();
+    let mut list = HalfNeighbourList::<D>::new();
     let least = 1e-6 * options.spacing;
     // Cells of the search must not be much smaller than the spacing.
     list.build(&particles.position, 0.5 * options.spacing)

@@ -3,7 +3,10 @@
 use colluvium_case::Case;
 use colluvium_constitutive::MaterialSpec;
 
-use crate::config::{Continuity, Formulation, Momentum, SphOptions, Symmetrisation, VelocityGradient};
+use crate::config::{
+    ContinuityEquation, LagrangianFormulation, MomentumEquation, SphOptions, Symmetrisation,
+    VelocityGradientOperator,
+};
 use crate::kernel::Kernel;
 
 /// Ratio of the densities of two bodies from which the form of the momentum equation matters.
@@ -23,14 +26,14 @@ pub(super) fn has_jump(case: &Case) -> bool {
 
 /// Largest cell Reynolds number `U Δx/ν`, at the tenth of the speed of sound that is the most a weakly compressible liquid may
 /// flow with, at which the liquid's own viscosity holds velocities between particles together.
-const MOST_OWN: f64 = 10.0;
+const MAX_CELL_REYNOLDS: f64 = 10.0;
 
 /// Whether all that moves are liquids whose own viscosity does what the artificial one is for.
 fn is_viscous(case: &Case, spacing: f64) -> bool {
     let holds = |material: &MaterialSpec| {
         let MaterialSpec::NewtonianFluid(liquid) = material else { return false };
         let sound = (liquid.bulk_modulus / liquid.density).sqrt();
-        MOST_OWN * liquid.viscosity >= liquid.density * 0.1 * sound * spacing
+        MAX_CELL_REYNOLDS * liquid.viscosity >= liquid.density * 0.1 * sound * spacing
     };
     let mut moving = case.bodies.iter().filter(|body| !body.rigid).peekable();
     moving.peek().is_some() && moving.all(|body| case.materials.get(&body.material).is_some_and(holds))
@@ -42,12 +45,13 @@ const SMOOTHING_OF_LIQUIDS: f64 = 1.5;
 const SHIFTING_OF_LIQUIDS: f64 = 10.0;
 
 /// Share of the domain from which on bodies fill it, with no free surface.
-const FULL: f64 = 0.99;
+const FULL_DOMAIN_FRACTION: f64 = 0.99;
 
 /// Whether the bodies fill the domain.
 fn fills_domain(case: &Case, spacing: f64) -> bool {
     let edges = case.domain.min.iter().zip(&case.domain.max).map(|(min, max)| (max - min) / spacing);
-    spacing > 0.0 && case.points_at(spacing).iter().sum::<f64>() >= FULL * edges.product::<f64>()
+    spacing > 0.0
+        && case.point_counts(spacing).iter().sum::<f64>() >= FULL_DOMAIN_FRACTION * edges.product::<f64>()
 }
 
 /// Whether all bodies that move by themselves are Newtonian liquids.
@@ -58,35 +62,36 @@ fn is_liquid(case: &Case, held: &[String]) -> bool {
 }
 
 /// The kernel and the shifting of liquids, where the case leaves them out.
-fn fit_liquids(case: &Case, options: &mut SphOptions, given: &dyn Fn(&str) -> bool) {
+fn set_liquid_defaults(case: &Case, options: &mut SphOptions, given: &dyn Fn(&str) -> bool) {
     if !given("kernel") {
         options.kernel = Kernel::WendlandC2;
     }
     if !given("smoothing") && options.kernel == Kernel::WendlandC2 {
         options.smoothing = SMOOTHING_OF_LIQUIDS;
     }
-    let summed = options.continuity == Continuity::Summation;
+    let summed = options.continuity == ContinuityEquation::Summation;
     if !given("shifting") && !summed && case.obstacles.is_empty() && fills_domain(case, options.spacing) {
         options.shifting = SHIFTING_OF_LIQUIDS;
     }
 }
 
 /// Gives the options that the case leaves out what fits its bodies.
-pub(super) fn fit(case: &Case, options: &mut SphOptions) {
+pub(super) fn set_case_defaults(case: &Case, options: &mut SphOptions) {
     let given = |key: &str| case.methods.get("sph").is_some_and(|sph| sph.get(key).is_some());
-    if options.formulation == Formulation::Updated && is_liquid(case, &options.held) {
-        fit_liquids(case, options, &given);
+    if options.formulation == LagrangianFormulation::Updated && is_liquid(case, &options.held) {
+        set_liquid_defaults(case, options, &given);
     }
-    let free = options.symmetrisation != Symmetrisation::GradH && options.formulation == Formulation::Updated;
+    let free = options.symmetrisation != Symmetrisation::GradH
+        && options.formulation == LagrangianFormulation::Updated;
     if !given("momentum") && free && has_jump(case) {
-        options.momentum = Momentum::RhoRho;
+        options.momentum = MomentumEquation::RhoRho;
     }
     if !given("viscosity_linear") && is_viscous(case, options.spacing) {
         options.viscosity_linear = 0.0;
     }
-    let solid = options.formulation == Formulation::Updated && !is_liquid(case, &options.held);
+    let solid = options.formulation == LagrangianFormulation::Updated && !is_liquid(case, &options.held);
     if !given("velocity_gradient") && solid {
-        options.velocity_gradient = VelocityGradient::Corotated;
+        options.velocity_gradient = VelocityGradientOperator::Corotated;
     }
 }
 
@@ -96,7 +101,7 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::super::options;
-    use crate::config::VelocityGradient;
+    use crate::config::VelocityGradientOperator;
     use crate::kernel::Kernel;
 
     fn case(model: &Value, top: f64, sph: &Value) -> Case {
@@ -115,10 +120,10 @@ mod tests {
         let soil = json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 });
         let gradient =
             |model: &Value, sph: Value| options(&case(model, 0.5, &sph)).unwrap().velocity_gradient;
-        assert_eq!(gradient(&soil, json!({ "spacing": 0.02 })), VelocityGradient::Corotated);
-        assert_eq!(gradient(&water(), json!({ "spacing": 0.02 })), VelocityGradient::Compatible);
+        assert_eq!(gradient(&soil, json!({ "spacing": 0.02 })), VelocityGradientOperator::Corotated);
+        assert_eq!(gradient(&water(), json!({ "spacing": 0.02 })), VelocityGradientOperator::Compatible);
         let given = json!({ "spacing": 0.02, "velocity_gradient": "compatible" });
-        assert_eq!(gradient(&soil, given), VelocityGradient::Compatible);
+        assert_eq!(gradient(&soil, given), VelocityGradientOperator::Compatible);
     }
 
     fn water() -> Value {

@@ -1,28 +1,29 @@
 //! What SPH refuses of a case, by its path, and what it allows with a word.
 
 use colluvium_case::description::{Body, ObstacleShape, Wall};
-use colluvium_case::{Case, CaseError, Honours};
-use colluvium_constitutive::{Kind, MaterialSpec};
+use colluvium_case::{Capabilities, Case, CaseError};
+use colluvium_constitutive::{MaterialSpec, ModelFamily};
 
-use super::bands::sticking;
+use super::bands::rigid_sticking_warning;
 use super::defaults::{densities, has_jump};
 use crate::config::{
-    Confined, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall, SmoothWall,
-    SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress, WallVelocity,
+    ConfinedParticles, ContinuityEquation, DensityReset, LagrangianFormulation, MomentumEquation,
+    Regularisation, RoughWall, SmoothWall, SphOptions, Symmetrisation, Tensile, TimeIntegration,
+    VelocityGradientOperator, WallStress, WallVelocity,
 };
-use crate::particles::Group;
+use crate::particles::ParticleGroup;
 use crate::total;
-use crate::walls::mirrors;
+use crate::walls::is_mirror;
 
 /// Share by which the width of listed particles may differ from `spacing` without a word.
 const LISTED_SLACK: f64 = 0.1;
 
 /// What SPH says to the features of a case.
-pub(crate) fn honours(options: &SphOptions) -> Honours {
-    let total = options.formulation == Formulation::TotalLagrangian;
+pub(crate) fn capabilities(options: &SphOptions) -> Capabilities {
+    let total = options.formulation == LagrangianFormulation::TotalLagrangian;
     let in_total = |problem: &str| format!("{problem}, in the total-Lagrangian form");
-    Honours::of_points("sph")
-        .takes(&[
+    Capabilities::for_point_methods("sph")
+        .supports(&[
             "domain.origin",
             "domain.periodic*",
             "boundaries",
@@ -50,44 +51,44 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
             "obstacles.regions*",
             "obstacles.motion*",
         ])
-        .refuses("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
-        .refuses_if(total, "bodies.rigid", in_total("bodies deform or are held"))
-        .refuses_if(options.ranks > 1, "bodies.rigid", "a rigid body is not shared out among ranks: use one")
-        .refuses("bodies.drop_outside", "sph has no sides that points leave by")
-        .refuses("bodies.pore_fluid", "sph has one phase; where no fluid leaves use the material undrained")
-        .refuses("boundaries.group", "sph has no mesh with groups of nodes")
-        .refuses("boundaries.wall=absorbing", "sph has no absorbing boundaries")
-        .refuses("boundaries.separation", "material cannot lift off the rough and smooth walls of sph")
-        .refuses("boundaries.wall.bilateral", "material can always lift off the frictional walls of sph")
-        .refuses("loads=pore-pressure", "sph has one phase: a total pressure is a `pressure`")
-        .refuses("loads.carrier", "sph has no nodes: its particles carry loads")
-        .refuses("patches", "sph has no nodes to prescribe")
-        .refuses("stages.damping_axes", "sph damps all axes alike")
-        .refuses("stages.rayleigh_damping", "sph has no Rayleigh damping")
-        .refuses("stages.excavate", "sph removes whole bodies only: use remove_bodies")
-        .refuses("measures=dissipation", "sph does not count dissipation")
-        .refuses_if(total, "obstacles", in_total("obstacles do not act: hold a body as a clamp"))
-        .refuses_if(total, "boundaries", in_total("walls do not act: hold a body as a clamp"))
-        .refuses_if(total, "stages.remove_bodies", in_total("bodies stay"))
-        .refuses_if(total, "domain.periodic", in_total("there are no periods"))
+        .rejects("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
+        .rejects_if(total, "bodies.rigid", in_total("bodies deform or are held"))
+        .rejects_if(options.ranks > 1, "bodies.rigid", "a rigid body is not shared out among ranks: use one")
+        .rejects("bodies.drop_outside", "sph has no sides that points leave by")
+        .rejects("bodies.pore_fluid", "sph has one phase; where no fluid leaves use the material undrained")
+        .rejects("boundaries.group", "sph has no mesh with groups of nodes")
+        .rejects("boundaries.wall=absorbing", "sph has no absorbing boundaries")
+        .rejects("boundaries.separation", "material cannot lift off the rough and smooth walls of sph")
+        .rejects("boundaries.wall.bilateral", "material can always lift off the frictional walls of sph")
+        .rejects("loads=pore-pressure", "sph has one phase: a total pressure is a `pressure`")
+        .rejects("loads.carrier", "sph has no nodes: its particles carry loads")
+        .rejects("patches", "sph has no nodes to prescribe")
+        .rejects("stages.damping_axes", "sph damps all axes alike")
+        .rejects("stages.rayleigh_damping", "sph has no Rayleigh damping")
+        .rejects("stages.excavate", "sph removes whole bodies only: use remove_bodies")
+        .rejects("measures=dissipation", "sph does not count dissipation")
+        .rejects_if(total, "obstacles", in_total("obstacles do not act: hold a body as a clamp"))
+        .rejects_if(total, "boundaries", in_total("walls do not act: hold a body as a clamp"))
+        .rejects_if(total, "stages.remove_bodies", in_total("bodies stay"))
+        .rejects_if(total, "domain.periodic", in_total("there are no periods"))
 }
 
 /// Refuses by name what SPH cannot do (yet).
-pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
-    refuse_walls(case, options)?;
-    refuse_obstacles(case, options)?;
-    refuse_ways_across_periods(case)?;
+pub(super) fn check_supported(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    check_walls(case, options)?;
+    check_obstacles(case, options)?;
+    check_obstacle_periods(case)?;
     check_periods(case, options)?;
     check_names(case, options)?;
     check_rigid(case, options)?;
-    if options.formulation == Formulation::TotalLagrangian {
-        total::refuse(options)?;
+    if options.formulation == LagrangianFormulation::TotalLagrangian {
+        total::check_supported(options)?;
     }
     check_density_forms(case, options)
 }
 
 /// Walls that the options do not go with, and motions of walls that are none.
-fn refuse_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+fn check_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");
         let frictional = matches!(boundary.wall, Wall::Frictional { .. });
@@ -118,16 +119,17 @@ fn refuse_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
 }
 
 /// Options whose sums go over particles of walls, of which obstacles have none.
-fn refuse_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+fn check_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     if case.obstacles.is_empty() {
         return Ok(());
     }
     let grad_h = options.is_variable() && options.symmetrisation == Symmetrisation::GradH;
-    let surface = options.confining.as_ref().is_some_and(|confining| confining.on == Confined::Surface);
+    let surface =
+        options.confining.as_ref().is_some_and(|confining| confining.on == ConfinedParticles::Surface);
     for (key, on, cure) in [
         ("wall_stress", options.wall_stress != WallStress::Pairwise, "set pairwise"),
-        ("continuity", options.continuity == Continuity::Summation, "take trace, mass or volume"),
-        ("momentum", options.momentum == Momentum::Corrected, "take rho2 or rho-rho"),
+        ("continuity", options.continuity == ContinuityEquation::Summation, "take trace, mass or volume"),
+        ("momentum", options.momentum == MomentumEquation::Corrected, "take rho2 or rho-rho"),
         ("symmetrisation", grad_h, "take another, or a constant smoothing length"),
         ("shifting", options.shifting > 0.0, "leave it out"),
         ("confining.on", surface, "take another form"),
@@ -141,7 +143,7 @@ fn refuse_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> 
 }
 
 /// Obstacles are where the case has them, and not again in the next period.
-fn refuse_ways_across_periods(case: &Case) -> Result<(), CaseError> {
+fn check_obstacle_periods(case: &Case) -> Result<(), CaseError> {
     for (number, obstacle) in case.obstacles.iter().enumerate() {
         let Some(motion) = &obstacle.motion else { continue };
         for axis in case.domain.periodic.iter().map(|axis| axis.number()) {
@@ -218,7 +220,9 @@ fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
 fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     // Walls that interpolate go on beyond the ends by one reach, and ask the soil one further out.
     let layers = if options.wall_stress == WallStress::Pairwise { 1.0 } else { 2.0 };
-    let reach = options.kernel.support() * options.length() * options.smoothing_growth.max(1.2).max(layers);
+    let reach = options.kernel.support()
+        * options.smoothing_length_value()
+        * options.smoothing_growth.max(1.2).max(layers);
     for (number, axis) in case.domain.periodic.iter().enumerate() {
         let path = format!("domain.periodic[{number}]");
         let axis = axis.number();
@@ -241,16 +245,15 @@ fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
 /// Density by summation across jumps, and what is for fluids only.
 fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     let (low, high) = densities(case);
-    if options.continuity == Continuity::Summation && low < high && !options.allow_summation {
+    if options.continuity == ContinuityEquation::Summation && low < high && !options.allow_summation {
         let problem = format!(
             "summation smears the jump between bodies of {low} and {high} kg/m³: use volume, or allow_summation"
         );
         return Err(CaseError::new("methods.sph.continuity", problem));
     }
-    let fluid = case
-        .bodies
-        .iter()
-        .any(|body| case.materials.get(&body.material).is_some_and(|spec| spec.facts().kind == Kind::Fluid));
+    let fluid = case.bodies.iter().any(|body| {
+        case.materials.get(&body.material).is_some_and(|spec| spec.facts().kind == ModelFamily::Fluid)
+    });
     for (name, on) in [
         ("density_diffusion", options.density_diffusion > 0.0),
         ("density_reset", options.density_reset != DensityReset::None),
@@ -266,8 +269,8 @@ fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseErro
 }
 
 /// Laws that are not in rate form find their stress anew in every step: nothing is left of what smooths it.
-pub(super) fn check_stress_forms(groups: &[Group], options: &SphOptions) -> Result<(), CaseError> {
-    if groups.iter().any(|group| group.material.is_in_rate_form()) {
+pub(super) fn check_stress_forms(groups: &[ParticleGroup], options: &SphOptions) -> Result<(), CaseError> {
+    if groups.iter().any(|group| group.material.is_hypoelastic()) {
         return Ok(());
     }
     for (name, on) in [
@@ -287,10 +290,10 @@ pub(super) fn check_stress_forms(groups: &[Group], options: &SphOptions) -> Resu
 fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let (low, high) = densities(case);
     let mut warnings = Vec::new();
-    if options.formulation == Formulation::TotalLagrangian {
+    if options.formulation == LagrangianFormulation::TotalLagrangian {
         return warnings;
     }
-    if options.momentum == Momentum::Rho2 && has_jump(case) {
+    if options.momentum == MomentumEquation::Rho2 && has_jump(case) {
         warnings.push(format!(
             "methods.sph.momentum: bodies of {low} and {high} kg/m³: where they touch, rho2 sets even a uniform stress in \
              motion and reflects waves too strongly: use rho-rho"
@@ -298,8 +301,10 @@ fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     }
     // A gradient that follows the form of the momentum is cured with it.
     let wrong = match (options.continuity, options.velocity_gradient) {
-        (Continuity::Mass, _) => Some(("continuity", "density", "volume")),
-        (_, VelocityGradient::DensityDifference) => Some(("velocity_gradient", "strain", "difference")),
+        (ContinuityEquation::Mass, _) => Some(("continuity", "density", "volume")),
+        (_, VelocityGradientOperator::DensityDifference) => {
+            Some(("velocity_gradient", "strain", "difference"))
+        }
         _ => None,
     };
     if let Some((key, what, cure)) = wrong.filter(|_| high >= 2.0 * low) {
@@ -313,7 +318,7 @@ fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
 
 /// Elastic bodies bear tension for good, under which particles that change neighbours clump.
 fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
-    if options.formulation == Formulation::TotalLagrangian || options.tensile != Tensile::None {
+    if options.formulation == LagrangianFormulation::TotalLagrangian || options.tensile != Tensile::None {
         return None;
     }
     let elastic = |name: &str| {
@@ -337,11 +342,11 @@ fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
 }
 
 /// Round sides on a lattice are stepped, and their corners are where a solid is weighed worst.
-fn stepped_edge(case: &Case, options: &SphOptions) -> Option<String> {
-    if options.formulation != Formulation::TotalLagrangian || case.dimension() != 2 {
+fn stepped_edge_warning(case: &Case, options: &SphOptions) -> Option<String> {
+    if options.formulation != LagrangianFormulation::TotalLagrangian || case.dimension() != 2 {
         return None;
     }
-    let stepped = |b: &Body| b.points.is_none() && b.sampling.is_lattice() && b.shape.is_round();
+    let stepped = |b: &Body| b.points.is_none() && b.sampling.is_lattice() && b.shape.has_round_edges();
     let number = case.bodies.iter().position(|b| stepped(b) && !options.held.contains(&b.name))?;
     Some(format!(
         "bodies[{number}].sampling: on a lattice the round sides of {:?} are stepped, and stress next to them comes out 10 to 20 % \
@@ -354,7 +359,7 @@ fn stepped_edge(case: &Case, options: &SphOptions) -> Option<String> {
 pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
-    warnings.extend(stepped_edge(case, options));
+    warnings.extend(stepped_edge_warning(case, options));
     for number in 0..case.bodies.len() {
         let Ok(Some(list)) = case.point_list(number) else { continue };
         let spacing = list.spacing(case.dimension());
@@ -368,9 +373,9 @@ pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     }
     warnings.extend(jump_warnings(case, options));
     warnings.extend(tension_warning(case, options));
-    warnings.extend(sticking(case));
+    warnings.extend(rigid_sticking_warning(case));
     let any = |of: &dyn Fn(&Wall) -> bool| case.boundaries.iter().any(|boundary| of(&boundary.wall));
-    let of_particles = any(&|wall| !mirrors(wall, options));
+    let of_particles = any(&|wall| !is_mirror(wall, options));
     let (rough, smooth) = (any(&|wall| *wall == Wall::Rough), any(&|wall| *wall == Wall::Smooth));
     let opposes = rough && options.rough_wall != RoughWall::Mirror;
     for (name, is_set, has_effect, none) in [

@@ -3,32 +3,32 @@
 use colluvium_case::SolverError;
 use rayon::prelude::*;
 
-use super::Audit;
+use super::EquilibriumTerms;
 use crate::algebra::square;
 use crate::clock::Clock;
 use crate::lanes::set_velocity;
-use crate::lists::Lists;
-use crate::particles::{Bodies, Group, Particles, TASK};
+use crate::lists::VerletLists;
+use crate::particles::{Bodies, MIN_PARTICLES_PER_TASK, ParticleGroup, Particles};
 use crate::rates::Rates;
-use crate::setting::Setting;
+use crate::setting::SolverContext;
 use crate::walls::Walls;
 
 /// Unbalanced and external forces, kinetic energy and work of the step, of each of the free particles.
-pub fn audits<const D: usize>(
-    setting: &Setting<D>,
+pub fn equilibrium_terms<const D: usize>(
+    setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &Bodies<D>,
     rates: &Rates<D>,
     dt: f64,
-) -> impl Iterator<Item = (usize, Audit)> {
+) -> impl Iterator<Item = (usize, EquilibriumTerms)> {
     let gravity = setting.gravity_at(clock, dt);
     let p = &bodies.particles;
     let free = bodies.groups.iter().filter(|group| group.held.is_none());
-    free.flat_map(Group::range).filter(|&i| !bodies.is_guest(i)).map(move |i| {
+    free.flat_map(ParticleGroup::range).filter(|&i| !bodies.is_ghost(i)).map(move |i| {
         let (m, v) = (p.mass[i], &p.velocity[i]);
-        let push = rates.pushes.get(i).copied().unwrap_or([0.0; D]);
-        let audit = Audit {
-            unbalanced: m * m * square(&rates.of.acceleration[i]),
+        let push = rates.external_accelerations.get(i).copied().unwrap_or([0.0; D]);
+        let audit = EquilibriumTerms {
+            unbalanced: m * m * square(&rates.derivatives.acceleration[i]),
             external: m * m * (square(&gravity) + square(&push)),
             kinetic: 0.5 * m * square(v),
             work: m * dt * (0..D).map(|c| (gravity[c] + push[c]) * v[c]).sum::<f64>(),
@@ -39,7 +39,7 @@ pub fn audits<const D: usize>(
 
 /// Adds `step` times the accelerations to the velocities, and the damping of `dt`; step 5.
 pub fn kick<const D: usize>(
-    setting: &Setting<D>,
+    setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &mut Bodies<D>,
     accelerations: &[[f64; D]],
@@ -47,28 +47,30 @@ pub fn kick<const D: usize>(
     dt: f64,
 ) {
     let local = setting.case.stages[clock.stage].damping;
-    let (p, records) = (&mut bodies.particles, &mut bodies.shown.records);
+    let (p, records) = (&mut bodies.particles, &mut bodies.pair_data.records);
     let len = p.len();
     let moving = p.velocity[..len].par_iter_mut().zip(records).zip(accelerations);
-    moving.zip(&p.sound).zip(&p.length).with_min_len(TASK).for_each(|((((v, record), a), sound), h)| {
-        let factor = setting.damped(*sound, *h, dt);
-        for c in 0..D {
-            let resisted = if v[c] == 0.0 { 0.0 } else { local * a[c].abs() * v[c].signum() };
-            v[c] = (v[c] + step * (a[c] - resisted)) * factor;
-        }
-        set_velocity(record, v);
-    });
-    bodies.hold();
+    moving.zip(&p.sound).zip(&p.length).with_min_len(MIN_PARTICLES_PER_TASK).for_each(
+        |((((v, record), a), sound), h)| {
+            let factor = setting.damping_factor(*sound, *h, dt);
+            for c in 0..D {
+                let resisted = if v[c] == 0.0 { 0.0 } else { local * a[c].abs() * v[c].signum() };
+                v[c] = (v[c] + step * (a[c] - resisted)) * factor;
+            }
+            set_velocity(record, v);
+        },
+    );
+    bodies.impose_held_velocities();
 }
 
 /// How far beyond a face or a side of the domain a particle may be (m).
-fn margin<const D: usize>(setting: &Setting<D>) -> f64 {
+fn margin<const D: usize>(setting: &SolverContext<D>) -> f64 {
     0.5 * setting.options.spacing
 }
 
 /// How far out particles may be along each axis at `time` (s): to the sides of the domain and the faces of walls in
 /// it, wherever these have moved. A soft material may be pressed into a wall as far as the wall's first particles.
-fn room<const D: usize>(setting: &Setting<D>, walls: &Walls<D>, time: f64) -> [(f64, f64); D] {
+fn allowed_range<const D: usize>(setting: &SolverContext<D>, walls: &Walls<D>, time: f64) -> [(f64, f64); D] {
     let (domain, margin) = (&setting.case.domain, margin(setting));
     std::array::from_fn(|c| {
         if domain.is_periodic(c) {
@@ -80,8 +82,13 @@ fn room<const D: usize>(setting: &Setting<D>, walls: &Walls<D>, time: f64) -> [(
 }
 
 /// Why a particle at `x`, which is not in its room at `time` (s), may not be where it is.
-fn astray<const D: usize>(setting: &Setting<D>, walls: &Walls<D>, x: &[f64; D], time: f64) -> String {
-    let Some(wall) = walls.planes.passed(x, time, margin(setting)) else {
+fn out_of_range_reason<const D: usize>(
+    setting: &SolverContext<D>,
+    walls: &Walls<D>,
+    x: &[f64; D],
+    time: f64,
+) -> String {
+    let Some(wall) = walls.planes.first_passed(x, time, margin(setting)) else {
         return "it left the domain: enlarge the domain or add a wall on that side".to_owned();
     };
     let (name, axis) = (setting.case.boundaries[wall.boundary].name(), ["x", "y", "z"][wall.axis]);
@@ -95,24 +102,24 @@ fn astray<const D: usize>(setting: &Setting<D>, walls: &Walls<D>, x: &[f64; D], 
 
 /// Positions at the end of the step; step 9.
 pub fn drift<const D: usize>(
-    setting: &Setting<D>,
+    setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &mut Bodies<D>,
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
     dt: f64,
 ) -> Result<(), SolverError> {
     let longest = 0.2 * setting.smoothing.length();
     let end = clock.time + dt;
-    let room = room(setting, walls, end);
-    let Bodies { particles, guests, .. } = bodies;
-    let extra = &rates.drift;
+    let room = allowed_range(setting, walls, end);
+    let Bodies { particles, ghost_particles: guests, .. } = bodies;
+    let extra = &rates.xsph_velocity;
     let len = particles.len();
     let Particles { position, velocity, stress, .. } = particles;
     let all = position[..len].par_iter_mut().zip(&*velocity).zip(&*stress).enumerate();
     let first = all
-        .with_min_len(TASK)
+        .with_min_len(MIN_PARTICLES_PER_TASK)
         .map(|(i, ((x, v), stress))| {
             let v = extra.get(i).map_or(*v, |extra| std::array::from_fn(|c| v[c] + extra[c]));
             let far = !(square(&v) * dt * dt <= longest * longest);
@@ -131,11 +138,11 @@ pub fn drift<const D: usize>(
             }
         })
         .reduce(|| None, Option::or);
-    lists.weighed = false;
+    lists.weights_current = false;
     rates.current = false;
     first.map_or(Ok(()), |(i, reason)| {
-        let astray = || astray(setting, walls, &particles.position[i], end);
-        Err(particles.failed(clock, i, reason.map_or_else(astray, ToOwned::to_owned)))
+        let astray = || out_of_range_reason(setting, walls, &particles.position[i], end);
+        Err(particles.particle_error(clock, i, reason.map_or_else(astray, ToOwned::to_owned)))
     })
 }
 
@@ -144,7 +151,7 @@ mod tests {
     use colluvium_constitutive::SymTensor;
     use serde_json::json;
 
-    use crate::semi_discrete::{self, Given};
+    use crate::semi_discrete::{self, PrescribedParticle};
 
     /// Also between two listings of the neighbours.
     #[test]
@@ -158,8 +165,8 @@ mod tests {
             "methods": { "sph": { "spacing": 0.1 } }
         });
         let case = colluvium_case::Case::from_json(&text.to_string()).unwrap();
-        let still = |_: u32, _: &[f64; 2]| Given {
-            shift: [0.0; 2],
+        let still = |_: u32, _: &[f64; 2]| PrescribedParticle {
+            displacement: [0.0; 2],
             velocity: [0.0; 2],
             compression: 1.0,
             stress: SymTensor::ZERO,
@@ -167,7 +174,7 @@ mod tests {
         let mut solver = semi_discrete::solver::<2>(&case, still);
         for _ in 0..5 {
             solver.advance(1e-4).unwrap();
-            solver.list(true).unwrap();
+            solver.update_lists(true).unwrap();
             let (p, time) = (&solver.bodies.particles, solver.clock.time);
             assert!(!solver.walls.images.is_empty() && solver.lists.listed.time < time);
             for (image, slot) in solver.walls.images.iter().zip(p.len()..) {

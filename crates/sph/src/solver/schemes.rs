@@ -5,16 +5,16 @@ use colluvium_constitutive::{States, SymTensor};
 
 use super::SphSolver;
 use super::motion::{drift, kick};
-use super::records::{show, show_velocities};
+use super::records::{update_pair_data, update_pair_velocities};
 use super::sums::{accelerate, diffuse_stress, find_rates};
-use crate::bearing::bear;
+use crate::bearing::apply_loads;
 use crate::clock::Clock;
 use crate::config::TimeIntegration;
-use crate::lists::Lists;
-use crate::particles::{Bodies, Matrix};
+use crate::lists::VerletLists;
+use crate::particles::{Bodies, SquareMatrix};
 use crate::rates::Rates;
-use crate::setting::Setting;
-use crate::stress::{Over, update_stress};
+use crate::setting::SolverContext;
+use crate::stress::{StageTime, update_stress};
 use crate::walls::Walls;
 
 /// Steps of the Verlet scheme between two plain ones, which keep odd and even steps together.
@@ -22,7 +22,7 @@ const STEPS_PER_PLAIN: u64 = 40;
 
 /// What a step keeps besides the state; in memory of its own from step to step.
 #[derive(Default)]
-pub struct Kept<const D: usize> {
+pub struct SavedState<const D: usize> {
     /// Positions at the start of the step (m).
     position: Vec<[f64; D]>,
     /// Velocities (m/s).
@@ -34,13 +34,13 @@ pub struct Kept<const D: usize> {
     /// States of the laws, body by body.
     states: Vec<States>,
     /// Mean velocities with which particles move (m/s), or those at the end of the step.
-    moved: Vec<[f64; D]>,
+    transport_velocity: Vec<[f64; D]>,
     /// Velocities of a stage of the step (m/s).
-    staged: Vec<[f64; D]>,
+    stage_velocity: Vec<[f64; D]>,
     /// Mean accelerations (m/s²).
-    kicked: Vec<[f64; D]>,
+    mean_acceleration: Vec<[f64; D]>,
     /// Mean velocity gradients (1/s).
-    gradient: Vec<Matrix<D>>,
+    gradient: Vec<SquareMatrix<D>>,
     /// Mean divergences (1/s).
     divergence: Vec<f64>,
 }
@@ -61,13 +61,13 @@ fn add<const D: usize>(to: &mut [[f64; D]], factor: f64, what: &[[f64; D]]) {
     to.iter_mut().zip(what).for_each(|(a, b)| (0..D).for_each(|c| a[c] += factor * b[c]));
 }
 
-fn add_matrix<const D: usize>(to: &mut [Matrix<D>], factor: f64, what: &[Matrix<D>]) {
+fn add_matrix<const D: usize>(to: &mut [SquareMatrix<D>], factor: f64, what: &[SquareMatrix<D>]) {
     add(to.as_flattened_mut(), factor, what.as_flattened());
 }
 
-impl<const D: usize> Kept<D> {
+impl<const D: usize> SavedState<D> {
     /// Keeps the state of the bodies.
-    fn keep(&mut self, bodies: &Bodies<D>) {
+    fn save(&mut self, bodies: &Bodies<D>) {
         let p = &bodies.particles;
         let len = p.len();
         copy(&mut self.position, &p.position[..len]);
@@ -79,7 +79,7 @@ impl<const D: usize> Kept<D> {
     }
 
     /// Back to the start: velocities, densities and stresses, and the states of the laws.
-    fn go_back(&self, bodies: &mut Bodies<D>) {
+    fn restore(&self, bodies: &mut Bodies<D>) {
         let p = &mut bodies.particles;
         let len = p.len();
         p.velocity[..len].copy_from_slice(&self.velocity);
@@ -92,54 +92,54 @@ impl<const D: usize> Kept<D> {
 
     /// No means yet, of so many particles.
     fn clear_means(&mut self, len: usize) {
-        fill(&mut self.moved, [0.0; D], len);
-        fill(&mut self.kicked, [0.0; D], len);
+        fill(&mut self.transport_velocity, [0.0; D], len);
+        fill(&mut self.mean_acceleration, [0.0; D], len);
         fill(&mut self.gradient, [[0.0; D]; D], len);
         fill(&mut self.divergence, 0.0, len);
     }
 
     /// Adds a share of the rates to their means.
     fn add_rates(&mut self, share: f64, velocities: &[[f64; D]], rates: &Rates<D>) {
-        add(&mut self.moved, share, velocities);
-        add(&mut self.moved, share, &rates.drift);
-        add(&mut self.kicked, share, &rates.of.acceleration);
-        add_matrix(&mut self.gradient, share, &rates.of.gradient);
-        self.divergence.iter_mut().zip(&rates.of.divergence).for_each(|(sum, d)| *sum += share * d);
+        add(&mut self.transport_velocity, share, velocities);
+        add(&mut self.transport_velocity, share, &rates.xsph_velocity);
+        add(&mut self.mean_acceleration, share, &rates.derivatives.acceleration);
+        add_matrix(&mut self.gradient, share, &rates.derivatives.gradient);
+        self.divergence.iter_mut().zip(&rates.derivatives.divergence).for_each(|(sum, d)| *sum += share * d);
     }
 }
 
 /// Records and accelerations where lists are made already: steps 3 and 4.
-pub fn derive<const D: usize>(
-    setting: &Setting<D>,
+pub fn update_accelerations<const D: usize>(
+    setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &mut Bodies<D>,
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
     dt: f64,
 ) {
-    show(setting, clock, bodies, walls, lists);
+    update_pair_data(setting, clock, bodies, walls, lists);
     accelerate(setting, clock, bodies, walls, lists, rates, dt);
 }
 
 /// Velocity gradients, densities and stresses: steps 6 to 8.
-fn strain<const D: usize>(
-    setting: &Setting<D>,
+fn update_strain<const D: usize>(
+    setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &mut Bodies<D>,
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
     dt: f64,
 ) -> Result<(), SolverError> {
     find_rates(setting, bodies, walls, lists, rates, (dt, dt));
     diffuse_stress(setting, clock, bodies, walls, lists, rates, dt);
-    update_stress(setting, clock, bodies, &rates.of, dt, Over::Start)
+    update_stress(setting, clock, bodies, &rates.derivatives, dt, StageTime::Start)
 }
 
-impl<const D: usize> Setting<D> {
+impl<const D: usize> SolverContext<D> {
     /// Whether the velocities stand half a step behind the positions.
-    pub(crate) fn lags(&self) -> bool {
+    pub(crate) fn has_half_step_velocities(&self) -> bool {
         matches!(self.options.integration, TimeIntegration::Leapfrog | TimeIntegration::LeapfrogRates)
     }
 }
@@ -161,13 +161,13 @@ impl<const D: usize> SphSolver<D> {
 
     fn leapfrog(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
-        derive(setting, clock, bodies, walls, lists, rates, dt); // 3, 4
+        update_accelerations(setting, clock, bodies, walls, lists, rates, dt); // 3, 4
         let step = 0.5 * (clock.last_step + dt);
-        kick(setting, clock, bodies, &rates.of.acceleration, step, dt); // 5
-        bodies.push_rigid(setting, clock, walls, rates, (step, dt));
-        strain(setting, clock, bodies, walls, lists, rates, dt)?; // 6–8
+        kick(setting, clock, bodies, &rates.derivatives.acceleration, step, dt); // 5
+        bodies.integrate_rigid(setting, clock, walls, rates, (step, dt));
+        update_strain(setting, clock, bodies, walls, lists, rates, dt)?; // 6–8
         drift(setting, clock, bodies, walls, lists, rates, dt)?; // 9
-        bodies.turn_rigid(dt);
+        bodies.rotate_rigid_velocities(dt);
         Ok(())
     }
 
@@ -176,94 +176,99 @@ impl<const D: usize> SphSolver<D> {
         let Self { setting, clock, bodies, walls, lists, rates, reference, .. } = self;
         let Some(reference) = reference else { return Ok(()) };
         let gravity = setting.gravity_at(clock, dt);
-        reference.accelerate(&setting.options, &bodies.particles, &gravity, &mut rates.of.acceleration);
-        bear(setting, clock, bodies, rates, dt);
-        kick(setting, clock, bodies, &rates.of.acceleration, 0.5 * (clock.last_step + dt), dt);
-        reference.find_rates(&bodies.particles, &mut rates.of);
-        update_stress(setting, clock, bodies, &rates.of, dt, Over::Start)?;
+        reference.accelerate(
+            &setting.options,
+            &bodies.particles,
+            &gravity,
+            &mut rates.derivatives.acceleration,
+        );
+        apply_loads(setting, clock, bodies, rates, dt);
+        kick(setting, clock, bodies, &rates.derivatives.acceleration, 0.5 * (clock.last_step + dt), dt);
+        reference.find_rates(&bodies.particles, &mut rates.derivatives);
+        update_stress(setting, clock, bodies, &rates.derivatives, dt, StageTime::Start)?;
         drift(setting, clock, bodies, walls, lists, rates, dt)
     }
 
     /// The source's leapfrog: velocity, density and stress at half steps.
     fn leapfrog_rates(&mut self, dt: f64) -> Result<(), SolverError> {
-        let Self { setting, clock, bodies, walls, lists, rates, kept, .. } = self;
-        kept.keep(bodies);
+        let Self { setting, clock, bodies, walls, lists, rates, saved_state: kept, .. } = self;
+        kept.save(bodies);
         if clock.last_step > 0.0 {
             // From n - 1/2 to n with the rates of the step before.
             let half = 0.5 * clock.last_step;
-            kick(setting, clock, bodies, &rates.of.acceleration, half, half);
-            update_stress(setting, clock, bodies, &rates.of, half, Over::Start)?;
+            kick(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
+            update_stress(setting, clock, bodies, &rates.derivatives, half, StageTime::Start)?;
         }
-        derive(setting, clock, bodies, walls, lists, rates, dt);
+        update_accelerations(setting, clock, bodies, walls, lists, rates, dt);
         find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
-        kept.go_back(bodies);
+        kept.restore(bodies);
         let step = 0.5 * (clock.last_step + dt);
         diffuse_stress(setting, clock, bodies, walls, lists, rates, step);
-        kick(setting, clock, bodies, &rates.of.acceleration, step, step);
-        update_stress(setting, clock, bodies, &rates.of, step, Over::Middle)?;
+        kick(setting, clock, bodies, &rates.derivatives.acceleration, step, step);
+        update_stress(setting, clock, bodies, &rates.derivatives, step, StageTime::Middle)?;
         drift(setting, clock, bodies, walls, lists, rates, dt)
     }
 
     fn predictor_corrector(&mut self, dt: f64) -> Result<(), SolverError> {
-        let Self { setting, clock, bodies, walls, lists, rates, kept, .. } = self;
+        let Self { setting, clock, bodies, walls, lists, rates, saved_state: kept, .. } = self;
         let half = 0.5 * dt;
-        kept.keep(bodies);
-        derive(setting, clock, bodies, walls, lists, rates, dt);
+        kept.save(bodies);
+        update_accelerations(setting, clock, bodies, walls, lists, rates, dt);
         find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
         drift(setting, clock, bodies, walls, lists, rates, half)?;
-        kick(setting, clock, bodies, &rates.of.acceleration, half, half);
-        update_stress(setting, clock, bodies, &rates.of, half, Over::Start)?;
+        kick(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
+        update_stress(setting, clock, bodies, &rates.derivatives, half, StageTime::Start)?;
         let middle = Clock { time: clock.time + half, ..*clock };
         lists.refresh(setting, &middle, bodies, walls, rates, false)?;
-        derive(setting, &middle, bodies, walls, lists, rates, half);
+        update_accelerations(setting, &middle, bodies, walls, lists, rates, half);
         find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
         let len = bodies.particles.len();
         bodies.particles.position[..len].copy_from_slice(&kept.position);
         // The predicted velocities move the particles.
         drift(setting, clock, bodies, walls, lists, rates, dt)?;
-        kept.go_back(bodies);
+        kept.restore(bodies);
         diffuse_stress(setting, clock, bodies, walls, lists, rates, dt);
-        kick(setting, clock, bodies, &rates.of.acceleration, dt, dt);
-        update_stress(setting, clock, bodies, &rates.of, dt, Over::Middle)
+        kick(setting, clock, bodies, &rates.derivatives.acceleration, dt, dt);
+        update_stress(setting, clock, bodies, &rates.derivatives, dt, StageTime::Middle)
     }
 
     fn position_verlet(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
         let half = 0.5 * dt;
-        show(setting, clock, bodies, walls, lists);
-        strain(setting, clock, bodies, walls, lists, rates, half)?;
+        update_pair_data(setting, clock, bodies, walls, lists);
+        update_strain(setting, clock, bodies, walls, lists, rates, half)?;
         drift(setting, clock, bodies, walls, lists, rates, half)?;
         let middle = Clock { time: clock.time + half, ..*clock };
         lists.refresh(setting, &middle, bodies, walls, rates, false)?;
-        derive(setting, &middle, bodies, walls, lists, rates, half);
-        kick(setting, &middle, bodies, &rates.of.acceleration, dt, dt);
-        strain(setting, &middle, bodies, walls, lists, rates, half)?;
+        update_accelerations(setting, &middle, bodies, walls, lists, rates, half);
+        kick(setting, &middle, bodies, &rates.derivatives.acceleration, dt, dt);
+        update_strain(setting, &middle, bodies, walls, lists, rates, half)?;
         drift(setting, clock, bodies, walls, lists, rates, half)
     }
 
     fn velocity_verlet(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
         if rates.current {
-            show(setting, clock, bodies, walls, lists);
+            update_pair_data(setting, clock, bodies, walls, lists);
         } else {
-            derive(setting, clock, bodies, walls, lists, rates, 0.0);
+            update_accelerations(setting, clock, bodies, walls, lists, rates, 0.0);
         }
         let half = 0.5 * dt;
-        kick(setting, clock, bodies, &rates.of.acceleration, half, half);
-        strain(setting, clock, bodies, walls, lists, rates, dt)?;
+        kick(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
+        update_strain(setting, clock, bodies, walls, lists, rates, dt)?;
         drift(setting, clock, bodies, walls, lists, rates, dt)?;
         let end = Clock { time: clock.time + dt, ..*clock };
         lists.refresh(setting, &end, bodies, walls, rates, false)?;
-        derive(setting, &end, bodies, walls, lists, rates, 0.0);
-        kick(setting, clock, bodies, &rates.of.acceleration, half, half);
+        update_accelerations(setting, &end, bodies, walls, lists, rates, 0.0);
+        kick(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
         Ok(())
     }
 
     fn verlet(&mut self, dt: f64) -> Result<(), SolverError> {
-        let Self { setting, clock, bodies, walls, lists, rates, kept, .. } = self;
-        derive(setting, clock, bodies, walls, lists, rates, dt);
+        let Self { setting, clock, bodies, walls, lists, rates, saved_state: kept, .. } = self;
+        update_accelerations(setting, clock, bodies, walls, lists, rates, dt);
         let len = bodies.particles.len();
-        let Kept { velocity: before, moved: after, .. } = kept;
+        let SavedState { velocity: before, transport_velocity: after, .. } = kept;
         copy(before, &bodies.particles.velocity[..len]);
         let plain = bodies.particles.previous.len() != len || clock.step.is_multiple_of(STEPS_PER_PLAIN);
         let step = if plain { dt } else { clock.last_step + dt };
@@ -271,17 +276,17 @@ impl<const D: usize> SphSolver<D> {
             let p = &mut bodies.particles;
             p.velocity[..len].copy_from_slice(&p.previous);
         }
-        kick(setting, clock, bodies, &rates.of.acceleration, step, step);
+        kick(setting, clock, bodies, &rates.derivatives.acceleration, step, step);
         // Strain by the mean of the velocities at both ends of the step.
         copy(after, &bodies.particles.velocity[..len]);
         add(&mut bodies.particles.velocity[..len], 1.0, before);
         bodies.particles.velocity[..len].as_flattened_mut().iter_mut().for_each(|v| *v *= 0.5);
-        show_velocities(bodies);
-        strain(setting, clock, bodies, walls, lists, rates, dt)?;
+        update_pair_velocities(bodies);
+        update_strain(setting, clock, bodies, walls, lists, rates, dt)?;
         // x + dt v + dt² a / 2.
         bodies.particles.velocity[..len].copy_from_slice(before);
-        add(&mut bodies.particles.velocity[..len], 0.5 * dt, &rates.of.acceleration);
-        bodies.hold();
+        add(&mut bodies.particles.velocity[..len], 0.5 * dt, &rates.derivatives.acceleration);
+        bodies.impose_held_velocities();
         drift(setting, clock, bodies, walls, lists, rates, dt)?;
         bodies.particles.velocity[..len].copy_from_slice(after);
         copy(&mut bodies.particles.previous, before);
@@ -289,39 +294,39 @@ impl<const D: usize> SphSolver<D> {
     }
 
     fn runge_kutta(&mut self, dt: f64) -> Result<(), SolverError> {
-        let Self { setting, clock, bodies, walls, lists, rates, kept, .. } = self;
+        let Self { setting, clock, bodies, walls, lists, rates, saved_state: kept, .. } = self;
         let len = bodies.particles.len();
-        kept.keep(bodies);
+        kept.save(bodies);
         kept.clear_means(len);
         for (fraction, share) in [(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)] {
             if fraction > 0.0 {
                 let step = fraction * dt;
-                copy(&mut kept.staged, &bodies.particles.velocity[..len]);
-                kept.go_back(bodies);
-                kick(setting, clock, bodies, &rates.of.acceleration, step, step);
-                update_stress(setting, clock, bodies, &rates.of, step, Over::Start)?;
+                copy(&mut kept.stage_velocity, &bodies.particles.velocity[..len]);
+                kept.restore(bodies);
+                kick(setting, clock, bodies, &rates.derivatives.acceleration, step, step);
+                update_stress(setting, clock, bodies, &rates.derivatives, step, StageTime::Start)?;
                 bodies.particles.position[..len].copy_from_slice(&kept.position);
-                add(&mut bodies.particles.position[..len], step, &kept.staged);
+                add(&mut bodies.particles.position[..len], step, &kept.stage_velocity);
                 rates.current = false;
             }
             let now = Clock { time: clock.time + fraction * dt, ..*clock };
             lists.refresh(setting, &now, bodies, walls, rates, false)?;
-            derive(setting, &now, bodies, walls, lists, rates, 0.0);
+            update_accelerations(setting, &now, bodies, walls, lists, rates, 0.0);
             find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
             kept.add_rates(share, &bodies.particles.velocity[..len], rates);
         }
-        kept.go_back(bodies);
+        kept.restore(bodies);
         diffuse_stress(setting, clock, bodies, walls, lists, rates, dt);
         let p = &mut bodies.particles;
         p.position[..len].copy_from_slice(&kept.position);
-        p.velocity[..len].copy_from_slice(&kept.moved);
-        rates.drift.clear();
-        rates.of.gradient.copy_from_slice(&kept.gradient);
-        rates.of.divergence.copy_from_slice(&kept.divergence);
+        p.velocity[..len].copy_from_slice(&kept.transport_velocity);
+        rates.xsph_velocity.clear();
+        rates.derivatives.gradient.copy_from_slice(&kept.gradient);
+        rates.derivatives.divergence.copy_from_slice(&kept.divergence);
         drift(setting, clock, bodies, walls, lists, rates, dt)?;
         bodies.particles.velocity[..len].copy_from_slice(&kept.velocity);
-        rates.of.acceleration.copy_from_slice(&kept.kicked);
-        kick(setting, clock, bodies, &rates.of.acceleration, dt, dt);
-        update_stress(setting, clock, bodies, &rates.of, dt, Over::Middle)
+        rates.derivatives.acceleration.copy_from_slice(&kept.mean_acceleration);
+        kick(setting, clock, bodies, &rates.derivatives.acceleration, dt, dt);
+        update_stress(setting, clock, bodies, &rates.derivatives, dt, StageTime::Middle)
     }
 }

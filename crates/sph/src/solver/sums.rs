@@ -1,38 +1,38 @@
 //! The sums over neighbours that give the rates of the particles (sheet: sph §3.3, steps 4 and 6).
 
 use colluvium_constitutive::SymTensor;
-use colluvium_points::ROWS;
+use colluvium_points::BLOCK_POINTS;
 use rayon::prelude::*;
 
-use crate::bearing::{bear, tell_obstacles};
+use crate::bearing::{apply_loads, record_reactions};
 use crate::clock::Clock;
 use crate::config::SmoothingLength;
-use crate::confinement::confine;
-use crate::lists::Lists;
-use crate::pairs::{Pairs, Sums, over_rows};
+use crate::confinement::apply_confining_pressure;
+use crate::lists::VerletLists;
+use crate::pairs::{PairContext, PairSums, for_each_particle};
 use crate::particles::{Bodies, Derivatives};
 use crate::rates::Rates;
-use crate::setting::Setting;
+use crate::setting::SolverContext;
 use crate::walls::Walls;
 
 /// Accelerations, gravity and local damping of the stage included; keeps the weights of the pairs.
 pub fn accelerate<const D: usize>(
-    setting: &Setting<D>,
+    setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &Bodies<D>,
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
     dt: f64,
 ) {
     let gravity = setting.gravity_at(clock, dt);
-    let sums = Sums::new(setting, bodies, walls);
-    rates.of.acceleration.resize(bodies.particles.len(), [0.0; D]);
+    let sums = PairSums::new(setting, bodies, walls);
+    rates.derivatives.acceleration.resize(bodies.particles.len(), [0.0; D]);
     let whole = |pull: [f64; D]| std::array::from_fn(|c| pull[c] + gravity[c]);
     if bodies.any_rigid() {
         // What particles of a rigid body do to each other moves nothing, but stresses may give it a moment.
         // The ground bears those that move freely as a whole.
-        sum_up(walls, lists, rates, |i, row, weights, by_obstacles| {
+        sum_accelerations(walls, lists, rates, |i, row, weights, by_obstacles| {
             let body = bodies.rigid_range(i);
             if let Some(body) = body.as_ref().filter(|_| bodies.moves_freely(setting, clock, i)) {
                 if let Some(own) = by_obstacles {
@@ -47,110 +47,112 @@ pub fn accelerate<const D: usize>(
             whole(std::array::from_fn(|c| all[c] - own[c]))
         });
     } else {
-        sum_up(walls, lists, rates, |i, row, weights, by_obstacles| {
+        sum_accelerations(walls, lists, rates, |i, row, weights, by_obstacles| {
             whole(sums.acceleration(i, row, weights, by_obstacles))
         });
     }
-    tell_obstacles(&sums, setting, walls, rates);
-    (lists.weighed, rates.current) = (true, true);
-    confine(setting, clock, bodies, walls, lists, rates, dt);
-    bear(setting, clock, bodies, rates, dt);
-    resist_hourglass(setting, clock, bodies, walls, lists, rates);
+    record_reactions(&sums, setting, walls, rates);
+    (lists.weights_current, rates.current) = (true, true);
+    apply_confining_pressure(setting, clock, bodies, walls, lists, rates, dt);
+    apply_loads(setting, clock, bodies, rates, dt);
+    add_hourglass_viscosity(setting, clock, bodies, walls, lists, rates);
     // Smooth bodies feel nothing.
-    walls.smooth.ranges().for_each(|body| rates.of.acceleration[body].fill([0.0; D]));
-    bodies.stiffen(setting, clock, rates, &gravity, dt);
+    walls.smooth.ranges().for_each(|body| rates.derivatives.acceleration[body].fill([0.0; D]));
+    bodies.rigidify_accelerations(setting, clock, rates, &gravity, dt);
 }
 
 /// Acceleration of each particle `of` its neighbours and their weights, with the share of obstacles where there are any.
 #[inline(always)]
-fn sum_up<const D: usize>(
+fn sum_accelerations<const D: usize>(
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
     of: impl Fn(usize, &[u32], &mut [f64], Option<&mut [f64; D]>) -> [f64; D] + Sync,
 ) {
     let (neighbours, weights) = (&lists.neighbours, &mut lists.weights);
-    let accelerations = &mut rates.of.acceleration;
+    let accelerations = &mut rates.derivatives.acceleration;
     if walls.obstacles.is_empty() {
-        return over_rows(neighbours, weights, accelerations, |i, row, weights, a| {
+        return for_each_particle(neighbours, weights, accelerations, |i, row, weights, a| {
             *a = of(i, row, weights, None);
         });
     }
-    rates.by_obstacles.resize(accelerations.len(), [0.0; D]);
-    let both = accelerations.par_chunks_mut(ROWS).zip(rates.by_obstacles.par_chunks_mut(ROWS));
+    rates.obstacle_accelerations.resize(accelerations.len(), [0.0; D]);
+    let both = accelerations
+        .par_chunks_mut(BLOCK_POINTS)
+        .zip(rates.obstacle_accelerations.par_chunks_mut(BLOCK_POINTS));
     let blocks = both.zip(weights).zip(neighbours.blocks()).enumerate();
     blocks.for_each(|(number, (((all, by_obstacles), weights), rows))| {
         for (k, (a, own)) in all.iter_mut().zip(by_obstacles).enumerate() {
-            *a = of(number * ROWS + k, rows.of(k), &mut weights[rows.range(k)], Some(own));
+            *a = of(number * BLOCK_POINTS + k, rows.neighbours(k), &mut weights[rows.range(k)], Some(own));
         }
     });
 }
 
 /// Viscosity against what the velocity gradients of the step before do not see.
-fn resist_hourglass<const D: usize>(
-    setting: &Setting<D>,
+fn add_hourglass_viscosity<const D: usize>(
+    setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &Bodies<D>,
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
 ) {
     let strength = setting.options.hourglass_viscosity;
     if strength == 0.0 || clock.last_step == 0.0 {
         return;
     }
-    let pairs = Pairs::new(setting, &bodies.particles, walls);
-    let Derivatives { acceleration, gradient, .. } = &mut rates.of;
-    over_rows(&lists.neighbours, &mut lists.weights, acceleration, |i, row, weights, a| {
-        let pull = pairs.hourglass(i, (row, weights), gradient);
+    let pairs = PairContext::new(setting, &bodies.particles, walls);
+    let Derivatives { acceleration, gradient, .. } = &mut rates.derivatives;
+    for_each_particle(&lists.neighbours, &mut lists.weights, acceleration, |i, row, weights, a| {
+        let pull = pairs.hourglass_acceleration(i, (row, weights), gradient);
         (0..D).for_each(|c| a[c] += strength * pull[c]);
     });
 }
 
 /// Velocity gradients and divergences; step 6. Velocities are the chords of a step of `chord` (s), or zero for those at the positions.
 pub fn find_rates<const D: usize>(
-    setting: &Setting<D>,
+    setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
     (dt, chord): (f64, f64),
 ) {
     walls.move_images(bodies);
-    walls.follow_soil(setting, bodies, &lists.neighbours);
+    walls.extrapolate_velocities(setting, bodies, &lists.neighbours);
     find_gradients(setting, bodies, walls, lists, rates, chord);
-    find_drift(setting, bodies, walls, lists, rates);
-    follow_rate(setting, bodies, walls, lists, rates, dt);
-    keep_still(bodies, walls, &mut rates.of);
+    update_xsph_velocity(setting, bodies, walls, lists, rates);
+    update_smoothing_lengths(setting, bodies, walls, lists, rates, dt);
+    zero_ghost_rates(bodies, walls, &mut rates.derivatives);
 }
 
 fn find_gradients<const D: usize>(
-    setting: &Setting<D>,
+    setting: &SolverContext<D>,
     bodies: &Bodies<D>,
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
     chord: f64,
 ) {
-    let (sums, weighed) = (Sums::new(setting, bodies, walls), lists.weighed);
+    let (sums, weighed) = (PairSums::new(setting, bodies, walls), lists.weights_current);
     let any_rigid = bodies.any_rigid();
     let diffusion = 2.0 * setting.options.density_diffusion;
-    let fluid = |i: usize| bodies.of(i).filter(|group| group.fluid);
+    let fluid = |i: usize| bodies.group_of(i).filter(|group| group.fluid);
     // The gradient and the divergence of a particle stand in two arrays.
-    let Derivatives { gradient, divergence, .. } = &mut rates.of;
-    let both = gradient.par_chunks_mut(ROWS).zip(divergence.par_chunks_mut(ROWS));
+    let Derivatives { gradient, divergence, .. } = &mut rates.derivatives;
+    let both = gradient.par_chunks_mut(BLOCK_POINTS).zip(divergence.par_chunks_mut(BLOCK_POINTS));
     let blocks = both.zip(&mut lists.weights).zip(lists.neighbours.blocks()).enumerate();
     blocks.for_each(|(number, (((gradient, divergence), weights), rows))| {
         for k in 0..gradient.len() {
-            let i = number * ROWS + k;
-            let (row, weights) = (rows.of(k), &mut weights[rows.range(k)]);
+            let i = number * BLOCK_POINTS + k;
+            let (row, weights) = (rows.neighbours(k), &mut weights[rows.range(k)]);
             if !weighed {
                 sums.fill_weights(i, row, weights);
             }
-            let turn = if any_rigid { bodies.turn_of(i) } else { None };
+            let turn = if any_rigid { bodies.rotation_of(i) } else { None };
             let rate = match &turn {
-                Some((turn, ground)) => sums.rates_in_turn(i, row, weights, turn, *ground),
-                None => sums.rates(i, (row, weights), chord),
+                Some((turn, ground)) => sums.velocity_gradient_rotating(i, row, weights, turn, *ground),
+                None => sums.velocity_gradient(i, (row, weights), chord),
             };
             gradient[k] = rate.gradient;
             divergence[k] = rate.divergence;
@@ -161,37 +163,37 @@ fn find_gradients<const D: usize>(
             }
         }
     });
-    lists.weighed = true;
+    lists.weights_current = true;
 }
 
 /// Velocities of XSPH. Bodies that are held or rigid move with none.
-fn find_drift<const D: usize>(
-    setting: &Setting<D>,
+fn update_xsph_velocity<const D: usize>(
+    setting: &SolverContext<D>,
     bodies: &Bodies<D>,
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
 ) {
     let share = setting.options.xsph;
     if share == 0.0 {
         return;
     }
-    let pairs = Pairs::new(setting, &bodies.particles, walls);
-    rates.drift.resize(bodies.particles.len(), [0.0; D]);
-    over_rows(&lists.neighbours, &mut lists.weights, &mut rates.drift, |i, row, _, drift| {
-        *drift = pairs.drift(i, row).map(|v| v * share);
+    let pairs = PairContext::new(setting, &bodies.particles, walls);
+    rates.xsph_velocity.resize(bodies.particles.len(), [0.0; D]);
+    for_each_particle(&lists.neighbours, &mut lists.weights, &mut rates.xsph_velocity, |i, row, _, drift| {
+        *drift = pairs.xsph_velocity(i, row).map(|v| v * share);
     });
     for group in bodies.groups.iter().filter(|group| group.held.is_some() || group.rigid.is_some()) {
-        rates.drift[group.range()].fill([0.0; D]);
+        rates.xsph_velocity[group.range()].fill([0.0; D]);
     }
 }
 
 /// Smoothing lengths by their rate.
-fn follow_rate<const D: usize>(
-    setting: &Setting<D>,
+fn update_smoothing_lengths<const D: usize>(
+    setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
     dt: f64,
 ) {
@@ -199,8 +201,8 @@ fn follow_rate<const D: usize>(
         return;
     }
     rates.length.resize(bodies.particles.len(), 0.0);
-    let pairs = Pairs::new(setting, &bodies.particles, walls);
-    over_rows(&lists.neighbours, &mut lists.weights, &mut rates.length, |i, row, weights, rate| {
+    let pairs = PairContext::new(setting, &bodies.particles, walls);
+    for_each_particle(&lists.neighbours, &mut lists.weights, &mut rates.length, |i, row, weights, rate| {
         *rate = pairs.length_rate(i, row, weights);
     });
     let h = setting.smoothing.length();
@@ -212,8 +214,8 @@ fn follow_rate<const D: usize>(
 
 /// Copies of particles of other ranks do not strain here: they lack neighbours, and come anew before the next step.
 /// Smooth bodies feel nothing.
-fn keep_still<const D: usize>(bodies: &Bodies<D>, walls: &Walls<D>, rates: &mut Derivatives<D>) {
-    let guests = bodies.guests.iter().enumerate().filter_map(|(i, guest)| guest.then_some(i));
+fn zero_ghost_rates<const D: usize>(bodies: &Bodies<D>, walls: &Walls<D>, rates: &mut Derivatives<D>) {
+    let guests = bodies.ghost_particles.iter().enumerate().filter_map(|(i, guest)| guest.then_some(i));
     for i in guests.chain(walls.smooth.ranges().flatten()) {
         rates.gradient[i] = [[0.0; D]; D];
         rates.divergence[i] = 0.0;
@@ -222,11 +224,11 @@ fn keep_still<const D: usize>(bodies: &Bodies<D>, walls: &Walls<D>, rates: &mut 
 
 /// Diffusion of stress over the step (sheet: sph §2.10); the law takes it back to yield.
 pub fn diffuse_stress<const D: usize>(
-    setting: &Setting<D>,
+    setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &mut Bodies<D>,
     walls: &Walls<D>,
-    lists: &mut Lists<D>,
+    lists: &mut VerletLists<D>,
     rates: &mut Rates<D>,
     dt: f64,
 ) {
@@ -236,9 +238,9 @@ pub fn diffuse_stress<const D: usize>(
     }
     let gravity = setting.gravity_at(clock, 0.0);
     rates.stress.resize(bodies.particles.len(), SymTensor::ZERO);
-    let pairs = Pairs::new(setting, &bodies.particles, walls);
-    over_rows(&lists.neighbours, &mut lists.weights, &mut rates.stress, |i, row, weights, rate| {
-        if let Some(body) = bodies.of(i) {
+    let pairs = PairContext::new(setting, &bodies.particles, walls);
+    for_each_particle(&lists.neighbours, &mut lists.weights, &mut rates.stress, |i, row, weights, rate| {
+        if let Some(body) = bodies.group_of(i) {
             *rate = pairs.stress_diffusion(i, (row, weights), &gravity, &body.range());
         }
     });

@@ -1,9 +1,9 @@
 //! Walls: mirrors, layers of particles, and the ends of periodic domains (sheet: sph §2.13).
 //!
-//! [`Planes`] are the flat walls of a stage. Mirrors and the ends of periods put images of particles behind the
+//! [`FlatWalls`] are the flat walls of a stage. Mirrors and the ends of periods put images of particles behind the
 //! particles; other walls consist of layers of particles behind these. To each particle they answer with what it is
 //! itself, or they take stress and velocity from the soil around (`soil`). Bodies that are held and smooth
-//! answer as smooth walls of any shape do (`smooth_bodies`). [`Obstacles`] are rigid geometry of any shape, without particles.
+//! answer as smooth walls of any shape do (`smooth_bodies`). [`ObstacleFaces`] are rigid geometry of any shape, without particles.
 
 mod between;
 mod image;
@@ -19,43 +19,43 @@ mod stops;
 #[cfg(test)]
 mod tests;
 
-pub use image::Image;
-pub use obstacles::{Face, Obstacles, Site, sites};
-pub use of_case::{check_walls, has_friction, mirrors, planes, wall_sites};
-pub use plane::{Contact, Plane};
-pub use planes::Planes;
+pub use image::ImageParticle;
+pub use obstacles::{DummySite, ObstacleFace, ObstacleFaces, dummy_sites};
+pub use of_case::{check_walls, flat_walls, has_friction, is_mirror, wall_particle_count};
+pub use plane::{FlatWall, WallContact};
+pub use planes::FlatWalls;
 pub use smooth_bodies::SmoothBodies;
-pub use stops::Borne;
+pub use stops::ObstacleEnergies;
 
-use crate::algebra::mirrored;
+use crate::algebra::mirrored_stress;
 use crate::config::WallStress;
 use crate::lanes::set_velocity;
-use crate::particles::{Bodies, Derivatives, Group, Particles, Shown};
-use crate::setting::Setting;
+use crate::particles::{Bodies, Derivatives, PairData, ParticleGroup, Particles};
+use crate::setting::SolverContext;
 
 /// What stands around the particles. The images come behind the particles in the arrays of [`Particles`], then the
 /// particles of the walls.
 #[derive(Clone, Debug, Default)]
 pub struct Walls<const D: usize> {
     /// The flat walls of the stage.
-    pub planes: Planes<D>,
+    pub planes: FlatWalls<D>,
     /// Images of the particles near mirrors and the ends of periods.
-    pub images: Vec<Image<D>>,
+    pub images: Vec<ImageParticle<D>>,
     /// Where the smooth bodies stand.
     pub smooth: SmoothBodies,
     /// Rigid geometry, the same in all stages, at rest or on its way.
-    pub obstacles: Obstacles<D>,
+    pub obstacles: ObstacleFaces<D>,
 }
 
 impl<const D: usize> Walls<D> {
     /// Those of a stage, with nothing beside them yet.
-    pub fn new(planes: Planes<D>, obstacles: Obstacles<D>) -> Self {
+    pub fn new(planes: FlatWalls<D>, obstacles: ObstacleFaces<D>) -> Self {
         Self { planes, obstacles, ..Self::default() }
     }
 
     /// The same planes without images.
-    pub fn hollow(&self) -> Self {
-        Self::new(self.planes.clone(), self.obstacles.hollow())
+    pub fn empty_like(&self) -> Self {
+        Self::new(self.planes.clone(), self.obstacles.empty_like())
     }
 
     /// Number of the first particle of a wall, behind `len` particles.
@@ -64,48 +64,49 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Planes and obstacles to where they are at `time` (s).
-    fn go_to(&mut self, time: f64) {
-        self.planes.go_to(time);
-        self.obstacles.go_to(time);
+    fn move_to(&mut self, time: f64) {
+        self.planes.move_to(time);
+        self.obstacles.move_to(time);
     }
 
     /// Finds the images of particles at `positions` within `reach` (m) of mirrors and ends of periods, as these stand at
     /// `time` (s).
     pub fn find_images(&mut self, positions: &[[f64; D]], time: f64, reach: f64) {
-        self.go_to(time);
+        self.move_to(time);
         self.planes.images(positions, reach, &mut self.images);
     }
 
     /// Images and particles of walls to their places at `time` (s).
-    pub fn place(&mut self, time: f64, particles: &mut Particles<D>) {
-        self.go_to(time);
-        self.planes.carry(&mut self.images);
-        self.put(particles);
+    pub fn place_at_time(&mut self, time: f64, particles: &mut Particles<D>) {
+        self.move_to(time);
+        self.planes.move_images(&mut self.images);
+        self.place_all(particles);
     }
 
     /// Images and particles of walls to where the walls stand now.
-    pub fn put(&self, particles: &mut Particles<D>) {
+    pub fn place_all(&self, particles: &mut Particles<D>) {
         let len = particles.len();
         for (image, slot) in self.images.iter().zip(len..) {
             let x = particles.position[image.source as usize];
             particles.position[slot] = std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]);
         }
-        self.planes.place(&mut particles.position[self.first(len)..]);
+        self.planes.place_particles(&mut particles.position[self.first(len)..]);
     }
 
     /// Walls whose velocities vary in time get those of the step from `start` to `end` (s).
-    pub fn follow_histories(&mut self, start: f64, end: f64) {
-        if self.planes.follow_histories(start, end) {
-            self.planes.carry(&mut self.images);
+    pub fn update_time_histories(&mut self, start: f64, end: f64) {
+        if self.planes.update_time_histories(start, end) {
+            self.planes.move_images(&mut self.images);
         }
     }
 
     /// Velocities of the images.
     pub fn move_images(&self, bodies: &mut Bodies<D>) {
-        let Bodies { particles, shown, .. } = bodies;
+        let Bodies { particles, pair_data: shown, .. } = bodies;
         for (image, slot) in self.images.iter().zip(particles.len()..) {
             let v = particles.velocity[image.source as usize];
-            particles.velocity[slot] = std::array::from_fn(|c| image.turn[c] * v[c] + image.lift[c]);
+            particles.velocity[slot] =
+                std::array::from_fn(|c| image.velocity_sign[c] * v[c] + image.velocity_shift[c]);
             set_velocity(&mut shown.records[slot], &particles.velocity[slot]);
         }
     }
@@ -113,7 +114,7 @@ impl<const D: usize> Walls<D> {
     /// Particles of fluids behind smooth walls, as these stand at `time` (s), go on as their images in the face. In a mirror that
     /// is exact: what the particle would have done behind it its image does before it, and nothing changes but their names. A
     /// slow particle that sinks onto a mirror is pushed less the closer it is, and passes. Whether there were any.
-    pub fn turn_back(&self, bodies: &mut Bodies<D>, rates: &mut Derivatives<D>, time: f64) -> bool {
+    pub fn reflect_escaped(&self, bodies: &mut Bodies<D>, rates: &mut Derivatives<D>, time: f64) -> bool {
         let mut any = false;
         let Bodies { particles: p, groups, .. } = bodies;
         for plane in self
@@ -121,11 +122,14 @@ impl<const D: usize> Walls<D> {
             .mirrors
             .iter()
             .chain(&self.planes.faces)
-            .filter(|plane| plane.contact == Contact::FreeSlip)
+            .filter(|plane| plane.contact == WallContact::FreeSlip)
         {
             let (axis, face) = (plane.axis, plane.face_at(time));
-            let image = Image::of(0).flipped(0, plane);
-            for i in groups.iter().filter(|group| group.fluid && group.held.is_none()).flat_map(Group::range)
+            let image = ImageParticle::of_particle(0).flipped(0, plane);
+            for i in groups
+                .iter()
+                .filter(|group| group.fluid && group.held.is_none())
+                .flat_map(ParticleGroup::range)
             {
                 let x = p.position[i][axis];
                 if !(if plane.upper { x > face } else { x < face }) {
@@ -133,11 +137,12 @@ impl<const D: usize> Walls<D> {
                 }
                 any = true;
                 p.position[i][axis] = 2.0 * face - x;
-                p.velocity[i][axis] = image.turn[axis] * p.velocity[i][axis] + image.lift[axis];
+                p.velocity[i][axis] =
+                    image.velocity_sign[axis] * p.velocity[i][axis] + image.velocity_shift[axis];
                 if let Some(previous) = p.previous.get_mut(i) {
-                    previous[axis] = image.turn[axis] * previous[axis] + image.lift[axis];
+                    previous[axis] = image.velocity_sign[axis] * previous[axis] + image.velocity_shift[axis];
                 }
-                p.stress[i] = mirrored(&p.stress[i], &image.bend);
+                p.stress[i] = mirrored_stress(&p.stress[i], &image.stress_sign);
                 if let Some(acceleration) = rates.acceleration.get_mut(i) {
                     acceleration[axis] = -acceleration[axis];
                 }
@@ -151,7 +156,8 @@ impl<const D: usize> Walls<D> {
 
     /// Everything else of the images.
     pub fn load_images(&self, bodies: &mut Bodies<D>) {
-        let Bodies { particles: p, shown: Shown { spread, repulsion, .. }, .. } = bodies;
+        let Bodies { particles: p, pair_data: PairData { grad_h_factor: spread, repulsion, .. }, .. } =
+            bodies;
         for (image, slot) in self.images.iter().zip(p.len()..) {
             let source = image.source as usize;
             p.mass[slot] = p.mass[source];
@@ -159,9 +165,9 @@ impl<const D: usize> Walls<D> {
             p.sound[slot] = p.sound[source];
             p.length[slot] = p.length[source];
             spread[slot] = spread[source];
-            p.stress[slot] = mirrored(&p.stress[source], &image.bend);
+            p.stress[slot] = mirrored_stress(&p.stress[source], &image.stress_sign);
             if !repulsion.is_empty() {
-                repulsion[slot] = mirrored(&repulsion[source], &image.bend);
+                repulsion[slot] = mirrored_stress(&repulsion[source], &image.stress_sign);
             }
         }
     }
@@ -176,7 +182,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// From which neighbour on they are walls that answer to the particle itself.
-    pub fn answering(&self, setting: &Setting<D>, len: usize) -> usize {
+    pub fn first_dummy_particle(&self, setting: &SolverContext<D>, len: usize) -> usize {
         match setting.options.wall_stress {
             WallStress::Pairwise => self.first(len),
             WallStress::Interpolated | WallStress::Extrapolated => usize::MAX,

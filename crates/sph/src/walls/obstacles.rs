@@ -7,63 +7,73 @@
 use std::sync::Arc;
 
 use colluvium_case::description::ObstacleWall;
-use colluvium_case::rigid::Rock;
-use colluvium_case::{Case, CaseError, MovingObstacle, ObstacleLaws, Standing};
-use colluvium_points::surface::{Contacts, Nearest};
-use colluvium_points::{ROWS, Surface};
+use colluvium_case::rigid::ObstacleContact;
+use colluvium_case::{Case, CaseError, MovingObstacle, ObstacleLaws, PlacedObstacle};
+use colluvium_points::surface::{ContactQuery, NearestPoint};
+use colluvium_points::{BLOCK_POINTS, Surface};
 use rayon::prelude::*;
 
-use super::plane::Contact;
+use super::plane::WallContact;
 use crate::algebra::dot;
-use crate::setting::corner;
+use crate::setting::leading_components;
 
 /// A face of an obstacle near a particle: the plane that touches the obstacle there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face<const D: usize> {
+pub struct ObstacleFace<const D: usize> {
     /// Unit normal out of the solid.
     pub normal: [f64; D],
     /// Distance of the particle from it, zero where the particle lies deeper (m).
     pub distance: f64,
     /// What it does along itself.
-    pub contact: Contact,
+    pub contact: WallContact,
     /// Shear stress that it bears beside friction where the material is pressed on it (Pa).
     pub adhesion: f64,
     /// Whether material lifts off.
-    pub lets_go: bool,
+    pub allows_separation: bool,
     /// Number of its obstacle.
     pub obstacle: u32,
     /// Velocity that the obstacle, as a rigid body, has at the particle (m/s).
-    pub course: [f64; D],
+    pub velocity: [f64; D],
 }
 
 /// A place behind a face at which a particle of a wall would stand.
 #[derive(Clone, Copy, Debug)]
-pub struct Site<'a, const D: usize> {
+pub struct DummySite<'a, const D: usize> {
     /// The face.
-    pub face: &'a Face<D>,
+    pub face: &'a ObstacleFace<D>,
     /// How far it lies behind the face (m).
     pub depth: f64,
     /// Its place less that of the particle (m).
-    pub apart: [f64; D],
+    pub separation: [f64; D],
 }
 
-impl<const D: usize> Face<D> {
+impl<const D: usize> ObstacleFace<D> {
     /// That of obstacle number `obstacle` at its nearest place to a particle at `x` (m).
-    fn of(solid: &Solid<D>, near: &Nearest<D>, x: &[f64; D], obstacle: u32) -> Self {
-        let law = solid.laws.at(&near.place);
+    fn at_nearest(solid: &RigidObstacle<D>, near: &NearestPoint<D>, x: &[f64; D], obstacle: u32) -> Self {
+        let law = solid.laws.at(&near.position);
         let contact = match law.wall {
-            ObstacleWall::Rough => Contact::NoSlip,
-            ObstacleWall::Smooth => Contact::FreeSlip,
-            ObstacleWall::Frictional { friction_coefficient, .. } => Contact::Friction(friction_coefficient),
+            ObstacleWall::Rough => WallContact::NoSlip,
+            ObstacleWall::Smooth => WallContact::FreeSlip,
+            ObstacleWall::Frictional { friction_coefficient, .. } => {
+                WallContact::Friction(friction_coefficient)
+            }
         };
-        let (adhesion, lets_go) = (law.adhesion(), law.lets_go());
+        let (adhesion, lets_go) = (law.adhesion(), law.allows_separation());
         let distance = near.distance.max(0.0);
-        let course = solid.course(x);
-        Self { normal: near.normal, distance, contact, adhesion, lets_go, obstacle, course }
+        let course = solid.velocity_at(x);
+        Self {
+            normal: near.normal,
+            distance,
+            contact,
+            adhesion,
+            allows_separation: lets_go,
+            obstacle,
+            velocity: course,
+        }
     }
 
     /// Directions along the face, one for each axis but one.
-    fn along(&self) -> [[f64; D]; 2] {
+    fn tangents(&self) -> [[f64; D]; 2] {
         let n = &self.normal;
         let mut along = [[0.0; D]; 2];
         if D == 2 {
@@ -85,13 +95,13 @@ impl<const D: usize> Face<D> {
 
 /// The places behind `faces` within `reach` (m) of the particle, a `spacing` (m) apart, each with its place less that of the
 /// particle and the square of their distance.
-pub fn sites<const D: usize>(
-    faces: &[Face<D>],
+pub fn dummy_sites<const D: usize>(
+    faces: &[ObstacleFace<D>],
     spacing: f64,
     reach: f64,
-) -> impl Iterator<Item = (Site<'_, D>, ([f64; D], f64))> {
+) -> impl Iterator<Item = (DummySite<'_, D>, ([f64; D], f64))> {
     faces.iter().enumerate().flat_map(move |(number, face)| {
-        let along = face.along();
+        let along = face.tangents();
         let layers = ((reach - face.distance) / spacing + 0.5).max(0.0) as usize;
         let half = (reach / spacing) as usize;
         let wide = 2 * half + 1;
@@ -108,31 +118,32 @@ pub fn sites<const D: usize>(
             // The nearer face has what lies behind both.
             let taken =
                 || faces[..number].iter().any(|nearer| dot(&nearer.normal, &apart) < -nearer.distance);
-            (square < reach * reach && !taken()).then_some((Site { face, depth, apart }, (apart, square)))
+            (square < reach * reach && !taken())
+                .then_some((DummySite { face, depth, separation: apart }, (apart, square)))
         })
     })
 }
 
 /// An obstacle of the case.
 #[derive(Clone, Debug)]
-pub(super) struct Solid<const D: usize> {
+pub(super) struct RigidObstacle<const D: usize> {
     name: String,
     pub(super) laws: ObstacleLaws,
     surface: Arc<dyn Surface<D>>,
     /// Its motion; `None` at rest.
     moving: Option<MovingObstacle<D>>,
     /// Whether its reaction is measured.
-    told: bool,
+    recorded: bool,
 }
 
-impl<const D: usize> Solid<D> {
+impl<const D: usize> RigidObstacle<D> {
     /// As what rigid bodies stand on.
-    pub(super) fn ground(&self) -> Rock<'_, D> {
-        Rock { surface: self.now(), laws: &self.laws, moving: self.moving.as_ref() }
+    pub(super) fn rigid_contact(&self) -> ObstacleContact<'_, D> {
+        ObstacleContact { surface: self.current_surface(), laws: &self.laws, moving: self.moving.as_ref() }
     }
 
     /// Its surface where it is.
-    pub(super) fn now(&self) -> &dyn Surface<D> {
+    pub(super) fn current_surface(&self) -> &dyn Surface<D> {
         match &self.moving {
             Some(moving) => &moving.placed,
             None => &*self.surface,
@@ -140,14 +151,14 @@ impl<const D: usize> Solid<D> {
     }
 
     /// Velocity of its part at `x` (m/s).
-    pub(super) fn course(&self, x: &[f64; D]) -> [f64; D] {
+    pub(super) fn velocity_at(&self, x: &[f64; D]) -> [f64; D] {
         self.moving.as_ref().map_or([0.0; D], |moving| moving.velocity(x))
     }
 }
 
 /// A particle and an obstacle that may meet before the next lists.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Meeting<const D: usize> {
+pub(super) struct ObstacleCandidate<const D: usize> {
     /// Number of the particle in its block.
     particle: u32,
     /// Number of the obstacle.
@@ -158,28 +169,28 @@ pub(super) struct Meeting<const D: usize> {
 
 /// What is near the particles of a block of [`ROWS`].
 #[derive(Clone, Debug, Default)]
-struct Block<const D: usize> {
+struct FaceBlock<const D: usize> {
     /// Particles that may meet obstacles before the next lists.
-    listed: Vec<Meeting<D>>,
+    listed: Vec<ObstacleCandidate<D>>,
     /// Faces near the particles, one after another.
-    faces: Vec<Face<D>>,
+    faces: Vec<ObstacleFace<D>>,
     /// Where those of each particle end.
     ends: Vec<u32>,
-    contacts: Contacts<D>,
+    contacts: ContactQuery<D>,
     /// The particle that lies deepest in an obstacle, which one, and how deep (m).
     deepest: Option<(u32, u32, f64)>,
 }
 
 /// The obstacles, and their faces near each particle.
 #[derive(Clone, Debug, Default)]
-pub struct Obstacles<const D: usize> {
-    pub(super) solids: Vec<Solid<D>>,
-    blocks: Vec<Block<D>>,
+pub struct ObstacleFaces<const D: usize> {
+    pub(super) solids: Vec<RigidObstacle<D>>,
+    blocks: Vec<FaceBlock<D>>,
     /// Room for what a particle touches that is stopped.
-    pub(super) found: Contacts<D>,
+    pub(super) found: ContactQuery<D>,
 }
 
-impl<const D: usize> Obstacles<D> {
+impl<const D: usize> ObstacleFaces<D> {
     /// Those of a case. `bodies` has the places of the particles of each body (m), none of which may lie in an obstacle; `slack` is
     /// how deep they may lie nevertheless, and `support` how far they look (m).
     ///
@@ -190,45 +201,47 @@ impl<const D: usize> Obstacles<D> {
         bodies: impl Iterator<Item = (usize, &'a [[f64; D]])>,
         (slack, support): (f64, f64),
     ) -> Result<Self, CaseError> {
-        let standing = case.standing::<D>()?;
+        let standing = case.placed_obstacles::<D>()?;
         for (body, places) in bodies {
-            case.refuse_covered(&standing, body, places, slack)?;
+            case.reject_overlapping_points(&standing, body, places, slack)?;
         }
-        let told = |name: &str| case.measures.values().any(|measure| measure.bearer() == Some(name));
-        let (low, high) = (corner::<D>(&case.domain.min), corner::<D>(&case.domain.max));
+        let told = |name: &str| case.measures.values().any(|measure| measure.reaction_target() == Some(name));
+        let (low, high) =
+            (leading_components::<D>(&case.domain.min), leading_components::<D>(&case.domain.max));
         let domain = (low.map(|c| c - support), high.map(|c| c + support));
-        let solids = standing.into_iter().map(|Standing { obstacle, surface, laws, .. }| Solid {
-            name: obstacle.name.clone(),
-            laws,
-            moving: obstacle.motion.as_ref().map(|motion| MovingObstacle::new(motion, &surface, domain)),
-            surface,
-            told: told(&obstacle.name),
-        });
+        let solids =
+            standing.into_iter().map(|PlacedObstacle { obstacle, surface, laws, .. }| RigidObstacle {
+                name: obstacle.name.clone(),
+                laws,
+                moving: obstacle.motion.as_ref().map(|motion| MovingObstacle::new(motion, &surface, domain)),
+                surface,
+                recorded: told(&obstacle.name),
+            });
         Ok(Self { solids: solids.collect(), ..Self::default() })
     }
 
     /// The same, with nothing found yet.
-    pub fn hollow(&self) -> Self {
+    pub fn empty_like(&self) -> Self {
         Self { solids: self.solids.clone(), ..Self::default() }
     }
 
     /// Numbers and names of those whose reaction is measured.
-    pub fn told(&self) -> impl Iterator<Item = (usize, &str)> {
+    pub fn recorded_obstacles(&self) -> impl Iterator<Item = (usize, &str)> {
         self.solids
             .iter()
             .enumerate()
-            .filter(|(_, own)| own.told)
+            .filter(|(_, own)| own.recorded)
             .map(|(number, own)| (number, own.name.as_str()))
     }
 
     /// Numbers of those whose reaction is measured, or that move.
-    pub fn watched(&self) -> impl Iterator<Item = (usize, bool)> {
-        let watched = |own: &Solid<D>| own.told || own.moving.is_some();
+    pub fn recorded_or_moving(&self) -> impl Iterator<Item = (usize, bool)> {
+        let watched = |own: &RigidObstacle<D>| own.recorded || own.moving.is_some();
         self.solids
             .iter()
             .enumerate()
             .filter(move |(_, own)| watched(own))
-            .map(|(number, own)| (number, own.told))
+            .map(|(number, own)| (number, own.recorded))
     }
 
     /// Those on their way.
@@ -237,40 +250,40 @@ impl<const D: usize> Obstacles<D> {
     }
 
     /// Whether any is on its way.
-    pub fn move_at_all(&self) -> bool {
+    pub fn are_moving(&self) -> bool {
         self.moving().next().is_some()
     }
 
     /// Brings them to where they are at `time` (s).
-    pub fn go_to(&mut self, time: f64) {
-        self.solids.iter_mut().filter_map(|own| own.moving.as_mut()).for_each(|moving| moving.go_to(time));
+    pub fn move_to(&mut self, time: f64) {
+        self.solids.iter_mut().filter_map(|own| own.moving.as_mut()).for_each(|moving| moving.move_to(time));
     }
 
     /// Gives them the mean velocities of a step of `dt` (s) that ends at `end` (s).
-    pub fn take_pace(&mut self, end: f64, dt: f64) {
+    pub fn set_mean_velocity(&mut self, end: f64, dt: f64) {
         let moving = self.solids.iter_mut().filter_map(|own| own.moving.as_mut());
-        moving.for_each(|moving| moving.take_pace(end, dt));
+        moving.for_each(|moving| moving.set_mean_velocity(end, dt));
     }
 
     /// How far a place of them has moved at most between two times (m).
-    pub fn moved(&self, start: f64, end: f64) -> f64 {
-        self.moving().map(|moving| moving.way(start, end)).fold(0.0, f64::max)
+    pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
+        self.moving().map(|moving| moving.max_displacement(start, end)).fold(0.0, f64::max)
     }
 
     /// Velocity of the part of obstacle number `number` at `x` (m/s).
-    pub fn course(&self, number: usize, x: &[f64; D]) -> [f64; D] {
-        self.solids[number].course(x)
+    pub fn velocity_at(&self, number: usize, x: &[f64; D]) -> [f64; D] {
+        self.solids[number].velocity_at(x)
     }
 
     /// By how much the velocity of obstacle number `number` differs between two places `apart` (m) (m/s); `None` at rest.
     #[inline]
-    pub fn turning(&self, number: u32, apart: &[f64; D]) -> Option<[f64; D]> {
-        self.solids[number as usize].moving.as_ref().map(|moving| moving.turning(apart))
+    pub fn rotational_velocity(&self, number: u32, apart: &[f64; D]) -> Option<[f64; D]> {
+        self.solids[number as usize].moving.as_ref().map(|moving| moving.rotational_velocity(apart))
     }
 
     /// Whether the reaction of obstacle number `number` is measured.
-    pub(crate) fn is_told(&self, number: u32) -> bool {
-        self.solids[number as usize].told
+    pub(crate) fn is_recorded(&self, number: u32) -> bool {
+        self.solids[number as usize].recorded
     }
 
     /// Whether there are none.
@@ -281,20 +294,24 @@ impl<const D: usize> Obstacles<D> {
 
     /// Lists which particles at `positions` may come within a support of an obstacle while none goes farther than `reach` (m)
     /// allows.
-    pub fn list(&mut self, positions: &[[f64; D]], reach: f64) {
+    pub fn list_candidates(&mut self, positions: &[[f64; D]], reach: f64) {
         let Self { solids, blocks, .. } = self;
         if solids.is_empty() {
             return;
         }
-        blocks.resize_with(positions.len().div_ceil(ROWS), Block::default);
-        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
+        blocks.resize_with(positions.len().div_ceil(BLOCK_POINTS), FaceBlock::default);
+        blocks.par_iter_mut().zip(positions.par_chunks(BLOCK_POINTS)).for_each(|(block, positions)| {
             block.listed.clear();
             for (k, x) in positions.iter().enumerate() {
                 for (number, solid) in solids.iter().enumerate() {
-                    let gap = solid.now().gap(x, reach);
-                    if gap.is_some() || solid.now().contains(x) {
+                    let gap = solid.current_surface().gap(x, reach);
+                    if gap.is_some() || solid.current_surface().contains(x) {
                         let normal = gap.map_or([0.0; D], |gap| gap.normal);
-                        block.listed.push(Meeting { particle: k as u32, solid: number as u32, normal });
+                        block.listed.push(ObstacleCandidate {
+                            particle: k as u32,
+                            solid: number as u32,
+                            normal,
+                        });
                     }
                 }
             }
@@ -302,27 +319,27 @@ impl<const D: usize> Obstacles<D> {
     }
 
     /// Finds the faces within `support` (m) of the particles at `positions`.
-    pub fn find(&mut self, positions: &[[f64; D]], support: f64) {
+    pub fn find_faces(&mut self, positions: &[[f64; D]], support: f64) {
         let Self { solids, blocks, .. } = self;
-        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
+        blocks.par_iter_mut().zip(positions.par_chunks(BLOCK_POINTS)).for_each(|(block, positions)| {
             block.faces.clear();
             block.ends.clear();
             block.deepest = None;
             let mut listed = block.listed.iter().peekable();
             for (k, x) in positions.iter().enumerate() {
-                while let Some(Meeting { solid: number, .. }) =
+                while let Some(ObstacleCandidate { solid: number, .. }) =
                     listed.next_if(|own| own.particle as usize == k)
                 {
                     let solid = &solids[*number as usize];
-                    let surface = solid.now();
+                    let surface = solid.current_surface();
                     block.contacts.clear();
-                    surface.touch(x, support, &mut block.contacts);
+                    surface.query_contacts(x, support, &mut block.contacts);
                     let touched = block.contacts.all().iter();
-                    block.faces.extend(touched.map(|near| Face::of(solid, near, x, *number)));
+                    block.faces.extend(touched.map(|near| ObstacleFace::at_nearest(solid, near, x, *number)));
                     if block.contacts.is_empty()
                         && let Some(deeper) = surface.gap(x, support).filter(|gap| gap.distance < 0.0)
                     {
-                        block.faces.push(Face::of(solid, &deeper, x, *number));
+                        block.faces.push(ObstacleFace::at_nearest(solid, &deeper, x, *number));
                         let depth = -deeper.distance;
                         if block.deepest.is_none_or(|(.., most)| depth > most) {
                             block.deepest = Some((k as u32, *number, depth));
@@ -335,27 +352,27 @@ impl<const D: usize> Obstacles<D> {
     }
 
     /// The obstacles that particle `i` may meet.
-    pub(super) fn meetings(&self, i: usize) -> &[Meeting<D>] {
-        let Some(block) = self.blocks.get(i / ROWS) else { return &[] };
-        let k = (i % ROWS) as u32;
+    pub(super) fn candidates(&self, i: usize) -> &[ObstacleCandidate<D>] {
+        let Some(block) = self.blocks.get(i / BLOCK_POINTS) else { return &[] };
+        let k = (i % BLOCK_POINTS) as u32;
         let first = block.listed.partition_point(|own| own.particle < k);
         let count = block.listed[first..].iter().take_while(|own| own.particle == k).count();
         &block.listed[first..first + count]
     }
 
     /// The first particle that lies deeper than `margin` (m) in an obstacle, with the obstacle's name.
-    pub fn passed(&self, margin: f64) -> Option<(usize, &str)> {
+    pub fn first_inside(&self, margin: f64) -> Option<(usize, &str)> {
         self.blocks.iter().enumerate().find_map(|(number, block)| {
             let (k, solid, _) = block.deepest.filter(|(.., depth)| *depth > margin)?;
-            Some((number * ROWS + k as usize, self.solids[solid as usize].name.as_str()))
+            Some((number * BLOCK_POINTS + k as usize, self.solids[solid as usize].name.as_str()))
         })
     }
 
     /// The faces near particle `i`, of each obstacle the nearest first.
     #[inline]
-    pub fn faces(&self, i: usize) -> &[Face<D>] {
-        let Some(block) = self.blocks.get(i / ROWS) else { return &[] };
-        let k = i % ROWS;
+    pub fn faces(&self, i: usize) -> &[ObstacleFace<D>] {
+        let Some(block) = self.blocks.get(i / BLOCK_POINTS) else { return &[] };
+        let k = i % BLOCK_POINTS;
         let Some(&end) = block.ends.get(k) else { return &[] };
         let start = if k == 0 { 0 } else { block.ends[k - 1] };
         &block.faces[start as usize..end as usize]
@@ -366,33 +383,34 @@ impl<const D: usize> Obstacles<D> {
 mod tests {
     use super::*;
 
-    fn face<const D: usize>(normal: [f64; D], distance: f64) -> Face<D> {
-        Face {
+    fn face<const D: usize>(normal: [f64; D], distance: f64) -> ObstacleFace<D> {
+        ObstacleFace {
             normal,
             distance,
-            contact: Contact::FreeSlip,
+            contact: WallContact::FreeSlip,
             adhesion: 0.0,
-            lets_go: false,
+            allows_separation: false,
             obstacle: 0,
-            course: [0.0; D],
+            velocity: [0.0; D],
         }
     }
 
     #[test]
     fn places_behind_a_face_are_those_of_a_wall_of_particles_turned_with_it() {
-        let flat: Vec<_> = sites(&[face([0.0, 1.0], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
+        let flat: Vec<_> =
+            dummy_sites(&[face([0.0, 1.0], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
         // Layers 0.1 and 0.2 below the particle: five places within 0.25 m in the first, three in the second.
         assert_eq!(flat.len(), 8);
         assert!(flat.iter().all(|apart| apart[1] < -0.09 && apart[0].hypot(apart[1]) < 0.25));
         let (sin, cos) = 0.5f64.sin_cos();
         let turned: Vec<_> =
-            sites(&[face([sin, cos], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
+            dummy_sites(&[face([sin, cos], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
         for (a, b) in flat.iter().zip(&turned) {
             let back = [cos * b[0] - sin * b[1], sin * b[0] + cos * b[1]];
             assert!((a[0] - back[0]).abs() < 1e-15 && (a[1] - back[1]).abs() < 1e-15, "{a:?} {back:?}");
         }
         let leaning = [face([0.0, 0.6, 0.8], 0.05)];
-        let space = sites(&leaning, 0.1, 0.15).map(|(site, (apart, square))| {
+        let space = dummy_sites(&leaning, 0.1, 0.15).map(|(site, (apart, square))| {
             let depth = -(0.6 * apart[1] + 0.8 * apart[2]) - 0.05;
             assert!((depth - site.depth).abs() < 1e-15 && (square.sqrt() - 0.15) < 0.0);
         });
@@ -404,7 +422,7 @@ mod tests {
     fn in_an_inner_corner_no_place_counts_twice() {
         let both = [face([0.0, 1.0], 0.05), face([1.0, 0.0], 0.06)];
         let found: Vec<_> =
-            sites(&both, 0.1, 0.3).map(|(site, (apart, _))| (site.face.normal, apart)).collect();
+            dummy_sites(&both, 0.1, 0.3).map(|(site, (apart, _))| (site.face.normal, apart)).collect();
         assert!(found.iter().any(|(normal, _)| normal[0] == 1.0));
         assert!(found.iter().all(|(normal, apart)| normal[0] == 0.0 || apart[1] >= -0.05));
     }

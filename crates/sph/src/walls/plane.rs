@@ -1,10 +1,10 @@
 //! Flat walls.
 
-use crate::config::History;
+use crate::config::TimeHistory;
 
 /// What a wall of particles does to the motion along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Contact {
+pub enum WallContact {
     /// Nothing slips.
     NoSlip,
     /// Nothing holds.
@@ -15,7 +15,7 @@ pub enum Contact {
 
 /// A half space that material cannot enter.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plane<const D: usize> {
+pub struct FlatWall<const D: usize> {
     /// Index into `Case::boundaries`.
     pub boundary: usize,
     /// Axis normal to the face.
@@ -27,36 +27,36 @@ pub struct Plane<const D: usize> {
     /// Velocity of the wall (m/s) where the factor on it is one; along the normal it carries the face.
     pub velocity: [f64; D],
     /// The factor on this velocity over time; one without.
-    pub history: Option<History>,
+    pub history: Option<TimeHistory>,
     /// Its mean over the step.
     pub factor: f64,
     /// How far the face has moved along its axis since time zero (m).
-    pub moved: f64,
+    pub displacement: f64,
     /// What it does along the face.
-    pub contact: Contact,
+    pub contact: WallContact,
 }
 
-impl<const D: usize> Plane<D> {
+impl<const D: usize> FlatWall<D> {
     /// Coordinate of the face (m).
     #[inline]
     pub fn face(&self) -> f64 {
-        self.position + self.moved
+        self.position + self.displacement
     }
 
     /// Mean velocity over the step (m/s).
     #[inline]
-    pub fn pace(&self) -> [f64; D] {
+    pub fn mean_velocity(&self) -> [f64; D] {
         self.velocity.map(|v| self.factor * v)
     }
 
     /// Coordinate of the face at `time` (m).
     pub fn face_at(&self, time: f64) -> f64 {
-        self.position + self.course(0.0, time)
+        self.position + self.displacement_between(0.0, time)
     }
 
     /// How far the face moves between two times (m): the integral of its velocity.
-    pub(super) fn course(&self, start: f64, end: f64) -> f64 {
-        let elapsed = self.history.as_ref().map_or(end - start, |history| history.area(start, end));
+    pub(super) fn displacement_between(&self, start: f64, end: f64) -> f64 {
+        let elapsed = self.history.as_ref().map_or(end - start, |history| history.integral(start, end));
         self.velocity[self.axis] * elapsed
     }
 

@@ -1,17 +1,17 @@
 //! The flat walls of a stage: where they stand, and of which particles they are made.
 
-use super::image::{Image, Period};
-use super::plane::Plane;
+use super::image::{ImageParticle, PeriodicAxis};
+use super::plane::FlatWall;
 
 /// The flat walls in force.
 #[derive(Clone, Debug, Default)]
-pub struct Planes<const D: usize> {
+pub struct FlatWalls<const D: usize> {
     /// Walls that mirror.
-    pub mirrors: Vec<Plane<D>>,
+    pub mirrors: Vec<FlatWall<D>>,
     /// Walls of particles.
-    pub faces: Vec<Plane<D>>,
+    pub faces: Vec<FlatWall<D>>,
     /// Periodic axes.
-    pub periods: Vec<Period>,
+    pub periods: Vec<PeriodicAxis>,
     /// Particles of the walls at time zero (m).
     pub particles: Vec<[f64; D]>,
     /// The wall each of them belongs to.
@@ -20,7 +20,7 @@ pub struct Planes<const D: usize> {
 
 /// How many particles a wall normal to `axis` has along each axis: layers as deep as `reach` (m), over the box from
 /// `low` to `high` and as far beyond it. As real numbers: a large box may need more than can be counted.
-pub fn sites<const D: usize>(
+pub fn particle_counts<const D: usize>(
     axis: usize,
     (low, high): &([f64; D], [f64; D]),
     spacing: f64,
@@ -31,20 +31,20 @@ pub fn sites<const D: usize>(
     std::array::from_fn(|c| if c == axis { layers } else { whole(high[c] - low[c]) + 2.0 * layers })
 }
 
-impl<const D: usize> Planes<D> {
+impl<const D: usize> FlatWalls<D> {
     /// The walls, those of particles in layers as deep as `reach` (m) over the box from `low` to `high` and as
-    /// far beyond it, which is also what periods of whole spacings make of them. Their [`sites`] must not be too many.
+    /// far beyond it, which is also what periods of whole spacings make of them. Their [`particle_counts`] must not be too many.
     pub fn new(
-        mirrors: Vec<Plane<D>>,
-        faces: Vec<Plane<D>>,
-        periods: Vec<Period>,
+        mirrors: Vec<FlatWall<D>>,
+        faces: Vec<FlatWall<D>>,
+        periods: Vec<PeriodicAxis>,
         span: ([f64; D], [f64; D]),
         spacing: f64,
         reach: f64,
     ) -> Self {
         let (mut particles, mut face_of) = (Vec::new(), Vec::new());
         for (number, plane) in faces.iter().enumerate() {
-            let counts = sites(plane.axis, &span, spacing, reach).map(|count| count as i64);
+            let counts = particle_counts(plane.axis, &span, spacing, reach).map(|count| count as i64);
             let layers = counts[plane.axis];
             let line = |axis: usize| -> Vec<f64> {
                 if axis == plane.axis {
@@ -73,11 +73,11 @@ impl<const D: usize> Planes<D> {
         Self { mirrors, faces, periods, particles, face_of }
     }
 
-    fn planes(&self) -> impl Iterator<Item = &Plane<D>> {
+    fn planes(&self) -> impl Iterator<Item = &FlatWall<D>> {
         self.mirrors.iter().chain(&self.faces)
     }
 
-    fn planes_mut(&mut self) -> impl Iterator<Item = &mut Plane<D>> {
+    fn planes_mut(&mut self) -> impl Iterator<Item = &mut FlatWall<D>> {
         self.mirrors.iter_mut().chain(&mut self.faces)
     }
 
@@ -93,7 +93,7 @@ impl<const D: usize> Planes<D> {
     }
 
     /// The first wall that `x` is behind the face of at `time` (s) by more than `margin` (m).
-    pub fn passed(&self, x: &[f64; D], time: f64, margin: f64) -> Option<&Plane<D>> {
+    pub fn first_passed(&self, x: &[f64; D], time: f64, margin: f64) -> Option<&FlatWall<D>> {
         self.planes().find(|plane| {
             let (x, face) = (x[plane.axis], plane.face_at(time));
             if plane.upper { x > face + margin } else { x < face - margin }
@@ -101,17 +101,17 @@ impl<const D: usize> Planes<D> {
     }
 
     /// How far a face has moved at most between two times (m).
-    pub fn moved(&self, start: f64, end: f64) -> f64 {
-        self.planes().map(|plane| plane.course(start, end).abs()).fold(0.0, f64::max)
+    pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
+        self.planes().map(|plane| plane.displacement_between(start, end).abs()).fold(0.0, f64::max)
     }
 
     /// Faces to where they are at `time` (s).
-    pub fn go_to(&mut self, time: f64) {
-        self.planes_mut().for_each(|plane| plane.moved = plane.course(0.0, time));
+    pub fn move_to(&mut self, time: f64) {
+        self.planes_mut().for_each(|plane| plane.displacement = plane.displacement_between(0.0, time));
     }
 
     /// Walls whose velocities vary in time get those of the step from `start` to `end` (s); whether there are any.
-    pub fn follow_histories(&mut self, start: f64, end: f64) -> bool {
+    pub fn update_time_histories(&mut self, start: f64, end: f64) -> bool {
         let mut varies = false;
         for plane in self.planes_mut() {
             let Some(history) = &plane.history else { continue };
@@ -122,32 +122,32 @@ impl<const D: usize> Planes<D> {
     }
 
     /// Images to where their mirrors are, with the velocities of these.
-    pub fn carry(&self, images: &mut [Image<D>]) {
+    pub fn move_images(&self, images: &mut [ImageParticle<D>]) {
         if self.mirrors.iter().all(|plane| plane.velocity == [0.0; D]) {
             return;
         }
         for image in images.iter_mut().filter(|image| image.across != [None; D]) {
-            image.lift = [0.0; D];
+            image.velocity_shift = [0.0; D];
             for (number, plane) in (0..).zip(&self.mirrors) {
                 if image.across[plane.axis] == Some(number) {
-                    image.carry(plane);
+                    image.apply_mirror(plane);
                 }
             }
         }
     }
 
     /// Where the particles of the walls are.
-    pub fn place(&self, slots: &mut [[f64; D]]) {
+    pub fn place_particles(&self, slots: &mut [[f64; D]]) {
         for ((slot, base), &face) in slots.iter_mut().zip(&self.particles).zip(&self.face_of) {
             *slot = *base;
             let plane = &self.faces[face as usize];
-            slot[plane.axis] += plane.moved;
+            slot[plane.axis] += plane.displacement;
         }
     }
 
     /// Puts positions that left a periodic domain back into it, and what counts displacement as far.
     pub fn wrap(&self, positions: &mut [[f64; D]], origins: &mut [[f64; D]]) {
-        for Period { axis, low, high } in &self.periods {
+        for PeriodicAxis { axis, low, high } in &self.periods {
             let length = high - low;
             for (x, origin) in positions.iter_mut().zip(&mut *origins) {
                 let shift = length * ((x[*axis] - low) / length).floor();
@@ -161,16 +161,16 @@ impl<const D: usize> Planes<D> {
 
     /// Images of the particles within `reach` (m) of mirrors and ends of periods, in the order of the
     /// particles; in corners also those along several axes.
-    pub fn images(&self, positions: &[[f64; D]], reach: f64, images: &mut Vec<Image<D>>) {
+    pub fn images(&self, positions: &[[f64; D]], reach: f64, images: &mut Vec<ImageParticle<D>>) {
         images.clear();
         if self.mirrors.is_empty() && self.periods.is_empty() {
             return;
         }
         for (source, x) in positions.iter().enumerate() {
             let first = images.len();
-            let itself = Image::of(source as u32);
+            let itself = ImageParticle::of_particle(source as u32);
             // Every image of the particle along other axes has one along this axis.
-            let mut add = |axis: usize, change: &dyn Fn(Image<D>) -> Image<D>| {
+            let mut add = |axis: usize, change: &dyn Fn(ImageParticle<D>) -> ImageParticle<D>| {
                 let end = images.len();
                 for k in first..end {
                     let image = images[k];
@@ -180,7 +180,7 @@ impl<const D: usize> Planes<D> {
                 }
                 images.push(change(itself));
             };
-            for Period { axis, low, high } in &self.periods {
+            for PeriodicAxis { axis, low, high } in &self.periods {
                 for (near, shift) in [(x[*axis] - low, high - low), (high - x[*axis], low - high)] {
                     if near < reach {
                         add(*axis, &|mut image| {

@@ -5,36 +5,36 @@ use colluvium_points::NeighbourList;
 use rayon::prelude::*;
 
 use super::Walls;
-use super::plane::{Contact, Plane};
-use crate::algebra::{apart, geostatic, sheared};
+use super::plane::{FlatWall, WallContact};
+use crate::algebra::{geostatic_stress, separation, with_scaled_shear};
 use crate::clock::Clock;
 use crate::config::WallStress;
 use crate::lanes::set_velocity;
 use crate::particles::{Bodies, Particles};
-use crate::setting::Setting;
+use crate::setting::SolverContext;
 
 /// Less soil than this around a particle of a wall counts for nothing (sheet: sph §2.13).
-const LEAST_SOIL: f64 = 1e-12;
+const MIN_SOIL_WEIGHT: f64 = 1e-12;
 
 /// The soil around the particles of walls.
-struct Soil<'a, const D: usize> {
-    setting: &'a Setting<D>,
+struct SoilExtrapolation<'a, const D: usize> {
+    setting: &'a SolverContext<D>,
     particles: &'a Particles<D>,
     walls: &'a Walls<D>,
     neighbours: &'a NeighbourList<D>,
 }
 
-impl<const D: usize> Soil<'_, D> {
+impl<const D: usize> SoilExtrapolation<'_, D> {
     /// Calls `visit(particle, V W, x_wall - x)` for the soil around particle `wall`, across the ends of periods too;
     /// returns the sum of `V W`.
-    fn around(&self, wall: usize, mut visit: impl FnMut(usize, f64, &[f64; D])) -> f64 {
+    fn for_each_neighbour(&self, wall: usize, mut visit: impl FnMut(usize, f64, &[f64; D])) -> f64 {
         let (p, walls) = (self.particles, self.walls);
         let mut total = 0.0;
-        for &j in self.neighbours.of(wall) {
+        for &j in self.neighbours.neighbours(wall) {
             let place = &p.position[j as usize];
             let particle = walls.particle_of(p.len(), j as usize);
             let Some(j) = particle.filter(|&j| !walls.smooth.contain(j)) else { continue };
-            let (apart, square) = apart(place, &p.position[wall]);
+            let (apart, square) = separation(place, &p.position[wall]);
             let weight = p.mass[j] / p.density[j] * self.setting.smoothing.value(square.sqrt());
             if weight > 0.0 {
                 total += weight;
@@ -45,7 +45,7 @@ impl<const D: usize> Soil<'_, D> {
     }
 
     /// The flat wall that particle `wall` belongs to.
-    fn face(&self, wall: usize) -> &Plane<D> {
+    fn face(&self, wall: usize) -> &FlatWall<D> {
         let planes = &self.walls.planes;
         &planes.faces[planes.face_of[wall - self.walls.first(self.particles.len())] as usize]
     }
@@ -57,32 +57,36 @@ impl<const D: usize> Soil<'_, D> {
         let carries = options.wall_stress == WallStress::Extrapolated && size > 0.0;
         let up = gravity.map(|g| -g / size);
         let mut stress = SymTensor::ZERO;
-        let total = self.around(wall, |j, weight, apart| {
+        let total = self.for_each_neighbour(wall, |j, weight, apart| {
             stress += self.particles.stress[j] * weight;
             if carries {
                 let rise: f64 = (0..D).map(|c| up[c] * apart[c]).sum();
                 // Tension positive: higher places bear less.
                 let unit_weight = self.particles.density[j] * size;
-                stress += geostatic(unit_weight * rise, options.wall_k0, &up) * weight;
+                stress += geostatic_stress(unit_weight * rise, options.wall_k0, &up) * weight;
             }
         });
-        if total < LEAST_SOIL {
+        if total < MIN_SOIL_WEIGHT {
             return SymTensor::ZERO;
         }
         let stress = stress * (1.0 / total);
         let face = self.face(wall);
-        if face.contact == Contact::FreeSlip { sheared(&stress, face.axis, -1.0) } else { stress }
+        if face.contact == WallContact::FreeSlip {
+            with_scaled_shear(&stress, face.axis, -1.0)
+        } else {
+            stress
+        }
     }
 
     /// Density, mass and speed of sound: the soil's. Without soil around it a particle of a wall weighs nothing.
-    fn weight(&self, wall: usize) -> [f64; 3] {
+    fn density_mass_and_sound(&self, wall: usize) -> [f64; 3] {
         let (mut density, mut sound) = (0.0, 0.0);
-        let total = self.around(wall, |j, weight, _| {
+        let total = self.for_each_neighbour(wall, |j, weight, _| {
             density += weight * self.particles.density[j];
             sound += weight * self.particles.sound[j];
         });
         let volume = self.setting.options.spacing.powi(D as i32);
-        if total < LEAST_SOIL {
+        if total < MIN_SOIL_WEIGHT {
             [1.0, 0.0, 0.0]
         } else {
             [density / total, density / total * volume, sound / total]
@@ -92,16 +96,16 @@ impl<const D: usize> Soil<'_, D> {
     /// The soil's velocity, reversed in the frame of the wall.
     fn velocity(&self, wall: usize) -> [f64; D] {
         let mut velocity = [0.0; D];
-        let total = self.around(wall, |j, weight, _| {
+        let total = self.for_each_neighbour(wall, |j, weight, _| {
             (0..D).for_each(|c| velocity[c] += weight * self.particles.velocity[j][c]);
         });
         let face = self.face(wall);
-        let pace = face.pace();
+        let pace = face.mean_velocity();
         std::array::from_fn(|c| {
             let soil = velocity[c] / total;
             match face.contact {
-                _ if total < LEAST_SOIL => pace[c],
-                Contact::FreeSlip if c != face.axis => soil,
+                _ if total < MIN_SOIL_WEIGHT => pace[c],
+                WallContact::FreeSlip if c != face.axis => soil,
                 _ => 2.0 * pace[c] - soil,
             }
         })
@@ -109,19 +113,19 @@ impl<const D: usize> Soil<'_, D> {
 }
 
 impl<const D: usize> Walls<D> {
-    fn soil<'a>(
+    fn soil_extrapolation<'a>(
         &'a self,
-        setting: &'a Setting<D>,
+        setting: &'a SolverContext<D>,
         particles: &'a Particles<D>,
         neighbours: &'a NeighbourList<D>,
-    ) -> Soil<'a, D> {
-        Soil { setting, particles, walls: self, neighbours }
+    ) -> SoilExtrapolation<'a, D> {
+        SoilExtrapolation { setting, particles, walls: self, neighbours }
     }
 
     /// Stress, weight and velocity of walls that do not answer pairwise.
-    pub fn ask_soil(
+    pub fn extrapolate_from_soil(
         &self,
-        setting: &Setting<D>,
+        setting: &SolverContext<D>,
         clock: &Clock,
         bodies: &mut Bodies<D>,
         neighbours: &NeighbourList<D>,
@@ -131,38 +135,49 @@ impl<const D: usize> Walls<D> {
         }
         let first = self.first(bodies.particles.len());
         let gravity = setting.gravity_at(clock, 0.0);
-        let soil = self.soil(setting, &bodies.particles, neighbours);
-        let stresses = &mut bodies.shown.wall_stresses;
+        let soil = self.soil_extrapolation(setting, &bodies.particles, neighbours);
+        let stresses = &mut bodies.pair_data.wall_stresses;
         stresses.resize(self.planes.particles.len(), SymTensor::ZERO);
         stresses.par_iter_mut().enumerate().with_min_len(64).for_each(|(k, stress)| {
             *stress = soil.stress(first + k, &gravity);
         });
-        bodies.particles.stress[first..].copy_from_slice(&bodies.shown.wall_stresses);
-        self.weigh(setting, bodies, neighbours);
-        self.follow_soil(setting, bodies, neighbours);
+        bodies.particles.stress[first..].copy_from_slice(&bodies.pair_data.wall_stresses);
+        self.extrapolate_densities(setting, bodies, neighbours);
+        self.extrapolate_velocities(setting, bodies, neighbours);
     }
 
     /// Densities, masses and speeds of sound of walls that do not answer pairwise.
-    pub fn weigh(&self, setting: &Setting<D>, bodies: &mut Bodies<D>, neighbours: &NeighbourList<D>) {
+    pub fn extrapolate_densities(
+        &self,
+        setting: &SolverContext<D>,
+        bodies: &mut Bodies<D>,
+        neighbours: &NeighbourList<D>,
+    ) {
         if setting.options.wall_stress == WallStress::Pairwise {
             return;
         }
         for wall in self.first(bodies.particles.len())..bodies.particles.position.len() {
-            let weight = self.soil(setting, &bodies.particles, neighbours).weight(wall);
+            let weight =
+                self.soil_extrapolation(setting, &bodies.particles, neighbours).density_mass_and_sound(wall);
             let p = &mut bodies.particles;
             [p.density[wall], p.mass[wall], p.sound[wall]] = weight;
         }
     }
 
     /// Velocities of walls that do not answer pairwise.
-    pub fn follow_soil(&self, setting: &Setting<D>, bodies: &mut Bodies<D>, neighbours: &NeighbourList<D>) {
+    pub fn extrapolate_velocities(
+        &self,
+        setting: &SolverContext<D>,
+        bodies: &mut Bodies<D>,
+        neighbours: &NeighbourList<D>,
+    ) {
         if setting.options.wall_stress == WallStress::Pairwise {
             return;
         }
         for wall in self.first(bodies.particles.len())..bodies.particles.position.len() {
-            let velocity = self.soil(setting, &bodies.particles, neighbours).velocity(wall);
+            let velocity = self.soil_extrapolation(setting, &bodies.particles, neighbours).velocity(wall);
             bodies.particles.velocity[wall] = velocity;
-            set_velocity(&mut bodies.shown.records[wall], &velocity);
+            set_velocity(&mut bodies.pair_data.records[wall], &velocity);
         }
     }
 }

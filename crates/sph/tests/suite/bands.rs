@@ -2,10 +2,12 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
-use colluvium_testkit::cohesive_bar::{self, DENSITY, ENERGY, LENGTH, PULL, STIFFNESS, WEAK, concrete};
+use colluvium_testkit::cohesive_bar::{
+    self, DENSITY, ENERGY, LENGTH, PULL_SPEED, STIFFNESS, WEAK_STRENGTH_RATIO, cohesive_material,
+};
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed};
+use crate::common::{begin, case_with};
 
 /// A bar with a weak row in its middle, on a line.
 fn on_a_line(spacing: f64, sph: &Value) -> Case {
@@ -40,18 +42,18 @@ fn bar(
     let mut methods = json!({ "spacing": spacing, "held": ["left", "right"] });
     methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
     let grips = json!({ "model": "linear-elastic", "density": DENSITY, "youngs_modulus": STIFFNESS, "poissons_ratio": 0 });
-    changed(
+    case_with(
         json!({
             "title": "bar", "space": space, "gravity": if space == "1d" { json!([0]) } else { json!([0, 0]) },
             "domain": { "min": place(-reach, -1.0), "max": place(reach, 1.0), "periodic": periodic },
-            "materials": { "strong": concrete(1.0, ENERGY), "weak": concrete(WEAK, ENERGY), "grip": grips },
+            "materials": { "strong": cohesive_material(1.0, ENERGY), "weak": cohesive_material(WEAK_STRENGTH_RATIO, ENERGY), "grip": grips },
             "bodies": [
                 { "name": "left", "material": "grip", "shape": part(-end - grip, -end) },
                 { "name": "near", "material": "strong", "shape": part(-end, -row) },
                 { "name": "middle", "material": "weak", "shape": part(-row, row) },
                 { "name": "far", "material": "strong", "shape": part(row, end) },
                 { "name": "right", "material": "grip", "shape": part(end, end + grip),
-                  "velocity": { "kind": "uniform", "value": place(PULL, 0.0) } }],
+                  "velocity": { "kind": "uniform", "value": place(PULL_SPEED, 0.0) } }],
             "stages": [{ "name": "pull", "duration": 20 }],
             "methods": { "sph": methods }
         }),
@@ -95,8 +97,8 @@ fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
     // E G/f_t² is 0.08 m. Without a Poisson's ratio the shear modulus is half of E, so that a band that slides snaps back from 0.04 m
     // on, less what it stretches before it softens; a spacing is half of that.
     let mut brittle: Value = serde_json::from_str(&of_rows(0.1, &json!({})).to_json()).unwrap();
-    brittle["materials"]["strong"] = concrete(1.0, 8e-4);
-    let (path, problem) = refused(&changed(brittle, &json!({}))).unwrap_err();
+    brittle["materials"]["strong"] = cohesive_material(1.0, 8e-4);
+    let (path, problem) = refused(&case_with(brittle, &json!({}))).unwrap_err();
     assert_eq!(path, "methods.sph.spacing");
     let from: f64 = problem
         .split("\"strong\" snap back from ")
@@ -113,7 +115,7 @@ fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
 #[test]
 fn soil_beside_a_rigid_body_is_told_to_stick() {
     let warnings = |rigid: bool, material: &Value| {
-        let case = changed(
+        let case = case_with(
             json!({
                 "title": "block", "space": "plane-strain", "gravity": [0, -9.81],
                 "domain": { "min": [-1, -1], "max": [1, 1] },

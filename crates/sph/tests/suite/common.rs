@@ -4,7 +4,7 @@ use colluvium_case::{Case, RunReport, Solver};
 use colluvium_sph::Sph;
 use colluvium_testkit::cases;
 
-pub use colluvium_testkit::cases::{advance, changed, scalars, stresses, vectors, with};
+pub use colluvium_testkit::cases::{advance_steps, case_with, scalars, stresses, vectors, with_keys};
 
 /// Runs a case to its end.
 pub fn solve(case: &Case) -> RunReport {
@@ -13,5 +13,5 @@ pub fn solve(case: &Case) -> RunReport {
 
 /// A solver at the start of the first stage.
 pub fn begin(case: &Case) -> Box<dyn Solver> {
-    cases::begin(&Sph, case)
+    cases::start_solver(&Sph, case)
 }

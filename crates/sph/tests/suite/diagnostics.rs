@@ -3,10 +3,10 @@
 use colluvium_case::{Case, Method, Solver};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
-use colluvium_sph::semi_discrete::{Given, rates};
+use colluvium_sph::semi_discrete::{PrescribedParticle, rates};
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, vectors};
+use crate::common::{begin, case_with, solve, vectors};
 
 /// An elastic block of 20 x 20 particles on a rough floor.
 fn block(more: &Value, sph: &Value) -> Case {
@@ -20,11 +20,11 @@ fn block(more: &Value, sph: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 0.01 }],
         "methods": { "sph": methods }
     });
-    changed(text, more)
+    case_with(text, more)
 }
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().iter().find(|(n, ..)| n == name).unwrap_or_else(|| panic!("no {name}")).2
+    solver.scalar_outputs().iter().find(|(n, ..)| n == name).unwrap_or_else(|| panic!("no {name}")).2
 }
 
 #[test]
@@ -106,8 +106,8 @@ fn a_confined_disc_across_the_end_of_a_period_feels_what_it_feels_in_the_middle(
     });
     let case = block(&more, &json!({ "momentum": "rho-rho", "confining": { "pressure": 1000 } }));
     let accelerations = |columns: i32| {
-        let given = |id: u32, _: &[f64; 2]| Given {
-            shift: [0.05 * f64::from(columns), 0.0],
+        let given = |id: u32, _: &[f64; 2]| PrescribedParticle {
+            displacement: [0.05 * f64::from(columns), 0.0],
             velocity: [0.0; 2],
             compression: 1.0,
             // Across the plane, where it only tells them apart.

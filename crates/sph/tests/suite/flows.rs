@@ -3,7 +3,7 @@
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-use crate::common::{changed, solve, vectors};
+use crate::common::{case_with, solve, vectors};
 
 /// A viscous liquid between walls at 0 and 1 m; `more` replaces or adds keys, `sph` options.
 fn channel(count: u32, more: &Value, sph: &Value) -> Case {
@@ -25,7 +25,7 @@ fn channel(count: u32, more: &Value, sph: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 6.0 }]
     });
     text["methods"] = json!({ "sph": methods });
-    changed(text, more)
+    case_with(text, more)
 }
 
 /// Largest error of the velocity over its maximum.

@@ -5,10 +5,10 @@ use colluvium_case::{Case, Method};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
 use colluvium_sph::kernel::{Kernel, Smoothing};
-use colluvium_sph::semi_discrete::{Given, prepared, rates};
+use colluvium_sph::semi_discrete::{PrescribedParticle, prepared_solver, rates};
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, scalars, stresses, vectors};
+use crate::common::{advance_steps, begin, case_with, scalars, stresses, vectors};
 
 /// Two materials that fill a domain without ends, each one half of it; `sph` adds options.
 fn halves(materials: &[Value; 2], sph: &Value) -> Case {
@@ -20,7 +20,7 @@ fn halves(materials: &[Value; 2], sph: &Value) -> Case {
         json!({ "name": name, "material": name,
                 "shape": { "kind": "box", "min": [low, 0], "max": [low + 0.5, 0.5] } })
     };
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain", "gravity": [0, 0],
             "domain": { "min": [0, 0], "max": [1, 0.5], "periodic": ["x", "y"] },
@@ -40,8 +40,12 @@ fn solid(density: f64) -> Value {
     json!({ "model": "linear-elastic", "density": density, "youngs_modulus": 1e6, "poissons_ratio": 0.25 })
 }
 
-const STILL: Given<2> =
-    Given { shift: [0.0; 2], velocity: [0.0; 2], compression: 1.0, stress: SymTensor::ZERO };
+const STILL: PrescribedParticle<2> = PrescribedParticle {
+    displacement: [0.0; 2],
+    velocity: [0.0; 2],
+    compression: 1.0,
+    stress: SymTensor::ZERO,
+};
 
 /// A number between -1 and 1 for each particle and component.
 fn noise(id: u32, component: u32) -> f64 {
@@ -54,7 +58,8 @@ fn densities_diffuse_within_each_body_of_fluid_only() {
     let found = rates::<2>(&halves(&[fluid(1000.0), fluid(2000.0)], &diffuses), |_, _| STILL).unwrap();
     assert!(found.iter().all(|particle| particle.divergence == 0.0));
 
-    let uneven = |id: u32, _: &[f64; 2]| Given { compression: 1.0 + 0.01 * noise(id, 0), ..STILL };
+    let uneven =
+        |id: u32, _: &[f64; 2]| PrescribedParticle { compression: 1.0 + 0.01 * noise(id, 0), ..STILL };
     let found = rates::<2>(&halves(&[fluid(1000.0), solid(1000.0)], &diffuses), uneven).unwrap();
     let (left, right): (Vec<_>, Vec<_>) = found.iter().partition(|particle| particle.position[0] < 0.5);
     assert!(right.iter().all(|particle| particle.divergence == 0.0));
@@ -68,7 +73,7 @@ fn densities_diffuse_within_each_body_of_fluid_only() {
 /// Between soils of 1000 and 2000 kg/m³ that stretch alike.
 #[test]
 fn a_jump_of_density_asks_for_the_continuity_of_volumes() {
-    let stretched = |_: u32, x: &[f64; 2]| Given { velocity: [x[0], 0.0], ..STILL };
+    let stretched = |_: u32, x: &[f64; 2]| PrescribedParticle { velocity: [x[0], 0.0], ..STILL };
     let of = |continuity: &str| {
         let case = halves(&[solid(1000.0), solid(2000.0)], &json!({ "continuity": continuity }));
         rates::<2>(&case, stretched).unwrap()
@@ -101,12 +106,12 @@ fn walls_of_linear_velocity_oppose_by_the_distances() {
             let apart = [f64::from(x) * spacing, -(from_face + behind)];
             let opposed = (behind / from_face).min(0.5);
             let relative = (wall - opposed * (own - wall)) - own;
-            spacing * spacing * kernel.weight(apart[0].hypot(apart[1])) * relative * apart[1]
+            spacing * spacing * kernel.gradient_factor(apart[0].hypot(apart[1])) * relative * apart[1]
         };
         (-3..=3).flat_map(|x| (0..3).map(move |layer| of_site(x, layer))).sum()
     };
-    let moving = |_: u32, _: &[f64; 2]| Given { velocity: [own, 0.0], ..STILL };
-    let found = rates::<2>(&changed(text, &more), moving).unwrap();
+    let moving = |_: u32, _: &[f64; 2]| PrescribedParticle { velocity: [own, 0.0], ..STILL };
+    let found = rates::<2>(&case_with(text, &more), moving).unwrap();
     for particle in found.iter().filter(|p| (p.position[0] - 0.5).abs() < 0.2 && p.position[1] < 0.1) {
         let exact = sheared(particle.position[1]);
         assert!(exact > 0.1 && (particle.gradient[0][1] / exact - 1.0).abs() < 1e-9, "{exact} {particle:?}");
@@ -114,15 +119,15 @@ fn walls_of_linear_velocity_oppose_by_the_distances() {
 }
 
 /// Left and right under different stress.
-fn stressed(_: u32, x: &[f64; 2]) -> Given<2> {
+fn stressed(_: u32, x: &[f64; 2]) -> PrescribedParticle<2> {
     let pressure = if x[0] < 0.5 { -1e3 } else { -5e3 };
-    Given { stress: SymTensor::isotropic(pressure), ..STILL }
+    PrescribedParticle { stress: SymTensor::isotropic(pressure), ..STILL }
 }
 
 #[test]
 fn stress_does_not_diffuse_from_body_to_body() {
     let case = halves(&[solid(1000.0), solid(1000.0)], &json!({ "stress_diffusion": 0.1 }));
-    let mut solver = prepared::<2>(&case, stressed).unwrap();
+    let mut solver = prepared_solver::<2>(&case, stressed).unwrap();
     // Waves change stress by the square of the Courant number, diffusion by the number itself.
     let dt = 1e-6 * solver.limit().dt;
     let before = stresses(&solver.snapshot());
@@ -135,12 +140,12 @@ fn stress_does_not_diffuse_from_body_to_body() {
 #[test]
 fn shifting_carries_neither_density_nor_stress_from_body_to_body() {
     let case = halves(&[solid(1000.0), solid(2000.0)], &json!({ "shifting": 1 }));
-    let given = |id: u32, x: &[f64; 2]| Given {
-        shift: [0.005 * noise(id, 0), 0.005 * noise(id, 1)],
+    let given = |id: u32, x: &[f64; 2]| PrescribedParticle {
+        displacement: [0.005 * noise(id, 0), 0.005 * noise(id, 1)],
         velocity: [30.0, 0.0],
         ..stressed(id, x)
     };
-    let mut solver = prepared::<2>(&case, given).unwrap();
+    let mut solver = prepared_solver::<2>(&case, given).unwrap();
     let dt = 1e-6 * solver.limit().dt;
     let before = solver.snapshot();
     (0..5).for_each(|_| {
@@ -168,7 +173,7 @@ fn layers(wall_stress: &str, upper_first: bool) -> Case {
         bodies.reverse();
     }
     let sph = json!({ "wall_stress": wall_stress });
-    changed(
+    case_with(
         serde_json::to_value(halves(&[solid(1000.0), solid(2000.0)], &sph)).unwrap(),
         &json!({
             "domain": { "min": [0, 0], "max": [0.5, 1.5], "periodic": ["x"] }, "gravity": [0, -10], "bodies": bodies,
@@ -181,11 +186,11 @@ fn layers(wall_stress: &str, upper_first: bool) -> Case {
 fn walls_take_the_density_of_the_soil_that_touches_them() {
     let rest = |_: u32, x: &[f64; 2]| {
         let vertical = if x[1] > 0.5 { -1e4 * (1.0 - x[1]) } else { -5e3 - 2e4 * (0.5 - x[1]) };
-        Given { stress: SymTensor::diagonal(0.5 * vertical, vertical, 0.5 * vertical), ..STILL }
+        PrescribedParticle { stress: SymTensor::diagonal(0.5 * vertical, vertical, 0.5 * vertical), ..STILL }
     };
     for wall_stress in ["interpolated", "extrapolated"] {
         let mut found = [true, false].map(|upper_first| {
-            let mut solver = prepared::<2>(&layers(wall_stress, upper_first), rest).unwrap();
+            let mut solver = prepared_solver::<2>(&layers(wall_stress, upper_first), rest).unwrap();
             let dt = 0.5 * solver.limit().dt;
             solver.step(dt).unwrap();
             let snapshot = solver.snapshot();
@@ -215,8 +220,8 @@ fn bodies_that_are_held_keep_their_path_with_xsph() {
         let sph = json!({ "xsph": 0.5, "held": ["right"], "integration": integration });
         let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &sph)).unwrap();
         text["bodies"][1]["velocity"] = json!({ "kind": "uniform", "value": [0.3, 0.2] });
-        let mut solver = begin(&changed(text, &json!({})));
-        advance(&mut *solver, 20);
+        let mut solver = begin(&case_with(text, &json!({})));
+        advance_steps(&mut *solver, 20);
         let snapshot = solver.snapshot();
         for (body, u) in snapshot.bodies.iter().zip(vectors(&snapshot, "displacement")) {
             let off = (u[0] - 0.3 * snapshot.time).hypot(u[1] - 0.2 * snapshot.time);
@@ -237,7 +242,7 @@ fn bodies_that_are_held_go_as_far_as_their_history_says_and_on_after_a_restart()
         });
         let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &sph)).unwrap();
         text["bodies"][1]["velocity"] = json!({ "kind": "uniform", "value": [0.3, 0.2] });
-        let case = changed(text, &json!({}));
+        let case = case_with(text, &json!({}));
         let mut solver = begin(&case);
         let mut restarted = begin(&case);
         for passed in [0.005, 0.012] {
@@ -289,9 +294,9 @@ fn the_guard_against_far_moves_knows_what_xsph_adds() {
     // A quarter of a smoothing length in the step, but the mean of neighbours that alternate is next to nothing.
     let alternating = |_: u32, x: &[f64; 2]| {
         let even = x.iter().map(|c| (c / 0.05).floor() as i64).sum::<i64>() % 2 == 0;
-        Given { velocity: [0.25 * 0.06 / dt * if even { 1.0 } else { -1.0 }, 0.0], ..STILL }
+        PrescribedParticle { velocity: [0.25 * 0.06 / dt * if even { 1.0 } else { -1.0 }, 0.0], ..STILL }
     };
-    let mut solver = prepared::<2>(&case, alternating).unwrap();
+    let mut solver = prepared_solver::<2>(&case, alternating).unwrap();
     solver.step(dt).unwrap();
     for u in vectors(&solver.snapshot(), "displacement") {
         assert!(u[0].abs() < 0.1 * 0.06, "{u:?}");
@@ -304,7 +309,7 @@ fn a_uniform_stress_rests_at_a_jump_of_density_with_rho_rho() {
     let stress = SymTensor([-1e4, -2e4, -1e4, 3e3, 0.0, 0.0]);
     let fastest = |momentum: &str| {
         let case = halves(&[solid(1000.0), solid(4000.0)], &json!({ "momentum": momentum }));
-        let found = rates::<2>(&case, |_, _| Given { stress, ..STILL }).unwrap();
+        let found = rates::<2>(&case, |_, _| PrescribedParticle { stress, ..STILL }).unwrap();
         found.iter().flat_map(|p| p.acceleration).fold(0.0, |most: f64, a| most.max(a.abs()))
     };
     // Of the stress over the lighter density and the spacing, 400 m/s².
@@ -323,14 +328,18 @@ fn a_bar_of_two_densities_at_rest_makes_no_energy() {
         for (number, low) in [0.0, 0.5].into_iter().enumerate() {
             text["bodies"][number]["shape"] = json!({ "kind": "box", "min": [low], "max": [low + 0.5] });
         }
-        changed(text, &json!({}))
+        case_with(text, &json!({}))
     };
     fn share<const D: usize>(case: &Case) -> f64 {
         let stress = SymTensor::diagonal(-1e4, -1e4, -1e4);
-        let given =
-            |_: u32, _: &[f64; D]| Given { shift: [0.0; D], velocity: [0.0; D], compression: 1.0, stress };
-        let mut solver = prepared::<D>(case, given).unwrap();
-        advance(&mut *solver, 300);
+        let given = |_: u32, _: &[f64; D]| PrescribedParticle {
+            displacement: [0.0; D],
+            velocity: [0.0; D],
+            compression: 1.0,
+            stress,
+        };
+        let mut solver = prepared_solver::<D>(case, given).unwrap();
+        advance_steps(&mut *solver, 300);
         let budget = solver.totals();
         budget.kinetic / budget.elastic
     }
@@ -401,9 +410,9 @@ fn a_floor_that_is_held_carries_a_column() {
         "stages": [{ "name": "s", "duration": 0.5 }],
         "methods": { "sph": { "spacing": 0.025, "held": ["floor"], "damping": 0.05 } }
     });
-    let mut solver = begin(&changed(text, &json!({})));
+    let mut solver = begin(&case_with(text, &json!({})));
     while solver.time() < 0.5 {
-        advance(&mut *solver, 1);
+        advance_steps(&mut *solver, 1);
     }
     let snapshot = solver.snapshot();
     let (weight, ways) = (2000.0 * 10.0 * 0.5, vectors(&snapshot, "displacement"));

@@ -1,10 +1,10 @@
 //! Water on smooth walls: nothing passes them, and a mirror is the other half of a symmetric flow (sheet: sph §2.13).
 
 use colluvium_case::Case;
-use colluvium_testkit::vortices::{energy_over_exact, vortices};
+use colluvium_testkit::vortices::{energy_ratio, taylor_green_case};
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, solve, vectors};
+use crate::common::{advance_steps, begin, case_with, solve, vectors};
 
 const SPACING: f64 = 0.05;
 
@@ -28,7 +28,7 @@ fn water(bodies: &[Body], sides: &[&str], sph: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 0.55 }],
         "methods": { "sph": methods }
     });
-    changed(text, &json!({}))
+    case_with(text, &json!({}))
 }
 
 /// A column 0.5 m wide and 1 m high between the sides of a tank, `far` of them 1.6 m apart.
@@ -70,7 +70,7 @@ fn spread(sph: &Value) -> (f64, f64) {
     let mut solver = begin(&column(false, sph));
     let mut nearest = f64::INFINITY;
     while solver.time() < 0.55 {
-        advance(&mut *solver, 1);
+        advance_steps(&mut *solver, 1);
         let snapshot = solver.snapshot();
         nearest = snapshot.positions.iter().map(|x| x[1]).fold(nearest, f64::min);
     }
@@ -102,7 +102,7 @@ fn balance(case: &Case, end: f64) -> [f64; 4] {
     let speed = (2.0 * start.kinetic / start.mass).sqrt();
     let mut most = [0.0f64; 4];
     while solver.time() < end {
-        advance(&mut *solver, 1);
+        advance_steps(&mut *solver, 1);
         let now = solver.budget().unwrap();
         let off = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).sum::<f64>();
         let found = [
@@ -183,7 +183,7 @@ fn a_lone_particle_bounces_off_a_mirror_with_its_energy() {
         let mut solver = begin(&case);
         let mut lowest = f64::INFINITY;
         while solver.time() < 0.6 / fall {
-            advance(&mut *solver, 1);
+            advance_steps(&mut *solver, 1);
             lowest = lowest.min(solver.snapshot().positions[0][1]);
         }
         let v = vectors(&solver.snapshot(), "velocity")[0];
@@ -194,8 +194,8 @@ fn a_lone_particle_bounces_off_a_mirror_with_its_energy() {
 
 #[test]
 fn vortices_of_a_liquid_keep_their_energy_without_options() {
-    let case = vortices(0.5, &json!({ "sph": { "spacing": 0.02 } }));
+    let case = taylor_green_case(0.5, &json!({ "sph": { "spacing": 0.02 } }));
     // With the options of soil 0.4 of it is left.
-    let kept = energy_over_exact(&solve(&case).snapshot, 0.5);
+    let kept = energy_ratio(&solve(&case).snapshot, 0.5);
     assert!((kept - 1.0).abs() < 0.2, "{kept}");
 }

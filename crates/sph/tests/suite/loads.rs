@@ -6,7 +6,7 @@ use colluvium_case::{Case, Method};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{changed, solve, stresses};
+use crate::common::{case_with, solve, stresses};
 
 const RADIUS: f64 = 0.5;
 
@@ -16,7 +16,7 @@ fn disk(spin: f64, load: &Value, options: &Value) -> Case {
     (load["kind"], load["body"]) = (json!("surface"), json!("b"));
     let mut sph = json!({ "spacing": 0.05, "viscosity_linear": 0.1 });
     options.as_object().unwrap().iter().for_each(|(key, value)| sph[key] = value.clone());
-    changed(
+    case_with(
         json!({
             "title": "disk", "space": "plane-strain",
             "domain": { "min": [-1, -1], "max": [1, 1] }, "gravity": [0, 0],
@@ -88,7 +88,7 @@ fn a_pressure_all_around_is_the_stress_within() {
 /// A traction on the side of a column of 1 m is the same stress all through it.
 #[test]
 fn a_traction_on_a_side_is_borne_by_what_stands_below_it() {
-    let case = changed(
+    let case = case_with(
         json!({
             "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },

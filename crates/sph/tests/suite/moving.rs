@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, Solver, spatial};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, stresses, vectors};
+use crate::common::{advance_steps, begin, case_with, stresses, vectors};
 
 /// An elastic block over the floor `y = 0`, without gravity; what is in `more` joins the case.
 fn block(more: &Value) -> Case {
@@ -16,11 +16,11 @@ fn block(more: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "sph": { "spacing": 0.05 } }
     });
-    changed(text, more)
+    case_with(text, more)
 }
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 /// Stored and kinetic energy (J), with what obstacles took of them, and without what they gave.
@@ -33,7 +33,7 @@ fn energy(solver: &dyn Solver) -> f64 {
 /// Runs until `time` (s).
 fn until(solver: &mut dyn Solver, time: f64) {
     while solver.time() < time {
-        advance(solver, 1);
+        advance_steps(solver, 1);
     }
 }
 
@@ -131,7 +131,7 @@ impl Tilting {
         let mut steps = 0.0;
         while goes_on(self) {
             let (sin, cos) = self.slope().sin_cos();
-            advance(&mut *self.solver, 1);
+            advance_steps(&mut *self.solver, 1);
             let [x, y, _] = self.solver.reaction("floor").unwrap().force;
             sums[0] += x * cos - y * sin;
             sums[1] -= x * sin + y * cos;
@@ -177,7 +177,7 @@ fn a_block_that_slides_slowly_rubs_with_all_of_its_friction_at_any_spacing() {
         let mut tilting = Tilting::begin(spacing);
         tilting.turn(19.0);
         while tilting.slip() < 0.05 {
-            advance(&mut *tilting.solver, 1);
+            advance_steps(&mut *tilting.solver, 1);
         }
         let [along, across] = tilting.borne_while(|tilting| tilting.slip() < 0.2);
         let share = along / across / 20f64.to_radians().tan();
@@ -335,7 +335,7 @@ fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let mut solver = begin(&case);
-                advance(&mut *solver, 300);
+                advance_steps(&mut *solver, 300);
                 solver.saved().unwrap()
             })
         };
@@ -345,11 +345,11 @@ fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_
             assert!(one == on(threads, ranks), "{space}: other bits on {threads} threads in {ranks} ranks");
         }
         let mut first = begin(&case);
-        advance(&mut *first, 137);
+        advance_steps(&mut *first, 137);
         let mut then = begin(&case);
         then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
         then.begin_stage(0, 0.0).unwrap();
-        advance(&mut *then, 163);
+        advance_steps(&mut *then, 163);
         assert!(one == then.saved().unwrap(), "{space}: other bits after a restart");
     }
 }

@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, vectors};
+use crate::common::{advance_steps, begin, case_with, vectors};
 
 /// An elastic block that slides on a floor or an obstacle; what is in `more` joins the case.
 fn sliding(more: &Value) -> Case {
@@ -17,7 +17,7 @@ fn sliding(more: &Value) -> Case {
         "stages": [{ "name": "slide", "duration": 0.5 }],
         "methods": { "sph": { "spacing": 0.05 } }
     });
-    changed(text, more)
+    case_with(text, more)
 }
 
 fn floor(wall: &Value) -> Value {
@@ -90,7 +90,7 @@ fn slide(angle: f64, friction: f64) -> [f64; 2] {
     let mut solver = begin(&Case::from_json(&text.to_string()).unwrap());
     drop(folder);
     while solver.time() < 0.5 {
-        advance(&mut *solver, 1);
+        advance_steps(&mut *solver, 1);
     }
     let snapshot = solver.snapshot();
     let v = vectors(&snapshot, "velocity");
@@ -113,13 +113,13 @@ fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64
     drop(folder);
     let mut at = |time: f64| {
         while solver.time() < time {
-            advance(&mut *solver, 1);
+            advance_steps(&mut *solver, 1);
         }
         let snapshot = solver.snapshot();
         let mean = |of: &[[f64; 3]], c: usize| of.iter().map(|v| v[c]).sum::<f64>() / of.len() as f64;
         let velocity = [0, 1].map(|c| 180.0 * mean(&vectors(&snapshot, "velocity"), c));
         let middle = [0, 1, 2].map(|c| mean(&snapshot.positions, c));
-        let readings = colluvium_case::measure::of_solver(&case, &*solver);
+        let readings = colluvium_case::measure::solver_outputs(&case, &*solver);
         let pressed = readings.iter().find(|(name, ..)| name == "under.impulse").unwrap().2;
         (solver.time(), solver.reaction("slope").unwrap(), velocity, middle, pressed)
     };
@@ -201,12 +201,12 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
         places.iter().map(|x| x[0]).sum::<f64>() / places.len() as f64
     };
     while solver.time() < 0.08 {
-        advance(&mut *solver, 1);
+        advance_steps(&mut *solver, 1);
     }
     let kept = solver.totals().momentum[0] / solver.totals().mass / 2.0;
     assert!((kept - 1.0).abs() < 2e-3, "on the smooth part: {kept}");
     while solver.time() < 1.4 {
-        advance(&mut *solver, 1);
+        advance_steps(&mut *solver, 1);
     }
     // Over the edge friction grows with the share of the base on the rough part, so that the front stops v²/(2 μ g) + L/2 beyond it.
     let exact = 4.0 / (2.0 * 0.3 * 9.81) + 0.4;
@@ -216,7 +216,7 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
 }
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    solver.scalar_outputs().into_iter().find(|(own, ..)| own == name).unwrap().2
 }
 
 /// All energies (J), with what obstacles took of them.
@@ -257,11 +257,11 @@ fn no_particle_gets_into_an_obstacle_and_what_stops_it_is_told() {
             json!({ "kind": "frictional", "friction_coefficient": 0.4 }),
         ] {
             let case = thrown(integration, &wall);
-            let standing = case.standing::<2>().unwrap();
+            let standing = case.placed_obstacles::<2>().unwrap();
             let mut solver = begin(&case);
             let (start, mut nearest, mut most) = (energy(&*solver), f64::INFINITY, 0.0f64);
             while solver.time() < 0.05 {
-                advance(&mut *solver, 1);
+                advance_steps(&mut *solver, 1);
                 most = most.max(energy(&*solver));
                 for x in solver.snapshot().positions {
                     let gap = standing[0].surface.gap(&[x[0], x[1]], 1.0);
@@ -285,7 +285,7 @@ fn frictions_work_is_what_a_sliding_block_loses() {
     let mut solver = begin(&sliding(&more));
     let start = solver.budget().unwrap();
     while solver.time() < 0.1 {
-        advance(&mut *solver, 1);
+        advance_steps(&mut *solver, 1);
     }
     let slower = 2.0 - solver.budget().unwrap().momentum[0] / start.mass;
     let lost = 0.5 * start.mass * (4.0 - (2.0 - slower).powi(2));

@@ -4,22 +4,22 @@ use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;
 use colluvium_points::NeighbourList;
 use colluvium_sph::kernel::{Kernel, Smoothing};
-use colluvium_sph::operators::{Cloud, Gradient, Laplacian, Mean, test_lattice};
-use colluvium_sph::semi_discrete::{Given, Particle, rates};
+use colluvium_sph::operators::{DiffusivityMean, Gradient, Laplacian, ParticleCloud, test_lattice};
+use colluvium_sph::semi_discrete::{ParticleRates, PrescribedParticle, rates};
 use serde_json::{Value, json};
 
 /// Largest error over the inner particles of `found(cloud, field, i)`.
 fn worst<const D: usize>(
     (n, layers, disorder): (usize, usize, f64),
     field: impl Fn(&[f64; D]) -> f64,
-    error: impl Fn(&Cloud<D>, &[f64], usize, &[f64; D]) -> f64,
+    error: impl Fn(&ParticleCloud<D>, &[f64], usize, &[f64; D]) -> f64,
 ) -> f64 {
     let lattice = test_lattice::<D>(n, layers, disorder);
     let smoothing = Smoothing::new(Kernel::CubicSpline, 1.3 * lattice.spacing).unwrap();
     let mut neighbours = NeighbourList::new();
     neighbours.build(&lattice.positions, smoothing.radius()).unwrap();
     let volume = vec![lattice.spacing.powi(D as i32); lattice.positions.len()];
-    let cloud = Cloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
+    let cloud = ParticleCloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
     let values: Vec<f64> = lattice.positions.iter().map(field).collect();
     let errors = lattice.inner.iter().map(|&i| error(&cloud, &values, i, &lattice.positions[i]).abs());
     errors.fold(0.0, f64::max)
@@ -190,7 +190,7 @@ fn heat(operator: Laplacian, n: usize) -> f64 {
     let mut neighbours = NeighbourList::new();
     neighbours.build(&lattice.positions, smoothing.radius()).unwrap();
     let volume = vec![lattice.spacing; lattice.positions.len()];
-    let cloud = Cloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
+    let cloud = ParticleCloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
     let wave = |x: &[f64; 1]| (std::f64::consts::PI * x[0]).sin();
     let mut temperature: Vec<f64> = lattice.positions.iter().map(wave).collect();
     let steps = (0.05 / (0.25 * lattice.spacing.powi(2))).round() as usize;
@@ -229,7 +229,7 @@ fn a_lone_particle_has_no_derivatives() {
     let places = [[0.0, 0.0], [2.65, 0.0]];
     let mut neighbours = NeighbourList::new();
     neighbours.build(&places, 2.7).unwrap();
-    let cloud = Cloud::new(&places, &[1.0; 2], &neighbours, &smoothing);
+    let cloud = ParticleCloud::new(&places, &[1.0; 2], &neighbours, &smoothing);
     for operator in
         [Laplacian::SecondDerivative, Laplacian::Brookshaw, Laplacian::BuiNguyen, Laplacian::Csph2]
     {
@@ -240,7 +240,7 @@ fn a_lone_particle_has_no_derivatives() {
 
 #[test]
 fn diffusion_with_one_diffusivity_is_the_laplacian() {
-    for mean in [Mean::Harmonic, Mean::Arithmetic] {
+    for mean in [DiffusivityMean::Harmonic, DiffusivityMean::Arithmetic] {
         let error = worst::<2>((10, 3, 0.2), bowl, |cloud, f, i, _| {
             let k = vec![3.0; f.len()];
             cloud.diffusion(mean, &k, f, i) - 3.0 * cloud.laplacian(Laplacian::Brookshaw, f, i)
@@ -260,16 +260,20 @@ fn the_harmonic_mean_conducts_as_two_layers_in_series() {
     let mut neighbours = NeighbourList::new();
     neighbours.build(&places, smoothing.radius()).unwrap();
     let volumes = [1.0; 20];
-    let cloud = Cloud::new(&places, &volumes, &neighbours, &smoothing);
+    let cloud = ParticleCloud::new(&places, &volumes, &neighbours, &smoothing);
     let diffusivity: Vec<f64> = places.iter().map(|x| if x[0] < 10.0 { low } else { high }).collect();
     let steady: Vec<f64> =
         places.iter().map(|x| (x[0] - 10.0) / if x[0] < 10.0 { low } else { high }).collect();
     let rate = |mean, i| cloud.diffusion(mean, &diffusivity, &steady, i);
-    assert!((1..19).all(|i| rate(Mean::Harmonic, i).abs() < 1e-12));
+    assert!((1..19).all(|i| rate(DiffusivityMean::Harmonic, i).abs() < 1e-12));
     // The arithmetic mean conducts 2.5 over (1/8 + 1/2) where the series has one.
     let excess = 2.5 * 0.625 - 1.0;
-    assert!((rate(Mean::Arithmetic, 9) - excess).abs() < 1e-12, "{}", rate(Mean::Arithmetic, 9));
-    assert!((rate(Mean::Arithmetic, 10) + excess).abs() < 1e-12);
+    assert!(
+        (rate(DiffusivityMean::Arithmetic, 9) - excess).abs() < 1e-12,
+        "{}",
+        rate(DiffusivityMean::Arithmetic, 9)
+    );
+    assert!((rate(DiffusivityMean::Arithmetic, 10) + excess).abs() < 1e-12);
 }
 
 /// Layer 1, layer 2 and the interior of a lattice (sheet: sph §2.13 h).
@@ -282,7 +286,7 @@ fn the_moments_of_layers_are_those_of_the_sheet() {
         let mut neighbours = NeighbourList::new();
         neighbours.build(&lattice.positions, smoothing.radius()).unwrap();
         let volume = vec![lattice.spacing.powi(D as i32); lattice.positions.len()];
-        let cloud = Cloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
+        let cloud = ParticleCloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
         // The middle of a face lies at `n/2` along all axes but the first.
         let middle: usize = (1..D).map(|c| (n / 2) * n.pow(c as u32)).sum();
         [0, 1, n / 2].map(|layer| (0..D).map(|c| cloud.moment(middle + layer)[c][c]).sum())
@@ -305,7 +309,8 @@ fn symmetric_gradients_balance_over_all_particles() {
     let density: Vec<f64> = lattice.positions.iter().map(|x| 1000.0 + 300.0 * x[0]).collect();
     let mass = 1000.0 * lattice.spacing.powi(2);
     let volume: Vec<f64> = density.iter().map(|rho| mass / rho).collect();
-    let cloud = Cloud::new(&lattice.positions, &volume, &neighbours, &smoothing).with_densities(&density);
+    let cloud =
+        ParticleCloud::new(&lattice.positions, &volume, &neighbours, &smoothing).with_densities(&density);
     let field: Vec<f64> = lattice.positions.iter().map(|x| (7.0 * x[0]).sin() + x[1]).collect();
     for operator in [Gradient::SymmetricRho2, Gradient::SymmetricSum] {
         let forces: Vec<[f64; 2]> =
@@ -331,7 +336,7 @@ fn the_density_difference_is_the_gradient_of_the_product_less_that_of_the_densit
     let field: Vec<f64> = lattice.positions.iter().map(|x| (3.0 * x[0]).sin() + x[1] * x[1]).collect();
     let product: Vec<f64> = density.iter().zip(&field).map(|(rho, f)| rho * f).collect();
     let volume: Vec<f64> = density.iter().map(|rho| 1000.0 * lattice.spacing.powi(2) / rho).collect();
-    let even = Cloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
+    let even = ParticleCloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
     let cloud = even.with_densities(&density);
     for &i in &lattice.inner {
         let found = cloud.gradient(Gradient::DensityDifference, &field, i);
@@ -347,12 +352,12 @@ fn the_density_difference_is_the_gradient_of_the_product_less_that_of_the_densit
 }
 
 /// Rates of a block with a linear field of velocity and uneven densities.
-fn stretched<const D: usize>(space: &str, edge: f64, sph: &Value) -> Vec<Particle<D>> {
+fn stretched<const D: usize>(space: &str, edge: f64, sph: &Value) -> Vec<ParticleRates<D>> {
     moved(space, edge, sph, 0.2)
 }
 
 /// The same with densities that differ by up to a share.
-fn moved<const D: usize>(space: &str, edge: f64, sph: &Value, uneven: f64) -> Vec<Particle<D>> {
+fn moved<const D: usize>(space: &str, edge: f64, sph: &Value, uneven: f64) -> Vec<ParticleRates<D>> {
     let all = |value: f64| vec![value; D];
     let mut methods = json!({ "spacing": 0.05, "velocity_gradient": "compatible" });
     for (key, value) in sph.as_object().unwrap() {
@@ -364,8 +369,8 @@ fn moved<const D: usize>(space: &str, edge: f64, sph: &Value, uneven: f64) -> Ve
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": all(0.0), "max": all(edge) } }],
         "stages": [{ "name": "s", "duration": 1 }], "methods": { "sph": methods }
     });
-    let given = |id: u32, x: &[f64; D]| Given {
-        shift: [0.0; D],
+    let given = |id: u32, x: &[f64; D]| PrescribedParticle {
+        displacement: [0.0; D],
         velocity: std::array::from_fn(|c| SLOPE[c][0] * x[0] + if D > 1 { SLOPE[c][1] * x[1] } else { 0.0 }),
         compression: 1.0 + uneven * f64::from(id).sin(),
         stress: SymTensor::ZERO,

@@ -3,7 +3,7 @@
 use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, vectors};
+use crate::common::{advance_steps, begin, case_with, vectors};
 
 const SPACING: f64 = 0.05;
 
@@ -21,12 +21,12 @@ fn case(thickness: f64, more: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "sph": { "spacing": SPACING } }
     });
-    changed(text, more)
+    case_with(text, more)
 }
 
 fn until(solver: &mut dyn Solver, time: f64) {
     while solver.time() < time {
-        advance(solver, 1);
+        advance_steps(solver, 1);
     }
 }
 
@@ -63,7 +63,7 @@ fn no_particle_flies_through_a_thin_plate_in_a_step() {
         let mut longest = 0f64;
         while solver.time() < 0.02 {
             let start = solver.time();
-            advance(&mut *solver, 1);
+            advance_steps(&mut *solver, 1);
             longest = longest.max(10.0 * (solver.time() - start));
         }
         let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);

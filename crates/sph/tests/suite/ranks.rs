@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, Snapshot, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, scalars, with};
+use crate::common::{advance_steps, begin, case_with, scalars, with_keys};
 
 /// A heap thrown along a rough floor against a smooth wall, long enough for ranks that do not see each other.
 fn heap(options: &Value, more: &Value) -> Case {
@@ -28,7 +28,7 @@ fn heap(options: &Value, more: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "sph": methods }
     });
-    changed(case, more)
+    case_with(case, more)
 }
 
 /// The case with other options in ranks.
@@ -47,11 +47,11 @@ fn plain(solver: &dyn Solver) -> Snapshot {
 
 fn every_number_agrees(case: &Case, steps: usize, name: &str) {
     let mut alone = begin(case);
-    advance(&mut *alone, steps);
+    advance_steps(&mut *alone, steps);
     let expected = plain(&*alone);
     for ranks in [2, 8] {
         let mut solver = in_ranks(case, ranks);
-        advance(&mut *solver, steps);
+        advance_steps(&mut *solver, steps);
         let found = plain(&*solver);
         assert_eq!(found.positions, expected.positions, "{name}, {ranks} ranks");
         assert_eq!(found.hash(), expected.hash(), "{name}, {ranks} ranks");
@@ -62,14 +62,14 @@ fn every_number_agrees(case: &Case, steps: usize, name: &str) {
 /// The solver without ranks after ninety steps, which those that go on from a checkpoint with another number of ranks have come to.
 fn restarts_agree(case: &Case, name: &str) -> Box<dyn Solver> {
     let mut whole = begin(case);
-    advance(&mut *whole, 90);
+    advance_steps(&mut *whole, 90);
     for (before, after) in [(3, 1), (1, 3), (3, 2)] {
         let mut first = in_ranks(case, before);
-        advance(&mut *first, 53);
+        advance_steps(&mut *first, 53);
         let mut then = in_ranks(case, after);
         then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
         then.begin_stage(0, 0.0).unwrap();
-        advance(&mut *then, 37);
+        advance_steps(&mut *then, 37);
         assert_eq!(plain(&*then).hash(), plain(&*whole).hash(), "{name}: {before} ranks, then {after}");
         assert_eq!(then.saved().unwrap(), whole.saved().unwrap(), "{name}: {before} ranks, then {after}");
     }
@@ -153,18 +153,18 @@ fn walls_of_varying_velocity_give_the_same_bits_in_ranks_and_after_a_restart() {
         let case = heap(&options, &floor(wall.clone()));
         every_number_agrees(&case, 120, &format!("{wall}, {options}"));
         let mut whole = begin(&case);
-        advance(&mut *whole, 57);
+        advance_steps(&mut *whole, 57);
         let mut again = begin(&case);
         again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         for solver in [&mut whole, &mut again] {
-            advance(&mut **solver, 60);
+            advance_steps(&mut **solver, 60);
         }
         assert_eq!(whole.saved().unwrap(), again.saved().unwrap(), "{wall}, {options}");
         // They do not stand still, nor go on as they began.
         let constant = heap(&json!({}), &floor(wall.clone()));
         let mut constant = begin(&constant);
-        advance(&mut *constant, 117);
+        advance_steps(&mut *constant, 117);
         assert_ne!(whole.snapshot().positions, constant.snapshot().positions);
     }
 }
@@ -197,11 +197,11 @@ fn ranks_share_out_lines_and_bodies_of_space_too() {
 fn particles_migrate_and_ranks_stay_even() {
     let case = heap(&json!({}), &json!({}));
     let (mut whole, mut solver) = (begin(&case), in_ranks(&case, 4));
-    advance(&mut *whole, 200);
+    advance_steps(&mut *whole, 200);
     let owners = |solver: &dyn Solver| scalars(&solver.snapshot(), "rank");
-    advance(&mut *solver, 1);
+    advance_steps(&mut *solver, 1);
     let first = owners(&*solver);
-    advance(&mut *solver, 199);
+    advance_steps(&mut *solver, 199);
     let last = owners(&*solver);
     assert_ne!(first, last);
     let held = (0..4).map(|rank| last.iter().filter(|owner| **owner == f64::from(rank)).count());
@@ -227,12 +227,12 @@ fn ranks_follow_stages_and_equilibrium() {
     let case = heap(&json!({}), &json!({ "stages": stages }));
     let run = |ranks: u32| {
         let mut solver = in_ranks(&case, ranks);
-        advance(&mut *solver, 100);
+        advance_steps(&mut *solver, 100);
         let apart = solver.equilibrium().unwrap();
         solver.end_stage(&case.stages[0]).unwrap();
         let time = solver.time();
         solver.begin_stage(1, time).unwrap();
-        advance(&mut *solver, 50);
+        advance_steps(&mut *solver, 50);
         (plain(&*solver).hash(), solver.totals(), solver.points(), apart)
     };
     let (alone, ranked) = (run(1), run(3));
@@ -249,7 +249,7 @@ fn ranks_are_the_same_on_one_and_two_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut solver = in_ranks(&case, 3);
-            advance(&mut *solver, 80);
+            advance_steps(&mut *solver, 80);
             solver.snapshot().hash()
         })
     };
@@ -283,7 +283,7 @@ fn obstacles_and_what_they_take_are_the_same_in_ranks() {
     let whole = restarts_agree(&case, "obstacles");
     let ranked = {
         let mut solver = in_ranks(&case, 3);
-        advance(&mut *solver, 90);
+        advance_steps(&mut *solver, 90);
         solver
     };
     for name in ["ground", "gate"] {
@@ -313,7 +313,7 @@ fn loads_are_the_same_in_ranks_and_after_a_restart() {
         every_number_agrees(&case, 60, &format!("loads, {options}"));
         let whole = restarts_agree(&case, &format!("loads, {options}"));
         let mut without = begin(&heap(&options, &json!({})));
-        advance(&mut *without, 90);
+        advance_steps(&mut *without, 90);
         assert_ne!(whole.snapshot().positions, without.snapshot().positions, "they act");
     }
     let mut later = loads.clone();
@@ -322,15 +322,16 @@ fn loads_are_the_same_in_ranks_and_after_a_restart() {
     let case = heap(&json!({}), &later);
     let staged = |ranks: u32| {
         let mut solver = in_ranks(&case, ranks);
-        advance(&mut *solver, 50);
+        advance_steps(&mut *solver, 50);
         solver.end_stage(&case.stages[0]).unwrap();
         let time = solver.time();
         solver.begin_stage(1, time).unwrap();
-        advance(&mut *solver, 50);
+        advance_steps(&mut *solver, 50);
         solver.saved().unwrap()
     };
     assert_eq!(staged(1), staged(3));
     // What the particles of a rank bear counts towards equilibrium.
-    let settling = with(loads, &json!({ "stages": [{ "name": "s", "duration": 1, "equilibrium": {} }] }));
+    let settling =
+        with_keys(loads, &json!({ "stages": [{ "name": "s", "duration": 1, "equilibrium": {} }] }));
     every_number_agrees(&heap(&json!({}), &settling), 60, "loads, equilibrium");
 }

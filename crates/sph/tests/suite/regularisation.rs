@@ -6,7 +6,7 @@ use colluvium_case::{Case, Method, Snapshot};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, scalars, solve, stresses, vectors};
+use crate::common::{advance_steps, begin, case_with, scalars, solve, stresses, vectors};
 
 /// An elastic block; `more` replaces or adds keys, `sph` options.
 fn case(more: &Value, sph: &Value) -> Case {
@@ -21,7 +21,7 @@ fn case(more: &Value, sph: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 0.01 }]
     });
     text["methods"] = json!({ "sph": methods });
-    changed(text, more)
+    case_with(text, more)
 }
 
 fn elastic() -> Value {
@@ -141,7 +141,7 @@ fn smoothing_keeps_the_gradients_for_the_hourglass_viscosity() {
         let sph = json!({ "momentum": "corrected", "hourglass_viscosity": hourglass, "continuity": "volume",
                           "regularisation": regularisation, "regularisation_steps": 1 });
         let mut solver = begin(&case(&stretch, &sph));
-        advance(&mut *solver, 5);
+        advance_steps(&mut *solver, 5);
         let end = solver.totals();
         end.kinetic + end.elastic
     };
@@ -159,7 +159,7 @@ fn wave(material: &Value, amplitude: [f64; 2], sph: &Value) -> Snapshot {
         "bodies": [{ "name": "b", "material": "m", "shape": shape, "velocity": velocity }]
     });
     let mut solver = begin(&case(&more, sph));
-    advance(&mut *solver, 20);
+    advance_steps(&mut *solver, 20);
     solver.snapshot()
 }
 
@@ -193,7 +193,7 @@ fn velocity_verlet_kicks_with_the_smoothed_state() {
         options["integration"] = json!("velocity-verlet");
         let case = case(&more, &options);
         let mut whole = begin(&case);
-        advance(&mut *whole, 10);
+        advance_steps(&mut *whole, 10);
         // A stage that begins here takes the accelerations anew.
         let mut anew = begin(&case);
         anew.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
@@ -244,7 +244,7 @@ fn walls_that_interpolate_see_no_ends_of_a_period() {
             "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }]
         });
         let mut solver = begin(&case(&more, &json!({ "wall_stress": wall_stress })));
-        advance(&mut *solver, 40);
+        advance_steps(&mut *solver, 40);
         let snapshot = solver.snapshot();
         let all: Vec<_> = snapshot.positions.iter().zip(vectors(&snapshot, "velocity")).collect();
         for (x, v) in &all {

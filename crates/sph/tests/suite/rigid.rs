@@ -5,11 +5,11 @@ use colluvium_case::{Case, Method, RunReport};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, solve, stresses, vectors};
+use crate::common::{advance_steps, begin, case_with, solve, stresses, vectors};
 
 /// A rigid block of 0.2 m × 0.1 m and 10 kg, in empty space.
 fn case(more: &Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
             "materials": {
@@ -156,7 +156,7 @@ fn what_rigid_bodies_do_not_go_with_is_refused_by_name() {
 
 /// A rigid box of 0.2 m × 0.12 m × 0.08 m in space, in a case with more.
 fn in_space(more: &Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "3d", "domain": { "min": [-1, -1, -1], "max": [1, 1, 1] }, "gravity": [0, 0, 0],
             "materials": { "rock": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
@@ -305,17 +305,17 @@ fn a_box_that_spins_and_meets_a_floor_is_the_same_on_two_threads_and_after_a_res
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut solver = begin(&case);
-            advance(&mut *solver, 200);
+            advance_steps(&mut *solver, 200);
             solver.snapshot().hash()
         })
     };
     assert_eq!(hash(1), hash(2));
     let mut whole = begin(&case);
-    advance(&mut *whole, 100);
+    advance_steps(&mut *whole, 100);
     let mut again = Sph.build(&case).unwrap();
     again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
     for solver in [&mut whole, &mut again] {
-        advance(&mut **solver, 100);
+        advance_steps(&mut **solver, 100);
     }
     assert_eq!(whole.snapshot().hash(), again.snapshot().hash());
     // It falls at 1 m/s and more until it meets the floor.

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use colluvium_case::{Case, Method, Snapshot, Solver, StepLimit};
 use colluvium_sph::Sph;
 use colluvium_sph::kernel::{Kernel, Smoothing};
-use colluvium_sph::semi_discrete::unchecked_course;
+use colluvium_sph::semi_discrete::unchecked_energy_history;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, scalars, stresses, vectors};
+use crate::common::{advance_steps, begin, scalars, stresses, vectors};
 
 fn solver(text: &Value) -> Box<dyn Solver> {
     begin(&Case::from_json(&text.to_string()).unwrap())
@@ -88,7 +88,7 @@ fn v18_damping_is_exact() {
     let rate = 0.05 * (1.2e6f64 / 1000.0).sqrt() / 0.06;
     for scheme in SCHEMES {
         let mut solver = solver(&block(&json!({}), &json!({ "damping": 0.05, "integration": scheme })));
-        advance(&mut *solver, 45);
+        advance_steps(&mut *solver, 45);
         let exact = 0.5 * (-rate * solver.time()).exp();
         for v in vectors(&solver.snapshot(), "velocity") {
             assert!((v[0] / exact - 1.0).abs() < 1e-12, "{scheme}: {} {exact}", v[0]);
@@ -107,7 +107,7 @@ fn v17_free_fall_is_exact() {
         let more = json!({ "gravity": [1, -10] });
         let mut solver = solver(&block(&more, &json!({ "integration": scheme })));
         let start = solver.snapshot().positions;
-        advance(&mut *solver, 60);
+        advance_steps(&mut *solver, 60);
         let found = solver.snapshot();
         let t = found.time;
         let velocity = [0.5 + t, -0.25 - 10.0 * t];
@@ -132,7 +132,7 @@ fn a_periodic_body_runs_round_and_round() {
                                     "velocity": { "kind": "uniform", "value": [3.0, -2.0] } }],
                        "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] } });
     let mut solver = solver(&block(&full, &json!({ "spacing": 0.1 })));
-    advance(&mut *solver, 2000);
+    advance_steps(&mut *solver, 2000);
     let snapshot = solver.snapshot();
     assert!(snapshot.time * 3.0 > 2.0);
     for (x, u) in snapshot.positions.iter().zip(vectors(&snapshot, "displacement")) {
@@ -222,7 +222,7 @@ fn slide(angle: f64, friction: f64) -> f64 {
     };
     let (start, mut begin) = (0.15, None);
     while solver.time() < 0.4 {
-        advance(&mut *solver, 1);
+        advance_steps(&mut *solver, 1);
         if begin.is_none() && solver.time() >= start {
             begin = Some((solver.time(), mean(&*solver)));
         }
@@ -254,7 +254,7 @@ fn friction_over_the_normal_force_is_the_coefficient_at_any_viscosity() {
         let mut seen = Vec::new();
         for time in [0.1, 0.9] {
             while solver.time() < time {
-                advance(&mut *solver, 1);
+                advance_steps(&mut *solver, 1);
             }
             let totals = solver.totals();
             seen.push((solver.time(), totals.mass, totals.momentum));
@@ -277,7 +277,7 @@ fn a_moving_wall_pushes_the_block_and_a_moving_belt_drags_it() {
         });
         let mut solver = solver(&block(&more, &json!({ "smooth_wall": smooth })));
         while solver.time() < 0.2 {
-            advance(&mut *solver, 1);
+            advance_steps(&mut *solver, 1);
         }
         let least = solver.snapshot().positions.iter().map(|x| x[0]).fold(f64::INFINITY, f64::min);
         assert!((least - 0.1 - 0.025).abs() < 0.015 && pushed, "{smooth}: {least}");
@@ -290,7 +290,7 @@ fn a_moving_wall_pushes_the_block_and_a_moving_belt_drags_it() {
     for wall in ["pairwise", "interpolated"] {
         let mut solver = solver(&block(&more, &json!({ "wall_stress": wall, "damping": 0.02 })));
         while solver.time() < 0.2 {
-            advance(&mut *solver, 1);
+            advance_steps(&mut *solver, 1);
         }
         let budget = solver.totals();
         assert!(budget.momentum[0] / budget.mass > 0.02, "{wall}: {:?}", budget.momentum);
@@ -305,7 +305,8 @@ fn v19_the_leapfrog_is_stable_up_to_its_limit() {
     let kinetic = |courant: f64| {
         let case = block(&full, &json!({ "spacing": 0.1, "viscosity_linear": 0 }));
         let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
-        let course = unchecked_course(&Case::from_json(&case.to_string()).unwrap(), dt, 2000).unwrap();
+        let course =
+            unchecked_energy_history(&Case::from_json(&case.to_string()).unwrap(), dt, 2000).unwrap();
         if course.len() == 2001 { course[2000] / course[0] } else { f64::INFINITY }
     };
     // Half of the energy is stored, and the waves of the lattice beat.
@@ -373,7 +374,7 @@ fn a_hard_impact_does_not_pass_a_guarded_floor() {
     });
     let mut solver = solver(&block(&more, &json!({ "wall_guard": 0.02, "spacing": 0.025 })));
     while solver.time() < 0.08 {
-        advance(&mut *solver, 1);
+        advance_steps(&mut *solver, 1);
     }
     let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
     assert!(lowest > 0.0, "{lowest}");

@@ -3,10 +3,10 @@
 use colluvium_case::{Case, Method, Snapshot};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
-use colluvium_sph::semi_discrete::{Given, prepared, rates};
+use colluvium_sph::semi_discrete::{PrescribedParticle, prepared_solver, rates};
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, stresses, vectors};
+use crate::common::{advance_steps, begin, case_with, stresses, vectors};
 
 /// A block on a plate that is held, both periodic along x unless `more` says otherwise; `sph` adds options.
 fn block_on_plate(sph: &Value, more: &Value) -> Case {
@@ -24,7 +24,7 @@ fn block_on_plate(sph: &Value, more: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "sph": methods }
     });
-    changed(text, more)
+    case_with(text, more)
 }
 
 /// The velocities of the block.
@@ -36,8 +36,8 @@ fn of_block(snapshot: &Snapshot) -> Vec<[f64; 3]> {
 #[test]
 fn a_plate_moves_along_under_a_pressed_block_without_drag() {
     let pressure = 2e4;
-    let given = |_: u32, x: &[f64; 2]| Given {
-        shift: [0.0; 2],
+    let given = |_: u32, x: &[f64; 2]| PrescribedParticle {
+        displacement: [0.0; 2],
         velocity: if x[1] < 0.0 { [1.0, 0.0] } else { [0.0; 2] },
         compression: 1.0,
         stress: if x[1] < 0.0 { SymTensor::ZERO } else { SymTensor::isotropic(-pressure) },
@@ -50,7 +50,7 @@ fn a_plate_moves_along_under_a_pressed_block_without_drag() {
         );
         case.bodies[0].velocity =
             serde_json::from_value(json!({ "kind": "uniform", "value": [1, 0] })).unwrap();
-        let mut solver = prepared::<2>(&case, given).unwrap();
+        let mut solver = prepared_solver::<2>(&case, given).unwrap();
         let steps = 400;
         let start = solver.time();
         (0..steps).for_each(|_| {
@@ -121,9 +121,14 @@ fn blocks_on_turned_smooth_plates_slide_as_on_level_ones() {
             let place = turn(*x);
             let velocity = if x[1] < 0.0 { turn([0.3, 0.1]) } else { turn([0.5 - x[1], -0.2]) };
             let stress = if x[1] < 0.0 { SymTensor::ZERO } else { SymTensor::isotropic(-2e3) };
-            Given { shift: [place[0] - x[0], place[1] - x[1]], velocity, compression: 1.0, stress }
+            PrescribedParticle {
+                displacement: [place[0] - x[0], place[1] - x[1]],
+                velocity,
+                compression: 1.0,
+                stress,
+            }
         };
-        let mut solver = prepared::<2>(&case, given).unwrap();
+        let mut solver = prepared_solver::<2>(&case, given).unwrap();
         (0..300).for_each(|_| {
             solver.step(2e-4).unwrap();
         });
@@ -150,8 +155,8 @@ fn smooth_bodies_balance_power_and_hold_nothing_along_their_surface() {
     let noise = |id: u32, k: f64| 2.0 * (f64::from(id + 1) * k).fract() - 1.0;
     let given = |id: u32, x: &[f64; 2]| {
         let of = |k: f64| if x[1] < 0.0 { 0.0 } else { noise(id, k) };
-        Given {
-            shift: [0.01 * of(0.618_034), 0.005 * of(0.754_878)],
+        PrescribedParticle {
+            displacement: [0.01 * of(0.618_034), 0.005 * of(0.754_878)],
             velocity: [of(0.569_840), of(0.671_044)],
             compression: 1.0 + 0.01 * of(0.819_173),
             stress: SymTensor([of(0.3), of(0.5), of(0.7), of(0.11), 0.0, 0.0]),
@@ -187,7 +192,7 @@ fn mirrors_carry_smooth_bodies_on() {
         let left = if low < 0.0 { -1.0 } else { 0.0 };
         let more = json!({ "domain": { "min": [left, -1], "max": [1, 1] }, "bodies": shapes, "boundaries": boundaries });
         let mut solver = begin(&block_on_plate(&json!({}), &more));
-        advance(&mut *solver, 60);
+        advance_steps(&mut *solver, 60);
         let snapshot = solver.snapshot();
         let mut found: Vec<([i64; 2], [f64; 3])> = snapshot
             .positions

@@ -4,12 +4,12 @@ use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, stresses, vectors};
+use crate::common::{begin, case_with, solve, stresses, vectors};
 
 /// An elastic body alone; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain",
             "domain": { "min": [-1, -1], "max": [1, 1] }, "gravity": [0, 0],

@@ -4,12 +4,12 @@ use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, vectors};
+use crate::common::{begin, case_with, solve, vectors};
 
 /// A block of one material with everything else at its simplest; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    changed(
+    case_with(
         json!({
             "title": "test", "space": "plane-strain",
             "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
@@ -438,7 +438,7 @@ fn density_by_summation_needs_full_supports_and_one_density() {
     // The check leaves nothing behind.
     let [checked, free] = [json!({}), json!({ "allow_summation": true })].map(|sph| {
         let mut solver = begin(&closed(&whole, &sph));
-        crate::common::advance(&mut *solver, 20);
+        crate::common::advance_steps(&mut *solver, 20);
         solver.snapshot().hash()
     });
     assert_eq!(checked, free);

@@ -2,10 +2,10 @@
 
 use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;
-use colluvium_sph::semi_discrete::{Given, Particle, rates};
+use colluvium_sph::semi_discrete::{ParticleRates, PrescribedParticle, rates};
 use serde_json::{Value, json};
 
-use crate::common::changed;
+use crate::common::case_with;
 
 const SYMMETRISATIONS: [&str; 7] = ["arithmetic", "harmonic", "geometric", "max", "min", "kernel", "grad-h"];
 
@@ -21,7 +21,7 @@ fn block(symmetrisation: &str, boundaries: &Value) -> Case {
             "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 }
         } }
     });
-    changed(text, &json!({ "boundaries": boundaries }))
+    case_with(text, &json!({ "boundaries": boundaries }))
 }
 
 /// A number between -1 and 1.
@@ -36,12 +36,12 @@ fn tension(id: u32) -> SymTensor {
 }
 
 /// The rates of a block `scale` times as large, of the same masses, its particles as much off the lattice.
-fn scaled(symmetrisation: &str, scale: f64) -> Vec<Particle<2>> {
+fn scaled(symmetrisation: &str, scale: f64) -> Vec<ParticleRates<2>> {
     let case = block(symmetrisation, &json!([{ "side": "x-min", "wall": { "kind": "smooth" } }]));
     let given = |id: u32, x: &[f64; 2]| {
         let place = |c: usize, k: f64| scale * (x[c] + 0.01 * jitter(id, k)) - x[c];
-        Given {
-            shift: [place(0, 0.819_172_513), place(1, 0.671_043_607)],
+        PrescribedParticle {
+            displacement: [place(0, 0.819_172_513), place(1, 0.671_043_607)],
             velocity: [0.0; 2],
             compression: scale.powi(-2),
             stress: tension(id),
@@ -71,15 +71,15 @@ fn artificial_stress_is_the_same_share_of_the_stress_in_dilute_material() {
 #[test]
 fn artificial_stress_conserves_momentum_between_different_smoothing_lengths() {
     for symmetrisation in SYMMETRISATIONS {
-        let given = |id: u32, _: &[f64; 2]| Given {
-            shift: [0.01 * jitter(id, 0.819_172_513), 0.01 * jitter(id, 0.671_043_607)],
+        let given = |id: u32, _: &[f64; 2]| PrescribedParticle {
+            displacement: [0.01 * jitter(id, 0.819_172_513), 0.01 * jitter(id, 0.671_043_607)],
             velocity: [0.0; 2],
             compression: 1.0 + 0.3 * jitter(id, 0.438_579_021),
             stress: tension(id),
         };
         let all = rates::<2>(&block(symmetrisation, &json!([])), given).unwrap();
         for c in 0..2 {
-            let force = |p: &Particle<2>| p.mass * p.acceleration[c];
+            let force = |p: &ParticleRates<2>| p.mass * p.acceleration[c];
             let (sum, size): (f64, f64) =
                 (all.iter().map(force).sum(), all.iter().map(|p| force(p).abs()).sum());
             assert!(sum.abs() < 1e-12 * size, "{symmetrisation}: {sum} of {size} N");

@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, SolverError};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, stresses, vectors};
+use crate::common::{begin, case_with, solve, stresses, vectors};
 
 /// Up, on, and back beyond rest.
 const TIMES: [f64; 4] = [0.005, 0.02, 0.03, 0.05];
@@ -42,7 +42,7 @@ fn bar(spacing: f64, sph: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "sph": methods }
     });
-    changed(text, &json!({}))
+    case_with(text, &json!({}))
 }
 
 /// d'Alembert: `v(x, t) = v_p(t - x/c)`, `σ = -ρ c v`, `u` the integral of `v`.
@@ -102,13 +102,13 @@ fn walls_of_particles_are_counted_before_they_are_made() {
     let rough = json!([{ "side": "y-min", "wall": { "kind": "rough" } }]);
     let mut case = chip(&json!({ "kind": "rough" }), 0.0, &json!({}));
     case.boundaries = serde_json::from_value(rough).unwrap();
-    let size = Sph.size(&case).unwrap();
+    let size = Sph.problem_size(&case).unwrap();
     let mut without = case.clone();
     without.boundaries.clear();
-    assert!(size.points > Sph.size(&without).unwrap().points);
+    assert!(size.points > Sph.problem_size(&without).unwrap().points);
     // Ten kilometres of wall beside one particle.
     case.domain.max[0] = 1e4;
-    let error = Sph.size(&case).unwrap().fit(1e7).unwrap_err().to_string();
+    let error = Sph.problem_size(&case).unwrap().check_memory(1e7).unwrap_err().to_string();
     assert!(error.starts_with("domain: ") && error.contains("walls"), "{error}");
 }
 
@@ -130,7 +130,7 @@ fn a_collapsing_column_on_a_rough_mirror_needs_the_hourglass_viscosity() {
             "stages": [{ "name": "s", "duration": 0.4 }],
             "methods": { "sph": methods }
         });
-        let snapshot = solve(&changed(text, &json!({}))).snapshot;
+        let snapshot = solve(&case_with(text, &json!({}))).snapshot;
         snapshot.positions.iter().map(|x| x[0]).fold(0.0, f64::max)
     };
     let (layers, mirror) =
@@ -167,7 +167,7 @@ fn chip(wall: &Value, speed: f64, sph: &Value) -> Case {
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "sph": methods }
     });
-    changed(text, &json!({}))
+    case_with(text, &json!({}))
 }
 
 #[test]

@@ -6,23 +6,27 @@ use tiff::ColorType;
 use tiff::decoder::{ChunkType, Decoder, DecodingResult};
 use tiff::tags::Tag;
 
-use super::{Source, mask, wrong};
+use super::{TiffDecoder, mask, tiff_error};
 
 /// The numbers of the image, those of classes with a palette of colours too, from north to south. Tiles and strips that were not written
 /// hold `missing` throughout, as GDAL has it.
-pub(super) fn numbers(bytes: &[u8], mut decoder: Source<'_>, missing: f64) -> Result<Vec<f64>, String> {
+pub(super) fn pixel_values(
+    bytes: &[u8],
+    mut decoder: TiffDecoder<'_>,
+    missing: f64,
+) -> Result<Vec<f64>, String> {
     let meaning = decoder.find_tag_unsigned::<u32>(Tag::PhotometricInterpretation).ok().flatten();
     if meaning == Some(mask::PALETTE)
-        && let Some(plain) = mask::as_numbers(bytes, &mut decoder)
+        && let Some(plain) = mask::without_palette(bytes, &mut decoder)
     {
-        let mut decoder = Decoder::new(Cursor::new(&plain[..])).map_err(wrong)?;
-        return of_image(&mut decoder, missing);
+        let mut decoder = Decoder::new(Cursor::new(&plain[..])).map_err(tiff_error)?;
+        return image_values(&mut decoder, missing);
     }
-    of_image(&mut decoder, missing)
+    image_values(&mut decoder, missing)
 }
 
-fn of_image(decoder: &mut Source<'_>, missing: f64) -> Result<Vec<f64>, String> {
-    match decoder.colortype().map_err(wrong)? {
+fn image_values(decoder: &mut TiffDecoder<'_>, missing: f64) -> Result<Vec<f64>, String> {
+    match decoder.colortype().map_err(tiff_error)? {
         ColorType::Gray(bits) if bits < 8 => {
             Err(format!("has {bits} bits a number: write it with 8 bits or more"))
         }
@@ -33,9 +37,9 @@ fn of_image(decoder: &mut Source<'_>, missing: f64) -> Result<Vec<f64>, String> 
             };
             let lengths = decoder.get_tag_u64_vec(lengths).unwrap_or_default();
             if lengths.contains(&0) {
-                return of_chunks(decoder, &lengths, missing);
+                return chunk_values(decoder, &lengths, missing);
             }
-            decoder.read_image().map(floats).map_err(wrong)
+            decoder.read_image().map(to_f64).map_err(tiff_error)
         }
         _ => {
             Err("has several bands or colours: write the one with the numbers to a file of its own"
@@ -45,8 +49,8 @@ fn of_image(decoder: &mut Source<'_>, missing: f64) -> Result<Vec<f64>, String> 
 }
 
 /// The numbers of the tiles or strips that have bytes, and `missing` in the others.
-fn of_chunks(decoder: &mut Source<'_>, lengths: &[u64], missing: f64) -> Result<Vec<f64>, String> {
-    let (columns, rows) = decoder.dimensions().map_err(wrong)?;
+fn chunk_values(decoder: &mut TiffDecoder<'_>, lengths: &[u64], missing: f64) -> Result<Vec<f64>, String> {
+    let (columns, rows) = decoder.dimensions().map_err(tiff_error)?;
     let (width, height) = decoder.chunk_dimensions();
     let across = columns.div_ceil(width.max(1));
     let (columns, rows) = (columns as usize, rows as usize);
@@ -54,7 +58,7 @@ fn of_chunks(decoder: &mut Source<'_>, lengths: &[u64], missing: f64) -> Result<
     for number in (0..lengths.len() as u32).filter(|number| lengths[*number as usize] > 0) {
         let (own_width, _) = decoder.chunk_data_dimensions(number);
         let (left, top) = ((number % across * width) as usize, (number / across * height) as usize);
-        let chunk = floats(decoder.read_chunk(number).map_err(wrong)?);
+        let chunk = to_f64(decoder.read_chunk(number).map_err(tiff_error)?);
         for (row, line) in chunk.chunks_exact(own_width.max(1) as usize).enumerate() {
             let from = (top + row) * columns + left;
             if let Some(place) = values.get_mut(from..from + line.len()) {
@@ -65,7 +69,7 @@ fn of_chunks(decoder: &mut Source<'_>, lengths: &[u64], missing: f64) -> Result<
     Ok(values)
 }
 
-fn floats(image: DecodingResult) -> Vec<f64> {
+fn to_f64(image: DecodingResult) -> Vec<f64> {
     fn all<T: Into<f64>>(values: Vec<T>) -> Vec<f64> {
         values.into_iter().map(Into::into).collect()
     }

@@ -121,13 +121,13 @@ const DEPTHS: [u16; 52] = [
 
 /// GeoKeys with their values.
 #[derive(Default)]
-pub(super) struct Keys(Vec<(u16, GeoKey)>);
+pub(super) struct GeoKeys(Vec<(u16, GeoKey)>);
 
 /// Tags that hold the values of keys.
 const NUMBERS: u16 = 34736;
 const TEXTS: u16 = 34737;
 
-impl Keys {
+impl GeoKeys {
     pub(super) fn read<R: Read + Seek>(decoder: &mut Decoder<R>) -> Self {
         let directory = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
         let numbers = decoder.get_tag_f64_vec(Tag::GeoDoubleParamsTag).unwrap_or_default();
@@ -150,15 +150,16 @@ impl Keys {
     }
 
     /// The keys of a raster with this reference, in metres and without a system of heights: what is written may be no height.
-    pub(super) fn of_reference(reference: &Georeference, raster_type: u16) -> Self {
+    pub(super) fn from_georeference(reference: &Georeference, raster_type: u16) -> Self {
         let mut all = vec![(key::RASTER_TYPE, GeoKey::Code(raster_type))];
-        let in_plan =
-            reference.epsg.map(|code| projection::text_of(code).and_then(prj::epsg).unwrap_or(code));
+        let in_plan = reference
+            .epsg
+            .map(|code| projection::epsg_well_known_text(code).and_then(prj::epsg).unwrap_or(code));
         let epsg = in_plan.and_then(|code| u16::try_from(code).ok());
         let crs = reference
             .crs
             .as_deref()
-            .map(well_known::in_plan)
+            .map(well_known::horizontal_part)
             .filter(|crs| crs.is_ascii() && !crs.contains('|'));
         let is_text = crs.is_some_and(well_known::is_well_known);
         let model = if is_text && epsg.is_none() { USER_DEFINED } else { PROJECTED_MODEL };
@@ -169,7 +170,7 @@ impl Keys {
                 all.push((key::PROJECTED_CITATION, GeoKey::Text(format!("{ESRI_TEXT}{crs}"))));
             }
             Some(crs) => {
-                let name = if is_text { prj::name_of(crs).unwrap_or_default() } else { crs.to_owned() };
+                let name = if is_text { prj::system_name(crs).unwrap_or_default() } else { crs.to_owned() };
                 all.push((key::CITATION, GeoKey::Text(name)));
             }
             None => {}
@@ -179,7 +180,7 @@ impl Keys {
         if epsg.is_none() && !is_text {
             let is_of_plan = |(number, _): &&(u16, GeoKey)| !VERTICAL_KEYS.contains(number);
             let is_new = |(number, _): &&(u16, GeoKey)| all.iter().all(|(key, _)| key != number);
-            let own: Vec<_> = reference.keys.iter().filter(is_of_plan).filter(is_new).cloned().collect();
+            let own: Vec<_> = reference.geo_keys.iter().filter(is_of_plan).filter(is_new).cloned().collect();
             all.extend(own);
         }
         all.sort_by_key(|(number, _)| *number);
@@ -210,7 +211,7 @@ impl Keys {
     }
 
     #[cfg(test)]
-    pub(super) fn of(keys: Vec<(u16, GeoKey)>) -> Self {
+    pub(super) fn from_pairs(keys: Vec<(u16, GeoKey)>) -> Self {
         Self(keys)
     }
 
@@ -245,7 +246,7 @@ impl Keys {
     }
 
     /// Well-known text of the system in plan that the keys define by a projection and its parameters, as far as systems are compared.
-    pub(super) fn defined(&self) -> Option<String> {
+    pub(super) fn user_defined_text(&self) -> Option<String> {
         let number = |key: u16| match self.value(key)? {
             GeoKey::Numbers(numbers) => numbers.first(),
             _ => None,
@@ -272,7 +273,7 @@ impl Keys {
     }
 
     /// The keys that define the system in plan, where it has neither a number nor a text.
-    pub(super) fn of_plan(&self) -> Vec<(u16, GeoKey)> {
+    pub(super) fn plan_keys(&self) -> Vec<(u16, GeoKey)> {
         let is_defined =
             self.0.iter().any(|(number, _)| PLAN_PARAMETERS.contains(number) && *number != key::LINEAR_UNITS);
         if self.epsg().is_some() || !is_defined || self.citation().is_some_and(well_known::is_well_known) {
@@ -282,7 +283,7 @@ impl Keys {
     }
 
     /// Refuses what does not lie in metres in plan.
-    pub(super) fn check_plan(&self) -> Result<(), String> {
+    pub(super) fn check_metres(&self) -> Result<(), String> {
         let is_projected = self.get(key::PROJECTED).is_some();
         if self.get(key::MODEL_TYPE) == Some(GEOGRAPHIC_MODEL)
             || self.get(key::MODEL_TYPE).is_none() && self.get(key::GEOGRAPHIC).is_some() && !is_projected
@@ -295,9 +296,9 @@ impl Keys {
             return Err(well_known::GEOCENTRIC.to_owned());
         }
         let own = self.citation().filter(|text| well_known::is_well_known(text));
-        let system = self.epsg().and_then(projection::text_of).or(own);
-        let defined = self.defined();
-        if let Some(fault) = system.or(defined.as_deref()).and_then(projection::unlike_the_ground) {
+        let system = self.epsg().and_then(projection::epsg_well_known_text).or(own);
+        let defined = self.user_defined_text();
+        if let Some(fault) = system.or(defined.as_deref()).and_then(projection::length_distortion) {
             return Err(fault.to_owned());
         }
         let size = match self.value(key::LINEAR_UNIT_SIZE) {
@@ -318,11 +319,12 @@ impl Keys {
         let citation = self.text(key::PROJECTED_CITATION).or(self.citation()).unwrap_or_default();
         let plan = citation.split(" + ").next().unwrap_or_default();
         let brackets = plan.split('(').skip(1).filter_map(|part| Some(part.split_once(')')?.0));
-        let other = brackets.filter(|word| band::is_length(word) && band::metres(word) != Some(1.0)).last();
+        let other =
+            brackets.filter(|word| band::is_length(word) && band::metres_per_unit(word) != Some(1.0)).last();
         let is_in_feet = plan.contains("(ft") || plan.to_lowercase().contains("_feet");
         let named = other.or(is_in_feet.then_some("feet"));
         match system {
-            Some(text) => match prj::other_unit(text) {
+            Some(text) => match prj::non_metre_unit(text) {
                 Some(unit) => Err(format!(
                     "its CRS {plan:?} is in {unit:?}, and only metres are known in plan: project it to metres"
                 )),
@@ -374,8 +376,8 @@ impl Keys {
         };
         let Some(citation) = self.citation() else { return Ok(None) };
         if well_known::is_well_known(citation) {
-            return match prj::unit_of_heights(citation) {
-                Some((unit, _)) => band::metres(&unit).map(Some).ok_or_else(|| unknown(&unit)),
+            return match prj::height_unit(citation) {
+                Some((unit, _)) => band::metres_per_unit(&unit).map(Some).ok_or_else(|| unknown(&unit)),
                 None => Ok(None),
             };
         }
@@ -383,7 +385,7 @@ impl Keys {
         // Of what stands in brackets only a unit counts: a year may stand there too.
         let brackets = heights.split('(').skip(1).filter_map(|part| Some(part.split_once(')')?.0));
         match brackets.filter(|word| band::is_length(word)).last() {
-            Some(unit) => band::metres(unit).map(Some).ok_or_else(|| unknown(unit)),
+            Some(unit) => band::metres_per_unit(unit).map(Some).ok_or_else(|| unknown(unit)),
             None => Ok(None),
         }
     }

@@ -6,7 +6,7 @@ use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult};
 use tiff::tags::{ByteOrder, Tag};
 
-use super::{Source, wrong};
+use super::{TiffDecoder, tiff_error};
 
 /// Number of the tag for what a value means, and two meanings.
 const PHOTOMETRIC: u16 = 262;
@@ -17,7 +17,7 @@ const IS_MASK: u32 = 4;
 const IS_REDUCED: u32 = 1;
 
 /// The bytes of a TIFF whose current image counts as plain numbers, whatever its colours mean.
-pub(super) fn as_numbers(bytes: &[u8], decoder: &mut Source<'_>) -> Option<Vec<u8>> {
+pub(super) fn without_palette(bytes: &[u8], decoder: &mut TiffDecoder<'_>) -> Option<Vec<u8>> {
     let at = usize::try_from(decoder.ifd_pointer()?.0).ok()?;
     let is_little = decoder.byte_order() == ByteOrder::LittleEndian;
     let short = |at: usize| {
@@ -36,45 +36,45 @@ pub(super) fn as_numbers(bytes: &[u8], decoder: &mut Source<'_>) -> Option<Vec<u
 }
 
 /// Whether each pixel is valid by the mask in the file, from north to south; `None` without one.
-pub(super) fn of_file(bytes: &[u8], size: (u32, u32)) -> Result<Option<Vec<bool>>, String> {
-    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(wrong)?;
+pub(super) fn embedded_mask(bytes: &[u8], size: (u32, u32)) -> Result<Option<Vec<bool>>, String> {
+    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
     let mut number = 0;
     while decoder.more_images() {
-        decoder.next_image().map_err(wrong)?;
+        decoder.next_image().map_err(tiff_error)?;
         number += 1;
         let kind: u32 = decoder.find_tag_unsigned(Tag::NewSubfileType).ok().flatten().unwrap_or(0);
         if kind & IS_MASK != 0 && kind & IS_REDUCED == 0 && decoder.dimensions().ok() == Some(size) {
-            return decoded(bytes, &mut decoder, number, size).map(Some);
+            return decode_mask(bytes, &mut decoder, number, size).map(Some);
         }
     }
     Ok(None)
 }
 
 /// Whether each pixel is valid by a file that is a mask as a whole.
-pub(super) fn of_own_file(bytes: &[u8], size: (u32, u32)) -> Result<Vec<bool>, String> {
-    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(wrong)?;
-    let found = decoder.dimensions().map_err(wrong)?;
+pub(super) fn mask_file(bytes: &[u8], size: (u32, u32)) -> Result<Vec<bool>, String> {
+    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
+    let found = decoder.dimensions().map_err(tiff_error)?;
     if found != size {
         return Err(format!(
             "has {} columns and {} rows, the raster {} and {}",
             found.0, found.1, size.0, size.1
         ));
     }
-    decoded(bytes, &mut decoder, 0, size)
+    decode_mask(bytes, &mut decoder, 0, size)
 }
 
-fn decoded(
+fn decode_mask(
     bytes: &[u8],
-    decoder: &mut Source<'_>,
+    decoder: &mut TiffDecoder<'_>,
     number: usize,
     size: (u32, u32),
 ) -> Result<Vec<bool>, String> {
-    let changed = as_numbers(bytes, decoder);
-    let mut decoder = Decoder::new(Cursor::new(changed.as_deref().unwrap_or(bytes))).map_err(wrong)?;
-    decoder.seek_to_image(number).map_err(wrong)?;
+    let changed = without_palette(bytes, decoder);
+    let mut decoder = Decoder::new(Cursor::new(changed.as_deref().unwrap_or(bytes))).map_err(tiff_error)?;
+    decoder.seek_to_image(number).map_err(tiff_error)?;
     let (columns, rows) = (size.0 as usize, size.1 as usize);
-    let kind = decoder.colortype().map_err(wrong)?;
-    let DecodingResult::U8(values) = decoder.read_image().map_err(wrong)? else {
+    let kind = decoder.colortype().map_err(tiff_error)?;
+    let DecodingResult::U8(values) = decoder.read_image().map_err(tiff_error)? else {
         return Err("has a mask that is not of bits or bytes".to_owned());
     };
     match kind {

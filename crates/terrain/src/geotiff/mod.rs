@@ -11,17 +11,17 @@ use tiff::decoder::Decoder;
 use tiff::encoder::{TiffEncoder, colortype::Gray64Float};
 use tiff::tags::Tag;
 
-use crate::band::{Band, mark};
-use crate::world_file::World;
-use keys::{Keys, PIXEL_IS_AREA, PIXEL_IS_POINT, key};
+use crate::band::{BandMetadata, parse_number};
+use crate::world_file::WorldFile;
+use keys::{GeoKeys, PIXEL_IS_AREA, PIXEL_IS_POINT, key};
 
 /// Tag of the metadata of GDAL, as XML.
 const GDAL_METADATA: Tag = Tag::Unknown(42112);
 
-type Source<'a> = Decoder<Cursor<&'a [u8]>>;
+type TiffDecoder<'a> = Decoder<Cursor<&'a [u8]>>;
 
 #[allow(clippy::needless_pass_by_value, reason = "`map_err(wrong)` reads well")]
-fn wrong(error: tiff::TiffError) -> String {
+fn tiff_error(error: tiff::TiffError) -> String {
     let cure = match error {
         tiff::TiffError::UnsupportedError(_) => {
             "; write it as numbers of one band, with the compression DEFLATE or LZW or none"
@@ -33,8 +33,8 @@ fn wrong(error: tiff::TiffError) -> String {
 
 /// Place of the first pixel, its corner or its centre as the raster has it (m), and the steps per column and row.
 fn placement(
-    decoder: &mut Source<'_>,
-    world: Option<World>,
+    decoder: &mut TiffDecoder<'_>,
+    world: Option<WorldFile>,
     corner: bool,
 ) -> Result<([f64; 2], [f64; 2]), String> {
     if let Ok(m) = decoder.get_tag_f64_vec(Tag::ModelTransformationTag) {
@@ -56,7 +56,7 @@ fn placement(
     let (Ok(scale), Ok(tie)) = (scale, tie) else {
         let problem = "has no georeference (neither pixel scale with tie point nor transformation, nor a world file .tfw \
                        beside it): write it as a GeoTIFF";
-        let World { first, step } = world.ok_or(problem)?;
+        let WorldFile { first, step } = world.ok_or(problem)?;
         let shift = if corner { 0.5 } else { 0.0 };
         return Ok(([first[0] - shift * step[0], first[1] - shift * step[1]], step));
     };
@@ -68,32 +68,34 @@ fn placement(
 }
 
 /// Coordinate reference system in plan: number in the EPSG registry, and name or text.
-pub(crate) fn system(source: impl Read + Seek) -> Result<(Option<u32>, Option<String>), String> {
-    let keys = Keys::read(&mut Decoder::new(source).map_err(wrong)?);
+pub(crate) fn read_reference_system(
+    source: impl Read + Seek,
+) -> Result<(Option<u32>, Option<String>), String> {
+    let keys = GeoKeys::read(&mut Decoder::new(source).map_err(tiff_error)?);
     let said = keys.citation().map(str::to_owned);
     let is_text = said.as_deref().is_some_and(crate::well_known::is_well_known);
-    let defined = keys.defined().filter(|_| keys.epsg().is_none() && !is_text);
+    let defined = keys.user_defined_text().filter(|_| keys.epsg().is_none() && !is_text);
     Ok((keys.epsg(), defined.or(said)))
 }
 
 /// Files beside a GeoTIFF.
 #[derive(Default)]
-pub(crate) struct Beside {
+pub(crate) struct GeotiffSidecars {
     /// Meaning of the numbers, by `.aux.xml`.
-    pub(crate) band: Band,
+    pub(crate) band: BandMetadata,
     /// Mask, by `.msk`.
     pub(crate) mask: Option<Vec<u8>>,
     /// Placement where the file has none itself.
-    pub(crate) world: Option<World>,
+    pub(crate) world: Option<WorldFile>,
 }
 
 /// Reads a raster of one band, with what files `beside` it say.
-pub(crate) fn parse(bytes: &[u8], beside: Beside) -> Result<Raster, String> {
-    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(wrong)?;
-    let size = decoder.dimensions().map_err(wrong)?;
+pub(crate) fn parse(bytes: &[u8], beside: GeotiffSidecars) -> Result<Raster, String> {
+    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
+    let size = decoder.dimensions().map_err(tiff_error)?;
     let (columns, rows) = (size.0 as usize, size.1 as usize);
-    let keys = Keys::read(&mut decoder);
-    keys.check_plan()?;
+    let keys = GeoKeys::read(&mut decoder);
+    keys.check_metres()?;
     let heights = keys.height_unit()?;
     let corner = keys.get(key::RASTER_TYPE) != Some(PIXEL_IS_POINT);
     let (start, step) = placement(&mut decoder, beside.world, corner)?;
@@ -103,7 +105,7 @@ pub(crate) fn parse(bytes: &[u8], beside: Beside) -> Result<Raster, String> {
         ));
     }
     let mut band = band(&mut decoder)?.or(beside.band);
-    let mut values = image::numbers(bytes, decoder, band.no_data.unwrap_or(0.0))?;
+    let mut values = image::pixel_values(bytes, decoder, band.no_data.unwrap_or(0.0))?;
     if values.len() != columns * rows {
         return Err(format!(
             "has {} values for {columns} columns and {rows} rows: it must have one band",
@@ -111,8 +113,8 @@ pub(crate) fn parse(bytes: &[u8], beside: Beside) -> Result<Raster, String> {
         ));
     }
     let beside = (beside.mask)
-        .map(|mask| mask::of_own_file(&mask, size).map_err(|problem| format!(".msk beside it: {problem}")));
-    if let Some(valid) = beside.transpose()?.or(mask::of_file(bytes, size)?) {
+        .map(|mask| mask::mask_file(&mask, size).map_err(|problem| format!(".msk beside it: {problem}")));
+    if let Some(valid) = beside.transpose()?.or(mask::embedded_mask(bytes, size)?) {
         // What a mask takes away is no data, whatever stands there.
         let hole = *band.no_data.get_or_insert(f64::NAN);
         values.iter_mut().zip(valid).filter(|(_, valid)| !valid).for_each(|(value, _)| *value = hole);
@@ -135,8 +137,8 @@ pub(crate) fn parse(bytes: &[u8], beside: Beside) -> Result<Raster, String> {
         reference: Georeference {
             epsg: keys.epsg(),
             crs,
-            corner,
-            keys: keys.of_plan(),
+            pixel_is_area: corner,
+            geo_keys: keys.plan_keys(),
             ..Georeference::default()
         },
     };
@@ -145,31 +147,31 @@ pub(crate) fn parse(bytes: &[u8], beside: Beside) -> Result<Raster, String> {
 }
 
 /// Meaning of the numbers, by tags of the file.
-fn band(decoder: &mut Source<'_>) -> Result<Band, String> {
+fn band(decoder: &mut TiffDecoder<'_>) -> Result<BandMetadata, String> {
     let metadata = decoder.get_tag_ascii_string(GDAL_METADATA).ok();
-    let said = metadata.map(|text| Band::of_xml(text.trim_end_matches('\0')));
+    let said = metadata.map(|text| BandMetadata::from_xml(text.trim_end_matches('\0')));
     let mut band =
         said.transpose().map_err(|problem| format!("its metadata of GDAL {problem}"))?.unwrap_or_default();
     if let Ok(text) = decoder.get_tag_ascii_string(Tag::GdalNodata) {
         let problem = || format!("its mark of no data is {text:?}, not a number");
-        band.no_data = Some(mark(&text).ok_or_else(problem)?);
+        band.no_data = Some(parse_number(&text).ok_or_else(problem)?);
     }
     Ok(band)
 }
 
 /// The bytes of a raster with 64 bits a number.
-pub(crate) fn bytes(raster: &Raster) -> Result<Vec<u8>, String> {
+pub(crate) fn encode(raster: &Raster) -> Result<Vec<u8>, String> {
     let failed = |error: tiff::TiffError| format!("cannot be written: {error}");
     let side =
         |count: usize| u32::try_from(count).map_err(|_| format!("{count} nodes in a row are too many"));
     let (columns, rows) = (side(raster.columns)?, side(raster.rows)?);
     let Raster { origin, spacing: [dx, dy], reference, .. } = raster;
     let no_data = reference.no_data.unwrap_or(-9999.0);
-    let shift = if reference.corner { 0.5 } else { 0.0 };
-    let north = raster.end()[1] + shift * dy;
+    let shift = if reference.pixel_is_area { 0.5 } else { 0.0 };
+    let north = raster.last_node_position()[1] + shift * dy;
     let tie = [0.0, 0.0, 0.0, origin[0] - shift * dx, north, 0.0];
-    let kind = if reference.corner { PIXEL_IS_AREA } else { PIXEL_IS_POINT };
-    let (directory, numbers, texts) = Keys::of_reference(reference, kind).encoded();
+    let kind = if reference.pixel_is_area { PIXEL_IS_AREA } else { PIXEL_IS_POINT };
+    let (directory, numbers, texts) = GeoKeys::from_georeference(reference, kind).encoded();
     let data: Vec<f64> = raster
         .values
         .chunks(raster.columns)
@@ -202,7 +204,7 @@ mod tests {
     use keys::GEOGRAPHIC_MODEL;
 
     fn parse(bytes: &[u8]) -> Result<Raster, String> {
-        super::parse(bytes, Beside::default())
+        super::parse(bytes, GeotiffSidecars::default())
     }
 
     fn raster(corner: bool) -> Raster {
@@ -212,11 +214,11 @@ mod tests {
         raster.reference = Georeference {
             epsg: Some(25832),
             crs: Some("ETRS89 / UTM zone 32N".to_owned()),
-            corner,
+            pixel_is_area: corner,
             no_data: Some(-9999.0),
-            unmarked: 0,
-            boundless: 0,
-            keys: Vec::new(),
+            undeclared_no_data: 0,
+            huge_values: 0,
+            geo_keys: Vec::new(),
         };
         raster
     }
@@ -225,7 +227,7 @@ mod tests {
     fn a_raster_comes_back_with_all_its_digits_and_its_georeference() {
         for corner in [true, false] {
             let raster = raster(corner);
-            let back = parse(&bytes(&raster).unwrap()).unwrap();
+            let back = parse(&encode(&raster).unwrap()).unwrap();
             assert_eq!((back.columns, back.rows, back.spacing), (4, 3, raster.spacing));
             assert_eq!(back.reference, raster.reference);
             assert!((0..2).all(|c| (back.origin[c] - raster.origin[c]).abs() < 1e-9));
@@ -251,9 +253,10 @@ mod tests {
             let keys = [1, 1, 0, 1, key::RASTER_TYPE, 0, 1, raster_type];
             // Half of a placement is none.
             let bytes = file(&keys, Tag::ModelPixelScaleTag, &[9.0; 3]);
-            let world = Some(World { first: [10.0, 20.0], step: [2.0, -2.0] });
-            let placed = super::parse(&bytes, Beside { world, ..Beside::default() }).unwrap();
-            assert_eq!((placed.origin, placed.spacing, placed.at(0, 1)), ([10.0, 18.0], [2.0; 2], 1.0));
+            let world = Some(WorldFile { first: [10.0, 20.0], step: [2.0, -2.0] });
+            let placed =
+                super::parse(&bytes, GeotiffSidecars { world, ..GeotiffSidecars::default() }).unwrap();
+            assert_eq!((placed.origin, placed.spacing, placed.value(0, 1)), ([10.0, 18.0], [2.0; 2], 1.0));
         }
     }
 
@@ -265,7 +268,7 @@ mod tests {
             (2.0, 10.0, -2.0, 20.0, 1.0);
         let point = keys(key::RASTER_TYPE, PIXEL_IS_POINT);
         let straight = parse(&file(&point, Tag::ModelTransformationTag, &transform)).unwrap();
-        assert_eq!((straight.origin, straight.at(0, 0), straight.at(0, 1)), ([10.0, 18.0], 3.0, 1.0));
+        assert_eq!((straight.origin, straight.value(0, 0), straight.value(0, 1)), ([10.0, 18.0], 3.0, 1.0));
         let problem = |keys: &[u16], numbers: &[f64]| {
             parse(&file(keys, Tag::ModelTransformationTag, numbers)).unwrap_err()
         };
@@ -274,7 +277,7 @@ mod tests {
         // The same from the south on.
         (transform[5], transform[7]) = (2.0, 18.0);
         let turned = parse(&file(&point, Tag::ModelTransformationTag, &transform)).unwrap();
-        assert_eq!((turned.origin, turned.at(0, 0), turned.at(0, 1)), ([10.0, 18.0], 1.0, 3.0));
+        assert_eq!((turned.origin, turned.value(0, 0), turned.value(0, 1)), ([10.0, 18.0], 1.0, 3.0));
         transform[0] = -2.0;
         assert!(problem(&point, &transform).contains("columns must go east"));
         transform[1] = 0.5;
@@ -307,9 +310,9 @@ mod tests {
             let at = bytes.windows(8).rposition(|eight| eight == lengths).unwrap();
             bytes[at..at + 4].fill(0);
             let read = parse(&bytes).unwrap();
-            assert_eq!((read.at(0, 0), read.at(1, 0)), (5.0, 6.0));
+            assert_eq!((read.value(0, 0), read.value(1, 0)), (5.0, 6.0));
             for (column, row) in [(0, 1), (1, 1), (0, 2), (1, 2)] {
-                let value: f64 = read.at(column, row);
+                let value: f64 = read.value(column, row);
                 assert!(value == expected || value.is_nan() && expected.is_nan(), "{mark:?}: {value}");
             }
         }
@@ -320,10 +323,10 @@ mod tests {
         let texts = |crs: &str, epsg: Option<u32>| {
             let mut raster = raster(true);
             (raster.reference.crs, raster.reference.epsg) = (Some(crs.to_owned()), epsg);
-            let bytes = bytes(&raster).unwrap();
+            let bytes = encode(&raster).unwrap();
             let mut decoder = Decoder::new(Cursor::new(&bytes[..])).unwrap();
             let texts = decoder.get_tag_ascii_string(Tag::GeoAsciiParamsTag).unwrap_or_default();
-            let keys = Keys::read(&mut decoder);
+            let keys = GeoKeys::read(&mut decoder);
             assert_eq!(keys.height_unit(), Ok(None), "{crs}");
             assert_eq!(keys.epsg(), epsg, "{crs}");
             // GDAL reads a text only where the model is one that the user defines, 32767.
@@ -343,7 +346,7 @@ mod tests {
         let unit = |numbers: &[(u16, u16)], citation: &str| {
             let all = numbers.iter().map(|(number, code)| (*number, GeoKey::Code(*code)));
             let words = (key::CITATION, GeoKey::Text(citation.to_owned()));
-            Keys::of(all.chain([words]).collect()).height_unit()
+            GeoKeys::from_pairs(all.chain([words]).collect()).height_unit()
         };
         let feet = "NAD83 / UTM zone 10N + NAVD88 height (ft)";
         assert_eq!(unit(&[], feet), Ok(Some(0.3048)));
@@ -378,12 +381,12 @@ mod tests {
         assert!(problem(key::MODEL_TYPE, 3).contains("geocentric"));
         // Mercator, Equirectangular, Robinson and Sinusoidal by their parameters.
         for code in [7, 17, 23, 24] {
-            let parameters = Keys::of(vec![
+            let parameters = GeoKeys::from_pairs(vec![
                 (key::METHOD, GeoKey::Code(code)),
                 (3082, GeoKey::Numbers(vec![0.0])),
                 (key::LINEAR_UNITS, GeoKey::Code(9001)),
             ]);
-            assert!(parameters.check_plan().unwrap_err().contains("maps of the world"), "{code}");
+            assert!(parameters.check_metres().unwrap_err().contains("maps of the world"), "{code}");
         }
         for code in [3388, 25832, 2056, 31254, 3001] {
             assert!(problem(key::PROJECTED, code).contains("no georeference"), "{code} is taken");
@@ -401,20 +404,20 @@ mod tests {
             (3080, GeoKey::Numbers(vec![-96.0, 1.0])),
         ];
         raster.reference =
-            Georeference { crs: Some("Albers".to_owned()), keys: own.clone(), ..raster.reference };
+            Georeference { crs: Some("Albers".to_owned()), geo_keys: own.clone(), ..raster.reference };
         raster.reference.epsg = None;
-        let back = parse(&bytes(&raster).unwrap()).unwrap().reference;
-        assert!(own.iter().all(|key| back.keys.contains(key)), "{:?}", back.keys);
+        let back = parse(&encode(&raster).unwrap()).unwrap().reference;
+        assert!(own.iter().all(|key| back.geo_keys.contains(key)), "{:?}", back.geo_keys);
         assert_eq!(back.crs.as_deref(), Some("Albers"));
         // What reads no more than the system finds the same projection.
-        let (number, text) = system(Cursor::new(bytes(&raster).unwrap())).unwrap();
+        let (number, text) = read_reference_system(Cursor::new(encode(&raster).unwrap())).unwrap();
         let text = text.unwrap();
         assert!(number.is_none() && text.contains(r#"PROJECTION["Albers_Conic_Equal_Area"]"#), "{text}");
         assert!(
             text.contains(r#"PARAMETER["standard_parallel_1",29.5],PARAMETER["central_meridian",-96]"#),
             "{text}"
         );
-        raster.reference.keys.push((key::VERTICAL, GeoKey::Code(8228)));
-        assert_eq!(parse(&bytes(&raster).unwrap()).unwrap().reference.keys, back.keys);
+        raster.reference.geo_keys.push((key::VERTICAL, GeoKey::Code(8228)));
+        assert_eq!(parse(&encode(&raster).unwrap()).unwrap().reference.geo_keys, back.geo_keys);
     }
 }

@@ -2,66 +2,70 @@
 
 use colluvium::plots::{Series, Style};
 
-use super::{Together, chart};
-use crate::analysis::{larger, slope};
-use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run_by, series, set_of};
+use super::{MethodComparison, chart};
+use crate::analysis::{max_or_nan, regression_slope};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, measure_series, reference_curve, reference_table, run_in_memory,
+    set_method_option,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/dam-break",
     title: "Dam break on a dry bed: MPM, SPH and depth-integrated flow",
     source: "Martin & Moyce 1952, Koshizuka & Oka 1996; Ritter 1892",
-    quick: Some(20),
-    full: 40,
+    short_seconds: Some(20),
+    full_seconds: 40,
     run: benchmark,
 };
 
 /// Width of the column (m), and the unit of time √(a / 2g) (s).
 const WIDTH: f64 = 0.146;
 
-type Curve = Vec<(f64, f64)>;
+type FrontCurve = Vec<(f64, f64)>;
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let mut case = case("compare/dam-break")?;
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let mut case = load_case("compare/dam-break")?;
     if quick {
-        set_of(&mut case, "mpm", "cell_size", 0.0146);
-        set_of(&mut case, "sph", "spacing", WIDTH / 30.0);
+        set_method_option(&mut case, "mpm", "cell_size", 0.0146);
+        set_method_option(&mut case, "sph", "spacing", WIDTH / 30.0);
     }
     let unit = (WIDTH / (2.0 * 9.81)).sqrt();
-    let between = |points: &[(f64, f64)]| -> Curve {
+    let between = |points: &[(f64, f64)]| -> FrontCurve {
         points.iter().copied().filter(|(_, z)| *z > 1.5 && *z < 3.0).collect()
     };
     let mut picture = chart("Front of a surge on a dry bed", "t √(2g/a)", "x / a");
-    let (mut fronts, mut together) = (Vec::<Curve>::new(), Together::default());
+    let (mut fronts, mut together) = (Vec::<FrontCurve>::new(), MethodComparison::default());
     for method in ["mpm", "sph", "depth-sph"] {
-        let report = run_by(method, &case)?;
-        let front: Curve = series(&report, "front").iter().map(|(t, x)| (t / unit, x / WIDTH)).collect();
-        outcome.near(
+        let report = run_in_memory(method, &case)?;
+        let front: FrontCurve =
+            measure_series(&report, "front").iter().map(|(t, x)| (t / unit, x / WIDTH)).collect();
+        outcome.assert_close(
             format!("{method}: mass at the end over that at the start"),
             1.0,
             1e-12,
             report.end.mass / report.start.mass,
             "exact",
         );
-        together.add(method, &report);
+        together.add_run(method, &report);
         picture.series.push(Series::new(method, front.clone(), Style::Line));
         fronts.push(front);
     }
-    let table = reference("mpm/dam-break/front.csv")?;
+    let table = reference_table("mpm/dam-break/front.csv")?;
     let mut slopes = Vec::new();
     for (name, column) in [("Martin & Moyce", "martin-moyce"), ("Koshizuka & Oka", "koshizuka-oka")] {
-        let measured = curve(&table, "time", column)?;
-        slopes.push(slope(&between(&measured)));
+        let measured = reference_curve(&table, "time", column)?;
+        slopes.push(regression_slope(&between(&measured)));
         picture.series.push(Series::new(name, measured, Style::Markers));
     }
     let (least, most) = (slopes[0].min(slopes[1]), slopes[0].max(slopes[1]));
     let claim = format!("{least:.2} and {most:.2} in the experiments");
     for (method, front) in ["mpm", "sph"].into_iter().zip(&fronts) {
-        outcome.within(
+        outcome.assert_within(
             format!("{method}: speed of the front, dZ/dT for 1.5 < Z < 3"),
             &claim,
-            slope(&between(front)),
+            regression_slope(&between(front)),
             (0.85 * least, 1.15 * most),
             "between the two experiments, which differ by a third, and 15 % beyond (sheet: mpm A-25)",
         );
@@ -71,7 +75,7 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     picture.series.push(Series::new("Ritter, 99.9 %", exact.collect(), Style::Dashed));
     outcome.svg("Fronts of 99.9 % of the mass. Depth-integrated flow leaves at once at the speed of Ritter: it knows no time \
                  in which water must be set falling.", &picture)?;
-    together.show(&mut outcome, &case, "compare/dam-break")?;
+    together.write_sections(&mut outcome, &case, "compare/dam-break")?;
     Ok(outcome)
 }
 
@@ -83,10 +87,10 @@ fn quantile(time: f64) -> f64 {
 }
 
 /// What the methods must agree on.
-fn judge_agreement(outcome: &mut Outcome, fronts: &[Curve]) {
+fn judge_agreement(outcome: &mut BenchmarkOutcome, fronts: &[FrontCurve]) {
     let [mpm, sph, flow] = fronts else { return };
-    let apart = mpm.iter().zip(sph).map(|(a, b)| (a.1 / b.1 - 1.0).abs()).fold(0.0, larger);
-    outcome.below(
+    let apart = mpm.iter().zip(sph).map(|(a, b)| (a.1 / b.1 - 1.0).abs()).fold(0.0, max_or_nan);
+    outcome.assert_below(
         "mpm against sph: largest difference of the front over its place",
         "the same flow",
         apart,
@@ -94,10 +98,10 @@ fn judge_agreement(outcome: &mut Outcome, fronts: &[Curve]) {
         "ten per cent: both resolve the same equations on points as far apart",
     );
     let inner = flow.iter().filter(|(_, z)| *z > 1.5 && *z < 3.0);
-    outcome.below(
+    outcome.assert_below(
         "depth-sph: largest difference of the front from that of 99.9 % of Ritter's water, over its place",
         "closed form of shallow water",
-        inner.map(|(t, z)| (z / quantile(*t) - 1.0).abs()).fold(0.0, larger),
+        inner.map(|(t, z)| (z / quantile(*t) - 1.0).abs()).fold(0.0, max_or_nan),
         0.05,
         "5 %: the tip is as thin as nodes are coarse",
     );
@@ -106,8 +110,8 @@ fn judge_agreement(outcome: &mut Outcome, fronts: &[Curve]) {
             .iter()
             .filter(|(t, _)| *t > 0.0)
             .map(|(t, z)| z - 1.0 - 2.0 * t)
-            .fold(f64::NEG_INFINITY, larger);
-        outcome.below(
+            .fold(f64::NEG_INFINITY, max_or_nan);
+        outcome.assert_below(
             format!("{name}: largest lead of the front over Ritter's, over the width of the column"),
             "none: x/a - 1 = 2 T is a bound",
             lead,

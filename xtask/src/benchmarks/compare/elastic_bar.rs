@@ -4,16 +4,16 @@ use std::f64::consts::PI;
 
 use colluvium::plots::{Series, Style};
 
-use super::{Together, chart};
-use crate::benchmarks::{Benchmark, Outcome, case, run_by};
+use super::{MethodComparison, chart};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/elastic-bar",
     title: "Elastic bar in its first mode, MPM, SPH and snow MPM",
     source: "closed form",
-    quick: Some(6),
-    full: 6,
+    short_seconds: Some(6),
+    full_seconds: 6,
     run: benchmark,
 };
 
@@ -29,19 +29,19 @@ fn crossings(curve: &[(f64, f64)]) -> Vec<f64> {
     pairs.map(|pair| pair[0].0 + (pair[1].0 - pair[0].0) * pair[0].1 / (pair[0].1 - pair[1].1)).collect()
 }
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let case = case("compare/elastic-bar")?;
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let case = load_case("compare/elastic-bar")?;
     let period = 4.0 / speed();
     let mut picture =
         chart("Momentum of an elastic bar in its first mode", "time (s)", "momentum over that at the start");
-    let mut together = Together::default();
+    let mut together = MethodComparison::default();
     for method in ["mpm", "sph", "snow-mpm"] {
-        let report = run_by(method, &case)?;
-        together.add(method, &report);
+        let report = run_in_memory(method, &case)?;
+        together.add_run(method, &report);
         let momentum = report.table.pairs("time", "momentum.x").ok_or("no momentum")?;
         let first = momentum.first().map_or(f64::NAN, |(_, momentum)| *momentum);
-        outcome.near(
+        outcome.assert_close(
             format!("{method}: momentum at the start (kg m/s)"),
             80.0 * 0.058 * 2.0 / PI,
             1e-3,
@@ -50,7 +50,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         );
         // A quarter of the period and every half one after it.
         let crossings = crossings(&momentum);
-        outcome.within(
+        outcome.assert_within(
             format!("{method}: period over that of the closed form"),
             "1",
             crossings.get(3).map_or(f64::NAN, |time| time / (1.75 * period)),
@@ -59,7 +59,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         );
         let energy = |name: &str| report.table.last(name).unwrap_or(f64::NAN);
         let kinetic = report.table.column("kinetic_energy").and_then(|values| values.first().copied());
-        outcome.within(
+        outcome.assert_within(
             format!("{method}: kinetic and elastic energy after two periods over those at the start"),
             "1",
             (energy("kinetic_energy") + energy("elastic_energy")) / kinetic.unwrap_or(f64::NAN),
@@ -73,6 +73,6 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let line = exact.map(|time| (time, (2.0 * PI * time / period).cos())).collect();
     picture.series.push(Series::new("closed form", line, Style::Dashed));
     outcome.svg("Two periods.", &picture)?;
-    together.show(&mut outcome, &case, "compare/elastic-bar")?;
+    together.write_sections(&mut outcome, &case, "compare/elastic-bar")?;
     Ok(outcome)
 }

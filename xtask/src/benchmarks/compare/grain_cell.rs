@@ -6,16 +6,16 @@ use colluvium::plots::{Series, Style};
 use serde_json::json;
 
 use super::chart;
-use crate::analysis::{larger, scatter};
-use crate::benchmarks::{Benchmark, Outcome};
+use crate::analysis::{max_or_nan, mean_and_deviation};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/grain-cell",
     title: "Cells of grains in biaxial compression, and Mohr–Coulomb fitted to them",
     source: "a law fitted at 100 kPa against the same cells at 200 kPa",
-    quick: None,
-    full: 240,
+    short_seconds: None,
+    full_seconds: 240,
     run: benchmark,
 };
 
@@ -23,9 +23,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const SEEDS: [u32; 4] = [4, 5, 6, 7];
 
 /// A biaxial test: shortening along y, stresses along x and y and gain of volume after each step.
-struct Curve(Vec<[f64; 4]>);
+struct BiaxialCurve(Vec<[f64; 4]>);
 
-impl Curve {
+impl BiaxialCurve {
     fn of(test: &ElementTest) -> Result<Self, String> {
         let trace = test.trace().map_err(|error| error.to_string())?;
         if let Some(why) = trace.stopped {
@@ -48,12 +48,12 @@ impl Curve {
     /// The largest ratio of the radius of Mohr's circle to its centre: the sine of the friction angle that is mobilised.
     fn strength(&self) -> f64 {
         let ratio = |[_, across, along, _]: &[f64; 4]| (across - along) / -(across + along);
-        self.0.iter().map(ratio).fold(0.0, larger)
+        self.0.iter().map(ratio).fold(0.0, max_or_nan)
     }
 
     /// The largest difference of the stresses (Pa).
     fn peak(&self) -> f64 {
-        self.0.iter().map(|[_, across, along, _]| across - along).fold(0.0, larger)
+        self.0.iter().map(|[_, across, along, _]| across - along).fold(0.0, max_or_nan)
     }
 
     /// Gain of volume from one shortening to another.
@@ -95,13 +95,13 @@ fn packing(file: &std::path::Path, seed: u32) -> Result<ElementTest, String> {
 }
 
 /// The means of all packings under both pressures; the peaks at 200 kPa over those at 100 kPa are shown for each.
-fn grains(file: &std::path::Path, outcome: &mut Outcome) -> Result<[Curve; 2], String> {
+fn grains(file: &std::path::Path, outcome: &mut BenchmarkOutcome) -> Result<[BiaxialCurve; 2], String> {
     let (mut low, mut high, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for seed in SEEDS {
         let test = packing(file, seed)?;
-        let (one, two) = (Curve::of(&under(&test, 100e3))?, Curve::of(&under(&test, 200e3))?);
+        let (one, two) = (BiaxialCurve::of(&under(&test, 100e3))?, BiaxialCurve::of(&under(&test, 200e3))?);
         let ratio = two.peak() / (2.0 * one.peak());
-        outcome.show(
+        outcome.info(
             format!("packing {seed}: peak at 200 kPa over twice that at 100 kPa"),
             "–",
             ratio,
@@ -111,16 +111,16 @@ fn grains(file: &std::path::Path, outcome: &mut Outcome) -> Result<[Curve; 2], S
         low.push(one);
         high.push(two);
     }
-    let (_, spread) = scatter(&ratios);
+    let (_, spread) = mean_and_deviation(&ratios);
     let name = "standard deviation of it between packings";
-    outcome.show(name, "–", spread, "not judged: four packings tell it to a half");
-    Ok([Curve::mean(&low), Curve::mean(&high)])
+    outcome.info(name, "–", spread, "not judged: four packings tell it to a half");
+    Ok([BiaxialCurve::mean(&low), BiaxialCurve::mean(&high)])
 }
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let file = crate::root().join("validation/compare/grain-cell/element.json");
-    crate::benchmarks::recorder::reads(&file);
+    crate::benchmarks::recorder::record_file(&file);
     let test = colluvium::load_element_test(&file).map_err(|errors| errors.to_string())?;
     let [low, high] = grains(&file, &mut outcome)?;
     // Plane strain: the difference of the stresses grows with E / (1 - ν²); volume grows with 2 sin ψ / (1 - sin ψ) per shortening.
@@ -135,7 +135,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     });
     for (name, unit) in [("youngs_modulus", "Pa"), ("friction_angle", "°"), ("dilatancy_angle", "°")] {
         let value = law[name].as_f64().unwrap_or(f64::NAN);
-        outcome.show(
+        outcome.info(
             format!("fitted at 100 kPa: {} ({unit})", name.replace('_', " ")),
             "–",
             value,
@@ -144,16 +144,17 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     }
     let material = serde_json::from_value(law).map_err(|error| error.to_string())?;
     let fitted = ElementTest { material, ..test };
-    let (own, foretold) = (Curve::of(&under(&fitted, 100e3))?, Curve::of(&under(&fitted, 200e3))?);
+    let (own, foretold) =
+        (BiaxialCurve::of(&under(&fitted, 100e3))?, BiaxialCurve::of(&under(&fitted, 200e3))?);
     let reason = "a strength that grows with the pressure alone; the scatter of the mean of four packings of 200 grains";
     let name = "at 200 kPa: largest difference of the stresses, law over grains";
-    outcome.within(name, "1", foretold.peak() / high.peak(), (0.93, 1.07), reason);
+    outcome.assert_within(name, "1", foretold.peak() / high.peak(), (0.93, 1.07), reason);
     let reason = "slope to half of the peak; springs are linear, contacts become more with pressure";
     let name = "at 200 kPa: stiffness, law over grains";
-    outcome.within(name, "1", foretold.stiffness() / high.stiffness(), (0.75, 1.25), reason);
+    outcome.assert_within(name, "1", foretold.stiffness() / high.stiffness(), (0.75, 1.25), reason);
     let name = "at 200 kPa: volume gained from 2 to 5 % of shortening, law over grains";
     let gained = foretold.dilation(from, to) / high.dilation(from, to);
-    outcome.within(
+    outcome.assert_within(
         name,
         "1",
         gained,

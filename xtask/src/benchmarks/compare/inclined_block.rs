@@ -5,18 +5,20 @@ use colluvium::case::{Case, RunReport};
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::{Together, chart};
-use crate::analysis::{Largest, slope};
-use crate::benchmarks::mpm::inclined_block::{ANGLE, LOADED, after, along, speeds, way};
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, set_of};
+use super::{MethodComparison, chart};
+use crate::analysis::{MaxOrNan, regression_slope};
+use crate::benchmarks::mpm::inclined_block::{
+    ANGLE, LOADED, gravity_along_plane, speed_series, speeds_after_loading, travelled_distance,
+};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/inclined-block",
     title: "Block on an inclined plane as an obstacle: MPM, SPH, DEM, snow MPM and depth-integrated flow",
     source: "closed form",
-    quick: Some(25),
-    full: 60,
+    short_seconds: Some(25),
+    full_seconds: 60,
     run: benchmark,
 };
 
@@ -28,22 +30,22 @@ const METHODS: [(&str, f64, &str); 4] = [
     ("dem", 0.01, "1 % of g sin θ: bonded disks that slide on their contacts"),
 ];
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let tangent = ANGLE.to_radians().tan();
     let mut picture =
         chart("Velocity along a plane of 30°, friction of 0.3 tan θ", "time (s)", "velocity (m/s)");
-    let mut together = Together::default();
+    let mut together = MethodComparison::default();
     for (method, band, reason) in METHODS {
         // mpm/inclined-block has the rest of MPM.
         let few = quick && method != "sph";
         for share in if few { &[0.3][..] } else { &[0.0, 0.3, 0.6] }.iter().copied() {
-            let report = run_by(method, &block(share * tangent, None)?)?;
-            let exact = along() * (1.0 - share);
-            outcome.within(
+            let report = run_in_memory(method, &block(share * tangent, None)?)?;
+            let exact = gravity_along_plane() * (1.0 - share);
+            outcome.assert_within(
                 format!("{method}, μ = {share} tan θ: error of the acceleration over g sin θ"),
                 &format!("g (sin θ - μ cos θ) = {exact:.4} m/s²"),
-                (slope(&after(&report)) - exact) / along(),
+                (regression_slope(&speeds_after_loading(&report)) - exact) / gravity_along_plane(),
                 (-band, band),
                 reason,
             );
@@ -51,59 +53,59 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
                 if ["mpm", "sph"].contains(&method) {
                     forms(&mut outcome, method, &report)?;
                 }
-                picture.series.push(Series::new(method, speeds(&report), Style::Line));
-                together.add(method, &report);
+                picture.series.push(Series::new(method, speed_series(&report), Style::Line));
+                together.add_run(method, &report);
             }
         }
         if few {
             continue;
         }
-        let report = run_by(method, &block(1.2 * tangent, None)?)?;
-        outcome.below(
+        let report = run_in_memory(method, &block(1.2 * tangent, None)?)?;
+        outcome.assert_below(
             format!("{method}, μ = 1.2 tan θ: drift in 1 s over the length of the block"),
             "at rest",
-            way(&report).abs(),
+            travelled_distance(&report).abs(),
             1e-3,
             "a thousandth of its length",
         );
     }
     flow(&mut outcome, &mut together)?;
-    let exact = 0.7 * along();
+    let exact = 0.7 * gravity_along_plane();
     let line = vec![(LOADED, 0.5 * LOADED * exact), (1.2, 1.1 * exact)];
     picture.series.push(Series::new("closed form", line, Style::Dashed));
     outcome.svg("Velocity of the centre of mass, μ = 0.3 tan θ.", &picture)?;
-    together.show(&mut outcome, &block(0.3 * tangent, None)?, "compare/inclined-block")?;
+    together.write_sections(&mut outcome, &block(0.3 * tangent, None)?, "compare/inclined-block")?;
     Ok(outcome)
 }
 
 /// The block as depth-integrated flow.
-fn flow(outcome: &mut Outcome, together: &mut Together) -> Result<(), String> {
+fn flow(outcome: &mut BenchmarkOutcome, together: &mut MethodComparison) -> Result<(), String> {
     let friction = 0.3 * ANGLE.to_radians().tan();
     let mut case = block(friction, None)?;
     let basal = json!({ "model": "coulomb", "friction_angle": friction.atan().to_degrees() });
-    set_of(&mut case, "depth-sph", "basal", basal);
-    let report = run_by("depth-sph", &case)?;
-    outcome.show(
+    set_method_option(&mut case, "depth-sph", "basal", basal);
+    let report = run_in_memory("depth-sph", &case)?;
+    outcome.info(
         "depth-sph, μ = 0.3 tan θ: error of the acceleration over g sin θ",
-        &format!("g (sin θ - μ cos θ) = {:.4} m/s²", 0.7 * along()),
-        (slope(&after(&report)) - 0.7 * along()) / along(),
+        &format!("g (sin θ - μ cos θ) = {:.4} m/s²", 0.7 * gravity_along_plane()),
+        (regression_slope(&speeds_after_loading(&report)) - 0.7 * gravity_along_plane()) / gravity_along_plane(),
         "not judged: a block half as high as long is outside of shallow flow, and without strength it slumps over twice its length",
     );
-    together.add("depth-sph", &report);
+    together.add_run("depth-sph", &report);
     Ok(())
 }
 
 /// The same plane as a ground line and as a polygon.
-fn forms(outcome: &mut Outcome, method: &str, plane: &RunReport) -> Result<(), String> {
+fn forms(outcome: &mut BenchmarkOutcome, method: &str, plane: &RunReport) -> Result<(), String> {
     let tangent = ANGLE.to_radians().tan();
     let at = |x: f64| [x, 2.5 - x * tangent];
     for (name, form) in [
         ("ground line", ObstacleShape::GroundLine { points: vec![at(-1.0), at(6.0)], file: None }),
         ("polygon", ObstacleShape::Polygon { vertices: vec![at(-1.0), at(6.0), [6.0, -3.0], [-1.0, -3.0]] }),
     ] {
-        let other = speeds(&run_by(method, &block(0.3 * tangent, Some(form))?)?);
-        let apart = speeds(plane).iter().zip(&other).map(|(a, b)| (a.1 - b.1).abs()).largest();
-        outcome.below(
+        let other = speed_series(&run_in_memory(method, &block(0.3 * tangent, Some(form))?)?);
+        let apart = speed_series(plane).iter().zip(&other).map(|(a, b)| (a.1 - b.1).abs()).max_or_nan();
+        outcome.assert_below(
             format!("{method}, {name} against half-space: largest difference of velocity (m/s)"),
             "the same plane",
             apart,
@@ -115,7 +117,7 @@ fn forms(outcome: &mut Outcome, method: &str, plane: &RunReport) -> Result<(), S
 }
 
 fn block(friction: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
-    let mut case = case("compare/inclined-block")?;
+    let mut case = load_case("compare/inclined-block")?;
     let obstacle = &mut case.obstacles[0];
     obstacle.wall = ObstacleWall::Frictional { friction_coefficient: friction, adhesion: 0.0 };
     if let Some(form) = form {

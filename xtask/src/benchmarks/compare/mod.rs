@@ -12,11 +12,11 @@ mod slope_cut;
 mod tipping_block;
 
 use colluvium::case::{Case, RunReport};
-use colluvium::compare::{self, Ran, Reference};
-use colluvium::pictures::plane_under;
+use colluvium::compare::{self, CompletedRun, ReferenceProfiles};
+use colluvium::pictures::view_plane_for_gravity;
 use colluvium::plots::{LineChart, PointCloud};
 
-use crate::benchmarks::{Benchmark, Outcome, recorder};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, recorder};
 
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
@@ -36,20 +36,27 @@ pub const ALL: &[Benchmark] = &[
 
 /// Runs of one case by several methods, which the page of the benchmark sets side by side.
 #[derive(Default)]
-struct Together(Vec<(&'static str, Ran)>);
+struct MethodComparison(Vec<(&'static str, CompletedRun)>);
 
-impl Together {
+impl MethodComparison {
     /// Adds the run of a method.
-    fn add(&mut self, method: &'static str, report: &RunReport) {
-        self.0.push((method, Ran::of(report)));
+    fn add_run(&mut self, method: &'static str, report: &RunReport) {
+        self.0.push((method, CompletedRun::from_report(report)));
     }
 
     /// Sets them side by side, as `colluvium compare` does, with the reference beside the case of the folder `validation/<folder>`.
-    fn show(&self, outcome: &mut Outcome, case: &Case, folder: &str) -> Result<(), String> {
+    fn write_sections(
+        &self,
+        outcome: &mut BenchmarkOutcome,
+        case: &Case,
+        folder: &str,
+    ) -> Result<(), String> {
         let file = crate::root().join("validation").join(folder).join("case.json");
-        let reference = Reference::of(&file, None, recorder::reads).map_err(|error| error.to_string())?;
-        let runs: Vec<(&'static str, &Ran)> = self.0.iter().map(|(method, ran)| (*method, ran)).collect();
-        let plane = plane_under(case.gravity.get(2).copied(), None);
+        let reference = ReferenceProfiles::read_for_case(&file, None, recorder::record_file)
+            .map_err(|error| error.to_string())?;
+        let runs: Vec<(&'static str, &CompletedRun)> =
+            self.0.iter().map(|(method, ran)| (*method, ran)).collect();
+        let plane = view_plane_for_gravity(case.gravity.get(2).copied(), None);
         let sections = compare::sections(case, &runs, plane, &reference);
         outcome.comparison = Some(sections.map_err(|error| error.to_string())?);
         Ok(())
@@ -62,8 +69,11 @@ fn chart(title: &str, x: &str, y: &str) -> LineChart {
 }
 
 /// Draws the points at the end of the failing trial with the least factor of the search `safety`; `name` says whose.
-fn failing(outcome: &mut Outcome, name: &str, report: &RunReport) -> Result<(), String> {
-    let cloud = report.failing.get("safety").and_then(|end| PointCloud::of(end, "displacement", [0, 1]));
+fn draw_failure(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport) -> Result<(), String> {
+    let cloud = report
+        .failed_trials
+        .get("safety")
+        .and_then(|end| PointCloud::from_snapshot(end, "displacement", [0, 1]));
     let Some(cloud) = cloud else { return Ok(()) };
     outcome.png(&format!("{name}: displacement in the failing trial of the least factor."), &cloud)
 }

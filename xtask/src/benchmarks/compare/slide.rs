@@ -3,16 +3,19 @@
 use colluvium::case::{Case, RunReport};
 use colluvium::plots::{Series, Style};
 
-use super::{Together, chart};
-use crate::benchmarks::{Benchmark, Outcome, case, centre_of_mass, deepest, on_obstacles, run_by};
+use super::{MethodComparison, chart};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, centre_of_mass, load_case, max_penetration, obstacle_energy_shares,
+    run_in_memory,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/slide",
     title: "Slide on a terrain raster: MPM, SPH, DEM and depth-integrated flow",
     source: "agreement of methods; a mass point on the slope",
-    quick: Some(60),
-    full: 60,
+    short_seconds: Some(60),
+    full_seconds: 60,
     run: benchmark,
 };
 
@@ -21,14 +24,14 @@ const GRAVITY: f64 = 9.81;
 const ANGLE: f64 = 32.0;
 const FRICTION: f64 = 0.4;
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let case = case("compare/slide")?;
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let case = load_case("compare/slide")?;
     let mut picture = chart("Centre of mass of a slide on a raster", "time (s)", "x (m)");
-    let (mut found, mut together) = (Vec::new(), Together::default());
+    let (mut found, mut together) = (Vec::new(), MethodComparison::default());
     for method in ["mpm", "sph", "dem", "depth-sph"] {
-        let report = run_by(method, &case)?;
-        outcome.near(
+        let report = run_in_memory(method, &case)?;
+        outcome.assert_close(
             format!("{method}: mass at the end over that at the start"),
             1.0,
             1e-12,
@@ -40,15 +43,15 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         picture.series.push(Series::new(method, path.clone(), Style::Line));
         above_ground(&mut outcome, method, &case, &report)?;
         if ["mpm", "sph"].contains(&method) {
-            outcome.below(
+            outcome.assert_below(
                 format!("{method}: largest rise of the total energy over the work of gravity"),
                 "none",
-                on_obstacles(&report).rise,
+                obstacle_energy_shares(&report).rise,
                 1e-3,
                 "0.1 %: what springs and steps exchange",
             );
         }
-        together.add(method, &report);
+        together.add_run(method, &report);
         found.push((method, path));
     }
     judge(&mut outcome, &found);
@@ -58,16 +61,21 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let point = (0..=20).map(|k| along(0.15 * f64::from(k))).collect();
     picture.series.push(Series::new("mass point on the upper slope", point, Style::Dashed));
     outcome.svg("The centre of mass in time.", &picture)?;
-    together.show(&mut outcome, &case, "compare/slide")?;
+    together.write_sections(&mut outcome, &case, "compare/slide")?;
     Ok(outcome)
 }
 
 /// No centre of a point may lie under the terrain in any frame.
-fn above_ground(outcome: &mut Outcome, method: &str, case: &Case, report: &RunReport) -> Result<(), String> {
-    outcome.below(
+fn above_ground(
+    outcome: &mut BenchmarkOutcome,
+    method: &str,
+    case: &Case,
+    report: &RunReport,
+) -> Result<(), String> {
+    outcome.assert_below(
         format!("{method}: largest depth of a point's centre under the terrain (m)"),
         "none",
-        deepest(case, report)?,
+        max_penetration(case, report)?,
         0.05,
         "a tenth of the distance of points",
     );
@@ -75,7 +83,7 @@ fn above_ground(outcome: &mut Outcome, method: &str, case: &Case, report: &RunRe
 }
 
 /// All have the same friction and start from the same place.
-fn judge(outcome: &mut Outcome, found: &[(&str, Vec<(f64, f64)>)]) {
+fn judge(outcome: &mut BenchmarkOutcome, found: &[(&str, Vec<(f64, f64)>)]) {
     let [mpm, sph, dem, flow] = found else { return };
     let way =
         |path: &[(f64, f64)]| path.last().map_or(f64::NAN, |p| p.1) - path.first().map_or(f64::NAN, |p| p.1);
@@ -84,7 +92,7 @@ fn judge(outcome: &mut Outcome, found: &[(&str, Vec<(f64, f64)>)]) {
         (flow, 0.1, "10 %: the same floor, and a mass that is thin against its length"),
         (dem, 0.2, "20 %: grains whose rolling on the floor the continua do not have"),
     ] {
-        outcome.near(
+        outcome.assert_close(
             format!("{}: way of the centre of mass in 6 s, against mpm (m)", one.0),
             way(&mpm.1),
             band,

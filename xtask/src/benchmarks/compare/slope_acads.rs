@@ -2,17 +2,17 @@
 
 use colluvium::case::Case;
 
-use super::failing;
-use crate::analysis::layered::{Layered, Soil};
-use crate::benchmarks::{Benchmark, Outcome, case, run_by};
+use super::draw_failure;
+use crate::analysis::layered::{LayeredSlope, SoilLayer};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
 /// One soil.
 pub const ONE: Benchmark = Benchmark {
     id: "compare/acads-1a",
     title: "Factor of safety of a slope of one soil, ACADS problem 1(a), MPM and SPH",
     source: "Giam & Donald 1989 (ACADS U255), problem EX1(a); Bishop 1955; Davis 1968",
-    quick: None,
-    full: 300,
+    short_seconds: None,
+    full_seconds: 300,
     run: one,
 };
 
@@ -21,8 +21,8 @@ pub const THREE: Benchmark = Benchmark {
     id: "compare/acads-1c",
     title: "Factor of safety of a slope of three soils, ACADS problem 1(c), MPM and SPH",
     source: "Giam & Donald 1989 (ACADS U255), problem EX1(c); Bishop 1955; Davis 1968",
-    quick: None,
-    full: 300,
+    short_seconds: None,
+    full_seconds: 300,
     run: three,
 };
 
@@ -34,19 +34,24 @@ fn surface() -> Vec<[f64; 2]> {
     vec![[0.0, 5.0], [10.0, 5.0], [30.0, 15.0], [50.0, 15.0]]
 }
 
-fn soil(top: Vec<[f64; 2]>, unit_weight: f64, cohesion: f64, friction_angle: f64) -> Soil {
-    Soil { top, unit_weight, cohesion, friction_angle }
+fn soil(top: Vec<[f64; 2]>, unit_weight: f64, cohesion: f64, friction_angle: f64) -> SoilLayer {
+    SoilLayer { top, unit_weight, cohesion, friction_angle }
 }
 
 /// The least factor of Bishop's circles, and how far the strength of soil without dilatancy (Davis 1968) lowers it at most: that of a soil
 /// with this friction angle (degrees).
-fn bounds(slope: &Layered, friction_angle: f64) -> [f64; 2] {
-    let bishop = slope.critical((1.0, 20.0), (30.5, 45.0));
+fn bounds(slope: &LayeredSlope, friction_angle: f64) -> [f64; 2] {
+    let bishop = slope.min_safety_factor((1.0, 20.0), (30.5, 45.0));
     [bishop, bishop * (friction_angle.to_radians().tan() / bishop).atan().cos()]
 }
 
-fn judge(outcome: &mut Outcome, case: &Case, referee: f64, [bishop, davis]: [f64; 2]) -> Result<(), String> {
-    outcome.within(
+fn judge(
+    outcome: &mut BenchmarkOutcome,
+    case: &Case,
+    referee: f64,
+    [bishop, davis]: [f64; 2],
+) -> Result<(), String> {
+    outcome.assert_within(
         "least factor of Bishop's circles",
         &format!("{referee:.2}, the referees' factor"),
         bishop,
@@ -54,43 +59,43 @@ fn judge(outcome: &mut Outcome, case: &Case, referee: f64, [bishop, davis]: [f64
         "programs of limit equilibrium differ by that",
     );
     for method in ["mpm", "sph"] {
-        let report = run_by(method, case)?;
+        let report = run_in_memory(method, case)?;
         let found = report.safety.get("safety").ok_or("no factor of safety")?;
-        outcome.within(
+        outcome.assert_within(
             format!("{method}: factor of safety"),
             &format!("{referee:.2}, the referees' factor"),
             found.factor().unwrap_or(f64::NAN) / STRENGTHENED,
             (referee - 0.05, referee + 0.05),
             "± 0.05 on 20 cells over the height, without dilatancy",
         );
-        outcome.within(
+        outcome.assert_within(
             format!("{method}: largest factor with which it stands"),
             "at most that of Bishop's circles",
             found.stable / STRENGTHENED,
             (0.0, bishop),
             "an upper end of what soil without dilatancy can have",
         );
-        outcome.within(
+        outcome.assert_within(
             format!("{method}: least factor with which it fails"),
             &format!("at least {davis:.3}, by Davis's strength"),
             found.failed / STRENGTHENED,
             (davis, f64::INFINITY),
             "the lower end",
         );
-        failing(outcome, method, &report)?;
+        draw_failure(outcome, method, &report)?;
     }
     Ok(())
 }
 
-fn one(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let slope = Layered { soils: vec![soil(surface(), 20e3, 3e3, 19.6)], base: 0.0 };
-    judge(&mut outcome, &case("compare/acads-1a")?, 1.0, bounds(&slope, 19.6))?;
+fn one(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let slope = LayeredSlope { soils: vec![soil(surface(), 20e3, 3e3, 19.6)], base: 0.0 };
+    judge(&mut outcome, &load_case("compare/acads-1a")?, 1.0, bounds(&slope, 19.6))?;
     Ok(outcome)
 }
 
-fn three(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn three(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let toe = [10.0, 5.0];
     let middle = vec![toe, [20.0, 7.0], [30.0, 9.0], [34.0, 11.0], [50.0, 11.0]];
     let lower = vec![toe, [20.0, 7.0], [32.0, 4.0], [50.0, 4.0]];
@@ -100,7 +105,7 @@ fn three(_quick: bool) -> Result<Outcome, String> {
         soil(lower, 19.5e3, 7.2e3, 20.0),
     ];
     // Most of the slip surface lies in the middle soil.
-    let bounds = bounds(&Layered { soils, base: 0.0 }, 23.0);
-    judge(&mut outcome, &case("compare/acads-1c")?, 1.39, bounds)?;
+    let bounds = bounds(&LayeredSlope { soils, base: 0.0 }, 23.0);
+    judge(&mut outcome, &load_case("compare/acads-1c")?, 1.39, bounds)?;
     Ok(outcome)
 }

@@ -3,17 +3,17 @@
 use colluvium::case::Case;
 use serde_json::json;
 
-use super::failing;
-use crate::analysis::undrained::Clays;
-use crate::benchmarks::{Benchmark, Outcome, case, changed, run_by};
+use super::draw_failure;
+use crate::analysis::undrained::LayeredClaySlope;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, patched_case, run_in_memory};
 
 /// A slope on other clay.
 pub const LAYERS: Benchmark = Benchmark {
     id: "compare/slope-layers",
     title: "Factor of safety of an undrained slope on equal and stronger clay, MPM and SPH",
     source: "Griffiths & Lane 1999, example 4; Taylor 1937; slip circles as upper bounds",
-    quick: None,
-    full: 1200,
+    short_seconds: None,
+    full_seconds: 1200,
     run: layers,
 };
 
@@ -22,8 +22,8 @@ pub const WEAK: Benchmark = Benchmark {
     id: "compare/slope-weak-layer",
     title: "Factor of safety of an undrained slope over a weak layer, MPM and SPH",
     source: "least upper bound of sliding blocks and of slip circles",
-    quick: None,
-    full: 240,
+    short_seconds: None,
+    full_seconds: 240,
     run: weak,
 };
 
@@ -35,50 +35,50 @@ const STRENGTH: f64 = 50e3;
 const SEARCHED: [f64; 2] = [0.13, 0.07];
 
 /// The slope of 2:1 on clays below its toe: their tops (m) and strengths (Pa).
-fn clays(below: &[(f64, f64)], base: f64) -> Clays {
+fn clays(below: &[(f64, f64)], base: f64) -> LayeredClaySlope {
     let clays = [&[(f64::INFINITY, STRENGTH)], below].concat();
-    Clays { height: 10.0, cotangent: 2.0, unit_weight: 2038.736 * 9.81, clays, base }
+    LayeredClaySlope { height: 10.0, cotangent: 2.0, unit_weight: 2038.736 * 9.81, layers: clays, base }
 }
 
 /// Compares the factors of both methods with the least upper bound.
-fn judge(outcome: &mut Outcome, name: &str, case: &Case, bound: f64) -> Result<(), String> {
+fn judge(outcome: &mut BenchmarkOutcome, name: &str, case: &Case, bound: f64) -> Result<(), String> {
     for method in ["mpm", "sph"] {
-        let report = run_by(method, case)?;
+        let report = run_in_memory(method, case)?;
         let found = report.safety.get("safety").ok_or("no factor of safety")?;
-        outcome.within(
+        outcome.assert_within(
             format!("{name}, {method}: factor of safety"),
             &format!("{bound:.3}, least upper bound"),
             found.factor().unwrap_or(f64::NAN),
             (bound - 0.05, bound + 0.05),
             "± 0.05 on 20 cells over the height",
         );
-        outcome.within(
+        outcome.assert_within(
             format!("{name}, {method}: largest factor with which it stands"),
             "at most the least upper bound",
             found.stable,
             (0.0, bound),
             "limit analysis: with that strength it falls",
         );
-        outcome.within(
+        outcome.assert_within(
             format!("{name}, {method}: least factor with which it fails"),
             "from 0.05 below the least upper bound to as much above",
             found.failed,
             (bound - 0.05, bound + 0.05),
             "± 0.05 on 20 cells over the height",
         );
-        failing(outcome, &format!("{name}, {method}"), &report)?;
+        draw_failure(outcome, &format!("{name}, {method}"), &report)?;
     }
     Ok(())
 }
 
-fn layers(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let base = case("compare/slope-layers")?;
+fn layers(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let base = load_case("compare/slope-layers")?;
     // One clay, and one below that the slip does not enter. Weaker ones slip below the toe, with no published factor.
     for ratio in [1.0, 2.0] {
         let strength = ratio * STRENGTH;
-        let bound = clays(&[(0.0, strength)], -10.0).circles();
-        let case = changed(
+        let bound = clays(&[(0.0, strength)], -10.0).min_circle_safety_factor();
+        let case = patched_case(
             &base,
             &[
                 ("/materials/lower/undrained_strength", json!(strength)),
@@ -88,7 +88,7 @@ fn layers(_quick: bool) -> Result<Outcome, String> {
         judge(&mut outcome, &format!("lower over upper strength {ratio}"), &case, bound)?;
         if ratio == 2.0 {
             let reason = "not judged: the least circle has less, and is an upper bound";
-            outcome.show(
+            outcome.info(
                 "lower over upper strength 2: bound of circles",
                 "2.1 by finite elements",
                 bound,
@@ -99,18 +99,18 @@ fn layers(_quick: bool) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-fn weak(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn weak(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let clays = clays(&[(0.0, 0.2 * STRENGTH), (-1.0, STRENGTH)], -5.0);
     // Along the base of the layer: what it weighs pushes too.
-    let (circles, blocks) = (clays.circles(), clays.blocks(-1.0));
-    outcome.within(
+    let (circles, blocks) = (clays.min_circle_safety_factor(), clays.min_block_safety_factor(-1.0));
+    outcome.assert_within(
         "upper bound of sliding blocks over that of circles",
         "below 1: the slip follows the layer",
         blocks / circles,
         (0.0, 1.0),
         "limit analysis",
     );
-    judge(&mut outcome, "weak layer", &case("compare/slope-weak-layer")?, blocks.min(circles))?;
+    judge(&mut outcome, "weak layer", &load_case("compare/slope-weak-layer")?, blocks.min(circles))?;
     Ok(outcome)
 }

@@ -6,17 +6,17 @@ use std::f64::consts::FRAC_PI_2;
 use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
 
-use super::{Together, chart};
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, run_by};
+use super::{MethodComparison, chart};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/tipping-block",
     title: "A tall rigid block tips on a slope, falls flat and rests: MPM and SPH",
     source: "closed form",
-    quick: Some(8),
-    full: 8,
+    short_seconds: Some(8),
+    full_seconds: 8,
     run: benchmark,
 };
 
@@ -30,7 +30,7 @@ const GRAVITY: [f64; 2] = [5.0, -8.66];
 const HELD: f64 = 0.4;
 
 /// A number over time (s).
-type Rows = [(f64, f64)];
+type TimeSeries = [(f64, f64)];
 
 /// Angle (rad) over time (s) of a block that turns about its lower corner under its weight.
 fn pendulum() -> Vec<(f64, f64)> {
@@ -51,27 +51,27 @@ fn pendulum() -> Vec<(f64, f64)> {
     rows
 }
 
-fn benchmark(_: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let case = case("compare/tipping-block")?;
+fn benchmark(_: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let case = load_case("compare/tipping-block")?;
     let exact = pendulum();
     let mut picture = chart("Turn of a block on a slope of 30°", "time (s)", "angle (degrees)");
     let degrees = |rows: &[(f64, f64)]| -> Vec<(f64, f64)> {
         rows.iter().map(|row| (row.0, row.1.to_degrees())).collect()
     };
-    let mut together = Together::default();
+    let mut together = MethodComparison::default();
     let mut both = Vec::new();
     for method in ["mpm", "sph"] {
-        let report = run_by(method, &case)?;
+        let report = run_in_memory(method, &case)?;
         let turned: Vec<(f64, f64)> =
             pairs(&report, "block.angle")?.into_iter().map(|(time, angle)| (time, -angle)).collect();
         judge(&mut outcome, method, &report, (&turned, &exact))?;
         picture.series.push(Series::new(method, degrees(&turned), Style::Line));
-        together.add(method, &report);
+        together.add_run(method, &report);
         both.push(turned);
     }
-    let apart = both[0].iter().zip(&both[1]).map(|(mpm, sph)| (mpm.1 - sph.1).abs()).largest();
-    outcome.below(
+    let apart = both[0].iter().zip(&both[1]).map(|(mpm, sph)| (mpm.1 - sph.1).abs()).max_or_nan();
+    outcome.assert_below(
         "largest difference of the angle between mpm and sph (rad)",
         "the same mechanics",
         apart,
@@ -80,26 +80,26 @@ fn benchmark(_: bool) -> Result<Outcome, String> {
     );
     picture.series.push(Series::new("closed form, corner held", degrees(&exact), Style::Dashed));
     outcome.svg("Angle by which the block has turned.", &picture)?;
-    together.show(&mut outcome, &case, "compare/tipping-block")?;
+    together.write_sections(&mut outcome, &case, "compare/tipping-block")?;
     Ok(outcome)
 }
 
 /// Holds a run, with the angle (rad) over time (s), to the closed form.
 fn judge(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     method: &str,
     report: &RunReport,
-    (turned, exact): (&Rows, &Rows),
+    (turned, exact): (&TimeSeries, &TimeSeries),
 ) -> Result<(), String> {
-    let apart = turned.iter().zip(exact).map(|(own, exact)| (own.1 - exact.1).abs()).largest();
-    outcome.below(
+    let apart = turned.iter().zip(exact).map(|(own, exact)| (own.1 - exact.1).abs()).max_or_nan();
+    outcome.assert_below(
         format!("{method}: largest error of the angle in {HELD} s over the angle then"),
         "a block that turns about its lower corner",
         apart / exact[exact.len() - 1].1,
         5e-3,
         "0.5 %",
     );
-    outcome.below(
+    outcome.assert_below(
         format!("{method}: angle at the end less a quarter turn (rad)"),
         "flat on its side",
         (turned[turned.len() - 1].1 - FRAC_PI_2).abs(),
@@ -107,8 +107,8 @@ fn judge(
         "a thousandth",
     );
     let total = pairs(report, "total_energy")?;
-    let rise = total.windows(2).map(|pair| pair[1].1 - pair[0].1).largest();
-    outcome.below(
+    let rise = total.windows(2).map(|pair| pair[1].1 - pair[0].1).max_or_nan();
+    outcome.assert_below(
         format!("{method}: largest rise of the total energy from row to row over what the blow takes"),
         "no blow gives energy",
         rise.max(0.0) / (total[0].1 - total[total.len() - 1].1),
@@ -116,7 +116,7 @@ fn judge(
         "a thousandth",
     );
     let borne = pairs(report, "bearing.y")?;
-    outcome.below(
+    outcome.assert_below(
         format!("{method}: force on the ground at the end over the weight across it, less one"),
         "its weight",
         (borne[borne.len() - 1].1 / (MASS * GRAVITY[1]) - 1.0).abs(),

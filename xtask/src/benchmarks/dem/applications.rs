@@ -4,21 +4,21 @@ use colluvium::case::RunReport;
 use colluvium::plots::{PointCloud, Series, Style};
 use serde_json::json;
 
-use super::scene::{case, chart, load, options};
-use crate::benchmarks::{Benchmark, Outcome, run_by, series, vectors};
+use super::scene::{chart, load, method_options, parse_case};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/applications",
     title: "A block on a slope, a bonded cliff, dilatant shear, DEM",
     source: "sheet: dem §5, B15; Kumar 2015, §3.4",
-    quick: Some(60),
-    full: 60,
+    short_seconds: Some(60),
+    full_seconds: 60,
     run: |_| all(),
 };
 
-fn all() -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn all() -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     slide(&mut outcome)?;
     cliff(&mut outcome)?;
     dilate(&mut outcome)?;
@@ -30,21 +30,21 @@ fn last(report: &RunReport, name: &str) -> f64 {
 }
 
 /// A block that cannot roll: `v = √(2 g s (sin β - μ cos β))`, 50 m/s after 1322 m.
-fn slide(outcome: &mut Outcome) -> Result<(), String> {
-    let report = run_by("dem", &case(&load("block")?)?)?;
+fn slide(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let report = run_in_memory("dem", &parse_case(&load("block")?)?)?;
     let mean = |name: &str| {
         let all = vectors(&report.snapshot, name);
         all.iter().map(|own| own[0]).sum::<f64>() / all.len() as f64
     };
     let (way, speed) = (mean("displacement"), mean("velocity"));
-    outcome.near(
+    outcome.assert_close(
         "block on 14°, μ = 0.15: way after which it has 50 m/s (m)",
         1322.0,
         0.005,
         way * (50.0 / speed).powi(2),
         "B15: closed form; ± 0.5 %, as it begins above its overlap at rest",
     );
-    outcome.below(
+    outcome.assert_below(
         "block: bonds that broke",
         "0",
         last(&report, "broken_bonds"),
@@ -55,12 +55,12 @@ fn slide(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// A cliff stands by its bonds where they are strong, and breaks and runs out where they are weak.
-fn cliff(outcome: &mut Outcome) -> Result<(), String> {
+fn cliff(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let run = |strength: f64| -> Result<RunReport, String> {
         let mut value = load("cliff")?;
-        let bond = &mut options(&mut value)["pairs"][0]["bond"];
+        let bond = &mut method_options(&mut value)["pairs"][0]["bond"];
         (bond["tensile_strength"], bond["cohesion"]) = (json!(strength), json!(strength));
-        run_by("dem", &case(&value)?)
+        run_in_memory("dem", &parse_case(&value)?)
     };
     let front = |report: &RunReport| {
         let snapshot = &report.snapshot;
@@ -69,14 +69,14 @@ fn cliff(outcome: &mut Outcome) -> Result<(), String> {
     };
     let (strong, weak) = (run(1000.0)?, run(0.3)?);
     let reason = "B15: a feature test";
-    outcome.below(
+    outcome.assert_below(
         "bonded cliff, strength 83 ρ g h: bonds that broke",
         "0",
         last(&strong, "broken_bonds"),
         0.5,
         reason,
     );
-    outcome.below(
+    outcome.assert_below(
         "the same: way of the front (diameters)",
         "it stands",
         (front(&strong) - 20.0).abs(),
@@ -84,14 +84,14 @@ fn cliff(outcome: &mut Outcome) -> Result<(), String> {
         reason,
     );
     let broken = last(&weak, "broken_bonds");
-    outcome.within(
+    outcome.assert_within(
         "bonded cliff, strength 0.03 ρ g h: bonds that broke",
         "some",
         broken,
         (20.0, 1e4),
         reason,
     );
-    outcome.within(
+    outcome.assert_within(
         "the same: way of the front (diameters)",
         "it runs out",
         front(&weak) - 20.0,
@@ -99,21 +99,21 @@ fn cliff(outcome: &mut Outcome) -> Result<(), String> {
         reason,
     );
     let error = [&strong, &weak].map(|report| last(report, "energy_error").abs());
-    outcome.below(
+    outcome.assert_below(
         "cliffs: error of the energy balance over input",
         "0",
         error[0].max(error[1]),
         0.01,
         "§2.14: 1 %",
     );
-    if let Some(cloud) = PointCloud::of(&weak.snapshot, "velocity", [0, 1]) {
+    if let Some(cloud) = PointCloud::from_snapshot(&weak.snapshot, "velocity", [0, 1]) {
         outcome.png("A cliff whose bonds are weak, at the end.", &cloud)?;
     }
     Ok(())
 }
 
 /// Shear opens a dense packing: its void ratio rises to that of critical state.
-fn dilate(outcome: &mut Outcome) -> Result<(), String> {
+fn dilate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("biaxial")?;
     let side = 20.0;
     value["domain"]["max"] = json!([side, side]);
@@ -121,10 +121,10 @@ fn dilate(outcome: &mut Outcome) -> Result<(), String> {
     for (stage, duration) in [150, 30, 100].into_iter().enumerate() {
         value["stages"][stage]["duration"] = json!(duration);
     }
-    options(&mut value)["stages"]["shear"] =
+    method_options(&mut value)["stages"]["shear"] =
         json!({ "cell": { "xy": { "rate": 0.005 }, "yy": { "stress": -1 } } });
-    let report = run_by("dem", &case(&value)?)?;
-    let voids: Vec<(f64, f64)> = series(&report, "solid_fraction")
+    let report = run_in_memory("dem", &parse_case(&value)?)?;
+    let voids: Vec<(f64, f64)> = measure_series(&report, "solid_fraction")
         .into_iter()
         .filter(|(time, _)| *time >= 180.0 - 1e-6)
         .map(|(time, solid)| (0.005 * (time - 180.0), 1.0 / solid - 1.0))
@@ -132,7 +132,7 @@ fn dilate(outcome: &mut Outcome) -> Result<(), String> {
     let [first, end] = [voids.first(), voids.last()].map(|at| at.map_or(f64::NAN, |at| at.1));
     let reason =
         "B15: the void ratio rises in shear; B11 and B14 have 0.187 dense and 0.229 at critical state";
-    outcome.within(
+    outcome.assert_within(
         "dilatant shear of dense disks to a strain of 0.5: rise of the void ratio",
         "0.04",
         end - first,

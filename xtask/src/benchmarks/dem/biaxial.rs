@@ -4,17 +4,17 @@ use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::scene::{case, chart, load, options};
-use crate::analysis::scatter;
-use crate::benchmarks::{Benchmark, Outcome, run_by, series};
+use super::scene::{chart, load, method_options, parse_case};
+use crate::analysis::mean_and_deviation;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
 /// Dense, to the peak.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/biaxial",
     title: "Biaxial test of dense disks to the peak, DEM",
     source: "sheet: dem §5, B14",
-    quick: None,
-    full: 130,
+    short_seconds: None,
+    full_seconds: 130,
     run: |_| peak(),
 };
 
@@ -23,8 +23,8 @@ pub const CRITICAL: Benchmark = Benchmark {
     id: "dem/biaxial-critical",
     title: "Biaxial tests of dense and loose disks to critical state, DEM",
     source: "sheet: dem §5, B14",
-    quick: None,
-    full: 340,
+    short_seconds: None,
+    full_seconds: 340,
     run: |_| critical(),
 };
 
@@ -65,29 +65,30 @@ const LOOSE: [(f64, f64, f64); 10] = [
 ];
 
 /// A test: by logarithmic strain the ratio of stresses, volumetric strain, solid fraction.
-struct Test {
+struct BiaxialTest {
     ratio: Vec<(f64, f64)>,
     volume: Vec<(f64, f64)>,
-    solid: Vec<(f64, f64)>,
+    solid_fraction: Vec<(f64, f64)>,
     contacts: f64,
     error: f64,
 }
 
-impl Test {
+impl BiaxialTest {
     fn run(preparation: f64, strain: f64, seed: u32) -> Result<Self, String> {
         let mut value = load("biaxial")?;
         // Many a window of the means.
         value["output"]["measures"] = json!(0.1);
-        options(&mut value)["seed"] = json!(seed);
+        method_options(&mut value)["seed"] = json!(seed);
         value["stages"][2]["duration"] = json!(strain / RATE);
-        options(&mut value)["stages"]["prepare"]["pairs"][0]["friction"]["coefficient"] = json!(preparation);
+        method_options(&mut value)["stages"]["prepare"]["pairs"][0]["friction"]["coefficient"] =
+            json!(preparation);
         let start = 330.0;
-        Ok(Self::of(&run_by("dem", &case(&value)?)?, start))
+        Ok(Self::of(&run_in_memory("dem", &parse_case(&value)?)?, start))
     }
 
     fn of(report: &RunReport, start: f64) -> Self {
         let all = |name: &str| {
-            series(report, name).into_iter().filter(|(t, _)| *t > start - 0.05).collect::<Vec<_>>()
+            measure_series(report, name).into_iter().filter(|(t, _)| *t > start - 0.05).collect::<Vec<_>>()
         };
         let (height, width) = (all("cell.y"), all("cell.x"));
         let strain = |k: usize| -(height[k].1 / height[0].1).ln();
@@ -101,9 +102,9 @@ impl Test {
         Self {
             ratio: down.iter().zip(&side).map(|(a, b)| (a.0, a.1 / b.1)).collect(),
             volume: by(volume.collect()),
-            solid: by(all("solid_fraction").into_iter().map(|(_, v)| v).collect()),
+            solid_fraction: by(all("solid_fraction").into_iter().map(|(_, v)| v).collect()),
             contacts: contacts.first().map_or(f64::NAN, |(_, z)| *z),
-            error: series(report, "energy_error").last().map_or(f64::NAN, |(_, error)| *error),
+            error: measure_series(report, "energy_error").last().map_or(f64::NAN, |(_, error)| *error),
         }
     }
 
@@ -140,20 +141,21 @@ fn smooth(curve: &[(f64, f64)]) -> Vec<(f64, f64)> {
     curve.iter().map(mean).collect()
 }
 
-fn dense(outcome: &mut Outcome, tests: &[&Test]) {
+fn dense(outcome: &mut BenchmarkOutcome, tests: &[&BiaxialTest]) {
     let test = tests[0];
-    let of =
-        |pick: fn((f64, f64)) -> f64| scatter(&tests.iter().map(|own| pick(own.peak())).collect::<Vec<_>>());
+    let of = |pick: fn((f64, f64)) -> f64| {
+        mean_and_deviation(&tests.iter().map(|own| pick(own.peak())).collect::<Vec<_>>())
+    };
     let ((peak, spread), (strain, _)) = (of(|peak| peak.0), of(|peak| peak.1));
     let name = "B14, dense: friction angle at the peak, mean of the packings (°)";
-    outcome.within(name, "25.9", peak, (23.9, 27.9), "B14: ± 2°");
+    outcome.assert_within(name, "25.9", peak, (23.9, 27.9), "B14: ± 2°");
     let reason = "not judged: the sheet gives no bounds";
-    outcome.show("B14, dense: standard deviation of that angle (°)", "", spread, reason);
-    outcome.show("B14, dense: strain at the peak, mean of the packings", "0.015", strain, reason);
-    outcome.show("B14, dense: solid fraction before shear", "0.8428", test.solid[0].1, reason);
-    outcome.show("B14, dense: contacts of a grain before shear", "4.04", test.contacts, reason);
+    outcome.info("B14, dense: standard deviation of that angle (°)", "", spread, reason);
+    outcome.info("B14, dense: strain at the peak, mean of the packings", "0.015", strain, reason);
+    outcome.info("B14, dense: solid fraction before shear", "0.8428", test.solid_fraction[0].1, reason);
+    outcome.info("B14, dense: contacts of a grain before shear", "4.04", test.contacts, reason);
     let least = test.volume.iter().map(|(_, v)| *v).fold(0.0, f64::min);
-    outcome.within(
+    outcome.assert_within(
         "B14, dense: largest contraction",
         "-0.0018",
         least,
@@ -161,14 +163,14 @@ fn dense(outcome: &mut Outcome, tests: &[&Test]) {
         "B14: contraction, then dilation",
     );
     let last = test.volume.last().map_or(f64::NAN, |(_, v)| *v);
-    outcome.within(
+    outcome.assert_within(
         "B14, dense: volumetric strain at the end",
         "dilation",
         last,
         (0.005, 0.1),
         "B14: contraction, then dilation",
     );
-    outcome.below(
+    outcome.assert_below(
         "B14, dense: error of the energy balance over input",
         "0",
         test.error.abs(),
@@ -178,9 +180,9 @@ fn dense(outcome: &mut Outcome, tests: &[&Test]) {
 }
 
 /// A test under a name, beside the rows of the sheet.
-type Shown<'a> = (&'a str, &'a Test, &'a [(f64, f64, f64)]);
+type LabelledTest<'a> = (&'a str, &'a BiaxialTest, &'a [(f64, f64, f64)]);
 
-fn draw(outcome: &mut Outcome, tests: &[Shown]) -> Result<(), String> {
+fn draw(outcome: &mut BenchmarkOutcome, tests: &[LabelledTest]) -> Result<(), String> {
     let mut stress = chart("Biaxial test of disks", "vertical strain", "ratio of stresses");
     let mut volume =
         chart("Biaxial test of disks", "vertical strain", "volumetric strain, dilation positive");
@@ -198,31 +200,31 @@ fn draw(outcome: &mut Outcome, tests: &[Shown]) -> Result<(), String> {
     outcome.svg("B14: volume.", &volume)
 }
 
-fn peak() -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let tests = SEEDS.map(|seed| Test::run(0.0, 0.03, seed));
+fn peak() -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let tests = SEEDS.map(|seed| BiaxialTest::run(0.0, 0.03, seed));
     let tests = tests.into_iter().collect::<Result<Vec<_>, _>>()?;
     dense(&mut outcome, &tests.iter().collect::<Vec<_>>());
     draw(&mut outcome, &[("dense", &tests[0], &DENSE)])?;
     Ok(outcome)
 }
 
-fn critical() -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let (firm, loose) = (Test::run(0.0, 0.24, SEEDS[0])?, Test::run(1.0, 0.24, SEEDS[0])?);
-    let others = SEEDS[1..].iter().map(|seed| Test::run(0.0, 0.03, *seed));
+fn critical() -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let (firm, loose) = (BiaxialTest::run(0.0, 0.24, SEEDS[0])?, BiaxialTest::run(1.0, 0.24, SEEDS[0])?);
+    let others = SEEDS[1..].iter().map(|seed| BiaxialTest::run(0.0, 0.03, *seed));
     let others = others.collect::<Result<Vec<_>, _>>()?;
     dense(&mut outcome, &std::iter::once(&firm).chain(&others).collect::<Vec<_>>());
     let reason = "not judged: the sheet gives no bounds";
-    outcome.show("B14, loose: solid fraction before shear", "0.804", loose.solid[0].1, reason);
-    outcome.show(
+    outcome.info("B14, loose: solid fraction before shear", "0.804", loose.solid_fraction[0].1, reason);
+    outcome.info(
         "B14, loose: largest friction angle (°)",
         "no peak; 18.4 by fluctuation",
         loose.peak().0,
         reason,
     );
     let contraction = loose.volume.last().map_or(f64::NAN, |(_, v)| *v);
-    outcome.within(
+    outcome.assert_within(
         "B14, loose: volumetric strain at the end",
         "contraction",
         contraction,
@@ -230,17 +232,17 @@ fn critical() -> Result<Outcome, String> {
         "B14: contracts",
     );
     for (name, test, exact) in [("dense", &firm, 15.2), ("loose", &loose, 14.5)] {
-        let found = angle(Test::critical(&test.ratio));
+        let found = angle(BiaxialTest::critical(&test.ratio));
         let claim = format!("{exact}");
-        outcome.within(
+        outcome.assert_within(
             format!("B14, {name}: critical friction angle (°)"),
             &claim,
             found,
             (exact - 2.5, exact + 2.5),
             "B14: ± 2.5°",
         );
-        let solid = Test::critical(&test.solid);
-        outcome.within(
+        let solid = BiaxialTest::critical(&test.solid_fraction);
+        outcome.assert_within(
             format!("B14, {name}: critical solid fraction"),
             "0.814",
             solid,
@@ -248,16 +250,16 @@ fn critical() -> Result<Outcome, String> {
             "B14: ± 0.008",
         );
     }
-    let apart = angle(Test::critical(&firm.ratio)) - angle(Test::critical(&loose.ratio));
-    outcome.within(
+    let apart = angle(BiaxialTest::critical(&firm.ratio)) - angle(BiaxialTest::critical(&loose.ratio));
+    outcome.assert_within(
         "B14, critical angle, dense less loose (°)",
         "0",
         apart,
         (-2.5, 2.5),
         "B14: the same within 2.5°",
     );
-    let apart = Test::critical(&firm.solid) - Test::critical(&loose.solid);
-    outcome.within(
+    let apart = BiaxialTest::critical(&firm.solid_fraction) - BiaxialTest::critical(&loose.solid_fraction);
+    outcome.assert_within(
         "B14, critical solid fraction, dense less loose",
         "0",
         apart,

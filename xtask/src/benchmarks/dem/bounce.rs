@@ -6,24 +6,24 @@ use colluvium::case::Solver;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::scene::{chart, disks, load, options, reading, step};
-use crate::benchmarks::{Benchmark, Outcome};
+use super::scene::{chart, disk_solver, load, method_options, output_value, step};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/bounce",
     title: "A bouncing disk, DEM",
     source: "sheet: dem §5, B3",
-    quick: Some(1),
-    full: 1,
+    short_seconds: Some(1),
+    full_seconds: 1,
     run,
 };
 
 const GRAVITY: f64 = 9.81;
 const REST: f64 = 0.5;
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut value = load("wall")?;
     value["gravity"] = json!([0, -GRAVITY]);
     value["bodies"][0]["shape"]["centre"] = json!([0, 1.5]);
@@ -31,10 +31,10 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     // The sheet's bounds: weight over stiffness 1e-6 of the height, steps a thousandth of half a period.
     let stiffness = 1e6 * GRAVITY;
     let (dt, aloft) = (PI / f64::sqrt(stiffness) / 1000.0, PI / f64::sqrt(stiffness) / 25.0);
-    let options = options(&mut value);
+    let options = method_options(&mut value);
     options["pairs"][0]["normal"] = json!({ "law": "linear", "stiffness": stiffness, "restitution": REST });
     options["time_step"] = json!(aloft);
-    let mut solver = disks(&value)?;
+    let mut solver = disk_solver(&value)?;
     let fall = (2.0 / GRAVITY).sqrt();
     // Steps are long aloft, where they are exact, and short near the floor.
     let (mut path, mut impacts, mut apexes, mut top) = (Vec::new(), Vec::new(), Vec::new(), 0.0f64);
@@ -53,12 +53,12 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     let reason = "B3: 1 %";
     for (n, exact) in [(1, 0.25), (2, 0.0625)] {
         let found = apexes.get(n).copied().unwrap_or(f64::NAN);
-        outcome.near(format!("B3, height after bounce {n} (m)"), exact, 0.01, found, reason);
+        outcome.assert_close(format!("B3, height after bounce {n} (m)"), exact, 0.01, found, reason);
     }
     for n in 1..=3usize {
         let bounces: f64 = (1..n).map(|k| REST.powi(k as i32)).sum();
         let found = impacts.get(n - 1).copied().unwrap_or(f64::NAN);
-        outcome.near(
+        outcome.assert_close(
             format!("B3, time of impact {n} (s)"),
             fall * (1.0 + 2.0 * bounces),
             0.01,
@@ -66,10 +66,10 @@ fn run(_quick: bool) -> Result<Outcome, String> {
             reason,
         );
     }
-    outcome.below(
+    outcome.assert_below(
         "B3, error of the energy balance over input",
         "0",
-        reading(&solver, "energy_error").abs(),
+        output_value(&solver, "energy_error").abs(),
         0.01,
         "§2.14: 1 %",
     );

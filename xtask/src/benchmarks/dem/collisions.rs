@@ -6,17 +6,17 @@ use colluvium::case::Solver;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::scene::{chart, disks, linear, load, options, reading, spheres, step};
-use crate::analysis::{Largest, larger, slope};
-use crate::benchmarks::{Benchmark, Outcome, vectors};
+use super::scene::{chart, disk_solver, linear_law, load, method_options, output_value, sphere_solver, step};
+use crate::analysis::{MaxOrNan, max_or_nan, regression_slope};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/collisions",
     title: "Free flight, restitution of head-on collisions, elastic spheres, DEM",
     source: "sheet: dem §5, B1, B2; §2.3, §2.8, §3.6",
-    quick: Some(2),
-    full: 2,
+    short_seconds: Some(2),
+    full_seconds: 2,
     run,
 };
 
@@ -32,8 +32,8 @@ const TABLE: [(f64, f64, f64, f64, f64); 8] = [
     (1.5, 0.0, 0.075_588, f64::INFINITY, 1.72164),
 ];
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     flight(&mut outcome)?;
     table(&mut outcome)?;
     order(&mut outcome)?;
@@ -45,13 +45,13 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// B1: exact for any step.
-fn flight(outcome: &mut Outcome) -> Result<(), String> {
+fn flight(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("pair")?;
     value["gravity"] = json!([0, -9.81]);
     value["bodies"][0]["velocity"]["value"] = json!([1, 2]);
     value["bodies"][0]["shape"]["centre"] = json!([0, 5]);
     value["bodies"].as_array_mut().ok_or("no bodies")?.truncate(1);
-    let mut solver = disks(&value)?;
+    let mut solver = disk_solver(&value)?;
     let (limit, mut time) = (solver.limit().dt, 0.0);
     for share in [1.0, 0.4, 0.7].into_iter().cycle().take(3000) {
         step(&mut solver, share * limit)?;
@@ -59,8 +59,14 @@ fn flight(outcome: &mut Outcome) -> Result<(), String> {
     }
     let x = solver.snapshot().positions[0];
     let exact = [time, 5.0 + 2.0 * time - 0.5 * 9.81 * time * time];
-    let error = (0..2).map(|c| ((x[c] - exact[c]) / exact[c]).abs()).largest();
-    outcome.below("B1, place in free flight, uneven steps: relative error", "0", error, 1e-12, "B1: 1e-12");
+    let error = (0..2).map(|c| ((x[c] - exact[c]) / exact[c]).abs()).max_or_nan();
+    outcome.assert_below(
+        "B1, place in free flight, uneven steps: relative error",
+        "0",
+        error,
+        1e-12,
+        "B1: 1e-12",
+    );
     Ok(())
 }
 
@@ -85,10 +91,10 @@ fn collide(ratio: f64, clamp: bool, masses: [f64; 2], steps: f64, phase: f64) ->
     value["bodies"][0]["shape"] =
         json!({ "kind": "ball", "centre": [-radius[0] - (2.0 + phase) * dt, 0], "radius": radius[0] });
     value["bodies"][1]["shape"] = json!({ "kind": "ball", "centre": [radius[1], 0], "radius": radius[1] });
-    let options = options(&mut value);
-    options["pairs"][0]["normal"] = linear(1e6, ratio, clamp);
+    let options = method_options(&mut value);
+    options["pairs"][0]["normal"] = linear_law(1e6, ratio, clamp);
     options["time_step"] = json!(dt);
-    let mut solver = disks(&value)?;
+    let mut solver = disk_solver(&value)?;
     let (mut touching, mut deepest) = (0, 0.0f64);
     for _ in 0..(2.0 * steps) as usize + 5 {
         step(&mut solver, dt)?;
@@ -103,12 +109,12 @@ fn collide(ratio: f64, clamp: bool, masses: [f64; 2], steps: f64, phase: f64) ->
         touching,
         deepest,
         momentum: solver.totals().momentum[0] / masses[0] - 1.0,
-        energy: reading(&solver, "energy_error"),
+        energy: output_value(&solver, "energy_error"),
     })
 }
 
 /// All entries of the table, two steps.
-fn table(outcome: &mut Outcome) -> Result<(), String> {
+fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut picture = chart("Restitution of a head-on collision", "damping ratio", "restitution");
     let (mut momentum, mut energy) = (0.0f64, 0.0f64);
     for clamp in [false, true] {
@@ -122,11 +128,11 @@ fn table(outcome: &mut Outcome) -> Result<(), String> {
             for phase in [0.0, 0.3, 0.6] {
                 let few = collide(ratio, clamp, [1.0, 1.0], 200.0, phase)?;
                 let many = collide(ratio, clamp, [1.0, 1.0], 1000.0, phase)?;
-                coarse = larger(coarse, (few.restitution - reference).abs());
-                fine = larger(fine, (many.restitution - reference).abs());
-                lasting = larger(lasting, (f64::from(many.touching) * PI / 1000.0 - duration).abs());
-                momentum = larger(momentum, larger(few.momentum.abs(), many.momentum.abs()));
-                energy = larger(energy, few.energy.abs());
+                coarse = max_or_nan(coarse, (few.restitution - reference).abs());
+                fine = max_or_nan(fine, (many.restitution - reference).abs());
+                lasting = max_or_nan(lasting, (f64::from(many.touching) * PI / 1000.0 - duration).abs());
+                momentum = max_or_nan(momentum, max_or_nan(few.momentum.abs(), many.momentum.abs()));
+                energy = max_or_nan(energy, few.energy.abs());
                 if phase == 0.0 {
                     found.push((ratio, few.restitution));
                 }
@@ -134,14 +140,14 @@ fn table(outcome: &mut Outcome) -> Result<(), String> {
             exact.push((ratio, reference));
         }
         let law = if clamp { "clamped" } else { "unclamped" };
-        outcome.below(
+        outcome.assert_below(
             format!("B2, {law}: largest error of restitution, 200 steps"),
             "0",
             coarse,
             5e-3,
             "B2: 5e-3",
         );
-        outcome.below(
+        outcome.assert_below(
             format!("B2, {law}: largest error of restitution, 1000 steps"),
             "0",
             fine,
@@ -150,33 +156,45 @@ fn table(outcome: &mut Outcome) -> Result<(), String> {
         );
         let reason = "two and a half steps: one at either end, half a one by which velocities lag";
         let name = format!("B2, {law}: largest error of duration over 1/ω₀, 1000 steps");
-        outcome.below(name, "0", lasting, 2.5 * PI / 1000.0, reason);
+        outcome.assert_below(name, "0", lasting, 2.5 * PI / 1000.0, reason);
         picture.series.push(Series::new(format!("{law}, closed form"), exact, Style::Dashed));
         picture.series.push(Series::new(law, found, Style::Markers));
     }
-    outcome.below("B2, momentum: relative change", "0", momentum, 1e-12, "B2: 1e-12");
-    outcome.below("B2, error of the energy balance over input, 200 steps", "0", energy, 0.01, "§2.14: 1 %");
+    outcome.assert_below("B2, momentum: relative change", "0", momentum, 1e-12, "B2: 1e-12");
+    outcome.assert_below(
+        "B2, error of the energy balance over input, 200 steps",
+        "0",
+        energy,
+        0.01,
+        "§2.14: 1 %",
+    );
     outcome.svg("B2: closed forms of §2.3 and collisions with 200 steps to half a period.", &picture)
 }
 
 /// First order in the step; the sheet's worst cases over the phase.
-fn order(outcome: &mut Outcome) -> Result<(), String> {
+fn order(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let sheet = [(25.0, 2.7e-2), (50.0, 1.3e-2), (100.0, 6.7e-3), (200.0, 3.4e-3), (400.0, 1.7e-3)];
     let mut found = Vec::new();
     for (steps, _) in sheet {
         let mut worst = 0.0f64;
         for phase in 0..10 {
             let collision = collide(0.5, true, [1.0, 1.0], steps, 0.1 * f64::from(phase))?;
-            worst = larger(worst, (collision.restitution - 0.298_436).abs());
+            worst = max_or_nan(worst, (collision.restitution - 0.298_436).abs());
         }
         found.push((steps, worst));
     }
     let logs: Vec<(f64, f64)> = found.iter().map(|(steps, error)| (steps.ln(), error.ln())).collect();
     let reason = "B2: first order at least; the sheet's own errors have -0.99 to -1.05, dashpots corrected for the lag of velocities -2";
-    outcome.below("B2, order of the error in the number of steps", "-1", slope(&logs), -0.8, reason);
-    let largest = found.iter().zip(sheet).map(|((_, error), (_, sheet))| error / sheet).largest();
+    outcome.assert_below(
+        "B2, order of the error in the number of steps",
+        "-1",
+        regression_slope(&logs),
+        -0.8,
+        reason,
+    );
+    let largest = found.iter().zip(sheet).map(|((_, error), (_, sheet))| error / sheet).max_or_nan();
     let reason = "B2: the sheet's worst errors over the phase; a fifth for phases that ten samples miss";
-    outcome.below("B2, largest error over the sheet's", "1", largest, 1.2, reason);
+    outcome.assert_below("B2, largest error over the sheet's", "1", largest, 1.2, reason);
     let mut picture =
         chart("Error of restitution, clamped, ζ = 0.5", "steps to π/ω₀", "error of restitution");
     picture.log = true;
@@ -187,11 +205,17 @@ fn order(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// Undamped, unequal masses, a wall.
-fn others(outcome: &mut Outcome) -> Result<(), String> {
+fn others(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let plain = collide(0.0, true, [1.0, 1.0], 200.0, 0.4)?;
-    outcome.near("B2, restitution without damping, 200 steps", 1.0, 1e-3, plain.restitution, "B2: 1e-3");
+    outcome.assert_close(
+        "B2, restitution without damping, 200 steps",
+        1.0,
+        1e-3,
+        plain.restitution,
+        "B2: 1e-3",
+    );
     let exact = (0.5f64 / 1e6).sqrt();
-    outcome.near(
+    outcome.assert_close(
         "B2, largest overlap without damping (m)",
         exact,
         1e-3,
@@ -199,55 +223,61 @@ fn others(outcome: &mut Outcome) -> Result<(), String> {
         "the 1e-3 of the restitution",
     );
     let unequal = collide(0.3, true, [1.0, 3.0], 1000.0, 0.2)?;
-    outcome.near("B2, masses 1 and 3: restitution", 0.450_975, 1e-3 / 0.45, unequal.restitution, "B2: 1e-3");
+    outcome.assert_close(
+        "B2, masses 1 and 3: restitution",
+        0.450_975,
+        1e-3 / 0.45,
+        unequal.restitution,
+        "B2: 1e-3",
+    );
     let mut value = load("wall")?;
-    options(&mut value)["pairs"][0]["normal"] = linear(1e6, 0.3, true);
+    method_options(&mut value)["pairs"][0]["normal"] = linear_law(1e6, 0.3, true);
     let dt = PI / 1e3 / 1000.0;
-    options(&mut value)["time_step"] = json!(dt);
+    method_options(&mut value)["time_step"] = json!(dt);
     value["bodies"][0]["shape"]["centre"] = json!([0, 0.5 + 2.2 * dt]);
-    let mut solver = disks(&value)?;
+    let mut solver = disk_solver(&value)?;
     for _ in 0..1100 {
         step(&mut solver, dt)?;
     }
     let rebound = vectors(&solver.snapshot(), "velocity")[0][1];
-    outcome.near("B2, wall: restitution", 0.450_975, 1e-3 / 0.45, rebound, "B2: 1e-3");
+    outcome.assert_close("B2, wall: restitution", 0.450_975, 1e-3 / 0.45, rebound, "B2: 1e-3");
     Ok(())
 }
 
 /// Restitutions that are asked for come out, for the damping ratio is that of the law with its clamp or without.
-fn requested(outcome: &mut Outcome) -> Result<(), String> {
+fn requested(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for clamp in [false, true] {
         let mut worst = 0.0f64;
         for asked in [0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.1] {
             let mut value = load("pair")?;
             let dt = PI / 2e6f64.sqrt() / 1000.0;
             value["bodies"][0]["shape"]["centre"] = json!([-0.5 - 2.3 * dt, 0]);
-            let options = options(&mut value);
+            let options = method_options(&mut value);
             options["pairs"][0]["normal"] =
                 json!({ "law": "linear", "stiffness": 1e6, "restitution": asked, "clamp": clamp });
             options["time_step"] = json!(dt);
-            let mut solver = disks(&value)?;
+            let mut solver = disk_solver(&value)?;
             for _ in 0..1400 {
                 step(&mut solver, dt)?;
             }
             let v = vectors(&solver.snapshot(), "velocity");
-            worst = larger(worst, (v[1][0] - v[0][0] - asked).abs());
+            worst = max_or_nan(worst, (v[1][0] - v[0][0] - asked).abs());
         }
         let law = if clamp { "clamped" } else { "unclamped" };
         let name = format!("§2.3, {law}: restitution asked for, 0.1 to 0.95: largest error");
-        outcome.below(name, "0", worst, 1e-3, "B2: 1e-3 with 1000 steps");
+        outcome.assert_below(name, "0", worst, 1e-3, "B2: 1e-3 with 1000 steps");
     }
     Ok(())
 }
 
 /// §3.6: an elastic impact of glass spheres.
-fn glass(outcome: &mut Outcome) -> Result<(), String> {
+fn glass(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("spheres")?;
     let (deepest, force, duration) = (1.00358e-5, 81.5202, 2.9538e-5);
     let dt = duration / 1000.0;
-    options(&mut value)["time_step"] = json!(dt);
+    method_options(&mut value)["time_step"] = json!(dt);
     value["bodies"][0]["shape"]["centre"] = json!([-0.005 - 2.5 * dt, 0, 0]);
-    let mut solver = spheres(&value)?;
+    let mut solver = sphere_solver(&value)?;
     let (mut touching, mut most, mut curve) = (0, (0.0f64, 0.0f64), Vec::new());
     for _ in 0..1100 {
         step(&mut solver, dt)?;
@@ -258,15 +288,15 @@ fn glass(outcome: &mut Outcome) -> Result<(), String> {
         }
     }
     let reason = "the 1e-3 of B2's undamped collision; closed form of §2.8";
-    outcome.near("§3.6, glass spheres: largest overlap (m)", deepest, 1e-3, most.0, reason);
-    outcome.near(
+    outcome.assert_close("§3.6, glass spheres: largest overlap (m)", deepest, 1e-3, most.0, reason);
+    outcome.assert_close(
         "§3.6, glass spheres: largest force (N)",
         force,
         1.5e-3,
         most.1,
         "that of the overlap, to the power 3/2",
     );
-    outcome.near(
+    outcome.assert_close(
         "§3.6, glass spheres: duration (s)",
         duration,
         2e-3,
@@ -274,7 +304,7 @@ fn glass(outcome: &mut Outcome) -> Result<(), String> {
         "two of 1000 steps",
     );
     let v = vectors(&solver.snapshot(), "velocity");
-    outcome.near(
+    outcome.assert_close(
         "§3.6, glass spheres: restitution without damping",
         1.0,
         1e-3,
@@ -295,7 +325,7 @@ fn glass(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// §2.8: the restitution of the law after Hertz does not depend on the speed; with the clamp it is raised.
-fn speeds(outcome: &mut Outcome) -> Result<(), String> {
+fn speeds(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (clamp, pairs) in [
         (false, [(0.3, 0.3), (0.5, 0.5), (0.7, 0.7), (0.9, 0.9)]),
         (true, [(0.3, 0.3971), (0.5, 0.5503), (0.7, 0.7182), (0.9, 0.9020)]),
@@ -308,25 +338,25 @@ fn speeds(outcome: &mut Outcome) -> Result<(), String> {
                 let dt = 2.9538e-5 / f64::powf(speed, 0.2) / 1000.0;
                 value["bodies"][0]["shape"]["centre"] = json!([-0.005 - 2.5 * dt * speed, 0, 0]);
                 value["bodies"][0]["velocity"]["value"] = json!([speed, 0, 0]);
-                let options = options(&mut value);
+                let options = method_options(&mut value);
                 options["time_step"] = json!(dt);
                 options["pairs"][0]["normal"]["restitution"] = json!(asked);
                 options["pairs"][0]["normal"]["clamp"] = json!(clamp);
-                let mut solver = spheres(&value)?;
+                let mut solver = sphere_solver(&value)?;
                 for _ in 0..2500 {
                     step(&mut solver, dt)?;
                 }
                 let v = vectors(&solver.snapshot(), "velocity");
-                worst = larger(worst, ((v[1][0] - v[0][0]) / speed - reference).abs());
+                worst = max_or_nan(worst, ((v[1][0] - v[0][0]) / speed - reference).abs());
             }
         }
         let law = if clamp { "clamped, the sheet's values" } else { "unclamped" };
         let name = format!("§2.8, Hertz {law}: error of restitution at 0.1, 1 and 10 m/s");
         if clamp {
             let reason = "not judged: the sheet's values are those of a dashpot chosen without the clamp; the restitution asked for is had now";
-            outcome.show(name, "", worst, reason);
+            outcome.info(name, "", worst, reason);
         } else {
-            outcome.below(name, "0", worst, 1e-3, "B2: 1e-3 with 1000 steps");
+            outcome.assert_below(name, "0", worst, 1e-3, "B2: 1e-3 with 1000 steps");
         }
     }
     Ok(())

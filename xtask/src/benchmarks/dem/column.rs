@@ -7,17 +7,17 @@ use colluvium::dem::DemSolver;
 use colluvium::plots::{PointCloud, Series, Style};
 use serde_json::{Value, json};
 
-use super::scene::{chart, disks, load, options, reading, step};
-use crate::analysis::scatter;
-use crate::benchmarks::{Benchmark, Outcome, scalars};
+use super::scene::{chart, disk_solver, load, method_options, output_value, step};
+use crate::analysis::mean_and_deviation;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars};
 
 /// One column.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/column",
     title: "Collapse of a column of 1500 disks, a = 1, DEM",
     source: "sheet: dem §5, B13",
-    quick: None,
-    full: 96,
+    short_seconds: None,
+    full_seconds: 96,
     run: |_| columns(&SHEET[1..2]),
 };
 
@@ -26,14 +26,14 @@ pub const SWEEP: Benchmark = Benchmark {
     id: "dem/column-sweep",
     title: "Collapse of columns of 1500 disks, a = 0.5 to 8, DEM",
     source: "sheet: dem §5, B13; Staron and Hinch 2005; Lube et al. 2005",
-    quick: None,
-    full: 600,
+    short_seconds: None,
+    full_seconds: 600,
     run: |_| columns(&SHEET),
 };
 
 /// What the sheet's code found for a column.
 #[derive(Clone, Copy)]
-struct Row {
+struct ReferenceColumn {
     aspect: f64,
     /// Run-out of the connected front and of 98 % of the mass over the initial width.
     front: f64,
@@ -45,19 +45,19 @@ struct Row {
     /// Share that passes.
     band: f64,
     /// What scatters with the packing: mean and standard deviation over those of the sheet.
-    scatter: Scatter,
+    scatter: PackingScatter,
 }
 
 /// Where the mean over packings may lie.
 #[derive(Clone, Copy)]
-enum Spread {
+enum PackingSpread {
     /// Within three standard deviations of such a mean: mean and standard deviation of single packings.
     Packings(f64, f64),
     /// Within a band of the sheet: its middle and half its width.
     Band(f64, f64),
 }
 
-impl Spread {
+impl PackingSpread {
     /// Ends for a mean over so many packings, what is claimed, and why.
     fn ends(self, count: usize) -> ((f64, f64), String, &'static str) {
         match self {
@@ -76,54 +76,59 @@ impl Spread {
 
 /// Times over √(H₀/g) of the largest kinetic energy and at rest, and the front at 3 √(H₀/g) over that at the end.
 #[derive(Clone, Copy)]
-struct Scatter {
-    when: Spread,
-    early: Spread,
-    rest: Spread,
+struct PackingScatter {
+    when: PackingSpread,
+    early: PackingSpread,
+    rest: PackingSpread,
 }
 
-const fn row(aspect: f64, [front, mass, height, kinetic]: [f64; 4], band: f64, scatter: Scatter) -> Row {
-    Row { aspect, front, mass, height, kinetic, band, scatter }
+const fn row(
+    aspect: f64,
+    [front, mass, height, kinetic]: [f64; 4],
+    band: f64,
+    scatter: PackingScatter,
+) -> ReferenceColumn {
+    ReferenceColumn { aspect, front, mass, height, kinetic, band, scatter }
 }
 
 /// The bands of the sheet, where it has no scatter of packings.
-const fn banded(when: f64, band: f64) -> Scatter {
-    Scatter {
-        when: Spread::Band(when, when * band),
-        early: Spread::Band(0.725, 0.125),
-        rest: Spread::Band(7.0, 2.0),
+const fn banded(when: f64, band: f64) -> PackingScatter {
+    PackingScatter {
+        when: PackingSpread::Band(when, when * band),
+        early: PackingSpread::Band(0.725, 0.125),
+        rest: PackingSpread::Band(7.0, 2.0),
     }
 }
 
-const SHEET: [Row; 5] = [
+const SHEET: [ReferenceColumn; 5] = [
     row(
         0.50,
         [0.88, 0.68, 0.506, 0.050],
         0.10,
-        Scatter {
-            when: Spread::Packings(1.23, 0.23),
-            early: Spread::Packings(0.65, 0.09),
-            rest: Spread::Packings(8.7, 1.5),
+        PackingScatter {
+            when: PackingSpread::Packings(1.23, 0.23),
+            early: PackingSpread::Packings(0.65, 0.09),
+            rest: PackingSpread::Packings(8.7, 1.5),
         },
     ),
     row(
         0.99,
         [1.98, 1.68, 0.672, 0.103],
         0.10,
-        Scatter {
-            when: Spread::Packings(1.28, 0.18),
-            early: Spread::Packings(0.68, 0.05),
-            rest: Spread::Packings(7.2, 0.65),
+        PackingScatter {
+            when: PackingSpread::Packings(1.28, 0.18),
+            early: PackingSpread::Packings(0.68, 0.05),
+            rest: PackingSpread::Packings(7.2, 0.65),
         },
     ),
     row(
         1.98,
         [4.07, 3.55, 0.863, 0.181],
         0.10,
-        Scatter {
-            when: Spread::Packings(1.12, 0.08),
-            early: Spread::Packings(0.70, 0.02),
-            rest: Spread::Packings(6.4, 0.6),
+        PackingScatter {
+            when: PackingSpread::Packings(1.12, 0.08),
+            early: PackingSpread::Packings(0.70, 0.02),
+            rest: PackingSpread::Packings(6.4, 0.6),
         },
     ),
     row(3.97, [7.80, 6.95, 1.15, 0.253], 0.10, banded(0.97, 0.10)),
@@ -153,7 +158,7 @@ fn set_up(aspect: f64, seed: u64) -> Result<(Value, f64), String> {
     value["bodies"][1]["shape"]["max"] = json!([reach, 0]);
     value["boundaries"][1]["position"] = json!(width);
     let stiffness = 5e3 * aspect * width;
-    let own = options(&mut value);
+    let own = method_options(&mut value);
     for k in 0..3 {
         own["pairs"][k]["normal"]["stiffness"] = json!(stiffness);
     }
@@ -209,7 +214,7 @@ fn measures(snapshot: &Snapshot) -> [f64; 3] {
 }
 
 /// What came of a column.
-struct Deposit {
+struct ColumnDeposit {
     /// Width and height when the gate goes.
     size: [f64; 2],
     /// Front, 98 % quantile and height at the end; front at three times √(H₀/g).
@@ -222,9 +227,9 @@ struct Deposit {
     last: Snapshot,
 }
 
-fn collapse(aspect: f64, seed: u64) -> Result<Deposit, String> {
+fn collapse(aspect: f64, seed: u64) -> Result<ColumnDeposit, String> {
     let (value, width) = set_up(aspect, seed)?;
-    let mut solver = disks(&value)?;
+    let mut solver = disk_solver(&value)?;
     let settled = value["stages"][0]["duration"].as_f64().ok_or("no duration")?;
     while solver.time() < settled {
         let dt = solver.limit().dt;
@@ -254,8 +259,8 @@ fn collapse(aspect: f64, seed: u64) -> Result<Deposit, String> {
         }
     }
     let last = solver.snapshot();
-    let error = reading(&solver, "energy_error");
-    Ok(Deposit { size: [width, height], end: measures(&last), early, energy, error, first, last })
+    let error = output_value(&solver, "energy_error");
+    Ok(ColumnDeposit { size: [width, height], end: measures(&last), early, energy, error, first, last })
 }
 
 fn advance(solver: &mut DemSolver<2, 1>, span: f64) -> Result<(), String> {
@@ -267,8 +272,8 @@ fn advance(solver: &mut DemSolver<2, 1>, span: f64) -> Result<(), String> {
     Ok(())
 }
 
-fn columns(rows: &[Row]) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn columns(rows: &[ReferenceColumn]) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut energies = chart(
         "Kinetic energy of collapsing columns",
         "time over √(H₀/g)",
@@ -277,15 +282,16 @@ fn columns(rows: &[Row]) -> Result<Outcome, String> {
     let (mut found, mut sheet) = (Vec::new(), Vec::new());
     for row in rows {
         let deposits = SEEDS.map(|seed| collapse(row.aspect, seed));
-        let deposits: Vec<Deposit> = deposits.into_iter().collect::<Result<_, _>>()?;
-        let figures: Vec<Figures> = deposits.iter().map(Deposit::figures).collect();
+        let deposits: Vec<ColumnDeposit> = deposits.into_iter().collect::<Result<_, _>>()?;
+        let figures: Vec<ColumnFigures> = deposits.iter().map(ColumnDeposit::figures).collect();
         judge(&mut outcome, row, &figures);
         found.push((row.aspect, mean(&figures, |own| own.front)));
         let deposit = deposits.into_iter().next().ok_or("no packing")?;
         sheet.push((row.aspect, row.front));
         if rows.len() == 1 || row.aspect > 3.0 && row.aspect < 5.0 {
             for (name, snapshot) in [("before", &deposit.first), ("after", &deposit.last)] {
-                let mut cloud = PointCloud::of(snapshot, "pressure", [0, 1]).ok_or("no pressure")?;
+                let mut cloud =
+                    PointCloud::from_snapshot(snapshot, "pressure", [0, 1]).ok_or("no pressure")?;
                 cloud.title = format!("Column of a = {}, {name}", row.aspect);
                 outcome.png(
                     &format!("B13, a = {}, {name} the collapse: pressure in grains.", row.aspect),
@@ -317,51 +323,51 @@ fn columns(rows: &[Row]) -> Result<Outcome, String> {
 
 /// What the sheet tells of a column, lengths over the initial width.
 #[derive(Clone, Copy, Debug)]
-struct Figures {
+struct ColumnFigures {
     aspect: f64,
     front: f64,
     mass: f64,
     height: f64,
     /// Largest kinetic energy over the first potential energy, and its time over √(H₀/g).
     kinetic: f64,
-    when: f64,
+    time_of_max_kinetic: f64,
     /// Way of the front at 3 √(H₀/g) over that at the end.
-    early: f64,
+    early_front_share: f64,
     /// Time at the end over √(H₀/g), and what is left of the kinetic energy then.
     rest: (f64, f64),
     error: f64,
 }
 
-impl Deposit {
-    fn figures(&self) -> Figures {
+impl ColumnDeposit {
+    fn figures(&self) -> ColumnFigures {
         let [width, height] = self.size;
         let [front, mass, top] = self.end;
         let (when, kinetic) =
             self.energy.iter().copied().fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
-        Figures {
+        ColumnFigures {
             aspect: height / width,
             front: front / width - 1.0,
             mass: mass / width - 1.0,
             height: top / width,
             kinetic,
-            when,
-            early: (self.early - width) / (front - width),
+            time_of_max_kinetic: when,
+            early_front_share: (self.early - width) / (front - width),
             rest: self.energy.last().copied().unwrap_or((f64::NAN, f64::NAN)),
             error: self.error,
         }
     }
 }
 
-fn mean(figures: &[Figures], of: impl Fn(&Figures) -> f64) -> f64 {
+fn mean(figures: &[ColumnFigures], of: impl Fn(&ColumnFigures) -> f64) -> f64 {
     figures.iter().map(of).sum::<f64>() / figures.len() as f64
 }
 
-fn judge(outcome: &mut Outcome, row: &Row, figures: &[Figures]) {
+fn judge(outcome: &mut BenchmarkOutcome, row: &ReferenceColumn, figures: &[ColumnFigures]) {
     let name = |what: &str| format!("B13, a = {}: {what}", row.aspect);
     let reason =
         if row.band > 0.1 { "B13: ± 15 % for a = 8" } else { "B13: ± 10 %, means of four packings" };
-    let mean = |of: fn(&Figures) -> f64| mean(figures, of);
-    outcome.near(
+    let mean = |of: fn(&ColumnFigures) -> f64| mean(figures, of);
+    outcome.assert_close(
         name("height over width at the start"),
         row.aspect,
         0.02,
@@ -374,33 +380,33 @@ fn judge(outcome: &mut Outcome, row: &Row, figures: &[Figures]) {
         ("final height over initial width", row.height, mean(|own| own.height)),
         ("largest kinetic energy over first potential energy", row.kinetic, mean(|own| own.kinetic)),
     ] {
-        outcome.near(name(what), exact, row.band, value, reason);
+        outcome.assert_close(name(what), exact, row.band, value, reason);
     }
     let kinetic: Vec<f64> = figures.iter().map(|own| own.kinetic).collect();
-    outcome.show(
+    outcome.info(
         name("largest kinetic energy, standard deviation of packings"),
         "",
-        scatter(&kinetic).1,
+        mean_and_deviation(&kinetic).1,
         "not judged: shows how well the mean is known",
     );
-    let Scatter { when, early, rest } = row.scatter;
+    let PackingScatter { when, early, rest } = row.scatter;
     for (what, spread, value) in [
-        ("time of it over √(H₀/g)", when, mean(|own| own.when)),
-        ("front at 3 √(H₀/g) over that at the end", early, mean(|own| own.early)),
+        ("time of it over √(H₀/g)", when, mean(|own| own.time_of_max_kinetic)),
+        ("front at 3 √(H₀/g) over that at the end", early, mean(|own| own.early_front_share)),
         ("time at rest over √(H₀/g)", rest, mean(|own| own.rest.0)),
     ] {
         let (ends, claim, reason) = spread.ends(figures.len());
-        outcome.within(name(what), &claim, value, ends, reason);
+        outcome.assert_within(name(what), &claim, value, ends, reason);
     }
-    let largest = |of: fn(&Figures) -> f64| figures.iter().map(of).fold(0.0, f64::max);
-    outcome.below(
+    let largest = |of: fn(&ColumnFigures) -> f64| figures.iter().map(of).fold(0.0, f64::max);
+    outcome.assert_below(
         name("kinetic energy at the end over first potential energy"),
         "at rest",
         largest(|own| own.rest.1),
         2e-5,
         "B13",
     );
-    outcome.below(
+    outcome.assert_below(
         name("error of the energy balance over input"),
         "0",
         largest(|own| own.error.abs()),
@@ -410,12 +416,18 @@ fn judge(outcome: &mut Outcome, row: &Row, figures: &[Figures]) {
 }
 
 /// Exponents of the run-out.
-fn scaling(outcome: &mut Outcome, found: &[(f64, f64)]) -> Result<(), String> {
+fn scaling(outcome: &mut BenchmarkOutcome, found: &[(f64, f64)]) -> Result<(), String> {
     let exponent = |a: (f64, f64), b: (f64, f64)| (b.1 / a.1).ln() / (b.0 / a.0).ln();
     let [first, one, two, four, eight] = found else { return Err("five columns are needed".into()) };
     let prefactor = (first.1 / first.0 + one.1 / one.0 + two.1 / two.0) / 3.0;
-    outcome.within("B13, run-out over aspect ratio, a ≤ 2", "2.0", prefactor, (1.8, 2.2), "B13: 2.0 ± 0.2");
-    outcome.below(
+    outcome.assert_within(
+        "B13, run-out over aspect ratio, a ≤ 2",
+        "2.0",
+        prefactor,
+        (1.8, 2.2),
+        "B13: 2.0 ± 0.2",
+    );
+    outcome.assert_below(
         "B13, exponent of the run-out between a = 4 and 8",
         "below 0.8",
         exponent(*four, *eight),

@@ -4,17 +4,17 @@ use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
 use serde_json::{Value, json};
 
-use super::scene::{Grain, case, chart, load, options, points};
-use crate::analysis::{Largest, larger};
-use crate::benchmarks::{Benchmark, Outcome, run_by, series};
+use super::scene::{GrainData, chart, grain_file, load, method_options, parse_case};
+use crate::analysis::{MaxOrNan, max_or_nan};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
 /// Elasticity.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/crystal",
     title: "Elastic moduli of crystals of disks and spheres, DEM",
     source: "sheet: dem §5, B10; §0, 3D crystal",
-    quick: Some(1),
-    full: 1,
+    short_seconds: Some(1),
+    full_seconds: 1,
     run,
 };
 
@@ -23,8 +23,8 @@ pub const STRENGTH: Benchmark = Benchmark {
     id: "dem/crystal-strength",
     title: "Strength of a hexagonal crystal of disks, DEM",
     source: "Rowe 1962; sheet: dem §5, B10",
-    quick: Some(5),
-    full: 20,
+    short_seconds: Some(5),
+    full_seconds: 20,
     run: strength,
 };
 
@@ -38,8 +38,8 @@ const PRESSURE: f64 = 1.0;
 /// Grains of a crystal at places, in a cell of these widths.
 fn fill(value: &mut Value, name: &str, places: &[Vec<f64>], widths: &[f64]) -> Result<(), String> {
     let still = vec![0.0; widths.len()];
-    let grains: Vec<Grain> = places.iter().map(|place| (place.clone(), 0.5, still.clone())).collect();
-    value["bodies"][0]["points"] = points(name, &grains)?;
+    let grains: Vec<GrainData> = places.iter().map(|place| (place.clone(), 0.5, still.clone())).collect();
+    value["bodies"][0]["points"] = grain_file(name, &grains)?;
     value["bodies"][0]["shape"] = json!({ "kind": "box", "min": still, "max": widths });
     value["domain"]["min"] = json!(still);
     value["domain"]["max"] = json!(widths);
@@ -68,8 +68,8 @@ fn face_centred(cubes: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     (places, vec![edge * cubes as f64; 3])
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let (kn, kt) = (1.0, 0.5);
     let root = 3f64.sqrt() / 4.0;
     let flat = load("crystal")?;
@@ -89,7 +89,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 
 /// C₁₁, C₁₂ and C₄₄ from strains along x and y and a shear.
 fn moduli(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     name: &str,
     value: &Value,
     dimension: usize,
@@ -98,23 +98,29 @@ fn moduli(
     let reason = "B10: 0.1 %";
     let stiffness = |key: &str| -> Result<RunReport, String> {
         let mut value = value.clone();
-        options(&mut value)["stages"]["strain"]["cell"] = json!({ key: { "rate": STRAIN } });
-        run_by("dem", &case(&value)?)
+        method_options(&mut value)["stages"]["strain"]["cell"] = json!({ key: { "rate": STRAIN } });
+        run_in_memory("dem", &parse_case(&value)?)
     };
     let (along, across, shear) = (stiffness("xx")?, stiffness("yy")?, stiffness("xy")?);
     let modulus = |report: &RunReport, entry: &str| {
-        let stress = series(report, &format!("cell_stress.{entry}"));
+        let stress = measure_series(report, &format!("cell_stress.{entry}"));
         // The row at the start has no forces yet.
         (stress[stress.len() - 1].1 - stress[1].1) / STRAIN
     };
     let [c11, c12, c44] = claims;
-    outcome.near(format!("B10, {name}: C₁₁ (N/m over d^(D-2))"), c11, 1e-3, modulus(&along, "xx"), reason);
-    outcome.near(format!("B10, {name}: C₂₂"), c11, 1e-3, modulus(&across, "yy"), reason);
-    outcome.near(format!("B10, {name}: C₁₂"), c12, 1e-3, modulus(&along, "yy"), reason);
-    outcome.near(format!("B10, {name}: C₂₁"), c12, 1e-3, modulus(&across, "xx"), reason);
-    outcome.near(format!("B10, {name}: shear"), c44, 1e-3, modulus(&shear, "xy"), reason);
-    let mixed = larger(modulus(&shear, "xx").abs(), modulus(&along, "xy").abs());
-    outcome.below(
+    outcome.assert_close(
+        format!("B10, {name}: C₁₁ (N/m over d^(D-2))"),
+        c11,
+        1e-3,
+        modulus(&along, "xx"),
+        reason,
+    );
+    outcome.assert_close(format!("B10, {name}: C₂₂"), c11, 1e-3, modulus(&across, "yy"), reason);
+    outcome.assert_close(format!("B10, {name}: C₁₂"), c12, 1e-3, modulus(&along, "yy"), reason);
+    outcome.assert_close(format!("B10, {name}: C₂₁"), c12, 1e-3, modulus(&across, "xx"), reason);
+    outcome.assert_close(format!("B10, {name}: shear"), c44, 1e-3, modulus(&shear, "xy"), reason);
+    let mixed = max_or_nan(modulus(&shear, "xx").abs(), modulus(&along, "xy").abs());
+    outcome.assert_below(
         format!("B10, {name}: shear with stretch"),
         "0",
         mixed,
@@ -123,8 +129,8 @@ fn moduli(
     );
     if dimension == 3 {
         let rest = [modulus(&along, "zz") - c12, modulus(&shear, "yz"), modulus(&shear, "xz")];
-        let worst = rest.iter().map(|value| value.abs()).largest();
-        outcome.below(
+        let worst = rest.iter().map(|value| value.abs()).max_or_nan();
+        outcome.assert_below(
             format!("B10, {name}: C₁₃ less C₁₂, other shears"),
             "0",
             worst,
@@ -136,19 +142,20 @@ fn moduli(
 }
 
 /// Rows horizontal, compressed from above: `tan 60° tan(60° + φ)`.
-fn strength(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn strength(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut picture = chart("A hexagonal crystal is compressed", "vertical strain", "ratio of stresses");
     let all = [(0.0, 3.0), (0.1, 3.838), (0.2, 5.120), (0.3, 7.327), (0.4, 12.02)];
     for &(friction, exact) in if quick { &all[1..3] } else { &all[..] } {
         let report = compress(friction)?;
-        let (vertical, lateral) = (series(&report, "cell_stress.yy"), series(&report, "cell_stress.xx"));
-        let height = series(&report, "cell.y");
+        let (vertical, lateral) =
+            (measure_series(&report, "cell_stress.yy"), measure_series(&report, "cell_stress.xx"));
+        let height = measure_series(&report, "cell.y");
         let curve: Vec<(f64, f64)> = (1..vertical.len())
             .map(|k| (-(height[k].1 / height[0].1).ln(), vertical[k].1 / lateral[k].1))
             .collect();
-        let peak = curve.iter().map(|(_, ratio)| *ratio).largest();
-        outcome.near(
+        let peak = curve.iter().map(|(_, ratio)| *ratio).max_or_nan();
+        outcome.assert_close(
             format!("B10, friction {friction}: ratio of stresses at the peak"),
             exact,
             0.03,
@@ -169,6 +176,6 @@ fn compress(friction: f64) -> Result<RunReport, String> {
     let pitch = 1.0 - PRESSURE / (3f64.sqrt() * STIFFNESS);
     let (places, widths) = hexagonal(8, 8, pitch);
     fill(&mut value, "strength", &places, &widths)?;
-    options(&mut value)["pairs"][0]["friction"]["coefficient"] = json!(friction);
-    run_by("dem", &case(&value)?)
+    method_options(&mut value)["pairs"][0]["friction"]["coefficient"] = json!(friction);
+    run_in_memory("dem", &parse_case(&value)?)
 }

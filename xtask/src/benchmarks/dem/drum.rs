@@ -4,17 +4,17 @@ use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{PointCloud, Series, Style};
 use serde_json::json;
 
-use super::scene::{case, chart, load, options};
-use crate::analysis::{scatter, slope};
-use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
+use super::scene::{chart, load, method_options, parse_case};
+use crate::analysis::{mean_and_deviation, regression_slope};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/drum",
     title: "Half-full drum that turns, 30 grains across, DEM",
     source: "Bui & Nguyen 2021, Fig. 9; sheet: dem §5, B15",
-    quick: Some(20),
-    full: 30,
+    short_seconds: Some(20),
+    full_seconds: 30,
     run: |quick| turn(30.0, if quick { 4.5 } else { END }),
 };
 
@@ -22,8 +22,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
 pub const FINE: Benchmark = Benchmark {
     id: "dem/drum-fine",
     title: "Half-full drum that turns, 60 grains across, DEM",
-    quick: None,
-    full: 900,
+    short_seconds: None,
+    full_seconds: 900,
     run: |_| turn(60.0, END),
     ..BENCHMARK
 };
@@ -41,7 +41,7 @@ const HALF_WIDTH: f64 = 0.05;
 const BINS: usize = 8;
 
 /// The surface of a frame.
-struct Surface {
+struct DrumSurface {
     /// Angle (degrees).
     angle: f64,
     /// Root of the mean square of what the highest grains lie off the line (m).
@@ -49,7 +49,7 @@ struct Surface {
 }
 
 /// A line through the highest grains.
-fn surface(snapshot: &Snapshot) -> Surface {
+fn surface(snapshot: &Snapshot) -> DrumSurface {
     let radii = scalars(snapshot, "radius");
     let mut top = [(f64::NAN, f64::NEG_INFINITY); BINS];
     for (x, radius) in snapshot.positions.iter().zip(&radii) {
@@ -59,49 +59,52 @@ fn surface(snapshot: &Snapshot) -> Surface {
         }
     }
     let points: Vec<(f64, f64)> = top.into_iter().filter(|(x, _)| x.is_finite()).collect();
-    let (slope, count) = (slope(&points), points.len() as f64);
+    let (slope, count) = (regression_slope(&points), points.len() as f64);
     let middle = points.iter().fold((0.0, 0.0), |sum, (x, y)| (sum.0 + x / count, sum.1 + y / count));
     let off = |(x, y): &(f64, f64)| (y - middle.1 - slope * (x - middle.0)).powi(2) / (1.0 + slope * slope);
-    Surface { angle: slope.atan().to_degrees(), rough: (points.iter().map(off).sum::<f64>() / count).sqrt() }
+    DrumSurface {
+        angle: slope.atan().to_degrees(),
+        rough: (points.iter().map(off).sum::<f64>() / count).sqrt(),
+    }
 }
 
 fn drum(across: f64, end: f64, seed: u64) -> Result<RunReport, String> {
     let mut value = load("drum")?;
     let mean = DRUM / across;
     value["stages"][1]["duration"] = json!(end - 0.5);
-    let own = options(&mut value);
+    let own = method_options(&mut value);
     own["seed"] = json!(seed);
     own["grains"]["grain"]["diameter"] =
         json!({ "distribution": "uniform", "min": 0.8 * mean, "max": 1.2 * mean });
-    run_by("dem", &case(&value)?)
+    run_in_memory("dem", &parse_case(&value)?)
 }
 
 fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.clone().sum::<f64>() / values.count() as f64
 }
 
-fn turn(across: f64, end: f64) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn turn(across: f64, end: f64) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut picture = chart("Angle of the surface in a drum", "time (s)", "angle (degrees)");
     let (mut angles, mut rough, mut error) = (Vec::new(), Vec::new(), 0.0f64);
     for seed in SEEDS {
         let report = drum(across, end, seed)?;
-        let steady: Vec<Surface> =
+        let steady: Vec<DrumSurface> =
             report.frames.iter().filter(|frame| frame.time >= STEADY).map(surface).collect();
         angles.push(mean(steady.iter().map(|own| own.angle)));
         rough.push(mean(steady.iter().map(|own| own.rough)));
-        error = error.max(series(&report, "energy_error").last().map_or(f64::NAN, |(_, e)| e.abs()));
+        error = error.max(measure_series(&report, "energy_error").last().map_or(f64::NAN, |(_, e)| e.abs()));
         let path = report.frames.iter().map(|frame| (frame.time, surface(frame).angle)).collect();
         picture.series.push(Series::new(format!("seed {seed}"), path, Style::Line));
         if seed == SEEDS[0]
-            && let Some(cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1])
+            && let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "velocity", [0, 1])
         {
             outcome.png("Speed at the end.", &cloud)?;
         }
     }
-    let (angle, deviation) = scatter(&angles);
+    let (angle, deviation) = mean_and_deviation(&angles);
     let (one, other) = angles.split_at(angles.len() / 2);
-    outcome.below(
+    outcome.assert_below(
         "difference of the mean angle between two groups of three drawings of grains (degrees)",
         "repeatable ± 1°",
         (mean(one.iter().copied()) - mean(other.iter().copied())).abs(),
@@ -109,9 +112,9 @@ fn turn(across: f64, end: f64) -> Result<Outcome, String> {
         "B15: each within 1° of the mean of both",
     );
     let reason = "not judged: single drawings, which the sheet does not have";
-    outcome.show("standard deviation of the angle between drawings (degrees)", "", deviation, reason);
+    outcome.info("standard deviation of the angle between drawings (degrees)", "", deviation, reason);
     let reason = "B15: flat; one grain, as the highest grains of bins lie off a flat surface by a share of their diameters";
-    outcome.below(
+    outcome.assert_below(
         "rms distance of the surface from a line over the mean diameter",
         "flat",
         mean(rough.iter().copied()) * across / DRUM,
@@ -120,14 +123,14 @@ fn turn(across: f64, end: f64) -> Result<Outcome, String> {
     );
     let reason = "B-01 asks for the friction angle ± 5°; that of these grains, B14, is 15.2° at critical state and 25.9° at the peak: a surface \
                   that flows and is lifted again stands between them";
-    outcome.within(
+    outcome.assert_within(
         "mean angle of the surface (degrees)",
         "15.2 - 5 to 25.9 + 5",
         angle,
         (10.2, 30.9),
         reason,
     );
-    outcome.below(
+    outcome.assert_below(
         "error of the energy balance over input",
         "0",
         error,

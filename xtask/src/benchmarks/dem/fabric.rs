@@ -1,20 +1,20 @@
 //! Directions of contacts and chains of forces at the peak of a biaxial test (sheet: dem §3.9, B14).
 
-use colluvium::case::{Dataset, Solver, Support, Wanted};
+use colluvium::case::{Dataset, DatasetGeometry, FrameRequest, Solver};
 use colluvium::dem::DemSolver;
-use colluvium::plots::{ForceChains, Rose};
+use colluvium::plots::{ContactRose, ForceChains};
 use serde_json::json;
 
-use super::scene::{case, load, reading};
-use crate::benchmarks::{Benchmark, Outcome};
+use super::scene::{load, output_value, parse_case};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// Dense, to the peak.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/fabric",
     title: "Contacts of dense disks at the peak of a biaxial test, DEM",
     source: "sheet: dem §3.9, B14",
-    quick: None,
-    full: 40,
+    short_seconds: None,
+    full_seconds: 40,
     run: |_| run(),
 };
 
@@ -31,7 +31,7 @@ fn peak() -> Result<DemSolver<2, 1>, String> {
     let mut value = load("biaxial")?;
     value["stages"][2]["duration"] = json!(PEAK / RATE);
     value["output"]["contacts"] = json!(true);
-    let case = case(&value)?;
+    let case = parse_case(&value)?;
     let failed = |error: colluvium::case::SolverError| error.to_string();
     let mut solver = colluvium::dem::disks(&case).map_err(|error| error.to_string())?;
     let mut end = 0.0;
@@ -50,9 +50,9 @@ fn chains(solver: &DemSolver<2, 1>) -> ForceChains {
     let snapshot = solver.snapshot();
     let flat = |x: &[f64; 3]| [x[0], x[1]];
     let grains = snapshot.positions.iter().zip(&snapshot.extents).map(|(x, e)| (flat(x), 0.5 * e[0]));
-    let frame = solver.frame(Wanted::Written);
-    let ends: Vec<Vec<[f64; 3]>> = match frame.dataset(Dataset::CONTACTS).map(|dataset| &dataset.support) {
-        Some(Support::Mesh(lines)) => lines.cells().collect(),
+    let frame = solver.frame(FrameRequest::Written);
+    let ends: Vec<Vec<[f64; 3]>> = match frame.dataset(Dataset::CONTACTS).map(|dataset| &dataset.geometry) {
+        Some(DatasetGeometry::Mesh(lines)) => lines.cells().collect(),
         _ => Vec::new(),
     };
     let forces = solver.contacts().into_iter().map(|contact| contact.normal);
@@ -65,37 +65,43 @@ fn chains(solver: &DemSolver<2, 1>) -> ForceChains {
     }
 }
 
-fn run() -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run() -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let solver = peak()?;
     let fabric = solver.fabric().ok_or("no grains touch")?;
     let anisotropy = 4.0 * (fabric.tensor[1][1] - 0.5);
-    outcome.within(
+    outcome.assert_within(
         "B14, dense: 4 (G₁₁ - ½) at a strain of 0.014",
         "0.33",
         anisotropy,
         (0.25, 0.41),
         "the sheet's rows around it scatter by 0.08",
     );
-    outcome.within(
+    outcome.assert_within(
         "B14, dense: contacts of a grain at a strain of 0.014",
         "3.29",
         fabric.coordination,
         (3.13, 3.45),
         "the sheet's rows around it differ by 0.16",
     );
-    outcome.within(
+    outcome.assert_within(
         "share of the contacts below the mean force",
         "about 0.6",
-        fabric.weak,
+        fabric.weak_fraction,
         (0.52, 0.68),
         "Radjai et al. 1998, as of memory in the sheet",
     );
     let reason = "not judged: the sheet gives no value at the peak";
-    outcome.show("grains that bear nothing", "-", fabric.rattlers, reason);
-    outcome.show("contacts of a grain that bears something", "-", fabric.mechanical_coordination, reason);
-    let row = reading(&solver, "fabric.yy");
-    outcome.near("column fabric.yy of the measures", fabric.tensor[1][1], 1e-12, row, "the same number");
+    outcome.info("grains that bear nothing", "-", fabric.rattlers, reason);
+    outcome.info("contacts of a grain that bears something", "-", fabric.mechanical_coordination, reason);
+    let row = output_value(&solver, "fabric.yy");
+    outcome.assert_close(
+        "column fabric.yy of the measures",
+        fabric.tensor[1][1],
+        1e-12,
+        row,
+        "the same number",
+    );
     outcome.png("Chains of forces at the peak.", &chains(&solver))?;
     let even = 1.0 / PARTS as f64;
     let angle = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / 72.0;
@@ -110,9 +116,9 @@ fn run() -> Result<Outcome, String> {
         }
         even * sum
     };
-    let rose = Rose {
+    let rose = ContactRose {
         title: "Directions of contacts at the peak; line: by the fabric tensor".to_owned(),
-        shares: solver.rose(PARTS),
+        shares: solver.contact_rose(PARTS),
         line: (0..72).map(|k| first_order(angle(k))).collect(),
     };
     outcome.png("Rose of contacts at the peak.", &rose)?;

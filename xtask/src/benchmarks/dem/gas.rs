@@ -7,17 +7,17 @@ use colluvium::dem::DemSolver;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::scene::{Grain, chart, disks, load, options, points, reading, step};
-use crate::analysis::{Largest, larger};
-use crate::benchmarks::{Benchmark, Outcome};
+use super::scene::{GrainData, chart, disk_solver, grain_file, load, method_options, output_value, step};
+use crate::analysis::{MaxOrNan, max_or_nan};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/gas",
     title: "An elastic gas of 200 disks: energy and reversal, DEM",
     source: "sheet: dem §5, B4",
-    quick: Some(4),
-    full: 40,
+    short_seconds: Some(4),
+    full_seconds: 40,
     run,
 };
 
@@ -26,8 +26,8 @@ const COLLISIONS: usize = 10_000;
 /// Frequency of two grains, `√(2 k)`.
 const FREQUENCY: f64 = 141.421_356_237;
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     back(&mut outcome)?;
     let seeds = if quick { 1 } else { 6 };
     let mut picture = chart("Energy of an elastic gas", "time (s)", "relative change of energy");
@@ -43,15 +43,15 @@ fn run(quick: bool) -> Result<Outcome, String> {
         }
         let name = format!("B4, ω₀Δt = {share}: largest change of energy, mean of {seeds} seeds");
         if quick {
-            outcome.show(name, "0", sum, "not judged: a tenth of the collisions, one seed");
+            outcome.info(name, "0", sum, "not judged: a tenth of the collisions, one seed");
         } else {
-            outcome.below(name, "0", sum, bound, "B4 as amended: 0.25 and 0.05 %, mean of six seeds");
+            outcome.assert_below(name, "0", sum, bound, "B4 as amended: 0.25 and 0.05 %, mean of six seeds");
         }
         means.push(sum);
     }
     if !quick {
         let reason = "B4 as amended: 3 to 10";
-        outcome.within(
+        outcome.assert_within(
             "B4, change with the step over that with half of it",
             "4",
             means[0] / means[1],
@@ -66,9 +66,9 @@ fn run(quick: bool) -> Result<Outcome, String> {
 fn gas(share: f64, seed: u64) -> Result<(DemSolver<2, 1>, f64), String> {
     let mut value = load("gas")?;
     let dt = share / FREQUENCY;
-    options(&mut value)["seed"] = json!(seed);
-    options(&mut value)["time_step"] = json!(dt);
-    Ok((disks(&value)?, dt))
+    method_options(&mut value)["seed"] = json!(seed);
+    method_options(&mut value)["time_step"] = json!(dt);
+    Ok((disk_solver(&value)?, dt))
 }
 
 /// Largest relative change of energy, and how it went.
@@ -85,8 +85,8 @@ fn watch(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(f64, f64
             // Grains are sorted anew now and then: pairs that are new then are few.
             count += now.difference(&before).count();
             before = now;
-            let change = reading(&solver, "energy_error");
-            most = larger(most, change.abs());
+            let change = output_value(&solver, "energy_error");
+            most = max_or_nan(most, change.abs());
             if solver.step_count().is_multiple_of(20 * every) {
                 curve.push((solver.time(), change));
             }
@@ -96,7 +96,7 @@ fn watch(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(f64, f64
 }
 
 /// After a thousand steps all velocities are turned round.
-fn back(outcome: &mut Outcome) -> Result<(), String> {
+fn back(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (mut solver, dt) = gas(0.1, 0)?;
     let first = solver.snapshot();
     for _ in 0..999 {
@@ -117,31 +117,31 @@ fn back(outcome: &mut Outcome) -> Result<(), String> {
         -(next + nearest(middle.positions[i][c] - behind[i][c])) / (2.0 * dt)
     };
     let within = |x: f64| x - length * (x / length).floor();
-    let grains: Vec<Grain> = (0..radii.len())
+    let grains: Vec<GrainData> = (0..radii.len())
         .map(|i| {
             let place = vec![within(middle.positions[i][0]), within(middle.positions[i][1])];
             (place, radii[i], vec![velocity(i, 0), velocity(i, 1)])
         })
         .collect();
-    value["bodies"][0]["points"] = points("gas", &grains)?;
-    let own = options(&mut value);
+    value["bodies"][0]["points"] = grain_file("gas", &grains)?;
+    let own = method_options(&mut value);
     own["stages"] = json!({});
     own["time_step"] = json!(dt);
-    let mut solver = disks(&value)?;
+    let mut solver = disk_solver(&value)?;
     for _ in 0..1000 {
         step(&mut solver, dt)?;
     }
-    let apart = |a: &[f64; 3], b: &[f64; 3]| (0..2).map(|c| nearest(a[c] - b[c]).abs()).fold(0.0, larger);
+    let apart = |a: &[f64; 3], b: &[f64; 3]| (0..2).map(|c| nearest(a[c] - b[c]).abs()).fold(0.0, max_or_nan);
     let found = solver.snapshot().positions;
-    let error = found.iter().zip(&first.positions).map(|(a, b)| apart(a, b)).largest();
-    let moved = middle.positions.iter().zip(&first.positions).map(|(a, b)| apart(a, b)).largest();
-    outcome.below(
+    let error = found.iter().zip(&first.positions).map(|(a, b)| apart(a, b)).max_or_nan();
+    let moved = middle.positions.iter().zip(&first.positions).map(|(a, b)| apart(a, b)).max_or_nan();
+    outcome.assert_below(
         "B4, 1000 steps there and back: largest distance from the start (m)",
         "0",
         error,
         1e-8,
         "B4: 1e-8",
     );
-    outcome.show("B4, largest way there (m)", "", moved, "not judged: says that there is a way to come back");
+    outcome.info("B4, largest way there (m)", "", moved, "not judged: says that there is a way to come back");
     Ok(())
 }

@@ -5,23 +5,23 @@ use colluvium::plots::{PointCloud, Series, Style};
 
 use serde_json::json;
 
-use super::scene::{case, chart, load, options};
-use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome, run_by, scalars};
+use super::scene::{chart, load, method_options, parse_case};
+use crate::analysis::max_or_nan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, scalars};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/incline",
     title: "A layer of 500 disks flows down a rough incline of 20°, DEM",
     source: "sheet: dem §5, B12; Bagnold 1954",
-    quick: Some(40),
-    full: 150,
+    short_seconds: Some(40),
+    full_seconds: 150,
     run: |quick| flow(if quick { QUICK } else { FULL }),
 };
 
 /// A form of the test.
 #[derive(Clone, Copy)]
-struct Form {
+struct InclineSetup {
     /// Stiffness of contacts.
     stiffness: f64,
     /// Whether it is the set-up of the sheet, whose numbers it must have.
@@ -29,10 +29,10 @@ struct Form {
 }
 
 /// That of the sheet: 3.6 million steps.
-const FULL: Form = Form { stiffness: 2e5, of_sheet: true };
+const FULL: InclineSetup = InclineSetup { stiffness: 2e5, of_sheet: true };
 /// A twentieth as stiff: 800 thousand steps, overlaps of 0.2 % of the diameter at the base. With 1 % the solid fraction grows with the depth by
 /// more than the sheet allows.
-const QUICK: Form = Form { stiffness: 1e4, of_sheet: false };
+const QUICK: InclineSetup = InclineSetup { stiffness: 1e4, of_sheet: false };
 
 /// Angle of the incline (degrees).
 const ANGLE: f64 = 20.0;
@@ -48,16 +48,16 @@ const LAST: f64 = 0.4;
 
 /// Means over a bin, one diameter high.
 #[derive(Clone, Copy, Debug, Default)]
-struct Layer {
+struct VelocityBin {
     area: f64,
     velocity: f64,
 }
 
 /// Velocity along the incline and area of grains over height, from frames of the last part of the run; half height of the layer twice.
-fn profile(report: &RunReport) -> (Vec<Layer>, f64) {
+fn profile(report: &RunReport) -> (Vec<VelocityBin>, f64) {
     let end = report.frames.last().map_or(0.0, |frame| frame.time);
     let start = end - LAST * FLOW;
-    let mut layers = vec![Layer::default(); 40];
+    let mut layers = vec![VelocityBin::default(); 40];
     let (mut frames, mut mass, mut moment) = (0.0, 0.0, 0.0);
     for frame in report.frames.iter().filter(|frame| frame.time > start) {
         frames += 1.0;
@@ -91,20 +91,20 @@ fn line(points: &[(f64, f64)]) -> [f64; 3] {
 }
 
 /// The case in a form.
-fn run(form: Form) -> Result<RunReport, String> {
+fn run(form: InclineSetup) -> Result<RunReport, String> {
     let mut value = load("incline")?;
     for pair in 0..3 {
-        options(&mut value)["pairs"][pair]["normal"]["stiffness"] = json!(form.stiffness);
+        method_options(&mut value)["pairs"][pair]["normal"]["stiffness"] = json!(form.stiffness);
     }
-    run_by("dem", &case(&value)?)
+    run_in_memory("dem", &parse_case(&value)?)
 }
 
-fn flow(form: Form) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn flow(form: InclineSetup) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let report = run(form)?;
     let (layers, height) = profile(&report);
     let bagnold = |z: f64| height.powf(1.5) - (height - z).max(0.0).powf(1.5);
-    let inner: Vec<(f64, &Layer)> = (2..layers.len())
+    let inner: Vec<(f64, &VelocityBin)> = (2..layers.len())
         .map(|k| (k as f64 + 0.5, &layers[k]))
         .filter(|(z, _)| *z > 2.4 && *z < height - 2.4)
         .collect();
@@ -113,7 +113,7 @@ fn flow(form: Form) -> Result<Outcome, String> {
     let solid = inner.iter().map(|(_, own)| own.area).sum::<f64>() / inner.len() as f64;
     let cosine = ANGLE.to_radians().cos();
     let number = 1.5 * slope / (solid * DENSITY * cosine / MASS).sqrt();
-    outcome.within(
+    outcome.assert_within(
         "R² of the velocities against Bagnold's profile, 2.4 diameters from base and surface",
         "above 0.98",
         fit,
@@ -121,7 +121,7 @@ fn flow(form: Form) -> Result<Outcome, String> {
         "B12",
     );
     if form.of_sheet {
-        outcome.near(
+        outcome.assert_close(
             "inertial number of the plane",
             SHEET[0],
             0.15,
@@ -130,11 +130,11 @@ fn flow(form: Form) -> Result<Outcome, String> {
         );
     } else {
         let reason = "not judged: softer than the sheet's";
-        outcome.show("inertial number of the plane", "0.092", number, reason);
+        outcome.info("inertial number of the plane", "0.092", number, reason);
     }
     let areas: Vec<f64> = inner.iter().map(|(_, own)| own.area).collect();
     of_plane_shear(&mut outcome, number, solid, &areas);
-    outcome.show(
+    outcome.info(
         "slip at the base over √(g d)",
         "1.3 (sheet's code)",
         slip,
@@ -145,24 +145,24 @@ fn flow(form: Form) -> Result<Outcome, String> {
 }
 
 /// What the inertial number and the solid fraction are beside the laws of plane shear, and how even the layers are.
-fn of_plane_shear(outcome: &mut Outcome, number: f64, solid: f64, layers: &[f64]) {
+fn of_plane_shear(outcome: &mut BenchmarkOutcome, number: f64, solid: f64, layers: &[f64]) {
     let law = 0.27 + 1.15 * number;
-    outcome.below(
+    outcome.assert_below(
         "difference of tan θ from the friction of plane shear at this inertial number",
         "the same law",
         (ANGLE.to_radians().tan() - law).abs(),
         0.04,
         "B12",
     );
-    let spread = layers.iter().map(|area| (area - solid).abs()).fold(0.0, larger);
-    outcome.below(
+    let spread = layers.iter().map(|area| (area - solid).abs()).fold(0.0, max_or_nan);
+    outcome.assert_below(
         "largest difference of the solid fraction of a layer from the mean",
         "uniform",
         spread,
         0.02,
         "B12",
     );
-    outcome.below(
+    outcome.assert_below(
         "difference of the solid fraction from that of plane shear at this inertial number",
         "the same law",
         (solid - (0.813 - 0.31 * number)).abs(),
@@ -171,13 +171,13 @@ fn of_plane_shear(outcome: &mut Outcome, number: f64, solid: f64, layers: &[f64]
     );
     let reason = "not judged: B12 gives no bound";
     let claim = format!("{} (sheet's code)", SHEET[1]);
-    outcome.show("solid fraction", &claim, solid, reason);
+    outcome.info("solid fraction", &claim, solid, reason);
 }
 
 fn draw(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     report: &RunReport,
-    (layers, height): (&[Layer], f64),
+    (layers, height): (&[VelocityBin], f64),
     fitted: &dyn Fn(f64) -> f64,
 ) -> Result<(), String> {
     let mut picture =
@@ -191,7 +191,7 @@ fn draw(
     let curve = (0..=60).map(|k| height * f64::from(k) / 60.0).map(|z| (z, fitted(z)));
     picture.series.push(Series::new("Bagnold", curve.collect(), Style::Line));
     outcome.svg("B12.", &picture)?;
-    if let Some(cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1]) {
+    if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "velocity", [0, 1]) {
         outcome.png("Speed at the end.", &cloud)?;
     }
     Ok(())

@@ -4,18 +4,18 @@ use colluvium::case::{RunOptions, RunReport, Snapshot, run_method};
 use colluvium::dem::Dem;
 use serde_json::{Value, json};
 
-use super::representative::{SEEDS, box_of, periodic};
-use super::scene::{case, options};
-use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
+use super::representative::{SEEDS, periodic_case, walled_case};
+use super::scene::{method_options, parse_case};
+use crate::analysis::max_or_nan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/membranes",
     title: "Stiffness of 300 disks: linear displacement, periodic cells and uniform traction, DEM",
     source: "Sun 2020, §2.1, Fig. 2; sheet: dem §5, B16",
-    quick: None,
-    full: 60,
+    short_seconds: None,
+    full_seconds: 60,
     run: |_| constraints(),
 };
 
@@ -40,27 +40,27 @@ const REST: f64 = 40.0;
 /// A case up to the end of its stage `settle`, and the specimen that is left.
 fn settled(mut value: Value, seed: u64) -> Result<(RunReport, String), String> {
     value["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
-    options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
-    options(&mut value)["seed"] = json!(seed);
+    method_options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
+    method_options(&mut value)["seed"] = json!(seed);
     let keep = RunOptions { method: "dem".to_owned(), keep_specimen: true, ..RunOptions::default() };
-    let report = run_method(&Dem, &case(&value)?, &keep).map_err(|error| error.to_string())?;
+    let report = run_method(&Dem, &parse_case(&value)?, &keep).map_err(|error| error.to_string())?;
     let text = report.specimen.clone().ok_or("no specimen")?;
     Ok((report, text))
 }
 
 /// A specimen between rigid walls at rest under a pressure of one: its file, its width and height, and the mean stress of its grains.
-struct Prepared {
+struct ConsolidatedSpecimen {
     file: String,
     size: [f64; 2],
     pressure: f64,
 }
 
-fn prepared(seed: u64) -> Result<Prepared, String> {
-    let (report, text) = settled(box_of(COUNT)?, seed)?;
-    let last = |name: &str| series(&report, name).last().map(|(_, at)| *at).ok_or("no wall");
+fn prepared(seed: u64) -> Result<ConsolidatedSpecimen, String> {
+    let (report, text) = settled(walled_case(COUNT)?, seed)?;
+    let last = |name: &str| measure_series(&report, name).last().map(|(_, at)| *at).ok_or("no wall");
     let size = [last("wall.right.position")?, last("wall.top.position")?];
     let [_, pressure] = stresses(&report.snapshot, |_| true)?;
-    Ok(Prepared {
+    Ok(ConsolidatedSpecimen {
         file: written(&format!("walls-{seed}.json"), &text)?,
         size,
         pressure: pressure / (size[0] * size[1]),
@@ -92,10 +92,10 @@ fn stresses(frame: &Snapshot, counts: impl Fn(usize) -> bool) -> Result<[f64; 2]
 /// Differences of the strains and changes of the deviator over the pressure, of a specimen in a periodic cell.
 fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
     let mut value = sheared(&written(&format!("cell-{seed}.json"), text)?, seed)?;
-    options(&mut value)["stages"] =
+    method_options(&mut value)["stages"] =
         json!({ "shear": { "cell": { "xx": { "rate": RATE }, "yy": { "rate": -RATE } } } });
-    let report = run_by("dem", &case(&value)?)?;
-    let [yy, xx] = ["cell_stress.yy", "cell_stress.xx"].map(|name| series(&report, name));
+    let report = run_in_memory("dem", &parse_case(&value)?)?;
+    let [yy, xx] = ["cell_stress.yy", "cell_stress.xx"].map(|name| measure_series(&report, name));
     let deviator: Vec<(f64, f64)> = yy.iter().zip(&xx).map(|(yy, xx)| (yy.0, xx.1 - yy.1)).collect();
     // The first row is of no step yet.
     let (begun, start) = deviator[1];
@@ -106,12 +106,12 @@ fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
 
 /// A case of the stage `shear` alone that begins with a specimen of a periodic cell.
 fn sheared(file: &str, seed: u64) -> Result<Value, String> {
-    let mut value = periodic(COUNT, seed)?;
+    let mut value = periodic_case(COUNT, seed)?;
     let duration = 0.5 * STRAIN / RATE;
     value["stages"] = json!([{ "name": "shear", "duration": duration }]);
     value["output"] = json!({ "measures": duration / ROWS, "frames": duration });
-    options(&mut value)["stages"] = json!({});
-    options(&mut value)["specimen"] = json!(file);
+    method_options(&mut value)["stages"] = json!({});
+    method_options(&mut value)["specimen"] = json!(file);
     Ok(value)
 }
 
@@ -146,8 +146,8 @@ fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
     border["velocity"] =
         json!({ "kind": "linear", "value": [0, 0], "origin": middle, "gradient": [[RATE, 0], [0, -RATE]] });
     value["bodies"].as_array_mut().ok_or("no bodies")?.push(border);
-    options(&mut value)["bodies"] = json!({ "border": { "held": true } });
-    let report = run_by("dem", &case(&value)?)?;
+    method_options(&mut value)["bodies"] = json!({ "border": { "held": true } });
+    let report = run_in_memory("dem", &parse_case(&value)?)?;
     let inner = |frame: &Snapshot| stresses(frame, |i| frame.bodies[i] == 0);
     let [start, pressure] = inner(report.frames.first().ok_or("no frames")?)?;
     Ok((inner(&report.snapshot)?[0] - start) / pressure)
@@ -187,8 +187,8 @@ fn strip(side: &str, [wide, high]: [f64; 2]) -> Value {
 }
 
 /// The case of the specimen within membranes.
-fn wrapped(specimen: &Prepared, seed: u64) -> Result<Value, String> {
-    let mut value = box_of(COUNT)?;
+fn wrapped(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, String> {
+    let mut value = walled_case(COUNT)?;
     let [wide, high] = specimen.size;
     value["domain"] = json!({ "min": [-2, -2], "max": [wide + 2.0, high + 2.0] });
     value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0, 0], "max": [wide, high] });
@@ -204,7 +204,7 @@ fn wrapped(specimen: &Prepared, seed: u64) -> Result<Value, String> {
     let stage = |number: usize| json!({ "name": format!("step-{number}"), "duration": REST, "rayleigh_damping": 0.1 });
     value["stages"] = (0..STEPS.len()).map(stage).collect();
     value["output"] = json!({ "measures": REST, "frames": REST });
-    let own = options(&mut value);
+    let own = method_options(&mut value);
     own["stages"] = json!({});
     own["specimen"] = json!(specimen.file);
     own["grains"]["membrane"] = json!({ "density": 16 });
@@ -244,8 +244,8 @@ fn strain(from: &Snapshot, to: &Snapshot) -> f64 {
 }
 
 /// Difference of the strains and change of the deviator over the pressure, of a specimen that membranes press from all sides.
-fn uniform_traction(specimen: &Prepared, seed: u64) -> Result<(f64, f64), String> {
-    let report = run_by("dem", &case(&wrapped(specimen, seed)?)?)?;
+fn uniform_traction(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<(f64, f64), String> {
+    let report = run_in_memory("dem", &parse_case(&wrapped(specimen, seed)?)?)?;
     let inside = |frame: &Snapshot| stresses(frame, |i| frame.bodies[i] == 0);
     let [_, first, last] = &report.frames[..] else { return Err("not three frames".to_owned()) };
     let [start, pressure] = inside(first)?;
@@ -259,13 +259,13 @@ fn at(curve: &[(f64, f64)], x: f64) -> f64 {
     low + (high - low) * (x - a) / (b - a)
 }
 
-fn constraints() -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn constraints() -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let (mut ratios, mut stiffness, mut pressures) = ([0.0; 2], 0.0, Vec::new());
     for seed in 1..=SEEDS {
         let specimen = prepared(seed)?;
         pressures.push(specimen.pressure);
-        let (_, text) = settled(periodic(COUNT, seed)?, seed)?;
+        let (_, text) = settled(periodic_case(COUNT, seed)?, seed)?;
         let curve = periodic_cell(&text, seed)?;
         let linear = linear_displacement(&text, seed)? / at(&curve, STRAIN);
         let (strain, deviator) = uniform_traction(&specimen, seed)?;
@@ -275,17 +275,17 @@ fn constraints() -> Result<Outcome, String> {
         }
         stiffness += at(&curve, STRAIN) / STRAIN / SEEDS as f64;
         let reason = "not judged: one drawing";
-        outcome.show(format!("drawing {seed}: linear displacement over periodic"), "", linear, reason);
-        outcome.show(format!("drawing {seed}: uniform traction over periodic"), "", uniform, reason);
-        outcome.show(
+        outcome.info(format!("drawing {seed}: linear displacement over periodic"), "", linear, reason);
+        outcome.info(format!("drawing {seed}: uniform traction over periodic"), "", uniform, reason);
+        outcome.info(
             format!("drawing {seed}: difference of the strains under uniform traction"),
             "",
             strain,
             reason,
         );
     }
-    let off = pressures.iter().map(|own| (own - 1.0).abs()).fold(0.0, larger);
-    outcome.below(
+    let off = pressures.iter().map(|own| (own - 1.0).abs()).fold(0.0, max_or_nan);
+    outcome.assert_below(
         "B17.8: mean stress of the grains between walls against the pressure of the walls",
         "the same",
         off,
@@ -294,16 +294,16 @@ fn constraints() -> Result<Outcome, String> {
     );
     let name =
         format!("{COUNT} disks, periodic: deviator over pressure and difference of strains of {STRAIN:e}");
-    outcome.show(name, "", stiffness, "not judged: no values in the source");
+    outcome.info(name, "", stiffness, "not judged: no values in the source");
     let reason = "the source: a linear displacement is the stiffest constraint, uniform traction the softest, a periodic cell lies between";
-    outcome.within(
+    outcome.assert_within(
         "stiffness by a linear displacement over that of a periodic cell, mean of four drawings",
         "at least one",
         ratios[0],
         (1.0, 2.0),
         reason,
     );
-    outcome.within(
+    outcome.assert_within(
         "stiffness by uniform traction over that of a periodic cell, mean of four drawings",
         "at most one",
         ratios[1],

@@ -6,17 +6,17 @@ use colluvium::case::Solver;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::scene::{chart, disks, load, options, spheres, step};
-use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome, vectors};
+use super::scene::{chart, disk_solver, load, method_options, sphere_solver, step};
+use crate::analysis::max_or_nan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/oblique",
     title: "Oblique impacts on a wall, disks and spheres",
     source: "sheet: dem §5, B7",
-    quick: Some(2),
-    full: 2,
+    short_seconds: Some(2),
+    full_seconds: 2,
     run,
 };
 
@@ -53,8 +53,8 @@ const fn row(sphere: bool, friction: f64, across: f64, restitution: f64, angle: 
     Impact { sphere, friction, across, restitution, angle }
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let reason = "B7: 0.005";
     for (impact, along, spin) in TABLE {
         let (v, w) = strike(impact)?;
@@ -66,14 +66,14 @@ fn run(_quick: bool) -> Result<Outcome, String> {
             impact.restitution,
             impact.angle
         );
-        outcome.within(
+        outcome.assert_within(
             format!("{name}: velocity"),
             &format!("{along}"),
             v,
             (along - 5e-3, along + 5e-3),
             reason,
         );
-        outcome.within(
+        outcome.assert_within(
             format!("{name}: spin times radius"),
             &format!("{spin}"),
             w,
@@ -84,7 +84,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     // The note under the table: a rigid body would have ψ - μ (1 + ε) = 4.55.
     let (v, _) = strike(row(false, 0.3, 1.0 / 3.0, 0.5, 5.0))?;
     let name = "B7, disk, μ 0.3, ε 0.5, ψ 5, gross sliding: velocity";
-    outcome.within(name, "4.558", v, (4.553, 4.563), reason);
+    outcome.assert_within(name, "4.558", v, (4.553, 4.563), reason);
     for (sphere, across, q) in [(false, 1.0 / 3.0, 0.5), (true, 2.0 / 7.0, 0.4)] {
         matched(&mut outcome, sphere, across, q)?;
     }
@@ -92,7 +92,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// Stiffnesses for which the contact lasts half a period of both springs: sticks and turns the surface's velocity back, or slips.
-fn matched(outcome: &mut Outcome, sphere: bool, across: f64, q: f64) -> Result<(), String> {
+fn matched(outcome: &mut BenchmarkOutcome, sphere: bool, across: f64, q: f64) -> Result<(), String> {
     let friction = 0.3;
     let body = if sphere { "sphere" } else { "disk" };
     let (mut exact, mut found, mut worst) = (Vec::new(), Vec::new(), 0.0f64);
@@ -104,11 +104,11 @@ fn matched(outcome: &mut Outcome, sphere: bool, across: f64, q: f64) -> Result<(
         } else {
             (angle - 2.0 * friction, -2.0 * friction / q)
         };
-        worst = larger(worst, larger((v - closed.0).abs(), (w - closed.1).abs()));
+        worst = max_or_nan(worst, max_or_nan((v - closed.0).abs(), (w - closed.1).abs()));
         exact.push((angle, closed.0 + closed.1));
         found.push((angle, v + w));
     }
-    outcome.below(
+    outcome.assert_below(
         format!("B7, {body}, matched stiffness: largest error over twelve angles"),
         "0",
         worst,
@@ -133,15 +133,15 @@ fn strike(impact: Impact) -> Result<(f64, f64), String> {
     value["boundaries"][0]["wall"] = json!({ "kind": "frictional", "friction_coefficient": impact.friction });
     value["bodies"][0]["shape"]["centre"][1] = json!(height);
     value["bodies"][0]["velocity"]["value"][0] = json!(impact.angle);
-    let options = options(&mut value);
+    let options = method_options(&mut value);
     options["time_step"] = json!(dt);
     options["pairs"][0]["normal"] =
         json!({ "law": "linear", "stiffness": 1e6, "restitution": impact.restitution });
     options["pairs"][0]["tangential"] = json!({ "stiffness_ratio": impact.across });
     if !impact.sphere {
-        return after(&mut disks(&value)?, dt);
+        return after(&mut disk_solver(&value)?, dt);
     }
-    after(&mut spheres(&value)?, dt)
+    after(&mut sphere_solver(&value)?, dt)
 }
 
 fn after(solver: &mut impl Solver, dt: f64) -> Result<(f64, f64), String> {

@@ -4,17 +4,17 @@ use colluvium::case::RunReport;
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::scene::{case, chart, load, options};
-use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome, run_by, series};
+use super::scene::{chart, load, method_options, parse_case};
+use crate::analysis::max_or_nan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
 /// Two rates.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/plane-shear",
     title: "Plane shear of 900 disks, μ(I) and φ(I), two rates, DEM",
     source: "sheet: dem §5, B11; da Cruz et al. 2005",
-    quick: None,
-    full: 40,
+    short_seconds: None,
+    full_seconds: 40,
     run: |_| rates(&SHEET[2..4], 8.0),
 };
 
@@ -23,16 +23,16 @@ pub const TABLE: Benchmark = Benchmark {
     id: "dem/plane-shear-table",
     title: "Plane shear of 900 disks, μ(I) and φ(I), all rates, DEM",
     source: "sheet: dem §5, B11; da Cruz et al. 2005",
-    quick: None,
-    full: 700,
+    short_seconds: None,
+    full_seconds: 700,
     run: |_| rates(&SHEET, f64::INFINITY),
 };
 
 /// Inertial number, ratio of stresses, solid fraction, contacts of a grain, and the strain over which the sheet shears.
-type Row = (f64, f64, f64, f64, f64);
+type PlaneShearRow = (f64, f64, f64, f64, f64);
 
 /// The sheet's table, from fast to slow.
-const SHEET: [Row; 8] = [
+const SHEET: [PlaneShearRow; 8] = [
     (0.3, 0.550, 0.7187, 0.48, 60.0),
     (0.2, 0.486, 0.7514, 0.69, 40.0),
     (0.1, 0.390, 0.7823, 1.17, 25.0),
@@ -44,22 +44,22 @@ const SHEET: [Row; 8] = [
 ];
 
 /// Shear at one rate from the compacted state, as the sheet's code begins each: what came of it, and the start and end of the shear.
-fn sheared((rate, .., strain): &Row, most: f64) -> Result<(RunReport, (f64, f64)), String> {
+fn sheared((rate, .., strain): &PlaneShearRow, most: f64) -> Result<(RunReport, (f64, f64)), String> {
     let mut value = load("plane-shear")?;
     let start = value["stages"][0]["duration"].as_f64().ok_or("no duration")?;
     let duration = strain.min(most) / rate;
     if let Some(stages) = value["stages"].as_array_mut() {
         stages.push(json!({ "name": "shear", "duration": duration }));
     }
-    options(&mut value)["stages"]["shear"] =
+    method_options(&mut value)["stages"]["shear"] =
         json!({ "cell": { "xy": { "rate": rate }, "yy": { "stress": -1 } } });
-    Ok((run_by("dem", &case(&value)?)?, (start, start + duration)))
+    Ok((run_in_memory("dem", &parse_case(&value)?)?, (start, start + duration)))
 }
 
 /// Mean of a measure over the last 60 % of a stage.
 fn mean(report: &RunReport, name: &str, (start, end): (f64, f64)) -> f64 {
     let from = start + 0.4 * (end - start);
-    let values: Vec<f64> = series(report, name)
+    let values: Vec<f64> = measure_series(report, name)
         .into_iter()
         .filter(|(t, _)| *t > from && *t <= end + 1e-6)
         .map(|(_, v)| v)
@@ -67,19 +67,19 @@ fn mean(report: &RunReport, name: &str, (start, end): (f64, f64)) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-fn rates(rows: &[Row], most: f64) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn rates(rows: &[PlaneShearRow], most: f64) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let (mut friction, mut fraction, mut error) = (Vec::new(), Vec::new(), 0.0);
     for row in rows {
         let (report, span) = sheared(row, most)?;
         let (ratio, solid) = judge(&mut outcome, row, &report, span);
         friction.push((row.0, ratio));
         fraction.push((row.0, solid));
-        let own = series(&report, "energy_error").last().map_or(f64::NAN, |(_, error)| error.abs());
-        error = larger(error, own);
+        let own = measure_series(&report, "energy_error").last().map_or(f64::NAN, |(_, error)| error.abs());
+        error = max_or_nan(error, own);
     }
     monotone(&mut outcome, &friction, &fraction);
-    outcome.below("B11, error of the energy balance over input", "0", error, 0.01, "§2.14: 1 %");
+    outcome.assert_below("B11, error of the energy balance over input", "0", error, 0.01, "§2.14: 1 %");
     let law = |from: f64, slope: f64| {
         (0..=20).map(|k| 0.01 * f64::from(k)).map(|i| (i, from + slope * i)).collect()
     };
@@ -96,7 +96,12 @@ fn rates(rows: &[Row], most: f64) -> Result<Outcome, String> {
 }
 
 /// Judges a stage of shear; ratio of stresses and solid fraction.
-fn judge(outcome: &mut Outcome, row: &Row, report: &RunReport, span: (f64, f64)) -> (f64, f64) {
+fn judge(
+    outcome: &mut BenchmarkOutcome,
+    row: &PlaneShearRow,
+    report: &RunReport,
+    span: (f64, f64),
+) -> (f64, f64) {
     let &(rate, ratio, solid, contacts, _) = row;
     let pressure = -mean(report, "cell_stress.yy", span);
     let found = mean(report, "cell_stress.xy", span).abs() / pressure.abs();
@@ -107,37 +112,42 @@ fn judge(outcome: &mut Outcome, row: &Row, report: &RunReport, span: (f64, f64))
         let (name, claim) = (format!("B11, I = {rate}: {what}"), format!("{exact}"));
         if rate <= 0.2 {
             let reason = format!("B11: ± {width}");
-            outcome.within(name, &claim, value, (exact - width, exact + width), &reason);
+            outcome.assert_within(name, &claim, value, (exact - width, exact + width), &reason);
         } else {
-            outcome.show(name, &claim, value, "not judged: the sheet bounds I ≤ 0.2");
+            outcome.info(name, &claim, value, "not judged: the sheet bounds I ≤ 0.2");
         }
     }
     let reason = "not judged: the sheet gives no bounds";
     let name = |what: &str| format!("B11, I = {rate}: {what}");
     let coordination = mean(report, "coordination", span);
-    outcome.show(name("contacts of a grain"), &format!("{contacts}"), coordination, reason);
-    outcome.show(name("pressure"), "1; the sheet's code 0.992 to 1.006", pressure, reason);
+    outcome.info(name("contacts of a grain"), &format!("{contacts}"), coordination, reason);
+    outcome.info(name("pressure"), "1; the sheet's code 0.992 to 1.006", pressure, reason);
     (found, filled)
 }
 
 /// Ratios rise and fractions fall with the rate, down to where the sheet's own scatter.
-fn monotone(outcome: &mut Outcome, friction: &[(f64, f64)], fraction: &[(f64, f64)]) {
+fn monotone(outcome: &mut BenchmarkOutcome, friction: &[(f64, f64)], fraction: &[(f64, f64)]) {
     let largest = |curve: &[(f64, f64)], sign: f64| {
         let pairs = curve.windows(2).filter(|pair| pair[1].0 >= 0.01);
-        pairs.map(|pair| sign * (pair[1].1 - pair[0].1)).fold(f64::NEG_INFINITY, larger)
+        pairs.map(|pair| sign * (pair[1].1 - pair[0].1)).fold(f64::NEG_INFINITY, max_or_nan)
     };
     let reason =
         "B11: monotone; judged for I ≥ 0.01, below which the sheet's own ratios differ by their scatter";
     let name = "B11, ratio of stresses: largest rise to a slower rate";
-    outcome.below(name, "falls", largest(friction, 1.0), 0.0, reason);
+    outcome.assert_below(name, "falls", largest(friction, 1.0), 0.0, reason);
     let name = "B11, solid fraction: largest loss to a slower rate";
-    outcome.below(name, "rises", largest(fraction, -1.0), 0.0, reason);
+    outcome.assert_below(name, "rises", largest(fraction, -1.0), 0.0, reason);
 }
 
 /// Ours, the sheet's and da Cruz's.
-type Curves = (Vec<(f64, f64)>, Vec<(f64, f64)>, Vec<(f64, f64)>);
+type RheologyCurves = (Vec<(f64, f64)>, Vec<(f64, f64)>, Vec<(f64, f64)>);
 
-fn draw(outcome: &mut Outcome, title: &str, label: &str, (found, sheet, law): Curves) -> Result<(), String> {
+fn draw(
+    outcome: &mut BenchmarkOutcome,
+    title: &str,
+    label: &str,
+    (found, sheet, law): RheologyCurves,
+) -> Result<(), String> {
     let mut picture: LineChart = chart(title, "inertial number", label);
     picture.series.push(Series::new("da Cruz et al. 2005", law, Style::Dashed));
     picture.series.push(Series::new("sheet's code", sheet, Style::Line));

@@ -4,18 +4,18 @@ use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
 use serde_json::{Value, json};
 
-use super::representative::evenness;
-use super::scene::{Grain, case, chart, load, options, points};
-use crate::analysis::{larger, scatter};
-use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
+use super::representative::check_isotropy;
+use super::scene::{GrainData, chart, grain_file, load, method_options, parse_case};
+use crate::analysis::{max_or_nan, mean_and_deviation};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
 /// Cells of so many spheres.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/representative-spheres",
     title: "Triaxial tests of periodic cells of 75, 311 and 979 spheres, DEM",
     source: "Sun 2020, §2.1, Figs 1 and 2; sheet: dem §5, B16",
-    quick: None,
-    full: 90,
+    short_seconds: None,
+    full_seconds: 90,
     run: |_| cells(),
 };
 
@@ -23,8 +23,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
 pub const WINDOWS: Benchmark = Benchmark {
     id: "dem/windows-spheres",
     title: "Triaxial tests of windows cut from specimens of 979 spheres, DEM",
-    quick: Some(75),
-    full: 160,
+    short_seconds: Some(75),
+    full_seconds: 160,
     run: |quick| if quick { windows(&[311], 3) } else { windows(&PARTS, SEEDS) },
     ..BENCHMARK
 };
@@ -33,8 +33,8 @@ pub const WINDOWS: Benchmark = Benchmark {
 pub const WALLS: Benchmark = Benchmark {
     id: "dem/rigid-walls-spheres",
     title: "Triaxial tests of spheres between rigid walls and in periodic cells, DEM",
-    quick: None,
-    full: 120,
+    short_seconds: None,
+    full_seconds: 120,
     run: |_| walls(),
     ..BENCHMARK
 };
@@ -54,7 +54,7 @@ const AGAIN: f64 = 60.0;
 const WINDOW: f64 = 2e-3;
 
 /// What a test tells.
-struct Found {
+struct SpheresResult {
     /// Deviator at the peak over the lateral stress.
     peak: f64,
     /// Anisotropy of the contacts and porosity before the shear.
@@ -72,17 +72,17 @@ fn peak([one, other, down]: &[Vec<f64>; 3]) -> f64 {
         .map(|((down, one), other)| down / (0.5 * (one + other)) - 1.0)
         .collect();
     let rows = (WINDOW / RATE / 0.5).round() as usize + 1;
-    ratios.windows(rows).map(|part| part.iter().sum::<f64>() / rows as f64).fold(0.0, larger)
+    ratios.windows(rows).map(|part| part.iter().sum::<f64>() / rows as f64).fold(0.0, max_or_nan)
 }
 
 /// Values of a measure after `start`.
 fn sheared(report: &RunReport, start: f64, name: &str) -> Vec<f64> {
-    let after = series(report, name).into_iter().filter(|(time, _)| *time > start - 0.3);
+    let after = measure_series(report, name).into_iter().filter(|(time, _)| *time > start - 0.3);
     after.map(|(_, value)| value).collect()
 }
 
 /// Of the rows after `start`.
-fn found(report: &RunReport, start: f64) -> Result<Found, String> {
+fn found(report: &RunReport, start: f64) -> Result<SpheresResult, String> {
     let sheared = |name: &str| sheared(report, start, name);
     let peak = peak(&["xx", "yy", "zz"].map(|entry| sheared(&format!("cell_stress.{entry}"))));
     let first = |name: &str| sheared(name).first().copied().ok_or_else(|| format!("no {name}"));
@@ -91,7 +91,7 @@ fn found(report: &RunReport, start: f64) -> Result<Found, String> {
         .iter()
         .map(|r| 4.0 / 3.0 * std::f64::consts::PI * r.powi(3))
         .sum();
-    Ok(Found { peak, anisotropy: first("fabric.anisotropy")?, porosity: 1.0 - solid / volume })
+    Ok(SpheresResult { peak, anisotropy: first("fabric.anisotropy")?, porosity: 1.0 - solid / volume })
 }
 
 /// The case of that many spheres, drawn with a seed.
@@ -99,7 +99,7 @@ fn cell(count: u32, seed: u64) -> Result<Value, String> {
     let mut value = load("triaxial")?;
     let side = side(&value, count)?;
     boxed(&mut value, side);
-    options(&mut value)["seed"] = json!(seed);
+    method_options(&mut value)["seed"] = json!(seed);
     Ok(value)
 }
 
@@ -126,8 +126,8 @@ fn even(count: u32) -> (f64, &'static str) {
     )
 }
 
-fn cells() -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn cells() -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut picture = chart(
         "Strength of periodic cells of spheres",
         "spheres",
@@ -136,14 +136,15 @@ fn cells() -> Result<Outcome, String> {
     picture.log = true;
     let (mut marks, mut spreads) = (Vec::new(), Vec::new());
     for count in CELLS {
-        let test = |seed| found(&run_by("dem", &case(&cell(count, seed)?)?)?, BEFORE[0] + BEFORE[1]);
-        let all: Vec<Found> = (1..=SEEDS).map(test).collect::<Result<_, _>>()?;
+        let test =
+            |seed| found(&run_in_memory("dem", &parse_case(&cell(count, seed)?)?)?, BEFORE[0] + BEFORE[1]);
+        let all: Vec<SpheresResult> = (1..=SEEDS).map(test).collect::<Result<_, _>>()?;
         let porosity = all.iter().map(|own| own.porosity).sum::<f64>() / SEEDS as f64;
-        let (peak, spread) = scatter(&all.iter().map(|own| own.peak).collect::<Vec<f64>>());
+        let (peak, spread) = mean_and_deviation(&all.iter().map(|own| own.peak).collect::<Vec<f64>>());
         spreads.push(spread);
         marks.extend(all.iter().map(|own| (f64::from(count), own.peak)));
-        let most = all.iter().map(|own| own.anisotropy).fold(0.0, larger);
-        evenness(
+        let most = all.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
+        check_isotropy(
             &mut outcome,
             format!("{count} spheres: largest anisotropy of the contacts before the shear"),
             count,
@@ -151,19 +152,25 @@ fn cells() -> Result<Outcome, String> {
             even(count),
         );
         let reason = "not judged: no values in the source";
-        outcome.show(
+        outcome.info(
             format!("{count} spheres: deviator at the peak over the lateral stress"),
             "",
             peak,
             reason,
         );
         let reason = "not judged: the source's dense specimen, whose preparation it does not give";
-        outcome.show(format!("{count} spheres: porosity before the shear"), "0.375", porosity, reason);
+        outcome.info(format!("{count} spheres: porosity before the shear"), "0.375", porosity, reason);
     }
     let name = "standard deviation of it between drawings, 979 spheres over 75";
-    outcome.below(name, "below one", spreads[2] / spreads[0], 1.0, "B16: it decreases with the number");
+    outcome.assert_below(
+        name,
+        "below one",
+        spreads[2] / spreads[0],
+        1.0,
+        "B16: it decreases with the number",
+    );
     let reason = "not judged: four drawings tell it to a half";
-    outcome.show("the same, 311 spheres over 75", "below one", spreads[1] / spreads[0], reason);
+    outcome.info("the same, 311 spheres over 75", "below one", spreads[1] / spreads[0], reason);
     picture.series.push(Series::new("four drawings of each", marks, Style::Markers));
     outcome.svg("B16: fewer grains scatter more.", &picture)?;
     Ok(outcome)
@@ -180,14 +187,14 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     }
     // Of the height that spheres have at a porosity of 0.36, drawn at a solid fraction of one half.
     value["boundaries"][5]["velocity"] = json!([0.0, 0.0, -RATE * side * (0.5f64 / 0.64).cbrt()]);
-    options(&mut value)["seed"] = json!(seed);
-    let report = run_by("dem", &case(&value)?)?;
+    method_options(&mut value)["seed"] = json!(seed);
+    let report = run_in_memory("dem", &parse_case(&value)?)?;
     let stress = |wall: &str| sheared(&report, BEFORE[0] + BEFORE[1], &format!("wall.{wall}.stress"));
     Ok(peak(&["right", "back", "top"].map(stress)))
 }
 
-fn walls() -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn walls() -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut picture = chart(
         "Strength of spheres between rigid walls and in periodic cells",
         "spheres",
@@ -196,8 +203,9 @@ fn walls() -> Result<Outcome, String> {
     picture.log = true;
     let mut marks = [Vec::new(), Vec::new()];
     for count in [311, WHOLE] {
-        let round =
-            |seed| Ok(found(&run_by("dem", &case(&cell(count, seed)?)?)?, BEFORE[0] + BEFORE[1])?.peak);
+        let round = |seed| {
+            Ok(found(&run_in_memory("dem", &parse_case(&cell(count, seed)?)?)?, BEFORE[0] + BEFORE[1])?.peak)
+        };
         let all = |test: &dyn Fn(u64) -> Result<f64, String>| -> Result<Vec<f64>, String> {
             (1..=SEEDS).map(test).collect()
         };
@@ -205,21 +213,21 @@ fn walls() -> Result<Outcome, String> {
         for (marks, own) in marks.iter_mut().zip(&drawn) {
             marks.extend(own.iter().map(|peak| (f64::from(count), *peak)));
         }
-        let [rigid, round] = drawn.map(|own| scatter(&own));
+        let [rigid, round] = drawn.map(|own| mean_and_deviation(&own));
         for (name, (mean, spread)) in [("rigid walls", rigid), ("periodic", round)] {
             let name = format!("{count} spheres, {name}: deviator at the peak over the lateral stress");
-            outcome.show(name.clone(), "", mean, "not judged: no values in the source");
+            outcome.info(name.clone(), "", mean, "not judged: no values in the source");
             let reason = "not judged: four drawings tell it to a half";
-            outcome.show(format!("{name}, standard deviation between drawings"), "", spread, reason);
+            outcome.info(format!("{name}, standard deviation between drawings"), "", spread, reason);
         }
         if count < WHOLE {
             let name = format!("{count} spheres: peak between rigid walls over that in a periodic cell");
             let reason = "not judged: B16 asks for it in the plane, for 300 disks and fewer";
-            outcome.show(name, "at least one", rigid.0 / round.0, reason);
+            outcome.info(name, "at least one", rigid.0 / round.0, reason);
         } else {
             let name = format!("{count} spheres: difference of the peaks over the mean");
             let difference = (rigid.0 - round.0).abs() / (0.5 * (rigid.0 + round.0));
-            outcome.below(name, "fades", difference, 0.1, "B16: < 10 % at about 1000");
+            outcome.assert_below(name, "fades", difference, 0.1, "B16: < 10 % at about 1000");
         }
     }
     for (name, marks) in
@@ -235,9 +243,9 @@ fn walls() -> Result<Outcome, String> {
 }
 
 /// Specimens of 979 spheres, prepared and at rest, and parts of them, at rest again and sheared: means over the specimens.
-fn windows(counts: &[u32], specimens: u64) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let mut all: Vec<Vec<Found>> = counts.iter().map(|_| Vec::new()).collect();
+fn windows(counts: &[u32], specimens: u64) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let mut all: Vec<Vec<SpheresResult>> = counts.iter().map(|_| Vec::new()).collect();
     for seed in 1..=specimens {
         let (places, sides) = specimen(seed)?;
         for (own, &count) in all.iter_mut().zip(counts) {
@@ -245,19 +253,20 @@ fn windows(counts: &[u32], specimens: u64) -> Result<Outcome, String> {
         }
     }
     for (own, &count) in all.iter().zip(counts) {
-        let of = |of: fn(&Found) -> f64| scatter(&own.iter().map(of).collect::<Vec<f64>>());
+        let of =
+            |of: fn(&SpheresResult) -> f64| mean_and_deviation(&own.iter().map(of).collect::<Vec<f64>>());
         let [(uneven, spread), (peak, scattered)] = [of(|own| own.anisotropy), of(|own| own.peak)];
         let name =
             format!("windows of about {count} spheres: mean anisotropy of the contacts before the shear");
-        evenness(&mut outcome, name, count, uneven, even(count));
+        check_isotropy(&mut outcome, name, count, uneven, even(count));
         let chance = format!("not judged: {specimens} specimens");
-        let most = own.iter().map(|own| own.anisotropy).fold(0.0, larger);
+        let most = own.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
         for (name, value) in [("standard deviation between specimens", spread), ("the largest", most)] {
-            outcome.show(format!("the same, {name}"), "", value, &chance);
+            outcome.info(format!("the same, {name}"), "", value, &chance);
         }
         let name = format!("windows of about {count} spheres: deviator at the peak over the lateral stress");
-        outcome.show(name, "", peak, "not judged: no values in the source");
-        outcome.show("the same, standard deviation between specimens", "", scattered, &chance);
+        outcome.info(name, "", peak, "not judged: no values in the source");
+        outcome.info("the same, standard deviation between specimens", "", scattered, &chance);
     }
     Ok(outcome)
 }
@@ -266,20 +275,21 @@ fn windows(counts: &[u32], specimens: u64) -> Result<Outcome, String> {
 fn specimen(seed: u64) -> Result<(Vec<[f64; 3]>, [f64; 3]), String> {
     let mut whole = cell(WHOLE, seed)?;
     whole["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
-    options(&mut whole)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
-    let report = run_by("dem", &case(&whole)?)?;
-    let side =
-        |axis: &str| series(&report, &format!("cell.{axis}")).last().map(|(_, side)| *side).ok_or("no cell");
+    method_options(&mut whole)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
+    let report = run_in_memory("dem", &parse_case(&whole)?)?;
+    let side = |axis: &str| {
+        measure_series(&report, &format!("cell.{axis}")).last().map(|(_, side)| *side).ok_or("no cell")
+    };
     Ok((report.snapshot.positions.clone(), [side("x")?, side("y")?, side("z")?]))
 }
 
 /// A part of a specimen with about `count` spheres, brought to the pressure again and sheared.
-fn window(seed: u64, count: u32, places: &[[f64; 3]], sides: [f64; 3]) -> Result<Found, String> {
+fn window(seed: u64, count: u32, places: &[[f64; 3]], sides: [f64; 3]) -> Result<SpheresResult, String> {
     let share = (f64::from(count) / f64::from(WHOLE)).cbrt();
     let widths = sides.map(|side| share * side);
     // As far from the sides of its cell as a sphere reaches: none touches another across them.
     let within = |x: &[f64; 3]| (0..3).all(|c| x[c] < widths[c]);
-    let grains: Vec<Grain> = (places.iter())
+    let grains: Vec<GrainData> = (places.iter())
         .filter(|x| within(x))
         .map(|x| (x.iter().map(|c| c + 0.5).collect(), 0.5, vec![0.0; 3]))
         .collect();
@@ -287,9 +297,9 @@ fn window(seed: u64, count: u32, places: &[[f64; 3]], sides: [f64; 3]) -> Result
     let cell = widths.map(|width| width + 1.0);
     value["domain"]["max"] = json!(cell);
     value["bodies"][0]["shape"]["max"] = json!(cell);
-    value["bodies"][0]["points"] = points(&format!("window-spheres-{seed}-{count}"), &grains)?;
+    value["bodies"][0]["points"] = grain_file(&format!("window-spheres-{seed}-{count}"), &grains)?;
     value["stages"].as_array_mut().ok_or("no stages")?.remove(0);
     value["stages"][0]["duration"] = json!(AGAIN);
-    options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("prepare");
-    found(&run_by("dem", &case(&value)?)?, AGAIN)
+    method_options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("prepare");
+    found(&run_in_memory("dem", &parse_case(&value)?)?, AGAIN)
 }

@@ -3,25 +3,25 @@
 use colluvium::case::Solver;
 use serde_json::json;
 
-use super::scene::{disks, load, options, step};
-use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome};
+use super::scene::{disk_solver, load, method_options, step};
+use crate::analysis::max_or_nan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/rest",
     title: "A stack of disks, linear and after Hertz; a pile of three, DEM",
     source: "sheet: dem §5, B5, B9",
-    quick: Some(4),
-    full: 4,
+    short_seconds: Some(4),
+    full_seconds: 4,
     run,
 };
 
 const GRAVITY: f64 = 9.81;
 const COUNT: u32 = 10;
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     stack(&mut outcome, "linear", None, &|i| f64::from(i) * GRAVITY / 1e6)?;
     // E* of like grains; effective radii r/2, and r at the floor.
     let modulus = 1e8 / (2.0 * (1.0 - 0.09));
@@ -36,16 +36,16 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 
 /// B5: overlaps by the weight above.
 fn stack(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     name: &str,
     law: Option<serde_json::Value>,
     overlap: &dyn Fn(u32) -> f64,
 ) -> Result<(), String> {
     let mut value = load("stack")?;
     if let Some(law) = law {
-        options(&mut value)["pairs"][0]["normal"] = law;
+        method_options(&mut value)["pairs"][0]["normal"] = law;
     }
-    let mut solver = disks(&value)?;
+    let mut solver = disk_solver(&value)?;
     for _ in 0..60_000 {
         let dt = solver.limit().dt;
         step(&mut solver, dt)?;
@@ -54,15 +54,27 @@ fn stack(
     let total: f64 = (1..=COUNT).map(overlap).sum();
     let reason = "B5: 1e-6";
     let top = heights[heights.len() - 1];
-    outcome.near(format!("B5, {name}: settlement of the top disk (m)"), total, 1e-6, 9.5 - top, reason);
+    outcome.assert_close(
+        format!("B5, {name}: settlement of the top disk (m)"),
+        total,
+        1e-6,
+        9.5 - top,
+        reason,
+    );
     let mut worst = 0.0f64;
     for (below, pair) in heights.windows(2).enumerate() {
         let exact = overlap(COUNT - 1 - below as u32);
-        worst = larger(worst, ((1.0 - (pair[1] - pair[0])) / exact - 1.0).abs());
+        worst = max_or_nan(worst, ((1.0 - (pair[1] - pair[0])) / exact - 1.0).abs());
     }
-    outcome.below(format!("B5, {name}: largest relative error of an overlap"), "0", worst, 1e-6, reason);
+    outcome.assert_below(
+        format!("B5, {name}: largest relative error of an overlap"),
+        "0",
+        worst,
+        1e-6,
+        reason,
+    );
     let floor = solver.reaction("floor").map_or(f64::NAN, |reaction| -reaction.force[1]);
-    outcome.near(
+    outcome.assert_close(
         format!("B5, {name}: force on the floor (N)"),
         GRAVITY * f64::from(COUNT),
         1e-6,
@@ -73,7 +85,7 @@ fn stack(
 }
 
 /// B9: stands above both thresholds, falls below either.
-fn pile(outcome: &mut Outcome) -> Result<(), String> {
+fn pile(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (grain, wall) = (2.0 - 3f64.sqrt(), (2.0 - 3f64.sqrt()) / 3.0);
     let reason = "B9: stands at 1.03 of both thresholds and falls at 0.97 of either; 1.366 m at the start";
     for (name, of_grain, of_wall, stands) in [
@@ -83,15 +95,21 @@ fn pile(outcome: &mut Outcome) -> Result<(), String> {
     ] {
         let mut value = load("pile")?;
         value["boundaries"][0]["wall"]["friction_coefficient"] = json!(of_wall * wall);
-        options(&mut value)["pairs"][0]["friction"]["coefficient"] = json!(of_grain * grain);
-        let mut solver = disks(&value)?;
+        method_options(&mut value)["pairs"][0]["friction"]["coefficient"] = json!(of_grain * grain);
+        let mut solver = disk_solver(&value)?;
         while solver.time() < 9.0 {
             let dt = solver.limit().dt;
             step(&mut solver, dt)?;
         }
         let height = solver.snapshot().positions[2][1];
         let (claim, range) = if stands { ("stands", (1.36, 1.37)) } else { ("falls", (0.0, 1.0)) };
-        outcome.within(format!("B9, friction {name}: height of the third (m)"), claim, height, range, reason);
+        outcome.assert_within(
+            format!("B9, friction {name}: height of the third (m)"),
+            claim,
+            height,
+            range,
+            reason,
+        );
     }
     Ok(())
 }

@@ -10,27 +10,29 @@ use serde_json::{Value, json};
 /// A case file to change, `validation/dem/<folder>/case.json`.
 pub fn load(folder: &str) -> Result<Value, String> {
     let path = crate::root().join("validation/dem").join(folder).join("case.json");
-    crate::benchmarks::recorder::reads(&path);
+    crate::benchmarks::recorder::record_file(&path);
     let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// The case of changed text.
-pub fn case(value: &Value) -> Result<Case, String> {
+pub fn parse_case(value: &Value) -> Result<Case, String> {
     Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())
 }
 
 /// Disks at the start of the first stage.
-pub fn disks(value: &Value) -> Result<DemSolver<2, 1>, String> {
-    begun(dem::disks(&case(value)?).map_err(|error| error.to_string())?)
+pub fn disk_solver(value: &Value) -> Result<DemSolver<2, 1>, String> {
+    started_solver(dem::disks(&parse_case(value)?).map_err(|error| error.to_string())?)
 }
 
 /// Spheres at the start of the first stage.
-pub fn spheres(value: &Value) -> Result<DemSolver<3, 3>, String> {
-    begun(dem::spheres(&case(value)?).map_err(|error| error.to_string())?)
+pub fn sphere_solver(value: &Value) -> Result<DemSolver<3, 3>, String> {
+    started_solver(dem::spheres(&parse_case(value)?).map_err(|error| error.to_string())?)
 }
 
-fn begun<const D: usize, const R: usize>(mut solver: DemSolver<D, R>) -> Result<DemSolver<D, R>, String>
+fn started_solver<const D: usize, const R: usize>(
+    mut solver: DemSolver<D, R>,
+) -> Result<DemSolver<D, R>, String>
 where
     DemSolver<D, R>: Solver,
 {
@@ -44,16 +46,16 @@ pub fn step(solver: &mut impl Solver, dt: f64) -> Result<(), String> {
 }
 
 /// What the solver tells under a name; NaN where it does not.
-pub fn reading(solver: &impl Solver, name: &str) -> f64 {
-    solver.readings().iter().find(|(own, ..)| own == name).map_or(f64::NAN, |(_, _, value)| *value)
+pub fn output_value(solver: &impl Solver, name: &str) -> f64 {
+    solver.scalar_outputs().iter().find(|(own, ..)| own == name).map_or(f64::NAN, |(_, _, value)| *value)
 }
 
 /// A grain: place (m), radius (m), velocity (m/s).
-pub type Grain = (Vec<f64>, f64, Vec<f64>);
+pub type GrainData = (Vec<f64>, f64, Vec<f64>);
 
 /// Grains of a body as a file of points, under `target/validation/points`: single grains may reach beyond a periodic domain
 /// and into each other.
-pub fn points(name: &str, grains: &[Grain]) -> Result<Value, String> {
+pub fn grain_file(name: &str, grains: &[GrainData]) -> Result<Value, String> {
     let folder = crate::root().join("target/validation/points");
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     std::fs::create_dir_all(&folder).map_err(failed)?;
@@ -71,12 +73,12 @@ pub fn points(name: &str, grains: &[Grain]) -> Result<Value, String> {
 }
 
 /// Options of the method.
-pub fn options(value: &mut Value) -> &mut Value {
+pub fn method_options(value: &mut Value) -> &mut Value {
     &mut value["methods"]["dem"]
 }
 
 /// The law of the first pair along the line of centres, linear.
-pub fn linear(stiffness: f64, damping_ratio: f64, clamp: bool) -> Value {
+pub fn linear_law(stiffness: f64, damping_ratio: f64, clamp: bool) -> Value {
     json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": damping_ratio, "clamp": clamp })
 }
 

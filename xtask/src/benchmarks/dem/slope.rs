@@ -6,16 +6,16 @@ use colluvium::case::Solver;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::scene::{chart, disks, linear, load, options, spheres, step};
-use crate::benchmarks::{Benchmark, Outcome, vectors};
+use super::scene::{chart, disk_solver, linear_law, load, method_options, sphere_solver, step};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/slope",
     title: "A disk and a sphere slide and roll on a slope, DEM",
     source: "Ke and Bray 1995; sheet: dem §5, B6",
-    quick: Some(1),
-    full: 1,
+    short_seconds: Some(1),
+    full_seconds: 1,
     run,
 };
 
@@ -24,8 +24,8 @@ pub const ROLLING: Benchmark = Benchmark {
     id: "dem/rolling",
     title: "Resistance against rolling stops and holds grains, DEM",
     source: "sheet: dem §5, B8",
-    quick: Some(2),
-    full: 2,
+    short_seconds: Some(2),
+    full_seconds: 2,
     run: rolling,
 };
 
@@ -45,39 +45,39 @@ const TABLE: [(f64, f64, f64, f64, f64); 8] = [
 ];
 
 /// What a grain did in 0.2 s.
-struct Way {
+struct RollingMotion {
     /// Rotation down the slope (rad), of disks.
-    turned: f64,
+    rotation: f64,
     /// Way (m).
-    along: f64,
+    displacement: f64,
     /// Velocity (m/s).
     speed: f64,
     /// Speed of its surface by rotation (m/s).
-    rim: f64,
+    rim_speed: f64,
     /// Mean of the friction over the weight, of disks.
     friction: f64,
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut found = Vec::new();
     for (angle, friction, acceleration, turned, along) in TABLE {
         let way = slide(f64::tan(angle * PI / 180.0), false)?;
         let reason = "B6: 1 %";
         let name = |what: &str| format!("B6, disk, friction of {angle}°: {what}");
         if turned == 0.0 {
-            outcome.below(
+            outcome.assert_below(
                 name("rotation after 0.2 s (rad)"),
                 "0",
-                way.turned.abs(),
+                way.rotation.abs(),
                 1e-12,
                 "no friction, no moment",
             );
         } else {
-            outcome.near(name("rotation after 0.2 s (rad)"), turned, 0.01, way.turned, reason);
+            outcome.assert_close(name("rotation after 0.2 s (rad)"), turned, 0.01, way.rotation, reason);
         }
-        outcome.near(name("way in 0.2 s (m)"), along, 0.01, way.along, reason);
-        outcome.near(
+        outcome.assert_close(name("way in 0.2 s (m)"), along, 0.01, way.displacement, reason);
+        outcome.assert_close(
             name("velocity over time and gravity"),
             acceleration,
             0.01,
@@ -85,9 +85,9 @@ fn run(_quick: bool) -> Result<Outcome, String> {
             reason,
         );
         if friction > 0.0 {
-            outcome.near(name("mean friction over weight"), friction, 0.01, way.friction, reason);
+            outcome.assert_close(name("mean friction over weight"), friction, 0.01, way.friction, reason);
         }
-        found.push((angle, way.turned));
+        found.push((angle, way.rotation));
     }
     let exact = (0..=90)
         .map(|k| 0.5 * f64::from(k))
@@ -103,8 +103,14 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         let (acceleration, rotation) = closed(friction, 0.4);
         let name = |what: &str| format!("B6, sphere, friction of {angle}°: {what}");
         let reason = "B6: the 1 % of the disk";
-        outcome.near(name("way in 0.2 s (m)"), 0.5 * acceleration * TIME * TIME, 0.01, way.along, reason);
-        outcome.near(name("speed of the rim (m/s)"), rotation * TIME, 0.01, way.rim, reason);
+        outcome.assert_close(
+            name("way in 0.2 s (m)"),
+            0.5 * acceleration * TIME * TIME,
+            0.01,
+            way.displacement,
+            reason,
+        );
+        outcome.assert_close(name("speed of the rim (m/s)"), rotation * TIME, 0.01, way.rim_speed, reason);
     }
     Ok(outcome)
 }
@@ -120,7 +126,7 @@ fn closed(friction: f64, q: f64) -> (f64, f64) {
 }
 
 /// A grain for 0.2 s on a slope with a coefficient of friction.
-fn slide(friction: f64, sphere: bool) -> Result<Way, String> {
+fn slide(friction: f64, sphere: bool) -> Result<RollingMotion, String> {
     let mut value = load(if sphere { "slope-sphere" } else { "slope" })?;
     let mass = if sphere { 4.0 / 3.0 * PI * 2650.0 } else { PI * 2650.0 };
     let height = 1.0 - mass * GRAVITY * 0.5f64.sqrt() / 1e9;
@@ -129,43 +135,49 @@ fn slide(friction: f64, sphere: bool) -> Result<Way, String> {
     }
     value["bodies"][0]["shape"]["centre"][1] = json!(height);
     let dt = TIME / 20_000.0;
-    options(&mut value)["time_step"] = json!(dt);
+    method_options(&mut value)["time_step"] = json!(dt);
     if sphere {
-        return after(&mut spheres(&value)?, dt, mass);
+        return after(&mut sphere_solver(&value)?, dt, mass);
     }
-    after(&mut disks(&value)?, dt, mass)
+    after(&mut disk_solver(&value)?, dt, mass)
 }
 
-fn after(solver: &mut impl Solver, dt: f64, mass: f64) -> Result<Way, String> {
+fn after(solver: &mut impl Solver, dt: f64, mass: f64) -> Result<RollingMotion, String> {
     for _ in 0..20_000 {
         step(solver, dt)?;
     }
     let snapshot = solver.snapshot();
     let spin = snapshot.scalars("spin").map_or_else(|| vectors(&snapshot, "spin")[0][2], |spin| spin[0]);
-    Ok(Way {
-        turned: snapshot.scalars("orientation").map_or(f64::NAN, |angle| -angle[0]),
-        along: snapshot.positions[0][0],
+    Ok(RollingMotion {
+        rotation: snapshot.scalars("orientation").map_or(f64::NAN, |angle| -angle[0]),
+        displacement: snapshot.positions[0][0],
         speed: vectors(&snapshot, "velocity")[0][0],
-        rim: -spin,
+        rim_speed: -spin,
         friction: solver
             .reaction("floor")
             .map_or(f64::NAN, |reaction| reaction.impulse[0] / (TIME * mass * GRAVITY)),
     })
 }
 
-fn rolling(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn rolling(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let reason = "B8: 1 %";
     let mut picture = chart("A grain that rolls to rest", "time (s)", "way (m)");
     for (sphere, share, body) in [(false, 2.0 / 3.0, "disk"), (true, 5.0 / 7.0, "sphere")] {
         let deceleration = share * 0.05 * GRAVITY;
         let path = roll(0.05, 0.0, 1.0, sphere, 3.5)?;
         let (_, last) = path[path.len() - 1];
-        outcome.near(format!("B8, {body}: way to rest (m)"), 0.5 / deceleration, 0.01, last, reason);
+        outcome.assert_close(format!("B8, {body}: way to rest (m)"), 0.5 / deceleration, 0.01, last, reason);
         // At rest where 0.01 % of the way are left.
         let rest = path.iter().find(|(_, x)| *x > 0.9999 * last).map_or(f64::NAN, |(time, _)| *time);
         let exact = (1.0 - 0.01) / deceleration;
-        outcome.near(format!("B8, {body}: time to 99.99 % of that way (s)"), exact, 0.01, rest, reason);
+        outcome.assert_close(
+            format!("B8, {body}: time to 99.99 % of that way (s)"),
+            exact,
+            0.01,
+            rest,
+            reason,
+        );
         let stop = 1.0 / deceleration;
         let closed = |t: f64| (t, t.min(stop) - 0.5 * deceleration * t.min(stop).powi(2));
         picture.series.push(Series::new(
@@ -181,9 +193,9 @@ fn rolling(_quick: bool) -> Result<Outcome, String> {
     let reason = "B8: stays at rest iff tan β ≤ μ_r; within 3 % of it";
     let creep = roll(1.03 * slope, slope, 0.0, false, 4.0)?;
     let stays = creep[creep.len() - 1].1;
-    outcome.below("B8, tan β = μ_r / 1.03: way in 4 s (m)", "stays", stays.abs(), 1e-3, reason);
+    outcome.assert_below("B8, tan β = μ_r / 1.03: way in 4 s (m)", "stays", stays.abs(), 1e-3, reason);
     let gone = roll(0.97 * slope, slope, 0.0, false, 4.0)?;
-    outcome.within(
+    outcome.assert_within(
         "B8, tan β = μ_r / 0.97: way in 4 s (m)",
         "rolls",
         gone[gone.len() - 1].1,
@@ -198,7 +210,7 @@ fn rolling(_quick: bool) -> Result<Outcome, String> {
     let speed = (half[half.len() / 2 + 1].1 - half[half.len() / 2 - 1].1)
         / (half[half.len() / 2 + 1].0 - half[half.len() / 2 - 1].0);
     let found = 2.0 * (end.1 - start.1 - speed * t) / (t * t);
-    outcome.near("B8, tan β = 2 μ_r: acceleration (m/s²)", acceleration, 0.01, found, "B8: 1 %");
+    outcome.assert_close("B8, tan β = 2 μ_r: acceleration (m/s²)", acceleration, 0.01, found, "B8: 1 %");
     Ok(outcome)
 }
 
@@ -215,15 +227,15 @@ fn roll(resistance: f64, slope: f64, speed: f64, sphere: bool, time: f64) -> Res
     if slope > 0.0 {
         value["stages"][0]["gravity_ramp"] = json!(1);
     }
-    let own = options(&mut value);
-    own["pairs"][0]["normal"] = linear(1e7, 0.2, true);
+    let own = method_options(&mut value);
+    own["pairs"][0]["normal"] = linear_law(1e7, 0.2, true);
     own["pairs"][0]["rolling"] = json!({ "friction": resistance, "damping_ratio": 0.3 });
     let spin = -2.0 * speed;
     own["bodies"] = json!({ "first": { "spin": if sphere { json!([0, 0, spin]) } else { json!([spin]) } } });
     if !sphere {
-        return path(&mut disks(&value)?, time);
+        return path(&mut disk_solver(&value)?, time);
     }
-    path(&mut spheres(&value)?, time)
+    path(&mut sphere_solver(&value)?, time)
 }
 
 fn path(solver: &mut impl Solver, time: f64) -> Result<Vec<(f64, f64)>, String> {

@@ -6,17 +6,17 @@ use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
-use super::scene::{case, chart, options};
-use crate::analysis::{larger, scatter};
-use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
+use super::scene::{chart, method_options, parse_case};
+use crate::analysis::{max_or_nan, mean_and_deviation};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/triaxial-sleeve",
     title: "Triaxial compression in a sleeve, dense and loose spheres, DEM",
     source: "equilibrium of specimen, sleeve and platens; critical state as in sheet: dem §5, B14",
-    quick: Some(270),
-    full: 2700,
+    short_seconds: Some(270),
+    full_seconds: 2700,
     run,
 };
 
@@ -53,7 +53,7 @@ fn test(friction: f64, seed: u64, quick: bool) -> Result<Value, String> {
     value["stages"][1]["duration"] = json!(BEFORE[1]);
     value["stages"][2]["duration"] = json!(shear);
     value["output"] = json!({ "measures": ROW, "frames": BEFORE[1] });
-    let own = options(&mut value);
+    let own = method_options(&mut value);
     own["seed"] = json!(seed);
     if friction > 0.0 {
         own["grains"]["grain"]["fill"]["solid_fraction"] = json!(LOOSELY);
@@ -82,7 +82,7 @@ fn test(friction: f64, seed: u64, quick: bool) -> Result<Value, String> {
 }
 
 /// Rows of a test.
-struct Rows {
+struct TriaxialRecord {
     /// Axial strain from the start of the shear, logarithmic, shortening positive.
     strain: Vec<f64>,
     /// Pressure of the platen over that of the sleeve.
@@ -101,10 +101,10 @@ fn solid(frame: &Snapshot, body: u32) -> f64 {
     (0..frame.ids.len()).filter(|&i| frame.bodies[i] == body).map(|i| 4.0 / 3.0 * PI * radii[i].powi(3)).sum()
 }
 
-fn rows(report: &RunReport) -> Result<Rows, String> {
+fn rows(report: &RunReport) -> Result<TriaxialRecord, String> {
     let start = BEFORE[0] + BEFORE[1];
     let sheared = |name: &str| -> Vec<f64> {
-        let all = series(report, name).into_iter();
+        let all = measure_series(report, name).into_iter();
         all.filter(|(time, _)| *time > start - 1e-9).map(|(_, value)| value).collect()
     };
     let [height, stress, volume] =
@@ -113,12 +113,15 @@ fn rows(report: &RunReport) -> Result<Rows, String> {
         return Err("no rows".to_owned());
     };
     let solid = solid(&report.snapshot, 0);
-    Ok(Rows {
+    Ok(TriaxialRecord {
         strain: height.iter().map(|height| (first / height).ln()).collect(),
         ratio: stress.iter().map(|stress| -stress / PRESSURE).collect(),
         dilation: volume.iter().map(|volume| volume / begun - 1.0).collect(),
         porosity: volume.iter().map(|volume| 1.0 - solid / volume).collect(),
-        energy: series(report, "energy_error").into_iter().map(|(_, error)| error.abs()).fold(0.0, larger),
+        energy: measure_series(report, "energy_error")
+            .into_iter()
+            .map(|(_, error)| error.abs())
+            .fold(0.0, max_or_nan),
     })
 }
 
@@ -131,7 +134,7 @@ fn last(strain: &[f64], column: &[f64]) -> f64 {
 }
 
 /// What bears the pressures at a time, over what bears them in closed form.
-struct Borne {
+struct ForceBalance {
     /// Radial and axial sums over the contacts of specimen and sleeve, over what the pressures on them make.
     whole: [f64; 2],
     /// Share of the axial sum that is of the sleeve.
@@ -164,9 +167,9 @@ fn pressed(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
 
 /// In equilibrium the sum of force times branch over all contacts and bonds is that of force times place over what acts from without: the
 /// pressure on the sleeve, and the force on the platen times the height.
-fn borne(report: &RunReport, columns: usize, time: f64) -> Result<Borne, String> {
+fn borne(report: &RunReport, columns: usize, time: f64) -> Result<ForceBalance, String> {
     let frame = report.frames.iter().find(|frame| (frame.time - time).abs() < 1e-6).ok_or("no frame")?;
-    let value = |name: &str| at(&series(report, name), time);
+    let value = |name: &str| at(&measure_series(report, name), time);
     let (area, height, stress) =
         (value("membrane.sleeve.area"), value("wall.top.position"), value("wall.top.stress"));
     let tensors = frame.tensors("stress").ok_or("no stress")?;
@@ -182,7 +185,7 @@ fn borne(report: &RunReport, columns: usize, time: f64) -> Result<Borne, String>
         (0..frame.ids.len()).filter(|&i| frame.bodies[i] == 1).map(|i| frame.positions[i]).collect();
     let [radial, axial] = pressed(&sheet, columns);
     let total = [0, 1].map(|c| sums[0][c] + sums[1][c]);
-    Ok(Borne {
+    Ok(ForceBalance {
         whole: [total[0] / radial, total[1] / (axial - stress * area * height)],
         sleeve: sums[1][1] / total[1],
         platen: -stress / PRESSURE,
@@ -195,22 +198,33 @@ fn at(series: &[(f64, f64)], time: f64) -> f64 {
     near.map_or(f64::NAN, |(_, value)| *value)
 }
 
-fn equilibrium(outcome: &mut Outcome, name: &str, report: &RunReport, columns: usize) -> Result<(), String> {
+fn equilibrium(
+    outcome: &mut BenchmarkOutcome,
+    name: &str,
+    report: &RunReport,
+    columns: usize,
+) -> Result<(), String> {
     let own = borne(report, columns, BEFORE[0] + BEFORE[1])?;
     let reason = "the rule of the platen; 1 % as in B17.8";
-    outcome.near(format!("{name}, before the shear: platen over sleeve"), 1.0, 0.01, own.platen, reason);
+    outcome.assert_close(
+        format!("{name}, before the shear: platen over sleeve"),
+        1.0,
+        0.01,
+        own.platen,
+        reason,
+    );
     let reason = "equilibrium: sheet: dem §3.9, B17.8 within 1 %; the friction of the platens along themselves is not counted";
     let name_of =
         |what: &str| format!("{name}, before the shear: sum over contacts over that of the pressure, {what}");
-    outcome.near(name_of("radial"), 1.0, 0.01, own.whole[0], reason);
-    outcome.near(name_of("axial"), 1.0, 0.01, own.whole[1], reason);
+    outcome.assert_close(name_of("radial"), 1.0, 0.01, own.whole[0], reason);
+    outcome.assert_close(name_of("axial"), 1.0, 0.01, own.whole[1], reason);
     let reason = "not judged: a sleeve of grains shrinks with the specimen, and its bonds bear a part";
-    outcome.show(format!("{name}, before the shear: axial share of the sleeve"), "", own.sleeve, reason);
+    outcome.info(format!("{name}, before the shear: axial share of the sleeve"), "", own.sleeve, reason);
     Ok(())
 }
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut pictures = [
         chart(
             "Triaxial compression in a sleeve",
@@ -223,16 +237,22 @@ fn run(quick: bool) -> Result<Outcome, String> {
     for (name, friction) in [("dense", 0.0), ("loose", LOOSE)] {
         let mut drawn = Vec::new();
         for seed in SEEDS {
-            let report = run_by("dem", &case(&test(friction, seed, quick)?)?)?;
+            let report = run_in_memory("dem", &parse_case(&test(friction, seed, quick)?)?)?;
             if seed == SEEDS[0] {
                 equilibrium(&mut outcome, name, &report, columns(quick))?;
             }
             drawn.push(rows(&report)?);
         }
         draw(&mut pictures, name, &drawn[0]);
-        let energy = drawn.iter().map(|own| own.energy).fold(0.0, larger);
+        let energy = drawn.iter().map(|own| own.energy).fold(0.0, max_or_nan);
         let reason = "sheet: dem §2.14";
-        outcome.below(format!("{name}: error of the energy balance"), "conserved", energy, 0.01, reason);
+        outcome.assert_below(
+            format!("{name}: error of the energy balance"),
+            "conserved",
+            energy,
+            0.01,
+            reason,
+        );
         all.push(drawn);
     }
     let [dense, loose] = &all[..] else { return Err("not two tests".to_owned()) };
@@ -242,7 +262,7 @@ fn run(quick: bool) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-fn draw(pictures: &mut [LineChart; 2], name: &str, own: &Rows) {
+fn draw(pictures: &mut [LineChart; 2], name: &str, own: &TriaxialRecord) {
     for (picture, column) in pictures.iter_mut().zip([&own.ratio, &own.dilation]) {
         let curve = own.strain.iter().copied().zip(column.iter().copied()).collect();
         picture.series.push(Series::new(name, curve, Style::Line));
@@ -255,14 +275,15 @@ fn angle(ratio: f64) -> f64 {
 }
 
 /// Mean and standard deviation of a number over the drawings of a specimen.
-fn drawn(all: &[Rows], of: impl Fn(&Rows) -> f64) -> (f64, f64) {
-    scatter(&all.iter().map(of).collect::<Vec<_>>())
+fn drawn(all: &[TriaxialRecord], of: impl Fn(&TriaxialRecord) -> f64) -> (f64, f64) {
+    mean_and_deviation(&all.iter().map(of).collect::<Vec<_>>())
 }
 
-fn compare(outcome: &mut Outcome, dense: &[Rows], loose: &[Rows]) {
-    let peaks = |all: &[Rows]| drawn(all, |own| angle(own.ratio.iter().copied().fold(0.0, larger)));
-    let ends = |all: &[Rows]| drawn(all, |own| angle(last(&own.strain, &own.ratio)));
-    let porosities = |all: &[Rows]| drawn(all, |own| last(&own.strain, &own.porosity));
+fn compare(outcome: &mut BenchmarkOutcome, dense: &[TriaxialRecord], loose: &[TriaxialRecord]) {
+    let peaks =
+        |all: &[TriaxialRecord]| drawn(all, |own| angle(own.ratio.iter().copied().fold(0.0, max_or_nan)));
+    let ends = |all: &[TriaxialRecord]| drawn(all, |own| angle(last(&own.strain, &own.ratio)));
+    let porosities = |all: &[TriaxialRecord]| drawn(all, |own| last(&own.strain, &own.porosity));
     for (name, own) in [("dense", dense), ("loose", loose)] {
         let reason = "not judged: no values in the source; mean of three packings";
         let before = drawn(own, |own| own.porosity[0]);
@@ -272,16 +293,16 @@ fn compare(outcome: &mut Outcome, dense: &[Rows], loose: &[Rows]) {
             ("porosity before the shear", before),
             ("porosity at the end", porosities(own)),
         ] {
-            outcome.show(format!("{name}: {what}"), "", mean, reason);
-            outcome.show(format!("{name}: {what}, standard deviation of packings"), "", deviation, reason);
+            outcome.info(format!("{name}: {what}"), "", mean, reason);
+            outcome.info(format!("{name}: {what}, standard deviation of packings"), "", deviation, reason);
         }
     }
-    let (peak, end) = (|all: &[Rows]| peaks(all).0, |all: &[Rows]| ends(all).0);
-    let porosity = |all: &[Rows]| porosities(all).0;
-    let change = |all: &[Rows]| drawn(all, |own| last(&own.strain, &own.dilation)).0;
+    let (peak, end) = (|all: &[TriaxialRecord]| peaks(all).0, |all: &[TriaxialRecord]| ends(all).0);
+    let porosity = |all: &[TriaxialRecord]| porosities(all).0;
+    let change = |all: &[TriaxialRecord]| drawn(all, |own| last(&own.strain, &own.dilation)).0;
     let reason = "B14: the dense specimen has a peak 11 degrees above large strain, the loose one none beyond its scatter of 3 degrees";
     let above = peak(dense) - peak(loose);
-    outcome.within(
+    outcome.assert_within(
         "peak of the dense specimen above that of the loose one (degrees)",
         "stronger",
         above,
@@ -289,10 +310,16 @@ fn compare(outcome: &mut Outcome, dense: &[Rows], loose: &[Rows]) {
         reason,
     );
     let reason = "B14: contraction, then dilation of a dense specimen; a loose one contracts";
-    outcome.within("dense: change of volume at the end", "dilates", change(dense), (0.01, 0.2), reason);
-    outcome.below("loose: change of volume at the end", "contracts", change(loose), 0.0, reason);
+    outcome.assert_within(
+        "dense: change of volume at the end",
+        "dilates",
+        change(dense),
+        (0.01, 0.2),
+        reason,
+    );
+    outcome.assert_below("loose: change of volume at the end", "contracts", change(loose), 0.0, reason);
     let reason = "B14: both within 2.5 degrees of the same critical state";
-    outcome.below(
+    outcome.assert_below(
         "friction angles at the end, difference (degrees)",
         "the same",
         (end(dense) - end(loose)).abs(),
@@ -300,7 +327,7 @@ fn compare(outcome: &mut Outcome, dense: &[Rows], loose: &[Rows]) {
         reason,
     );
     let reason = "B14: both within 0.008 of the same critical state";
-    outcome.below(
+    outcome.assert_below(
         "porosities at the end, difference",
         "the same",
         (porosity(dense) - porosity(loose)).abs(),

@@ -2,31 +2,31 @@
 
 use colluvium::case::Case;
 use colluvium::depth_sph::bed::{Bed, incline};
-use colluvium::depth_sph::exact::Cap;
-use colluvium::depth_sph::flow::{Ends, Flow};
-use colluvium::depth_sph::nodes::Node;
-use colluvium::depth_sph::settings::Settings;
+use colluvium::depth_sph::exact::ParabolicCap;
+use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
+use colluvium::depth_sph::nodes::NewNode;
+use colluvium::depth_sph::settings::FlowSettings;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::parts::{Profile, chart, closed, flow_until, load, start, until};
-use crate::benchmarks::{Benchmark, Outcome, scalars};
+use super::parts::{NodeProfile, chart, closed_form_series, load, start, step_flow_until, step_until};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/cap",
     title: "Parabolic caps that slide and spread, depth-integrated",
     source: "Savage and Hutter 1989; sheet: depth-sph §5.3, V8, V9",
-    quick: Some(6),
-    full: 12,
+    short_seconds: Some(6),
+    full_seconds: 12,
     run,
 };
 
 /// Speed with which the cap starts, so that all of it moves down (m/s).
 const SPEED: f64 = 2.0;
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     line(&mut outcome)?;
     plan(&mut outcome)?;
     steep(&mut outcome)?;
@@ -47,15 +47,15 @@ fn cap() -> Result<Case, String> {
     Ok(case)
 }
 
-fn line(outcome: &mut Outcome) -> Result<(), String> {
+fn line(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let slope = 35f64.to_radians();
     let gravity = 9.81 * slope.cos();
     let pull = gravity * (slope.tan() - 25f64.to_radians().tan());
-    let exact = Cap { half: 10.0, area: 80.0 / 3.0, gravity, coefficient: 1.0 };
+    let exact = ParabolicCap { half: 10.0, area: 80.0 / 3.0, gravity, coefficient: 1.0 };
     let mut solver = start(&cap()?)?;
     let mut shown = chart("Cap on an incline of 35° over 25° of friction", "depth (m)");
     for time in [1.0, 2.0, 3.0, 5.0] {
-        until(&mut *solver, time)?;
+        step_until(&mut *solver, time)?;
         let snapshot = solver.snapshot();
         let volume = scalars(&snapshot, "volume");
         let whole: f64 = volume.iter().sum();
@@ -68,27 +68,45 @@ fn line(outcome: &mut Outcome) -> Result<(), String> {
         let (length, _) = exact.half_length(time);
         let place = SPEED * time + 0.5 * pull * time * time;
         let name = |what: &str| format!("V8, {time} s: {what}");
-        outcome.near(name("half of the length (m)"), length, 0.01, half, "V8: 1 %; by the second moment");
+        outcome.assert_close(
+            name("half of the length (m)"),
+            length,
+            0.01,
+            half,
+            "V8: 1 %; by the second moment",
+        );
         let reason = "V8: 1 % of the half-length";
         let off = (middle - place).abs() / length;
-        outcome.below(name("place of the middle, error over half of the length"), "0", off, 0.01, reason);
-        let profile = Profile::of(&snapshot, 0, &[]);
+        outcome.assert_below(
+            name("place of the middle, error over half of the length"),
+            "0",
+            off,
+            0.01,
+            reason,
+        );
+        let profile = NodeProfile::of(&snapshot, 0, &[]);
         let highest = profile.heights(place - length, place + length);
         let highest = highest.iter().map(|(_, h)| *h).fold(0.0, f64::max);
-        outcome.near(name("largest depth (m)"), exact.depth(length, 0.0), 0.01, highest, "V8: 1 %");
+        outcome.assert_close(name("largest depth (m)"), exact.depth(length, 0.0), 0.01, highest, "V8: 1 %");
         let depth = |x: f64| exact.depth(length, x - place);
         let error = profile.errors(place - length, place + length, |x| (depth(x), 0.0)).0;
         let reason = "V8: 1 % of the largest depth";
-        outcome.below(name("mean error of the profile"), "0", error / exact.depth(length, 0.0), 0.01, reason);
+        outcome.assert_below(
+            name("mean error of the profile"),
+            "0",
+            error / exact.depth(length, 0.0),
+            0.01,
+            reason,
+        );
         let (low, high) = (place - 1.1 * length, place + 1.1 * length);
-        shown.series.push(closed(String::new(), low, high, depth));
+        shown.series.push(closed_form_series(String::new(), low, high, depth));
         shown.series.push(Series::new(format!("{time} s"), profile.heights(low, high), Style::Line));
     }
     outcome.svg("V8: depth along the bed, and the similarity solution (broken).", &shown)
 }
 
 /// Nodes of a cap of this radius and depth (m).
-fn heap(radius: f64, depth: f64, spacing: f64) -> Vec<Node<2>> {
+fn heap(radius: f64, depth: f64, spacing: f64) -> Vec<NewNode<2>> {
     let mut nodes = Vec::new();
     let count = (radius / spacing) as i32 + 1;
     for i in -count..count {
@@ -98,33 +116,44 @@ fn heap(radius: f64, depth: f64, spacing: f64) -> Vec<Node<2>> {
             if height > 0.0 {
                 let volume = height * spacing * spacing;
                 let (length, scale) = (1.3 * spacing, 1.3 * 1.3);
-                nodes.push(Node { body: 0, position: x, velocity: [0.0; 2], volume, length, scale });
+                nodes.push(NewNode { body: 0, position: x, velocity: [0.0; 2], volume, length, scale });
             }
         }
     }
     let volume = std::f64::consts::FRAC_PI_2 * radius * radius * depth;
-    let sum: f64 = nodes.iter().map(|node: &Node<2>| node.volume).sum();
+    let sum: f64 = nodes.iter().map(|node: &NewNode<2>| node.volume).sum();
     nodes.iter_mut().for_each(|node| node.volume *= volume / sum);
     nodes
 }
 
 /// The cap of V9 on a plane of 35° without friction, in plan and vertical depths: along the plane it is that on a level one, under `g cos θ`.
-fn steep(outcome: &mut Outcome) -> Result<(), String> {
+fn steep(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let angle = 35f64.to_radians();
     let (sin, cos) = angle.sin_cos();
     let mut nodes = heap(10.0, 2.0, 0.4);
     nodes.iter_mut().for_each(|node| node.position[0] *= cos);
-    let mut flow = Flow::new(Settings::plain(1000.0), incline([-sin / cos, 0.0]), Ends::default(), &[nodes])
-        .map_err(|failure| failure.to_string())?;
+    let mut flow = Flow::new(
+        FlowSettings::plain(1000.0),
+        incline([-sin / cos, 0.0]),
+        PlanBoundaries::default(),
+        &[nodes],
+    )
+    .map_err(|failure| failure.to_string())?;
     let first = central_moments(&flow);
     for (time, exact) in [(1.0, 11.8), (2.0, 16.029_972), (4.0, 26.978_510)] {
         let time = time / cos.sqrt();
-        flow_until(&mut flow, time)?;
+        step_flow_until(&mut flow, time)?;
         let now = central_moments(&flow);
         let reason = "2 %: the metric is blended between that of level surfaces and that of sheets";
         for (axis, name) in ["along the slope", "across it"].into_iter().enumerate() {
             let found = (now[axis] / first[axis]).sqrt();
-            outcome.near(format!("35°, {time:.2} s: growth {name}"), exact / 10.0, 0.02, found, reason);
+            outcome.assert_close(
+                format!("35°, {time:.2} s: growth {name}"),
+                exact / 10.0,
+                0.02,
+                found,
+                reason,
+            );
         }
     }
     Ok(())
@@ -144,31 +173,32 @@ fn central_moments(flow: &Flow<2>) -> [f64; 2] {
 }
 
 /// V9: a cap on a level plane, in plan.
-fn plan(outcome: &mut Outcome) -> Result<(), String> {
+fn plan(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let radius = 10.0;
     let nodes = heap(radius, 2.0, 0.4);
-    let mut flow = Flow::new(Settings::plain(1000.0), Bed::Flat(0.0), Ends::default(), &[nodes])
-        .map_err(|failure| failure.to_string())?;
+    let mut flow =
+        Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), PlanBoundaries::default(), &[nodes])
+            .map_err(|failure| failure.to_string())?;
     let first = second_moments(&flow);
     let mut shown = chart("Cap on a level plane: depth over the distance from its middle", "depth (m)");
     let table = [(1.0, 11.8, 1.436_369), (2.0, 16.029_972, 0.778_331), (4.0, 26.978_510, 0.274_786)];
     for (time, exact, highest) in table {
-        flow_until(&mut flow, time)?;
+        step_flow_until(&mut flow, time)?;
         let [xx, yy, xy] = second_moments(&flow);
         let name = |what: &str| format!("V9, {time} s: {what}");
         let reason = "V9: 0.5 %; from the second moment, whose first value is that of the lattice";
         let found = radius * ((xx + yy) / (first[0] + first[1])).sqrt();
-        outcome.near(name("radius (m)"), exact, 0.005, found, reason);
-        let top = flow.sets[0].nodes.height.iter().copied().fold(0.0, f64::max);
-        outcome.near(name("largest depth (m)"), highest, 0.02, top, "V9: 2 %");
+        outcome.assert_close(name("radius (m)"), exact, 0.005, found, reason);
+        let top = flow.sets[0].nodes.partial_thickness.iter().copied().fold(0.0, f64::max);
+        outcome.assert_close(name("largest depth (m)"), highest, 0.02, top, "V9: 2 %");
         let uneven = ((xx - yy).powi(2) + 4.0 * xy * xy).sqrt() / (xx + yy);
-        outcome.below(name("anisotropy of the second moments"), "0", uneven, 0.005, "V9: 0.5 %");
+        outcome.assert_below(name("anisotropy of the second moments"), "0", uneven, 0.005, "V9: 0.5 %");
         let nodes = &flow.sets[0].nodes;
-        let found = nodes.position.iter().zip(&nodes.height).step_by(7);
+        let found = nodes.position.iter().zip(&nodes.partial_thickness).step_by(7);
         let found = found.map(|(x, h)| (x[0].hypot(x[1]), *h)).collect();
         shown.series.push(Series::new(format!("{time} s"), found, Style::Markers));
         let cap = |r: f64| highest * (1.0 - (r / exact).powi(2));
-        shown.series.push(closed(String::new(), 0.0, exact, cap));
+        shown.series.push(closed_form_series(String::new(), 0.0, exact, cap));
     }
     outcome.svg("V9: every seventh node, and the similarity solution (broken).", &shown)
 }

@@ -3,26 +3,28 @@
 use std::f64::consts::PI;
 
 use colluvium::case::Case;
-use colluvium::depth_sph::column::{Base, bound, diffuse, load, mean, relax, triangle};
+use colluvium::depth_sph::column::{
+    BaseCondition, diffuse_head, limit_head, load_undrained, mean, relax_amplitude, set_linear_profile,
+};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::parts::{load as load_case, start, until};
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, scalars, set_of};
+use super::parts::{load as load_case, start, step_until};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/column",
     title: "Consolidation of the pore-pressure column",
     source: "Terzaghi's series; sheet: depth-sph §5.4, V13a, V14",
-    quick: Some(2),
-    full: 2,
+    short_seconds: Some(2),
+    full_seconds: 2,
     run,
 };
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     series(&mut outcome)?;
     rack(&mut outcome)?;
     undrained(&mut outcome);
@@ -33,13 +35,13 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 
 /// What a column begins with and what its base is.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum ConsolidationKind {
     UniformSealed,
     TriangleSealed,
     TriangleDrained,
 }
 
-impl Kind {
+impl ConsolidationKind {
     fn name(self) -> &'static str {
         match self {
             Self::UniformSealed => "V13a uniform, sealed",
@@ -48,8 +50,8 @@ impl Kind {
         }
     }
 
-    fn base(self) -> Base {
-        if self == Self::TriangleDrained { Base::Head(0.0) } else { Base::Sealed }
+    fn base(self) -> BaseCondition {
+        if self == Self::TriangleDrained { BaseCondition::Head(0.0) } else { BaseCondition::Sealed }
     }
 
     fn start(self, zeta: f64) -> f64 {
@@ -84,11 +86,11 @@ impl Kind {
         let (mut worst, mut kept) = (0.0f64, Vec::new());
         let per = (0.05 / step).round() as usize;
         for number in 1..=10 * per {
-            diffuse(&mut head, step, weight, self.base(), &mut scratch);
+            diffuse_head(&mut head, step, weight, self.base(), &mut scratch);
             if number % per == 0 {
                 let time = number as f64 * step;
                 let errors = head.iter().enumerate().map(|(k, p)| (p - self.exact(zeta(k), time)).abs());
-                worst = worst.max(errors.largest());
+                worst = worst.max(errors.max_or_nan());
                 if [1, 2, 4, 10].contains(&(number / per)) {
                     kept.push((time, head.clone()));
                 }
@@ -99,8 +101,12 @@ impl Kind {
 }
 
 /// V13a to V13c.
-fn series(outcome: &mut Outcome) -> Result<(), String> {
-    for kind in [Kind::UniformSealed, Kind::TriangleSealed, Kind::TriangleDrained] {
+fn series(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    for kind in [
+        ConsolidationKind::UniformSealed,
+        ConsolidationKind::TriangleSealed,
+        ConsolidationKind::TriangleDrained,
+    ] {
         let name = |what: &str| format!("{}: {what}", kind.name());
         // The jump of a uniform pressure at the surface keeps Crank–Nicolson ringing: its first steps are shorter ones.
         let rows = [(20, 0.5, 1e-3, 1e-3), (20, 1.0, 1e-3, 3.5e-3), (40, 0.5, 1e-3, 2.5e-4)];
@@ -109,16 +115,22 @@ fn series(outcome: &mut Outcome) -> Result<(), String> {
             let scheme = if weight == 1.0 { "backward Euler" } else { "Crank–Nicolson" };
             let what = format!("{cells} intervals, {scheme}: largest error over the first pressure");
             let reason = "V13: 0.1 % and 0.025 % with Crank–Nicolson, 0.35 % with backward Euler";
-            outcome.below(name(&what), "0", found, bound, reason);
+            outcome.assert_below(name(&what), "0", found, bound, reason);
         }
         // A weight of one and steps that shrink with the square: no ringing, errors of depth alone.
         let [coarse, fine] = [10, 20].map(|cells| kind.run(cells, 1.0, 0.5 / (cells * cells) as f64 / 8.0).0);
         let order = (coarse / fine).log2();
-        outcome.within(name("order in the interval"), "2", order, (1.8, 2.2), "V13: second order in depth");
+        outcome.assert_within(
+            name("order in the interval"),
+            "2",
+            order,
+            (1.8, 2.2),
+            "V13: second order in depth",
+        );
     }
-    let kind = Kind::TriangleSealed;
+    let kind = ConsolidationKind::TriangleSealed;
     let [long, short] = [1e-3, 5e-4].map(|step| kind.run(160, 1.0, step).0);
-    outcome.within(
+    outcome.assert_within(
         "V13b: order in the step, backward Euler",
         "1",
         (long / short).log2(),
@@ -128,8 +140,8 @@ fn series(outcome: &mut Outcome) -> Result<(), String> {
     draw(outcome)
 }
 
-fn draw(outcome: &mut Outcome) -> Result<(), String> {
-    for kind in [Kind::TriangleSealed, Kind::TriangleDrained] {
+fn draw(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    for kind in [ConsolidationKind::TriangleSealed, ConsolidationKind::TriangleDrained] {
         let mut chart = LineChart {
             title: kind.name().to_owned(),
             x_label: "excess pressure over the first one at the base".to_owned(),
@@ -149,7 +161,7 @@ fn draw(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// V13d: over a rack and off it again.
-fn rack(outcome: &mut Outcome) -> Result<(), String> {
+fn rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.05, [0.747_695, 0.484_632, 0.450_022]),
         (0.06, [0.0, 0.476_617, 0.357_542]),
@@ -163,16 +175,16 @@ fn rack(outcome: &mut Outcome) -> Result<(), String> {
     ];
     let (cells, step) = (40, 1e-4);
     let mut head = vec![0.0; cells + 1];
-    triangle(&mut head, 1.0);
+    set_linear_profile(&mut head, 1.0);
     let (mut scratch, mut shape) = (head.clone(), head.clone());
     let (mut worst, mut left) = (0.0f64, 0.0f64);
     let mut base = Vec::new();
     for number in 1..=3000 {
         let time = f64::from(number) * step;
         let open = (501..=700).contains(&number);
-        let below = if open { Base::Head(0.0) } else { Base::Sealed };
-        diffuse(&mut head, step, 1.0, below, &mut scratch);
-        relax(&mut shape, step, below);
+        let below = if open { BaseCondition::Head(0.0) } else { BaseCondition::Sealed };
+        diffuse_head(&mut head, step, 1.0, below, &mut scratch);
+        relax_amplitude(&mut shape, step, below);
         base.push((time, head[0]));
         if let Some((_, exact)) = table.iter().find(|(at, _)| (at - time).abs() < 0.1 * step) {
             let found = [head[0], head[cells / 2], mean(&head)];
@@ -182,14 +194,20 @@ fn rack(outcome: &mut Outcome) -> Result<(), String> {
             left = left.max(shape[0].abs()).max(mean(&shape).abs());
         }
     }
-    outcome.below(
+    outcome.assert_below(
         "V13d: largest difference of base, middle and mean from the reference",
         "0",
         worst,
         0.01,
         "V13d: 1 % of the first pressure",
     );
-    outcome.below("V13d, shape function: what is left behind the rack", "0", left, 1e-15, "V13d: nothing");
+    outcome.assert_below(
+        "V13d, shape function: what is left behind the rack",
+        "0",
+        left,
+        1e-15,
+        "V13d: nothing",
+    );
     let mut chart = LineChart {
         title: "Base of a column that crosses a rack".to_owned(),
         x_label: "time factor".to_owned(),
@@ -203,34 +221,40 @@ fn rack(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// V14: pressures follow the depth.
-fn undrained(outcome: &mut Outcome) {
+fn undrained(outcome: &mut BenchmarkOutcome) {
     let mut head = vec![0.0; 21];
-    triangle(&mut head, 2.0);
+    set_linear_profile(&mut head, 2.0);
     let (mut depth, mut worst) = (2.0, 0.0f64);
     for growth in [-0.5, 0.7, -1.9, 4.0, -3.0] {
-        load(&mut head, growth);
+        load_undrained(&mut head, growth);
         depth += growth;
-        bound(&mut head, depth, |_| 0.0);
+        limit_head(&mut head, depth, |_| 0.0);
         worst = worst.max((head[0] / depth - 1.0).abs());
     }
-    outcome.below("V14: change of the liquefaction ratio of 1", "0", worst, 1e-12, "V14: 1e-12");
-    triangle(&mut head, 0.3);
-    load(&mut head, 1.25);
-    outcome.near("V14: head at the base after growth (m)", 1.55, 1e-12, head[0], "V14: 1e-12");
+    outcome.assert_below("V14: change of the liquefaction ratio of 1", "0", worst, 1e-12, "V14: 1e-12");
+    set_linear_profile(&mut head, 0.3);
+    load_undrained(&mut head, 1.25);
+    outcome.assert_close("V14: head at the base after growth (m)", 1.55, 1e-12, head[0], "V14: 1e-12");
 }
 
 /// V14b: a column that thins while it drains.
-fn thinning(outcome: &mut Outcome) {
+fn thinning(outcome: &mut BenchmarkOutcome) {
     let run = |steps: usize| {
         let mut head = vec![0.0; 81];
         let mut scratch = head.clone();
-        triangle(&mut head, 2.0);
+        set_linear_profile(&mut head, 2.0);
         let (dt, depth) = (5.0 / steps as f64, |t: f64| 2.0 * (-t / 5.0f64).exp());
         let mut found = Vec::new();
         for number in 0..steps {
             let t = number as f64 * dt;
-            load(&mut head, depth(t + dt) - depth(t));
-            diffuse(&mut head, 0.5 * dt / depth(t + 0.5 * dt).powi(2), 1.0, Base::Sealed, &mut scratch);
+            load_undrained(&mut head, depth(t + dt) - depth(t));
+            diffuse_head(
+                &mut head,
+                0.5 * dt / depth(t + 0.5 * dt).powi(2),
+                1.0,
+                BaseCondition::Sealed,
+                &mut scratch,
+            );
             if [1, 2, 5].iter().any(|second| number + 1 == second * steps / 5) {
                 found.extend([head[0], mean(&head)]);
             }
@@ -244,27 +268,33 @@ fn thinning(outcome: &mut Outcome) {
     let beyond = long.iter().zip(&short).map(|(a, b)| 2.0 * b - a).collect();
     let (coarse, fine) = (error(long), error(short));
     let reason = "V14b: first order of backward Euler";
-    outcome.within("V14b: order in the step", "1", (coarse / fine).log2(), (0.8, 1.2), reason);
+    outcome.assert_within("V14b: order in the step", "1", (coarse / fine).log2(), (0.8, 1.2), reason);
     let reason =
         "V14b: heads at 1, 2 and 5 s; the digits that the sheet gives, over the two intervals of V13";
-    outcome.below("V14b: largest error (m), extrapolated in the step", "0", error(beyond), 2.5e-4, reason);
+    outcome.assert_below(
+        "V14b: largest error (m), extrapolated in the step",
+        "0",
+        error(beyond),
+        2.5e-4,
+        reason,
+    );
 }
 
 /// V13b and V13c in a case: a layer at rest between walls.
-fn layer(outcome: &mut Outcome) -> Result<(), String> {
+fn layer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let sealed = load_case("column")?;
     for (base, drainage, exact) in [("sealed", "sealed", 0.747_687), ("drained", "hydrostatic", 0.0)] {
         let mut case: Case = sealed.clone();
-        set_of(&mut case, "depth-sph", "drainage", json!({ "kind": drainage }));
+        set_method_option(&mut case, "depth-sph", "drainage", json!({ "kind": drainage }));
         let mut solver = start(&case)?;
         // The depth of the nodes is that of their sums, and so is the time factor.
         let depth = scalars(&solver.snapshot(), "depth")[10];
         let time = 0.05 * depth * depth / 0.5;
-        until(&mut *solver, time)?;
+        step_until(&mut *solver, time)?;
         let found = scalars(&solver.snapshot(), "liquefaction")[10];
         let reason = "V13: 0.35 % of the first pressure with backward Euler";
         let name = format!("layer at rest, base {base}: liquefaction ratio at T = 0.05");
-        outcome.within(name, &format!("{exact}"), found, (exact - 3.5e-3, exact + 3.5e-3), reason);
+        outcome.assert_within(name, &format!("{exact}"), found, (exact - 3.5e-3, exact + 3.5e-3), reason);
     }
     Ok(())
 }

@@ -4,17 +4,17 @@ use colluvium::case::{Case, Solver};
 use colluvium::plots::{Series, Style};
 use serde_json::{Value, json};
 
-use super::parts::{Profile, chart, closed, grid, load, start, until};
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, scalars, set_of, vectors};
+use super::parts::{NodeProfile, cell_centres, chart, closed_form_series, load, start, step_until};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option, vectors};
 
 /// The benchmark of mud.
 pub const MUD: Benchmark = Benchmark {
     id: "depth-sph/yield-stress",
     title: "Dam break of a Bingham fluid and its deposit, depth-integrated",
     source: "sheet: depth-sph §5.5, V23",
-    quick: None,
-    full: 10,
+    short_seconds: None,
+    full_seconds: 10,
     run: mud,
 };
 
@@ -23,40 +23,45 @@ pub const SATURATED: Benchmark = Benchmark {
     id: "depth-sph/saturated-dam",
     title: "Dam break of a frictional saturated material, depth-integrated",
     source: "Pastor and others 2020, §6.2; sheet: depth-sph §5.2, B2; §5.5, V23b",
-    quick: Some(15),
-    full: 50,
+    short_seconds: Some(15),
+    full_seconds: 50,
     run: saturated,
 };
 
 /// V23: where the yield stress holds the mud.
-fn mud(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn mud(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut solver = start(&load("yield-stress")?)?;
     let mut stopped = f64::NAN;
     while stopped.is_nan() && solver.time() < 300.0 {
         let end = solver.time() + 1.0;
-        until(&mut *solver, end)?;
+        step_until(&mut *solver, end)?;
         stopped = reading(&*solver, "stopped");
     }
     let reason = "not judged: the sheet runs until the stopping criterion holds";
-    outcome.show("V23: time at which it has stopped (s)", "", stopped, reason);
-    let profile = Profile::of(&solver.snapshot(), 0, &[0.0]);
+    outcome.info("V23: time at which it has stopped (s)", "", stopped, reason);
+    let profile = NodeProfile::of(&solver.snapshot(), 0, &[0.0]);
     // The square of the depth of what is just held falls along a line to the front.
     let (front, wall) = (25.1417, 1.193_237);
-    let found = solver.snapshot().positions.iter().map(|x| x[0]).largest();
+    let found = solver.snapshot().positions.iter().map(|x| x[0]).max_or_nan();
     let reason = "V23: a run with inertia stops at or beyond the profile that is just held; 4 %";
-    outcome.within("V23: last node (m)", "≥ 25.1417", found, (0.96 * front, f64::INFINITY), reason);
+    outcome.assert_within("V23: last node (m)", "≥ 25.1417", found, (0.96 * front, f64::INFINITY), reason);
     let reason = "not judged: the ±4 % of the sheet are of a creeping flow, and its 50 Pa s let this one run";
-    outcome.show("V23: depth at the wall (m)", &format!("{wall}"), profile.at(0.0).0, reason);
-    let steepest = grid(1.0, found - 2.0).map(|x| {
+    outcome.info("V23: depth at the wall (m)", &format!("{wall}"), profile.at(0.0).0, reason);
+    let steepest = cell_centres(1.0, found - 2.0).map(|x| {
         let (h, ahead) = (profile.at(x - 0.25).0, profile.at(x + 0.25).0);
         0.5 * (h + ahead) * (h - ahead) / 0.5 * 1800.0 * 9.81 / 500.0
     });
     let reason = "not judged: by the stopping criterion one node in a hundred may still move";
-    outcome.show("V23: largest weight along the bed over the yield stress", "1", steepest.largest(), reason);
+    outcome.info(
+        "V23: largest weight along the bed over the yield stress",
+        "1",
+        steepest.max_or_nan(),
+        reason,
+    );
     let depth = |x: f64| (2.0 * 500.0 / (1800.0 * 9.81) * (front - x).max(0.0)).sqrt();
     let mut shown = chart("Deposit of a Bingham fluid", "depth (m)");
-    shown.series.push(closed("just held by the yield stress", 0.0, 45.0, depth));
+    shown.series.push(closed_form_series("just held by the yield stress", 0.0, 45.0, depth));
     shown.series.push(Series::new("nodes", profile.heights(0.0, 45.0), Style::Line));
     outcome
         .svg("V23: the profile that the yield stress just holds (broken), and what comes to rest.", &shown)?;
@@ -65,19 +70,23 @@ fn mud(_quick: bool) -> Result<Outcome, String> {
 
 /// A reading of the solver.
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
-    solver.readings().into_iter().find(|(own, _, _)| own == name).map_or(f64::NAN, |(_, _, value)| value)
+    solver
+        .scalar_outputs()
+        .into_iter()
+        .find(|(own, _, _)| own == name)
+        .map_or(f64::NAN, |(_, _, value)| value)
 }
 
 /// Which of the four runs of B2.
 #[derive(Clone, Copy, PartialEq)]
-enum Run {
+enum BedStopRun {
     Dry,
     Drained,
     Full,
     NoColumn,
 }
 
-impl Run {
+impl BedStopRun {
     /// How long it is followed at least (s).
     fn least(self) -> f64 {
         match self {
@@ -89,22 +98,22 @@ impl Run {
 }
 
 /// What a run gives.
-struct Found {
+struct DepositResult {
     /// Run-out of the last node of grains, and of fluid where there is one (m).
     runout: [f64; 2],
     /// Time at which the last node stops (s).
-    stop: f64,
+    stopping_time: f64,
     /// Time (s), excess head (m) and depth (m) of the node in the middle of the reservoir.
     middle: Vec<[f64; 3]>,
     /// Change of the volume over the volume.
-    change: f64,
+    volume_change: f64,
     /// The front over time (s, m).
     front: Vec<(f64, f64)>,
     /// The deposit.
     profile: Vec<(f64, f64)>,
 }
 
-impl Found {
+impl DepositResult {
     fn at(&self, time: f64) -> [f64; 3] {
         let after = self.middle.partition_point(|row| row[0] < time).clamp(1, self.middle.len() - 1);
         let (a, b) = (self.middle[after - 1], self.middle[after]);
@@ -113,19 +122,25 @@ impl Found {
     }
 }
 
-fn case(run: Run, angle: f64, spacing: f64) -> Result<Case, String> {
+fn case(run: BedStopRun, angle: f64, spacing: f64) -> Result<Case, String> {
     let mut case = load("saturated-dam")?;
-    set_of(&mut case, "depth-sph", "spacing", spacing);
-    set_of(&mut case, "depth-sph", "basal", json!({ "model": "coulomb", "friction_angle": angle }));
-    let mut without =
-        |keys: &[&str]| keys.iter().for_each(|key| set_of(&mut case, "depth-sph", key, Value::Null));
+    set_method_option(&mut case, "depth-sph", "spacing", spacing);
+    set_method_option(
+        &mut case,
+        "depth-sph",
+        "basal",
+        json!({ "model": "coulomb", "friction_angle": angle }),
+    );
+    let mut without = |keys: &[&str]| {
+        keys.iter().for_each(|key| set_method_option(&mut case, "depth-sph", key, Value::Null))
+    };
     match run {
-        Run::Dry => without(&["mixture", "column"]),
-        Run::Drained | Run::NoColumn => without(&["column"]),
-        Run::Full => {}
+        BedStopRun::Dry => without(&["mixture", "column"]),
+        BedStopRun::Drained | BedStopRun::NoColumn => without(&["column"]),
+        BedStopRun::Full => {}
     }
-    if matches!(run, Run::Dry | Run::Drained) {
-        set_of(&mut case, "depth-sph", "phases", "one");
+    if matches!(run, BedStopRun::Dry | BedStopRun::Drained) {
+        set_method_option(&mut case, "depth-sph", "phases", "one");
     }
     Ok(case)
 }
@@ -134,7 +149,7 @@ fn case(run: Run, angle: f64, spacing: f64) -> Result<Case, String> {
 const AT_REST: f64 = 5.0;
 
 /// Runs until the first node of grains at the front has stopped, and on to `end` (s).
-fn compute(run: Run, angle: f64, spacing: f64, end: f64) -> Result<Found, String> {
+fn compute(run: BedStopRun, angle: f64, spacing: f64, end: f64) -> Result<DepositResult, String> {
     let mut solver = start(&case(run, angle, spacing)?)?;
     let first = solver.snapshot();
     let near = |x: f64| (x - 5.0).abs();
@@ -142,17 +157,17 @@ fn compute(run: Run, angle: f64, spacing: f64, end: f64) -> Result<Found, String
         .min_by(|a, b| near(first.positions[*a][0]).total_cmp(&near(first.positions[*b][0])));
     let middle = closest.unwrap_or(0);
     let before: f64 = scalars(&first, "volume").iter().sum();
-    let mut found = Found {
+    let mut found = DepositResult {
         runout: [0.0; 2],
-        stop: f64::NAN,
+        stopping_time: f64::NAN,
         middle: Vec::new(),
-        change: 0.0,
+        volume_change: 0.0,
         front: Vec::new(),
         profile: Vec::new(),
     };
-    while found.stop.is_nan() || solver.time() < end {
+    while found.stopping_time.is_nan() || solver.time() < end {
         let next = solver.time() + 0.01;
-        until(&mut *solver, next)?;
+        step_until(&mut *solver, next)?;
         let snapshot = solver.snapshot();
         let (phase, velocity) = (scalars(&snapshot, "phase"), vectors(&snapshot, "velocity"));
         let mut speed = 0.0;
@@ -166,8 +181,8 @@ fn compute(run: Run, angle: f64, spacing: f64, end: f64) -> Result<Found, String
         }
         found.front.push((snapshot.time, found.runout[0]));
         // What settles by a millimetre in ten seconds has stopped.
-        if found.stop.is_nan() && snapshot.time > 0.5 && speed.abs() < 1e-4 {
-            found.stop = snapshot.time;
+        if found.stopping_time.is_nan() && snapshot.time > 0.5 && speed.abs() < 1e-4 {
+            found.stopping_time = snapshot.time;
         }
         let depth = scalars(&snapshot, "depth")[middle];
         let ratio = snapshot.scalars("liquefaction").map_or(f64::NAN, |ratio| ratio[middle]);
@@ -177,11 +192,11 @@ fn compute(run: Run, angle: f64, spacing: f64, end: f64) -> Result<Found, String
         }
     }
     let last = solver.snapshot();
-    found.change = (scalars(&last, "volume").iter().sum::<f64>() / before - 1.0).abs();
-    let profiles = [0, 1].map(|phase| Profile::of(&last, phase, &[0.0]));
-    let sets = if matches!(run, Run::Dry | Run::Drained) { 1 } else { 2 };
+    found.volume_change = (scalars(&last, "volume").iter().sum::<f64>() / before - 1.0).abs();
+    let profiles = [0, 1].map(|phase| NodeProfile::of(&last, phase, &[0.0]));
+    let sets = if matches!(run, BedStopRun::Dry | BedStopRun::Drained) { 1 } else { 2 };
     let depth = |x: f64| profiles[..sets].iter().map(|profile| profile.at(x).0).sum();
-    found.profile = grid(0.0, 45.0).map(|x| (x, depth(x))).collect();
+    found.profile = cell_centres(0.0, 45.0).map(|x| (x, depth(x))).collect();
     Ok(found)
 }
 
@@ -190,37 +205,47 @@ fn fitted(spacing: f64) -> Result<f64, String> {
     let (mut low, mut high) = (40.0, 60.0);
     for _ in 0..7 {
         let angle = 0.5 * (low + high);
-        if compute(Run::Dry, angle, spacing, 0.0)?.runout[0] > 11.8 { low = angle } else { high = angle }
+        if compute(BedStopRun::Dry, angle, spacing, 0.0)?.runout[0] > 11.8 {
+            low = angle
+        } else {
+            high = angle
+        }
     }
     Ok(0.5 * (low + high))
 }
 
 /// B2: four run-outs with the angle that gives the first.
-fn saturated(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn saturated(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let spacing = if quick { 0.08 } else { 0.04 };
     let angle = fitted(spacing)?;
     let reason =
         "not judged: the source gives none; the sheet expects 49.8° on 250 nodes, the short form has 125";
-    outcome.show("B2: angle of friction that gives (a) (degrees)", "49.8", angle, reason);
-    let runs = [Run::Dry, Run::Drained, Run::Full, Run::NoColumn];
+    outcome.info("B2: angle of friction that gives (a) (degrees)", "49.8", angle, reason);
+    let runs = [BedStopRun::Dry, BedStopRun::Drained, BedStopRun::Full, BedStopRun::NoColumn];
     let mut found = Vec::new();
     for run in runs {
         found.push(compute(run, angle, spacing, run.least())?);
     }
     let [dry, drained, full, plain] = &found[..] else { return Err("four runs".to_owned()) };
-    outcome.show("B2 (a) dry: run-out (m)", "11.80", dry.runout[0], "not judged: it sets the angle");
-    outcome.near("B2 (b) saturated, drained: run-out (m)", 24.5, 0.08, drained.runout[0], "B2: ±8 %");
-    outcome.near("B2 (c) two phases and pore pressure: run-out (m)", 31.6, 0.18, full.runout[0], "B2: ±18 %");
+    outcome.info("B2 (a) dry: run-out (m)", "11.80", dry.runout[0], "not judged: it sets the angle");
+    outcome.assert_close("B2 (b) saturated, drained: run-out (m)", 24.5, 0.08, drained.runout[0], "B2: ±8 %");
+    outcome.assert_close(
+        "B2 (c) two phases and pore pressure: run-out (m)",
+        31.6,
+        0.18,
+        full.runout[0],
+        "B2: ±18 %",
+    );
     let reason = "B2: (c) > (b) > (a)";
-    outcome.within(
+    outcome.assert_within(
         "B2: (b) over (a)",
         "> 1",
         drained.runout[0] / dry.runout[0],
         (1.0, f64::INFINITY),
         reason,
     );
-    outcome.within(
+    outcome.assert_within(
         "B2: (c) over (b)",
         "> 1",
         full.runout[0] / drained.runout[0],
@@ -228,38 +253,56 @@ fn saturated(quick: bool) -> Result<Outcome, String> {
         reason,
     );
     let reason = "B2: (d) stops before (c), in place and time";
-    outcome.below(
+    outcome.assert_below(
         "B2: run-out of (d), no column, over (c)",
         "< 1",
         plain.runout[0] / full.runout[0],
         1.0,
         reason,
     );
-    outcome.below("B2: stop of (d), no column, over (c)", "< 1", plain.stop / full.stop, 1.0, reason);
+    outcome.assert_below(
+        "B2: stop of (d), no column, over (c)",
+        "< 1",
+        plain.stopping_time / full.stopping_time,
+        1.0,
+        reason,
+    );
     for (name, run, exact) in [("(a)", dry, 1.75), ("(b)", drained, 3.0), ("(c)", full, 3.5)] {
-        outcome.near(
+        outcome.assert_close(
             format!("B2 {name}: time at which the front stops (s)"),
             exact,
             0.2,
-            run.stop,
+            run.stopping_time,
             "B2: ±20 %",
         );
     }
     middle(&mut outcome, full);
-    let change = found.iter().map(|run| run.change).largest();
-    outcome.below("B2: change of the volume", "0", change, 0.0, "B2: exact");
+    let change = found.iter().map(|run| run.volume_change).max_or_nan();
+    outcome.assert_below("B2: change of the volume", "0", change, 0.0, "B2: exact");
     steep(&mut outcome, dry, angle, quick)?;
     draw(&mut outcome, &found)?;
     Ok(outcome)
 }
 
 /// B2 (c): both fronts, and the column that began in the middle of the reservoir.
-fn middle(outcome: &mut Outcome, full: &Found) {
+fn middle(outcome: &mut BenchmarkOutcome, full: &DepositResult) {
     let apart = (full.runout[0] - full.runout[1]).abs() / full.runout[0];
-    outcome.below("B2 (c): distance of the fronts over the run-out", "together", apart, 0.01, "B2: 1 %");
+    outcome.assert_below(
+        "B2 (c): distance of the fronts over the run-out",
+        "together",
+        apart,
+        0.01,
+        "B2: 1 %",
+    );
     let reason = "B2: the column of the middle drains under a constant depth until the wave is there";
-    outcome.within("B2 (c): head in the middle at 0.5 s (m)", "8.637", full.at(0.5)[1], (8.4, 8.8), reason);
-    outcome.below(
+    outcome.assert_within(
+        "B2 (c): head in the middle at 0.5 s (m)",
+        "8.637",
+        full.at(0.5)[1],
+        (8.4, 8.8),
+        reason,
+    );
+    outcome.assert_below(
         "B2 (c): head in the middle at 3.2 s (m)",
         "0",
         full.at(3.2)[1],
@@ -268,10 +311,10 @@ fn middle(outcome: &mut Outcome, full: &Found) {
     );
     let depths =
         full.middle.iter().filter(|row| row[0] > 3.6).map(|row| (row[2] / full.at(3.6)[2] - 1.0).abs());
-    outcome.below(
+    outcome.assert_below(
         "B2 (c): change of depth in the middle after 3.6 s",
         "constant",
-        depths.largest(),
+        depths.max_or_nan(),
         0.01,
         "B2: 1 %",
     );
@@ -279,28 +322,28 @@ fn middle(outcome: &mut Outcome, full: &Found) {
 
 /// V23b: no surface of a deposit is steeper than its friction; at the shoulder, where the slope begins, the finer the nodes the less.
 /// Judged in the full form: the friction of the short one is that which half as many nodes ask for.
-fn steep(outcome: &mut Outcome, dry: &Found, angle: f64, quick: bool) -> Result<(), String> {
+fn steep(outcome: &mut BenchmarkOutcome, dry: &DepositResult, angle: f64, quick: bool) -> Result<(), String> {
     let name = |nodes: &str, what: &str| format!("V23b, {nodes}: {what}");
     let reason = "not judged: resolution, beside the finer nodes below";
     let coarse = steepest(&dry.profile);
-    outcome.show(
+    outcome.info(
         name("as B2", "steepest surface of (a) (degrees)"),
         &format!("{angle:.2}"),
         coarse[0],
         reason,
     );
-    let fine = steepest(&compute(Run::Dry, angle, 0.02, AT_REST)?.profile);
+    let fine = steepest(&compute(BedStopRun::Dry, angle, 0.02, AT_REST)?.profile);
     let (title, angles) = (name("500 nodes", "steepest surface of (a) (degrees)"), format!("{angle:.2}"));
     if quick {
         let reason = "not judged: the friction that half of the nodes of B2 ask for; the full form judges";
-        outcome.show(title, &angles, fine[0], reason);
+        outcome.info(title, &angles, fine[0], reason);
     } else {
         let reason = "V23b: 2°; over 0.45 m, where the deposit is deeper than 0.3 m";
-        outcome.below(title, &angles, fine[0], angle + 2.0, reason);
+        outcome.assert_below(title, &angles, fine[0], angle + 2.0, reason);
     }
     let reason = "not judged: where the surface is steepest";
-    outcome.show(name("500 nodes", "place of it (m)"), "", fine[1], reason);
-    outcome.show(name("500 nodes", "depth there (m)"), "", fine[2], reason);
+    outcome.info(name("500 nodes", "place of it (m)"), "", fine[1], reason);
+    outcome.info(name("500 nodes", "depth there (m)"), "", fine[2], reason);
     Ok(())
 }
 
@@ -316,7 +359,7 @@ fn steepest(profile: &[(f64, f64)]) -> [f64; 3] {
     })
 }
 
-fn draw(outcome: &mut Outcome, found: &[Found]) -> Result<(), String> {
+fn draw(outcome: &mut BenchmarkOutcome, found: &[DepositResult]) -> Result<(), String> {
     let names =
         ["(a) dry", "(b) saturated, drained", "(c) two phases, pore pressure", "(d) two phases, no column"];
     let mut shown = chart("Deposits of four dam breaks", "depth (m)");

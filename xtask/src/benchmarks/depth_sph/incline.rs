@@ -1,20 +1,20 @@
 //! Frictional dam break on an incline (sheet: depth-sph §5.3, V7).
 
 use colluvium::case::Case;
-use colluvium::depth_sph::exact::dressler;
+use colluvium::depth_sph::exact::frictional_dam_break;
 use colluvium::plots::{Series, Style};
 use serde_json::json;
 
-use super::parts::{Profile, chart, closed, load, start, until};
-use crate::benchmarks::{Benchmark, Outcome, set_material, set_of};
+use super::parts::{NodeProfile, chart, closed_form_series, load, start, step_until};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material, set_method_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/incline",
     title: "Frictional dam break on an incline, depth-integrated",
     source: "Mangeney and others 2000; sheet: depth-sph §5.3, V7",
-    quick: Some(5),
-    full: 20,
+    short_seconds: Some(5),
+    full_seconds: 20,
     run,
 };
 
@@ -22,13 +22,13 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const TIME: f64 = 2.0;
 
 /// What flows: slope and friction angle (degrees), depth (m).
-struct Slab {
+struct InclineFlow {
     slope: f64,
     friction: f64,
     depth: f64,
 }
 
-impl Slab {
+impl InclineFlow {
     /// Gravity normal to the bed, and net acceleration along it when friction bears on `share` of the weight (m/s²).
     fn forces(&self, share: f64) -> (f64, f64) {
         let normal = 9.81 * self.slope.to_radians().cos();
@@ -44,14 +44,14 @@ impl Slab {
         let shape = json!({ "kind": "box", "min": [-60, 0], "max": [0, self.depth] });
         case.bodies[0].shape = serde_json::from_value(shape).map_err(|error| error.to_string())?;
         let basal = json!({ "model": "coulomb", "friction_angle": self.friction });
-        set_of(&mut case, "depth-sph", "basal", basal);
+        set_method_option(&mut case, "depth-sph", "basal", basal);
         Ok(case)
     }
 }
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let slab = Slab { slope: 22.0, friction: 12.0, depth: 10.0 };
+fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let slab = InclineFlow { slope: 22.0, friction: 12.0, depth: 10.0 };
     let table = [
         (-5.0, 6.640_84, 7.013_48),
         (0.0, 5.293_08, 8.680_14),
@@ -62,33 +62,39 @@ fn run(quick: bool) -> Result<Outcome, String> {
     if quick {
         return Ok(outcome);
     }
-    let steep = Slab { slope: 30.0, friction: 25.0, depth: 20.0 };
+    let steep = InclineFlow { slope: 30.0, friction: 25.0, depth: 20.0 };
     let table = [(0.0, 9.543_84, 9.947_92), (20.0, 3.785_74, 16.614_59)];
     judge(&mut outcome, "30° over 25°", &steep.case()?, steep.forces(1.0), steep.depth, &table)?;
     saturated(&mut outcome, &slab).map(|()| outcome)
 }
 
 /// The same bed under grains in water: buoyant and drained, and liquefied without drainage.
-fn saturated(outcome: &mut Outcome, slab: &Slab) -> Result<(), String> {
+fn saturated(outcome: &mut BenchmarkOutcome, slab: &InclineFlow) -> Result<(), String> {
     let mut case = slab.case()?;
     set_material(&mut case, "sand", &[("density", json!(2050.0))])?;
     let mixture = json!({ "grain_density": 2500, "fluid_density": 1000, "porosity": 0.3,
         "drag": { "law": "anderson", "settling_velocity": 1e-3 } });
-    set_of(&mut case, "depth-sph", "mixture", mixture);
+    set_method_option(&mut case, "depth-sph", "mixture", mixture);
     judge(outcome, "saturated, drained", &case, slab.forces(1050.0 / 2050.0), slab.depth, &[])?;
-    set_of(&mut case, "depth-sph", "column", json!({ "consolidation": 0, "excess_ratio": 1 }));
+    set_method_option(&mut case, "depth-sph", "column", json!({ "consolidation": 0, "excess_ratio": 1 }));
     judge(outcome, "saturated, liquefied", &case, slab.forces(0.0), slab.depth, &[])?;
     let mut solver = start(&case)?;
-    until(&mut *solver, TIME)?;
+    step_until(&mut *solver, TIME)?;
     let ratios = crate::benchmarks::scalars(&solver.snapshot(), "liquefaction");
     let worst = ratios.iter().map(|ratio| (ratio - 1.0).abs()).fold(0.0, f64::max);
     let reason = "V7, V14: a liquefied column stays so under thinning, to 1e-10";
-    outcome.below("V7, saturated, liquefied: change of the liquefaction ratio", "0", worst, 1e-10, reason);
+    outcome.assert_below(
+        "V7, saturated, liquefied: change of the liquefaction ratio",
+        "0",
+        worst,
+        1e-10,
+        reason,
+    );
     Ok(())
 }
 
 fn judge(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     name: &str,
     case: &Case,
     (gravity, pull): (f64, f64),
@@ -96,28 +102,34 @@ fn judge(
     table: &[(f64, f64, f64)],
 ) -> Result<(), String> {
     let mut solver = start(case)?;
-    until(&mut *solver, TIME)?;
-    let profile = Profile::of(&solver.snapshot(), 0, &[]);
+    step_until(&mut *solver, TIME)?;
+    let profile = NodeProfile::of(&solver.snapshot(), 0, &[]);
     let celerity = (gravity * depth).sqrt();
     let fall = 0.5 * pull * TIME * TIME;
-    let exact = |x: f64| dressler(gravity, depth, pull, x, TIME);
+    let exact = |x: f64| frictional_dam_break(gravity, depth, pull, x, TIME);
     // From the slab that the wave has not met to the front; velocities up to where V5 compares them, half of the way.
     let (rear, front) = (fall - celerity * TIME, fall + 2.0 * celerity * TIME);
     let label = |what: &str| format!("V7, {name}: {what}");
     let (height, _) = profile.errors(rear - 10.0, front, exact);
     let reason = "V7: as V5, below 0.6 %";
-    outcome.below(label("mean error of depth over the first one"), "0", height / depth, 0.006, reason);
+    outcome.assert_below(label("mean error of depth over the first one"), "0", height / depth, 0.006, reason);
     let (_, velocity) = profile.errors(rear - 10.0, fall + celerity * TIME, exact);
     let reason = "V7: as V5, below 0.7 %; up to half of the way to the front";
-    outcome.below(label("mean error of velocity over celerity"), "0", velocity / celerity, 0.007, reason);
+    outcome.assert_below(
+        label("mean error of velocity over celerity"),
+        "0",
+        velocity / celerity,
+        0.007,
+        reason,
+    );
     for (x, h, u) in table {
         let found = profile.at(*x);
         let reason = "not judged: a point of the curve above";
-        outcome.show(label(&format!("depth at {x} m (m)")), &format!("{h}"), found.0, reason);
-        outcome.show(label(&format!("velocity at {x} m (m/s)")), &format!("{u}"), found.1, reason);
+        outcome.info(label(&format!("depth at {x} m (m)")), &format!("{h}"), found.0, reason);
+        outcome.info(label(&format!("velocity at {x} m (m/s)")), &format!("{u}"), found.1, reason);
     }
     let mut chart = chart(&format!("Slab on an incline after 2 s, {name}"), "depth (m)");
-    chart.series.push(closed("closed form", rear - 10.0, front, |x| exact(x).0));
+    chart.series.push(closed_form_series("closed form", rear - 10.0, front, |x| exact(x).0));
     chart.series.push(Series::new("nodes", profile.heights(rear - 10.0, front), Style::Line));
     outcome.svg("V7: depth normal to the bed along it.", &chart)
 }

@@ -3,27 +3,27 @@
 use std::f64::consts::PI;
 
 use colluvium::depth_sph::bed::Bed;
-use colluvium::depth_sph::flow::{Ends, Flow};
+use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium::depth_sph::kernel::Kernel;
-use colluvium::depth_sph::nodes::Node;
-use colluvium::depth_sph::settings::Settings;
+use colluvium::depth_sph::nodes::NewNode;
+use colluvium::depth_sph::settings::FlowSettings;
 
 use super::parts::node;
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/invariants",
     title: "Kernels, smoothing lengths, momentum and frames, depth-integrated",
     source: "sheet: depth-sph §5.5, V31, V33, V34",
-    quick: Some(1),
-    full: 1,
+    short_seconds: Some(1),
+    full_seconds: 1,
     run,
 };
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     kernels(&mut outcome);
     stretch(&mut outcome)?;
     frames(&mut outcome)?;
@@ -31,7 +31,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// V31.
-fn kernels(outcome: &mut Outcome) {
+fn kernels(outcome: &mut BenchmarkOutcome) {
     let all = [
         ("cubic spline", Kernel::CubicSpline),
         ("Wendland C2", Kernel::WendlandC2),
@@ -55,8 +55,14 @@ fn kernels(outcome: &mut Outcome) {
         let cut = kernel == Kernel::Gaussian;
         let (exact, tolerance) = if cut { ([0.999_978, 0.999_877], 1e-6) } else { ([1.0, 1.0], 1e-12) };
         let reason = if cut { "V31 as amended: what lies beyond its cut" } else { "V31: 1e-12" };
-        outcome.near(format!("V31, {name}: integral over a line"), exact[0], tolerance, line, reason);
-        outcome.near(format!("V31, {name}: integral over a plane"), exact[1], tolerance, plane, reason);
+        outcome.assert_close(format!("V31, {name}: integral over a line"), exact[0], tolerance, line, reason);
+        outcome.assert_close(
+            format!("V31, {name}: integral over a plane"),
+            exact[1],
+            tolerance,
+            plane,
+            reason,
+        );
         let (mut sum, mut gradient) = (0.0, [0.0f64; 2]);
         for i in -4..=4 {
             for j in -4..=4 {
@@ -69,7 +75,7 @@ fn kernels(outcome: &mut Outcome) {
             }
         }
         if matches!(kernel, Kernel::CubicSpline | Kernel::WendlandC2) {
-            outcome.near(
+            outcome.assert_close(
                 format!("V31, {name}: sum over a lattice, η = 1.3"),
                 1.0,
                 0.011,
@@ -78,16 +84,22 @@ fn kernels(outcome: &mut Outcome) {
             );
         }
         let size = gradient[0].hypot(gradient[1]);
-        outcome.below(format!("V31, {name}: sum of gradients over a lattice"), "0", size, 1e-14, "V31: zero");
+        outcome.assert_below(
+            format!("V31, {name}: sum of gradients over a lattice"),
+            "0",
+            size,
+            1e-14,
+            "V31: zero",
+        );
     }
 }
 
 /// V33: smoothing lengths follow a uniform stretch.
-fn stretch(outcome: &mut Outcome) -> Result<(), String> {
+fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let line = |factor: f64| -> Result<f64, String> {
         let nodes = (0..20).map(|k| node(factor * (f64::from(k) + 0.5), 0.0, 1.0, 1.0)).collect();
-        let ends = Ends { periods: [Some((0.0, 20.0 * factor))], ..Ends::default() };
-        let mut flow = Flow::new(Settings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes])
+        let ends = PlanBoundaries { periods: [Some((0.0, 20.0 * factor))], ..PlanBoundaries::default() };
+        let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes])
             .map_err(|failure| failure.to_string())?;
         for _ in 0..40 {
             flow.advance(1e-6).map_err(|failure| failure.to_string())?;
@@ -96,7 +108,7 @@ fn stretch(outcome: &mut Outcome) -> Result<(), String> {
     };
     let plan = |factor: f64| -> Result<f64, String> {
         let place = |k: i32| factor * (f64::from(k) + 0.5);
-        let one = |k: i32| Node {
+        let one = |k: i32| NewNode {
             body: 0,
             position: [place(k % 12), place(k / 12)],
             velocity: [0.0; 2],
@@ -105,8 +117,8 @@ fn stretch(outcome: &mut Outcome) -> Result<(), String> {
             scale: 1.69,
         };
         let nodes = (0..144).map(one).collect();
-        let ends = Ends { periods: [Some((0.0, 12.0 * factor)); 2], ..Ends::default() };
-        let mut flow = Flow::new(Settings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes])
+        let ends = PlanBoundaries { periods: [Some((0.0, 12.0 * factor)); 2], ..PlanBoundaries::default() };
+        let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes])
             .map_err(|failure| failure.to_string())?;
         for _ in 0..40 {
             flow.advance(1e-6).map_err(|failure| failure.to_string())?;
@@ -115,14 +127,14 @@ fn stretch(outcome: &mut Outcome) -> Result<(), String> {
     };
     for factor in [0.7, 1.6, 2.5] {
         let reason = "V33: 1e-6";
-        outcome.near(
+        outcome.assert_close(
             format!("V33: stretch {factor} along a line"),
             factor,
             1e-6,
             line(factor)? / line(1.0)?,
             reason,
         );
-        outcome.near(
+        outcome.assert_close(
             format!("V33: stretch {factor} in plan"),
             factor,
             1e-6,
@@ -134,7 +146,7 @@ fn stretch(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// V34: a heap in plan, as it is, turned, and moving along.
-fn frames(outcome: &mut Outcome) -> Result<(), String> {
+fn frames(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let turn = |x: [f64; 2], angle: f64| {
         let (sin, cos) = angle.sin_cos();
         [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]
@@ -147,10 +159,15 @@ fn frames(outcome: &mut Outcome) -> Result<(), String> {
             let v = turn([noise(k, 3.0), noise(k, 4.0)], angle);
             let velocity = [v[0] + along[0], v[1] + along[1]];
             let volume = 1.0 + 0.3 * noise(k, 5.0);
-            Node { body: 0, position: turn(x, angle), velocity, volume, length: 1.3, scale: 1.69 }
+            NewNode { body: 0, position: turn(x, angle), velocity, volume, length: 1.3, scale: 1.69 }
         };
-        Flow::new(Settings::plain(1000.0), Bed::Flat(0.0), Ends::default(), &[(0..400).map(one).collect()])
-            .map_err(|failure| failure.to_string())
+        Flow::new(
+            FlowSettings::plain(1000.0),
+            Bed::Flat(0.0),
+            PlanBoundaries::default(),
+            &[(0..400).map(one).collect()],
+        )
+        .map_err(|failure| failure.to_string())
     };
     let momentum = |flow: &Flow<2>| flow.totals(0).momentum;
     let pushed = |angle: f64, along: [f64; 2]| -> Result<(Vec<[f64; 2]>, f64), String> {
@@ -168,19 +185,25 @@ fn frames(outcome: &mut Outcome) -> Result<(), String> {
         Ok((order.into_iter().map(back).collect(), change))
     };
     let (plain, change) = pushed(0.0, [0.0; 2])?;
-    outcome.below("V34: change of momentum of a step over the mass (m/s)", "0", change, 1e-12, "V34: 1e-12");
+    outcome.assert_below(
+        "V34: change of momentum of a step over the mass (m/s)",
+        "0",
+        change,
+        1e-12,
+        "V34: 1e-12",
+    );
     for (name, angle, along) in [("turned", 0.7, [0.0; 2]), ("moving along", 0.0, [3.0, -2.0])] {
         let (other, change) = pushed(angle, along)?;
-        let apart = plain.iter().zip(&other).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).largest();
+        let apart = plain.iter().zip(&other).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).max_or_nan();
         let reason = "V34: 1e-12 of velocities of the order of 1 m/s";
-        outcome.below(
+        outcome.assert_below(
             format!("V34, {name}: largest difference of velocity (m/s)"),
             "0",
             apart,
             1e-12,
             reason,
         );
-        outcome.below(
+        outcome.assert_below(
             format!("V34, {name}: change of momentum over the mass (m/s)"),
             "0",
             change,

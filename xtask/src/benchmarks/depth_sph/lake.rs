@@ -2,22 +2,22 @@
 
 use colluvium::depth_sph::bed::{Bed, hump};
 use colluvium::depth_sph::choices::Phases;
-use colluvium::depth_sph::drag::{Densities, Drag};
-use colluvium::depth_sph::flow::{Ends, Flow};
-use colluvium::depth_sph::nodes::Node;
-use colluvium::depth_sph::settings::{Mixture, Settings};
+use colluvium::depth_sph::drag::{InterphaseDrag, MixtureDensities};
+use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
+use colluvium::depth_sph::nodes::NewNode;
+use colluvium::depth_sph::settings::{FlowSettings, Mixture};
 use colluvium::plots::{Series, Style};
 
-use super::parts::{chart, closed, flow_until, node};
-use crate::benchmarks::{Benchmark, Outcome};
+use super::parts::{chart, closed_form_series, node, step_flow_until};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/lake",
     title: "Lakes at rest over level and uneven beds, depth-integrated",
     source: "sheet: depth-sph §5.3, V12",
-    quick: Some(4),
-    full: 6,
+    short_seconds: Some(4),
+    full_seconds: 6,
     run,
 };
 
@@ -27,10 +27,10 @@ const SPACING: f64 = 0.05;
 /// Time of rest (s).
 const TIME: f64 = 10.0;
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let flat = speed(&mut lake(&Bed::Flat(0.0), Kind::Plain)?)?;
-    outcome.below(
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let flat = speed(&mut lake(&Bed::Flat(0.0), LakeKind::Plain)?)?;
+    outcome.assert_below(
         "V12, level bed: largest speed over celerity",
         "0",
         flat,
@@ -38,19 +38,25 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         "V12: 1e-10 on a level bed",
     );
     let mut shown = chart("Lake over a hump after 10 s", "level (m)");
-    shown.series.push(closed("bed", -HALF, HALF, |x| 0.2 * (-x * x).exp()));
+    shown.series.push(closed_form_series("bed", -HALF, HALF, |x| 0.2 * (-x * x).exp()));
     let rows = [
-        (Kind::Plain, "sums and slope", 2e-2),
-        (Kind::Surface, "gradient of the surface", 1e-3),
-        (Kind::TwoPhases, "two phases, sums and slope", 2e-2),
-        (Kind::TwoPhasesSurface, "two phases, gradient of the surface", 1e-3),
+        (LakeKind::Plain, "sums and slope", 2e-2),
+        (LakeKind::Surface, "gradient of the surface", 1e-3),
+        (LakeKind::TwoPhases, "two phases, sums and slope", 2e-2),
+        (LakeKind::TwoPhasesSurface, "two phases, gradient of the surface", 1e-3),
     ];
     for (kind, name, bound) in rows {
         let mut flow = lake(&hump(0.2, 1.0), kind)?;
         let found = speed(&mut flow)?;
         let label = format!("V12a, {name}: largest speed over celerity after 10 s");
-        outcome.below(label, "0", found, bound, "V12: 2e-2 by sums, 1e-3 by the gradient of the surface");
-        if matches!(kind, Kind::Plain | Kind::Surface) {
+        outcome.assert_below(
+            label,
+            "0",
+            found,
+            bound,
+            "V12: 2e-2 by sums, 1e-3 by the gradient of the surface",
+        );
+        if matches!(kind, LakeKind::Plain | LakeKind::Surface) {
             let nodes = &flow.sets[0].nodes;
             let mut level: Vec<(f64, f64)> = nodes
                 .position
@@ -69,7 +75,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 
 /// How a lake is computed.
 #[derive(Clone, Copy)]
-enum Kind {
+enum LakeKind {
     Plain,
     Surface,
     TwoPhases,
@@ -77,30 +83,31 @@ enum Kind {
 }
 
 /// A lake whose surface is 1 m above the level zero, between two walls.
-fn lake(bed: &Bed<1>, kind: Kind) -> Result<Flow<1>, String> {
-    let ends = Ends { walls: [[Some(-HALF), Some(HALF)]], ..Ends::default() };
+fn lake(bed: &Bed<1>, kind: LakeKind) -> Result<Flow<1>, String> {
+    let ends = PlanBoundaries { walls: [[Some(-HALF), Some(HALF)]], ..PlanBoundaries::default() };
     let count = (2.0 * HALF / SPACING).round() as usize;
-    let nodes: Vec<Node<1>> = (0..count)
+    let nodes: Vec<NewNode<1>> = (0..count)
         .map(|k| {
             let x = -HALF + SPACING * (k as f64 + 0.5);
             let level = bed.at(&[x]).map_or(0.0, |point| point.level);
             node(x, 0.0, (1.0 - level) * SPACING, SPACING)
         })
         .collect();
-    let mut settings = Settings::<1>::plain(1000.0);
-    settings.numerics.surface_gradient = matches!(kind, Kind::Surface | Kind::TwoPhasesSurface);
-    let two = matches!(kind, Kind::TwoPhases | Kind::TwoPhasesSurface);
+    let mut settings = FlowSettings::<1>::plain(1000.0);
+    settings.numerics.surface_gradient = matches!(kind, LakeKind::Surface | LakeKind::TwoPhasesSurface);
+    let two = matches!(kind, LakeKind::TwoPhases | LakeKind::TwoPhasesSurface);
     let mut sets = vec![nodes];
     if two {
         settings.phases = Phases::Two;
         settings.material = Mixture {
-            densities: Densities { grain: 2500.0, fluid: 1000.0, gravity: GRAVITY },
+            densities: MixtureDensities { grain: 2500.0, fluid: 1000.0, gravity: GRAVITY },
             porosity: 0.4,
             saturated: true,
         };
-        settings.drag = Drag::Anderson { settling_velocity: 1e-3.into(), exponent: 1.0 };
-        let part =
-            |share: f64| sets[0].iter().map(|node| Node { volume: share * node.volume, ..*node }).collect();
+        settings.drag = InterphaseDrag::Anderson { settling_velocity: 1e-3.into(), exponent: 1.0 };
+        let part = |share: f64| {
+            sets[0].iter().map(|node| NewNode { volume: share * node.volume, ..*node }).collect()
+        };
         sets = vec![part(0.6), part(0.4)];
     }
     Flow::new(settings, bed.clone(), ends, &sets).map_err(|failure| failure.to_string())
@@ -108,7 +115,7 @@ fn lake(bed: &Bed<1>, kind: Kind) -> Result<Flow<1>, String> {
 
 /// Largest speed over the celerity of the depth after ten seconds.
 fn speed(flow: &mut Flow<1>) -> Result<f64, String> {
-    flow_until(flow, TIME)?;
+    step_flow_until(flow, TIME)?;
     let all = flow.sets.iter().flat_map(|set| set.nodes.velocity.iter().zip(&set.nodes.depth));
     Ok(all.map(|(v, h)| v[0].abs() / (GRAVITY * h).sqrt()).fold(0.0, f64::max))
 }

@@ -5,24 +5,24 @@ use colluvium::depth_sph::exact::ritter;
 use colluvium::plots::{Series, Style};
 use serde_json::{Value, json};
 
-use super::parts::{Profile, chart, closed, load, start, until};
-use crate::benchmarks::{Benchmark, Outcome, set_material, set_of};
+use super::parts::{NodeProfile, chart, closed_form_series, load, start, step_until};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material, set_method_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/dry-bed",
     title: "Dam break on a dry bed, depth-integrated",
     source: "Ritter 1892; sheet: depth-sph §5.3, V5; §5.5, V17",
-    quick: Some(3),
-    full: 12,
+    short_seconds: Some(3),
+    full_seconds: 12,
     run,
 };
 
 const DEPTH: f64 = 10.0;
 const GRAVITY: f64 = 9.81;
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     one_phase(&mut outcome, quick)?;
     two_phases(&mut outcome, quick)?;
     Ok(outcome)
@@ -30,23 +30,23 @@ fn run(quick: bool) -> Result<Outcome, String> {
 
 /// Errors of a run of the case: mean of height over the depth, of velocity over the celerity, discharge at the dam, lag of the
 /// last node.
-struct Found {
+struct RitterErrors {
     height: f64,
     velocity: f64,
     discharge: f64,
     lag: f64,
-    profile: Profile,
+    profile: NodeProfile,
 }
 
-fn measure(case: &Case, phase: usize, share: f64) -> Result<Found, String> {
+fn measure(case: &Case, phase: usize, share: f64) -> Result<RitterErrors, String> {
     let mut solver = start(case)?;
     let before = solver.totals().mass;
-    until(&mut *solver, 1.0)?;
+    step_until(&mut *solver, 1.0)?;
     let after = solver.totals().mass;
     if after != before {
         return Err(format!("mass {after} kg of {before} kg"));
     }
-    let profile = Profile::of(&solver.snapshot(), phase, &[-20.0]);
+    let profile = NodeProfile::of(&solver.snapshot(), phase, &[-20.0]);
     let celerity = (GRAVITY * DEPTH).sqrt();
     let exact = |x: f64| {
         let (h, u) = ritter(GRAVITY, DEPTH, x, 1.0);
@@ -56,38 +56,56 @@ fn measure(case: &Case, phase: usize, share: f64) -> Result<Found, String> {
     let velocity = profile.errors(-20.0, 10.0, exact).1 / celerity;
     let (h, u) = profile.at(0.0);
     let front = solver.snapshot().positions.iter().map(|x| x[0]).fold(f64::MIN, f64::max);
-    Ok(Found { height, velocity, discharge: h * u / share, lag: 2.0 * celerity - front, profile })
+    Ok(RitterErrors { height, velocity, discharge: h * u / share, lag: 2.0 * celerity - front, profile })
 }
 
 /// V5.
-fn one_phase(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
+fn one_phase(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let counts: &[u32] = if quick { &[200, 400] } else { &[100, 200, 400, 800] };
     let mut before = f64::INFINITY;
     let mut depths = chart("Water from a reservoir after 1 s", "depth (m)");
     let mut speeds = chart("Its velocity", "velocity (m/s)");
     let end = 2.0 * (GRAVITY * DEPTH).sqrt();
-    depths.series.push(closed("Ritter", -20.0, end, |x| ritter(GRAVITY, DEPTH, x, 1.0).0));
-    speeds.series.push(closed("Ritter", -20.0, end, |x| ritter(GRAVITY, DEPTH, x, 1.0).1));
+    depths.series.push(closed_form_series("Ritter", -20.0, end, |x| ritter(GRAVITY, DEPTH, x, 1.0).0));
+    speeds.series.push(closed_form_series("Ritter", -20.0, end, |x| ritter(GRAVITY, DEPTH, x, 1.0).1));
     for &count in counts {
         let mut case = load("dry-bed")?;
-        set_of(&mut case, "depth-sph", "spacing", 20.0 / f64::from(count));
+        set_method_option(&mut case, "depth-sph", "spacing", 20.0 / f64::from(count));
         let found = measure(&case, 0, 1.0)?;
         let name = |what: &str| format!("V5, {count} nodes: {what}");
         if count == 400 {
             let reason = "V5: below 0.6 %";
-            outcome.below(name("mean error of depth over the first depth"), "0", found.height, 0.006, reason);
+            outcome.assert_below(
+                name("mean error of depth over the first depth"),
+                "0",
+                found.height,
+                0.006,
+                reason,
+            );
             let reason = "V5: below 0.7 %, x < 10 m";
-            outcome.below(name("mean error of velocity over celerity"), "0", found.velocity, 0.007, reason);
-            outcome.near(name("discharge at the dam (m²/s)"), 29.346_798, 0.01, found.discharge, "V5: 1 %");
+            outcome.assert_below(
+                name("mean error of velocity over celerity"),
+                "0",
+                found.velocity,
+                0.007,
+                reason,
+            );
+            outcome.assert_close(
+                name("discharge at the dam (m²/s)"),
+                29.346_798,
+                0.01,
+                found.discharge,
+                "V5: 1 %",
+            );
             depths.series.push(Series::new("400 nodes", found.profile.heights(-20.0, end), Style::Line));
             speeds.series.push(Series::new("400 nodes", found.profile.velocities(-20.0, end), Style::Line));
         }
         let area: f64 = 0.5 * DEPTH * 20.0 / f64::from(count);
         let reason = "not judged: the last node stands where half of its volume is ahead, (27 g t² A)^⅓ behind the front";
         let lag = (27.0 * GRAVITY * area).cbrt();
-        outcome.show(name("lag of the last node (m)"), &format!("{lag:.3}"), found.lag, reason);
+        outcome.info(name("lag of the last node (m)"), &format!("{lag:.3}"), found.lag, reason);
         let reason = "V5: the error falls with the number of nodes";
-        outcome.below(
+        outcome.assert_below(
             name("mean error of depth, falling"),
             "less than with fewer",
             found.height,
@@ -101,7 +119,7 @@ fn one_phase(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
 }
 
 /// V17: two phases of the same porosity everywhere are one, whatever couples them.
-fn two_phases(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
+fn two_phases(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let drags: &[(&str, Value)] = &[
         ("V_T = 1 mm/s", json!({ "law": "anderson", "settling_velocity": 1e-3 })),
         ("V_T = 1 m/s", json!({ "law": "anderson", "settling_velocity": 1.0 })),
@@ -110,23 +128,35 @@ fn two_phases(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
     for (name, drag) in drags.iter().take(if quick { 1 } else { 3 }) {
         let mut case = load("dry-bed")?;
         set_material(&mut case, "water", &[("density", json!(1900.0))])?;
-        set_of(&mut case, "depth-sph", "phases", "two");
+        set_method_option(&mut case, "depth-sph", "phases", "two");
         let mixture = json!({ "grain_density": 2500, "fluid_density": 1000, "porosity": 0.4, "drag": drag });
-        set_of(&mut case, "depth-sph", "mixture", mixture);
+        set_method_option(&mut case, "depth-sph", "mixture", mixture);
         let [solid, fluid] = [measure(&case, 0, 0.6)?, measure(&case, 1, 0.4)?];
         for (phase, found) in [("grains", &solid), ("fluid", &fluid)] {
             let label = |what: &str| format!("V17, {name}, {phase}: {what}");
             let reason = "V17: as V5, 0.6 %";
-            outcome.below(label("mean error of height over the first one"), "0", found.height, 0.006, reason);
+            outcome.assert_below(
+                label("mean error of height over the first one"),
+                "0",
+                found.height,
+                0.006,
+                reason,
+            );
             let reason = "V17: as V5, 0.7 %";
-            outcome.below(label("mean error of velocity over celerity"), "0", found.velocity, 0.007, reason);
+            outcome.assert_below(
+                label("mean error of velocity over celerity"),
+                "0",
+                found.velocity,
+                0.007,
+                reason,
+            );
         }
-        let apart = super::parts::grid(-18.0, 14.0).map(|x| {
+        let apart = super::parts::cell_centres(-18.0, 14.0).map(|x| {
             let (solid, fluid) = (solid.profile.at(x).0, fluid.profile.at(x).0);
             (fluid / (solid + fluid) - 0.4).abs()
         });
         let worst = apart.fold(0.0, f64::max);
-        outcome.below(
+        outcome.assert_below(
             format!("V17, {name}: largest change of porosity inside"),
             "0",
             worst,

@@ -5,27 +5,27 @@ use std::sync::Arc;
 
 use colluvium::case::PlanRegion;
 use colluvium::constitutive::basal::BasalRheology;
-use colluvium::depth_sph::bed::{Bed, Sampled};
-use colluvium::depth_sph::column::{LowerBound, Profile};
-use colluvium::depth_sph::drag::Densities;
+use colluvium::depth_sph::bed::{Bed, TerrainBed};
+use colluvium::depth_sph::column::{LowerBound, PressureProfile};
+use colluvium::depth_sph::drag::MixtureDensities;
 use colluvium::depth_sph::erosion::Erosion;
-use colluvium::depth_sph::flow::{Ends, Flow};
-use colluvium::depth_sph::nodes::Node;
-use colluvium::depth_sph::settings::{Consolidation, Mixture, PoreColumn, Settings, Zone};
+use colluvium::depth_sph::flow::{Flow, PlanBoundaries};
+use colluvium::depth_sph::nodes::NewNode;
+use colluvium::depth_sph::settings::{BedZone, Consolidation, FlowSettings, Mixture, PoreColumn};
 use colluvium::plots::{LineChart, Series, Style};
 use colluvium::points::Raster;
 use serde_json::json;
 
-use super::parts::{flow_until, law, short_steps};
-use crate::benchmarks::{Benchmark, Outcome};
+use super::parts::{basal_law, step_flow_until, step_with_limit};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark of rasters as beds.
 pub const RASTER: Benchmark = Benchmark {
     id: "depth-sph/raster",
     title: "Beds from rasters: energy down a parabola and a dammed channel",
     source: "sheet: depth-sph §5.3, V12; §5.5, V25b",
-    quick: Some(4),
-    full: 8,
+    short_seconds: Some(4),
+    full_seconds: 8,
     run: raster,
 };
 
@@ -34,29 +34,29 @@ pub const DEBRIS: Benchmark = Benchmark {
     id: "depth-sph/debris-flow",
     title: "Debris flow down a channel, after Yu Tung Road",
     source: "Pastor and others 2020, §6.3; sheet: depth-sph §5.2, B3",
-    quick: None,
-    full: 35,
+    short_seconds: None,
+    full_seconds: 35,
     run: debris,
 };
 
 const GRAVITY: f64 = 9.81;
 
-fn raster(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn raster(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     formula(&mut outcome)?;
     for spacing in [1.0, 2.0] {
         let bed = of_raster([-50.0, -10.0], [50.0, 10.0], spacing, |x, _| x * x / 60.0)?;
-        let mut settings = Settings::<2>::plain(1000.0);
+        let mut settings = FlowSettings::<2>::plain(1000.0);
         settings.numerics.variable_length = false;
         let volume = 0.1 / settings.numerics.kernel.value::<2>(0.0, 1.3);
         let node =
-            Node { body: 0, position: [-40.0, 0.3], velocity: [0.0; 2], volume, length: 1.3, scale: 1.69 };
-        let mut flow = Flow::new(settings, bed, Ends::default(), &[vec![node]])
+            NewNode { body: 0, position: [-40.0, 0.3], velocity: [0.0; 2], volume, length: 1.3, scale: 1.69 };
+        let mut flow = Flow::new(settings, bed, PlanBoundaries::default(), &[vec![node]])
             .map_err(|failure| failure.to_string())?;
         let mut before = (-40.0, 0.0);
         let found = loop {
             let end = flow.time + 1e-3;
-            short_steps(&mut flow, 1e-3, end)?;
+            step_with_limit(&mut flow, 1e-3, end)?;
             let nodes = &flow.sets[0].nodes;
             let now = (nodes.position[0][0], flow.bed_below(&nodes.position[0]).speed(&nodes.velocity[0]));
             if now.0 >= 0.0 {
@@ -68,7 +68,7 @@ fn raster(_quick: bool) -> Result<Outcome, String> {
             before = now;
         };
         let name = format!("V25b, raster of {spacing} m: speed at the bottom (m/s)");
-        outcome.near(name, 22.873_566, 0.005, found, "V25b: 0.5 %");
+        outcome.assert_close(name, 22.873_566, 0.005, found, "V25b: 0.5 %");
     }
     dammed(&mut outcome)?;
     Ok(outcome)
@@ -83,12 +83,12 @@ fn of_raster(
 ) -> Result<Bed<2>, String> {
     let counts = [0, 1].map(|c| ((high[c] - low[c]) / spacing).round() as usize + 1);
     let raster = Raster::from_function(counts, low, [spacing; 2], z);
-    let terrain = Sampled::new(raster).map_err(|error| error.to_string())?;
+    let terrain = TerrainBed::new(raster).map_err(|error| error.to_string())?;
     Ok(Bed::Surface(Arc::new(terrain)))
 }
 
 /// Level of the sheet's channel (m): `x` along it, `y` across.
-pub fn channel(x: f64, y: f64) -> f64 {
+pub fn channel_bed(x: f64, y: f64) -> f64 {
     let drop = 155.92 / (1.0 - 0.15f64.powf(2.5));
     let smooth = |from: f64, to: f64| {
         let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
@@ -99,7 +99,7 @@ pub fn channel(x: f64, y: f64) -> f64 {
 }
 
 /// The sheet's values of the channel.
-fn formula(outcome: &mut Outcome) -> Result<(), String> {
+fn formula(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.0, 157.2907, 158.0776),
         (100.0, 99.7126, 102.8603),
@@ -107,11 +107,11 @@ fn formula(outcome: &mut Outcome) -> Result<(), String> {
         (350.0, 17.6269, 20.7746),
         (510.0, 1.3707, 1.6225),
     ];
-    let errors = table
-        .iter()
-        .map(|(x, middle, side)| (channel(*x, 0.0) - middle).abs().max((channel(*x, 8.0) - side).abs()));
+    let errors = table.iter().map(|(x, middle, side)| {
+        (channel_bed(*x, 0.0) - middle).abs().max((channel_bed(*x, 8.0) - side).abs())
+    });
     let worst = errors.fold(0.0, f64::max);
-    outcome.below(
+    outcome.assert_below(
         "B3: level of the channel, difference from the sheet's values (m)",
         "0",
         worst,
@@ -122,19 +122,19 @@ fn formula(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// V12b as amended: water behind a dam across the channel.
-fn dammed(outcome: &mut Outcome) -> Result<(), String> {
+fn dammed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let dam = 255.0;
-    let level = channel(dam, 0.0) + 2.0;
+    let level = channel_bed(dam, 0.0) + 2.0;
     for (name, surface) in [("gradient of the surface", true), ("sums and slope", false)] {
         let spacing = 0.25;
         let mut nodes = Vec::new();
         for i in 0..48 {
             for j in -32..32 {
                 let x = [dam - spacing * (f64::from(i) + 0.5), spacing * (f64::from(j) + 0.5)];
-                let depth = level - channel(x[0], x[1]);
+                let depth = level - channel_bed(x[0], x[1]);
                 if depth > 0.0 {
                     let volume = depth * spacing * spacing;
-                    nodes.push(Node {
+                    nodes.push(NewNode {
                         body: 0,
                         position: x,
                         velocity: [0.0; 2],
@@ -145,20 +145,20 @@ fn dammed(outcome: &mut Outcome) -> Result<(), String> {
                 }
             }
         }
-        let mut settings = Settings::<2>::plain(1000.0);
+        let mut settings = FlowSettings::<2>::plain(1000.0);
         settings.numerics.surface_gradient = surface;
-        let ends = Ends { walls: [[None, Some(dam)], [None, None]], ..Ends::default() };
-        let bed = of_raster([220.0, -20.0], [260.0, 20.0], 0.5, channel)?;
+        let ends = PlanBoundaries { walls: [[None, Some(dam)], [None, None]], ..PlanBoundaries::default() };
+        let bed = of_raster([220.0, -20.0], [260.0, 20.0], 0.5, channel_bed)?;
         let mut flow = Flow::new(settings, bed, ends, &[nodes]).map_err(|failure| failure.to_string())?;
-        flow_until(&mut flow, 10.0)?;
+        step_flow_until(&mut flow, 10.0)?;
         let nodes = &flow.sets[0].nodes;
         let fastest = nodes.velocity.iter().map(|v| v[0].hypot(v[1])).fold(0.0, f64::max);
         let found = fastest / (GRAVITY * 2.0).sqrt();
         let name = format!("V12b, {name}: largest speed over celerity of 2 m after 10 s");
         if surface {
-            outcome.below(name, "0", found, 1e-2, "V12b as amended: 1e-2");
+            outcome.assert_below(name, "0", found, 1e-2, "V12b as amended: 1e-2");
         } else {
-            outcome.show(name, "0", found, "not judged: V12 asks the gradient of the surface for this bound");
+            outcome.info(name, "0", found, "not judged: V12 asks the gradient of the surface for this bound");
         }
     }
     Ok(())
@@ -174,7 +174,7 @@ fn release() -> Result<Flow<2>, String> {
             let position = [35.0 + spacing * (f64::from(i) + 0.5), spacing * (f64::from(j) + 0.5)];
             if height(position) > 0.0 {
                 let volume = height(position) * spacing * spacing;
-                nodes.push(Node {
+                nodes.push(NewNode {
                     body: 0,
                     position,
                     velocity: [0.0; 2],
@@ -185,22 +185,22 @@ fn release() -> Result<Flow<2>, String> {
             }
         }
     }
-    let sum: f64 = nodes.iter().map(|node: &Node<2>| node.volume).sum();
+    let sum: f64 = nodes.iter().map(|node: &NewNode<2>| node.volume).sum();
     nodes.iter_mut().for_each(|node| node.volume *= 2350.0 / sum);
-    let mut settings = Settings::<2>::plain(2000.0);
-    let densities = Densities { grain: 2650.0, fluid: 1000.0, gravity: GRAVITY };
+    let mut settings = FlowSettings::<2>::plain(2000.0);
+    let densities = MixtureDensities { grain: 2650.0, fluid: 1000.0, gravity: GRAVITY };
     settings.material = Mixture { densities, porosity: 0.4, saturated: true };
     let basal: Option<BasalRheology> =
-        law(json!({ "model": "voellmy", "friction_angle": 40, "turbulence": 600 }))?;
+        basal_law(json!({ "model": "voellmy", "friction_angle": 40, "turbulence": 600 }))?;
     let shape = json!({ "kind": "box", "min": [30, -60], "max": [700, 60] });
     let region = serde_json::from_value(shape).map_err(|error| error.to_string())?;
-    let rest = Zone::everywhere(basal);
+    let rest = BedZone::everywhere(basal);
     let erosion = Some(Erosion::Hungr { rate: 0.0011, plan_speed: true });
-    settings.zones = vec![Zone { parts: vec![PlanRegion::Shape(region)], erosion, ..rest.clone() }, rest];
+    settings.zones = vec![BedZone { parts: vec![PlanRegion::Shape(region)], erosion, ..rest.clone() }, rest];
     settings.column = Some(PoreColumn {
         cells: 10,
         weight: 1.0,
-        profile: Profile::FiniteDifference,
+        profile: PressureProfile::FiniteDifference,
         consolidation: Consolidation::Coefficient(0.01),
         lower_bound: LowerBound::NoSuction,
         excess_ratio: 1.0,
@@ -208,8 +208,8 @@ fn release() -> Result<Flow<2>, String> {
         dilatancy: None,
     });
     settings.numerics.viscosity = (0.3, 0.0);
-    let bed = of_raster([-60.0, -60.0], [700.0, 60.0], 2.0, channel)?;
-    Flow::new(settings, bed, Ends::default(), &[nodes]).map_err(|failure| failure.to_string())
+    let bed = of_raster([-60.0, -60.0], [700.0, 60.0], 2.0, channel_bed)?;
+    Flow::new(settings, bed, PlanBoundaries::default(), &[nodes]).map_err(|failure| failure.to_string())
 }
 
 /// Front, the 99 % quantile of the nodes (m), and mean speed in plan of the leading 5 % (m/s).
@@ -226,8 +226,8 @@ fn front(flow: &Flow<2>) -> (f64, f64) {
 }
 
 /// B3.
-fn debris(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn debris(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let table = [
         (4.0, 97.0, 13.2),
         (7.0, 143.9, 17.4),
@@ -240,7 +240,7 @@ fn debris(_quick: bool) -> Result<Outcome, String> {
     ];
     let mut flow = release()?;
     let first = flow.sets[0].nodes.total_volume();
-    outcome.show(
+    outcome.info(
         "B3: nodes",
         "1472",
         flow.sets[0].nodes.position.len() as f64,
@@ -248,12 +248,12 @@ fn debris(_quick: bool) -> Result<Outcome, String> {
     );
     let mut found = vec![(0.0, front(&flow))];
     for tenth in 1..=450 {
-        flow_until(&mut flow, f64::from(tenth) / 10.0)?;
+        step_flow_until(&mut flow, f64::from(tenth) / 10.0)?;
         found.push((flow.time, front(&flow)));
     }
     for (time, place, speed) in table {
         let (_, (x, v)) = found[(10.0 * time) as usize];
-        outcome.near(
+        outcome.assert_close(
             format!("B3, {time} s: front (m)"),
             place,
             0.05,
@@ -261,11 +261,11 @@ fn debris(_quick: bool) -> Result<Outcome, String> {
             "B3: ±5 % of the sheet's computation",
         );
         let reason = "B3: ±10 % of the sheet's computation";
-        outcome.near(format!("B3, {time} s: speed of the leading 5 % (m/s)"), speed, 0.1, v, reason);
+        outcome.assert_close(format!("B3, {time} s: speed of the leading 5 % (m/s)"), speed, 0.1, v, reason);
     }
     told(&mut outcome, &found);
     let volume = flow.sets[0].nodes.total_volume();
-    outcome.within(
+    outcome.assert_within(
         "B3: volume after 45 s (m³)",
         "3400",
         volume,
@@ -273,15 +273,21 @@ fn debris(_quick: bool) -> Result<Outcome, String> {
         "B3: 3400 ± 250 m³, of the source",
     );
     let balance = (volume - first - flow.entrained[0]).abs() / first;
-    outcome.below("B3: growth that the bed has not given, over the release", "0", balance, 1e-9, "B3: 1e-9");
+    outcome.assert_below(
+        "B3: growth that the bed has not given, over the release",
+        "0",
+        balance,
+        1e-9,
+        "B3: 1e-9",
+    );
     draw(&mut outcome, &flow, &found, &table)?;
     Ok(outcome)
 }
 
 /// What the source tells of the front.
-fn told(outcome: &mut Outcome, found: &Fronts) {
+fn told(outcome: &mut BenchmarkOutcome, found: &FrontRanges) {
     let at = found.iter().find(|(_, (x, _))| *x >= 100.0).map_or(f64::NAN, |(_, (_, v))| *v);
-    outcome.within(
+    outcome.assert_within(
         "B3: speed of the front at 100 m (m/s)",
         "12",
         at,
@@ -289,7 +295,7 @@ fn told(outcome: &mut Outcome, found: &Fronts) {
         "B3: 12 ± 3 m/s, of the source",
     );
     let most = found.iter().map(|(_, (_, v))| *v).fold(0.0, f64::max);
-    outcome.within(
+    outcome.assert_within(
         "B3: largest speed of the front (m/s)",
         "17",
         most,
@@ -297,7 +303,7 @@ fn told(outcome: &mut Outcome, found: &Fronts) {
         "B3: 17 ± 2.5 m/s, of the source",
     );
     let late = found[230].1.1;
-    outcome.within(
+    outcome.assert_within(
         "B3: speed of the front after 23 s (m/s)",
         "11",
         late,
@@ -305,15 +311,21 @@ fn told(outcome: &mut Outcome, found: &Fronts) {
         "B3: 11 ± 3 m/s, of the source",
     );
     let end = found[450].1.0;
-    outcome.within("B3: front after 45 s (m)", "510", end, (465.0, 555.0), "B3: 510 ± 45 m, of the source");
+    outcome.assert_within(
+        "B3: front after 45 s (m)",
+        "510",
+        end,
+        (465.0, 555.0),
+        "B3: 510 ± 45 m, of the source",
+    );
 }
 
-type Fronts = [(f64, (f64, f64))];
+type FrontRanges = [(f64, (f64, f64))];
 
 fn draw(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     flow: &Flow<2>,
-    found: &Fronts,
+    found: &FrontRanges,
     table: &[(f64, f64, f64)],
 ) -> Result<(), String> {
     let speeds = LineChart {

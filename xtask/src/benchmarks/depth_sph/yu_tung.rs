@@ -1,20 +1,20 @@
 //! The debris flow of Yu Tung Road from its case file, beside what the source tells (sheet: depth-sph §5.2, B3).
 
 use colluvium::case::{Case, PlanRaster, Snapshot, Solver};
-use colluvium::plots::{Cells, LineChart, Series, Style, TerrainMap};
+use colluvium::plots::{LineChart, MapCells, Series, Style, TerrainMap};
 use serde_json::{Value, json};
 
-use super::parts::{load, start, until};
-use super::terrain::channel;
-use crate::benchmarks::{Benchmark, Outcome, scalars, set_of, vectors};
+use super::parts::{load, start, step_until};
+use super::terrain::channel_bed;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/yu-tung",
     title: "Debris flow after Yu Tung Road from a case file: speeds, reach, erosion and what they depend on",
     source: "Pastor and others 2020, §6.3; sheet: depth-sph §5.2, B3",
-    quick: Some(12),
-    full: 120,
+    short_seconds: Some(12),
+    full_seconds: 120,
     run,
 };
 
@@ -23,7 +23,7 @@ const COARSE: f64 = 1.6;
 
 /// The front at one time.
 #[derive(Clone, Copy)]
-struct Front {
+struct FrontPosition {
     time: f64,
     /// The 99 % quantile of the nodes of grains (m).
     place: f64,
@@ -31,7 +31,7 @@ struct Front {
     speed: f64,
 }
 
-impl Front {
+impl FrontPosition {
     fn of(snapshot: &Snapshot) -> Self {
         let (velocity, phase) = (vectors(snapshot, "velocity"), scalars(snapshot, "phase"));
         let grains = |i: &usize| phase.get(*i).is_none_or(|phase| *phase < 0.5);
@@ -46,28 +46,28 @@ impl Front {
 }
 
 /// A run: the front every half second, rasters after 40 s and at the end, and volumes.
-struct Run {
-    fronts: Vec<Front>,
+struct YuTungRun {
+    fronts: Vec<FrontPosition>,
     eroded: Vec<PlanRaster>,
     rasters: Vec<PlanRaster>,
     /// Volume at the start and at the end (m³).
     volumes: [f64; 2],
 }
 
-impl Run {
+impl YuTungRun {
     fn of(case: &Case) -> Result<Self, String> {
         let mut solver = start(case)?;
         let volume = |solver: &dyn Solver| scalars(&solver.snapshot(), "volume").iter().sum::<f64>();
         let before = volume(&*solver);
         let mut run = Self {
-            fronts: vec![Front::of(&solver.snapshot())],
+            fronts: vec![FrontPosition::of(&solver.snapshot())],
             eroded: Vec::new(),
             rasters: Vec::new(),
             volumes: [before; 2],
         };
         for half in 1..=90 {
-            until(&mut *solver, 0.5 * f64::from(half))?;
-            run.fronts.push(Front::of(&solver.snapshot()));
+            step_until(&mut *solver, 0.5 * f64::from(half))?;
+            run.fronts.push(FrontPosition::of(&solver.snapshot()));
             if half == 80 {
                 run.eroded = solver.rasters();
             }
@@ -78,7 +78,7 @@ impl Run {
     }
 
     /// The front after a time (s).
-    fn at(&self, time: f64) -> Front {
+    fn at(&self, time: f64) -> FrontPosition {
         self.fronts[(2.0 * time).round() as usize]
     }
 
@@ -90,15 +90,15 @@ impl Run {
 /// The case with nodes of a distance (m) and other options.
 fn case(spacing: f64, more: &[(&str, Value)]) -> Result<Case, String> {
     let mut case = load("debris-flow")?;
-    set_of(&mut case, "depth-sph", "spacing", spacing);
-    more.iter().for_each(|(key, value)| set_of(&mut case, "depth-sph", key, value.clone()));
+    set_method_option(&mut case, "depth-sph", "spacing", spacing);
+    more.iter().for_each(|(key, value)| set_method_option(&mut case, "depth-sph", key, value.clone()));
     Ok(case)
 }
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let fine = 120.0 / 106.0;
-    let whole = Run::of(&case(if quick { COARSE } else { fine }, &[])?)?;
+    let whole = YuTungRun::of(&case(if quick { COARSE } else { fine }, &[])?)?;
     told(&mut outcome, &whole);
     closed(&mut outcome, &whole)?;
     draw(&mut outcome, &whole)?;
@@ -109,16 +109,16 @@ fn run(quick: bool) -> Result<Outcome, String> {
 }
 
 /// What the source tells.
-fn told(outcome: &mut Outcome, run: &Run) {
+fn told(outcome: &mut BenchmarkOutcome, run: &YuTungRun) {
     let at = run.fronts.iter().find(|front| front.place >= 100.0).map_or(f64::NAN, |front| front.speed);
     let name = |what: &str| format!("B3: {what}");
     let reason = "B3: 12 ± 3 m/s, of the source";
-    outcome.within(name("speed of the front at 100 m (m/s)"), "12", at, (9.0, 15.0), reason);
+    outcome.assert_within(name("speed of the front at 100 m (m/s)"), "12", at, (9.0, 15.0), reason);
     let most = run.fronts.iter().map(|front| front.speed).fold(0.0, f64::max);
     let reason = "B3: 17 ± 2.5 m/s, of the source";
-    outcome.within(name("largest speed of the front (m/s)"), "17", most, (14.5, 19.5), reason);
+    outcome.assert_within(name("largest speed of the front (m/s)"), "17", most, (14.5, 19.5), reason);
     let reason = "B3: 11 ± 3 m/s, of the source";
-    outcome.within(
+    outcome.assert_within(
         name("speed of the front after 23 s (m/s)"),
         "11",
         run.at(23.0).speed,
@@ -126,16 +126,16 @@ fn told(outcome: &mut Outcome, run: &Run) {
         reason,
     );
     let reason = "B3: 510 ± 45 m, of the source";
-    outcome.within(name("front after 45 s (m)"), "510", run.at(45.0).place, (465.0, 555.0), reason);
+    outcome.assert_within(name("front after 45 s (m)"), "510", run.at(45.0).place, (465.0, 555.0), reason);
     let reason = "B3: 3400 ± 250 m³, of the source";
-    outcome.within(name("volume after 45 s (m³)"), "3400", run.volumes[1], (3150.0, 3650.0), reason);
+    outcome.assert_within(name("volume after 45 s (m³)"), "3400", run.volumes[1], (3150.0, 3650.0), reason);
     // The sheet's formula holds 2350 m³; its samples at 1 m, with the edge between nodes, 0.16 % more.
     let reason = "sum over the nodes of release.asc, whose rim is cut by the outline";
-    outcome.near(name("volume of the release (m³)"), 2353.737, 1e-4, run.volumes[0], reason);
+    outcome.assert_close(name("volume of the release (m³)"), 2353.737, 1e-4, run.volumes[0], reason);
 }
 
 /// What the flow has taken up is what the bed has lost.
-fn closed(outcome: &mut Outcome, run: &Run) -> Result<(), String> {
+fn closed(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
     let raster = &run.raster("bed_change")?.raster;
     let area = raster.spacing[0] * raster.spacing[1];
     let changed = || raster.values.iter().filter(|change| change.is_finite());
@@ -143,7 +143,7 @@ fn closed(outcome: &mut Outcome, run: &Run) -> Result<(), String> {
     let growth = run.volumes[1] - run.volumes[0];
     let reason = "B3: 1e-9; the raster's cells are those of the terrain";
     let error = (growth - lost).abs() / run.volumes[0];
-    outcome.below(
+    outcome.assert_below(
         "B3: growth less the volume of the bed's change, over the release",
         "0",
         error,
@@ -154,23 +154,23 @@ fn closed(outcome: &mut Outcome, run: &Run) -> Result<(), String> {
     let deepest = changed().fold(0.0, |deep: f64, change| deep.max(-change));
     let reason =
         "not judged: the source's map of erosion is not published; the sheet expects some decimetres";
-    outcome.show("B3: mean depth of erosion where it is above 1 mm (m)", "0.1–1", lost / passed, reason);
-    outcome.show("B3: largest depth of erosion (m)", "", deepest, reason);
+    outcome.info("B3: mean depth of erosion where it is above 1 mm (m)", "0.1–1", lost / passed, reason);
+    outcome.info("B3: largest depth of erosion (m)", "", deepest, reason);
     Ok(())
 }
 
 /// What lets the flow run farther, and what holds it.
-fn depends(outcome: &mut Outcome, fine: &Run) -> Result<(), String> {
-    let base = Run::of(&case(COARSE, &[])?)?;
+fn depends(outcome: &mut BenchmarkOutcome, fine: &YuTungRun) -> Result<(), String> {
+    let base = YuTungRun::of(&case(COARSE, &[])?)?;
     let apart = (base.at(45.0).place - fine.at(45.0).place).abs();
     let reason =
         "the sheet's own computation differs by less than 1 m between 1472 and 2944 nodes; this halves them";
-    outcome.below("B3: reach on half as many nodes, difference (m)", "0", apart, 15.0, reason);
+    outcome.assert_below("B3: reach on half as many nodes, difference (m)", "0", apart, 15.0, reason);
     let drag = json!({ "grain_density": 2650, "porosity": 0.4, "drag": { "law": "anderson", "settling_velocity": 1e-3 } });
-    let two = Run::of(&case(COARSE, &[("phases", json!("two")), ("mixture", drag)])?)?;
+    let two = YuTungRun::of(&case(COARSE, &[("phases", json!("two")), ("mixture", drag)])?)?;
     let apart = (two.at(45.0).place - base.at(45.0).place).abs();
     let reason = "locked by their drag, the phases move as one; the sheet has 2 to 3 % between the two in B2";
-    outcome.below("B3: reach of two phases, difference from one (m)", "0", apart, 25.0, reason);
+    outcome.assert_below("B3: reach of two phases, difference from one (m)", "0", apart, 25.0, reason);
     let column = |consolidation: f64, ratio: f64| json!({ "cells": 10, "consolidation": consolidation, "excess_ratio": ratio, "lower_bound": { "kind": "no-suction" } });
     let voellmy = json!({ "model": "voellmy", "friction_angle": 40, "turbulence": 300 });
     let rack = json!([
@@ -187,13 +187,14 @@ fn depends(outcome: &mut Outcome, fine: &Run) -> Result<(), String> {
         ("a rack from 400 to 410 m", vec![("regions", rack)]),
     ];
     for (name, more) in less {
-        let found = Run::of(&case(COARSE, &more)?)?.at(45.0).place / base.at(45.0).place;
+        let found = YuTungRun::of(&case(COARSE, &more)?)?.at(45.0).place / base.at(45.0).place;
         let name = format!("B3, {name}: reach over that of the flow");
-        outcome.below(name, "< 1", found, 1.0, "B3: signs of the sensitivities");
+        outcome.assert_below(name, "< 1", found, 1.0, "B3: signs of the sensitivities");
     }
-    let found = Run::of(&case(COARSE, &[("metric", json!("normal"))])?)?.at(45.0).place / base.at(45.0).place;
+    let found =
+        YuTungRun::of(&case(COARSE, &[("metric", json!("normal"))])?)?.at(45.0).place / base.at(45.0).place;
     let name = "B3, pressure along the normal: reach over that of the flow";
-    outcome.within(name, "> 1", found, (1.0, f64::INFINITY), "B3: signs of the sensitivities");
+    outcome.assert_within(name, "> 1", found, (1.0, f64::INFINITY), "B3: signs of the sensitivities");
     Ok(())
 }
 
@@ -202,16 +203,16 @@ fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
     let of = &raster.raster;
     let counts = [of.columns, of.rows];
     let heights = (0..of.values.len()).map(|k| {
-        let [x, y] = of.place(k % of.columns, k / of.columns);
-        channel(x, y)
+        let [x, y] = of.node_position(k % of.columns, k / of.columns);
+        channel_bed(x, y)
     });
     let seen = |value: &f64| if value.abs() > 1e-3 { sign * value } else { f64::NAN };
     let ring = (0..=72).map(|k| std::f64::consts::TAU * f64::from(k) / 72.0);
     TerrainMap {
         title: title.to_owned(),
         label: label.to_owned(),
-        heights: Some(Cells { counts, origin: of.origin, spacing: of.spacing, values: heights.collect() }),
-        cells: Cells {
+        heights: Some(MapCells { counts, origin: of.origin, spacing: of.spacing, values: heights.collect() }),
+        cells: MapCells {
             counts,
             origin: of.origin,
             spacing: of.spacing,
@@ -222,7 +223,7 @@ fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
     }
 }
 
-fn draw(outcome: &mut Outcome, run: &Run) -> Result<(), String> {
+fn draw(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
     let speeds = LineChart {
         title: "Speed of the front along the channel".to_owned(),
         x_label: "front (m)".to_owned(),

@@ -7,25 +7,25 @@ use colluvium::constitutive::porous::Biot;
 use colluvium::constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 use serde_json::json;
 
-use super::returns::Random;
-use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome};
+use super::returns::RandomSequence;
+use crate::analysis::max_or_nan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/contract",
     title: "Objectivity and tangents of every law, Biot's constants, strength reduction",
     source: "sheet: constitutive V-02, V-24, V-25, V-26, V-27; §2.17, §3.1, §3.10",
-    quick: Some(5),
-    full: 5,
+    short_seconds: Some(5),
+    full_seconds: 5,
     run: benchmark,
 };
 
 /// Random paths per law.
 const PATHS: usize = 40;
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     biot(&mut outcome)?;
     strength_reduction(&mut outcome)?;
     objectivity(&mut outcome)?;
@@ -34,16 +34,16 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-fn biot(outcome: &mut Outcome) -> Result<(), String> {
+fn biot(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (porosity, coefficient, exact) in [(0.375, 0.976, 179.5e6), (0.427, 0.983, 167.9e6)] {
         let biot = Biot::with_coefficient(coefficient, 0.33e9, 0.1e9, porosity).map_err(|e| e.to_string())?;
         let name = format!("V-24 Biot modulus, n = {porosity}, B = {coefficient} (Pa)");
-        outcome.near(name, exact, 5e-3, biot.modulus(), "the sheet's 0.5 %");
+        outcome.assert_close(name, exact, 5e-3, biot.modulus(), "the sheet's 0.5 %");
     }
     Ok(())
 }
 
-fn strength_reduction(outcome: &mut Outcome) -> Result<(), String> {
+fn strength_reduction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let factor = 1.4;
     for model in ["mohr-coulomb", "drucker-prager"] {
         let spec: MaterialSpec = serde_json::from_value(json!({
@@ -57,13 +57,13 @@ fn strength_reduction(outcome: &mut Outcome) -> Result<(), String> {
         let (sin, cos) = (30f64.to_radians().tan() / factor).atan().sin_cos();
         let lateral = -50e3;
         let axial = (lateral * (1.0 + sin) - 2.0 * 10e3 / factor * cos) / (1.0 - sin);
-        let point = Walker::new(&spec, SymTensor::diagonal(lateral, axial, lateral))?;
+        let point = ContractPoint::new(&spec, SymTensor::diagonal(lateral, axial, lateral))?;
         let name =
             format!("V-27 {model} with strength over {factor}: yield value on the surface over stress");
-        outcome.below(name, "0", point.yield_value().abs() / axial.abs(), 1e-9, "machine precision");
+        outcome.assert_below(name, "0", point.yield_value().abs() / axial.abs(), 1e-9, "machine precision");
         let again = spec.strength_reduced(&StrengthReduction::by(1.0)).map_err(|error| error.to_string())?;
-        let again = Walker::new(&again, SymTensor::diagonal(lateral, axial, lateral))?;
-        outcome.near(
+        let again = ContractPoint::new(&again, SymTensor::diagonal(lateral, axial, lateral))?;
+        outcome.assert_close(
             format!("V-27 {model}: reduced again by 1"),
             point.yield_value(),
             1e-12,
@@ -76,14 +76,14 @@ fn strength_reduction(outcome: &mut Outcome) -> Result<(), String> {
 
 /// A single point of a law.
 #[derive(Clone)]
-struct Walker {
+struct ContractPoint {
     law: Arc<dyn Material>,
     stress: SymTensor,
     states: States,
     density: f64,
 }
 
-impl Walker {
+impl ContractPoint {
     fn new(spec: &MaterialSpec, stress: SymTensor) -> Result<Self, String> {
         let law = spec.build().map_err(|error| error.to_string())?;
         let start = InitialCondition { stress, density: spec.density() };
@@ -121,11 +121,11 @@ impl Walker {
 
     /// Stress that a step handles: where it starts and its elastic trial.
     fn handled(&self, motion: &Motion) -> f64 {
-        self.stress.norm() + self.modulus() * motion.gradient.sym().norm()
+        self.stress.norm() + self.modulus() * motion.velocity_gradient_dt.sym().norm()
     }
 }
 
-fn gradient(random: &mut Random, size: f64) -> Mat3 {
+fn gradient(random: &mut RandomSequence, size: f64) -> Mat3 {
     Mat3(std::array::from_fn(|_| std::array::from_fn(|_| size * (2.0 * random.next() - 1.0))))
 }
 
@@ -144,15 +144,15 @@ fn every_law() -> Vec<MaterialSpec> {
 
 /// Largest value of each model, in the order of the list.
 fn worst_of_models(
-    mut measure: impl FnMut(&MaterialSpec, &mut Random) -> Result<f64, String>,
+    mut measure: impl FnMut(&MaterialSpec, &mut RandomSequence) -> Result<f64, String>,
 ) -> Result<Vec<(&'static str, usize, f64)>, String> {
     let mut worst: Vec<(&'static str, usize, f64)> = Vec::new();
     for spec in every_law() {
-        let found = measure(&spec, &mut Random(11))?;
+        let found = measure(&spec, &mut RandomSequence(11))?;
         match worst.iter_mut().find(|(name, ..)| *name == spec.name()) {
             Some((_, count, value)) => {
                 *count += 1;
-                *value = larger(*value, found);
+                *value = max_or_nan(*value, found);
             }
             None => worst.push((spec.name(), 1, found)),
         }
@@ -160,30 +160,33 @@ fn worst_of_models(
     Ok(worst)
 }
 
-fn objectivity(outcome: &mut Outcome) -> Result<(), String> {
+fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let worst = worst_of_models(|spec, random| {
         let mut worst = 0f64;
         for _ in 0..PATHS {
-            let here = Walker::of(spec)?;
-            let angle = |random: &mut Random| 6.2 * random.next();
+            let here = ContractPoint::of(spec)?;
+            let angle = |random: &mut RandomSequence| 6.2 * random.next();
             let (s, c) = angle(random).sin_cos();
             let tilt = Mat3([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]);
             let q = Mat3::rotation_z(angle(random)) * tilt * Mat3::rotation_z(angle(random));
-            let there = Walker::new(spec, here.stress.rotated(&q))?;
+            let there = ContractPoint::new(spec, here.stress.rotated(&q))?;
             let step = motion(&gradient(random, 0.02), here.density)?;
             let turn = |m: &Mat3| q * *m * q.transpose();
-            let turned =
-                Motion { deformation: turn(&step.deformation), gradient: turn(&step.gradient), ..step };
+            let turned = Motion {
+                deformation: turn(&step.deformation),
+                velocity_gradient_dt: turn(&step.velocity_gradient_dt),
+                ..step
+            };
             let (new, other) = (here.after(&step)?, there.after(&turned)?);
             let scale = here.handled(&step).max(new.handled(&step));
-            worst = larger(worst, (other.stress - new.stress.rotated(&q)).norm() / scale);
+            worst = max_or_nan(worst, (other.stress - new.stress.rotated(&q)).norm() / scale);
         }
         Ok(worst)
     })?;
     for (name, ways, found) in worst {
         let name = format!("V-02 {name} ({ways} sets): a turned observer, {PATHS} random steps");
         let reason = "the sheet's 10⁻¹² per step, of the stress a step handles";
-        outcome.below(name, "0", found, 1e-12, reason);
+        outcome.assert_below(name, "0", found, 1e-12, reason);
     }
     Ok(())
 }
@@ -193,7 +196,7 @@ const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 
 
 /// Largest difference between the tangent of a step and central differences of the update, over the stiffest of
 /// wave modulus and tangent; entries at which two differences disagree lie on a switch of region and are left out.
-fn tangent_error(walker: &Walker, a: &Mat3, size: f64) -> Result<(f64, usize), String> {
+fn tangent_error(walker: &ContractPoint, a: &Mat3, size: f64) -> Result<(f64, usize), String> {
     let at = motion(a, walker.density)?;
     let tangent = walker
         .law
@@ -219,25 +222,25 @@ fn tangent_error(walker: &Walker, a: &Mat3, size: f64) -> Result<(f64, usize), S
                 continue;
             }
             let slope = near[row] + (near[row] - wide[row]) / 3.0;
-            worst = larger(worst, (tangent.0[row][column] - slope).abs() / stiffest);
+            worst = max_or_nan(worst, (tangent.0[row][column] - slope).abs() / stiffest);
             compared += 1;
         }
     }
     Ok((worst, compared))
 }
 
-fn tangents(outcome: &mut Outcome) -> Result<(), String> {
+fn tangents(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut compared = 0;
     let worst = worst_of_models(|spec, random| {
         let mut worst = 0f64;
         for path in 0..PATHS {
-            let start = Walker::of(spec)?;
+            let start = ContractPoint::of(spec)?;
             let walker = start.after(&motion(&gradient(random, 2e-3), start.density)?)?;
             let size = [1e-5, 1e-3, 2e-2][path % 3];
             let a = gradient(random, size).sym().to_matrix();
             let (found, entries) = tangent_error(&walker, &a, size)?;
             compared += entries;
-            worst = larger(worst, found);
+            worst = max_or_nan(worst, found);
         }
         Ok(worst)
     })?;
@@ -245,15 +248,15 @@ fn tangents(outcome: &mut Outcome) -> Result<(), String> {
         let name =
             format!("V-25 {name} ({ways} sets): worst relative error of the tangent, {PATHS} random steps");
         let reason = "the sheet's 10⁻⁶ away from switches of region, against central differences";
-        outcome.below(name, "0", found, 1e-6, reason);
+        outcome.assert_below(name, "0", found, 1e-6, reason);
     }
     let reason = "entries on a switch of region, where two differences disagree, are left out";
-    outcome.show("V-25 entries compared", "no value", compared as f64, reason);
+    outcome.info("V-25 entries compared", "no value", compared as f64, reason);
     Ok(())
 }
 
 /// Property tests run by `cargo test`, not here; only what they are run over is counted.
-fn obligations(outcome: &mut Outcome) {
+fn obligations(outcome: &mut BenchmarkOutcome) {
     let laws = every_law().len() as f64;
     for (obligation, test) in [
         ("no motion changes nothing, 10⁻¹⁴", "no_motion_changes_nothing"),
@@ -270,6 +273,6 @@ fn obligations(outcome: &mut Outcome) {
         let reason = format!(
             "a property test, run by cargo test: crates/constitutive/tests/suite/contract.rs, {test}"
         );
-        outcome.show(name, "all", laws, &reason);
+        outcome.info(name, "all", laws, &reason);
     }
 }

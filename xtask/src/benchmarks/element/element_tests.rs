@@ -1,28 +1,28 @@
 //! Element tests of every model (sheet: constitutive V-01 … V-10 but returns, table of §2.13).
 
-use colluvium::constitutive::driver::{ElementPath, ElementTest, Path, TestStage};
+use colluvium::constitutive::driver::{ElementPath, ElementTest, LoadingPath, TestStage};
 use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymTensor};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, with};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, merged};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/elements",
     title: "Element tests of every model",
     source: "sheet: constitutive V-01, V-02, V-03, V-06, V-07, V-09, V-10, V-20 (water), table of §2.13, closed forms",
-    quick: Some(1),
-    full: 1,
+    short_seconds: Some(1),
+    full_seconds: 1,
     run: benchmark,
 };
 
 const MACHINE: &str = "closed form, solved to machine precision";
 const PATH: &str = "the sheet's 10⁻⁶ for a path to failure";
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     elasticity(&mut outcome)?;
     objectivity(&mut outcome)?;
     finite_strain(&mut outcome)?;
@@ -36,16 +36,25 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 /// Reference set R1 with other entries added or replaced.
 pub(super) fn material(model: &str, more: serde_json::Value) -> Result<MaterialSpec, String> {
     let base = json!({ "model": model, "density": 2000.0, "youngs_modulus": 20e6, "poissons_ratio": 0.3 });
-    serde_json::from_value(with(base, more)).map_err(|error| error.to_string())
+    serde_json::from_value(merged(base, more)).map_err(|error| error.to_string())
 }
 
-fn test(material: MaterialSpec, pressure: f64, path: Path, steps: usize) -> Result<ElementPath, String> {
+fn test(
+    material: MaterialSpec,
+    pressure: f64,
+    path: LoadingPath,
+    steps: usize,
+) -> Result<ElementPath, String> {
     staged(material, pressure, &[(path, steps)])
 }
 
-fn staged(material: MaterialSpec, pressure: f64, paths: &[(Path, usize)]) -> Result<ElementPath, String> {
+fn staged(
+    material: MaterialSpec,
+    pressure: f64,
+    paths: &[(LoadingPath, usize)],
+) -> Result<ElementPath, String> {
     let stage =
-        |(path, steps): &(Path, usize)| TestStage { path: path.clone(), steps: *steps, duration: 1.0 };
+        |(path, steps): &(LoadingPath, usize)| TestStage { path: path.clone(), steps: *steps, duration: 1.0 };
     let test = ElementTest {
         title: String::new(),
         material,
@@ -55,46 +64,46 @@ fn staged(material: MaterialSpec, pressure: f64, paths: &[(Path, usize)]) -> Res
     test.run().map_err(|error| error.to_string())
 }
 
-fn elasticity(outcome: &mut Outcome) -> Result<(), String> {
+fn elasticity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elastic = || material("linear-elastic", json!({}));
-    let run = test(elastic()?, 0.0, Path::Oedometer { axial_compression: 0.01 }, 10)?;
-    outcome.near(
+    let run = test(elastic()?, 0.0, LoadingPath::Oedometer { axial_compression: 0.01 }, 10)?;
+    outcome.assert_close(
         "V-01 oedometer: axial stress (Pa)",
         -269_230.769_230_769,
         1e-9,
         run.last("stress_zz"),
         MACHINE,
     );
-    outcome.near(
+    outcome.assert_close(
         "V-01 oedometer: lateral stress (Pa)",
         -115_384.615_384_615,
         1e-9,
         run.last("stress_xx"),
         MACHINE,
     );
-    let run = test(elastic()?, 50e3, Path::TriaxialDrained { axial_compression: 0.01 }, 10)?;
-    outcome.near("V-01 drained triaxial: dq/dε₁ (Pa)", 20e6, 1e-9, run.last("q") / 0.01, MACHINE);
+    let run = test(elastic()?, 50e3, LoadingPath::TriaxialDrained { axial_compression: 0.01 }, 10)?;
+    outcome.assert_close("V-01 drained triaxial: dq/dε₁ (Pa)", 20e6, 1e-9, run.last("q") / 0.01, MACHINE);
     let run = test(
         elastic()?,
         50e3,
-        Path::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: None },
+        LoadingPath::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: None },
         10,
     )?;
-    outcome.near(
+    outcome.assert_close(
         "V-01 undrained triaxial: dq/dε₁ (Pa)",
         3.0 * 20e6 / 2.6,
         1e-9,
         run.last("q") / 0.01,
         MACHINE,
     );
-    let shear = |steps| test(elastic()?, 0.0, Path::SimpleShearConstantVolume { shear: 2.0 }, steps);
+    let shear = |steps| test(elastic()?, 0.0, LoadingPath::SimpleShearConstantVolume { shear: 2.0 }, steps);
     let modulus = 20e6 / 2.6;
     let error = |run: &ElementPath| {
         (run.last("stress_xy") / modulus - 2f64.sin())
             .hypot(run.last("stress_xx") / modulus - 1.0 + 2f64.cos())
     };
     let order = (error(&shear(20)?) / error(&shear(100)?)).ln() / 5f64.ln();
-    outcome.within(
+    outcome.assert_within(
         "V-03 Jaumann simple shear: order",
         "2",
         order,
@@ -111,9 +120,27 @@ fn elasticity(outcome: &mut Outcome) -> Result<(), String> {
     for (steps, tangential, normal) in table {
         let run = shear(steps)?;
         let name = format!("V-03 Jaumann simple shear to 2 in {steps} steps");
-        outcome.near(format!("{name}: σ_12/G"), tangential, 1e-8, run.last("stress_xy") / modulus, digits);
-        outcome.near(format!("{name}: σ_11/G"), normal, 1e-8, run.last("stress_xx") / modulus, digits);
-        outcome.near(format!("{name}: -σ_22/G"), normal, 1e-8, -run.last("stress_yy") / modulus, digits);
+        outcome.assert_close(
+            format!("{name}: σ_12/G"),
+            tangential,
+            1e-8,
+            run.last("stress_xy") / modulus,
+            digits,
+        );
+        outcome.assert_close(
+            format!("{name}: σ_11/G"),
+            normal,
+            1e-8,
+            run.last("stress_xx") / modulus,
+            digits,
+        );
+        outcome.assert_close(
+            format!("{name}: -σ_22/G"),
+            normal,
+            1e-8,
+            -run.last("stress_yy") / modulus,
+            digits,
+        );
     }
     let run = shear(100)?;
     let of = |name: &str| -> Vec<(f64, f64)> {
@@ -148,22 +175,22 @@ fn after(spec: &MaterialSpec, stress: SymTensor, motions: &[Motion]) -> Result<S
     Ok(stresses[0])
 }
 
-fn objectivity(outcome: &mut Outcome) -> Result<(), String> {
+fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let spec = material("linear-elastic", json!({}))?;
     let start = SymTensor([-100.0, -50.0, -70.0, 20.0, 0.0, 0.0]);
     let rotation = |angle: f64| {
         Motion::from_deformation(&Mat3::rotation_z(angle), 1.0, 2000.0, 1.0).ok_or("singular rotation")
     };
     let turned = after(&spec, start, &[rotation(30f64.to_radians())?])?;
-    outcome.near("V-02 rotation by 30°: σ_xx", -104.820_508_08, 1e-9, turned[0], MACHINE);
-    outcome.near("V-02 rotation by 30°: σ_xy", -11.650_635_09, 1e-8, turned[3], MACHINE);
-    outcome.near("V-02 rotation by 30°: σ_yy", -45.179_491_92, 1e-9, turned[1], MACHINE);
+    outcome.assert_close("V-02 rotation by 30°: σ_xx", -104.820_508_08, 1e-9, turned[0], MACHINE);
+    outcome.assert_close("V-02 rotation by 30°: σ_xy", -11.650_635_09, 1e-8, turned[3], MACHINE);
+    outcome.assert_close("V-02 rotation by 30°: σ_yy", -45.179_491_92, 1e-9, turned[1], MACHINE);
     // The plane stress of the sheet for full turns.
     let start = SymTensor([-100e3, -50e3, 0.0, 20e3, 0.0, 0.0]);
     let full = after(&spec, start, &[rotation(10f64.to_radians())?; 36])?;
     let turn = "the sheet's 10⁻¹⁰";
-    outcome.near("V-02 a full turn in 36 rigid steps: σ_xx (Pa)", -100e3, 1e-10, full[0], turn);
-    outcome.near("V-02 a full turn in 36 rigid steps: σ_xy (Pa)", 20e3, 1e-10, full[3], turn);
+    outcome.assert_close("V-02 a full turn in 36 rigid steps: σ_xx (Pa)", -100e3, 1e-10, full[0], turn);
+    outcome.assert_close("V-02 a full turn in 36 rigid steps: σ_xy (Pa)", 20e3, 1e-10, full[3], turn);
     let digits = "the sheet's digits";
     for (angle, steps, xx, xy) in [(10f64, 36, -99.352_414, 20.783_646), (1.0, 360, -99.993_619, 20.007_973)]
     {
@@ -171,17 +198,17 @@ fn objectivity(outcome: &mut Outcome) -> Result<(), String> {
         let motion = Motion::from_velocity_gradient(&spin, 1.0, 2000.0, 1.0).ok_or("singular spin")?;
         let driven = after(&spec, start, &vec![motion; steps])?;
         let name = format!("V-02 {steps} steps of spin {angle}°");
-        outcome.near(format!("{name}: σ_xx (Pa)"), xx * 1e3, 1e-8, driven[0], digits);
-        outcome.near(format!("{name}: σ_xy (Pa)"), xy * 1e3, 5e-8, driven[3], digits);
+        outcome.assert_close(format!("{name}: σ_xx (Pa)"), xx * 1e3, 1e-8, driven[0], digits);
+        outcome.assert_close(format!("{name}: σ_xy (Pa)"), xy * 1e3, 5e-8, driven[3], digits);
         let change = (driven.j2() / start.j2() - 1.0).abs();
-        outcome.below(format!("{name}: change of J2"), "0", change, 1e-12, "the sheet's 10⁻¹²");
+        outcome.assert_below(format!("{name}: change of J2"), "0", change, 1e-12, "the sheet's 10⁻¹²");
     }
     let change = (full.j2() / start.j2() - 1.0).abs();
-    outcome.below("V-02 36 rigid steps: change of J2", "0", change, 1e-12, "the sheet's 10⁻¹²");
+    outcome.assert_below("V-02 36 rigid steps: change of J2", "0", change, 1e-12, "the sheet's 10⁻¹²");
     Ok(())
 }
 
-fn finite_strain(outcome: &mut Outcome) -> Result<(), String> {
+fn finite_strain(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     // Kirchhoff stress over G, sheet: constitutive §2.13: simple shear γ = 1, and uniaxial stretch 0.8 along y.
     let shear = Mat3([[1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     let stretch = Mat3([[1.0, 0.0, 0.0], [0.0, 0.8, 0.0], [0.0, 0.0, 1.0]]);
@@ -203,13 +230,13 @@ fn finite_strain(outcome: &mut Outcome) -> Result<(), String> {
     for (name, spec, f, component, exact) in table {
         let motion = Motion::from_deformation(f, 1.0, 2000.0, 1.0).ok_or("singular deformation")?;
         let stress = after(spec, SymTensor::ZERO, &[motion])? * (f.determinant() / (20e6 / 2.6));
-        outcome.near(name, exact, 2e-7, stress[component], "the sheet gives eight digits");
+        outcome.assert_close(name, exact, 2e-7, stress[component], "the sheet gives eight digits");
     }
     Ok(())
 }
 
-fn biaxial(outcome: &mut Outcome) -> Result<(), String> {
-    let path = || Path::BiaxialPlaneStrain { axial_compression: 0.4 };
+fn biaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let path = || LoadingPath::BiaxialPlaneStrain { axial_compression: 0.4 };
     let strength = json!({ "friction_angle": 30.0, "cohesion": 10e3 });
     let with = |matching: &str, dilatancy: f64| {
         let mut more = strength.clone();
@@ -232,7 +259,7 @@ fn biaxial(outcome: &mut Outcome) -> Result<(), String> {
     for (matching, dilatancy, exact) in cases {
         let run = test(with(matching, dilatancy)?, 100e3, path(), 400)?;
         let name = format!("V-06 Drucker–Prager {matching}, ψ = {dilatancy}°: σ_yy at failure (Pa)");
-        outcome.near(name, exact, 1e-6, run.last("stress_yy"), PATH);
+        outcome.assert_close(name, exact, 1e-6, run.last("stress_yy"), PATH);
         let curve = run
             .column("axial_compression")
             .unwrap_or_default()
@@ -246,7 +273,7 @@ fn biaxial(outcome: &mut Outcome) -> Result<(), String> {
         more["dilatancy_angle"] = json!(psi);
         let run = test(material("mohr-coulomb", more)?, 100e3, path(), 400)?;
         let name = format!("V-09 Mohr–Coulomb biaxial, ψ = {psi}°: σ_yy at failure (Pa)");
-        outcome.near(name, -334_641.016_15, 1e-6, run.last("stress_yy"), PATH);
+        outcome.assert_close(name, -334_641.016_15, 1e-6, run.last("stress_yy"), PATH);
     }
     let run = test(material("mohr-coulomb", strength)?, 100e3, path(), 400)?;
     let curve = run
@@ -258,7 +285,7 @@ fn biaxial(outcome: &mut Outcome) -> Result<(), String> {
     outcome.svg("How the cone is matched decides the strength in plane strain.", &chart)
 }
 
-fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
+fn triaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Mohr–Coulomb, drained and undrained triaxial compression".into(),
         x_label: "p (Pa)".into(),
@@ -267,8 +294,8 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
     };
     let spec = || material("mohr-coulomb", json!({ "friction_angle": 30.0, "cohesion": 10e3 }));
     for (pressure, exact) in [(50e3, 134_641.016_151), (100e3, 234_641.016_151)] {
-        let run = test(spec()?, pressure, Path::TriaxialDrained { axial_compression: 0.1 }, 200)?;
-        outcome.near(
+        let run = test(spec()?, pressure, LoadingPath::TriaxialDrained { axial_compression: 0.1 }, 200)?;
+        outcome.assert_close(
             format!("V-09 drained, {pressure} Pa: q at failure (Pa)"),
             exact,
             1e-6,
@@ -282,9 +309,13 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
             Style::Line,
         ));
     }
-    let run =
-        test(spec()?, 100e3, Path::TriaxialUndrained { axial_compression: 0.1, fluid_stiffness: None }, 200)?;
-    outcome.near("V-09 undrained, ψ = 0: q at failure (Pa)", 140_784.610, 1e-6, run.last("q"), PATH);
+    let run = test(
+        spec()?,
+        100e3,
+        LoadingPath::TriaxialUndrained { axial_compression: 0.1, fluid_stiffness: None },
+        200,
+    )?;
+    outcome.assert_close("V-09 undrained, ψ = 0: q at failure (Pa)", 140_784.610, 1e-6, run.last("q"), PATH);
     let points = run.column("p").unwrap_or_default().into_iter().zip(run.column("q").unwrap_or_default());
     chart.series.push(Series::new("undrained, 100 kPa", points.collect(), Style::Line));
     let slope = 6.0 * 0.5 / (3.0 - 0.5);
@@ -292,26 +323,26 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
     let surface = (0..=10).map(|i| 20e3 * f64::from(i)).map(|p| (p, shift + slope * p)).collect();
     chart.series.push(Series::new("yield in compression", surface, Style::Dashed));
     outcome.svg("Stress paths end on the yield surface.", &chart)?;
-    outcome.near("V-09 undrained, ψ = 0: p at failure (Pa)", 100e3, 1e-6, run.last("p"), PATH);
+    outcome.assert_close("V-09 undrained, ψ = 0: p at failure (Pa)", 100e3, 1e-6, run.last("p"), PATH);
     dilating(outcome)?;
     compressed(outcome)?;
     pulled(outcome)
 }
 
 /// Undrained strength of a dilating soil has no bound.
-fn dilating(outcome: &mut Outcome) -> Result<(), String> {
+fn dilating(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let more = json!({ "friction_angle": 30.0, "cohesion": 10e3, "dilatancy_angle": 10.0 });
     let spec = material("mohr-coulomb", more)?;
     let run = test(
         spec.clone(),
         100e3,
-        Path::TriaxialUndrained { axial_compression: 0.1, fluid_stiffness: None },
+        LoadingPath::TriaxialUndrained { axial_compression: 0.1, fluid_stiffness: None },
         200,
     )?;
     let q = run.column("q").unwrap_or_default();
     let least = q.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     let growth = (0.0, f64::INFINITY);
-    outcome.within(
+    outcome.assert_within(
         "V-09 undrained, ψ = 10°: least growth of q (Pa)",
         "above 0",
         least,
@@ -319,13 +350,19 @@ fn dilating(outcome: &mut Outcome) -> Result<(), String> {
         "monotone growth",
     );
     let name = "V-09 undrained, ψ = 10°: q at 10 % over that of ψ = 0";
-    outcome.within(name, "no bound", run.last("q") / 140_784.610, (2.0, f64::INFINITY), "far beyond it");
+    outcome.assert_within(
+        name,
+        "no bound",
+        run.last("q") / 140_784.610,
+        (2.0, f64::INFINITY),
+        "far beyond it",
+    );
     let undrained: MaterialSpec = serde_json::from_value(
         json!({ "model": "undrained", "fluid_bulk_modulus": 2e9, "porosity": 0.4, "skeleton": spec }),
     )
     .map_err(|error| error.to_string())?;
     let warned = undrained.warnings().iter().any(|warning| warning.starts_with("skeleton.dilatancy_angle"));
-    outcome.near(
+    outcome.assert_close(
         "V-09 undrained, ψ = 10°: a warning",
         1.0,
         0.0,
@@ -336,13 +373,19 @@ fn dilating(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// Oedometers without cohesion.
-fn compressed(outcome: &mut Outcome) -> Result<(), String> {
+fn compressed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let soil = |nu: f64| material("mohr-coulomb", json!({ "friction_angle": 30.0, "poissons_ratio": nu }));
-    let path = |axial_compression| Path::Oedometer { axial_compression };
+    let path = |axial_compression| LoadingPath::Oedometer { axial_compression };
     let run = test(soil(0.2)?, 0.0, path(0.01), 100)?;
     let name = "V-09 oedometer from zero stress, ν = 0.2";
-    outcome.near(format!("{name}: axial stress at 1 % (Pa)"), -200e3, 1e-6, run.last("stress_zz"), PATH);
-    outcome.near(
+    outcome.assert_close(
+        format!("{name}: axial stress at 1 % (Pa)"),
+        -200e3,
+        1e-6,
+        run.last("stress_zz"),
+        PATH,
+    );
+    outcome.assert_close(
         format!("{name}: lateral stress at 1 % (Pa)"),
         -200e3 / 3.0,
         1e-6,
@@ -350,21 +393,27 @@ fn compressed(outcome: &mut Outcome) -> Result<(), String> {
         PATH,
     );
     let half = run.column("stress_zz").unwrap_or_default()[50];
-    outcome.near(format!("{name}: slope (Pa)"), 20e6, 1e-6, (half - run.last("stress_zz")) / 0.005, PATH);
+    outcome.assert_close(
+        format!("{name}: slope (Pa)"),
+        20e6,
+        1e-6,
+        (half - run.last("stress_zz")) / 0.005,
+        PATH,
+    );
     let run = staged(soil(0.2)?, 100e3, &[(path(0.036), 360), (path(0.01), 100)])?;
     let axial = run.column("stress_zz").unwrap_or_default();
     let lateral = run.column("stress_xx").unwrap_or_default();
     let name = "V-09 oedometer from 100 kPa, ν = 0.2";
-    outcome.near(
+    outcome.assert_close(
         format!("{name}: elastic slope (Pa)"),
         20e6 / 0.9,
         1e-6,
         (axial[0] - axial[300]) / 0.03,
         PATH,
     );
-    outcome.near(format!("{name}: axial stress at yield (Pa)"), -900e3, 1e-6, axial[360], PATH);
-    outcome.near(format!("{name}: lateral stress at yield (Pa)"), -300e3, 1e-6, lateral[360], PATH);
-    outcome.near(
+    outcome.assert_close(format!("{name}: axial stress at yield (Pa)"), -900e3, 1e-6, axial[360], PATH);
+    outcome.assert_close(format!("{name}: lateral stress at yield (Pa)"), -300e3, 1e-6, lateral[360], PATH);
+    outcome.assert_close(
         format!("{name}: slope after yield (Pa)"),
         20e6,
         1e-6,
@@ -373,13 +422,13 @@ fn compressed(outcome: &mut Outcome) -> Result<(), String> {
     );
     let run = test(soil(0.3)?, 0.0, path(0.01), 100)?;
     let name = "V-09 oedometer from zero stress, ν = 0.3: axial stress, elastic (Pa)";
-    outcome.near(name, -269_230.769_230_769, 1e-6, run.last("stress_zz"), PATH);
+    outcome.assert_close(name, -269_230.769_230_769, 1e-6, run.last("stress_zz"), PATH);
     Ok(())
 }
 
 /// A cohesionless soil is pulled apart by 1 % in each direction and pressed together by a tenth of that.
-fn pulled(outcome: &mut Outcome) -> Result<(), String> {
-    let strain = |e: f64| Path::Strain { increment: [e, e, e, 0.0, 0.0, 0.0] };
+fn pulled(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let strain = |e: f64| LoadingPath::Strain { increment: [e, e, e, 0.0, 0.0, 0.0] };
     for model in ["mohr-coulomb", "drucker-prager", "cfd-soil"] {
         let soil = material(model, json!({ "friction_angle": 30.0 }))?;
         let run = staged(soil, 0.0, &[(strain(0.01), 10), (strain(-0.001), 10)])?;
@@ -387,8 +436,8 @@ fn pulled(outcome: &mut Outcome) -> Result<(), String> {
             let of = |name: &str| run.column(name).map_or(f64::NAN, |column| column[row].abs());
             of("p").max(of("q"))
         };
-        let open = (0..=10).map(stress).largest();
-        outcome.near(
+        let open = (0..=10).map(stress).max_or_nan();
+        outcome.assert_close(
             format!("V-10 {model} in tension: largest stress (Pa)"),
             0.0,
             0.0,
@@ -400,7 +449,7 @@ fn pulled(outcome: &mut Outcome) -> Result<(), String> {
             "cfd-soil" => (0.0, "pressure from density comes back only when the gap has closed"),
             _ => (0.003 * 20e6 / 1.2, "P-06: the apex of a perfectly plastic law forgets the opened volume"),
         };
-        outcome.near(
+        outcome.assert_close(
             format!("V-10 {model} pressed together again: p (Pa)"),
             pressure,
             1e-9,
@@ -411,7 +460,7 @@ fn pulled(outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn softening(outcome: &mut Outcome) -> Result<(), String> {
+fn softening(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     // BN Table 2: c = 1.5 + 23.5 exp(-5κ) kPa, no friction.
     let softening = json!({
         "residual_friction_angle": 0.0, "residual_cohesion": 1500.0, "friction_rate": 0.0, "cohesion_rate": 5.0
@@ -428,17 +477,17 @@ fn softening(outcome: &mut Outcome) -> Result<(), String> {
             "youngs_modulus": 25e6, "poissons_ratio": 0.49
         });
         // 1000 steps to ten per cent for the peak, 1000 more to the residual strength.
-        let path = |shear: f64| Path::SimpleShearConstantVolume { shear };
+        let path = |shear: f64| LoadingPath::SimpleShearConstantVolume { shear };
         let paths = [(path(0.1), 1000), (path(0.9), 1000)];
         let run = staged(material("drucker-prager", more)?, 0.0, &paths)?;
         let root: Vec<f64> =
             run.column("q").unwrap_or_default().into_iter().map(|q| q / 3f64.sqrt()).collect();
-        let found = root.iter().copied().largest();
+        let found = root.iter().copied().max_or_nan();
         let name = format!("V-07 sensitive clay, {matching}: peak of √J2 (Pa)");
-        outcome.near(name, peak, 1e-3, found, "the sheet's for 1000 steps");
+        outcome.assert_close(name, peak, 1e-3, found, "the sheet's for 1000 steps");
         let kappa = run.last("plastic_strain");
         let exact = (1500.0 + 23_500.0 * (-5.0 * kappa).exp()) * peak / 25e3;
-        outcome.near(
+        outcome.assert_close(
             format!("V-07 sensitive clay, {matching}: √J2 at the end (Pa)"),
             exact,
             1e-6,
@@ -451,7 +500,7 @@ fn softening(outcome: &mut Outcome) -> Result<(), String> {
     outcome.svg("The fully implicit softening return stays on the shrinking surface.", &chart)
 }
 
-fn fluid(outcome: &mut Outcome) -> Result<(), String> {
+fn fluid(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let water =
         json!({ "model": "newtonian-fluid", "density": 1000.0, "bulk_modulus": 2.15e9, "viscosity": 1e-3 });
     let spec: MaterialSpec = serde_json::from_value(water).map_err(|error| error.to_string())?;
@@ -460,15 +509,21 @@ fn fluid(outcome: &mut Outcome) -> Result<(), String> {
     let (stresses, states) = law.initial(&[start]).map_err(|error| error.to_string())?;
     let mut modulus = [0.0];
     law.wave_moduli(&stresses, &states.blocks()[0], &mut modulus);
-    outcome.near(
+    outcome.assert_close(
         "V-20 water: speed of sound (m/s)",
         1466.29,
         1e-5,
         (modulus[0] / 1000.0).sqrt(),
         "the sheet's digits",
     );
-    let shear = Path::Flow { velocity_gradient: [[0.0, 5.0, 0.0], [0.0; 3], [0.0; 3]] };
+    let shear = LoadingPath::Flow { velocity_gradient: [[0.0, 5.0, 0.0], [0.0; 3], [0.0; 3]] };
     let run = test(spec, 0.0, shear, 5)?;
-    outcome.near("V-20 water: shear stress at 5 1/s (Pa)", 5e-3, 1e-9, run.last("stress_xy"), MACHINE);
+    outcome.assert_close(
+        "V-20 water: shear stress at 5 1/s (Pa)",
+        5e-3,
+        1e-9,
+        run.last("stress_xy"),
+        MACHINE,
+    );
     Ok(())
 }

@@ -1,31 +1,31 @@
 //! Hypoplasticity and double-scale localisation (sheet: constitutive V-16, V-17, V-22, V-23).
 
-use colluvium::constitutive::driver::{ElementPath, ElementTest, Path, TestStage};
-use colluvium::constitutive::laws::hypoplastic::{Calibration, Constants};
+use colluvium::constitutive::driver::{ElementPath, ElementTest, LoadingPath, TestStage};
+use colluvium::constitutive::laws::hypoplastic::{Calibration, HypoplasticConstants};
 use colluvium::constitutive::laws::{AccelerationViscosity, Elasticity, ViscousMode};
 use colluvium::constitutive::localisation::FiniteBand;
 use colluvium::constitutive::{MaterialSpec, SymTensor};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/localisation",
     title: "Hypoplasticity, and a cohesive band in an elastic point",
     source: "sheet: constitutive V-16, V-17, V-22, V-23; Wu, Wang & Alipour 2020; Bui & Nguyen 2021",
-    quick: Some(2),
-    full: 2,
+    short_seconds: Some(2),
+    full_seconds: 2,
     run: benchmark,
 };
 
 const SHEET: &str = "the sheet's 5·10⁻⁴";
 const DIGITS: &str = "the sheet's digits";
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     calibration(&mut outcome)?;
     triaxial(&mut outcome)?;
     viscous(&mut outcome)?;
@@ -56,8 +56,12 @@ fn soil(void_ratio: f64, critical: bool, viscous: Option<&str>) -> Result<Materi
     material(value)
 }
 
-fn test(material: MaterialSpec, pressure: f64, stages: &[(Path, usize, f64)]) -> Result<ElementPath, String> {
-    let stage = |(path, steps, duration): &(Path, usize, f64)| TestStage {
+fn test(
+    material: MaterialSpec,
+    pressure: f64,
+    stages: &[(LoadingPath, usize, f64)],
+) -> Result<ElementPath, String> {
+    let stage = |(path, steps, duration): &(LoadingPath, usize, f64)| TestStage {
         path: path.clone(),
         steps: *steps,
         duration: *duration,
@@ -75,9 +79,9 @@ fn column(run: &ElementPath, name: &str) -> Vec<f64> {
     run.column(name).unwrap_or_default()
 }
 
-fn calibration(outcome: &mut Outcome) -> Result<(), String> {
+fn calibration(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let calibrate = |friction_angle: f64, youngs_modulus: f64| {
-        Constants::calibrate(&Calibration {
+        HypoplasticConstants::calibrate(&Calibration {
             youngs_modulus,
             pressure: 100e3,
             poissons_ratio: 0.0,
@@ -89,28 +93,41 @@ fn calibration(outcome: &mut Outcome) -> Result<(), String> {
     for (name, found, exact) in
         [("C₁", set.c1, -66.666_666_7), ("C₂", set.c2, -615.481_247_3), ("C₄", set.c4, 654.341_392_4)]
     {
-        outcome.near(format!("V-16 calibration φ = 30°: {name}"), exact, 1e-9, found, DIGITS);
+        outcome.assert_close(format!("V-16 calibration φ = 30°: {name}"), exact, 1e-9, found, DIGITS);
     }
     let refused = f64::from(u8::from(calibrate(15.0, 500e3).is_err()));
     let reason = "degenerate: the path would stall before failure";
-    outcome.within("V-16 calibration of Table 1 (φ = 15°) is refused", "yes", refused, (1.0, 1.0), reason);
-    let printed = Constants { c1: -1.666_666_7, c2: -283.437_391, c3: -283.437_391, c4: 2_419.349_97 };
+    outcome.assert_within(
+        "V-16 calibration of Table 1 (φ = 15°) is refused",
+        "yes",
+        refused,
+        (1.0, 1.0),
+        reason,
+    );
+    let printed =
+        HypoplasticConstants { c1: -1.666_666_7, c2: -283.437_391, c3: -283.437_391, c4: 2_419.349_97 };
     let states = [(1.065, -43.0), (1.698, 0.0), (2.216, 63.0)];
     for (state, (ratio, angle)) in printed.stationary_states().into_iter().zip(states) {
         let (name, claim) =
             (format!("V-16 stationary state of Table 1 at ψ = {angle}°: stress ratio"), ratio.to_string());
         let range = (ratio - 6e-4, ratio + 6e-4);
-        outcome.within(name, &claim, state.stress_ratio, range, "three digits printed");
+        outcome.assert_within(name, &claim, state.stress_ratio, range, "three digits printed");
     }
     let stress = SymTensor([-100e3, -80e3, -60e3, 15e3, 0.0, 0.0]);
     let rate = set.rate(&stress, &SymTensor([-1e-3, 0.5e-3, 0.0, 1.25e-3, 0.0, 0.0]), 0.9);
     for (k, exact) in [(0, 5_150.940_15), (1, 18_825.191_32), (2, 324.178_56), (3, 12_255.688_38)] {
-        outcome.near(format!("V-16 single evaluation, component {k} (Pa/s)"), exact, 1e-7, rate[k], DIGITS);
+        outcome.assert_close(
+            format!("V-16 single evaluation, component {k} (Pa/s)"),
+            exact,
+            1e-7,
+            rate[k],
+            DIGITS,
+        );
     }
     Ok(())
 }
 
-fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
+fn triaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Hypoplasticity in drained triaxial compression, 100 kPa".into(),
         x_label: "axial compression".into(),
@@ -123,8 +140,9 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
         y_label: "void ratio".into(),
         ..LineChart::default()
     };
-    let path =
-        |axial_compression: f64, steps: usize| (Path::TriaxialDrained { axial_compression }, steps, 1.0);
+    let path = |axial_compression: f64, steps: usize| {
+        (LoadingPath::TriaxialDrained { axial_compression }, steps, 1.0)
+    };
     let ratios = |run: &ElementPath| -> Vec<f64> {
         column(run, "stress_zz").iter().zip(column(run, "stress_xx")).map(|(a, l)| a / l).collect()
     };
@@ -134,7 +152,7 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
         [(10, 1.193_145), (50, 1.841_913), (100, 2.394_411), (200, 2.865_386), (500, 2.998_983), (1000, 3.0)]
     {
         let strain = row as f64 * 1e-4;
-        outcome.near(
+        outcome.assert_close(
             format!("V-16 without density: stress ratio at ε₁ = {strain}"),
             exact,
             5e-4,
@@ -142,7 +160,7 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
             SHEET,
         );
     }
-    outcome.near(
+    outcome.assert_close(
         "V-16 without density: void ratio at the end",
         0.687_857,
         5e-4,
@@ -152,13 +170,13 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
     for (void_ratio, peak, end) in [(0.7, 3.617_78, 0.805_491), (0.9, 3.0059, 0.888_273)] {
         let run = test(soil(void_ratio, true, None)?, 100e3, &[path(0.4, 2000)])?;
         let found = ratios(&run);
-        let top = found.iter().copied().largest();
-        outcome.near(format!("V-16 e₀ = {void_ratio}: largest stress ratio"), peak, 5e-4, top, SHEET);
+        let top = found.iter().copied().max_or_nan();
+        outcome.assert_close(format!("V-16 e₀ = {void_ratio}: largest stress ratio"), peak, 5e-4, top, SHEET);
         let name = format!("V-16 e₀ = {void_ratio}: void ratio at ε₁ = 0.4");
-        outcome.near(name, end, 5e-4, run.last("void_ratio"), SHEET);
+        outcome.assert_close(name, end, 5e-4, run.last("void_ratio"), SHEET);
         if void_ratio == 0.7 {
             let last = found.last().copied().unwrap_or(f64::NAN);
-            outcome.near("V-16 e₀ = 0.7: stress ratio at ε₁ = 0.4", 3.2390, 5e-4, last, SHEET);
+            outcome.assert_close("V-16 e₀ = 0.7: stress ratio at ε₁ = 0.4", 3.2390, 5e-4, last, SHEET);
         }
         let strain = column(&run, "axial_compression");
         let label = format!("e₀ = {void_ratio}");
@@ -184,9 +202,9 @@ const VISCOSITY: AccelerationViscosity = AccelerationViscosity {
     mode: ViscousMode::RateMaterial,
 };
 
-fn viscous(outcome: &mut Outcome) -> Result<(), String> {
+fn viscous(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (x, exact) in [(1.0, -5.658_739_302e-4), (50.0, -0.044_409_196_67), (500.0, -3.189_477_682)] {
-        outcome.near(format!("V-17 Φ({x} 1/s)"), exact, 1e-9, VISCOSITY.phi(x), DIGITS);
+        outcome.assert_close(format!("V-17 Φ({x} 1/s)"), exact, 1e-9, VISCOSITY.phi(x), DIGITS);
     }
     // Shear rate ramped up at constant normal stress, ratios of the frictional part frozen.
     let (friction, lateral) = (0.657_168_0, 0.979_281_5);
@@ -207,7 +225,7 @@ fn viscous(outcome: &mut Outcome) -> Result<(), String> {
     }
     for (rate, exact) in table {
         let found = ratio[(rate * 100.0) as usize - 1].1;
-        outcome.near(format!("V-17 ramp, {rate} 1/s: τ/P"), exact, 1e-2, found, "the sheet's 1 %");
+        outcome.assert_close(format!("V-17 ramp, {rate} 1/s: τ/P"), exact, 1e-2, found, "the sheet's 1 %");
     }
     let chart = LineChart {
         title: "Ramp of the shear rate at constant normal stress P".into(),
@@ -229,12 +247,12 @@ fn viscous(outcome: &mut Outcome) -> Result<(), String> {
 
 /// Slow shear to the critical state, then on at a given rate: `(τ/P, e)`.
 fn sheared(rate: f64, mode: &str) -> Result<(f64, f64), String> {
-    let stage = |rate: f64| (Path::SimpleShearConstantNormalStress { shear: 1.0 }, 500, 1.0 / rate);
+    let stage = |rate: f64| (LoadingPath::SimpleShearConstantNormalStress { shear: 1.0 }, 500, 1.0 / rate);
     let run = test(soil(0.7, true, Some(mode))?, 100e3, &[stage(0.1), stage(rate)])?;
     Ok((run.last("stress_xy") / -run.last("stress_yy"), run.last("void_ratio")))
 }
 
-fn fast_shear(outcome: &mut Outcome) -> Result<(), String> {
+fn fast_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Simple shear at constant normal stress of 100 kPa".into(),
         x_label: "shear rate (1/s)".into(),
@@ -252,7 +270,7 @@ fn fast_shear(outcome: &mut Outcome) -> Result<(), String> {
         let reason = "trend of the source's Figs. 6 and 7";
         for (name, least) in [("τ/P", rise(|f| f.0)), ("void ratio", rise(|f| f.1))] {
             let name = format!("V-17 {mode}: least rise of {name} with the shear rate");
-            outcome.within(name, claim, least, (f64::MIN_POSITIVE, f64::INFINITY), reason);
+            outcome.assert_within(name, claim, least, (f64::MIN_POSITIVE, f64::INFINITY), reason);
         }
         let points = rates.iter().copied().zip(found.iter().map(|f| f.0)).collect();
         chart.series.push(Series::new(mode, points, Style::Line));
@@ -260,7 +278,7 @@ fn fast_shear(outcome: &mut Outcome) -> Result<(), String> {
     outcome.svg("Friction rises with the rate in both modes of the viscous part.", &chart)
 }
 
-fn band(outcome: &mut Outcome) -> Result<(), String> {
+fn band(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let stiffness = |e: f64, nu: f64| {
         Elasticity::new(e, nu).map(|elasticity| elasticity.tangent()).map_err(|error| error.to_string())
     };
@@ -282,17 +300,17 @@ fn band(outcome: &mut Outcome) -> Result<(), String> {
         ("σ_zz (Pa)", found.mean[2], -2_517.341_95),
         ("σ_xy (Pa)", found.mean[3], 348_963.187),
     ] {
-        outcome.near(format!("V-22 band of 1 mm in 20 mm: {name}"), exact, 5e-9, value, DIGITS);
+        outcome.assert_close(format!("V-22 band of 1 mm in 20 mm: {name}"), exact, 5e-9, value, DIGITS);
     }
     let gap = (found.outside - found.inside).apply(normal).iter().map(|t| t * t).sum::<f64>().sqrt();
     let relative = gap / found.mean.norm();
-    outcome.below("V-22 jump of traction across the band", "0", relative, 1e-9, "the sheet's 10⁻⁹");
+    outcome.assert_below("V-22 jump of traction across the band", "0", relative, 1e-9, "the sheet's 10⁻⁹");
     for (name, thickness, exact, bound) in [
         ("as thick as the point: the stiffness inside", 0.02, inside.apply(&strain), 1e-12),
         ("thin: the stiffness outside", 1e-12, outside.apply(&strain), 1e-7),
     ] {
         let error = (response(thickness)?.mean - exact).norm() / exact.norm();
-        outcome.below(format!("V-22 {name}"), "recovered", error, bound, "limit of the formulas");
+        outcome.assert_below(format!("V-22 {name}"), "recovered", error, bound, "limit of the formulas");
     }
     Ok(())
 }
@@ -308,13 +326,13 @@ fn pulled(size: f64) -> Result<Vec<[f64; 3]>, String> {
     }))?;
     // To three times the elongation at a tenth of the strength, in steps of 0.1 µm.
     let length = 4e-4;
-    let path = Path::TriaxialExtension { axial_extension: length / size };
+    let path = LoadingPath::TriaxialExtension { axial_extension: length / size };
     let run = test(spec, 0.0, &[(path, 4000, 1.0)])?;
     let columns = [column(&run, "strain_zz"), column(&run, "stress_zz"), column(&run, "opening")];
     Ok((0..run.rows.len()).map(|i| [columns[0][i] * size, columns[1][i], columns[2][i]]).collect())
 }
 
-fn bar(outcome: &mut Outcome) -> Result<(), String> {
+fn bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Cohesive bar of one point".into(),
         x_label: "elongation (m)".into(),
@@ -337,11 +355,11 @@ fn bar(outcome: &mut Outcome) -> Result<(), String> {
                 pair[0][0] + share * (pair[1][0] - pair[0][0])
             });
             let name = format!("V-23 H = {size} m: elongation at {stress} Pa (m)");
-            outcome.near(name, *exact, 1e-5, found, "interpolated between steps of 0.1 µm");
+            outcome.assert_close(name, *exact, 1e-5, found, "interpolated between steps of 0.1 µm");
         }
         let area: f64 = points.windows(2).map(|p| 0.5 * (p[0][1] + p[1][1]) * (p[1][2] - p[0][2])).sum();
         let name = format!("V-23 H = {size} m: area under stress and opening (J/m²)");
-        outcome.near(name, 100.0, 1e-3, area, "the sheet's 0.1 %");
+        outcome.assert_close(name, 100.0, 1e-3, area, "the sheet's 0.1 %");
         let curve = points.iter().step_by(10).map(|p| (p[0], p[1])).filter(|p| p.0 < 1.5e-4).collect();
         chart.series.push(Series::new(format!("H = {size} m"), curve, Style::Line));
     }

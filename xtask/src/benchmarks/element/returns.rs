@@ -1,22 +1,22 @@
 //! Return mappings of Drucker–Prager, Mohr–Coulomb and Tresca (sheet: constitutive V-05, V-08; §3.7.1–3.7.4), in kPa.
 
 use colluvium::constitutive::laws::drucker_prager::Cone;
-use colluvium::constitutive::laws::mohr_coulomb::{Pyramid, Region};
-use colluvium::constitutive::laws::multi_surface::{Plane, active_set, return_to};
+use colluvium::constitutive::laws::mohr_coulomb::{Pyramid, YieldRegion};
+use colluvium::constitutive::laws::multi_surface::{YieldPlane, active_set, return_to};
 use colluvium::constitutive::laws::{DruckerPrager, DruckerPragerSpec, Elasticity, MohrCoulombSpec};
 use colluvium::constitutive::{Mat3, Motion, Point, SmallStrain, SymTensor};
 use serde_json::json;
 
-use crate::analysis::{Largest, larger};
-use crate::benchmarks::{Benchmark, Outcome};
+use crate::analysis::{MaxOrNan, max_or_nan};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/returns",
     title: "Return mappings to cone, pyramid and prism",
     source: "sheet: constitutive V-05, V-08, tables of §3.7.1–3.7.4",
-    quick: Some(1),
-    full: 1,
+    short_seconds: Some(1),
+    full_seconds: 1,
     run: benchmark,
 };
 
@@ -26,8 +26,8 @@ const TRIALS: usize = 10_000;
 /// Reference pressure of the sheet's tolerances (kPa).
 const REFERENCE: f64 = 100.0;
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     cone_returns(&mut outcome)?;
     random_cone(&mut outcome)?;
     pyramid_returns(&mut outcome)?;
@@ -43,9 +43,9 @@ fn r1() -> Result<Elasticity, String> {
 }
 
 /// Random numbers in 0..1, the same in every run.
-pub(super) struct Random(pub u64);
+pub(super) struct RandomSequence(pub u64);
 
-impl Random {
+impl RandomSequence {
     pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
@@ -69,7 +69,7 @@ fn returned(law: &DruckerPrager, trial: SymTensor) -> Result<(SymTensor, f64), S
     Ok((new.stress, new.state.deviatoric))
 }
 
-fn cone_returns(outcome: &mut Outcome) -> Result<(), String> {
+fn cone_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let law = cone_law(10.0)?;
     let (stress, kappa) = returned(&law, SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]))?;
     let table = [
@@ -80,14 +80,14 @@ fn cone_returns(outcome: &mut Outcome) -> Result<(), String> {
         ("σ_yz", 4, 32.860_734),
     ];
     for (name, component, exact) in table {
-        outcome.near(format!("V-05 cone: {name} (kPa)"), exact, 2e-8, stress[component], DIGITS);
+        outcome.assert_close(format!("V-05 cone: {name} (kPa)"), exact, 2e-8, stress[component], DIGITS);
     }
-    outcome.near("V-05 cone: Δλ", 0.004_359_375_457, 1e-9, kappa * 3f64.sqrt(), DIGITS);
+    outcome.assert_close("V-05 cone: Δλ", 0.004_359_375_457, 1e-9, kappa * 3f64.sqrt(), DIGITS);
     let (apex, _) = returned(&law, SymTensor([60.0, 50.0, 40.0, 5.0, 0.0, 0.0]))?;
     for c in 0..3 {
-        outcome.near(format!("V-05 apex: σ_{} (kPa)", c + 1), 17.320_508_08, 1e-9, apex[c], DIGITS);
+        outcome.assert_close(format!("V-05 apex: σ_{} (kPa)", c + 1), 17.320_508_08, 1e-9, apex[c], DIGITS);
     }
-    outcome.near("V-05 apex: shear stress (kPa)", 0.0, 0.0, apex[3].abs(), "exactly none");
+    outcome.assert_close("V-05 apex: shear stress (kPa)", 0.0, 0.0, apex[3].abs(), "exactly none");
     Ok(())
 }
 
@@ -107,27 +107,27 @@ fn optimality(cone: &Cone, elasticity: &Elasticity, trial: &SymTensor, stress: &
     (deviator.norm() - multiplier / 2f64.sqrt()).max(0.0) / size
 }
 
-fn random_cone(outcome: &mut Outcome) -> Result<(), String> {
+fn random_cone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elasticity = r1()?;
     for dilatancy in [0.0, 10.0, 30.0] {
         let law = cone_law(dilatancy)?;
         let cone = law.cone_at(0.0);
-        let mut random = Random(7);
+        let mut random = RandomSequence(7);
         let (mut excess, mut optimal, mut plastic, mut apex) = (f64::NEG_INFINITY, 0f64, 0, 0);
         for _ in 0..TRIALS {
             let trial = SymTensor(std::array::from_fn(|c| {
                 if c < 3 { 600.0 * random.next() - 450.0 } else { 240.0 * random.next() - 120.0 }
             }));
             let (stress, _) = returned(&law, trial)?;
-            excess = larger(excess, cone.yield_value(stress.j2().sqrt(), stress.trace()));
+            excess = max_or_nan(excess, cone.yield_value(stress.j2().sqrt(), stress.trace()));
             if stress != trial {
                 plastic += 1;
                 apex += usize::from(stress.j2() == 0.0);
-                optimal = larger(optimal, optimality(&cone, &elasticity, &trial, &stress));
+                optimal = max_or_nan(optimal, optimality(&cone, &elasticity, &trial, &stress));
             }
         }
         let name = format!("V-05 {TRIALS} trials, ψ = {dilatancy}° ({plastic} plastic, {apex} to the apex)");
-        outcome.below(
+        outcome.assert_below(
             format!("{name}: largest f (kPa)"),
             "at most 1e-10 p_ref",
             excess,
@@ -135,7 +135,7 @@ fn random_cone(outcome: &mut Outcome) -> Result<(), String> {
             "the sheet's 10⁻¹⁰ of p_ref = 100 kPa",
         );
         if dilatancy == 30.0 {
-            outcome.below(
+            outcome.assert_below(
                 format!("{name}: largest KKT residual"),
                 "0",
                 optimal,
@@ -148,13 +148,13 @@ fn random_cone(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// A trial, the region it returns to, and the stress it returns to for ψ = 0, 10°, 30° with the digits' tolerance.
-type Row = ([f64; 3], Region, [([f64; 3], f64); 3]);
+type ReturnRow = ([f64; 3], YieldRegion, [([f64; 3], f64); 3]);
 
-fn pyramid_returns(outcome: &mut Outcome) -> Result<(), String> {
-    let table: [Row; 4] = [
+fn pyramid_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let table: [ReturnRow; 4] = [
         (
             [-50.0, -120.0, -400.0],
-            Region::Plane,
+            YieldRegion::Plane,
             [
                 ([-103.8397, -120.0, -346.1603], 6e-5),
                 ([-113.441_955_45, -131.522_651_39, -374.966_882_51], 6e-9),
@@ -163,7 +163,7 @@ fn pyramid_returns(outcome: &mut Outcome) -> Result<(), String> {
         ),
         (
             [-40.0, -45.0, -400.0],
-            Region::CompressionEdge,
+            YieldRegion::CompressionEdge,
             [
                 ([-90.0718, -90.0718, -304.8564], 6e-5),
                 ([-107.349_438_5, -107.349_438_5, -356.689_331_64], 6e-9),
@@ -172,25 +172,25 @@ fn pyramid_returns(outcome: &mut Outcome) -> Result<(), String> {
         ),
         (
             [-20.0, -300.0, -310.0],
-            Region::ExtensionEdge,
+            YieldRegion::ExtensionEdge,
             [
                 ([-80.1026, -274.9487, -274.9487], 6e-5),
                 ([-87.716_210_85, -297.789_648_71, -297.789_648_71], 6e-9),
                 ([-95.7292, -321.8287, -321.8287], 6e-5),
             ],
         ),
-        ([60.0, 50.0, 40.0], Region::Apex, [([17.320_508_08; 3], 6e-9); 3]),
+        ([60.0, 50.0, 40.0], YieldRegion::Apex, [([17.320_508_08; 3], 6e-9); 3]),
     ];
     let elasticity = r1()?;
-    let mut check = |trial: [f64; 3], psi: f64, region: Region, exact: [f64; 3], digits: f64| {
+    let mut check = |trial: [f64; 3], psi: f64, region: YieldRegion, exact: [f64; 3], digits: f64| {
         let pyramid = Pyramid::new(30f64.to_radians(), 10.0, psi.to_radians());
         let (stress, found) = pyramid.return_map(&elasticity, trial);
-        let mut worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).largest();
+        let mut worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).max_or_nan();
         if found != region {
             worst = f64::NAN;
         }
         let name = format!("V-08 {trial:?} kPa, ψ = {psi}°, to {region:?}: largest error (kPa)");
-        outcome.below(name, "0", worst, digits, DIGITS);
+        outcome.assert_below(name, "0", worst, digits, DIGITS);
     };
     for (trial, region, values) in table {
         for (psi, (exact, digits)) in [0.0, 10.0, 30.0].into_iter().zip(values) {
@@ -198,7 +198,7 @@ fn pyramid_returns(outcome: &mut Outcome) -> Result<(), String> {
         }
     }
     let near_apex = [16.188_396_02, 13.924_171_92, 13.924_171_92];
-    check([100.0, 20.0, -10.0], 10.0, Region::ExtensionEdge, near_apex, 6e-9);
+    check([100.0, 20.0, -10.0], 10.0, YieldRegion::ExtensionEdge, near_apex, 6e-9);
     let spec: MohrCoulombSpec = serde_json::from_value(json!({
         "density": 2.0, "youngs_modulus": 20e3, "poissons_ratio": 0.3, "friction_angle": 30.0, "cohesion": 10.0,
         "dilatancy_angle": 10.0
@@ -210,12 +210,12 @@ fn pyramid_returns(outcome: &mut Outcome) -> Result<(), String> {
     let old = Point { stress: trial, state: Default::default() };
     let new = law.update(&SymTensor::ZERO, &still, &old).map_err(|error| error.to_string())?.stress;
     let exact = SymTensor([-150.214_594, -337.741_476, -133.800_010, 88.636_360, 30.979_353, -8.603_396]);
-    let worst = (0..6).map(|c| (new[c] - exact[c]).abs()).largest();
-    outcome.below("V-08 full tensor, ψ = 10°: largest error (kPa)", "0", worst, 6e-7, DIGITS);
+    let worst = (0..6).map(|c| (new[c] - exact[c]).abs()).max_or_nan();
+    outcome.assert_below("V-08 full tensor, ψ = 10°: largest error (kPa)", "0", worst, 6e-7, DIGITS);
     Ok(())
 }
 
-fn cut_off_returns(outcome: &mut Outcome) -> Result<(), String> {
+fn cut_off_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (2.0, [20.0, -15.0, -20.0], [2.0, -22.714_286, -27.714_286]),
         (2.0, [25.0, -5.0, -20.0], [2.0, -14.492_305, -28.641_016]),
@@ -227,14 +227,14 @@ fn cut_off_returns(outcome: &mut Outcome) -> Result<(), String> {
     for (cut_off, trial, exact) in table {
         let pyramid = Pyramid::new(30f64.to_radians(), 10.0, 10f64.to_radians()).with_cut_off(Some(cut_off));
         let (stress, _) = pyramid.return_map(&elasticity, trial);
-        let worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).largest();
+        let worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).max_or_nan();
         let name = format!("V-08 cut-off at {cut_off} kPa, {trial:?} kPa: largest error (kPa)");
-        outcome.below(name, "0", worst, 6e-7, DIGITS);
+        outcome.assert_below(name, "0", worst, 6e-7, DIGITS);
     }
     Ok(())
 }
 
-fn prism_returns(outcome: &mut Outcome) -> Result<(), String> {
+fn prism_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let third = 1.0 / 3.0;
     let table = [
         ([30.0, -20.0, -60.0], [5.0, -20.0, -35.0]),
@@ -244,15 +244,15 @@ fn prism_returns(outcome: &mut Outcome) -> Result<(), String> {
     let (elasticity, prism) = (r1()?, Pyramid::new(0.0, 20.0, 0.0));
     for (trial, exact) in table {
         let (stress, _) = prism.return_map(&elasticity, trial);
-        let worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).largest();
+        let worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).max_or_nan();
         let name = format!("V-08 Tresca, {trial:?} kPa: largest error (kPa)");
-        outcome.below(name, "0", worst, 1e-12 * REFERENCE, "closed form");
+        outcome.assert_below(name, "0", worst, 1e-12 * REFERENCE, "closed form");
     }
     Ok(())
 }
 
 /// All six planes of a pyramid: at the apex those of the reversed order carry too.
-fn six_planes(pyramid: &Pyramid) -> [Plane; 6] {
+fn six_planes(pyramid: &Pyramid) -> [YieldPlane; 6] {
     let pairs = [[0, 2], [0, 1], [1, 2], [1, 0], [2, 1], [2, 0]];
     pairs.map(|[i, j]| {
         let along = |x: f64| {
@@ -260,13 +260,18 @@ fn six_planes(pyramid: &Pyramid) -> [Plane; 6] {
             (direction[i], direction[j]) = (x, -1.0);
             direction
         };
-        Plane { normal: along(pyramid.friction), offset: pyramid.strength, flow: along(pyramid.dilatancy) }
+        YieldPlane {
+            normal: along(pyramid.friction),
+            offset: pyramid.strength,
+            flow: along(pyramid.dilatancy),
+        }
     })
 }
 
-fn random_pyramid(outcome: &mut Outcome) -> Result<(), String> {
+fn random_pyramid(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elasticity = r1()?;
-    let regions = [Region::Plane, Region::CompressionEdge, Region::ExtensionEdge, Region::Apex];
+    let regions =
+        [YieldRegion::Plane, YieldRegion::CompressionEdge, YieldRegion::ExtensionEdge, YieldRegion::Apex];
     for (what, friction, cohesion, psi) in [
         ("ψ = 10°", 30f64, 10.0, 10f64),
         ("ψ = 0", 30.0, 10.0, 0.0),
@@ -275,7 +280,7 @@ fn random_pyramid(outcome: &mut Outcome) -> Result<(), String> {
     ] {
         let pyramid = Pyramid::new(friction.to_radians(), cohesion, psi.to_radians());
         let planes = six_planes(&pyramid);
-        let mut random = Random(7);
+        let mut random = RandomSequence(7);
         let mut worst = [(0f64, 0usize); 4];
         for _ in 0..TRIALS {
             let mut trial: [f64; 3] = std::array::from_fn(|_| 600.0 * random.next() - 500.0);
@@ -283,19 +288,19 @@ fn random_pyramid(outcome: &mut Outcome) -> Result<(), String> {
             let (stress, region) = pyramid.return_map(&elasticity, trial);
             let Some(at) = regions.iter().position(|r| *r == region) else { continue };
             // Isochoric flow reaches no apex: the general return has no set there (sheet: constitutive §3.7.3).
-            if region == Region::Apex && psi == 0.0 {
+            if region == YieldRegion::Apex && psi == 0.0 {
                 continue;
             }
             let set = active_set(&planes, &elasticity, trial).ok_or(format!("no set carries {trial:?}"))?;
             let other = return_to(&planes, set, &elasticity, trial);
-            let difference = (0..3).map(|c| (stress[c] - other[c]).abs()).largest();
-            worst[at] = (larger(worst[at].0, difference), worst[at].1 + 1);
+            let difference = (0..3).map(|c| (stress[c] - other[c]).abs()).max_or_nan();
+            worst[at] = (max_or_nan(worst[at].0, difference), worst[at].1 + 1);
         }
         for (region, (difference, count)) in regions.iter().zip(worst).filter(|(_, (_, n))| *n > 0) {
             let name =
                 format!("V-08 {what}, {count} of {TRIALS} trials to {region:?}: largest difference (kPa)");
             let reason = "the sheet's 10⁻⁹ of 100 kPa, against the general return of §3.7.3";
-            outcome.below(name, "0", difference, 1e-9 * REFERENCE, reason);
+            outcome.assert_below(name, "0", difference, 1e-9 * REFERENCE, reason);
         }
     }
     Ok(())

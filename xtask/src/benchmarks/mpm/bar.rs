@@ -5,24 +5,27 @@ use std::f64::consts::PI;
 use colluvium::case::RunReport;
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run, series, set};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, measure_series, reference_curve, reference_table, run_mpm,
+    set_mpm_option,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/bar",
     title: "Oscillating elastic bar: frequency, energy, order",
     source: "Bardenhagen 2002; sheet: mpm A-06, A-07",
-    quick: Some(7),
-    full: 7,
+    short_seconds: Some(7),
+    full_seconds: 7,
     run: benchmark,
 };
 
 const LENGTH: f64 = 25.0;
 const SPEED: f64 = 10.0;
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     vibration(&mut outcome)?;
     single_point(&mut outcome)?;
     consistent(&mut outcome)?;
@@ -32,36 +35,36 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 
 /// The first mode with two points a cell: the grid sees `(5 + 3 cos βh)/8` of the mass of the mode. With lumped mass the points feel
 /// that much less, with the consistent one more.
-fn consistent(outcome: &mut Outcome) -> Result<(), String> {
+fn consistent(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (beta, cell) = (PI / (2.0 * LENGTH), LENGTH / 13.0);
     let wave = (beta * cell).cos();
     let (stiffness, seen) = (2.0 * (SPEED / cell).powi(2) * (1.0 - wave), (5.0 + 3.0 * wave) / 8.0);
     for (mass, exact) in [("lumped", (stiffness * seen).sqrt()), ("consistent", (stiffness / seen).sqrt())] {
-        let mut case = case("mpm/bar")?;
-        set(&mut case, "points_per_cell", 2);
-        set(&mut case, "stress_update", "usl");
-        set(&mut case, "mass", mass);
-        set(&mut case, "courant", 0.02);
+        let mut case = load_case("mpm/bar")?;
+        set_mpm_option(&mut case, "points_per_cell", 2);
+        set_mpm_option(&mut case, "stress_update", "usl");
+        set_mpm_option(&mut case, "mass", mass);
+        set_mpm_option(&mut case, "courant", 0.02);
         case.bodies[0].velocity = colluvium::case::description::Velocity::Sine {
             amplitude: vec![1e-4],
             wave_vector: vec![beta],
             phase: 0.0,
         };
         case.stages[0].duration = 42.0;
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         let name = format!("{mass} mass, 13 cells of two points: frequency (rad/s)");
         let reason = "0.02 % of that of the discrete equations; 0.6283 in the continuum";
-        outcome.near(name, exact, 2e-4, frequency(&series(&report, "momentum.x")), reason);
+        outcome.assert_close(name, exact, 2e-4, frequency(&measure_series(&report, "momentum.x")), reason);
     }
     Ok(())
 }
 
 /// The first mode under Rayleigh damping: `e^{-ζt}(cos ω_d t - (ζ/ω_d) sin ω_d t)` with `ζ = λ α_R/2` and `λ = cos²(βh/2)`, what the
 /// grid sees of the mode.
-fn damped(outcome: &mut Outcome) -> Result<(), String> {
+fn damped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (beta, cell, damping) = (PI / (2.0 * LENGTH), LENGTH / 13.0, 0.2);
-    let mut case = case("mpm/bar")?;
-    set(&mut case, "courant", 0.01);
+    let mut case = load_case("mpm/bar")?;
+    set_mpm_option(&mut case, "courant", 0.01);
     case.bodies[0].velocity = colluvium::case::description::Velocity::Sine {
         amplitude: vec![1e-4],
         wave_vector: vec![beta],
@@ -69,19 +72,19 @@ fn damped(outcome: &mut Outcome) -> Result<(), String> {
     };
     case.stages[0].duration = 20.0;
     case.stages[0].rayleigh_damping = damping;
-    let report = run(&case)?;
+    let report = run_mpm(&case)?;
     let decay = 0.5 * damping * (0.5 * beta * cell).cos().powi(2);
     let own = SPEED / cell * (beta * cell).sin();
     let omega = (own * own - decay * decay).sqrt();
-    let momentum = series(&report, "momentum.x");
+    let momentum = measure_series(&report, "momentum.x");
     let error = momentum.iter().map(|(t, p)| {
         let exact = (-decay * t).exp() * ((omega * t).cos() - decay / omega * (omega * t).sin());
         (p / momentum[0].1 - exact).abs()
     });
-    outcome.below(
+    outcome.assert_below(
         "Rayleigh damping of 0.2/s: largest error of the velocity over 20 s, over the first",
         "0",
-        error.largest(),
+        error.max_or_nan(),
         3e-3,
         "closed form of the damped oscillator; the step and the other modes of the start",
     );
@@ -89,7 +92,7 @@ fn damped(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// A bar of 13, 26 and 52 cells in its first mode (A-07).
-fn vibration(outcome: &mut Outcome) -> Result<(), String> {
+fn vibration(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let beta = PI / (2.0 * LENGTH);
     let omega = beta * SPEED;
     let amplitude = 0.1 / (beta * LENGTH);
@@ -101,48 +104,48 @@ fn vibration(outcome: &mut Outcome) -> Result<(), String> {
     };
     let mut errors = Vec::new();
     for cells in [13usize, 26, 52] {
-        let mut case = case("mpm/bar")?;
+        let mut case = load_case("mpm/bar")?;
         let cell = LENGTH / cells as f64;
-        set(&mut case, "cell_size", cell);
-        let report = run(&case)?;
+        set_mpm_option(&mut case, "cell_size", cell);
+        let report = run_mpm(&case)?;
         let mass = report.start.mass;
         let velocity: Vec<(f64, f64)> =
-            series(&report, "momentum.x").into_iter().map(|(t, p)| (t, p / mass)).collect();
-        let error = velocity.iter().map(|(t, v)| (v - amplitude * (omega * t).cos()).abs()).largest();
+            measure_series(&report, "momentum.x").into_iter().map(|(t, p)| (t, p / mass)).collect();
+        let error = velocity.iter().map(|(t, v)| (v - amplitude * (omega * t).cos()).abs()).max_or_nan();
         errors.push(error / amplitude);
         let discrete = SPEED / cell * (beta * cell).sin();
         let name = format!("{cells} cells: frequency (rad/s)");
         let reason = "the sheet's 0.05 % of the frequency of the discrete equations, (c/h) sin(βh)";
-        outcome.near(name, discrete, 5e-4, frequency(&velocity), reason);
+        outcome.assert_close(name, discrete, 5e-4, frequency(&velocity), reason);
         if cells == 13 {
-            let energy: Vec<f64> = series(&report, "kinetic_energy")
+            let energy: Vec<f64> = measure_series(&report, "kinetic_energy")
                 .into_iter()
-                .zip(series(&report, "elastic_energy"))
+                .zip(measure_series(&report, "elastic_energy"))
                 .map(|(k, e)| (k.1 + e.1) / (report.start.kinetic + report.start.elastic))
                 .collect();
             let (low, high) = energy.iter().fold((f64::MAX, f64::MIN), |(a, b), e| (a.min(*e), b.max(*e)));
-            outcome.within(
+            outcome.assert_within(
                 "13 cells: least energy over the first",
                 "0.99 to 1.01",
                 low,
                 (0.99, 1.01),
                 "the sheet's band",
             );
-            outcome.within(
+            outcome.assert_within(
                 "13 cells: largest energy over the first",
                 "0.99 to 1.01",
                 high,
                 (0.99, 1.01),
                 "the sheet's band",
             );
-            let exact = curve(&reference("mpm/bar/first-mode.csv")?, "time", "velocity")?;
+            let exact = reference_curve(&reference_table("mpm/bar/first-mode.csv")?, "time", "velocity")?;
             chart.series.push(Series::new("closed form", exact, Style::Dashed));
         }
         let late = velocity.iter().filter(|p| p.0 > 60.0).copied().collect();
         chart.series.push(Series::new(format!("{cells} cells"), late, Style::Line));
     }
     let bound = "0.17 of the amplitude: the phase error of the discrete frequency after 100 s";
-    outcome.below(
+    outcome.assert_below(
         "13 cells: largest velocity error over the amplitude",
         "0.160 (sheet's prototype)",
         errors[0],
@@ -151,7 +154,7 @@ fn vibration(outcome: &mut Outcome) -> Result<(), String> {
     );
     for (pair, name) in errors.windows(2).zip(["13 to 26 cells", "26 to 52 cells"]) {
         let order = (pair[0] / pair[1]).log2();
-        outcome.within(
+        outcome.assert_within(
             format!("order of convergence, {name}"),
             "2",
             order,
@@ -179,7 +182,7 @@ fn frequency(signal: &[(f64, f64)]) -> f64 {
 }
 
 /// One point in one cell (A-06): the three stress updates and their energy.
-fn single_point(outcome: &mut Outcome) -> Result<(), String> {
+fn single_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let omega = 2.0 * PI;
     let mut chart = LineChart {
         title: "One point in one cell".into(),
@@ -188,7 +191,7 @@ fn single_point(outcome: &mut Outcome) -> Result<(), String> {
         ..LineChart::default()
     };
     for scheme in ["musl", "usl", "usf"] {
-        let mut case = case("mpm/bar")?;
+        let mut case = load_case("mpm/bar")?;
         case.title = format!("one point, {scheme}");
         case.domain.max = vec![1.0];
         let shape = serde_json::json!({ "kind": "box", "min": [0.0], "max": [1.0] });
@@ -203,10 +206,10 @@ fn single_point(outcome: &mut Outcome) -> Result<(), String> {
         case.stages[0].duration = 10.0;
         case.output.measures = Some(0.01);
         case.output.frames = Some(0.01);
-        set(&mut case, "cell_size", 1.0);
-        set(&mut case, "time_step", 1e-3);
-        set(&mut case, "stress_update", scheme);
-        let report = run(&case)?;
+        set_mpm_option(&mut case, "cell_size", 1.0);
+        set_mpm_option(&mut case, "time_step", 1e-3);
+        set_mpm_option(&mut case, "stress_update", scheme);
+        let report = run_mpm(&case)?;
         if scheme == "musl" {
             position(outcome, &report);
         }
@@ -214,38 +217,38 @@ fn single_point(outcome: &mut Outcome) -> Result<(), String> {
         let name = format!("single point, {scheme}: energy at 10 s");
         if scheme == "usl" {
             let exact = (-omega * omega * 1e-3 * 10.0f64).exp();
-            outcome.near(name, exact, 5e-3, energy, "the sheet's 0.5 % around exp(-ω² Δt t)");
+            outcome.assert_close(name, exact, 5e-3, energy, "the sheet's 0.5 % around exp(-ω² Δt t)");
         } else {
-            outcome.near(name, 1.0, 1e-4, energy, "the sheet's 10⁻⁴");
+            outcome.assert_close(name, 1.0, 1e-4, energy, "the sheet's 10⁻⁴");
         }
-        let total = series(&report, "kinetic_energy")
+        let total = measure_series(&report, "kinetic_energy")
             .into_iter()
-            .zip(series(&report, "elastic_energy"))
+            .zip(measure_series(&report, "elastic_energy"))
             .map(|(k, e)| (k.0, (k.1 + e.1) / report.start.kinetic))
             .collect();
         chart.series.push(Series::new(scheme, total, Style::Line));
     }
-    let decay = curve(&reference("mpm/bar/energy-usl.csv")?, "time", "energy")?;
+    let decay = reference_curve(&reference_table("mpm/bar/energy-usl.csv")?, "time", "energy")?;
     chart.series.push(Series::new("exp(-ω² Δt t)", decay, Style::Dashed));
     outcome.svg("Updating stress last from the solved velocities loses energy; the other two do not.", &chart)
 }
 
 /// Where the single point is, against two problems: that of the sheet, in which the point keeps its volume, and
 /// ours, in which the volume follows the deformation. The first has a closed form; the second is integrated here.
-fn position(outcome: &mut Outcome, report: &RunReport) {
+fn position(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     let omega = 2.0 * PI;
     let largest = |exact: &dyn Fn(f64) -> f64| {
         let error = |frame: &colluvium::case::Snapshot| (frame.positions[0][0] - exact(frame.time)).abs();
-        report.frames.iter().map(error).largest()
+        report.frames.iter().map(error).max_or_nan()
     };
-    outcome.show(
+    outcome.info(
         "single point, musl: largest error of position, volume kept (m)",
         "5e-5 (prototype 1.3e-5)",
         largest(&|t| 0.5 * (0.1 / omega * (omega * t).sin()).exp()),
         "known deviation, not judged: the sheet's problem keeps the volume of the point, ours lets it follow the \
          deformation, which is another oscillator",
     );
-    outcome.below(
+    outcome.assert_below(
         "single point, musl: largest error of position, volume that follows (m)",
         "5e-5",
         largest(&|t| 0.5 * stretching_point(omega, 0.1, t).exp()),

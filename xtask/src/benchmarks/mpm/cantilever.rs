@@ -4,15 +4,15 @@ use colluvium::case::{Case, Snapshot, description::Load};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use crate::benchmarks::{Benchmark, Outcome, case, run, set, vectors};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, set_mpm_option, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/cantilever",
     title: "Cantilever at large deflection: convected domains against the elastica",
     source: "Sadeghirad et al. 2011 and others; sheet: mpm S-07, elastica",
-    quick: None,
-    full: 340,
+    short_seconds: None,
+    full_seconds: 340,
     run: benchmark,
 };
 
@@ -27,14 +27,14 @@ const CELL: f64 = 0.25;
 
 /// What bends the beam.
 #[derive(Clone, Copy)]
-enum Bending {
+enum CantileverLoad {
     /// A load `PL²/EI` at the tip.
     Tip(f64),
     /// Its weight `qL³/EI`.
     Weight(f64),
 }
 
-impl Bending {
+impl CantileverLoad {
     fn name(self) -> String {
         match self {
             Self::Tip(load) => format!("PL²/EI = {load}"),
@@ -51,8 +51,8 @@ impl Bending {
     }
 }
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Deflected axis".into(),
         x_label: "along the beam at rest (m)".into(),
@@ -60,16 +60,16 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         ..LineChart::default()
     };
     for (bending, down, across) in [
-        (Bending::Tip(0.25), 0.082_746, 0.004_118),
-        (Bending::Tip(0.5), 0.162_144, 0.015_919),
-        (Bending::Tip(1.0), 0.301_721, 0.056_433),
-        (Bending::Tip(2.0), 0.493_457, 0.160_642),
-        (Bending::Weight(1.0), 0.123_471, 0.008_754),
-        (Bending::Weight(2.0), 0.238_507, 0.033_107),
+        (CantileverLoad::Tip(0.25), 0.082_746, 0.004_118),
+        (CantileverLoad::Tip(0.5), 0.162_144, 0.015_919),
+        (CantileverLoad::Tip(1.0), 0.301_721, 0.056_433),
+        (CantileverLoad::Tip(2.0), 0.493_457, 0.160_642),
+        (CantileverLoad::Weight(1.0), 0.123_471, 0.008_754),
+        (CantileverLoad::Weight(2.0), 0.238_507, 0.033_107),
     ] {
         let load = bending.name();
         let exact = elastica(bending);
-        outcome.near(
+        outcome.assert_close(
             format!("elastica, {load}: w/L"),
             down,
             1e-5,
@@ -78,14 +78,14 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         );
         chart.series.push(Series::new(format!("elastica, {load}"), exact, Style::Dashed));
         let (axis, tip) = deflected(bending, CELL)?;
-        outcome.near(format!("{load}, cells of {CELL} m: w/L"), down, 0.03, tip[1], "the sheet: 3 %");
+        outcome.assert_close(format!("{load}, cells of {CELL} m: w/L"), down, 0.03, tip[1], "the sheet: 3 %");
         let name = format!("{load}, cells of {CELL} m: u/L");
-        outcome.show(name, &format!("{across}"), tip[0], "the sheet judges w/L");
+        outcome.info(name, &format!("{across}"), tip[0], "the sheet judges w/L");
         chart.series.push(Series::new(format!("CPDI, {load}"), axis, Style::Line));
-        if matches!(bending, Bending::Tip(1.0)) {
+        if matches!(bending, CantileverLoad::Tip(1.0)) {
             let (_, coarse) = deflected(bending, 2.0 * CELL)?;
             let error = |tip: [f64; 2]| (tip[1] / down - 1.0).abs();
-            outcome.below(
+            outcome.assert_below(
                 format!("{load}: error of w/L, cells halved, over that before"),
                 "below 1",
                 error(tip) / error(coarse),
@@ -99,20 +99,20 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// Places along a line and down from it (m).
-type Line = Vec<(f64, f64)>;
+type DeflectionLine = Vec<(f64, f64)>;
 
 /// The case with its load. The points of the last column of cells carry the one at the tip, each of their three layers a
 /// body whose outermost points it is.
-fn loaded(bending: Bending, cell: f64) -> Result<Case, String> {
-    let mut case = case("mpm/cantilever")?;
-    set(&mut case, "cell_size", cell);
+fn loaded(bending: CantileverLoad, cell: f64) -> Result<Case, String> {
+    let mut case = load_case("mpm/cantilever")?;
+    set_mpm_option(&mut case, "cell_size", cell);
     let edge = |body: usize| if body == 0 { 0.0 } else { LENGTH - cell * (4 - body) as f64 / 3.0 };
     for (number, body) in case.bodies.iter_mut().enumerate() {
         let shape = json!({ "kind": "box", "min": [edge(number), 0.0], "max": [edge(number + 1), HEIGHT] });
         body.shape = serde_json::from_value(shape).map_err(|error| error.to_string())?;
     }
     match bending {
-        Bending::Tip(load) => {
+        CantileverLoad::Tip(load) => {
             let force = load * STIFFNESS / (LENGTH * LENGTH);
             for of_case in &mut case.loads {
                 if let Load::Traction { value, .. } = of_case {
@@ -120,7 +120,7 @@ fn loaded(bending: Bending, cell: f64) -> Result<Case, String> {
                 }
             }
         }
-        Bending::Weight(load) => {
+        CantileverLoad::Weight(load) => {
             case.loads.clear();
             case.gravity = vec![0.0, -load * STIFFNESS / (MASS * LENGTH.powi(3))];
         }
@@ -129,8 +129,8 @@ fn loaded(bending: Bending, cell: f64) -> Result<Case, String> {
 }
 
 /// Axis of the deflected beam (m), and shortening and deflection of its tip over the length.
-fn deflected(bending: Bending, cell: f64) -> Result<(Line, [f64; 2]), String> {
-    let report = run(&loaded(bending, cell)?)?;
+fn deflected(bending: CantileverLoad, cell: f64) -> Result<(DeflectionLine, [f64; 2]), String> {
+    let report = run_mpm(&loaded(bending, cell)?)?;
     let axis = axis(&report.snapshot);
     // From the last two columns of points to the end of the beam.
     let [.., (x1, a), (x2, b)] = axis[..] else { return Err("no points".into()) };
@@ -158,7 +158,7 @@ fn axis(snapshot: &Snapshot) -> Vec<(f64, [f64; 2])> {
 
 /// Axis (m) of `EI θ'' = -P cos θ`, or `-q (L - s) cos θ`, with `θ(0) = 0`, `θ'(L) = 0`, downwards: shooting for the
 /// curvature at the wall, fourth-order Runge–Kutta.
-fn elastica(bending: Bending) -> Vec<(f64, f64)> {
+fn elastica(bending: CantileverLoad) -> Vec<(f64, f64)> {
     let steps = 2000;
     let shoot = |curvature: f64| {
         let ds = 1.0 / f64::from(steps);

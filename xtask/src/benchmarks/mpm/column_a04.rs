@@ -5,16 +5,19 @@ use std::collections::BTreeMap;
 use colluvium::case::{Case, RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::analysis::{Largest, crest};
-use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run, series, set, stresses, vectors};
+use crate::analysis::{MaxOrNan, crest};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, measure_series, reference_curve, reference_table, run_mpm,
+    set_mpm_option, stresses, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-a04",
     title: "Column collapse, a = 0.4: standard MPM against GIMP",
     source: "K. Kumar, Multi-scale multiphase modelling of granular flows, Cambridge 2015, ch. 3 and 4; sheet: mpm S-02",
-    quick: Some(56),
-    full: 1700,
+    short_seconds: Some(56),
+    full_seconds: 1700,
     run: benchmark,
 };
 
@@ -42,8 +45,8 @@ fn scale() -> f64 {
     (HEIGHT / 9.81).sqrt()
 }
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = published()?;
     if quick {
         start(&mut outcome, &mut chart, 0.002, None, &[1.0])?;
@@ -66,7 +69,7 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
 /// The whole collapse by both methods: (iii), (iv) and the end of (ii). The sheet's grid is 1 mm, and its bands for
 /// (iv) come from grids of 2 mm and 4 mm; `compare` says whether the methods are judged against each other.
 fn whole(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,
     cell: f64,
     bases: &[(f64, &str)],
@@ -92,23 +95,23 @@ fn whole(
     let name = format!("(ii) cells of {mm} mm: MPM against GIMP, final run-out, relative");
     let difference = (run_out(mpm) / run_out(gimp) - 1.0).abs();
     if compare {
-        outcome.below(name, "within 8 %", difference, 0.08, "the sheet's bound");
+        outcome.assert_below(name, "within 8 %", difference, 0.08, "the sheet's bound");
     } else {
         let reason =
             "not judged on this grid: the sheet's is 1 mm, and the front is counted in columns of cells";
-        outcome.show(name, "within 8 %", difference, reason);
+        outcome.info(name, "within 8 %", difference, reason);
     }
     let name = format!("(ii) cells of {mm} mm: MPM against GIMP, final 99.9 % quantile, relative");
     let difference = (quantile(mpm, 6.0) / quantile(gimp, 6.0) - 1.0).abs();
-    outcome.below(name, "within 8 %", difference, 0.08, "the sheet's bound");
+    outcome.assert_below(name, "within 8 %", difference, 0.08, "the sheet's bound");
     show_noise(outcome, &reports, cell);
     Ok(())
 }
 
 /// (iv)
-fn level(outcome: &mut Outcome, label: &str, report: &RunReport, band: (f64, f64)) {
+fn level(outcome: &mut BenchmarkOutcome, label: &str, report: &RunReport, band: (f64, f64)) {
     let claim = format!("{} to {}", band.0, band.1);
-    outcome.within(
+    outcome.assert_within(
         format!("(iv) {label}: final run-out over L₀"),
         &claim,
         run_out(report),
@@ -116,7 +119,7 @@ fn level(outcome: &mut Outcome, label: &str, report: &RunReport, band: (f64, f64
         "the sheet's band for FLIP with stress updated last, from an independent prototype; front by its binding \
          definition (§3.9)",
     );
-    outcome.within(
+    outcome.assert_within(
         format!("(iv) {label}: final run-out over L₀ by the 99.9 % quantile"),
         &claim,
         quantile(report, 6.0),
@@ -133,12 +136,12 @@ fn quantile(report: &RunReport, time: f64) -> f64 {
 /// That measure at `time` times `sqrt(H/g)`.
 fn at(report: &RunReport, measure: &str, time: f64) -> f64 {
     let near = |(t, _): &(f64, f64)| (t / scale() - time).abs() < 1e-3;
-    series(report, measure).into_iter().find(near).map_or(f64::NAN, |(_, value)| value)
+    measure_series(report, measure).into_iter().find(near).map_or(f64::NAN, |(_, value)| value)
 }
 
 /// The column on cells of edge `cell` (m), for `duration` times `sqrt(H/g)`.
 fn column(shape: &str, cell: f64, friction: f64, duration: f64) -> Result<RunReport, String> {
-    run(&column_case(shape, cell, friction, duration, None)?)
+    run_mpm(&column_case(shape, cell, friction, duration, None)?)
 }
 
 /// With that step (s), or that of the case's Courant number.
@@ -149,17 +152,17 @@ fn column_case(
     duration: f64,
     step: Option<f64>,
 ) -> Result<Case, String> {
-    let mut case = case("mpm/column-a04")?;
-    set(&mut case, "shape", shape);
-    set(&mut case, "cell_size", cell);
+    let mut case = load_case("mpm/column-a04")?;
+    set_mpm_option(&mut case, "shape", shape);
+    set_mpm_option(&mut case, "cell_size", cell);
     if let Some(step) = step {
-        set(&mut case, "time_step", step);
+        set_mpm_option(&mut case, "time_step", step);
     }
     if shape == "linear" {
         // P-02: with stress updated last, points that reach into a node by less than half the square of the Courant
         // number overshoot (docs/theory/mpm.md, limits).
         let courant = if step.is_some() { STEP_COURANT } else { COURANT };
-        set(&mut case, "node_mass_cutoff", 0.5 * courant * courant);
+        set_mpm_option(&mut case, "node_mass_cutoff", 0.5 * courant * courant);
     }
     let wall = serde_json::json!({ "kind": "frictional", "friction_coefficient": friction });
     case.boundaries[1].wall = serde_json::from_value(wall).map_err(|error| error.to_string())?;
@@ -170,11 +173,15 @@ fn column_case(
 
 /// The published curves.
 fn published() -> Result<LineChart, String> {
-    let table = reference("mpm/column-a04/reference.csv")?;
+    let table = reference_table("mpm/column-a04/reference.csv")?;
     let labels = [("gimp_16", "GIMP, 16 points"), ("mpm_16", "MPM, 16 points"), ("gimp_4", "GIMP, 4 points")];
     let mut series = Vec::new();
     for (column, label) in labels {
-        series.push(Series::new(format!("{label} (source)"), curve(&table, "time", column)?, Style::Markers));
+        series.push(Series::new(
+            format!("{label} (source)"),
+            reference_curve(&table, "time", column)?,
+            Style::Markers,
+        ));
     }
     Ok(LineChart {
         title: "Column with a = 0.4".into(),
@@ -187,7 +194,7 @@ fn published() -> Result<LineChart, String> {
 
 /// Run-out over initial length against time over `sqrt(H/g)`, the front by the binding definition (sheet: mpm §3.9).
 fn advance(report: &RunReport) -> Vec<(f64, f64)> {
-    series(report, "front").into_iter().map(|(t, value)| (t / scale(), value)).collect()
+    measure_series(report, "front").into_iter().map(|(t, value)| (t / scale(), value)).collect()
 }
 
 /// Run-out over initial length at the end.
@@ -198,7 +205,7 @@ fn run_out(report: &RunReport) -> f64 {
 /// The start of the collapse, to the last of `times` (in `sqrt(H/g)`): (i) and the first part of (ii). With the source's
 /// step or with that of the case's Courant number.
 fn start(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,
     cell: f64,
     step: Option<f64>,
@@ -207,8 +214,8 @@ fn start(
     let mm = cell * 1e3;
     let mut reports = Vec::new();
     for (shape, method) in METHODS {
-        let report = run(&column_case(shape, cell, 0.466, times[times.len() - 1], step)?)?;
-        outcome.within(
+        let report = run_mpm(&column_case(shape, cell, 0.466, times[times.len() - 1], step)?)?;
+        outcome.assert_within(
             format!("(i) {method}, cells of {mm} mm: run-out over L₀ at sqrt(H/g)"),
             "0.14 ± 0.03",
             at(&report, "front", 1.0),
@@ -217,7 +224,7 @@ fn start(
         );
         let name =
             format!("(i) {method}, cells of {mm} mm: run-out over L₀ at sqrt(H/g) by the 99.9 % quantile");
-        outcome.within(name, "0.14 ± 0.03", quantile(&report, 1.0), (0.11, 0.17), "the sheet's band");
+        outcome.assert_within(name, "0.14 ± 0.03", quantile(&report, 1.0), (0.11, 0.17), "the sheet's band");
         let name = format!("{method}, ours, {mm} mm");
         chart.series.push(Series::new(name, advance(&report), Style::Line));
         reports.push(report);
@@ -231,10 +238,10 @@ fn start(
             let [mpm, gimp] = [0, 1].map(|method: usize| at(&reports[method], measure, time));
             let difference = (mpm / gimp - 1.0).abs();
             if resolved {
-                outcome.below(name, "within 3 %", difference, 0.03, "the sheet's bound");
+                outcome.assert_below(name, "within 3 %", difference, 0.03, "the sheet's bound");
             } else {
                 let reason = "not judged on this grid: 3 % is less than the distance between points; the sheet's is 1 mm";
-                outcome.show(name, "within 3 %", difference, reason);
+                outcome.info(name, "within 3 %", difference, reason);
             }
         }
     }
@@ -242,10 +249,16 @@ fn start(
 }
 
 /// (iii)
-fn crest_check(outcome: &mut Outcome, label: &str, report: &RunReport, cell: f64) {
+fn crest_check(outcome: &mut BenchmarkOutcome, label: &str, report: &RunReport, cell: f64) {
     let height = crest(&report.snapshot, 2.0 * cell) / HEIGHT;
     let reason = "the sheet's bound: the deposit is truncated";
-    outcome.within(format!("(iii) {label}: crest over H₀"), "at least 0.97", height, (0.97, 1.01), reason);
+    outcome.assert_within(
+        format!("(iii) {label}: crest over H₀"),
+        "at least 0.97",
+        height,
+        (0.97, 1.01),
+        reason,
+    );
 }
 
 /// (v): RMS (Pa) of the vertical stress about its mean in each cell, over the points that `wanted` keeps.
@@ -264,7 +277,7 @@ fn noise(snapshot: &Snapshot, cell: f64, wanted: impl Fn(&[f64; 3]) -> bool) -> 
     (sum / count as f64).sqrt()
 }
 
-fn show_noise(outcome: &mut Outcome, reports: &[(&str, RunReport)], cell: f64) {
+fn show_noise(outcome: &mut BenchmarkOutcome, reports: &[(&str, RunReport)], cell: f64) {
     let core = |x: &[f64; 3]| x[0] < 0.3 * LENGTH && x[1] < 0.5 * HEIGHT;
     let flowed = |x: &[f64; 3]| x[0] > LENGTH;
     for (method, report) in reports {
@@ -272,11 +285,11 @@ fn show_noise(outcome: &mut Outcome, reports: &[(&str, RunReport)], cell: f64) {
                       cross cells cannot show there";
         let name = format!("(v) {method}, cells of {} mm: noise of the vertical stress", cell * 1e3);
         let at_rest = noise(&report.snapshot, cell, core);
-        outcome.show(format!("{name}, core (Pa)"), "MPM at least twice GIMP", at_rest, reason);
+        outcome.info(format!("{name}, core (Pa)"), "MPM at least twice GIMP", at_rest, reason);
         let places = report.snapshot.positions.iter().zip(vectors(&report.snapshot, "displacement"));
-        let largest = places.filter(|(x, _)| core(x)).map(|(_, u)| u[0].hypot(u[1])).largest();
+        let largest = places.filter(|(x, _)| core(x)).map(|(_, u)| u[0].hypot(u[1])).max_or_nan();
         let name_of_move = format!("(v) {method}: largest displacement in the core over the cell size");
-        outcome.show(
+        outcome.info(
             name_of_move,
             "none",
             largest / cell,
@@ -284,22 +297,22 @@ fn show_noise(outcome: &mut Outcome, reports: &[(&str, RunReport)], cell: f64) {
         );
         let moved = noise(&report.snapshot, cell, flowed);
         let reason = "beside it, for the part that has flowed beyond L₀ and crossed cells";
-        outcome.show(format!("{name}, beyond L₀ (Pa)"), "none", moved, reason);
+        outcome.info(format!("{name}, beyond L₀ (Pa)"), "none", moved, reason);
     }
 }
 
 /// The published figure, with the dissipation to which the sheet calibrates: its prototype ends at 0.69 and 0.61 with rates
 /// of 100/s and 150/s on cells of 4 mm.
-fn calibrated(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String> {
+fn calibrated(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let (name, report) = dissipative(chart, 0.004, 3e-5, 6.0)?;
-    outcome.near(
+    outcome.assert_close(
         format!("{name} final 99.9 % quantile over L₀"),
         0.656,
         0.15,
         quantile(&report, 6.0),
         "the sheet's 15 %, by the quantile, by which its prototype is calibrated",
     );
-    outcome.show(
+    outcome.info(
         format!("{name} final run-out over L₀"),
         "0.656",
         run_out(&report),
@@ -309,9 +322,9 @@ fn calibrated(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String
 }
 
 /// The start of the published figure on its own grid of 1 mm, with the same dissipation.
-fn calibrated_start(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String> {
+fn calibrated_start(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let (name, report) = dissipative(chart, 0.001, 8e-6, 1.0)?;
-    outcome.within(
+    outcome.assert_within(
         format!("{name} run-out over L₀ at sqrt(H/g)"),
         "0.135 (published), 0.14 ± 0.03",
         run_out(&report),
@@ -330,8 +343,8 @@ fn dissipative(
 ) -> Result<(String, RunReport), String> {
     let (mm, rate) = (cell * 1e3, DISSIPATION / (cell * cell));
     let mut case = column_case("ugimp", cell, 0.466, duration, Some(dt))?;
-    set(&mut case, "flip", 1.0 - rate * dt);
-    let report = run(&case)?;
+    set_mpm_option(&mut case, "flip", 1.0 - rate * dt);
+    let report = run_mpm(&case)?;
     chart.series.push(Series::new(
         format!("GIMP, ours, {mm} mm, λ = {rate:.0}/s"),
         advance(&report),

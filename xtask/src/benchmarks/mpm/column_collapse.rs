@@ -4,29 +4,32 @@ use colluvium::case::Case;
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
 use crate::analysis::crest;
-use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run, series, set};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, measure_series, reference_curve, reference_table, run_mpm,
+    set_mpm_option,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-collapse",
     title: "Planar granular column collapse, MPM and GIMP",
     source: "Lube et al. 2005; Lajeunesse et al. 2005; sheet: mpm A-27",
-    quick: Some(64),
-    full: 250,
+    short_seconds: Some(64),
+    full_seconds: 250,
     run: benchmark,
 };
 
 const WIDTH: f64 = 0.1;
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     sand(&mut outcome, quick)?;
     Ok(outcome)
 }
 
 /// The sand column of the case, with another aspect ratio.
 fn sand_column(aspect: f64) -> Result<Case, String> {
-    let mut case = case("mpm/column-collapse")?;
+    let mut case = load_case("mpm/column-collapse")?;
     let height = aspect * WIDTH;
     let shape = serde_json::json!({ "kind": "box", "min": [0.0, 0.0], "max": [WIDTH, height] });
     case.bodies[0].shape = serde_json::from_value(shape).map_err(|error| error.to_string())?;
@@ -39,7 +42,7 @@ fn sand_column(aspect: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-fn sand(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
+fn sand(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let aspects: &[f64] = if quick { &[0.5, 1.0, 2.0] } else { &[0.5, 1.0, 2.0, 4.0, 6.0] };
     let mut laws = run_out_laws()?;
     let (mut ours, mut fronts) = (Vec::new(), Vec::new());
@@ -51,12 +54,12 @@ fn sand(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
     };
     for &aspect in aspects {
         let case = sand_column(aspect)?;
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         let scale = (aspect * WIDTH / 9.81).sqrt();
-        let run_out = series(&report, "run_out");
+        let run_out = measure_series(&report, "run_out");
         let end = run_out.last().map_or(f64::NAN, |l| l.1);
         ours.push((aspect, end));
-        let front = series(&report, "front").last().map_or(f64::NAN, |row| row.1);
+        let front = measure_series(&report, "front").last().map_or(f64::NAN, |row| row.1);
         fronts.push((aspect, front));
         let name = format!("GIMP, a = {aspect}: run-out over initial width");
         // The sheet's prototype, which has 0.71, 1.85 and 3.95, leaves the band at a = 2 by this measure as well.
@@ -64,19 +67,32 @@ fn sand(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
         judge(outcome, name, aspect, end);
         let stopped = run_out.iter().find(|(_, r)| *r > 0.98 * end).map_or(f64::NAN, |(t, _)| t / scale);
         let name = format!("GIMP, a = {aspect}: duration over sqrt(H/g)");
-        outcome.within(name, "3 to 5", stopped, (3.0, 5.0), "the sheet's band; experiments give about 3.3");
+        outcome.assert_within(
+            name,
+            "3 to 5",
+            stopped,
+            (3.0, 5.0),
+            "the sheet's band; experiments give about 3.3",
+        );
         let height = crest(&report.snapshot, 0.005);
         if aspect <= 1.0 {
             let name = format!("GIMP, a = {aspect}: height at the wall over initial height");
             let reason = "Lube et al.: below a = 1.15 the crest is not disturbed; prototype 0.98";
-            outcome.within(name, "1 (prototype 0.98)", height / (aspect * WIDTH), (0.95, 1.01), reason);
+            outcome.assert_within(
+                name,
+                "1 (prototype 0.98)",
+                height / (aspect * WIDTH),
+                (0.95, 1.01),
+                reason,
+            );
         }
         let points = run_out.iter().map(|(t, r)| (t / scale, *r)).collect();
         advance.series.push(Series::new(format!("a = {aspect}"), points, Style::Line));
         if aspect == 1.0 {
-            let cloud = PointCloud::of(&report.snapshot, "displacement", [0, 1]).ok_or("no displacement")?;
+            let cloud = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1])
+                .ok_or("no displacement")?;
             outcome.png("Deposit of the column with a = 1, coloured by displacement.", &cloud)?;
-            outcome.near(
+            outcome.assert_close(
                 "GIMP, a = 1: mass at the end over the start",
                 1.0,
                 1e-12,
@@ -96,7 +112,7 @@ fn sand(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
 }
 
 /// The sheet's bands of the run-out over the initial width.
-fn judge(outcome: &mut Outcome, name: String, aspect: f64, run_out: f64) {
+fn judge(outcome: &mut BenchmarkOutcome, name: String, aspect: f64, run_out: f64) {
     let (claim, band, reason) = if aspect <= 2.0 {
         let band = (1.1 * aspect, 1.9 * aspect);
         let reason = "the sheet's band around both published versions of the law of Lube et al.";
@@ -106,31 +122,31 @@ fn judge(outcome: &mut Outcome, name: String, aspect: f64, run_out: f64) {
         let reason = "continuum models overshoot for tall columns; the sheet allows 1.6 times the law";
         (format!("up to {bound:.2} (1.6 × 2.2a^2/3)"), (0.0, bound), reason)
     };
-    outcome.within(name, &claim, run_out, band, reason);
+    outcome.assert_within(name, &claim, run_out, band, reason);
 }
 
 /// The sheet's bands of the slope, of columns up to a = 2 and from a = 4.
-fn slopes(outcome: &mut Outcome, name: &str, run_outs: &[(f64, f64)]) {
+fn slopes(outcome: &mut BenchmarkOutcome, name: &str, run_outs: &[(f64, f64)]) {
     let slope = |points: &[(f64, f64)]| {
         let (first, last) = (points[0], points[points.len() - 1]);
         (last.1 / first.1).ln() / (last.0 / first.0).ln()
     };
     let (low, tall) = run_outs.split_at(run_outs.iter().filter(|(aspect, _)| *aspect <= 2.0).count());
     let reason = "the sheet's band";
-    outcome.within(format!("{name} for a ≤ 2"), "1.1 ± 0.2", slope(low), (0.9, 1.3), reason);
+    outcome.assert_within(format!("{name} for a ≤ 2"), "1.1 ± 0.2", slope(low), (0.9, 1.3), reason);
     if !tall.is_empty() {
-        outcome.within(format!("{name} for a ≥ 4"), "2/3 ± 0.2", slope(tall), (0.467, 0.867), reason);
+        outcome.assert_within(format!("{name} for a ≥ 4"), "2/3 ± 0.2", slope(tall), (0.467, 0.867), reason);
     }
 }
 
 /// The columns up to a = 2 by standard MPM.
-fn standard(outcome: &mut Outcome, laws: &mut LineChart) -> Result<(), String> {
+fn standard(outcome: &mut BenchmarkOutcome, laws: &mut LineChart) -> Result<(), String> {
     let mut standard = Vec::new();
     for aspect in [0.5, 1.0, 2.0] {
         let mut case = sand_column(aspect)?;
-        set(&mut case, "shape", "linear");
-        let report = run(&case)?;
-        let end = series(&report, "run_out").last().map_or(f64::NAN, |l| l.1);
+        set_mpm_option(&mut case, "shape", "linear");
+        let report = run_mpm(&case)?;
+        let end = measure_series(&report, "run_out").last().map_or(f64::NAN, |l| l.1);
         standard.push((aspect, end));
         judge(outcome, format!("MPM, a = {aspect}: run-out over initial width"), aspect, end);
     }
@@ -140,7 +156,7 @@ fn standard(outcome: &mut Outcome, laws: &mut LineChart) -> Result<(), String> {
 }
 
 fn run_out_laws() -> Result<LineChart, String> {
-    let table = reference("mpm/column-collapse/laws.csv")?;
+    let table = reference_table("mpm/column-collapse/laws.csv")?;
     let labels = [
         ("lube_second", "Lube 2005: 1.6a, 2.2a^2/3"),
         ("lube_first", "Lube 2005: 1.2a, 1.9a^2/3"),
@@ -148,7 +164,7 @@ fn run_out_laws() -> Result<LineChart, String> {
     ];
     let mut laws = Vec::new();
     for (column, label) in labels {
-        laws.push(Series::new(label, curve(&table, "aspect", column)?, Style::Dashed));
+        laws.push(Series::new(label, reference_curve(&table, "aspect", column)?, Style::Dashed));
     }
     Ok(LineChart {
         title: "Run-out of granular columns".into(),

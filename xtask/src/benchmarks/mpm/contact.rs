@@ -3,22 +3,22 @@
 use colluvium::case::{Case, RunReport, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
-use crate::analysis::slope;
-use crate::benchmarks::{Benchmark, Outcome, case, run, set, stresses, vectors};
+use crate::analysis::regression_slope;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, set_mpm_option, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/contact",
     title: "Bodies that meet, slide, stick, roll and part",
     source: "sheet: mpm A-13, A-14, A-15, A-31, closed forms; Bardenhagen et al. 2000, 2001",
-    quick: Some(28),
-    full: 28,
+    short_seconds: Some(28),
+    full_seconds: 28,
     run: benchmark,
 };
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    bars(&mut outcome, "A-13 bars", &run(&case("mpm/contact-bars")?)?)?;
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    bars(&mut outcome, "A-13 bars", &run_mpm(&load_case("mpm/contact-bars")?)?)?;
     block(&mut outcome)?;
     incline(&mut outcome)?;
     disk(&mut outcome)?;
@@ -52,7 +52,7 @@ fn ways(report: &RunReport, body: u32) -> Vec<(f64, f64)> {
 }
 
 /// Two equal bars, A-13: 1 m long, 1000 kg/m³, 10 m/s wave speed, ±0.1 m/s.
-pub(super) fn bars(outcome: &mut Outcome, name: &str, report: &RunReport) -> Result<(), String> {
+pub(super) fn bars(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport) -> Result<(), String> {
     let speeds: Vec<(f64, f64)> = history(report, "velocity", 0, 0.0);
     // Mean stress along the bars of the points that were between two places at the start; they meet at 2 m.
     let between = |snapshot: &Snapshot, from: f64, to: f64| {
@@ -66,7 +66,7 @@ pub(super) fn bars(outcome: &mut Outcome, name: &str, report: &RunReport) -> Res
     let near = |snapshot: &Snapshot| between(snapshot, 1.8, 1.95);
     let pressed = report.frames.iter().filter(|frame| (0.08..0.12).contains(&frame.time));
     let (sum, count) = pressed.fold((0.0, 0.0), |(sum, count), frame| (sum + near(frame), count + 1.0));
-    outcome.near(
+    outcome.assert_close(
         format!("{name}: stress behind the front, mean 0.08 to 0.12 s (Pa)"),
         -1000.0,
         0.03,
@@ -77,9 +77,9 @@ pub(super) fn bars(outcome: &mut Outcome, name: &str, report: &RunReport) -> Res
     let last = speeds.last().map_or(f64::NAN, |(_, v)| *v);
     let part = speeds.iter().find(|(_, v)| *v < 0.98 * last).map_or(f64::NAN, |(t, _)| *t);
     let reason = "the sheet's 5 %; they part when the mean speed has reached 98 % of what it ends with";
-    outcome.near(format!("{name}: time when they part (s)"), 0.2, 0.05, part, reason);
+    outcome.assert_close(format!("{name}: time when they part (s)"), 0.2, 0.05, part, reason);
     let kept = report.end.kinetic / report.start.kinetic;
-    outcome.within(
+    outcome.assert_within(
         format!("{name}: kinetic energy after over before"),
         "at least 0.97",
         kept,
@@ -92,7 +92,7 @@ pub(super) fn bars(outcome: &mut Outcome, name: &str, report: &RunReport) -> Res
         let pull = speeds
             .windows(2)
             .map(|pair| outwards * 1000.0 * (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0));
-        outcome.below(
+        outcome.assert_below(
             format!("{name}: largest tension at the end of the {bar} one after they part (Pa)"),
             "none",
             pull.fold(f64::NAN, f64::max),
@@ -101,7 +101,7 @@ pub(super) fn bars(outcome: &mut Outcome, name: &str, report: &RunReport) -> Res
         );
         let within = if body == 0 { (1.95, 2.0) } else { (2.0, 2.05) };
         let parted = report.frames.iter().filter(|frame| frame.time >= part);
-        outcome.show(
+        outcome.info(
             format!("{name}: largest tension within the {bar} one next to its end after they part (Pa)"),
             "none",
             parted.map(|frame| between(frame, within.0, within.1)).fold(f64::NAN, f64::max),
@@ -109,7 +109,7 @@ pub(super) fn bars(outcome: &mut Outcome, name: &str, report: &RunReport) -> Res
         );
     }
     let momentum = report.end.momentum[0].abs() / (0.1 * 0.5 * report.start.mass);
-    outcome.below(format!("{name}: momentum over that of one bar"), "0", momentum, 1e-12, "round-off");
+    outcome.assert_below(format!("{name}: momentum over that of one bar"), "0", momentum, 1e-12, "round-off");
     outcome.svg(
         "Mean speed of the left bar: the impact lasts while the wave runs to the free end and back.",
         &LineChart {
@@ -131,7 +131,7 @@ fn forget_normal(case: &mut Case) {
 }
 
 /// A block that slides to rest, A-31: 1 m/s, friction 0.4, 10 m/s².
-fn block(outcome: &mut Outcome) -> Result<(), String> {
+fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Block sliding to rest".into(),
         x_label: "time (s)".into(),
@@ -140,14 +140,14 @@ fn block(outcome: &mut Outcome) -> Result<(), String> {
     };
     chart.series.push(Series::new("closed form", vec![(0.0, 1.0), (0.25, 0.0), (0.5, 0.0)], Style::Dashed));
     for shape in ["linear", "ugimp", "quadratic"] {
-        let mut case = case("mpm/contact-block")?;
-        set(&mut case, "shape", shape);
-        let report = run(&case)?;
+        let mut case = load_case("mpm/contact-block")?;
+        set_mpm_option(&mut case, "shape", shape);
+        let report = run_mpm(&case)?;
         let speeds = history(&report, "velocity", 1, 0.0);
         let sliding: Vec<(f64, f64)> = speeds.iter().copied().filter(|(t, _)| *t < 0.22).collect();
-        let stop = 1.0 / -slope(&sliding);
+        let stop = 1.0 / -regression_slope(&sliding);
         let reason = "the sheet's 2 %";
-        outcome.near(
+        outcome.assert_close(
             format!("A-31 block, {shape}: time to rest by its deceleration (s)"),
             0.25,
             0.02,
@@ -155,11 +155,11 @@ fn block(outcome: &mut Outcome) -> Result<(), String> {
             reason,
         );
         let way = mean(&report.snapshot, "displacement", 1, 0);
-        outcome.near(format!("A-31 block, {shape}: way to rest (m)"), 0.125, 0.02, way, reason);
+        outcome.assert_close(format!("A-31 block, {shape}: way to rest (m)"), 0.125, 0.02, way, reason);
         chart.series.push(Series::new(shape, speeds, Style::Line));
         forget_normal(&mut case);
-        let report = run(&case)?;
-        outcome.show(
+        let report = run_mpm(&case)?;
+        outcome.info(
             format!("A-31 block, {shape}, normals from the bodies: way to rest (m)"),
             "0.125",
             mean(&report.snapshot, "displacement", 1, 0),
@@ -173,8 +173,8 @@ fn block(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// The same block on a frictional plane (§3.7), with friction in impulses or in accelerations.
-fn plane(outcome: &mut Outcome, chart: &mut LineChart, friction: &str) -> Result<(), String> {
-    let mut case = case("mpm/contact-block")?;
+fn plane(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, friction: &str) -> Result<(), String> {
+    let mut case = load_case("mpm/contact-block")?;
     case.bodies.remove(0);
     let floor = serde_json::json!({
         "side": "y-min", "position": 0.4, "wall": { "kind": "frictional", "friction_coefficient": 0.4 }
@@ -184,20 +184,26 @@ fn plane(outcome: &mut Outcome, chart: &mut LineChart, friction: &str) -> Result
         mpm["contacts"] = serde_json::json!([]);
         mpm["wall_friction"] = friction.into();
     }
-    let report = run(&case)?;
+    let report = run_mpm(&case)?;
     let speeds = history(&report, "velocity", 0, 0.0);
     let sliding: Vec<(f64, f64)> = speeds.iter().copied().filter(|(t, _)| *t < 0.22).collect();
     let name = |what: &str| format!("A-31 block on a plane, friction by {friction}: {what}");
     let reason = "the sheet's 2 %";
-    outcome.near(name("time to rest by its deceleration (s)"), 0.25, 0.02, 1.0 / -slope(&sliding), reason);
+    outcome.assert_close(
+        name("time to rest by its deceleration (s)"),
+        0.25,
+        0.02,
+        1.0 / -regression_slope(&sliding),
+        reason,
+    );
     let way = mean(&report.snapshot, "displacement", 0, 0);
-    outcome.near(name("way to rest (m)"), 0.125, 0.02, way, reason);
+    outcome.assert_close(name("way to rest (m)"), 0.125, 0.02, way, reason);
     chart.series.push(Series::new(format!("plane, by {friction}"), speeds, Style::Line));
     Ok(())
 }
 
 /// A block on an incline, A-14.
-fn incline(outcome: &mut Outcome) -> Result<(), String> {
+fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Block on an incline of 30°".into(),
         x_label: "time (s)".into(),
@@ -216,7 +222,7 @@ fn incline(outcome: &mut Outcome) -> Result<(), String> {
         (0.5, 0.0, false, 0.6571),
         (0.7, 0.0, false, 0.0),
     ] {
-        let mut case = case("mpm/contact-incline")?;
+        let mut case = load_case("mpm/contact-incline")?;
         contact(&mut case, "friction_coefficient", friction);
         contact(&mut case, "adhesion", adhesion);
         if !given {
@@ -225,7 +231,7 @@ fn incline(outcome: &mut Outcome) -> Result<(), String> {
         // The sheet's prototype damps vertical motion with this factor: what bounces does not stick.
         case.stages[1].damping = 0.1;
         case.stages[1].damping_axes = Some(vec![1]);
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         let start = report.snapshot.time - 1.0;
         let speeds = history(&report, "velocity", 1, start);
         let mut label = format!("μ = {friction}");
@@ -236,17 +242,17 @@ fn incline(outcome: &mut Outcome) -> Result<(), String> {
             label += ", normals from the bodies";
         }
         if exact > 0.0 {
-            outcome.within(
+            outcome.assert_within(
                 format!("A-14 incline, {label}: acceleration (m/s²)"),
                 &format!("{exact}"),
-                slope(&speeds),
+                regression_slope(&speeds),
                 (exact - 0.03 * pull, exact + 0.03 * pull),
                 "the sheet's 3 % of g sin θ",
             );
         } else {
             let drift = mean(&report.snapshot, "displacement", 1, 0);
             let reason = "the sheet's 5 mm; local damping 0.1 of the vertical motion, as in its prototype";
-            outcome.within(
+            outcome.assert_within(
                 format!("A-14 incline, {label}: drift in 1 s (m)"),
                 "0",
                 drift,
@@ -260,7 +266,7 @@ fn incline(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// A disk on an incline, A-15.
-fn disk(outcome: &mut Outcome) -> Result<(), String> {
+fn disk(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (sine, cosine) = (0.5, 0.75f64.sqrt());
     let mut chart = LineChart {
         title: "Disk on an incline of 30°".into(),
@@ -269,19 +275,20 @@ fn disk(outcome: &mut Outcome) -> Result<(), String> {
         ..LineChart::default()
     };
     for (friction, what) in [(0.4, "rolls"), (0.1, "slips")] {
-        let mut case = case("mpm/contact-disk")?;
+        let mut case = load_case("mpm/contact-disk")?;
         contact(&mut case, "friction_coefficient", friction);
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         let rate = if friction > 0.3 { sine / 3.0 } else { 0.5 * (sine - friction * cosine) };
         let exact = rate * 9.81;
         let way = mean(&report.snapshot, "displacement", 1, 0);
         let name = format!("A-15 disk, μ = {friction}, {what}: way in 1 s (m)");
-        outcome.near(name, exact, 0.05, way, "the sheet's 5 %");
+        outcome.assert_close(name, exact, 0.05, way, "the sheet's 5 %");
         chart.series.push(Series::new(format!("μ = {friction}"), ways(&report, 1), Style::Line));
         let parabola = (0..=20).map(|k| 0.05 * f64::from(k)).map(|t| (t, exact * t * t)).collect();
         chart.series.push(Series::new(format!("closed form, it {what}"), parabola, Style::Dashed));
         if friction > 0.3 {
-            let cloud = PointCloud::of(&report.snapshot, "velocity", [0, 1]).ok_or("no velocity")?;
+            let cloud =
+                PointCloud::from_snapshot(&report.snapshot, "velocity", [0, 1]).ok_or("no velocity")?;
             outcome.png("The disk that rolls, after 1 s.", &cloud)?;
         }
     }

@@ -8,16 +8,18 @@ use colluvium::case::{Case, RunReport, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, run, scalars, series, set, vectors};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, scalars, set_mpm_option, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/slope-failure",
     title: "Vertical cut and slopes in Tresca clay: stability and run-out",
     source: "Published bounds of the stability number of a vertical cut, 3.776 to 3.782; Taylor 1937; sheet: mpm A-30",
-    quick: Some(17),
-    full: 250,
+    short_seconds: Some(17),
+    full_seconds: 250,
     run: benchmark,
 };
 
@@ -46,14 +48,14 @@ fn clay(case: &mut Case, number: f64, strong: bool) -> Result<(), String> {
                        "undrained_strength": if strong { 1e3 * strength } else { strength } });
     let clay = serde_json::from_value(clay).map_err(|error| error.to_string())?;
     case.materials.insert("clay".into(), clay);
-    set(case, "volumetric_strain", "cell-average");
+    set_mpm_option(case, "volumetric_strain", "cell-average");
     Ok(())
 }
 
 /// A slope at an angle (degrees) on a layer `depth` thick. Its layer settles by more than a cell before it is at rest: the
 /// points stay where they are, as in the theory of Taylor's numbers.
 fn slope(angle: f64, depth: f64) -> Result<Case, String> {
-    let mut case = case("mpm/vertical-cut")?;
+    let mut case = load_case("mpm/vertical-cut")?;
     let back = HEIGHT / angle.to_radians().tan();
     let (crest, length) = (2.0, 2.0 + back + 2.0);
     let cells = |x: f64| (x / 0.05).ceil() * 0.05;
@@ -66,7 +68,7 @@ fn slope(angle: f64, depth: f64) -> Result<Case, String> {
         return Err("no probe at the crest".to_owned());
     };
     *position = vec![crest - 0.05, depth + HEIGHT - 0.05];
-    set(&mut case, "formulation", "small-displacement");
+    set_mpm_option(&mut case, "formulation", "small-displacement");
     Ok(case)
 }
 
@@ -74,9 +76,9 @@ fn slope(angle: f64, depth: f64) -> Result<Case, String> {
 fn sinking(case: &Case, number: f64, strong: bool) -> Result<f64, String> {
     let mut case = case.clone();
     clay(&mut case, number, strong)?;
-    match run(&case) {
+    match run_mpm(&case) {
         Ok(report) => {
-            let rows = series(&report, "crest.displacement.y");
+            let rows = measure_series(&report, "crest.displacement.y");
             let (_, rise) = rows.last().ok_or("the crest was not measured")?;
             Ok(if rise.is_nan() { f64::INFINITY } else { -rise })
         }
@@ -92,8 +94,8 @@ fn slope_stands(case: &Case, number: f64) -> Result<bool, String> {
     Ok(way.is_finite() && way - sinking(case, number, true)? <= CREST)
 }
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     cut(&mut outcome, quick)?;
     if !quick {
         taylor(&mut outcome)?;
@@ -103,8 +105,8 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
 }
 
 /// (i): the largest number that stands and the smallest that does not.
-fn cut(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
-    let case = case("mpm/vertical-cut")?;
+fn cut(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
+    let case = load_case("mpm/vertical-cut")?;
     let numbers: &[f64] = if quick { &[3.6, 4.1] } else { &[3.6, 3.7, 3.8, 3.9, 4.0, 4.1] };
     let mut standing = 0.0;
     let mut fallen = f64::INFINITY;
@@ -117,14 +119,14 @@ fn cut(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
         }
     }
     let reason = "the sheet's 3.6 to 4.1 on cells of H/20";
-    outcome.within(
+    outcome.assert_within(
         "A-30 vertical cut: largest γH/c_u that stands",
         "3.776 to 3.782",
         standing,
         (3.6, 4.1),
         reason,
     );
-    outcome.within(
+    outcome.assert_within(
         "A-30 vertical cut: smallest γH/c_u that fails",
         "3.776 to 3.782",
         fallen,
@@ -135,29 +137,29 @@ fn cut(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
 }
 
 /// (ii): slopes of φ = 0 stand 8 % on one side of Taylor's number and fail 8 % on the other.
-fn taylor(outcome: &mut Outcome) -> Result<(), String> {
+fn taylor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (angle, depth, number) in [(60.0, 0.5, 0.191), (45.0, 2.0, 0.181)] {
         let case = slope(angle, depth)?;
         let reason = "the sheet's 8 %";
         let safe = f64::from(slope_stands(&case, 1.0 / (1.08 * number))?);
         let name = format!("A-30 slope of {angle}°: stands at c_u/γH = {number} + 8 % (1: yes)");
-        outcome.near(name, 1.0, 0.0, safe, reason);
+        outcome.assert_close(name, 1.0, 0.0, safe, reason);
         let unsafe_one = f64::from(slope_stands(&case, 1.0 / (0.92 * number))?);
         let name = format!("A-30 slope of {angle}°: stands at c_u/γH = {number} - 8 % (1: yes)");
-        outcome.near(name, 0.0, 0.0, unsafe_one, reason);
+        outcome.assert_close(name, 0.0, 0.0, unsafe_one, reason);
     }
     Ok(())
 }
 
 /// Energy set free, against what plastic flow has taken and what still moves, at the end of the fall.
-fn balance(outcome: &mut Outcome, report: &RunReport, cell: f64) {
+fn balance(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64) {
     let at = |name: &str| {
-        let rows = series(report, name);
+        let rows = measure_series(report, name);
         let last = rows.iter().rfind(|(t, _)| *t <= FALL).map_or(f64::NAN, |row| row.1);
         (rows.first().map_or(f64::NAN, |row| row.1), last)
     };
     let ((start, end), (_, lost), (_, kinetic)) = (at("potential_energy"), at("lost"), at("kinetic_energy"));
-    outcome.within(
+    outcome.assert_within(
         format!(
             "A-30 run-out, {} mm: plastic dissipation and kinetic energy over the weight's work",
             1e3 * cell
@@ -168,7 +170,7 @@ fn balance(outcome: &mut Outcome, report: &RunReport, cell: f64) {
         "the sheet's 5 %",
     );
     let stored = at("elastic_energy");
-    outcome.show(
+    outcome.info(
         format!("A-30 run-out, {} mm: the same with what the clay stores under its weight", 1e3 * cell),
         "1",
         (lost + kinetic + stored.1 - stored.0) / (start - end),
@@ -185,12 +187,12 @@ fn face(snapshot: &Snapshot, bin: f64, bound: f64) -> f64 {
         let near = surface.iter().filter(move |(other, _)| (other - x).abs() <= width);
         near.map(move |(_, other)| top - other)
     });
-    falls.largest()
+    falls.max_or_nan()
 }
 
 /// Worst of the columns of cells, watched without damping: force out of balance, from the change of momentum between two
 /// frames, over weight; kinetic energy over the work of the weight.
-fn columns_at_rest(outcome: &mut Outcome, report: &RunReport, cell: f64) -> Result<(), String> {
+fn columns_at_rest(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64) -> Result<(), String> {
     // The last frame of all may follow at any distance.
     let [.., before, after, _] = &report.frames[..] else { return Err("too few frames".to_owned()) };
     let mut columns: BTreeMap<i64, [f64; 5]> = BTreeMap::new();
@@ -206,19 +208,19 @@ fn columns_at_rest(outcome: &mut Outcome, report: &RunReport, cell: f64) -> Resu
         let sums = columns.entry((x[0] / cell).floor() as i64).or_default();
         sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
     }
-    let largest = |of: fn(&[f64; 5]) -> f64| columns.values().map(of).largest();
+    let largest = |of: fn(&[f64; 5]) -> f64| columns.values().map(of).max_or_nan();
     for (what, found) in [
         ("force out of balance over weight", largest(|[x, y, _, weight, _]| x.hypot(*y) / weight)),
         ("kinetic energy over the work of its weight", largest(|[_, _, kinetic, _, work]| kinetic / work)),
     ] {
         let name = format!("A-30 run-out, {} mm, at rest: {what}, worst column of cells", 1e3 * cell);
-        outcome.below(name, "below 1e-2", found, 1e-2, "the sheet's criterion, of every column");
+        outcome.assert_below(name, "below 1e-2", found, 1e-2, "the sheet's criterion, of every column");
     }
     Ok(())
 }
 
 /// (iii): the cut with γH/c_u = 6 runs out and stops.
-fn run_out(outcome: &mut Outcome) -> Result<(), String> {
+fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let number = 6.0;
     let mut ends = Vec::new();
     let mut chart = LineChart {
@@ -228,29 +230,29 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
         ..LineChart::default()
     };
     for cell in [0.05, 0.025] {
-        let mut case = case("mpm/vertical-cut")?;
+        let mut case = load_case("mpm/vertical-cut")?;
         clay(&mut case, number, false)?;
-        set(&mut case, "cell_size", cell);
+        set_mpm_option(&mut case, "cell_size", cell);
         // Shared strains and points without domains gain energy where the clay flies apart without damping.
-        set(&mut case, "volumetric_strain", "point");
-        set(&mut case, "shape", "ugimp");
+        set_mpm_option(&mut case, "volumetric_strain", "point");
+        set_mpm_option(&mut case, "shape", "ugimp");
         let stages = json!([{ "name": "fall", "duration": FALL },
                             { "name": "rest", "duration": 10, "damping": 0.7, "equilibrium": {} },
                             { "name": "still", "duration": STILL }]);
         case.stages = serde_json::from_value(stages).map_err(|error| error.to_string())?;
         case.output.frames = Some(FRAME);
         case.measures.insert("lost".into(), Measure::Dissipation {});
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         balance(outcome, &report, cell);
         // What was above the foot.
         let start = &report.frames[0];
         let above: Vec<usize> =
             (0..start.positions.len()).filter(|p| start.positions[*p][1] > FOOT).collect();
-        let front = |frame: &Snapshot| above.iter().map(|p| frame.positions[*p][0]).largest();
+        let front = |frame: &Snapshot| above.iter().map(|p| frame.positions[*p][0]).max_or_nan();
         let way: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, front(frame))).collect();
         let end = way.last().map_or(f64::NAN, |row| row.1);
         let at = |time: f64| way.iter().find(|(t, _)| *t >= time - 1e-9).map_or(f64::NAN, |row| row.1);
-        outcome.below(
+        outcome.assert_below(
             format!(
                 "A-30 run-out, {} mm: advance of the front from 2 s to {FALL} s, undamped (m)",
                 1e3 * cell
@@ -262,7 +264,7 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
         );
         columns_at_rest(outcome, &report, cell)?;
         let bound = FACE_BOUND * HEIGHT / number;
-        outcome.below(
+        outcome.assert_below(
             format!("A-30 run-out, {} mm: height of the highest near-vertical face at rest (m)", 1e3 * cell),
             "below 3.83 c_u/γ = 0.638 m",
             face(&report.snapshot, cell, bound),
@@ -272,11 +274,12 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
         ends.push(end - FACE);
         chart.series.push(Series::new(format!("{} mm", 1e3 * cell), way, Style::Line));
         if cell == 0.05 {
-            let cloud = PointCloud::of(&report.snapshot, "displacement", [0, 1]).ok_or("no displacement")?;
+            let cloud = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1])
+                .ok_or("no displacement")?;
             outcome.png("The cut with γH/c_u = 6 at rest, coloured by displacement.", &cloud)?;
         }
     }
-    outcome.within(
+    outcome.assert_within(
         "A-30 run-out on half the cells over that on the whole",
         "1 ± 0.1",
         ends[1] / ends[0],

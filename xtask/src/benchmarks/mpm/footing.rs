@@ -5,15 +5,15 @@ use colluvium::case::{Case, RunReport};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
 
-use crate::benchmarks::{Benchmark, Outcome, case, run, series, set};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/footing",
     title: "Strip footing on Tresca clay",
     source: "Prandtl 1920, (2 + π) c_u; sheet: mpm A-29",
-    quick: Some(9),
-    full: 105,
+    short_seconds: Some(9),
+    full_seconds: 105,
     run: benchmark,
 };
 
@@ -32,8 +32,8 @@ const SINKING: &str = "mpm/footing-sinking";
 
 /// A case with a number of cells under half the footing.
 fn footing(folder: &str, cells: usize) -> Result<Case, String> {
-    let mut case = case(folder)?;
-    set(&mut case, "cell_size", HALF_WIDTH / cells as f64);
+    let mut case = load_case(folder)?;
+    set_mpm_option(&mut case, "cell_size", HALF_WIDTH / cells as f64);
     Ok(case)
 }
 
@@ -45,7 +45,7 @@ fn levels(quick: bool) -> &'static [usize] {
 /// Pressure under the footing over the strength against settlement (m).
 fn curve(report: &RunReport) -> Vec<(f64, f64)> {
     // Mean force between two rows, from the impulse.
-    let impulse = series(report, "footing.impulse.y");
+    let impulse = measure_series(report, "footing.impulse.y");
     let settled = |time: f64| {
         let ramp = 0.123;
         0.05 * if time < ramp { 0.5 * time * time / ramp } else { time - 0.5 * ramp }
@@ -73,8 +73,8 @@ fn rise(curve: &[(f64, f64)]) -> f64 {
     at_the_end(curve) / between(curve, SETTLEMENT - 0.03, SETTLEMENT - 0.02) - 1.0
 }
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Strip footing on Tresca clay".into(),
         x_label: "settlement (m)".into(),
@@ -85,18 +85,18 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     let of_eight = smoothed(&mut outcome, &mut chart, quick)?;
 
     let mut plain = footing(STILL, 8)?;
-    set(&mut plain, "volumetric_strain", "point");
-    let plain = curve(&run(&plain)?);
+    set_mpm_option(&mut plain, "volumetric_strain", "point");
+    let plain = curve(&run_mpm(&plain)?);
     let (reason, name) = ("the sheet: it locks", "A-29 not smoothed over smoothed, 8 cells");
     let ratio = at_the_end(&plain) / of_eight;
-    outcome.within(name, "above 1 (prototype 1.16)", ratio, (1.0, f64::INFINITY), reason);
+    outcome.assert_within(name, "above 1 (prototype 1.16)", ratio, (1.0, f64::INFINITY), reason);
     chart.series.push(Series::new("not smoothed, 8 cells", plain, Style::Line));
 
     let mut smooth = footing(STILL, 8)?;
     smooth.stages[0].motions[0].velocity[0] = None;
-    let smooth = at_the_end(&curve(&run(&smooth)?));
+    let smooth = at_the_end(&curve(&run_mpm(&smooth)?));
     let claim = "5.142 (prototype 5.300)";
-    outcome.within(
+    outcome.assert_within(
         "A-29 smoothed, smooth footing, 8 cells: pressure at the end over c_u",
         claim,
         smooth,
@@ -114,26 +114,31 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
 }
 
 /// The sheet's judgements; returns the pressure at the end with 8 cells.
-fn smoothed(outcome: &mut Outcome, chart: &mut LineChart, quick: bool) -> Result<f64, String> {
+fn smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<f64, String> {
     let (mut pressures, mut of_eight) = (Vec::new(), f64::NAN);
     for &cells in levels(quick) {
-        let report = run(&footing(STILL, cells)?)?;
+        let report = run_mpm(&footing(STILL, cells)?)?;
         let curve = curve(&report);
         let last = at_the_end(&curve);
         pressures.push(last);
         let name = format!("A-29 smoothed, rough, {cells} cells: pressure at the end over c_u");
         match cells {
-            8 => outcome.within(name, "5.142 (prototype 5.371)", last, (5.14, 5.60), "the sheet's band"),
-            16 => outcome.within(name, "5.142 (prototype 5.255)", last, (5.14, 5.40), "the sheet's band"),
-            _ => outcome.show(name, "5.142 (prototype 5.587)", last, "the sheet judges 8 and 16 cells"),
+            8 => {
+                outcome.assert_within(name, "5.142 (prototype 5.371)", last, (5.14, 5.60), "the sheet's band")
+            }
+            16 => {
+                outcome.assert_within(name, "5.142 (prototype 5.255)", last, (5.14, 5.40), "the sheet's band")
+            }
+            _ => outcome.info(name, "5.142 (prototype 5.587)", last, "the sheet judges 8 and 16 cells"),
         }
         if cells >= 8 {
             let name = format!("A-29 smoothed, rough, {cells} cells: rise over the last 20 mm");
-            outcome.within(name, "a plateau", rise(&curve), (-0.01, 0.01), "the sheet's 1 %");
+            outcome.assert_within(name, "a plateau", rise(&curve), (-0.01, 0.01), "the sheet's 1 %");
         }
         if cells == 8 {
             of_eight = last;
-            let cloud = PointCloud::of(&report.snapshot, "displacement", [0, 1]).ok_or("no displacement")?;
+            let cloud = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1])
+                .ok_or("no displacement")?;
             outcome.png("Displacement under the footing at the end.", &cloud)?;
         }
         chart.series.push(Series::new(format!("smoothed, {cells} cells"), curve, Style::Line));
@@ -141,19 +146,25 @@ fn smoothed(outcome: &mut Outcome, chart: &mut LineChart, quick: bool) -> Result
     if !quick {
         let falls = pressures.windows(2).all(|pair| pair[1] < pair[0] && pair[1] > PRANDTL);
         let reason = "the sheet: monotonically towards 5.14";
-        outcome.near("A-29 smoothed: finer cells come closer (1: yes)", 1.0, 0.0, f64::from(falls), reason);
+        outcome.assert_close(
+            "A-29 smoothed: finer cells come closer (1: yes)",
+            1.0,
+            0.0,
+            f64::from(falls),
+            reason,
+        );
     }
     Ok(of_eight)
 }
 
 /// On triangles, two to a square, with a point in each and strains shared by the nodes: the source's own elements.
-fn triangles(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String> {
+fn triangles(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let mut case = footing(STILL, 8)?;
-    set(&mut case, "mesh", json!({ "kind": "box" }));
-    set(&mut case, "points_per_cell", 1);
-    set(&mut case, "volumetric_strain", "nodal");
-    let curve = curve(&run(&case)?);
-    outcome.within(
+    set_mpm_option(&mut case, "mesh", json!({ "kind": "box" }));
+    set_mpm_option(&mut case, "points_per_cell", 1);
+    set_mpm_option(&mut case, "volumetric_strain", "nodal");
+    let curve = curve(&run_mpm(&case)?);
+    outcome.assert_within(
         "A-29 on triangles, nodal strains, rough, 8 cells: pressure at the end over c_u",
         "5.142",
         at_the_end(&curve),
@@ -165,7 +176,7 @@ fn triangles(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String>
 }
 
 /// A circular footing of the same radius.
-fn circular(outcome: &mut Outcome) -> Result<(), String> {
+fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Circular footing on Tresca clay".into(),
         x_label: "settlement (m)".into(),
@@ -181,11 +192,11 @@ fn circular(outcome: &mut Outcome) -> Result<(), String> {
             }
             // The force is per radian: on half the square of the radius.
             let curve: Vec<(f64, f64)> =
-                curve(&run(&case)?).into_iter().map(|(s, q)| (s, 2.0 * q / HALF_WIDTH)).collect();
+                curve(&run_mpm(&case)?).into_iter().map(|(s, q)| (s, 2.0 * q / HALF_WIDTH)).collect();
             let name = format!("A-29 circular, {kind}, {cells} cells: pressure at the end over c_u");
             let last = at_the_end(&curve);
             if cells == 16 {
-                outcome.within(
+                outcome.assert_within(
                     name,
                     &exact.to_string(),
                     last,
@@ -193,7 +204,7 @@ fn circular(outcome: &mut Outcome) -> Result<(), String> {
                     "the sheet allows 8 % more",
                 );
             } else {
-                outcome.show(name, &exact.to_string(), last, "judged with 16 cells; the sheet names none");
+                outcome.info(name, &exact.to_string(), last, "judged with 16 cells; the sheet names none");
             }
             chart.series.push(Series::new(format!("{kind}, {cells} cells"), curve, Style::Line));
         }
@@ -204,17 +215,17 @@ fn circular(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// With points that move the footing is pushed into clay that heaves beside it.
-fn large(outcome: &mut Outcome, chart: &mut LineChart, quick: bool) -> Result<(), String> {
+fn large(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<(), String> {
     for &cells in levels(quick) {
-        let curve = curve(&run(&footing(SINKING, cells)?)?);
+        let curve = curve(&run_mpm(&footing(SINKING, cells)?)?);
         let name = format!("A-29 with points that move, {cells} cells: pressure at the end over c_u");
         let last = at_the_end(&curve);
         let reason = "the sheet's figures are those of the geometry at the start";
         match cells {
-            8 => outcome.within(name, "5.142", last, (5.14, 5.60), "the sheet's band"),
-            _ => outcome.show(name, "5.142", last, reason),
+            8 => outcome.assert_within(name, "5.142", last, (5.14, 5.60), "the sheet's band"),
+            _ => outcome.info(name, "5.142", last, reason),
         }
-        outcome.show(
+        outcome.info(
             format!("A-29 with points that move, {cells} cells: rise over the last 20 mm"),
             "",
             rise(&curve),

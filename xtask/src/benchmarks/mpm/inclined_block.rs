@@ -4,16 +4,16 @@ use colluvium::case::description::{ObstacleShape, ObstacleWall};
 use colluvium::case::{Case, RunReport};
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::analysis::{Largest, slope};
-use crate::benchmarks::{Benchmark, Outcome, case, run, series, set};
+use crate::analysis::{MaxOrNan, regression_slope};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/inclined-block",
     title: "Block on an inclined plane as an obstacle",
     source: "sheet: mpm A-14, closed form",
-    quick: Some(20),
-    full: 20,
+    short_seconds: Some(20),
+    full_seconds: 20,
     run: benchmark,
 };
 
@@ -23,8 +23,8 @@ const GRAVITY: f64 = 9.81;
 /// When gravity has grown (s).
 pub const LOADED: f64 = 0.2;
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Velocity along the plane, 30°".into(),
         x_label: "time (s)".into(),
@@ -34,19 +34,19 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let tangent = ANGLE.to_radians().tan();
     for shape in ["linear", "ugimp", "quadratic"] {
         for share in [0.0, 0.3, 0.6] {
-            let report = run(&block(shape, share * tangent, None)?)?;
+            let report = run_mpm(&block(shape, share * tangent, None)?)?;
             let name = format!("{shape}, μ = {share} tan θ");
             judge(&mut outcome, &name, &report, share);
             if shape == "quadratic" {
-                chart.series.push(Series::new(format!("{share} tan θ"), speeds(&report), Style::Line));
-                let exact = along() * (1.0 - share);
+                chart.series.push(Series::new(format!("{share} tan θ"), speed_series(&report), Style::Line));
+                let exact = gravity_along_plane() * (1.0 - share);
                 let line = [(LOADED, exact * 0.5 * LOADED), (1.2, exact * 1.1)];
                 chart.series.push(Series::new("closed form", line.to_vec(), Style::Dashed));
             }
         }
-        let report = run(&block(shape, 1.2 * tangent, None)?)?;
-        let drift = way(&report);
-        outcome.below(
+        let report = run_mpm(&block(shape, 1.2 * tangent, None)?)?;
+        let drift = travelled_distance(&report);
+        outcome.assert_below(
             format!("{shape}, μ = 1.2 tan θ: drift in 1 s over the length of the block"),
             "at rest",
             drift.abs(),
@@ -60,18 +60,18 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// The same plane as half-space, ground line and polygon.
-fn forms(outcome: &mut Outcome) -> Result<(), String> {
+fn forms(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let tangent = ANGLE.to_radians().tan();
     let at = |x: f64| [x, 2.5 - x * tangent];
     let forms = [
         ObstacleShape::GroundLine { points: vec![at(-1.0), at(6.0)], file: None },
         ObstacleShape::Polygon { vertices: vec![at(-1.0), at(6.0), [6.0, -3.0], [-1.0, -3.0]] },
     ];
-    let plane = speeds(&run(&block("quadratic", 0.3 * tangent, None)?)?);
+    let plane = speed_series(&run_mpm(&block("quadratic", 0.3 * tangent, None)?)?);
     for (name, form) in ["ground line", "polygon"].into_iter().zip(forms) {
-        let other = speeds(&run(&block("quadratic", 0.3 * tangent, Some(form))?)?);
-        let apart = plane.iter().zip(&other).map(|(a, b)| (a.1 - b.1).abs()).largest();
-        outcome.below(
+        let other = speed_series(&run_mpm(&block("quadratic", 0.3 * tangent, Some(form))?)?);
+        let apart = plane.iter().zip(&other).map(|(a, b)| (a.1 - b.1).abs()).max_or_nan();
+        outcome.assert_below(
             format!("{name} against half-space: largest difference of velocity (m/s)"),
             "the same plane",
             apart,
@@ -83,13 +83,13 @@ fn forms(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// Gravity along the plane (m/s²).
-pub fn along() -> f64 {
+pub fn gravity_along_plane() -> f64 {
     GRAVITY * ANGLE.to_radians().sin()
 }
 
 fn block(shape: &str, friction: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
-    let mut case = case("mpm/inclined-block")?;
-    set(&mut case, "shape", shape);
+    let mut case = load_case("mpm/inclined-block")?;
+    set_mpm_option(&mut case, "shape", shape);
     let obstacle = &mut case.obstacles[0];
     obstacle.wall = ObstacleWall::Frictional { friction_coefficient: friction, adhesion: 0.0 };
     if let Some(form) = form {
@@ -99,31 +99,31 @@ fn block(shape: &str, friction: f64, form: Option<ObstacleShape>) -> Result<Case
 }
 
 /// Velocity of the centre of mass along the plane.
-pub fn speeds(report: &RunReport) -> Vec<(f64, f64)> {
+pub fn speed_series(report: &RunReport) -> Vec<(f64, f64)> {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
-    let [x, y, mass] = ["momentum.x", "momentum.y", "mass"].map(|name| series(report, name));
+    let [x, y, mass] = ["momentum.x", "momentum.y", "mass"].map(|name| measure_series(report, name));
     let speed = |k: usize| (x[k].0, (cosine * x[k].1 - sine * y[k].1) / mass[k].1);
     (0..x.len().min(y.len()).min(mass.len())).map(speed).collect()
 }
 
 /// Way along the plane since gravity has grown (m), by the trapezoidal rule.
-pub fn way(report: &RunReport) -> f64 {
-    let speeds = after(report);
+pub fn travelled_distance(report: &RunReport) -> f64 {
+    let speeds = speeds_after_loading(report);
     speeds.windows(2).map(|pair| 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0)).sum()
 }
 
 /// Velocities along the plane since gravity has grown.
-pub fn after(report: &RunReport) -> Vec<(f64, f64)> {
-    speeds(report).into_iter().filter(|(time, _)| *time >= LOADED - 1e-9).collect()
+pub fn speeds_after_loading(report: &RunReport) -> Vec<(f64, f64)> {
+    speed_series(report).into_iter().filter(|(time, _)| *time >= LOADED - 1e-9).collect()
 }
 
-fn judge(outcome: &mut Outcome, name: &str, report: &RunReport, share: f64) {
-    let exact = along() * (1.0 - share);
-    let found = slope(&after(report));
-    outcome.within(
+fn judge(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport, share: f64) {
+    let exact = gravity_along_plane() * (1.0 - share);
+    let found = regression_slope(&speeds_after_loading(report));
+    outcome.assert_within(
         format!("{name}: error of the acceleration over g sin θ"),
         &format!("g (sin θ - μ cos θ) = {exact:.4} m/s²"),
-        (found - exact) / along(),
+        (found - exact) / gravity_along_plane(),
         (-0.01, 0.01),
         "one cell is a twentieth of the length",
     );

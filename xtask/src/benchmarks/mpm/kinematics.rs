@@ -4,16 +4,19 @@ use colluvium::case::{Case, Snapshot};
 use colluvium::constitutive::{InitialCondition, Mat3, Motion, SymTensor};
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run, set, stresses, vectors};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, reference_curve, reference_table, run_mpm, set_mpm_option,
+    stresses, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/kinematics",
     title: "Constant velocity gradient, rotation and shear of a stressed block",
     source: "sheet: mpm A-04, A-05, closed forms",
-    quick: Some(6),
-    full: 6,
+    short_seconds: Some(6),
+    full_seconds: 6,
     run: benchmark,
 };
 
@@ -25,8 +28,8 @@ const TRIANGLES: &str = "triangles";
 /// does not lie at the node, has no part in it: with cubic splines and re-mapping a step reaches eight cells.
 const CORE: f64 = 0.2;
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     for shape in SHAPES.into_iter().chain(["cpdi", "cpdi2", "dual-domain", TRIANGLES]) {
         patch(&mut outcome, shape)?;
     }
@@ -52,22 +55,22 @@ fn mean(stresses: &[SymTensor]) -> SymTensor {
 }
 
 fn farthest(stresses: &[SymTensor], exact: SymTensor) -> f64 {
-    stresses.iter().map(|stress| (*stress + exact * -1.0).norm()).largest()
+    stresses.iter().map(|stress| (*stress + exact * -1.0).norm()).max_or_nan()
 }
 
 /// One step of a linear velocity field: the stress of every point of the core is that of the law for exactly
 /// this gradient. The law is one-to-one, so that stress stands for the gradient, its spin included.
-fn patch(outcome: &mut Outcome, shape: &str) -> Result<(), String> {
+fn patch(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
     let mut worst = 0f64;
     for scheme in ["usf", "usl", "musl"] {
-        let mut case = case("mpm/patch")?;
+        let mut case = load_case("mpm/patch")?;
         if shape == TRIANGLES {
-            set(&mut case, "mesh", serde_json::json!({ "kind": "box" }));
+            set_mpm_option(&mut case, "mesh", serde_json::json!({ "kind": "box" }));
         } else {
-            set(&mut case, "shape", shape);
+            set_mpm_option(&mut case, "shape", shape);
         }
-        set(&mut case, "stress_update", scheme);
-        let report = run(&case)?;
+        set_mpm_option(&mut case, "stress_update", scheme);
+        let report = run_mpm(&case)?;
         let (exact, scale) = one_step(&case)?;
         let found = core(&report.snapshot);
         if report.steps != 1 || found.is_empty() {
@@ -77,7 +80,7 @@ fn patch(outcome: &mut Outcome, shape: &str) -> Result<(), String> {
     }
     let reason = "the sheet's 10⁻¹², for stress first, last and last from re-mapped velocities";
     let name = format!("A-04 patch, {shape}: largest error of stress over E |L| Δt");
-    outcome.below(name, "0", worst, 1e-12, reason);
+    outcome.assert_below(name, "0", worst, 1e-12, reason);
     Ok(())
 }
 
@@ -101,7 +104,7 @@ fn one_step(case: &Case) -> Result<(SymTensor, f64), String> {
     let mut motion =
         Motion::from_deformation(&Mat3::IDENTITY, dt, spec.density(), 1.0).ok_or("singular identity")?;
     motion.deformation = deformation;
-    motion.gradient = gradient;
+    motion.velocity_gradient_dt = gradient;
     law.update(&[motion], &mut stresses, &mut states.blocks_mut()[0]).map_err(|error| error.to_string())?;
     let size = gradient.0.as_flattened().iter().map(|g| g * g).sum::<f64>().sqrt();
     Ok((stresses[0], 1e6 * size))
@@ -111,26 +114,26 @@ fn one_step(case: &Case) -> Result<(SymTensor, f64), String> {
 /// diagonal of the deformation gradient they let a point at the surface tear in shear (see the page of
 /// validation).
 fn shaped(case: &mut Case, shape: &str) {
-    set(case, "shape", shape);
+    set_mpm_option(case, "shape", shape);
     if shape == "cpgimp" {
-        set(case, "domain_stretch", "right-stretch");
+        set_mpm_option(case, "domain_stretch", "right-stretch");
     }
 }
 
 /// A quarter turn of a stressed block across the cells of the grid.
-fn rotation(outcome: &mut Outcome, shape: &str) -> Result<(), String> {
-    let mut case = case("mpm/stress-rotation")?;
+fn rotation(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
+    let mut case = load_case("mpm/stress-rotation")?;
     shaped(&mut case, shape);
     let start = case.initial_stress(&case.bodies[0], [0.0; 3]);
     let turned = start.rotated(&Mat3::rotation_z(std::f64::consts::FRAC_PI_2));
-    let found = core(&run(&case).map_err(|error| format!("quarter turn, {shape}: {error}"))?.snapshot);
+    let found = core(&run_mpm(&case).map_err(|error| format!("quarter turn, {shape}: {error}"))?.snapshot);
     let middle = mean(&found);
     let reason = "the sheet's 0.5 %; mean over the core";
     for (component, name) in [(0, "σ_xx"), (1, "σ_yy"), (3, "σ_xy")] {
         let name = format!("A-05 quarter turn, {shape}: {name} (Pa)");
-        outcome.near(name, turned[component], 5e-3, middle[component], reason);
+        outcome.assert_close(name, turned[component], 5e-3, middle[component], reason);
     }
-    outcome.below(
+    outcome.assert_below(
         format!("A-05 quarter turn, {shape}: largest error of a point over the size of the stress"),
         "0",
         farthest(&found, turned) / start.norm(),
@@ -141,8 +144,8 @@ fn rotation(outcome: &mut Outcome, shape: &str) -> Result<(), String> {
 }
 
 /// Simple shear to 1 in steps of 0.001.
-fn shear(outcome: &mut Outcome) -> Result<(), String> {
-    let exact = reference("mpm/simple-shear/reference.csv")?;
+fn shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let exact = reference_table("mpm/simple-shear/reference.csv")?;
     let mut chart = LineChart {
         title: "Simple shear of a hypoelastic block".into(),
         x_label: "shear strain γ".into(),
@@ -152,19 +155,19 @@ fn shear(outcome: &mut Outcome) -> Result<(), String> {
     let modulus = 1e6 / 2.6;
     for component in ["xy", "xx"] {
         let label = format!("σ_{component}, closed form");
-        chart.series.push(Series::new(label, curve(&exact, "shear", component)?, Style::Dashed));
+        chart.series.push(Series::new(label, reference_curve(&exact, "shear", component)?, Style::Dashed));
     }
     for shape in SHAPES {
-        let mut case = case("mpm/simple-shear")?;
+        let mut case = load_case("mpm/simple-shear")?;
         shaped(&mut case, shape);
-        let report = run(&case).map_err(|error| format!("simple shear, {shape}: {error}"))?;
+        let report = run_mpm(&case).map_err(|error| format!("simple shear, {shape}: {error}"))?;
         let found = core(&report.snapshot);
         let middle = mean(&found) * (1.0 / modulus);
         let reason = "the sheet's 1 % in steps of 0.001; mean over the core";
         let (xx, xy) = (1.0 - 1f64.cos(), 1f64.sin());
         for (component, name, value) in [(3, "σ_xy", xy), (0, "σ_xx", xx), (1, "σ_yy", -xx)] {
             let name = format!("A-05 simple shear to γ = 1, {shape}: {name} over G");
-            outcome.near(name, value, 1e-2, middle[component], reason);
+            outcome.assert_close(name, value, 1e-2, middle[component], reason);
         }
         if shape == "ugimp" {
             for (component, name) in [(3, "xy"), (0, "xx")] {

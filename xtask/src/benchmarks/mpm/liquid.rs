@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
-use crate::analysis::{Largest, slope};
+use crate::analysis::{MaxOrNan, regression_slope};
 use crate::benchmarks::{
-    Benchmark, Outcome, case, curve, reference, run, series, set, starts, stresses, vectors,
+    Benchmark, BenchmarkOutcome, initial_positions, load_case, measure_series, reference_curve,
+    reference_table, run_mpm, set_mpm_option, stresses, vectors,
 };
 
 /// Water at rest.
@@ -15,8 +16,8 @@ pub const HYDROSTATIC: Benchmark = Benchmark {
     id: "mpm/hydrostatic",
     title: "Still water in a tank",
     source: "sheet: mpm A-24, closed form",
-    quick: Some(2),
-    full: 2,
+    short_seconds: Some(2),
+    full_seconds: 2,
     run: hydrostatic,
 };
 
@@ -25,8 +26,8 @@ pub const VISCOUS: Benchmark = Benchmark {
     id: "mpm/viscous-flow",
     title: "Couette and Poiseuille flow, periodic",
     source: "sheet: mpm A-26, closed forms",
-    quick: Some(6),
-    full: 6,
+    short_seconds: Some(6),
+    full_seconds: 6,
     run: viscous,
 };
 
@@ -35,8 +36,8 @@ pub const DAM_BREAK: Benchmark = Benchmark {
     id: "mpm/dam-break",
     title: "Dam break in a tank",
     source: "sheet: mpm A-25; Martin & Moyce 1952, Koshizuka & Oka 1996; bound of Ritter 1892",
-    quick: Some(3),
-    full: 20,
+    short_seconds: Some(3),
+    full_seconds: 20,
     run: dam_break,
 };
 
@@ -45,8 +46,8 @@ const DENSITY: f64 = 1000.0;
 const GRAVITY: f64 = 9.81;
 const BULK: f64 = 2e6;
 
-fn hydrostatic(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn hydrostatic(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Pressure over depth".into(),
         x_label: "height at the start (m)".into(),
@@ -54,15 +55,15 @@ fn hydrostatic(_quick: bool) -> Result<Outcome, String> {
         ..LineChart::default()
     };
     for shape in ["linear", "ugimp"] {
-        let mut case = case("mpm/hydrostatic")?;
-        set(&mut case, "shape", shape);
-        let report = run(&case)?;
-        let (starts, stress) = (starts(&report.snapshot), stresses(&report.snapshot));
+        let mut case = load_case("mpm/hydrostatic")?;
+        set_mpm_option(&mut case, "shape", shape);
+        let report = run_mpm(&case)?;
+        let (starts, stress) = (initial_positions(&report.snapshot), stresses(&report.snapshot));
         let exact = |y: f64| DENSITY * GRAVITY * (1.0 - y);
         let count = stress.len() as f64;
         let square =
             starts.iter().zip(&stress).map(|(x, s)| (s.pressure() - exact(x[1])).powi(2)).sum::<f64>();
-        outcome.below(
+        outcome.assert_below(
             format!("{shape}: RMS error of pressure over that at the bottom"),
             "p = rho_0 g (H - Y) by mass",
             (square / count).sqrt() / exact(0.0),
@@ -72,14 +73,14 @@ fn hydrostatic(_quick: bool) -> Result<Outcome, String> {
         let settled = DENSITY * GRAVITY / (2.0 * BULK);
         let tops = report.snapshot.positions.iter().zip(&starts).filter(|(_, start)| start[1] > 0.975);
         let (sum, number) = tops.fold((0.0, 0.0), |(sum, n), (x, _)| (sum + x[1] + 0.0125, n + 1.0));
-        outcome.near(
+        outcome.assert_close(
             format!("{shape}: level of the surface (m)"),
             1.0 - settled,
             0.001,
             sum / number,
             "the sheet's 0.1 %: above the mean of the uppermost points by half their width",
         );
-        outcome.near(
+        outcome.assert_close(
             format!("{shape}: how far the surface has settled (m)"),
             settled,
             0.02,
@@ -136,9 +137,9 @@ fn couette(y: f64, time: f64) -> f64 {
     y + 2.0 / PI * (1..200).map(term).sum::<f64>()
 }
 
-fn viscous(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let report = run(&case("mpm/couette")?)?;
+fn viscous(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let report = run_mpm(&load_case("mpm/couette")?)?;
     let mut chart = LineChart {
         title: "Couette flow, 40 cells across".into(),
         x_label: "height over gap".into(),
@@ -155,14 +156,14 @@ fn viscous(_quick: bool) -> Result<Outcome, String> {
         let frame = frame.ok_or_else(|| format!("no frame at {time} s"))?;
         for (height, exact) in [0.25, 0.5, 0.75].into_iter().zip(exact) {
             let name = format!("Couette, t = {time} H²/ν, y = {height} H: velocity over that of the plate");
-            outcome.near(name, exact, 0.02, at_height(frame, height), "the sheet's 2 %");
+            outcome.assert_close(name, exact, 0.02, at_height(frame, height), "the sheet's 2 %");
         }
         chart.series.push(Series::new(format!("t = {time} H²/ν"), profile(frame), Style::Markers));
         if time == 0.5 {
             let name = format!(
                 "Couette, t = {time} H²/ν, row of points under the plate: velocity over that of the plate"
             );
-            outcome.near(name, couette(UPPERMOST, time), 0.02, uppermost(frame), "the sheet's 2 %");
+            outcome.assert_close(name, couette(UPPERMOST, time), 0.02, uppermost(frame), "the sheet's 2 %");
         }
         let line = (0..=100).map(|i| f64::from(i) / 100.0).map(|y| (y, couette(y, time))).collect();
         let label = if time < 0.06 { "closed form" } else { "" };
@@ -173,16 +174,16 @@ fn viscous(_quick: bool) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-fn poiseuille(outcome: &mut Outcome) -> Result<(), String> {
-    let mut case = case("mpm/couette")?;
+fn poiseuille(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let mut case = load_case("mpm/couette")?;
     case.boundaries[1].velocity = None;
     // u = g y (H - y) / (2 ν), 1 m/s in the middle.
     case.gravity = vec![8.0, 0.0];
     case.stages[0].duration = 1.0;
-    let report = run(&case)?;
+    let report = run_mpm(&case)?;
     let exact = |y: f64| 4.0 * y * (1.0 - y);
     for height in [0.25, 0.5, 0.75] {
-        outcome.near(
+        outcome.assert_close(
             format!("Poiseuille, y = {height} H: velocity (m/s)"),
             exact(height),
             0.02,
@@ -190,12 +191,16 @@ fn poiseuille(outcome: &mut Outcome) -> Result<(), String> {
             "the sheet's 2 %",
         );
     }
-    let drift =
-        report.snapshot.positions.iter().zip(starts(&report.snapshot)).map(|(x, s)| (x[1] - s[1]).abs());
-    outcome.below(
+    let drift = report
+        .snapshot
+        .positions
+        .iter()
+        .zip(initial_positions(&report.snapshot))
+        .map(|(x, s)| (x[1] - s[1]).abs());
+    outcome.assert_below(
         "Poiseuille: largest move across the flow over the gap",
         "none",
-        drift.largest(),
+        drift.max_or_nan(),
         1e-3,
         "a twenty-fifth of a cell, while the liquid in the middle has gone around the domain twelve times",
     );
@@ -218,21 +223,21 @@ fn poiseuille(outcome: &mut Outcome) -> Result<(), String> {
 /// Width of the column (m).
 const WIDTH: f64 = 0.146;
 
-fn dam_break(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let mut case = case("mpm/dam-break")?;
+fn dam_break(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let mut case = load_case("mpm/dam-break")?;
     if quick {
-        set(&mut case, "cell_size", 2.0 * 0.0045625);
+        set_mpm_option(&mut case, "cell_size", 2.0 * 0.0045625);
     }
-    let report = run(&case)?;
+    let report = run_mpm(&case)?;
     let unit = (WIDTH / (2.0 * GRAVITY)).sqrt();
     let front: Vec<(f64, f64)> =
-        series(&report, "front").iter().map(|(t, x)| (t / unit, x / WIDTH)).collect();
+        measure_series(&report, "front").iter().map(|(t, x)| (t / unit, x / WIDTH)).collect();
     let between = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
         points.iter().copied().filter(|(_, z)| *z > 1.5 && *z < 3.0).collect()
     };
-    let found = slope(&between(&front));
-    let table = reference("mpm/dam-break/front.csv")?;
+    let found = regression_slope(&between(&front));
+    let table = reference_table("mpm/dam-break/front.csv")?;
     let mut chart = LineChart {
         title: "Front of the surge".into(),
         x_label: "t √(2g/a)".into(),
@@ -241,9 +246,9 @@ fn dam_break(quick: bool) -> Result<Outcome, String> {
         ..LineChart::default()
     };
     for (name, column) in [("Martin & Moyce", "martin-moyce"), ("Koshizuka & Oka", "koshizuka-oka")] {
-        let measured = curve(&table, "time", column)?;
-        let exact = slope(&between(&measured));
-        outcome.near(
+        let measured = reference_curve(&table, "time", column)?;
+        let exact = regression_slope(&between(&measured));
+        outcome.assert_close(
             format!("speed of the front, dZ/dT for 1.5 < Z < 3, against {name}"),
             exact,
             0.15,
@@ -253,7 +258,7 @@ fn dam_break(quick: bool) -> Result<Outcome, String> {
         chart.series.push(Series::new(name, measured, Style::Markers));
     }
     let ahead = front.iter().map(|(t, z)| z - 1.0 - 2.0 * t).fold(f64::NEG_INFINITY, f64::max);
-    outcome.below(
+    outcome.assert_below(
         "largest lead of the front over Ritter's, over the width of the column",
         "none: x/a - 1 = 2 T is a bound",
         ahead,
@@ -261,7 +266,7 @@ fn dam_break(quick: bool) -> Result<Outcome, String> {
         "the sheet: never above",
     );
     chart.series.push(Series::new("Ritter's bound", vec![(0.0, 1.0), (1.5, 4.0)], Style::Dashed));
-    outcome.near(
+    outcome.assert_close(
         "mass at the end over that at the start",
         1.0,
         1e-12,
@@ -270,14 +275,14 @@ fn dam_break(quick: bool) -> Result<Outcome, String> {
     );
     energy(&mut outcome, &report)?;
     outcome.svg("The front against both experiments and the bound of shallow water.", &chart)?;
-    let cloud = PointCloud::of(&report.snapshot, "velocity", [0, 1]).ok_or("no velocities")?;
+    let cloud = PointCloud::from_snapshot(&report.snapshot, "velocity", [0, 1]).ok_or("no velocities")?;
     outcome.png("The surge just before the far wall.", &cloud)?;
     Ok(outcome)
 }
 
 /// Kinetic and potential energy together must not grow.
-fn energy(outcome: &mut Outcome, report: &RunReport) -> Result<(), String> {
-    let column = |name: &str| series(report, name);
+fn energy(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), String> {
+    let column = |name: &str| measure_series(report, name);
     let (kinetic, potential) = (column("kinetic_energy"), column("potential_energy"));
     let total: Vec<(f64, f64)> = kinetic.iter().zip(&potential).map(|(k, p)| (k.0, k.1 + p.1)).collect();
     let first = total.first().map_or(f64::NAN, |p| p.1);
@@ -286,7 +291,7 @@ fn energy(outcome: &mut Outcome, report: &RunReport) -> Result<(), String> {
         rise = rise.max(e - least);
         least = least.min(*e);
     }
-    outcome.below(
+    outcome.assert_below(
         "largest rise of kinetic and potential energy over that at the start",
         "none",
         rise / first,

@@ -3,20 +3,20 @@
 
 use std::f64::consts::PI;
 
-use colluvium::case::{Case, Manufactured, Prescribed};
+use colluvium::case::{Case, Manufactured, PrescribedState};
 use colluvium::mpm::Mpm;
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::analysis::manufactured::{distance, largest_over_steps};
-use crate::benchmarks::{Benchmark, Outcome, case, set};
+use crate::analysis::manufactured::{max_errors_over_steps, rms_position_error};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_mpm_option};
 
 /// Axis-aligned displacement.
 pub const AXIS_ALIGNED: Benchmark = Benchmark {
     id: "mpm/axis-aligned",
     title: "Axis-aligned manufactured solution: order of GIMP",
     source: "Wallstedt & Guilkey 2008; sheet: mpm A-10",
-    quick: Some(15),
-    full: 78,
+    short_seconds: Some(15),
+    full_seconds: 78,
     run: axis_aligned,
 };
 
@@ -25,8 +25,8 @@ pub const VORTEX: Benchmark = Benchmark {
     id: "mpm/vortex",
     title: "Generalised vortex: shear without bound on any axis-aligned domain",
     source: "Brannon, Kamojjala & Sadeghirad 2011; sheet: mpm A-11",
-    quick: Some(45),
-    full: 60,
+    short_seconds: Some(45),
+    full_seconds: 60,
     run: vortex,
 };
 
@@ -47,17 +47,18 @@ fn largest_error(
 ) -> Result<f64, String> {
     let mut solver = Mpm.manufactured(case, solution).map_err(|error| error.to_string())?;
     let end = case.stages[0].duration;
-    let [largest] = largest_over_steps(&mut *solver, end, |snapshot| [distance(snapshot, &exact)])?;
+    let [largest] =
+        max_errors_over_steps(&mut *solver, end, |snapshot| [rms_position_error(snapshot, &exact)])?;
     Ok(largest)
 }
 
 /// `u_a = A sin 2πX_a sin(cπt + φ_a)`.
 #[derive(Clone, Copy)]
-struct Waves {
+struct WaveSolution {
     amplitude: f64,
 }
 
-impl Waves {
+impl WaveSolution {
     const YOUNG: f64 = 1e4;
     const PHASES: [f64; 2] = [0.0, 2.0 * PI / 3.0];
 
@@ -100,24 +101,24 @@ impl Waves {
             start: Box::new(move |x| {
                 let [a, b] = [self.along(0, x, 0.0), self.along(1, x, 0.0)];
                 let deformation = [[a[2], 0.0, 0.0], [0.0, b[2], 0.0], [0.0, 0.0, 1.0]];
-                Prescribed { position: self.place(x, 0.0), velocity: [a[1], b[1], 0.0], deformation }
+                PrescribedState { position: self.place(x, 0.0), velocity: [a[1], b[1], 0.0], deformation }
             }),
             force: Box::new(move |x, t| self.force(x, t)),
         }
     }
 
     fn error(self, shape: &str, cells: usize) -> Result<f64, String> {
-        let mut case = case("mpm/axis-aligned")?;
-        set(&mut case, "shape", shape);
-        set(&mut case, "cell_size", 1.0 / cells as f64);
+        let mut case = load_case("mpm/axis-aligned")?;
+        set_mpm_option(&mut case, "shape", shape);
+        set_mpm_option(&mut case, "cell_size", 1.0 / cells as f64);
         case.stages[0].duration = 2.0 / Self::speed();
         largest_error(&case, self.solution(), |x, t| self.place(x, t))
     }
 }
 
-fn axis_aligned(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let waves = Waves { amplitude: 0.05 };
+fn axis_aligned(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let waves = WaveSolution { amplitude: 0.05 };
     for (x, t, exact) in [
         ([0.1, 0.2, 0.0], 0.05, [0.014_005_534_5, 1.121_120_74, 1.050_781_504, 4.558_258_755, 1_641.255_248]),
         (
@@ -133,7 +134,7 @@ fn axis_aligned(quick: bool) -> Result<Outcome, String> {
             ["u_x", "F_xx", "F_yy", "b_x", "σ_xx"].iter().zip(exact.into_iter().zip(found))
         {
             let name = format!("solution at ({}, {}), t = {t}: {name}", x[0], x[1]);
-            outcome.near(name, exact, 1e-8, found, "the sheet's samples, to their digits");
+            outcome.assert_close(name, exact, 1e-8, found, "the sheet's samples, to their digits");
         }
     }
     let mut chart = LineChart {
@@ -158,7 +159,7 @@ fn axis_aligned(quick: bool) -> Result<Outcome, String> {
         for ((cells, error), bound) in refinement.iter().zip(&errors).zip(prototype) {
             let title = format!("{name}, {cells} cells: largest error of position (m)");
             if shape == "cpgimp" {
-                outcome.below(
+                outcome.assert_below(
                     title,
                     &format!("{bound:.3e} (sheet's prototype)"),
                     *error,
@@ -166,7 +167,7 @@ fn axis_aligned(quick: bool) -> Result<Outcome, String> {
                     "the sheet: 1.3 times its errors",
                 );
             } else {
-                outcome.show(
+                outcome.info(
                     title,
                     "sheet: uGIMP stalls, MPM diverges; none for CPDI and dual domains",
                     *error,
@@ -176,7 +177,7 @@ fn axis_aligned(quick: bool) -> Result<Outcome, String> {
         }
         if shape == "cpgimp" || shape == "cpdi" {
             let order = (errors[0] / errors[2]).log2() / 2.0;
-            outcome.within(
+            outcome.assert_within(
                 format!("{name}: order over 8 to 32 cells"),
                 "2.2 (sheet's prototype)",
                 order,
@@ -186,7 +187,7 @@ fn axis_aligned(quick: bool) -> Result<Outcome, String> {
         }
         if shape == "linear" {
             let reason = "cell crossing: refining makes linear MPM worse (P-01)";
-            outcome.within(
+            outcome.assert_within(
                 "linear MPM: error of 32 cells over that of 8",
                 "1.98 (sheet's prototype)",
                 errors[2] / errors[0],
@@ -195,11 +196,11 @@ fn axis_aligned(quick: bool) -> Result<Outcome, String> {
             );
         }
     }
-    let small = Waves { amplitude: 1e-4 };
+    let small = WaveSolution { amplitude: 1e-4 };
     for shape in ["cpgimp", "ugimp", "linear", "cpdi"] {
         let order = (small.error(shape, 8)? / small.error(shape, 32)?).log2() / 2.0;
         let name = format!("{shape}, amplitude 10⁻⁴, no crossing: order over 8 to 32 cells");
-        outcome.within(
+        outcome.assert_within(
             name,
             "1.9 (sheet's prototype)",
             order,
@@ -213,11 +214,11 @@ fn axis_aligned(quick: bool) -> Result<Outcome, String> {
 
 /// A ring that turns by `α(R, t)`.
 #[derive(Clone, Copy)]
-struct Vortex {
+struct VortexSolution {
     strength: f64,
 }
 
-impl Vortex {
+impl VortexSolution {
     const YOUNG: f64 = 1000.0;
 
     /// Profile of the rotation over the radius, its slope and the slope of that.
@@ -251,7 +252,7 @@ impl Vortex {
             start: Box::new(move |x| {
                 let rate = self.strength * PI * Self::profile(x[0].hypot(x[1]))[0];
                 let deformation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-                Prescribed { position: x, velocity: [-rate * x[1], rate * x[0], 0.0], deformation }
+                PrescribedState { position: x, velocity: [-rate * x[1], rate * x[0], 0.0], deformation }
             }),
             force: Box::new(move |x, t| {
                 let radius = x[0].hypot(x[1]);
@@ -263,17 +264,17 @@ impl Vortex {
     }
 
     fn error(self, shape: &str, formulation: &str, cells: usize) -> Result<f64, String> {
-        let mut case = case("mpm/vortex")?;
-        set(&mut case, "shape", shape);
-        set(&mut case, "formulation", formulation);
-        set(&mut case, "cell_size", 3.0 / cells as f64);
+        let mut case = load_case("mpm/vortex")?;
+        set_mpm_option(&mut case, "shape", shape);
+        set_mpm_option(&mut case, "formulation", formulation);
+        set_mpm_option(&mut case, "cell_size", 3.0 / cells as f64);
         largest_error(&case, self.solution(), |x, t| self.place(x, t))
     }
 }
 
-fn vortex(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let full = Vortex { strength: 1.0 };
+fn vortex(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let full = VortexSolution { strength: 1.0 };
     for (radius, t, [angle, radial, tangential]) in [
         (0.8, 0.25, [0.091_641_038_84, 3.200_408_957, -17.293_800_16]),
         (1.0, 0.5, [1.0, 0.0, 14.745_780_21]),
@@ -284,7 +285,7 @@ fn vortex(quick: bool) -> Result<Outcome, String> {
         for (name, exact, found) in
             [("α", angle, full.angle(radius, t)), ("b_r", radial, force[0]), ("b_θ", tangential, force[1])]
         {
-            outcome.near(
+            outcome.assert_close(
                 format!("solution at R = {radius}, t = {t}: {name}"),
                 exact,
                 1e-8,
@@ -294,13 +295,13 @@ fn vortex(quick: bool) -> Result<Outcome, String> {
         }
     }
     let updated = "updated-lagrangian";
-    let weak = Vortex { strength: 0.1 };
+    let weak = VortexSolution { strength: 0.1 };
     let cells: &[usize] = if quick { &[30, 60] } else { &[30, 60, 120] };
     for (cells, prototype) in cells.iter().zip([2.1e-2, 3.3e-3, 1.9e-3]) {
         let name = format!("cpGIMP, G = 0.1, {cells} cells: largest error of position (m)");
         let claim = format!("{prototype:.2e} (sheet's prototype)");
         let error = weak.error("cpgimp", updated, *cells)?;
-        outcome.below(name, &claim, error, 1.3 * prototype, "the sheet: 1.3 times its errors");
+        outcome.assert_below(name, &claim, error, 1.3 * prototype, "the sheet: 1.3 times its errors");
     }
     let mut chart = LineChart {
         title: "Largest error of position, G = 1".into(),
@@ -325,14 +326,14 @@ fn vortex(quick: bool) -> Result<Outcome, String> {
             if formulation == updated {
                 let reason = "the sheet asks for one of both, and the total-Lagrangian form is judged; convected domains \
                               shear until their corners lie more than two cells from the point, and the run stops";
-                outcome.show(title, "5e-2 by this or by total-Lagrangian MPM", error, reason);
+                outcome.info(title, "5e-2 by this or by total-Lagrangian MPM", error, reason);
                 continue;
             }
             let claim = "total-Lagrangian 3.6e-2, with quadratic splines 1.9e-2 at 120 (sheet's prototype)";
             if cells == 120 {
-                outcome.below(title, claim, error, 5e-2, "the sheet's bound");
+                outcome.assert_below(title, claim, error, 5e-2, "the sheet's bound");
             } else {
-                outcome.show(
+                outcome.info(
                     title,
                     "8.2e-2, 4.6e-2 at 60 (sheet's prototype)",
                     error,

@@ -5,15 +5,18 @@ use colluvium::case::{Case, RunReport};
 use colluvium::plots::PointCloud;
 
 use super::inclined_block::ANGLE;
-use crate::benchmarks::{Benchmark, OnObstacles, Outcome, case, centre_of_mass, deepest, on_obstacles, run};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, ObstacleEnergyShares, centre_of_mass, load_case, max_penetration,
+    obstacle_energy_shares, run_mpm,
+};
 
 /// The heap.
 pub const HEAPS: Benchmark = Benchmark {
     id: "mpm/heap-on-planes",
     title: "Heap of sand on a plane given as half-space, polygon, raster and closed wedge",
     source: "agreement of the forms; sheet: mpm A-14",
-    quick: Some(20),
-    full: 40,
+    short_seconds: Some(20),
+    full_seconds: 40,
     run: heaps,
 };
 
@@ -22,14 +25,14 @@ pub const TERRAIN: Benchmark = Benchmark {
     id: "mpm/terrain-flow",
     title: "Slide of 10⁵ points on a raster of 200 by 200 heights",
     source: "no point under the ground; energy; sheet: mpm A-14",
-    quick: None,
-    full: 300,
+    short_seconds: None,
+    full_seconds: 300,
     run: terrain,
 };
 
-fn heaps(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let base = case("mpm/heap-on-planes")?;
+fn heaps(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let base = load_case("mpm/heap-on-planes")?;
     let tangent = ANGLE.to_radians().tan();
     let at = |x: f64| [x, 2.5 - x * tangent];
     let file = |name: &str| {
@@ -49,20 +52,20 @@ fn heaps(quick: bool) -> Result<Outcome, String> {
     {
         let mut case = base.clone();
         case.obstacles[0].shape = shape;
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         let way = way(&report);
         match ways.first() {
             None => {
                 let sliding = 0.5 * 9.81 * (ANGLE.to_radians().sin() - 0.3 * ANGLE.to_radians().cos());
                 let reason = "not judged: how far a rigid block slides in a second after a sudden start";
-                outcome.show(
+                outcome.info(
                     format!("{name}: way of the centre of mass along the plane (m)"),
                     &format!("{sliding:.2}"),
                     way,
                     reason,
                 );
             }
-            Some(first) => outcome.near(
+            Some(first) => outcome.assert_close(
                 format!("{name}: way of the centre of mass along the plane, against the half-space's (m)"),
                 *first,
                 0.02,
@@ -71,7 +74,7 @@ fn heaps(quick: bool) -> Result<Outcome, String> {
             ),
         }
         above(&mut outcome, name, &case, &report)?;
-        if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 2]) {
+        if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 2]) {
             outcome.png(&format!("The heap on the plane as {name}, from the side."), &cloud)?;
         }
         ways.push(way);
@@ -88,23 +91,23 @@ fn way(report: &RunReport) -> f64 {
 }
 
 /// No centre of a point lies under the ground in any frame.
-fn above(outcome: &mut Outcome, name: &str, case: &Case, report: &RunReport) -> Result<(), String> {
-    outcome.below(
+fn above(outcome: &mut BenchmarkOutcome, name: &str, case: &Case, report: &RunReport) -> Result<(), String> {
+    outcome.assert_below(
         format!("{name}: largest depth of a point's centre under the ground (m)"),
         "none",
-        deepest(case, report)?,
+        max_penetration(case, report)?,
         0.0,
         "none may be under it",
     );
     Ok(())
 }
 
-fn terrain(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let case = case("mpm/terrain-flow")?;
-    let report = run(&case)?;
+fn terrain(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let case = load_case("mpm/terrain-flow")?;
+    let report = run_mpm(&case)?;
     above(&mut outcome, "raster", &case, &report)?;
-    outcome.near(
+    outcome.assert_close(
         "mass at the end over that at the start",
         1.0,
         1e-12,
@@ -113,9 +116,9 @@ fn terrain(_quick: bool) -> Result<Outcome, String> {
     );
     energies(&mut outcome, &report);
     let points = report.snapshot.positions.len();
-    outcome.show("points", "10⁵", f64::from(u32::try_from(points).unwrap_or(u32::MAX)), "not judged");
+    outcome.info("points", "10⁵", f64::from(u32::try_from(points).unwrap_or(u32::MAX)), "not judged");
     for (caption, axes) in [("from above", [0, 1]), ("from the side", [0, 2])] {
-        if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", axes) {
+        if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "displacement", axes) {
             outcome.png(&format!("The slide after 7 s, {caption}."), &cloud)?;
         }
     }
@@ -123,23 +126,23 @@ fn terrain(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// The balance of energy.
-fn energies(outcome: &mut Outcome, report: &RunReport) {
-    let OnObstacles { rise, friction, stopped } = on_obstacles(report);
-    outcome.below(
+fn energies(outcome: &mut BenchmarkOutcome, report: &RunReport) {
+    let ObstacleEnergyShares { rise, friction, penetration_limit: stopped } = obstacle_energy_shares(report);
+    outcome.assert_below(
         "largest rise of the total energy over the work of gravity",
         "none",
         rise,
         1e-3,
         "0.1 %: what springs and steps exchange",
     );
-    outcome.within(
+    outcome.assert_within(
         "work of friction on the ground over that of gravity",
         "above 0, below 1",
         friction,
         (0.0, 1.0),
         "second law",
     );
-    outcome.within(
+    outcome.assert_within(
         "energy taken from points stopped before the ground over the work of gravity",
         "not below 0, below 0.05",
         stopped,

@@ -5,16 +5,16 @@ use colluvium::case::{Case, RunReport};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
 use super::inclined_block::ANGLE;
-use crate::analysis::{larger, slope};
-use crate::benchmarks::{Benchmark, Outcome, case, run, series, set};
+use crate::analysis::{max_or_nan, regression_slope};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/obstacle-points",
     title: "Obstacles that act on points: block on planes, disk in a bowl",
     source: "sheet: mpm A-14, closed form; energy",
-    quick: Some(35),
-    full: 100,
+    short_seconds: Some(35),
+    full_seconds: 100,
     run: benchmark,
 };
 
@@ -22,8 +22,8 @@ const GRAVITY: f64 = 9.81;
 /// When the block is settled (s).
 const SETTLED: f64 = 1.0;
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let angles: &[f64] = if quick { &[10.0, 40.0] } else { &[10.0, 20.0, 30.0, 40.0] };
     for &angle in angles {
         for share in [0.0, 0.3, 0.6, 1.2] {
@@ -66,8 +66,8 @@ fn friction(case: &mut Case, coefficient: f64, form: Option<ObstacleShape>) {
 
 /// The block in the plane. Its plane falls by 30 degrees against the grid, and by `angle` against gravity.
 fn in_plane(angle: f64, share: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
-    let mut case = case("mpm/inclined-block")?;
-    set(&mut case, "obstacles", "points");
+    let mut case = load_case("mpm/inclined-block")?;
+    set_mpm_option(&mut case, "obstacles", "points");
     let tilt = (ANGLE - angle).to_radians();
     case.gravity = vec![-GRAVITY * tilt.sin(), -GRAVITY * tilt.cos()];
     friction(&mut case, share * angle.to_radians().tan(), form);
@@ -76,7 +76,7 @@ fn in_plane(angle: f64, share: f64, form: Option<ObstacleShape>) -> Result<Case,
 
 /// The block in space.
 fn in_space(share: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
-    let mut case = case("mpm/inclined-block-space")?;
+    let mut case = load_case("mpm/inclined-block-space")?;
     friction(&mut case, share * ANGLE.to_radians().tan(), form);
     Ok(case)
 }
@@ -84,19 +84,25 @@ fn in_space(share: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
 /// Velocity of the centre of mass along the plane since the block is settled.
 fn speeds(report: &RunReport, up: &str) -> Vec<(f64, f64)> {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
-    let [x, z, mass] = ["momentum.x", up, "mass"].map(|name| series(report, name));
+    let [x, z, mass] = ["momentum.x", up, "mass"].map(|name| measure_series(report, name));
     let all = x.iter().zip(&z).zip(&mass);
     let speeds = all.map(|((x, z), mass)| (x.0, (cosine * x.1 - sine * z.1) / mass.1));
     speeds.filter(|(time, _)| *time >= SETTLED - 1e-9).collect()
 }
 
-fn judge(outcome: &mut Outcome, form: &str, case: &Case, angle: f64, share: f64) -> Result<(), String> {
-    let report = run(case)?;
+fn judge(
+    outcome: &mut BenchmarkOutcome,
+    form: &str,
+    case: &Case,
+    angle: f64,
+    share: f64,
+) -> Result<(), String> {
+    let report = run_mpm(case)?;
     let name = format!("{form}, {angle}°, μ = {share} tan θ");
     let found = speeds(&report, if case.gravity.len() == 3 { "momentum.z" } else { "momentum.y" });
     if share > 1.0 {
         let way: f64 = found.windows(2).map(|p| 0.5 * (p[0].1 + p[1].1) * (p[1].0 - p[0].0)).sum();
-        outcome.below(
+        outcome.assert_below(
             format!("{name}: drift in 1 s over the length of the block"),
             "at rest",
             way.abs(),
@@ -107,10 +113,10 @@ fn judge(outcome: &mut Outcome, form: &str, case: &Case, angle: f64, share: f64)
     }
     let along = GRAVITY * angle.to_radians().sin();
     let exact = along * (1.0 - share);
-    outcome.within(
+    outcome.assert_within(
         format!("{name}: error of the acceleration over g sin θ"),
         &format!("g (sin θ - μ cos θ) = {exact:.4} m/s²"),
-        (slope(&found) - exact) / along,
+        (regression_slope(&found) - exact) / along,
         (-0.01, 0.01),
         "1 % of g sin θ; a cell is a twentieth of the length, in space a tenth",
     );
@@ -118,31 +124,31 @@ fn judge(outcome: &mut Outcome, form: &str, case: &Case, angle: f64, share: f64)
 }
 
 /// The disk that comes to rest in a bowl.
-fn bowl(outcome: &mut Outcome) -> Result<(), String> {
-    let case = case("mpm/bowl")?;
-    let report = run(&case)?;
-    let standing = case.standing::<2>().map_err(|error| error.to_string())?;
+fn bowl(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let case = load_case("mpm/bowl")?;
+    let report = run_mpm(&case)?;
+    let standing = case.placed_obstacles::<2>().map_err(|error| error.to_string())?;
     let places = report.frames.iter().flat_map(|frame| &frame.positions);
     let depth = |x: &[f64; 3]| {
         let gap = standing[0].surface.gap(&[x[0], x[1]], f64::INFINITY);
         gap.map_or(0.0, |gap| -gap.distance)
     };
-    outcome.below(
+    outcome.assert_below(
         "bowl: largest depth of a point's centre under the surface (m)",
         "none",
-        places.map(depth).fold(f64::NEG_INFINITY, larger),
+        places.map(depth).fold(f64::NEG_INFINITY, max_or_nan),
         0.0,
         "none may be under it",
     );
     energies(outcome, &report)?;
-    if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
+    if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1]) {
         outcome.png("The disk at rest.", &cloud)?;
     }
     Ok(())
 }
 
 /// The balance of energy of the disk.
-fn energies(outcome: &mut Outcome, report: &RunReport) -> Result<(), String> {
+fn energies(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), String> {
     let parts = [
         "kinetic_energy",
         "elastic_energy",
@@ -151,24 +157,24 @@ fn energies(outcome: &mut Outcome, report: &RunReport) -> Result<(), String> {
         "obstacles.friction",
         "obstacles.stopped",
     ];
-    let parts = parts.map(|name| series(report, name));
+    let parts = parts.map(|name| measure_series(report, name));
     let energy: Vec<(f64, f64)> =
         (0..parts[0].len()).map(|k| (parts[0][k].0, parts.iter().map(|part| part[k].1).sum())).collect();
-    let fallen = parts[2].iter().map(|(_, e)| parts[2][0].1 - e).fold(0.0, larger);
+    let fallen = parts[2].iter().map(|(_, e)| parts[2][0].1 - e).fold(0.0, max_or_nan);
     let mut least = f64::INFINITY;
     let mut rise = 0f64;
     for (_, energy) in &energy {
         least = least.min(*energy);
         rise = rise.max(energy - least);
     }
-    outcome.below(
+    outcome.assert_below(
         "bowl: largest rise of the total energy over the work of gravity",
         "none",
         rise / fallen,
         1e-3,
         "0.1 %: what springs and steps exchange",
     );
-    outcome.below(
+    outcome.assert_below(
         "bowl: kinetic energy at the end over the work of gravity",
         "at rest",
         report.end.kinetic / fallen,

@@ -4,16 +4,16 @@ use colluvium::case::RunReport;
 use colluvium::plots::{LineChart, Series, Style};
 
 use super::contact::mean;
-use crate::analysis::slope;
-use crate::benchmarks::{Benchmark, Outcome, case, run, series, set};
+use crate::analysis::regression_slope;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rigid-block",
     title: "Rigid bodies that forces move",
     source: "closed form F / m - μ g; a footing under a force against the one under a velocity",
-    quick: Some(25),
-    full: 25,
+    short_seconds: Some(25),
+    full_seconds: 25,
     run: benchmark,
 };
 
@@ -30,8 +30,8 @@ const STRENGTH: f64 = 1e4;
 const HALF_WIDTH: f64 = 1.0;
 const SPEED: f64 = 0.01;
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     block(&mut outcome)?;
     footing(&mut outcome)?;
     Ok(outcome)
@@ -39,11 +39,11 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 
 /// The part of a column from `start` (s) on, counted from there.
 fn since(report: &RunReport, column: &str, start: f64) -> Vec<(f64, f64)> {
-    let rows = series(report, column).into_iter().filter(|row| row.0 >= start);
+    let rows = measure_series(report, column).into_iter().filter(|row| row.0 >= start);
     rows.map(|row| (row.0 - start, row.1)).collect()
 }
 
-fn block(outcome: &mut Outcome) -> Result<(), String> {
+fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let exact = PUSH / MASS - FRICTION * GRAVITY;
     let mut chart = LineChart {
         title: "Rigid block pushed over a frictional base".into(),
@@ -53,20 +53,21 @@ fn block(outcome: &mut Outcome) -> Result<(), String> {
     };
     chart.series.push(Series::new("F/m - μ g", vec![(0.0, 0.0), (0.5, 0.5 * exact)], Style::Dashed));
     for shape in ["linear", "ugimp", "quadratic"] {
-        let mut case = case("mpm/rigid-block")?;
-        set(&mut case, "shape", shape);
-        let report = run(&case)?;
+        let mut case = load_case("mpm/rigid-block")?;
+        set_mpm_option(&mut case, "shape", shape);
+        let report = run_mpm(&case)?;
         let speeds = since(&report, "block.velocity.x", SETTLED);
-        outcome.near(
+        outcome.assert_close(
             format!("{shape}: acceleration (m/s²)"),
             exact,
             0.02,
-            slope(&speeds),
+            regression_slope(&speeds),
             "the 2 % of sheet: mpm A-31, friction between two bodies that deform",
         );
-        let [rubbed, borne] =
-            ["x", "y"].map(|axis| slope(&since(&report, &format!("reaction.impulse.{axis}"), SETTLED + 0.1)));
-        outcome.near(
+        let [rubbed, borne] = ["x", "y"].map(|axis| {
+            regression_slope(&since(&report, &format!("reaction.impulse.{axis}"), SETTLED + 0.1))
+        });
+        outcome.assert_close(
             format!("{shape}: friction over normal force"),
             FRICTION,
             0.002,
@@ -77,7 +78,7 @@ fn block(outcome: &mut Outcome) -> Result<(), String> {
         let impulse = since(&report, "reaction.impulse.x", SETTLED + 0.1);
         if let ([first, .., last], [begun, .., taken]) = (&late[..], &impulse[..]) {
             let open = MASS * (last.1 - first.1) - PUSH * (last.0 - first.0) - (taken.1 - begun.1);
-            outcome.below(
+            outcome.assert_below(
                 format!("{shape}: momentum less impulses over the impulse of the push"),
                 "0",
                 open.abs() / (PUSH * (last.0 - first.0)),
@@ -92,11 +93,11 @@ fn block(outcome: &mut Outcome) -> Result<(), String> {
 
 /// Settlement (m) and load over strength and width, of each frame.
 fn settling(report: &RunReport) -> Vec<(f64, f64)> {
-    let impulse = series(report, "reaction.impulse.y");
+    let impulse = measure_series(report, "reaction.impulse.y");
     let load = |time: f64| {
         let near: Vec<(f64, f64)> =
             impulse.iter().copied().filter(|row| (row.0 - time).abs() < 0.06).collect();
-        slope(&near) / (HALF_WIDTH * STRENGTH)
+        regression_slope(&near) / (HALF_WIDTH * STRENGTH)
     };
     let frames = report.frames.iter().filter(|frame| frame.time > 0.2);
     frames.map(|frame| (-mean(frame, "displacement", 1, 1), load(frame.time))).collect()
@@ -111,17 +112,17 @@ fn under(curve: &[(f64, f64)], load: f64) -> f64 {
     })
 }
 
-fn footing(outcome: &mut Outcome) -> Result<(), String> {
-    let pressed = case("mpm/rigid-footing")?;
+fn footing(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let pressed = load_case("mpm/rigid-footing")?;
     let mut driven = pressed.clone();
     let motion = &mut driven.stages[0].motions[0];
     motion.velocity = vec![Some(0.0), Some(-SPEED)];
     motion.force.clear();
     motion.ramp = 0.3;
-    let report = run(&pressed)?;
-    let [by_force, by_velocity] = [settling(&report), settling(&run(&driven)?)];
+    let report = run_mpm(&pressed)?;
+    let [by_force, by_velocity] = [settling(&report), settling(&run_mpm(&driven)?)];
     for load in [1.0, 2.0, 3.0] {
-        outcome.near(
+        outcome.assert_close(
             format!("footing: settlement under {load} c_u (m)"),
             under(&by_velocity, load),
             0.03,
@@ -129,14 +130,14 @@ fn footing(outcome: &mut Outcome) -> Result<(), String> {
             "both are slow, not at rest: loads are means over 0.1 s, in which the force grows by 3 % of its end",
         );
     }
-    let end = series(&report, "reaction.impulse.y");
+    let end = measure_series(&report, "reaction.impulse.y");
     let late: Vec<(f64, f64)> = end.into_iter().filter(|row| row.0 > 2.8).collect();
     let mean_force = 4.0 * STRENGTH * (2.9 / 3.0);
-    outcome.near(
+    outcome.assert_close(
         "footing: reaction over the force, mean of the last 0.2 s",
         1.0,
         0.01,
-        slope(&late) / mean_force,
+        regression_slope(&late) / mean_force,
         "what is left is the footing's own acceleration",
     );
     outcome.svg(

@@ -3,20 +3,20 @@
 use colluvium::case::RunReport;
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, set};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_mpm_option};
 
 /// A frictionless block on a rough slope.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rough-slope",
     title: "A frictionless block on a rough raster, MPM and SPH",
     source: "conservation of energy",
-    quick: Some(10),
-    full: 10,
+    short_seconds: Some(10),
+    full_seconds: 10,
     run: rough_slope,
 };
 
-fn rough_slope(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn rough_slope(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Energy kept on a rough slope".into(),
         x_label: "time (s)".into(),
@@ -26,13 +26,13 @@ fn rough_slope(_quick: bool) -> Result<Outcome, String> {
     for (name, method, contact) in
         [("MPM, points", "mpm", "points"), ("MPM, nodes", "mpm", "nodes"), ("SPH", "sph", "")]
     {
-        let mut case = case("mpm/rough-slope")?;
+        let mut case = load_case("mpm/rough-slope")?;
         if method == "mpm" {
-            set(&mut case, "obstacles", contact);
+            set_mpm_option(&mut case, "obstacles", contact);
         }
-        let kept = kept(&run_by(method, &case)?);
+        let kept = kept(&run_in_memory(method, &case)?);
         let last = kept.last().map_or(f64::NAN, |row| row.1);
-        outcome.near(
+        outcome.assert_close(
             format!("{name}: energy after 6 s over that of the fall"),
             1.0,
             0.02,

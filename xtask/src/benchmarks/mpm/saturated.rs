@@ -4,16 +4,18 @@
 use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, changed, run, scalars, set, stresses, vectors};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, patched_case, run_mpm, scalars, set_mpm_option, stresses, vectors,
+};
 
 /// What needs one element only.
 pub const PHASES: Benchmark = Benchmark {
     id: "mpm/phases",
     title: "Drag, undrained compression and critical step of skeleton and water",
     source: "sheet: mpm A-21, A-23, A-36, closed forms and eigenvalues",
-    quick: Some(2),
-    full: 2,
+    short_seconds: Some(2),
+    full_seconds: 2,
     run: phases,
 };
 
@@ -22,8 +24,8 @@ pub const GRAVITY: Benchmark = Benchmark {
     id: "mpm/saturated-column",
     title: "Saturated column under gravity",
     source: "sheet: mpm A-22, closed form",
-    quick: Some(4),
-    full: 4,
+    short_seconds: Some(4),
+    full_seconds: 4,
     run: column,
 };
 
@@ -32,13 +34,13 @@ pub const ABSORBING: Benchmark = Benchmark {
     id: "mpm/absorbing",
     title: "What ends of a bar send back",
     source: "Lysmer & Kuhlemeyer 1969; sheet: mpm A-18, closed form",
-    quick: Some(2),
-    full: 2,
+    short_seconds: Some(2),
+    full_seconds: 2,
     run: absorbing,
 };
 
-fn phases(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn phases(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     drag(&mut outcome)?;
     undrained(&mut outcome)?;
     steps(&mut outcome)?;
@@ -49,14 +51,14 @@ fn phases(_quick: bool) -> Result<Outcome, String> {
 const RATE: f64 = 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3);
 
 ///
-fn drag(outcome: &mut Outcome) -> Result<(), String> {
-    let held = case("mpm/drag")?;
+fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let held = load_case("mpm/drag")?;
     let intrinsic = 1e-3 * 1e-3 / 9810.0;
     let body = serde_json::json!({ "kind": "box", "min": [0.3], "max": [0.7] });
     let fluid = serde_json::json!({ "porosity": 0.4, "intrinsic_permeability": intrinsic, "bulk_modulus": 2.15e9,
                                     "velocity": { "kind": "uniform", "value": [0.02] } });
     let dt: f64 = 1e-5;
-    let free = changed(
+    let free = patched_case(
         &held,
         &[
             ("/gravity", serde_json::json!([0])),
@@ -67,11 +69,11 @@ fn drag(outcome: &mut Outcome) -> Result<(), String> {
             ("/methods/mpm/time_step", serde_json::json!(dt)),
         ],
     )?;
-    let report = run(&free)?;
+    let report = run_mpm(&free)?;
     let end = &report.snapshot;
     let between = vectors(end, "liquid_velocity")[0][0] - vectors(end, "velocity")[0][0];
     let steps = (1e-3 / dt).round() as i32;
-    outcome.near(
+    outcome.assert_close(
         "A-21: relative velocity after 100 steps over that at the start",
         (1.0 - RATE * dt).powi(steps),
         1e-9,
@@ -79,20 +81,20 @@ fn drag(outcome: &mut Outcome) -> Result<(), String> {
         "the sheet has it exact; what is left is 0.7 %, so round-off of the whole is 1e-14",
     );
     let lost = (report.end.momentum[0] - report.start.momentum[0]).abs() / report.start.momentum[0];
-    outcome.below("A-21: momentum lost over that at the start", "0", lost, 1e-12, "round-off");
-    let report = run(&held)?;
+    outcome.assert_below("A-21: momentum lost over that at the start", "0", lost, 1e-12, "round-off");
+    let report = run_mpm(&held)?;
     let speed = |frame: &Snapshot| -vectors(frame, "liquid_velocity").first().map_or(f64::NAN, |v| v[0]);
     let flux = |time: f64| 1e-3 * (1.0 - (-0.4 * 9.81 * time / 1e-3f64).exp());
     let found: Vec<(f64, f64)> = report.frames.iter().map(|f| (1e3 * f.time, 0.4 * speed(f))).collect();
-    let worst = report.frames.iter().map(|f| (0.4 * speed(f) - flux(f.time)).abs() / 1e-3).largest();
-    outcome.below(
+    let worst = report.frames.iter().map(|f| (0.4 * speed(f) - flux(f.time)).abs() / 1e-3).max_or_nan();
+    outcome.assert_below(
         "A-21: largest error of the flux while seepage sets in, over the steady one",
         "k i (1 - exp(-n g t / k))",
         worst,
         0.05,
         "explicit drag is of first order in a Δt: half a step of it is 0.03",
     );
-    outcome.near(
+    outcome.assert_close(
         "A-21: steady flux under a gradient of 1 (m/s)",
         1e-3,
         1e-3,
@@ -116,17 +118,17 @@ fn drag(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 ///
-fn undrained(outcome: &mut Outcome) -> Result<(), String> {
-    let two = case("mpm/undrained")?;
+fn undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let two = load_case("mpm/undrained")?;
     let mut one = two.clone();
     one.bodies[0].pore_fluid = None;
     one.bodies[0].material = "soil".into();
     let strain = -1e-3 * 1e-5;
     let (skeleton, water) = (1e7, 2.15e9 / 0.4);
     for (name, case) in [("two phases", two), ("material undrained", one)] {
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         let pressure = scalars(&report.snapshot, "pore_pressure")[0];
-        outcome.near(
+        outcome.assert_close(
             format!("A-23, {name}: pore pressure (Pa)"),
             -water * strain,
             1e-6,
@@ -137,7 +139,7 @@ fn undrained(outcome: &mut Outcome) -> Result<(), String> {
         if case.bodies[0].pore_fluid.is_some() {
             total -= pressure;
         }
-        outcome.near(
+        outcome.assert_close(
             format!("A-23, {name}: total vertical stress (Pa)"),
             (skeleton + water) * strain,
             1e-6,
@@ -149,7 +151,7 @@ fn undrained(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// the combined criterion, as the solver reports it, against the exact limit of one element.
-fn steps(outcome: &mut Outcome) -> Result<(), String> {
+fn steps(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.4, 2650.0, 1e7, 2.15e9, 1e-3, 0.1, 5.368209e-5, 5.095711e-5),
         (0.4, 2650.0, 1e7, 2.15e9, 1e-5, 0.1, 4.067833e-6, 4.049846e-6),
@@ -159,10 +161,10 @@ fn steps(outcome: &mut Outcome) -> Result<(), String> {
         (0.3, 2700.0, 1e8, 3e9, 1e-4, 0.01, 4.190370e-6, 4.070237e-6),
         (0.4, 2650.0, 1e7, 2.15e9, 1e3, 0.1, 5.447948e-5, 5.447947e-5),
     ];
-    let base = case("mpm/saturated-column")?;
+    let base = load_case("mpm/saturated-column")?;
     let method = colluvium::method("mpm").ok_or("no method mpm")?;
     for (n, grains, modulus, bulk, k, length, exact, formula) in table {
-        let case = changed(
+        let case = patched_case(
             &base,
             &[
                 ("/materials/skeleton/density", serde_json::json!((1.0 - n) * grains)),
@@ -176,8 +178,14 @@ fn steps(outcome: &mut Outcome) -> Result<(), String> {
         )?;
         let step = method.plan(&case).map_err(|error| error.to_string())?.time_step.dt;
         let name = format!("A-36: E_c = {modulus:.0e} Pa, k = {k:.0e} m/s, L = {length} m");
-        outcome.near(format!("{name}: critical step (s)"), formula, 1e-6, step, "the sheet's seven digits");
-        outcome.within(
+        outcome.assert_close(
+            format!("{name}: critical step (s)"),
+            formula,
+            1e-6,
+            step,
+            "the sheet's seven digits",
+        );
+        outcome.assert_within(
             format!("{name}: critical step over the exact limit of one element"),
             "0.95 to 1: never above, at most 5 % below",
             step / exact,
@@ -189,9 +197,9 @@ fn steps(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 ///
-fn column(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let report = run(&case("mpm/saturated-column")?)?;
+fn column(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let report = run_mpm(&load_case("mpm/saturated-column")?)?;
     let (water, grains) = (9810.0, 0.6 * 1650.0 * 9.81);
     let depth = |frame: &Snapshot| -> Vec<f64> {
         let u = vectors(frame, "displacement");
@@ -200,7 +208,7 @@ fn column(_quick: bool) -> Result<Outcome, String> {
     let errors = |frame: &Snapshot| {
         let worst = |values: &[f64], base: f64| {
             let pairs = depth(frame).into_iter().zip(values).map(|(z, v)| (v - base * z).abs() / base);
-            pairs.largest()
+            pairs.max_or_nan()
         };
         let skeleton: Vec<f64> = stresses(frame).iter().map(|s| -s[0]).collect();
         (worst(&scalars(frame, "pore_pressure"), water), worst(&skeleton, grains))
@@ -210,7 +218,7 @@ fn column(_quick: bool) -> Result<Outcome, String> {
         frame.map_or((f64::NAN, f64::NAN), &errors)
     };
     for (time, prototype) in [(0.5, 0.23), (1.0, 0.065)] {
-        outcome.show(
+        outcome.info(
             format!("A-22: largest error of pore pressure at {time} s over the value at the base"),
             &format!("{prototype} (sheet's prototype)"),
             at(time).0,
@@ -220,11 +228,11 @@ fn column(_quick: bool) -> Result<Outcome, String> {
     let (pressure, skeleton) = at(2.0);
     let prototype = "0.006 (sheet's prototype)";
     let name = |what: &str| format!("A-22: largest error of {what} at 2 s over the value at the base");
-    outcome.below(name("pore pressure"), prototype, pressure, 0.01, "the sheet's 1 %");
-    outcome.below(name("effective stress"), prototype, skeleton, 0.01, "the sheet's 1 %");
+    outcome.assert_below(name("pore pressure"), prototype, pressure, 0.01, "the sheet's 1 %");
+    outcome.assert_below(name("effective stress"), prototype, skeleton, 0.01, "the sheet's 1 %");
     // From equilibrium it stays there.
-    let mut still = case("mpm/saturated-column")?;
-    still = changed(
+    let mut still = load_case("mpm/saturated-column")?;
+    still = patched_case(
         &still,
         &[
             ("/bodies/0/stress", serde_json::json!({ "kind": "k0", "surface": 1.0, "coefficient": 0.0 })),
@@ -232,10 +240,10 @@ fn column(_quick: bool) -> Result<Outcome, String> {
             ("/stages/0/duration", serde_json::json!(1.0)),
         ],
     )?;
-    let rest = run(&still)?;
+    let rest = run_mpm(&still)?;
     let speed = ["velocity", "liquid_velocity"]
-        .map(|field| vectors(&rest.snapshot, field).iter().map(|v| v[0].abs()).largest());
-    outcome.below(
+        .map(|field| vectors(&rest.snapshot, field).iter().map(|v| v[0].abs()).max_or_nan());
+    outcome.assert_below(
         format!("A-22: largest speed after {} steps from the state of balance (m/s)", rest.snapshot.step),
         "below 1e-6 m/s after 10 000 steps",
         speed[0].max(speed[1]),
@@ -266,9 +274,9 @@ const STRESS: f64 = 1e-3;
 const STATION: f64 = 15.0;
 
 ///
-fn absorbing(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let base = case("mpm/absorbing")?;
+fn absorbing(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let base = load_case("mpm/absorbing")?;
     let mut chart = LineChart {
         title: "Stress at 15 m, the end at 20 m".into(),
         x_label: "time (s)".into(),
@@ -276,21 +284,21 @@ fn absorbing(_quick: bool) -> Result<Outcome, String> {
         ..LineChart::default()
     };
     let wall = |kind: serde_json::Value| ("/boundaries/0/wall", kind);
-    let dashpot = |a: f64| changed(&base, &[wall_of(a)]);
+    let dashpot = |a: f64| patched_case(&base, &[wall_of(a)]);
     let cases = [
         ("dashpot a = 1", dashpot(1.0)?, 0.0),
-        ("free end", changed(&base, &[("/boundaries", serde_json::json!([]))])?, -1.0),
-        ("fixed end", changed(&base, &[wall(serde_json::json!({ "kind": "rough" }))])?, 1.0),
+        ("free end", patched_case(&base, &[("/boundaries", serde_json::json!([]))])?, -1.0),
+        ("fixed end", patched_case(&base, &[wall(serde_json::json!({ "kind": "rough" }))])?, 1.0),
         ("dashpot a = 0.5", dashpot(0.5)?, -1.0 / 3.0),
         ("dashpot a = 3", dashpot(3.0)?, 0.5),
     ];
     for (name, case, exact) in cases {
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         let history = history(&report);
         // The front comes back to the station at 2.5 s, with its ramp of 0.4 s behind it.
         let after: Vec<f64> = history.iter().filter(|p| p.0 > 3.0).map(|p| p.1 - 1.0).collect();
         let mean = after.iter().sum::<f64>() / after.len() as f64;
-        outcome.within(
+        outcome.assert_within(
             format!("A-18, {name}: reflected over arriving stress"),
             &format!("{exact:.4}: (a - 1)/(a + 1)"),
             mean,
@@ -298,8 +306,8 @@ fn absorbing(_quick: bool) -> Result<Outcome, String> {
             "the sheet's 2 %",
         );
         if exact == 0.0 {
-            let all = history.iter().filter(|p| p.0 > 2.4).map(|p| (p.1 - 1.0).abs()).largest();
-            outcome.below(
+            let all = history.iter().filter(|p| p.0 > 2.4).map(|p| (p.1 - 1.0).abs()).max_or_nan();
+            outcome.assert_below(
                 "A-18, dashpot a = 1: largest deviation behind the front",
                 "0",
                 all,
@@ -334,8 +342,8 @@ fn history(report: &RunReport) -> Vec<(f64, f64)> {
 }
 
 /// A shear wave up a layer that repeats itself sideways.
-fn shear(outcome: &mut Outcome) -> Result<(), String> {
-    let report = run(&case("mpm/shear-wave")?)?;
+fn shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let report = run_mpm(&load_case("mpm/shear-wave")?)?;
     // The shear wave (10 m/s) passes at 5 m from 0.5 to 0.9 s; what the end sends back does from 1.5 to 1.9 s.
     let at = |frame: &Snapshot| {
         let near: Vec<f64> = frame
@@ -352,7 +360,7 @@ fn shear(outcome: &mut Outcome) -> Result<(), String> {
             report.frames.iter().filter(|f| f.time > from && f.time < to).map(&at).collect();
         within.iter().sum::<f64>() / within.len() as f64
     };
-    outcome.within(
+    outcome.assert_within(
         "A-18, shear wave, dashpot b = 1: reflected over arriving stress",
         "0",
         mean(2.0, 2.4) - mean(1.0, 1.4),
@@ -363,12 +371,12 @@ fn shear(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// The undrained wave of A-20's soil.
-fn undrained_wave(outcome: &mut Outcome) -> Result<(), String> {
-    let mut case = case("mpm/two-waves")?;
-    set(&mut case, "cell_size", 0.01);
+fn undrained_wave(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let mut case = load_case("mpm/two-waves")?;
+    set_mpm_option(&mut case, "cell_size", 0.01);
     for (name, conductivity) in [("1e-5", 1e-5), ("1e-2", 1e-2)] {
         let permeability = conductivity * 1e-3 / 9810.0;
-        let case = changed(
+        let case = patched_case(
             &case,
             &[
                 ("/domain/min", serde_json::json!([-0.5])),
@@ -381,7 +389,7 @@ fn undrained_wave(outcome: &mut Outcome) -> Result<(), String> {
                 ("/output/frames", serde_json::json!(1e-5)),
             ],
         )?;
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         let total = |frame: &Snapshot| {
             let pressure = scalars(frame, "pore_pressure");
             let near: Vec<f64> = frame
@@ -396,7 +404,7 @@ fn undrained_wave(outcome: &mut Outcome) -> Result<(), String> {
         };
         // Back from the end at 1.31e-3 s.
         let after: Vec<f64> = report.frames.iter().filter(|f| f.time > 1.4e-3).map(total).collect();
-        outcome.show(
+        outcome.info(
             format!("two phases, k = {name} m/s: total stress sent back over that which arrived"),
             "0; a fixed end sends back 1, a free one -1",
             after.iter().sum::<f64>() / after.len() as f64 - 1.0,

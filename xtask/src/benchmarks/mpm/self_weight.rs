@@ -2,16 +2,19 @@
 
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run, set, stresses, vectors};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, reference_curve, reference_table, run_mpm, set_mpm_option,
+    stresses, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/self-weight",
     title: "Oedometric compression under self-weight at large strain",
     source: "Bardenhagen & Kober 2004 and others; sheet: mpm A-09, closed form",
-    quick: Some(12),
-    full: 12,
+    short_seconds: Some(12),
+    full_seconds: 12,
     run: benchmark,
 };
 
@@ -20,8 +23,8 @@ const HEIGHT: f64 = 10.0;
 const WEIGHT: f64 = 800.0;
 const STIFFNESS: f64 = 1e4;
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut convergence = LineChart {
         title: "Error of stress".into(),
         x_label: "cell size (m)".into(),
@@ -29,7 +32,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         log: true,
         ..LineChart::default()
     };
-    let exact = curve(&reference("mpm/self-weight/reference.csv")?, "place", "stress")?;
+    let exact = reference_curve(&reference_table("mpm/self-weight/reference.csv")?, "place", "stress")?;
     let mut profile = LineChart {
         title: "Stress over height, 32 cells".into(),
         x_label: "height in the deformed column (m)".into(),
@@ -43,10 +46,10 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     for (shape, bounds) in bands {
         let mut of_shape = Vec::new();
         for (cells, bound) in [16usize, 32, 64].into_iter().zip(bounds) {
-            let mut case = case("mpm/self-weight")?;
-            set(&mut case, "cell_size", HEIGHT / cells as f64);
-            set(&mut case, "shape", shape);
-            let report = run(&case)?;
+            let mut case = load_case("mpm/self-weight")?;
+            set_mpm_option(&mut case, "cell_size", HEIGHT / cells as f64);
+            set_mpm_option(&mut case, "shape", shape);
+            let report = run_mpm(&case)?;
             let snapshot = &report.snapshot;
             let displacement = vectors(snapshot, "displacement");
             let start: Vec<f64> =
@@ -56,11 +59,11 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
             let error = start.iter().zip(&found).map(|(x, s)| (s[0] - stress(*x)).abs()).sum::<f64>()
                 / (count * WEIGHT * HEIGHT);
             let off = start.iter().zip(&snapshot.positions).map(|(x, now)| (now[0] - place(*x)).abs());
-            let off = off.largest() / HEIGHT;
+            let off = off.max_or_nan() / HEIGHT;
             of_shape.push((HEIGHT / cells as f64, error));
             if shape == "cpgimp" {
                 let name = format!("cpGIMP, {cells} cells: mean stress error");
-                outcome.below(
+                outcome.assert_below(
                     name,
                     "0.0120 / 0.0054 / 0.0037 (sheet's prototype)",
                     error,
@@ -68,7 +71,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
                     "the sheet's bound",
                 );
                 let name = format!("cpGIMP, {cells} cells: largest error of position over height");
-                outcome.below(
+                outcome.assert_below(
                     name,
                     "3.3e-4 / 2.1e-4 / 5.5e-5 (sheet's prototype)",
                     off,
@@ -78,7 +81,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
             }
             if shape == "dual-domain" {
                 let name = format!("dual domain, {cells} cells: mean stress error");
-                outcome.show(name, "none in the sheet", error, "the sheet gives no bound for this shape");
+                outcome.info(name, "none in the sheet", error, "the sheet gives no bound for this shape");
             }
             if cells == 32 {
                 let points = snapshot.positions.iter().zip(&found).map(|(x, s)| (x[0], s[0])).collect();
@@ -91,7 +94,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     for (level, cells) in [16, 32, 64].into_iter().enumerate() {
         let ratio = errors[0][level].1 / errors[1][level].1;
         let claim = "above 1: cell crossing spoils the standard method";
-        outcome.within(
+        outcome.assert_within(
             format!("{cells} cells: error of MPM over that of uGIMP"),
             claim,
             ratio,

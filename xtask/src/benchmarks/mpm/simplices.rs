@@ -6,15 +6,17 @@ use colluvium::case::description::{Space, Velocity};
 use colluvium::case::{Case, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::benchmarks::{Benchmark, Outcome, case, run, series, set, stresses, vectors};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option, stresses, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/simplices",
     title: "Column in triangles and tetrahedra: own weight and first mode",
     source: "sheet: mpm §2.5b; closed forms of an oedometric column",
-    quick: Some(5),
-    full: 5,
+    short_seconds: Some(5),
+    full_seconds: 5,
     run: benchmark,
 };
 
@@ -24,8 +26,8 @@ const DENSITY: f64 = 1000.0;
 const WEIGHT: f64 = 1e4;
 const MODULUS: f64 = 1e7 * 0.75 / (1.25 * 0.5);
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Vertical stress, cells of 0.1 m".into(),
         x_label: "height (m)".into(),
@@ -38,13 +40,13 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     {
         let mut errors = Vec::new();
         for cell in cells {
-            let report = run(&column(space, cell)?)?;
+            let report = run_mpm(&column(space, cell)?)?;
             let (error, settlement) = at_rest(&report.snapshot);
             errors.push(error);
             if cell == cells[1] {
                 let exact = WEIGHT * HEIGHT * HEIGHT / (2.0 * MODULUS);
                 let reason = "the layer of elements that is the surface: an element over the height, and as much again";
-                outcome.near(
+                outcome.assert_close(
                     format!("{name}, cells of {cell} m: settlement (m)"),
                     exact,
                     2.0 * cell / HEIGHT,
@@ -55,7 +57,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
             }
         }
         let reason = "constant stress in an element: first order, 2, with room for 1.6";
-        outcome.within(
+        outcome.assert_within(
             format!("{name}: mean error of stress, coarse over fine"),
             "2 (first order)",
             errors[0] / errors[1],
@@ -65,7 +67,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         let found = mode(space, cells[1])?;
         let exact = PI / 2.0 * (MODULUS / DENSITY).sqrt() / HEIGHT;
         let reason = "2 %: lumped mass and the average over points slow the wave by (πh/2L)²/6 and less, 0.4 %, and points cross no facet";
-        outcome.near(
+        outcome.assert_close(
             format!("{name}, cells of {} m: first frequency (rad/s)", cells[1]),
             exact,
             0.02,
@@ -79,8 +81,8 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 
 /// The column of the case in a space, on cells cut into triangles or tetrahedra.
 fn column(space: Space, cell: f64) -> Result<Case, String> {
-    let mut case = case(if space == Space::ThreeD { "mpm/simplices-3d" } else { "mpm/simplices" })?;
-    set(&mut case, "cell_size", cell);
+    let mut case = load_case(if space == Space::ThreeD { "mpm/simplices-3d" } else { "mpm/simplices" })?;
+    set_mpm_option(&mut case, "cell_size", cell);
     Ok(case)
 }
 
@@ -109,8 +111,8 @@ fn mode(space: Space, cell: f64) -> Result<f64, String> {
     let along_y = |value: f64| (0..dimension).map(|c| if c == 1 { value } else { 0.0 }).collect();
     case.bodies[0].velocity =
         Velocity::Sine { amplitude: along_y(1e-3), wave_vector: along_y(PI / (2.0 * HEIGHT)), phase: 0.0 };
-    let report = run(&case)?;
-    let momentum = series(&report, "momentum.y");
+    let report = run_mpm(&case)?;
+    let momentum = measure_series(&report, "momentum.y");
     let zero = |w: &[(f64, f64)]| {
         (w[0].1 * w[1].1 < 0.0).then(|| w[0].0 + (w[1].0 - w[0].0) * w[0].1 / (w[0].1 - w[1].1))
     };

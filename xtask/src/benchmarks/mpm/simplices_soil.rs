@@ -7,24 +7,26 @@ use serde_json::{Value, json};
 
 use super::contact::{bars, contact, history, mean};
 use super::two_phase::{CONSOLIDATION_RATE, LOAD, SKELETON, WATER, consolidated, judge_pressures, modes};
-use crate::analysis::{Largest, slope};
-use crate::benchmarks::{Benchmark, Outcome, case, changed, run, scalars, set, vectors};
+use crate::analysis::{MaxOrNan, regression_slope};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, patched_case, run_mpm, scalars, set_mpm_option, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/simplices-soil",
     title: "Triangles and tetrahedra: locking, pore water, contact",
     source: "sheet: mpm S-09, A-13, A-14, A-19, A-21, A-23, closed forms",
-    quick: Some(6),
-    full: 6,
+    short_seconds: Some(6),
+    full_seconds: 6,
     run: benchmark,
 };
 
 /// The two kinds of element.
 const KINDS: [(Space, &str); 2] = [(Space::PlaneStrain, "triangles"), (Space::ThreeD, "tetrahedra")];
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     locking(&mut outcome)?;
     consolidation(&mut outcome)?;
     drag(&mut outcome)?;
@@ -35,7 +37,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// S-09: displacement of the free corner of a patch that keeps its volume, over that of one that does not.
-fn locking(outcome: &mut Outcome) -> Result<(), String> {
+fn locking(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let corner = |snapshot: &Snapshot| {
         let place = |p: &usize| snapshot.positions[*p][0] + snapshot.positions[*p][1];
         let nearest = (0..snapshot.positions.len()).max_by(|a, b| place(a).total_cmp(&place(b))).unwrap_or(0);
@@ -43,19 +45,19 @@ fn locking(outcome: &mut Outcome) -> Result<(), String> {
         u[0].hypot(u[1])
     };
     let sag = |cells: f64, ratio: f64, volumetric: &str| -> Result<(f64, RunReport), String> {
-        let mut value: Value = text(&case("mpm/simplices-patch")?)?;
+        let mut value: Value = text(&load_case("mpm/simplices-patch")?)?;
         value["domain"]["max"] = json!([1.0 + 1.0 / cells, 1.0 + 1.0 / cells]);
         value["materials"]["m"]["poissons_ratio"] = json!(ratio);
         let mut case = Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())?;
-        set(&mut case, "cell_size", 1.0 / cells);
-        set(&mut case, "volumetric_strain", volumetric);
-        let report = run(&case)?;
+        set_mpm_option(&mut case, "cell_size", 1.0 / cells);
+        set_mpm_option(&mut case, "volumetric_strain", volumetric);
+        let report = run_mpm(&case)?;
         Ok((corner(&report.snapshot), report))
     };
     let soft = [sag(1.0, 0.3, "point")?.0, sag(4.0, 0.3, "point")?.0];
     let reason = "the sheet's 1 %";
     let two = sag(1.0, 0.4999, "point")?.0 / soft[0];
-    outcome.below(
+    outcome.assert_below(
         "S-09, two triangles: free node at ν = 0.4999 over that at 0.3",
         "below 0.01",
         two,
@@ -63,19 +65,26 @@ fn locking(outcome: &mut Outcome) -> Result<(), String> {
         reason,
     );
     let patch = sag(4.0, 0.4999, "point")?.0 / soft[1];
-    outcome.below("S-09, 4 × 4 cells: the same without shared strain", "below 0.01", patch, 0.01, reason);
+    outcome.assert_below(
+        "S-09, 4 × 4 cells: the same without shared strain",
+        "below 0.01",
+        patch,
+        0.01,
+        reason,
+    );
     let average = sag(4.0, 0.4999, "cell-average")?.0 / soft[1];
     let why = "shown: strain is constant in an element, so that its average changes nothing";
-    outcome.show("S-09, 4 × 4 cells: the same with averages over elements", "as without", average, why);
+    outcome.info("S-09, 4 × 4 cells: the same with averages over elements", "as without", average, why);
     let (free, report) = sag(4.0, 0.4999, "nodal")?;
-    outcome.within(
+    outcome.assert_within(
         "S-09, 4 × 4 cells: the same with averages over nodes",
         "above 0.2",
         free / soft[1],
         (0.2, 1.0),
         "the sheet's 20 %; above 1 it would be softer than what keeps no volume",
     );
-    let cloud = PointCloud::of(&report.snapshot, "displacement", [0, 1]).ok_or("no displacement")?;
+    let cloud =
+        PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1]).ok_or("no displacement")?;
     outcome.png("The patch with nodal volumetric strain, held on the left and below.", &cloud)
 }
 
@@ -132,7 +141,7 @@ fn degree(factor: f64) -> f64 {
 }
 
 /// A-19 with the load that grows over a ramp.
-fn consolidation(outcome: &mut Outcome) -> Result<(), String> {
+fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Isochrones, 40 cells".into(),
         x_label: "depth below the drained top (m)".into(),
@@ -141,7 +150,7 @@ fn consolidation(outcome: &mut Outcome) -> Result<(), String> {
     };
     let start = LOAD * WATER / (SKELETON + WATER);
     for ((space, name), factors) in [(KINDS[0], &[0.02, 0.05, 0.1, 0.2][..]), (KINDS[1], &[0.02, 0.05][..])] {
-        let column = in_space(&case("mpm/simplices-consolidation")?, space, 0.025)?;
+        let column = in_space(&load_case("mpm/simplices-consolidation")?, space, 0.025)?;
         let report = consolidated(&column, *factors.last().unwrap_or(&0.1))?;
         for factor in factors {
             let at = |frame: &&Snapshot| (CONSOLIDATION_RATE * frame.time - factor).abs() < 1e-9;
@@ -167,20 +176,20 @@ fn consolidation(outcome: &mut Outcome) -> Result<(), String> {
 
 /// The cube of `mpm/simplices-cube`, changed, in triangles or tetrahedra.
 fn cube(space: Space, changes: &[(&str, Value)]) -> Result<Case, String> {
-    in_space(&changed(&case("mpm/simplices-cube")?, changes)?, space, 1.0)
+    in_space(&patched_case(&load_case("mpm/simplices-cube")?, changes)?, space, 1.0)
 }
 
 ///
-fn drag(outcome: &mut Outcome) -> Result<(), String> {
+fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let rate = 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3);
     let dt: f64 = 1e-5;
     for (space, name) in KINDS {
         let velocity = json!({ "kind": "uniform", "value": [0.02, 0] });
         let changes = [("/bodies/0/pore_fluid/velocity", velocity), ("/methods/mpm/time_step", json!(dt))];
-        let report = run(&cube(space, &changes)?)?;
+        let report = run_mpm(&cube(space, &changes)?)?;
         let end = &report.snapshot;
         let between = vectors(end, "liquid_velocity")[0][0] - vectors(end, "velocity")[0][0];
-        outcome.near(
+        outcome.assert_close(
             format!("A-21, {name}: relative velocity after 100 steps over that at the start"),
             (1.0 - rate * dt).powi(100),
             1e-9,
@@ -188,7 +197,7 @@ fn drag(outcome: &mut Outcome) -> Result<(), String> {
             "the sheet has it exact; what is left is 0.7 %, so round-off of the whole is 1e-14",
         );
         let lost = (report.end.momentum[0] - report.start.momentum[0]).abs() / report.start.momentum[0];
-        outcome.below(
+        outcome.assert_below(
             format!("A-21, {name}: momentum lost over that at the start"),
             "0",
             lost,
@@ -200,7 +209,7 @@ fn drag(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 ///
-fn undrained(outcome: &mut Outcome) -> Result<(), String> {
+fn undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let strain = -1e-3 * 1e-5;
     for (space, name) in KINDS {
         let smooth = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
@@ -212,26 +221,39 @@ fn undrained(outcome: &mut Outcome) -> Result<(), String> {
             ("/methods/mpm/cell_size", json!(1.0)),
             ("/stages/0/duration", json!(1e-5)),
         ];
-        let report = run(&cube(space, &changes)?)?;
-        let worst = |values: Vec<f64>, exact: f64| values.iter().map(|v| (v / exact - 1.0).abs()).largest();
+        let report = run_mpm(&cube(space, &changes)?)?;
+        let worst =
+            |values: Vec<f64>, exact: f64| values.iter().map(|v| (v / exact - 1.0).abs()).max_or_nan();
         let pressure = worst(scalars(&report.snapshot, "pore_pressure"), -WATER * strain);
         let reason = "the sheet's 1e-6";
-        outcome.below(format!("A-23, {name}: largest error of pore pressure"), "0", pressure, 1e-6, reason);
+        outcome.assert_below(
+            format!("A-23, {name}: largest error of pore pressure"),
+            "0",
+            pressure,
+            1e-6,
+            reason,
+        );
         let total = report.snapshot.tensors("total_stress").unwrap_or_default();
         let vertical = worst(total.iter().map(|s| s.0[1]).collect(), (SKELETON + WATER) * strain);
-        outcome.below(format!("A-23, {name}: largest error of vertical stress"), "0", vertical, 1e-6, reason);
+        outcome.assert_below(
+            format!("A-23, {name}: largest error of vertical stress"),
+            "0",
+            vertical,
+            1e-6,
+            reason,
+        );
     }
     Ok(())
 }
 
 ///
-fn impact(outcome: &mut Outcome) -> Result<(), String> {
-    let report = run(&case("mpm/simplices-bars")?)?;
+fn impact(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let report = run_mpm(&load_case("mpm/simplices-bars")?)?;
     bars(outcome, "A-13 bars of triangles", &report)
 }
 
 ///
-fn incline(outcome: &mut Outcome) -> Result<(), String> {
+fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Block on an incline of 30°, triangles".into(),
         x_label: "time (s)".into(),
@@ -240,23 +262,23 @@ fn incline(outcome: &mut Outcome) -> Result<(), String> {
     };
     let pull = 9.81 * 0.5;
     for (friction, exact) in [(0.2, 3.2059), (0.7, 0.0)] {
-        let mut case = case("mpm/contact-incline")?;
-        set(&mut case, "mesh", json!({ "kind": "box" }));
+        let mut case = load_case("mpm/contact-incline")?;
+        set_mpm_option(&mut case, "mesh", json!({ "kind": "box" }));
         contact(&mut case, "friction_coefficient", friction);
         case.stages[1].damping = 0.1;
         case.stages[1].damping_axes = Some(vec![1]);
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         let speeds = history(&report, "velocity", 1, report.snapshot.time - 1.0);
         if exact > 0.0 {
-            outcome.within(
+            outcome.assert_within(
                 format!("A-14 incline of triangles, μ = {friction}: acceleration (m/s²)"),
                 &format!("{exact}"),
-                slope(&speeds),
+                regression_slope(&speeds),
                 (exact - 0.03 * pull, exact + 0.03 * pull),
                 "the sheet's 3 % of g sin θ",
             );
         } else {
-            outcome.within(
+            outcome.assert_within(
                 format!("A-14 incline of triangles, μ = {friction}: drift in 1 s (m)"),
                 "0",
                 mean(&report.snapshot, "displacement", 1, 0),

@@ -4,15 +4,17 @@ use colluvium::case::description::Velocity;
 use colluvium::case::{Case, RunReport};
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::benchmarks::{Benchmark, Outcome, case, run, scalars, series, set, vectors};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, scalars, set_mpm_option, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/slope-in-motion",
     title: "Slope set in motion by a gradient of velocity",
     source: "K. Kumar, Multi-scale multiphase modelling of granular flows, Cambridge 2015, ch. 3 and 4; sheet: mpm S-01",
-    quick: Some(16),
-    full: 780,
+    short_seconds: Some(16),
+    full_seconds: 780,
     run: benchmark,
 };
 
@@ -27,7 +29,7 @@ const FINE: f64 = 0.01;
 
 /// The prototype's GIMP with few and many points, and what smoother functions make of cells and points: with eight
 /// points along a cell GIMP is all but linear.
-const RUNS: &[Setting] = &[
+const RUNS: &[SlopeSetting] = &[
     ("ugimp", COARSE, 2),
     ("ugimp", COARSE, 4),
     ("ugimp", COARSE, 5),
@@ -42,14 +44,14 @@ const RUNS: &[Setting] = &[
 ];
 
 /// Shape functions, cell size (m) and points per axis and cell.
-type Setting = (&'static str, f64, usize);
+type SlopeSetting = (&'static str, f64, usize);
 
 /// The case with its velocity scaled to the energy.
-fn slope((shape, cell, per_axis): Setting) -> Result<Case, String> {
-    let mut case = case("mpm/slope-in-motion")?;
-    set(&mut case, "shape", shape);
-    set(&mut case, "cell_size", cell);
-    set(&mut case, "points_per_cell", per_axis);
+fn slope((shape, cell, per_axis): SlopeSetting) -> Result<Case, String> {
+    let mut case = load_case("mpm/slope-in-motion")?;
+    set_mpm_option(&mut case, "shape", shape);
+    set_mpm_option(&mut case, "cell_size", cell);
+    set_mpm_option(&mut case, "points_per_cell", per_axis);
     let method = colluvium::method("mpm").ok_or("no method mpm")?;
     let kinetic = method.build(&case).map_err(|error| error.to_string())?.totals().kinetic;
     let factor = (ENERGY / kinetic).sqrt();
@@ -72,8 +74,8 @@ fn at(curve: &[(f64, f64)], time: f64) -> f64 {
     curve.iter().find(|(t, _)| (t - time).abs() < 1e-6).map_or(f64::NAN, |(_, value)| *value)
 }
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Kinetic energy of the motion along x".into(),
         x_label: "time (s)".into(),
@@ -83,51 +85,51 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     let read = vec![(0.1, 0.69), (0.2, 0.505), (0.3, 0.345), (0.4, 0.22), (0.5, 0.13), (0.6, 0.07)];
     chart.series.push(Series::new("thesis", read, Style::Markers));
     let mut ends = Vec::new();
-    let runs: &[Setting] = if quick { &[("ugimp", COARSE, 3)] } else { RUNS };
+    let runs: &[SlopeSetting] = if quick { &[("ugimp", COARSE, 3)] } else { RUNS };
     for &setting in runs {
         let (shape, cell, per_axis) = setting;
         let points = per_axis * per_axis;
-        let report = run(&slope(setting)?)?;
+        let report = run_mpm(&slope(setting)?)?;
         let label = format!("{shape}, {points} points per cell, {} mm", 1e3 * cell);
         let name = |what: &str| format!("S-01 {label}: {what}");
         let energy = along(&report);
         let reason = "the sheet's band around the digitised figure";
-        outcome.within(
+        outcome.assert_within(
             name("KE_x/KE_0 at 0.3 s"),
             "0.345 (prototype 0.308)",
             at(&energy, 0.3),
             (0.26, 0.40),
             reason,
         );
-        outcome.within(
+        outcome.assert_within(
             name("KE_x/KE_0 at 0.5 s"),
             "0.13 (prototype 0.126)",
             at(&energy, 0.5),
             (0.09, 0.17),
             reason,
         );
-        let kinetic = series(&report, "kinetic_energy");
+        let kinetic = measure_series(&report, "kinetic_energy");
         let late: Vec<f64> = kinetic.iter().filter(|(t, _)| *t >= 0.2).map(|(_, k)| *k / ENERGY).collect();
         let rises: f64 = late.windows(2).map(|pair| (pair[1] - pair[0]).max(0.0)).sum();
-        outcome.below(
+        outcome.assert_below(
             name("rises of KE/KE_0 after 0.2 s, sum"),
             "0: monotone",
             rises,
             0.0,
             "the sheet: monotone",
         );
-        let run_out = series(&report, "run_out").last().map_or(f64::NAN, |row| row.1);
+        let run_out = measure_series(&report, "run_out").last().map_or(f64::NAN, |row| row.1);
         let what = name("run-out, 99.8 % quantile");
         let claim = "0.92 (thesis), 0.62 (prototype)";
         if points == 25 {
-            outcome.within(what, claim, run_out, (0.55, 1.1), "the sheet's band");
+            outcome.assert_within(what, claim, run_out, (0.55, 1.1), "the sheet's band");
         } else {
-            outcome.show(what, claim, run_out, "the sheet judges 25 points per cell");
+            outcome.info(what, claim, run_out, "the sheet judges 25 points per cell");
         }
-        outcome.show(
+        outcome.info(
             name("run-out, contiguous front"),
             "0.76 (prototype, 25)",
-            series(&report, "front").last().map_or(f64::NAN, |row| row.1),
+            measure_series(&report, "front").last().map_or(f64::NAN, |row| row.1),
             "the sheet judges the quantile",
         );
         ends.push((setting, run_out));
@@ -146,10 +148,10 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
         ] {
             let name = format!("S-01 {shape}: {what}");
             if shape == "cubic" {
-                outcome.within(name, "1 ± 0.05", ratio, (0.95, 1.05), "the sheet's 5 %");
+                outcome.assert_within(name, "1 ± 0.05", ratio, (0.95, 1.05), "the sheet's 5 %");
             } else {
                 let reason = "not judged: of the smoothest functions that is asked; the sheet names none";
-                outcome.show(name, "1 ± 0.05", ratio, reason);
+                outcome.info(name, "1 ± 0.05", ratio, reason);
             }
         }
     }

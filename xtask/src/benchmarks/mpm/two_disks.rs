@@ -2,23 +2,23 @@
 
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, run, series, set};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/two-disks",
     title: "Collision of two elastic disks",
     source: "Sulsky, Chen & Schreyer 1994; sheet: mpm A-12",
-    quick: Some(1),
-    full: 1,
+    short_seconds: Some(1),
+    full_seconds: 1,
     run: benchmark,
 };
 
 const BAND: &str = "the sheet's band, from an independent prototype and the geometry of contact";
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Energies".into(),
         x_label: "time (s)".into(),
@@ -26,15 +26,16 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         ..LineChart::default()
     };
     for scheme in ["musl", "usl"] {
-        let mut case = case("mpm/two-disks")?;
-        set(&mut case, "stress_update", scheme);
-        let report = run(&case)?;
-        let (kinetic, elastic) = (series(&report, "kinetic_energy"), series(&report, "elastic_energy"));
+        let mut case = load_case("mpm/two-disks")?;
+        set_mpm_option(&mut case, "stress_update", scheme);
+        let report = run_mpm(&case)?;
+        let (kinetic, elastic) =
+            (measure_series(&report, "kinetic_energy"), measure_series(&report, "elastic_energy"));
         let least = kinetic.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1)).ok_or("no rows")?;
         let start = kinetic[0].1;
         let end = report.end.kinetic + report.end.elastic;
         let name = |what: &str| format!("{scheme}: {what}");
-        outcome.within(
+        outcome.assert_within(
             name("time of least kinetic energy (s)"),
             "1.90 to 2.00 s",
             least.0,
@@ -43,7 +44,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         );
         let bound = if scheme == "musl" { 0.999 } else { 0.95 };
         let claim = if scheme == "musl" { "at least 0.999" } else { "at least 0.95" };
-        outcome.within(
+        outcome.assert_within(
             name("energy at the end over energy at the start"),
             claim,
             end / start,
@@ -51,16 +52,16 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
             BAND,
         );
         let kept = report.end.kinetic / start;
-        outcome.within(
+        outcome.assert_within(
             name("kinetic energy at the end over that at the start"),
             "at least 0.90",
             kept,
             (0.90, 1.0),
             BAND,
         );
-        let momentum = report.end.momentum.iter().map(|p| p.abs()).largest();
+        let momentum = report.end.momentum.iter().map(|p| p.abs()).max_or_nan();
         let scale = 130.0 * 0.1 * 2f64.sqrt();
-        outcome.below(
+        outcome.assert_below(
             name("momentum over that of one disk"),
             "0",
             momentum / scale,
@@ -72,7 +73,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
             chart.series.push(Series::new("kinetic", kinetic, Style::Line));
             chart.series.push(Series::new("elastic", elastic, Style::Line));
             let middle = &report.frames[report.frames.len() / 2];
-            let cloud = PointCloud::of(middle, "pressure", [0, 1]).ok_or("no pressure")?;
+            let cloud = PointCloud::from_snapshot(middle, "pressure", [0, 1]).ok_or("no pressure")?;
             outcome.png("Pressure during the collision.", &cloud)?;
         }
         chart.series.push(Series::new(format!("total, {scheme}"), total, Style::Dashed));

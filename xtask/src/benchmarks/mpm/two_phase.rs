@@ -5,16 +5,19 @@ use std::f64::consts::PI;
 use colluvium::case::{Case, RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run, scalars, set, stresses, vectors};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, reference_curve, reference_table, run_mpm, scalars,
+    set_mpm_option, stresses, vectors,
+};
 
 /// One-dimensional consolidation.
 pub const CONSOLIDATION: Benchmark = Benchmark {
     id: "mpm/consolidation",
     title: "One-dimensional consolidation of a saturated column",
     source: "Terzaghi 1923; sheet: mpm A-19, closed form",
-    quick: Some(15),
-    full: 22,
+    short_seconds: Some(15),
+    full_seconds: 22,
     run: consolidation,
 };
 
@@ -23,8 +26,8 @@ pub const WAVES: Benchmark = Benchmark {
     id: "mpm/two-waves",
     title: "Fast and slow P-wave in a saturated column",
     source: "Anura3D scientific manual 2021 and others; sheet: mpm A-20, Laplace solution",
-    quick: Some(1),
-    full: 1,
+    short_seconds: Some(1),
+    full_seconds: 1,
     run: waves,
 };
 
@@ -35,8 +38,8 @@ pub(super) const WATER: f64 = 2.15e9 / 0.4;
 /// Coefficient of consolidation `k / (ρ_L g (1/E_c + n/K_L))` (m²/s).
 pub(super) const CONSOLIDATION_RATE: f64 = 1e-3 / (9810.0 * (1.0 / SKELETON + 1.0 / WATER));
 
-fn consolidation(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let factors = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
     let factors = if quick { &factors[..5] } else { &factors[..] };
     let start = LOAD * WATER / (SKELETON + WATER);
@@ -52,18 +55,18 @@ fn consolidation(quick: bool) -> Result<Outcome, String> {
         y_label: "settlement (mm)".into(),
         ..LineChart::default()
     };
-    let table = reference("mpm/consolidation/isochrones.csv")?;
-    let whole = consolidated(&case("mpm/consolidation")?, *factors.last().unwrap_or(&0.5))?;
+    let table = reference_table("mpm/consolidation/isochrones.csv")?;
+    let whole = consolidated(&load_case("mpm/consolidation")?, *factors.last().unwrap_or(&0.5))?;
     let mut surface = Vec::new();
     for frame in &whole.frames {
         let factor = CONSOLIDATION_RATE * frame.time;
-        let down = vectors(frame, "displacement").iter().map(|u| -u[0]).largest();
+        let down = vectors(frame, "displacement").iter().map(|u| -u[0]).max_or_nan();
         surface.push((factor, 1e3 * down));
         let Some(nominal) = factors.iter().find(|f| (factor - **f).abs() < 1e-9) else { continue };
         let points = profile(frame, start);
         let law = |z: f64| isochrone(z, factor);
         judge_pressures(&mut outcome, &format!("T = {nominal}"), &points, &law, degree(factor));
-        let exact = curve(&table, "depth", &format!("T={nominal}"))?;
+        let exact = reference_curve(&table, "depth", &format!("T={nominal}"))?;
         let label = if *nominal == factors[0] { "closed form" } else { "" };
         isochrones.series.push(Series::new(label, exact, Style::Dashed));
         isochrones.series.push(Series::new(format!("T = {nominal}"), points, Style::Markers));
@@ -76,7 +79,7 @@ fn consolidation(quick: bool) -> Result<Outcome, String> {
         1e3 * LOAD / SKELETON * (u + (1.0 - u) * SKELETON / (SKELETON + WATER)) - undrained()
     };
     let found = surface.last().map_or(f64::NAN, |p| p.1) / settled(last);
-    outcome.within(
+    outcome.assert_within(
         "settlement of the uppermost point over the closed form of the surface, at the end",
         "1",
         found,
@@ -86,18 +89,18 @@ fn consolidation(quick: bool) -> Result<Outcome, String> {
     let exact = (0..=200).map(|i| f64::from(i) / 200.0 * last).map(|f| (f, settled(f))).collect();
     settlement.series.push(Series::new("closed form", exact, Style::Dashed));
     settlement.series.push(Series::new("uppermost point", surface, Style::Line));
-    let mut damped = case("mpm/consolidation")?;
+    let mut damped = load_case("mpm/consolidation")?;
     damped.stages[0].damping = 0.7;
     let report = consolidated(&damped, 0.5)?;
     let pressures = report.frames.last().map(|frame| scalars(frame, "pore_pressure")).unwrap_or_default();
-    outcome.show(
+    outcome.info(
         "with local damping of 0.7: degree of consolidation at T = 0.5",
         "0.41 (sheet's prototype), 0.764 without",
         1.0 - pressures.iter().sum::<f64>() / (start * pressures.len() as f64),
         "what damping does to a slow process; the sheet gives no bound",
     );
     let liquid = |budget: colluvium::case::Budget| budget.liquid.map_or(f64::NAN, |liquid| liquid.mass);
-    outcome.show(
+    outcome.info(
         "liquid mass at the end over that at the start",
         "below 1: points follow the skeleton, and water leaves",
         liquid(whole.end) / liquid(whole.start),
@@ -118,7 +121,7 @@ pub(super) fn consolidated(case: &Case, factor: f64) -> Result<RunReport, String
     let mut case = case.clone();
     case.stages[0].duration = factor / CONSOLIDATION_RATE;
     case.output.frames = Some(0.01 / CONSOLIDATION_RATE);
-    run(&case)
+    run_mpm(&case)
 }
 
 /// Terzaghi's pressure over that at the start, at depth `z` (m) of a column of 1 m.
@@ -138,7 +141,7 @@ fn profile(frame: &Snapshot, start: f64) -> Vec<(f64, f64)> {
 
 /// Pressures over that at the start and the degree of consolidation that they say, against a closed form.
 pub(super) fn judge_pressures(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     label: &str,
     points: &[(f64, f64)],
     isochrone: &dyn Fn(f64) -> f64,
@@ -146,14 +149,14 @@ pub(super) fn judge_pressures(
 ) {
     let count = points.len() as f64;
     let square = points.iter().map(|(z, p)| (p - isochrone(*z)).powi(2)).sum::<f64>();
-    outcome.below(
+    outcome.assert_below(
         format!("{label}: RMS error of pressure over that at the start"),
         "0.017, 0.008, 0.007, 0.005, 0.003, 0.001 at T = 0.02, 0.05, 0.1, 0.2, 0.5, 1 (sheet's prototype)",
         (square / count).sqrt(),
         0.03,
         "the sheet's bound",
     );
-    outcome.within(
+    outcome.assert_within(
         format!("{label}: degree of consolidation from pressures"),
         &format!("{degree:.6}"),
         1.0 - points.iter().map(|point| point.1).sum::<f64>() / count,
@@ -163,10 +166,10 @@ pub(super) fn judge_pressures(
 }
 
 /// The same with total stress and pressure by cells (§2.16).
-fn mixed(outcome: &mut Outcome, start: f64) -> Result<(), String> {
+fn mixed(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
     const NOMINAL: f64 = 0.1;
-    let mut case = case("mpm/consolidation")?;
-    set(&mut case, "integration", "mixed");
+    let mut case = load_case("mpm/consolidation")?;
+    set_mpm_option(&mut case, "integration", "mixed");
     let report = consolidated(&case, NOMINAL)?;
     let frame = report.frames.last().ok_or("no frame")?;
     let factor = CONSOLIDATION_RATE * frame.time;
@@ -193,9 +196,9 @@ const RAMP: f64 = 5e-5;
 const FAST: f64 = 2297.728;
 const SLOW: f64 = 1144.720;
 
-fn waves(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let table = reference("mpm/two-waves/reference.csv")?;
+fn waves(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let table = reference_table("mpm/two-waves/reference.csv")?;
     let mut chart = LineChart {
         title: "Pore pressure at 0.5 m, 400 cells".into(),
         x_label: "time (ms)".into(),
@@ -211,11 +214,11 @@ fn waves(_quick: bool) -> Result<Outcome, String> {
         ("1e-5", 1e-5, 0.47619),
     ];
     for (name, conductivity, skeleton) in columns {
-        let mut case = case("mpm/two-waves")?;
+        let mut case = load_case("mpm/two-waves")?;
         if let Some(fluid) = &mut case.bodies[0].pore_fluid {
             fluid.intrinsic_permeability = Some(conductivity * 1e-3 / 9810.0);
         }
-        let report = run(&case)?;
+        let report = run_mpm(&case)?;
         let at = |frame: &Snapshot, values: &[f64]| {
             let near: Vec<f64> = places(frame)
                 .iter()
@@ -227,7 +230,7 @@ fn waves(_quick: bool) -> Result<Outcome, String> {
         };
         let pressure: Vec<(f64, f64)> =
             report.frames.iter().map(|f| (f.time, at(f, &scalars(f, "pore_pressure")))).collect();
-        let exact = curve(&table, "time", &format!("k={name}"))?;
+        let exact = reference_curve(&table, "time", &format!("k={name}"))?;
         let value = |time: f64| exact.iter().find(|p| (p.0 - time).abs() < 1e-9).map_or(f64::NAN, |p| p.1);
         if conductivity > 1.0 {
             arrivals(&mut outcome, &pressure, value(3.5e-4));
@@ -240,7 +243,7 @@ fn waves(_quick: bool) -> Result<Outcome, String> {
         {
             let within: Vec<f64> =
                 pressure.iter().filter(|p| p.0 >= from && p.0 <= to).map(|p| p.1).collect();
-            outcome.within(
+            outcome.assert_within(
                 format!("k = {name} m/s: mean pressure over load behind the {what}"),
                 &format!("{exact:.5}"),
                 within.iter().sum::<f64>() / within.len() as f64,
@@ -254,7 +257,7 @@ fn waves(_quick: bool) -> Result<Outcome, String> {
             .filter(|frame| frame.time > 6.5e-4)
             .map(|frame| at(frame, &stresses(frame).iter().map(|s| -s[0]).collect::<Vec<f64>>()))
             .collect();
-        outcome.show(
+        outcome.info(
             format!("k = {name} m/s: effective stress over load, mean from 6.5e-4 s to 7e-4 s"),
             &format!("{skeleton} at 7e-4 s"),
             late.iter().sum::<f64>() / late.len() as f64,
@@ -274,7 +277,7 @@ fn waves(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// When the pressure passes half of its plateau, less half the ramp.
-fn arrivals(outcome: &mut Outcome, pressure: &[(f64, f64)], plateau: f64) {
+fn arrivals(outcome: &mut BenchmarkOutcome, pressure: &[(f64, f64)], plateau: f64) {
     let crossing = |rising: bool| {
         let passed = |w: &[(f64, f64)]| {
             let ((t0, p0), (t1, p1)) = (w[0], w[1]);
@@ -284,7 +287,7 @@ fn arrivals(outcome: &mut Outcome, pressure: &[(f64, f64)], plateau: f64) {
         pressure.windows(2).find_map(passed).unwrap_or(f64::NAN)
     };
     for (name, speed, rising) in [("fast", FAST, true), ("slow", SLOW, false)] {
-        outcome.near(
+        outcome.assert_close(
             format!("arrival of the {name} wave at 0.5 m (s)"),
             0.5 / speed,
             0.02,

@@ -3,26 +3,30 @@
 use colluvium::case::description::InitialStress;
 use colluvium::case::{Budget, Case, RunOptions, Solver};
 use colluvium::grid::{
-    Basis, CubicSpline, Gimp, Grid, Lanes, Linear, Node, QuadraticSpline, Stencil, Support, WideGimp,
+    Basis, ContiguousGimpBasis, CubicSpline, GimpBasis, Grid, LinearBasis, NodalState, NodeSupport,
+    QuadraticSpline, Stencil, Vector4,
 };
 use colluvium::plots::{LineChart, Series, Style};
 use rand::{RngExt, SeedableRng};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, changed, run, series, set, stresses, vectors};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, measure_series, patched_case, run_mpm, set_mpm_option, stresses,
+    vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/units",
     title: "Shape functions, conservation, filters, supports, equilibrium",
     source: "sheet: mpm S-04, S-05, S-08, A-01, A-02, A-03, A-17, A-32, A-33, closed forms",
-    quick: Some(6),
-    full: 6,
+    short_seconds: Some(6),
+    full_seconds: 6,
     run: benchmark,
 };
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     shape_functions(&mut outcome);
     cell_crossing(&mut outcome);
     integration_by_cells(&mut outcome)?;
@@ -68,7 +72,7 @@ fn deviation<const S: usize, B: Basis<S>>(width: f64) -> f64 {
 }
 
 /// S-05 and A-01.
-fn shape_functions(outcome: &mut Outcome) {
+fn shape_functions(outcome: &mut BenchmarkOutcome) {
     let table = [
         (0.0, 0.875, 0.0),
         (0.1, 0.855, -0.4),
@@ -81,14 +85,14 @@ fn shape_functions(outcome: &mut Outcome) {
     ];
     let mut worst = 0f64;
     for (x, value, slope) in table {
-        for (found, of) in [gimp::<3, Gimp>(x, 0.5), gimp::<4, WideGimp>(x, 0.5)]
+        for (found, of) in [gimp::<3, GimpBasis>(x, 0.5), gimp::<4, ContiguousGimpBasis>(x, 0.5)]
             .iter()
             .flat_map(|f| [(f.0, value), (f.1, slope)])
         {
             worst = worst.max((found - of).abs());
         }
     }
-    outcome.below(
+    outcome.assert_below(
         "S-05 GIMP functions: distance from the table, l_p = h/2",
         "0",
         worst,
@@ -96,15 +100,15 @@ fn shape_functions(outcome: &mut Outcome) {
         "the sheet's 1e-12",
     );
     let families = [
-        ("linear", deviation::<2, Linear>(0.5)),
-        ("GIMP", deviation::<3, Gimp>(0.5)),
-        ("wide GIMP, l_p = 1.4h", deviation::<4, WideGimp>(1.4)),
+        ("linear", deviation::<2, LinearBasis>(0.5)),
+        ("GIMP", deviation::<3, GimpBasis>(0.5)),
+        ("wide GIMP, l_p = 1.4h", deviation::<4, ContiguousGimpBasis>(1.4)),
         ("quadratic", deviation::<3, QuadraticSpline>(0.5)),
         ("cubic", deviation::<4, CubicSpline>(0.5)),
     ];
     for (name, error) in families {
         let name = format!("A-01 {name}: partition of unity and linear fields at 10⁴ points, worst");
-        outcome.below(name, "0", error, 1e-12, "the sheet's 1e-12");
+        outcome.assert_below(name, "0", error, 1e-12, "the sheet's 1e-12");
     }
 }
 
@@ -116,19 +120,19 @@ fn gimp<const S: usize, B: Basis<S>>(x: f64, width: f64) -> (f64, f64) {
 }
 
 /// S-04 and A-34: cells with three, two and three points of the same volume under a uniform stress.
-fn cell_crossing(outcome: &mut Outcome) {
+fn cell_crossing(outcome: &mut BenchmarkOutcome) {
     let (stress, volume) = (2.0, 1.0 / 3.0);
     let places = [1.0 / 6.0, 0.5, 5.0 / 6.0, 1.25, 1.75, 2.0 + 1.0 / 6.0, 2.5, 2.0 + 5.0 / 6.0];
-    let standard = inner_forces::<2, Linear>(&places, &[volume; 8], stress);
+    let standard = inner_forces::<2, LinearBasis>(&places, &[volume; 8], stress);
     for (node, exact) in [(0, stress * volume), (1, -stress * volume)] {
         let name = format!("S-04 standard MPM: force at inner node {} (N)", node + 1);
-        outcome.near(name, exact, 1e-12, standard[node], "exact; ± σ Ω_p");
+        outcome.assert_close(name, exact, 1e-12, standard[node], "exact; ± σ Ω_p");
     }
     // Domains that fill the line: a third of a cell, and half of one in the middle cell.
     let widths = [volume, volume, volume, 0.5, 0.5, volume, volume, volume];
-    let gimp = inner_forces::<3, Gimp>(&places, &widths, stress);
-    let worst = gimp.iter().map(|force| force.abs()).largest();
-    outcome.below(
+    let gimp = inner_forces::<3, GimpBasis>(&places, &widths, stress);
+    let worst = gimp.iter().map(|force| force.abs()).max_or_nan();
+    outcome.assert_below(
         "S-04 GIMP with domains that fill the line: force at inner nodes (N)",
         "0",
         worst,
@@ -138,10 +142,10 @@ fn cell_crossing(outcome: &mut Outcome) {
 }
 
 /// S-04 with integration by cells: cells with three, two and three points under one stress, free at both ends.
-fn integration_by_cells(outcome: &mut Outcome) -> Result<(), String> {
+fn integration_by_cells(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for integration in ["points", "mixed", "gauss"] {
-        let mut bar = case("mpm/crossing-bar")?;
-        set(&mut bar, "integration", integration);
+        let mut bar = load_case("mpm/crossing-bar")?;
+        set_mpm_option(&mut bar, "integration", integration);
         let mut solver = start(&bar)?;
         let dt = solver.limit().dt;
         solver.step(dt).map_err(|error| error.to_string())?;
@@ -149,13 +153,13 @@ fn integration_by_cells(outcome: &mut Outcome) -> Result<(), String> {
         // The forces at the two inner nodes accelerate the points between them.
         let inner = snapshot.positions.iter().zip(vectors(&snapshot, "velocity"));
         let force =
-            inner.filter(|(x, _)| (1.0..2.0).contains(&x[0])).map(|(_, v)| (v[0] / dt).abs()).largest();
+            inner.filter(|(x, _)| (1.0..2.0).contains(&x[0])).map(|(_, v)| (v[0] / dt).abs()).max_or_nan();
         let name = format!("S-04 integration `{integration}`: acceleration within the middle cell (m/s²)");
         if integration == "points" {
             let reason = "the sheet: ± σ Ω_p at the inner nodes, here not balanced";
-            outcome.within(name, "not 0", force, (1e-4, f64::INFINITY), reason);
+            outcome.assert_within(name, "not 0", force, (1e-4, f64::INFINITY), reason);
         } else {
-            outcome.below(name, "0", force, 1e-12, "the sheet: 0 to round-off");
+            outcome.assert_below(name, "0", force, 1e-12, "the sheet: 0 to round-off");
         }
     }
     Ok(())
@@ -164,11 +168,11 @@ fn integration_by_cells(outcome: &mut Outcome) -> Result<(), String> {
 /// Internal forces `Σ Ω σ G` at the two inner nodes of three cells of 1 m, with points as wide as their volumes.
 fn inner_forces<const S: usize, B: Basis<S>>(places: &[f64], volumes: &[f64], stress: f64) -> [f64; 2] {
     let grid = Grid { origin: [0.0], cell: 1.0, cells: [3] };
-    let mut nodes = vec![Node::default(); B::nodes(3)];
+    let mut nodes = vec![NodalState::default(); B::nodes(3)];
     for (place, volume) in places.iter().zip(volumes) {
         let stencil = Stencil::<1, S>::new::<B>(&grid, &[*place], &[*volume]);
-        let column = [Lanes::new([volume * stress, 0.0, 0.0, 0.0])];
-        stencil.deposit(&mut nodes, 0, &[1], Lanes::ZERO, &column, None);
+        let column = [Vector4::new([volume * stress, 0.0, 0.0, 0.0])];
+        stencil.p2g(&mut nodes, 0, &[1], Vector4::ZERO, &column, None);
     }
     [1.0, 2.0].map(|x| {
         let node = (0..nodes.len()).find(|i| B::coordinate(*i, 3) == x).unwrap_or(0);
@@ -180,7 +184,7 @@ fn inner_forces<const S: usize, B: Basis<S>>(places: &[f64], volumes: &[f64], st
 fn lost_to_nodes<const S: usize, B: Basis<S>>() -> f64 {
     let grid = Grid { origin: [0.0; 2], cell: 0.1, cells: [6; 2] };
     let across = B::nodes(6);
-    let mut nodes = vec![Node::default(); across * across];
+    let mut nodes = vec![NodalState::default(); across * across];
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(2);
     let (mut sums, mut sizes) = ([0.0; 4], [0.0; 4]);
     for _ in 0..1000 {
@@ -189,41 +193,41 @@ fn lost_to_nodes<const S: usize, B: Basis<S>>() -> f64 {
         let place = [x, y].map(|c| 0.3 + 0.27 * c);
         let motion = [mass * u, mass * v, 0.0, mass];
         let stencil = Stencil::<2, S>::new::<B>(&grid, &place, &[0.05; 2]);
-        stencil.deposit(&mut nodes, 0, &[across, 1], Lanes::new(motion), &[Lanes::ZERO; 2], None);
+        stencil.p2g(&mut nodes, 0, &[across, 1], Vector4::new(motion), &[Vector4::ZERO; 2], None);
         for c in 0..4 {
             sums[c] += motion[c];
             sizes[c] += motion[c].abs();
         }
     }
-    let on_nodes = |c: usize| nodes.iter().map(|node| node.motion.as_array()[c]).sum::<f64>();
-    [0, 1, 3].iter().map(|&c| (on_nodes(c) - sums[c]).abs() / sizes[c]).largest()
+    let on_nodes = |c: usize| nodes.iter().map(|node| node.momentum_and_mass.as_array()[c]).sum::<f64>();
+    [0, 1, 3].iter().map(|&c| (on_nodes(c) - sums[c]).abs() / sizes[c]).max_or_nan()
 }
 
 ///
-fn conservation(outcome: &mut Outcome) -> Result<(), String> {
+fn conservation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (shape, lost) in [
-        ("linear", lost_to_nodes::<2, Linear>()),
-        ("GIMP", lost_to_nodes::<3, Gimp>()),
+        ("linear", lost_to_nodes::<2, LinearBasis>()),
+        ("GIMP", lost_to_nodes::<3, GimpBasis>()),
         ("quadratic", lost_to_nodes::<3, QuadraticSpline>()),
         ("cubic", lost_to_nodes::<4, CubicSpline>()),
     ] {
         let name =
             format!("A-02 {shape}: mass and momentum of the nodes less those of 10³ points, over Σ m, Σ |p|");
-        outcome.below(name, "0", lost, 1e-12, "the sheet's 1e-12");
+        outcome.assert_below(name, "0", lost, 1e-12, "the sheet's 1e-12");
     }
     let change = |before: &Budget, after: &Budget| {
-        (0..2).map(|c| (after.momentum[c] - before.momentum[c]).abs()).largest()
+        (0..2).map(|c| (after.momentum[c] - before.momentum[c]).abs()).max_or_nan()
     };
     for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic"] {
         for scheme in ["usf", "usl", "musl"] {
-            let mut case = case("mpm/spinning-block")?;
-            set(&mut case, "shape", shape);
-            set(&mut case, "stress_update", scheme);
+            let mut case = load_case("mpm/spinning-block")?;
+            set_mpm_option(&mut case, "shape", shape);
+            set_mpm_option(&mut case, "stress_update", scheme);
             if shape == "cpgimp" {
-                set(&mut case, "domain_stretch", "right-stretch");
+                set_mpm_option(&mut case, "domain_stretch", "right-stretch");
             }
             // Nodes below the cut-off take no force, which is momentum lost: with 10⁻¹² of a point up to 10⁻¹⁰ of it.
-            set(&mut case, "node_mass_cutoff", 1e-24);
+            set_mpm_option(&mut case, "node_mass_cutoff", 1e-24);
             if (shape, scheme) == ("linear", "usl") {
                 // Not stable at light nodes (P-02); see the page on validation.
                 continue;
@@ -237,14 +241,14 @@ fn conservation(outcome: &mut Outcome) -> Result<(), String> {
             }
             let error = change(&before, &solver.totals()) / scale;
             let name = format!("A-02 {shape}, {scheme}: change of momentum in 10³ steps over Σ m|v|");
-            outcome.below(name, "0", error, 1e-12, "the sheet's 1e-12");
+            outcome.assert_below(name, "0", error, 1e-12, "the sheet's 1e-12");
         }
     }
     for shape in ["quadratic", "cubic"] {
-        let mut case = case("mpm/spinning-block")?;
-        set(&mut case, "shape", shape);
-        set(&mut case, "transfer", "apic");
-        set(&mut case, "stress_update", "usl");
+        let mut case = load_case("mpm/spinning-block")?;
+        set_mpm_option(&mut case, "shape", shape);
+        set_mpm_option(&mut case, "transfer", "apic");
+        set_mpm_option(&mut case, "stress_update", "usl");
         let mut solver = start(&case)?;
         let before = solver.totals();
         let snapshot = solver.snapshot();
@@ -257,13 +261,13 @@ fn conservation(outcome: &mut Outcome) -> Result<(), String> {
         // Parts of it nearly cancel: over the sum of their sizes.
         let turn = (solver.totals().angular_momentum[2] - before.angular_momentum[2]).abs() / scale;
         let name = format!("A-02 APIC, {shape}: change of angular momentum in 10³ steps over Σ m|x||v|");
-        outcome.below(name, "0", turn, 1e-10, "the sheet's 1e-10");
+        outcome.assert_below(name, "0", turn, 1e-10, "the sheet's 1e-10");
     }
     Ok(())
 }
 
 /// what one step leaves of a mode on a line with one point in the middle of each cell.
-fn filters(outcome: &mut Outcome) -> Result<(), String> {
+fn filters(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let eighth = std::f64::consts::PI / 8.0;
     let rows = [
         ("FLIP, βh = 1", serde_json::json!({}), 1.0, 1.0),
@@ -274,19 +278,19 @@ fn filters(outcome: &mut Outcome) -> Result<(), String> {
         ("XPIC(3), βh = π/8", serde_json::json!({ "transfer": "xpic", "xpic_order": 3 }), eighth, 0.999_945),
     ];
     for (name, options, wave, exact) in rows {
-        let mut line = case("mpm/mode-on-a-line")?;
+        let mut line = load_case("mpm/mode-on-a-line")?;
         for (key, value) in options.as_object().into_iter().flatten() {
-            set(&mut line, key, value.clone());
+            set_mpm_option(&mut line, key, value.clone());
         }
         let waves = serde_json::json!([wave]);
-        let mut solver = start(&changed(&line, &[("/bodies/0/velocity/wave_vector", waves)])?)?;
+        let mut solver = start(&patched_case(&line, &[("/bodies/0/velocity/wave_vector", waves)])?)?;
         let before = vectors(&solver.snapshot(), "velocity");
         solver.step(1e-6).map_err(|error| error.to_string())?;
         let after = vectors(&solver.snapshot(), "velocity");
         // The least of what is far from zero, in the middle.
         let factor = (50..70).filter(|p| before[*p][0].abs() > 0.3).map(|p| after[p][0] / before[p][0]);
         let name = format!("A-03 {name}: what one step leaves of the mode");
-        outcome.near(
+        outcome.assert_close(
             name,
             exact,
             2e-6,
@@ -298,27 +302,27 @@ fn filters(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// a field of velocity that is linear comes out of a step of APIC as it went in.
-fn affine(outcome: &mut Outcome) -> Result<(), String> {
+fn affine(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for shape in ["quadratic", "cubic"] {
-        let mut case = case("mpm/patch")?;
-        set(&mut case, "shape", shape);
-        set(&mut case, "transfer", "apic");
+        let mut case = load_case("mpm/patch")?;
+        set_mpm_option(&mut case, "shape", shape);
+        set_mpm_option(&mut case, "transfer", "apic");
         case.bodies[0].stress = InitialStress::default();
         let before = start(&case)?.snapshot();
-        let after = run(&case)?.snapshot;
+        let after = run_mpm(&case)?.snapshot;
         let inside = |x: &[f64; 3]| (0..2).all(|c| x[c].abs() < 0.3);
         let pairs =
             before.positions.iter().zip(vectors(&before, "velocity")).zip(vectors(&after, "velocity"));
         let changes =
             pairs.filter(|((x, _), _)| inside(x)).map(|((_, v), w)| (v[0] - w[0]).hypot(v[1] - w[1]));
         let name = format!("A-03 APIC, {shape}: change of a linear velocity field in one step (m/s)");
-        outcome.below(name, "0", changes.largest(), 1e-12, "exact: round-off");
+        outcome.assert_below(name, "0", changes.max_or_nan(), 1e-12, "exact: round-off");
     }
     Ok(())
 }
 
 /// a point in a cell with local damping.
-fn oscillator(outcome: &mut Outcome) -> Result<(), String> {
+fn oscillator(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let rows = [
         (0.05, 0.951_190, 3.144_543),
         (0.1, 0.904_534, 3.153_460),
@@ -332,7 +336,7 @@ fn oscillator(outcome: &mut Outcome) -> Result<(), String> {
         ..LineChart::default()
     };
     for (damping, ratio, half_period) in rows {
-        let mut point = case("mpm/one-point")?;
+        let mut point = load_case("mpm/one-point")?;
         point.stages[0].damping = damping;
         let mut solver = start(&point)?;
         let (mut turns, mut last, mut curve) = (Vec::new(), (0.0, 1e-7), Vec::new());
@@ -348,14 +352,14 @@ fn oscillator(outcome: &mut Outcome) -> Result<(), String> {
             last = now;
         }
         let name = |what: &str| format!("A-17 α = {damping}: {what}");
-        outcome.near(
+        outcome.assert_close(
             name("amplitude ratio of half a cycle"),
             ratio,
             1e-3,
             -turns[2].1 / turns[1].1,
             "the sheet's 0.1 %",
         );
-        outcome.near(
+        outcome.assert_close(
             name("half period (√(m/k))"),
             half_period,
             1e-3,
@@ -368,8 +372,8 @@ fn oscillator(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// S-08: supports hold nodes before there is material at them; without them the block leaves the domain.
-fn floor_without_material(outcome: &mut Outcome) -> Result<(), String> {
-    let patch = case("mpm/drop")?;
+fn floor_without_material(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let patch = load_case("mpm/drop")?;
     let mut free = patch.clone();
     free.stages[0].motions.clear();
     let mut wall = free.clone();
@@ -380,7 +384,7 @@ fn floor_without_material(outcome: &mut Outcome) -> Result<(), String> {
         if let Some(error) = error {
             return Err(error);
         }
-        outcome.within(
+        outcome.assert_within(
             format!("S-08 fall onto {support} without material: lowest place (m)"),
             "0.5, at least 0.4",
             lowest,
@@ -391,7 +395,7 @@ fn floor_without_material(outcome: &mut Outcome) -> Result<(), String> {
     let (lowest, error) = fall(&free)?;
     let reason = "without the support it must fail";
     let left = error.is_some_and(|error| error.contains("it left the domain"));
-    outcome.near(
+    outcome.assert_close(
         "S-08 the same without a support: leaves the domain (1: yes)",
         1.0,
         0.0,
@@ -399,7 +403,7 @@ fn floor_without_material(outcome: &mut Outcome) -> Result<(), String> {
         reason,
     );
     let name = "S-08 the same without a support: lowest place before (m)";
-    outcome.below(name, "0: falls through", lowest, 0.1, "within a cell of the end of the domain");
+    outcome.assert_below(name, "0: falls through", lowest, 0.1, "within a cell of the end of the domain");
     Ok(())
 }
 
@@ -419,15 +423,15 @@ fn fall(case: &Case) -> Result<(f64, Option<String>), String> {
 }
 
 /// S-08: what a traction gives in a step.
-fn traction(outcome: &mut Outcome) -> Result<(), String> {
+fn traction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for shape in ["linear", "ugimp", "quadratic"] {
-        let mut case = case("mpm/drop")?;
+        let mut case = load_case("mpm/drop")?;
         case.gravity = vec![0.0, 0.0];
         case.stages[0].motions.clear();
         let load =
             serde_json::json!([{ "kind": "traction", "body": "block", "side": "y-max", "value": [30, -70] }]);
         case.loads = serde_json::from_value(load).map_err(|error| error.to_string())?;
-        set(&mut case, "shape", shape);
+        set_mpm_option(&mut case, "shape", shape);
         let mut solver = start(&case)?;
         let before = solver.totals();
         let dt = 1e-3;
@@ -436,8 +440,8 @@ fn traction(outcome: &mut Outcome) -> Result<(), String> {
         // On 0.4 m, a metre thick.
         let exact = [30.0 * 0.4, -70.0 * 0.4];
         let force = [0, 1].map(|c| (after.momentum[c] - before.momentum[c]) / dt);
-        let error = (0..2).map(|c| (force[c] / exact[c] - 1.0).abs()).largest();
-        outcome.below(
+        let error = (0..2).map(|c| (force[c] / exact[c] - 1.0).abs()).max_or_nan();
+        outcome.assert_below(
             format!("S-08 {shape}: force of a traction, relative error"),
             "0",
             error,
@@ -448,7 +452,7 @@ fn traction(outcome: &mut Outcome) -> Result<(), String> {
         let moment =
             (after.angular_momentum[2] - before.angular_momentum[2]) / dt - (0.5 * force[1] - 1.4 * force[0]);
         let bound = 30f64.hypot(70.0) * 0.4 * 0.05;
-        outcome.below(
+        outcome.assert_below(
             format!("S-08 {shape}: moment of a traction about the middle of its side (N m)"),
             "0, at most τ S h/2",
             moment.abs(),
@@ -460,24 +464,24 @@ fn traction(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 ///
-fn settling(outcome: &mut Outcome) -> Result<(), String> {
-    let case = case("mpm/settling-column")?;
+fn settling(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let case = load_case("mpm/settling-column")?;
     let settlement = |case: &Case| -> Result<(f64, f64), String> {
-        let report = run(case)?;
+        let report = run_mpm(case)?;
         let least = vectors(&report.snapshot, "displacement").iter().map(|u| u[1]).fold(0.0, f64::min);
         Ok((least, report.steps as f64))
     };
-    let report = run(&case)?;
+    let report = run_mpm(&case)?;
     for (column, what) in [("unbalanced_force", "unbalanced force"), ("kinetic_ratio", "kinetic energy")] {
-        let last = series(&report, column).last().map_or(f64::NAN, |row| row.1);
+        let last = measure_series(&report, column).last().map_or(f64::NAN, |row| row.1);
         let name = format!("A-32 column: {what} at the end over what acts from outside");
-        outcome.below(name, "below 1e-2", last, 1e-2, "the sheet's criterion");
+        outcome.assert_below(name, "below 1e-2", last, 1e-2, "the sheet's criterion");
     }
     let base = stresses(&report.snapshot)[0][1];
     let depth = 1.0 - report.snapshot.positions[0][1];
     let claim = "-1";
     let ratio = base / (1e4 * depth);
-    outcome.show(
+    outcome.info(
         "A-32 column: stress of the lowest point over ρ g depth",
         claim,
         ratio,
@@ -491,14 +495,20 @@ fn settling(outcome: &mut Outcome) -> Result<(), String> {
         Err(error) => f64::from(error.to_string().contains("no equilibrium")),
         Ok(_) => 0.0,
     };
-    outcome.near("A-32 a run that does not converge reports it (1: yes)", 1.0, 0.0, says, "the sheet");
+    outcome.assert_close(
+        "A-32 a run that does not converge reports it (1: yes)",
+        1.0,
+        0.0,
+        says,
+        "the sheet",
+    );
     let mut fine = case;
     let criterion = serde_json::json!({ "unbalanced_force": 1e-5, "kinetic_energy": 1e-8 });
     fine.stages[0].equilibrium = serde_json::from_value(criterion).map_err(|error| error.to_string())?;
     let mut scaled = fine.clone();
-    set(&mut scaled, "mass_scaling", 100.0);
+    set_mpm_option(&mut scaled, "mass_scaling", 100.0);
     let dt = |case: &Case| start(case).map(|mut solver| solver.limit().dt);
-    outcome.near(
+    outcome.assert_close(
         "A-33 mass scaling 100: time step over that without",
         10.0,
         1e-9,
@@ -506,7 +516,7 @@ fn settling(outcome: &mut Outcome) -> Result<(), String> {
         "√β",
     );
     let (plain, heavy) = (settlement(&fine)?, settlement(&scaled)?);
-    outcome.near(
+    outcome.assert_close(
         "A-33 mass scaling 100: settlement over that without",
         1.0,
         1e-3,

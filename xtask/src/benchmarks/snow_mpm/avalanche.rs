@@ -4,8 +4,8 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::{Value, json};
 
 use super::{changed, solved};
-use crate::analysis::reach_of;
-use crate::benchmarks::{Benchmark, Outcome, scalars, series, set_material};
+use crate::analysis::mass_quantile_position;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars, set_material};
 use colluvium::case::measure::fragments;
 use colluvium::case::{Field, FieldData, RunReport, Snapshot};
 
@@ -14,14 +14,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/avalanche",
     title: "Four flow regimes of snow on a slope with a run-out",
     source: "Gaume et al. 2020, section 5.3, Figs. 9 and 10; Coulomb's law; sheet: snow-mpm A6",
-    quick: Some(25),
-    full: 300,
+    short_seconds: Some(25),
+    full_seconds: 300,
     run: benchmark,
 };
 
 /// A kind of snow: name, slope of the critical state, cohesion, hardening, strength (Pa), and the front of the sheet's prototype
 /// after 3 s and at the end, and that of 99 % of its mass (m).
-struct Regime {
+struct AvalancheRegime {
     name: &'static str,
     law: [f64; 4],
     sheet: [f64; 2],
@@ -29,14 +29,19 @@ struct Regime {
 }
 
 /// The four of the sheet, the foremost first.
-const REGIMES: [Regime; 4] = [
-    Regime { name: "cold dense", law: [0.5, 0.0, 1.0, 3e3], sheet: [-1.85, 37.7], quantile: 35.8 },
-    Regime { name: "warm shear", law: [0.8, 0.3, 1.0, 3e3], sheet: [-7.74, 23.9], quantile: 21.9 },
-    Regime { name: "warm plug", law: [1.2, 0.3, 0.1, 8e3], sheet: [-16.11, 15.53], quantile: 15.47 },
-    Regime { name: "sliding slab", law: [1.5, 1.0, 10.0, 3e4], sheet: [-16.14, 15.18], quantile: 15.11 },
+const REGIMES: [AvalancheRegime; 4] = [
+    AvalancheRegime { name: "cold dense", law: [0.5, 0.0, 1.0, 3e3], sheet: [-1.85, 37.7], quantile: 35.8 },
+    AvalancheRegime { name: "warm shear", law: [0.8, 0.3, 1.0, 3e3], sheet: [-7.74, 23.9], quantile: 21.9 },
+    AvalancheRegime { name: "warm plug", law: [1.2, 0.3, 0.1, 8e3], sheet: [-16.11, 15.53], quantile: 15.47 },
+    AvalancheRegime {
+        name: "sliding slab",
+        law: [1.5, 1.0, 10.0, 3e4],
+        sheet: [-16.14, 15.18],
+        quantile: 15.11,
+    },
 ];
 
-impl Regime {
+impl AvalancheRegime {
     fn run(&self, duration: f64) -> Result<RunReport, String> {
         let mut case = changed("avalanche", &json!({}))?;
         let keys = ["critical_state_slope", "cohesion_ratio", "hardening_factor", "compressive_strength"];
@@ -49,7 +54,7 @@ impl Regime {
 
 /// The front at a time (m).
 fn front(report: &RunReport, time: f64) -> f64 {
-    let fronts = series(report, "front");
+    let fronts = measure_series(report, "front");
     let at = fronts.iter().find(|(t, _)| *t >= time - 1e-9).or(fronts.last());
     at.map_or(f64::NAN, |(_, front)| *front)
 }
@@ -60,8 +65,8 @@ fn coulomb(time: f64) -> f64 {
     0.5 * 9.81 * (angle.sin() - 0.4 * angle.cos()) * time * time
 }
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let duration = if quick { 1.0 } else { 10.0 };
     let mut chart = LineChart {
         title: "Fronts of four kinds of snow".into(),
@@ -73,8 +78,8 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     for regime in REGIMES.iter().filter(|regime| !quick || ["cold dense", "warm plug"].contains(&regime.name))
     {
         let report = regime.run(duration)?;
-        chart.series.push(Series::new(regime.name, series(&report, "front"), Style::Line));
-        if let Some(mut cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1]) {
+        chart.series.push(Series::new(regime.name, measure_series(&report, "front"), Style::Line));
+        if let Some(mut cloud) = PointCloud::from_snapshot(&report.snapshot, "velocity", [0, 1]) {
             cloud.title = format!("{} after {duration} s", regime.name);
             outcome.png(&format!("A6: {}, speed.", regime.name), &cloud)?;
         }
@@ -94,49 +99,49 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
 }
 
 /// Snow that holds together slides as a block on the slope.
-fn block_law(outcome: &mut Outcome, regime: &Regime, report: &RunReport, times: &[f64]) {
+fn block_law(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &RunReport, times: &[f64]) {
     if regime.law[0] < 1.0 {
         return;
     }
     for time in times {
         let way = front(report, *time) - front(report, 0.0);
         let name = format!("A6 {}: way of the front after {time} s (m)", regime.name);
-        outcome.near(name, coulomb(*time), 0.01, way, "the sheet's criterion");
+        outcome.assert_close(name, coulomb(*time), 0.01, way, "the sheet's criterion");
     }
 }
 
 /// The softer the snow, the farther its front.
-fn order(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
+fn order(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunReport)], time: f64) {
     for pair in reports.windows(2) {
         let [(ahead, first), (behind, second)] = pair else { continue };
         let name = format!("A6: front of {} before that of {} after {time} s (m)", ahead.name, behind.name);
         let lead = front(first, time) - front(second, time);
-        outcome.within(name, "above 0", lead, (0.0, f64::INFINITY), "the order of the source");
+        outcome.assert_within(name, "above 0", lead, (0.0, f64::INFINITY), "the order of the source");
     }
 }
 
 /// What the numerics take.
-fn energy(outcome: &mut Outcome, regime: &Regime, report: &RunReport) {
+fn energy(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &RunReport) {
     let last = |name: &str| report.table.last(name).unwrap_or(f64::NAN);
     let dissipated = last("energy_plastic") + last("obstacles.friction");
     let name =
         format!("A6 {}: energy taken by the numerics over that dissipated by snow and bed", regime.name);
-    outcome.below(name, "0.01", last("energy_numerical") / dissipated, 0.01, "sheet: snow-mpm §0");
+    outcome.assert_below(name, "0.01", last("energy_numerical") / dissipated, 0.01, "sheet: snow-mpm §0");
     let name =
         format!("A6 {}: energy that the transfers filter over that dissipated by snow and bed", regime.name);
-    outcome.show(name, "not given", last("energy_filtered") / dissipated, "part of what the numerics take");
+    outcome.info(name, "not given", last("energy_filtered") / dissipated, "part of what the numerics take");
 }
 
 /// What the deposits and the flows look like, by the words of the source.
-fn forms(outcome: &mut Outcome, reports: &[(&Regime, RunReport)]) -> Result<(), String> {
-    let track = changed("avalanche", &json!({}))?.line_of("track").ok_or("the case has no track")?;
+fn forms(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunReport)]) -> Result<(), String> {
+    let track = changed("avalanche", &json!({}))?.ground_line("track").ok_or("the case has no track")?;
     let along = |x: &[f64; 3]| track.arc_length(&[x[0], x[1]]).unwrap_or(f64::NAN);
     let thickness = |frame: &Snapshot| {
-        let length = reach_of(frame, 0.99, along) - reach_of(frame, 0.01, along);
+        let length = mass_quantile_position(frame, 0.99, along) - mass_quantile_position(frame, 0.01, along);
         scalars(frame, "volume").iter().sum::<f64>() / length
     };
     let deposits: Vec<f64> = reports.iter().map(|(_, report)| thickness(&report.snapshot)).collect();
-    outcome.within(
+    outcome.assert_within(
         "A6: mean thickness of the deposit, warm plug over cold dense",
         "above 1",
         deposits[2] / deposits[0],
@@ -145,7 +150,7 @@ fn forms(outcome: &mut Outcome, reports: &[(&Regime, RunReport)]) -> Result<(), 
     );
     let mut strains = scalars(&reports[1].1.snapshot, "plastic_strain");
     strains.sort_by(f64::total_cmp);
-    outcome.within(
+    outcome.assert_within(
         "A6 warm shear: median deviatoric plastic strain",
         "above 1; 2.4 (sheet's prototype)",
         strains[strains.len() / 2],
@@ -154,16 +159,16 @@ fn forms(outcome: &mut Outcome, reports: &[(&Regime, RunReport)]) -> Result<(), 
     );
     for (regime, report) in reports {
         let frame = report.frames.iter().find(|frame| frame.time >= 3.0 - 1e-9).unwrap_or(&report.snapshot);
-        let ends = [0.05, 0.95].map(|share| reach_of(frame, share, along));
+        let ends = [0.05, 0.95].map(|share| mass_quantile_position(frame, share, along));
         let height = |x: &[f64; 3]| {
             track.gap(&[x[0], x[1]], f64::INFINITY).map_or(f64::NAN, |nearest| nearest.distance)
         };
         let surface = surface(frame.positions.iter().map(|x| [along(x), height(x)]), ends);
         let name = format!("A6 {}: roughness of the surface after 3 s", regime.name);
         let reason = "the source has pictures only; where a flow is thin, single points count";
-        outcome.show(name, "not given", roughness(&surface), reason);
+        outcome.info(name, "not given", roughness(&surface), reason);
         let name = format!("A6 {}: waves of the surface after 3 s", regime.name);
-        outcome.show(name, "not given", crests(&surface, CELL).len() as f64, reason);
+        outcome.info(name, "not given", crests(&surface, CELL).len() as f64, reason);
         granules(outcome, regime, frame);
     }
     Ok(())
@@ -175,7 +180,7 @@ const CELL: f64 = 0.1;
 const DENSITY: f64 = 250.0;
 
 /// Sizes of what hangs together and has strength, as granules beside the largest piece (sheet: snow-mpm F56).
-fn granules(outcome: &mut Outcome, regime: &Regime, frame: &Snapshot) {
+fn granules(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, frame: &Snapshot) {
     let strong: Vec<usize> = scalars(frame, "compressive_strength")
         .iter()
         .enumerate()
@@ -194,10 +199,10 @@ fn granules(outcome: &mut Outcome, regime: &Regime, frame: &Snapshot) {
     let beside = pieces.get(1..).unwrap_or_default();
     let reason = "the source has pictures only; a piece of 20 points is 0.25 m across, five points";
     let name = format!("A6 {}: granules beside the largest piece after 3 s", regime.name);
-    outcome.show(name, "not given", beside.len() as f64, reason);
+    outcome.info(name, "not given", beside.len() as f64, reason);
     if let Some(median) = beside.get(beside.len() / 2) {
         let name = format!("A6 {}: diameter of the median granule after 3 s (m)", regime.name);
-        outcome.show(name, "not given", (4.0 * median / (DENSITY * std::f64::consts::PI)).sqrt(), reason);
+        outcome.info(name, "not given", (4.0 * median / (DENSITY * std::f64::consts::PI)).sqrt(), reason);
     }
 }
 
@@ -243,13 +248,13 @@ fn roughness(heights: &[f64]) -> f64 {
     (off.sum::<f64>() / heights.len().saturating_sub(2).max(1) as f64).sqrt() / mean
 }
 
-fn at_rest(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
+fn at_rest(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunReport)], time: f64) {
     order(outcome, reports, time);
     for (regime, report) in reports {
         for (at, sheet) in [(3.0, regime.sheet[0]), (time, regime.sheet[1])] {
             let claim = format!("{sheet} (sheet's prototype)");
             let name = format!("A6 {}: front after {at} s (m)", regime.name);
-            outcome.show(
+            outcome.info(
                 name,
                 &claim,
                 front(report, at),
@@ -259,7 +264,7 @@ fn at_rest(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
         let claim = format!("{} (sheet's prototype)", regime.quantile);
         let quantile = report.table.last("front_99").unwrap_or(f64::NAN);
         let name = format!("A6 {}: front of 99 % of the mass at the end (m)", regime.name);
-        outcome.show(name, &claim, quantile, "the sheet proposes the snow, and judges the order");
+        outcome.info(name, &claim, quantile, "the sheet proposes the snow, and judges the order");
         let pieces = report.table.last("pieces.count").unwrap_or(f64::NAN);
         let range = match regime.name {
             "sliding slab" => Some(("2 or more", (2.0, f64::INFINITY))),
@@ -269,7 +274,7 @@ fn at_rest(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
         let touching = report.table.last("touching.count").unwrap_or(f64::NAN);
         let name =
             format!("A6 {}: pieces of 20 points and more, with what crumbles between them", regime.name);
-        outcome.show(
+        outcome.info(
             name,
             "not given",
             touching,
@@ -277,8 +282,10 @@ fn at_rest(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
         );
         let name = format!("A6 {}: pieces of 20 points and more", regime.name);
         match range {
-            Some((claim, range)) => outcome.within(name, claim, pieces, range, "the sheet's criterion"),
-            None => outcome.show(name, "many", pieces, "the sheet judges slab and plug"),
+            Some((claim, range)) => {
+                outcome.assert_within(name, claim, pieces, range, "the sheet's criterion")
+            }
+            None => outcome.info(name, "many", pieces, "the sheet judges slab and plug"),
         }
     }
 }

@@ -4,16 +4,16 @@ use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
 use super::{changed, solved};
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, series, starts, stresses, vectors};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions, measure_series, stresses, vectors};
 
 /// Vibration.
 pub const VIBRATION: Benchmark = Benchmark {
     id: "snow-mpm/vibration",
     title: "Confined longitudinal vibration of a bar",
     source: "sheet: snow-mpm V12, closed form",
-    quick: Some(3),
-    full: 3,
+    short_seconds: Some(3),
+    full_seconds: 3,
     run: vibration,
 };
 
@@ -22,8 +22,8 @@ pub const SELF_WEIGHT: Benchmark = Benchmark {
     id: "snow-mpm/self-weight",
     title: "Column under its weight at finite strain",
     source: "sheet: snow-mpm V13, closed form",
-    quick: Some(5),
-    full: 5,
+    short_seconds: Some(5),
+    full_seconds: 5,
     run: self_weight,
 };
 
@@ -45,14 +45,14 @@ fn swung(cells: usize, options: &Value) -> Result<[f64; 2], String> {
     let mut case = changed("bar", options)?;
     let period = 4.0 / (CONFINED * 1e6 / DENSITY).sqrt();
     let speed = 1e-4 * 2.0 * std::f64::consts::PI / period;
-    crate::benchmarks::set_of(&mut case, "snow-mpm", "cell_size", 1.0 / cells as f64);
+    crate::benchmarks::set_method_option(&mut case, "snow-mpm", "cell_size", 1.0 / cells as f64);
     case.bodies[0].velocity = serde_json::from_value(
         json!({ "kind": "sine", "amplitude": [speed], "wave_vector": [std::f64::consts::FRAC_PI_2] }),
     )
     .map_err(|error| error.to_string())?;
     case.stages[0].duration = 3.4 * period;
     case.output.measures = Some(period / 400.0);
-    let momentum = series(&solved(&case)?, "momentum.x");
+    let momentum = measure_series(&solved(&case)?, "momentum.x");
     let zeros = zeros(&momentum);
     let [Some(first), Some(later)] = [zeros.first(), zeros.get(4)] else {
         return Err("the bar does not swing for three periods".to_owned());
@@ -60,13 +60,13 @@ fn swung(cells: usize, options: &Value) -> Result<[f64; 2], String> {
     let found = 0.5 * (later - first);
     let peak = |around: f64| {
         let near = momentum.iter().filter(|(t, _)| (t - around).abs() < 0.2 * found);
-        near.map(|(_, p)| *p).largest()
+        near.map(|(_, p)| *p).max_or_nan()
     };
     Ok([found / period, peak(3.0 * found) / peak(found)])
 }
 
-fn vibration(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn vibration(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Error of the period".into(),
         x_label: "cells".into(),
@@ -85,14 +85,14 @@ fn vibration(_quick: bool) -> Result<Outcome, String> {
                 format!("{claim} (sheet's prototype)"),
             );
             if cells == 20 {
-                outcome.within(name, &text, period, (0.97, 1.03), "the sheet's criterion");
+                outcome.assert_within(name, &text, period, (0.97, 1.03), "the sheet's criterion");
             } else {
-                outcome.show(name, &text, period, "the sheet judges 20 cells, and the order");
+                outcome.info(name, &text, period, "the sheet judges 20 cells, and the order");
             }
         }
         let name = format!("V12 {shape}: error of 20 cells over that of 40");
         let reason = "the sheet's criterion: halving with the cell; a tenth is left to the next order";
-        outcome.within(name, "2 (first order)", errors[1].1 / errors[2].1, (1.8, 2.4), reason);
+        outcome.assert_within(name, "2 (first order)", errors[1].1 / errors[2].1, (1.8, 2.4), reason);
         chart.series.push(Series::new(shape, errors, Style::Line));
     }
     for (name, claim, options) in [
@@ -104,7 +104,7 @@ fn vibration(_quick: bool) -> Result<Outcome, String> {
     ] {
         let [_, kept] = swung(20, &options)?;
         let text = format!("{claim} (sheet's prototype)");
-        outcome.show(
+        outcome.info(
             format!("V12 {name}, 20 cells: amplitude after two periods"),
             &text,
             kept,
@@ -120,7 +120,7 @@ fn vibration(_quick: bool) -> Result<Outcome, String> {
 fn settled(cell: f64, shape: &str) -> Result<[f64; 3], String> {
     let case = changed("bar-weight", &json!({ "shape": shape, "cell_size": cell }))?;
     let snapshot = solved(&case)?.snapshot;
-    let start = starts(&snapshot);
+    let start = initial_positions(&snapshot);
     let moved = vectors(&snapshot, "displacement");
     let top = start.iter().zip(&moved).max_by(|a, b| a.0[0].total_cmp(&b.0[0]));
     let settlement = top.map_or(f64::NAN, |(_, u)| -u[0]);
@@ -129,13 +129,13 @@ fn settled(cell: f64, shape: &str) -> Result<[f64; 3], String> {
     let found = stresses(&snapshot);
     let beyond = |cells: f64| {
         let away = start.iter().zip(&found).filter(|(x, _)| x[0] > cells * cell);
-        away.map(off).largest()
+        away.map(off).max_or_nan()
     };
     Ok([settlement, beyond(2.0), beyond(3.0)])
 }
 
-fn self_weight(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn self_weight(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let exact = 0.045_180_7;
     // Settlements of the sheet's prototype, and errors of stress beyond two and three cells of its one-dimensional program.
     let prototypes = [
@@ -151,9 +151,9 @@ fn self_weight(_quick: bool) -> Result<Outcome, String> {
             let name = format!("V13 {shape}, {cells} cells: settlement over height");
             if cells == 40.0 {
                 let reason = "the sheet's criterion: 2.5 %";
-                outcome.within(name, &text, settlement, (0.975 * exact, 1.025 * exact), reason);
+                outcome.assert_within(name, &text, settlement, (0.975 * exact, 1.025 * exact), reason);
             } else {
-                outcome.show(name, &text, settlement, "the sheet judges 40 cells, and the order");
+                outcome.info(name, &text, settlement, "the sheet judges 40 cells, and the order");
             }
             for ((far, off), claims) in ["two", "three"].into_iter().zip(off).zip(stresses) {
                 let name = format!(
@@ -162,12 +162,12 @@ fn self_weight(_quick: bool) -> Result<Outcome, String> {
                 let (claim, band) = (claims[k], (claims[k] - 0.001, claims[k] + 0.001));
                 let reason =
                     "the sheet's reference, as corrected, by a program of one dimension: 0.1 % of the base";
-                outcome.within(name, &claim.to_string(), off, band, reason);
+                outcome.assert_within(name, &claim.to_string(), off, band, reason);
             }
         }
         let name = format!("V13 {shape}: error of 40 cells over that of 80");
         let reason = "the sheet's criterion: halving with the cell; a tenth is left to the next order";
-        outcome.within(name, "2 (first order)", errors[1] / errors[2], (1.8, 2.4), reason);
+        outcome.assert_within(name, "2 (first order)", errors[1] / errors[2], (1.8, 2.4), reason);
     }
     Ok(outcome)
 }

@@ -4,16 +4,16 @@ use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use super::{changed, solved};
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, starts};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/cantilever",
     title: "Cantilever at large rotation under its weight",
     source: "sheet: snow-mpm V16, elastica with wL³/(E'I) = 4",
-    quick: Some(15),
-    full: 100,
+    short_seconds: Some(15),
+    full_seconds: 100,
     run: benchmark,
 };
 
@@ -21,16 +21,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const TIP: [f64; 2] = [0.425_159, 0.890_111];
 
 /// A beam at rest: drop and place of the tip over the length (1 m), and the axis.
-struct Bent {
+struct BentBeam {
     tip: [f64; 2],
     axis: Vec<(f64, f64)>,
 }
 
-fn bent(cell: f64) -> Result<Bent, String> {
+fn bent(cell: f64) -> Result<BentBeam, String> {
     let report = solved(&changed("cantilever", &json!({ "cell_size": cell }))?)?;
-    let (start, now) = (starts(&report.snapshot), &report.snapshot.positions);
+    let (start, now) = (initial_positions(&report.snapshot), &report.snapshot.positions);
     let spacing = 0.5 * cell;
-    let end = start.iter().map(|x| x[0]).largest();
+    let end = start.iter().map(|x| x[0]).max_or_nan();
     let column = |place: f64| {
         let of = |(x, now): (&[f64; 2], &[f64; 3])| ((x[0] - place).abs() < 0.1 * spacing).then_some(*now);
         let all: Vec<[f64; 3]> = start.iter().zip(now).filter_map(of).collect();
@@ -41,11 +41,11 @@ fn bent(cell: f64) -> Result<Bent, String> {
     let tip = [0, 1].map(|c| 1.5 * last[c] - 0.5 * before[c]);
     let count = ((end - 0.5 * spacing) / spacing) as usize;
     let axis = (0..=count).map(|k| column(end - k as f64 * spacing)).map(|[x, y]| (x, y)).collect();
-    Ok(Bent { tip: [-tip[1], tip[0]], axis })
+    Ok(BentBeam { tip: [-tip[1], tip[0]], axis })
 }
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Axis of the beam".into(),
         x_label: "x (m)".into(),
@@ -56,12 +56,12 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     for (cells, width, prototype) in
         [(4.0, 0.08, "0.440 and 0.878, still creeping"), (8.0, 0.04, "not run")].into_iter().take(grids)
     {
-        let Bent { tip, axis } = bent(0.1 / cells)?;
+        let BentBeam { tip, axis } = bent(0.1 / cells)?;
         for ((what, exact), found) in [("drop", TIP[0]), ("place", TIP[1])].iter().zip(tip) {
             let name = format!("V16, {cells} cells over the height: {what} of the tip over the length");
             let claim = format!("{exact} (sheet's prototype: {prototype})");
             let range = (exact * (1.0 - width), exact * (1.0 + width));
-            outcome.within(name, &claim, found, range, "the sheet's criterion");
+            outcome.assert_within(name, &claim, found, range, "the sheet's criterion");
         }
         chart.series.push(Series::new(format!("{cells} cells over the height"), axis, Style::Line));
     }

@@ -5,15 +5,15 @@ use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use super::{changed, solved};
-use crate::benchmarks::{Benchmark, Outcome, set_material};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/column",
     title: "Column of snow: run-out with and without cohesion, and the strength with which it stands",
     source: "sheet: snow-mpm A7 and V18, whose prototype is the reference; no source",
-    quick: None,
-    full: 150,
+    short_seconds: None,
+    full_seconds: 150,
     run: benchmark,
 };
 
@@ -21,14 +21,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const HEIGHT: f64 = 2.0;
 
 /// Where points lie at a time (m).
-struct Shape {
+struct ColumnShape {
     /// Farthest to the left and to the right of the middle.
     fronts: [f64; 2],
     /// Highest within 0.1 m of the middle.
     height: f64,
 }
 
-impl Shape {
+impl ColumnShape {
     fn of(frame: &Snapshot) -> Self {
         let farthest = |sign: f64| frame.positions.iter().map(|x| sign * x[0]).fold(0.0, f64::max);
         let middle = frame.positions.iter().filter(|x| x[0].abs() < 0.1).map(|x| x[1]);
@@ -48,8 +48,8 @@ fn column(strength: f64, cohesion: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Columns of snow".into(),
         x_label: "time (s)".into(),
@@ -61,25 +61,32 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         let mut fronts = [0.0; 2];
         for (front, (cohesion, claim)) in fronts.iter_mut().zip([(0.0, loose), (0.3, bound)]) {
             let report = solved(&column(strength, cohesion)?)?;
-            let line = report.frames.iter().map(|frame| (frame.time, Shape::of(frame).front())).collect();
+            let line =
+                report.frames.iter().map(|frame| (frame.time, ColumnShape::of(frame).front())).collect();
             let name = format!("{kilo} kPa, cohesion {cohesion}");
             chart.series.push(Series::new(&*name, line, Style::Line));
-            let end = Shape::of(&report.snapshot);
+            let end = ColumnShape::of(&report.snapshot);
             *front = end.front();
             let claim = format!("{claim} (sheet's prototype)");
-            outcome.show(format!("A7 {name}: front (m)"), &claim, *front, "the sheet judges the ratio");
+            outcome.info(format!("A7 {name}: front (m)"), &claim, *front, "the sheet judges the ratio");
             let apart = (end.fronts[0] - end.fronts[1]).abs() / *front;
             let name = format!("A7 {name}: difference of both fronts over the front");
-            outcome.below(name, "0", apart, 0.05, "the sheet's criterion");
+            outcome.assert_below(name, "0", apart, 0.05, "the sheet's criterion");
         }
         let name = format!("A7 {kilo} kPa: share of the front that cohesion takes");
         let claim = format!("{:.2} (sheet's prototype)", 1.0 - bound / loose);
-        outcome.within(name, &claim, 1.0 - fronts[1] / fronts[0], (0.25, 0.45), "the sheet's criterion");
+        outcome.assert_within(
+            name,
+            &claim,
+            1.0 - fronts[1] / fronts[0],
+            (0.25, 0.45),
+            "the sheet's criterion",
+        );
     }
     for cohesion in [0.0, 0.3] {
-        let end = Shape::of(&solved(&column(20_000.0, cohesion)?)?.snapshot);
+        let end = ColumnShape::of(&solved(&column(20_000.0, cohesion)?)?.snapshot);
         let name = format!("A7 20 kPa, cohesion {cohesion}: height (m)");
-        outcome.near(
+        outcome.assert_close(
             name,
             1.985,
             0.01,
@@ -93,7 +100,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// Which strengths bear the weight, gravity coming slowly (V18).
-fn stands(outcome: &mut Outcome) -> Result<(), String> {
+fn stands(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (strength, claim, range) in [
         (5500.0, "collapses", (0.0, 0.9)),
         (8500.0, "stands", (0.9, 1.0)),
@@ -104,13 +111,13 @@ fn stands(outcome: &mut Outcome) -> Result<(), String> {
         free.name = "free".to_owned();
         (case.stages[0].duration, case.stages[0].damping, case.stages[0].gravity_ramp) = (0.5, 0.3, 0.35);
         case.stages.push(free);
-        let height = Shape::of(&solved(&case)?.snapshot).height / HEIGHT;
+        let height = ColumnShape::of(&solved(&case)?.snapshot).height / HEIGHT;
         let name = format!("V18 {} kPa without cohesion: height over that at the start", strength / 1000.0);
         if strength == 7000.0 {
-            outcome.show(name, claim, height, "where the threshold lies between both bounds of the sheet");
+            outcome.info(name, claim, height, "where the threshold lies between both bounds of the sheet");
         } else {
             let reason = "the sheet's criterion: the threshold lies between 5.5 and 8.5 kPa, by its closed form at 8.3";
-            outcome.within(name, claim, height, range, reason);
+            outcome.assert_within(name, claim, height, range, reason);
         }
     }
     Ok(())

@@ -4,15 +4,15 @@ use colluvium::case::description::Wall;
 use serde_json::json;
 
 use super::{changed, solved};
-use crate::benchmarks::{Benchmark, Outcome, vectors};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/incline",
     title: "Block on an incline: Coulomb friction at the nodes",
     source: "sheet: snow-mpm V15, closed form",
-    quick: Some(6),
-    full: 12,
+    short_seconds: Some(6),
+    full_seconds: 12,
     run: benchmark,
 };
 
@@ -24,8 +24,8 @@ fn moved(friction: f64, options: &serde_json::Value) -> Result<f64, String> {
     Ok(displacement.iter().map(|u| u[0]).sum::<f64>() / displacement.len() as f64)
 }
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     // g (sin 30° - μ cos 30°) t² / 2 after 1.1 s.
     let exact = 0.5 * 9.81 * (0.5 - 0.3 * 0.75f64.sqrt()) * 1.21;
     for (name, options) in
@@ -34,7 +34,7 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
             .take(if quick { 1 } else { 2 })
     {
         let slid = moved(0.3, &options)?;
-        outcome.near(
+        outcome.assert_close(
             format!("V15 {name}, friction 0.3: way after 1.1 s (m)"),
             exact,
             0.005,
@@ -42,7 +42,7 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
             "the sheet's criterion",
         );
         let stayed = moved(0.7, &options)?.abs();
-        outcome.below(
+        outcome.assert_below(
             format!("V15 {name}, friction 0.7: way after 1.1 s (m)"),
             "0",
             stayed,

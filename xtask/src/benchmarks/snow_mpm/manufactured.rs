@@ -2,22 +2,22 @@
 
 use std::f64::consts::TAU;
 
-use colluvium::case::{Manufactured, Prescribed, Snapshot};
+use colluvium::case::{Manufactured, PrescribedState, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 use colluvium::snow_mpm::SnowMpm;
 use serde_json::json;
 
 use super::changed;
-use crate::analysis::manufactured::{distance, largest_over_steps};
-use crate::benchmarks::{Benchmark, Outcome, scalars, stresses};
+use crate::analysis::manufactured::{max_errors_over_steps, rms_position_error};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, stresses};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/manufactured",
     title: "Manufactured solution of a periodic line: cell crossing and convergence",
     source: "sheet: snow-mpm V14",
-    quick: Some(4),
-    full: 8,
+    short_seconds: Some(4),
+    full_seconds: 8,
     run: benchmark,
 };
 
@@ -34,11 +34,11 @@ const CELLS: [usize; 5] = [16, 32, 64, 128, 256];
 
 /// `u = A sin 2πX sin 2πct`.
 #[derive(Clone, Copy)]
-struct Wave {
+struct StandingWave {
     amplitude: f64,
 }
 
-impl Wave {
+impl StandingWave {
     fn displacement(self, x: f64, t: f64) -> f64 {
         self.amplitude * (TAU * x).sin() * (TAU * SPEED * t).sin()
     }
@@ -65,7 +65,7 @@ impl Wave {
             start: Box::new(move |[x, ..]| {
                 let mut deformation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
                 deformation[0][0] = self.stretch(x, 0.0)[0];
-                Prescribed {
+                PrescribedState {
                     position: [x + self.displacement(x, 0.0), 0.0, 0.0],
                     velocity: [self.velocity(x, 0.0), 0.0, 0.0],
                     deformation,
@@ -87,7 +87,7 @@ impl Wave {
     }
 
     /// Largest errors over a period: of displacement over the amplitude, and of Kirchhoff stress over `2πAM`.
-    fn errors(self, functions: &Functions, cells: usize) -> Result<[f64; 2], String> {
+    fn errors(self, functions: &TransferSetting, cells: usize) -> Result<[f64; 2], String> {
         let cell = 1.0 / cells as f64;
         let mut options = json!({
             "cell_size": cell, "points_per_cell": functions.points, "shape": functions.shape,
@@ -98,16 +98,16 @@ impl Wave {
         }
         let case = changed("manufactured", &options)?;
         let mut solver = SnowMpm.manufactured(&case, self.solution()).map_err(|error| error.to_string())?;
-        let [off, stress] = largest_over_steps(&mut *solver, case.stages[0].duration, |snapshot| {
+        let [off, stress] = max_errors_over_steps(&mut *solver, case.stages[0].duration, |snapshot| {
             let place = |[x, ..]: [f64; 3], t| [x + self.displacement(x, t), 0.0, 0.0];
-            [distance(snapshot, place), self.stress_error(snapshot)]
+            [rms_position_error(snapshot, place), self.stress_error(snapshot)]
         })?;
         Ok([off / self.amplitude, stress / (TAU * self.amplitude * MODULUS)])
     }
 }
 
 /// Shape functions, points per cell and transfer, with the errors of the sheet's prototype, where it has them.
-struct Functions {
+struct TransferSetting {
     name: &'static str,
     shape: &'static str,
     points: usize,
@@ -117,8 +117,8 @@ struct Functions {
 }
 
 /// The table of the sheet.
-const TABLE: [Functions; 6] = [
-    Functions {
+const TABLE: [TransferSetting; 6] = [
+    TransferSetting {
         name: "linear, 4 points per cell",
         shape: "linear",
         points: 4,
@@ -126,7 +126,7 @@ const TABLE: [Functions; 6] = [
         displacement: [9.3e-2, 8.9e-2, 1.3e-1, 2.7e-1, 4.6e-1],
         stress: None,
     },
-    Functions {
+    TransferSetting {
         name: "quadratic, 4 points per cell",
         shape: "quadratic",
         points: 4,
@@ -134,7 +134,7 @@ const TABLE: [Functions; 6] = [
         displacement: [1.52e-1, 3.6e-2, 9.0e-3, 2.3e-3, 2.1e-3],
         stress: Some([1.6e-1, 4.2e-2, 1.4e-2, 1.2e-2, 1.4e-2]),
     },
-    Functions {
+    TransferSetting {
         name: "cubic, 4 points per cell",
         shape: "cubic",
         points: 4,
@@ -142,7 +142,7 @@ const TABLE: [Functions; 6] = [
         displacement: [2.13e-1, 4.80e-2, 1.20e-2, 3.00e-3, 7.51e-4],
         stress: Some([2.2e-1, 5.6e-2, 1.5e-2, 3.7e-3, 1.0e-3]),
     },
-    Functions {
+    TransferSetting {
         name: "cubic, 4 points per cell, APIC",
         shape: "cubic",
         points: 4,
@@ -150,7 +150,7 @@ const TABLE: [Functions; 6] = [
         displacement: [1.19e-1, 2.63e-2, 6.1e-3, 1.49e-3, f64::NAN],
         stress: None,
     },
-    Functions {
+    TransferSetting {
         name: "linear, 2 points per cell",
         shape: "linear",
         points: 2,
@@ -158,7 +158,7 @@ const TABLE: [Functions; 6] = [
         displacement: [1.5e-1, 2.5e-1, 5.6e-1, 8.1e-1, 1.06],
         stress: None,
     },
-    Functions {
+    TransferSetting {
         name: "cubic, 2 points per cell",
         shape: "cubic",
         points: 2,
@@ -168,8 +168,8 @@ const TABLE: [Functions; 6] = [
     },
 ];
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Largest error of displacement over the amplitude".into(),
         x_label: "cell size (m)".into(),
@@ -179,7 +179,7 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     };
     let refinements = if quick { &CELLS[..4] } else { &CELLS[..] };
     for functions in TABLE.iter().filter(|functions| !quick || functions.points == 4) {
-        let wave = Wave { amplitude: AMPLITUDE };
+        let wave = StandingWave { amplitude: AMPLITUDE };
         let errors: Vec<[f64; 2]> =
             refinements.iter().map(|&cells| wave.errors(functions, cells)).collect::<Result<_, _>>()?;
         let line = refinements.iter().zip(&errors).map(|(n, [off, _])| (1.0 / *n as f64, *off)).collect();
@@ -187,14 +187,14 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
         show(&mut outcome, functions, refinements, &errors);
         judge(&mut outcome, functions, &errors);
     }
-    let small = Wave { amplitude: 5e-4 };
+    let small = StandingWave { amplitude: 5e-4 };
     for functions in &TABLE[..3] {
         let name = format!(
             "V14: {}, amplitude 0.5 mm, 32 cells, no crossing: error of displacement",
             functions.name
         );
         let [error, _] = small.errors(functions, 32)?;
-        outcome.below(name, "below 6e-2", error, 6e-2, "the sheet's criterion");
+        outcome.assert_below(name, "below 6e-2", error, 6e-2, "the sheet's criterion");
     }
     outcome.svg(
         "V14: cubic functions converge in second order, linear ones diverge as points cross cells.",
@@ -204,32 +204,43 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
 }
 
 /// The errors beside those of the sheet.
-fn show(outcome: &mut Outcome, functions: &Functions, refinements: &[usize], errors: &[[f64; 2]]) {
+fn show(
+    outcome: &mut BenchmarkOutcome,
+    functions: &TransferSetting,
+    refinements: &[usize],
+    errors: &[[f64; 2]],
+) {
     let reason = "the sheet judges order, divergence and what does not cross cells";
     let claim = |sheet: f64| {
         if sheet.is_nan() { "not given".to_owned() } else { format!("{sheet:.3e} (sheet's prototype)") }
     };
     for (i, (cells, [off, stress])) in refinements.iter().zip(errors).enumerate() {
         let name = |of: &str| format!("V14: {}, {cells} cells: error of {of}", functions.name);
-        outcome.show(name("displacement"), &claim(functions.displacement[i]), *off, reason);
+        outcome.info(name("displacement"), &claim(functions.displacement[i]), *off, reason);
         if let Some(sheet) = functions.stress {
-            outcome.show(name("stress"), &claim(sheet[i]), *stress, reason);
+            outcome.info(name("stress"), &claim(sheet[i]), *stress, reason);
         }
     }
 }
 
 /// What the sheet asks of them.
-fn judge(outcome: &mut Outcome, functions: &Functions, errors: &[[f64; 2]]) {
+fn judge(outcome: &mut BenchmarkOutcome, functions: &TransferSetting, errors: &[[f64; 2]]) {
     let ratio = errors[1][0] / errors[3][0];
     let pass = "the sheet's criterion";
     match (functions.shape, functions.points, functions.transfer) {
         ("cubic", 4, "flip") => {
             let name = format!("V14: {}: order between 32 and 128 cells", functions.name);
-            outcome.within(name, "2.0 ± 0.15", 0.5 * ratio.log2(), (1.85, 2.15), pass);
+            outcome.assert_within(name, "2.0 ± 0.15", 0.5 * ratio.log2(), (1.85, 2.15), pass);
         }
         ("linear", 4, _) => {
             let name = format!("V14: {}: error with 128 cells over that with 32", functions.name);
-            outcome.within(name, "above 2; 3.0 (sheet's prototype)", 1.0 / ratio, (2.0, f64::INFINITY), pass);
+            outcome.assert_within(
+                name,
+                "above 2; 3.0 (sheet's prototype)",
+                1.0 / ratio,
+                (2.0, f64::INFINITY),
+                pass,
+            );
         }
         _ => {}
     }

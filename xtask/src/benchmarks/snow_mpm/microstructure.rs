@@ -6,21 +6,21 @@ use colluvium::points::Shape;
 use serde_json::json;
 
 use super::{changed, solved};
-use crate::benchmarks::{Benchmark, Outcome, scalars, series};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/microstructure",
     title: "Confined compression of a microstructure of snow",
     source: "Gaume et al. 2020, section 5.1 and Fig. 7; sheet: snow-mpm A4",
-    quick: Some(45),
-    full: 400,
+    short_seconds: Some(45),
+    full_seconds: 400,
     run: benchmark,
 };
 
 /// A box and its plate. At the speed that the sheet allows, half a per cent of that of waves in ice (6 m/s), the plate meets the ice
 /// with 6.7 MPa and crushes it as it arrives.
-struct Press {
+struct CompressionBox {
     /// Width and height of the box (m).
     size: f64,
     /// Speed of the plate (m/s).
@@ -29,18 +29,18 @@ struct Press {
     end: f64,
 }
 
-const SHORT: Press = Press { size: 1.5e-3, speed: 0.6, end: 0.32 };
+const SHORT: CompressionBox = CompressionBox { size: 1.5e-3, speed: 0.6, end: 0.32 };
 /// The sheet's structure, on cells of 0.05 mm in place of 0.03.
-const FULL: Press = Press { size: 3e-3, speed: 0.3, end: 0.2 };
+const FULL: CompressionBox = CompressionBox { size: 3e-3, speed: 0.3, end: 0.2 };
 
 /// Compression of the box between two rows of the measures.
 const ROW: f64 = 4e-4;
 
-impl Press {
+impl CompressionBox {
     /// Compressions of the box and mean stresses at the plate (Pa), by the plate's work between two rows; the other walls are at
     /// rest and smooth.
     fn path(&self, report: &RunReport) -> Vec<(f64, f64)> {
-        let work = series(report, "work_of_walls");
+        let work = measure_series(report, "work_of_walls");
         let stress = |pair: &[(f64, f64)]| {
             (pair[1].1 - pair[0].1) / (self.speed * (pair[1].0 - pair[0].0) * self.size)
         };
@@ -48,10 +48,10 @@ impl Press {
     }
 }
 
-fn benchmark(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let press = if quick { SHORT } else { FULL };
-    let Press { size, speed, end } = press;
+    let CompressionBox { size, speed, end } = press;
     let mut case = changed("microstructure", &json!({}))?;
     case.domain.max = vec![size, 1.2 * size];
     if let Shape::Microstructure { max, .. } = &mut case.bodies[0].shape {
@@ -76,7 +76,9 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     outcome.svg("A4: stress over compression.", &chart)?;
     for share in [0.02, 0.1, 0.2] {
         let frame = report.frames.iter().find(|frame| speed * frame.time / size >= share - 1e-9);
-        if let Some(mut cloud) = frame.and_then(|frame| PointCloud::of(frame, "plastic_strain", [0, 1])) {
+        if let Some(mut cloud) =
+            frame.and_then(|frame| PointCloud::from_snapshot(frame, "plastic_strain", [0, 1]))
+        {
             cloud.title = format!("compressed by {:.0} %", 100.0 * share);
             outcome.png("A4: plastic strain of the ice.", &cloud)?;
         }
@@ -85,12 +87,12 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
 }
 
 /// The four phases in their order.
-fn judge(outcome: &mut Outcome, report: &RunReport, path: &[(f64, f64)], quick: bool) {
+fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)], quick: bool) {
     let peak = first_peak(path);
     let (at, most) = path[peak];
     let rise: Vec<(f64, f64)> =
         path[..=peak].iter().copied().take_while(|(_, stress)| *stress <= 0.7 * most).collect();
-    outcome.within(
+    outcome.assert_within(
         "A4 rise: square of the correlation up to 70 % of the first peak",
         "above 0.99",
         correlation(&rise).powi(2),
@@ -98,7 +100,7 @@ fn judge(outcome: &mut Outcome, report: &RunReport, path: &[(f64, f64)], quick: 
         "the sheet's criterion",
     );
     let least = path[peak..].iter().map(|(_, stress)| *stress).fold(f64::INFINITY, f64::min);
-    outcome.below(
+    outcome.assert_below(
         "A4 drop: least stress after the peak over it",
         "0.8",
         least / most,
@@ -110,29 +112,29 @@ fn judge(outcome: &mut Outcome, report: &RunReport, path: &[(f64, f64)], quick: 
     let name = "A4 plateau: mean stress over a compression of 0.1 from the peak, over the peak";
     let mean = beyond.iter().sum::<f64>() / beyond.len() as f64 / most;
     if quick {
-        outcome.show(name, "below 1", mean, "the sheet judges a box of ten grains across; this has five");
+        outcome.info(name, "below 1", mean, "the sheet judges a box of ten grains across; this has five");
     } else {
-        outcome.below(name, "below 1", mean, 1.0, "the sheet's criterion");
+        outcome.assert_below(name, "below 1", mean, 1.0, "the sheet's criterion");
     }
     let again = path.iter().skip(peak + 1).find(|(_, stress)| *stress > most);
     let length = again.map_or(f64::NAN, |(strain, _)| strain - at);
     let reason = "grains that meet anew carry for a while";
-    outcome.show("A4: compression from the peak until it is passed again", "not given", length, reason);
+    outcome.info("A4: compression from the peak until it is passed again", "not given", length, reason);
     let last = path.last().map_or(f64::NAN, |(_, stress)| *stress);
-    outcome.within(
+    outcome.assert_within(
         "A4 jamming: stress at the end over the first peak",
         "above 1",
         last / most,
         (1.0, f64::INFINITY),
         "the sheet's criterion",
     );
-    outcome.show("A4: first peak (Pa)", "not given", most, "the source prints no number");
-    outcome.show("A4: compression at the first peak", "not given", at, "the source prints no number");
+    outcome.info("A4: first peak (Pa)", "not given", most, "the source prints no number");
+    outcome.info("A4: compression at the first peak", "not given", at, "the source prints no number");
     let masses: Vec<f64> = [report.frames.first(), report.frames.last()]
         .into_iter()
         .map(|frame| frame.map_or(f64::NAN, |frame| scalars(frame, "mass").iter().sum()))
         .collect();
-    outcome.near(
+    outcome.assert_close(
         "A4: mass at the end over that at the start",
         1.0,
         1e-14,

@@ -18,7 +18,7 @@ mod softening;
 use colluvium::case::{Case, RunReport};
 use serde_json::Value;
 
-use crate::benchmarks::{Benchmark, case, run_by, set_of};
+use crate::benchmarks::{Benchmark, load_case, run_in_memory, set_method_option};
 
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
@@ -42,14 +42,14 @@ pub const ALL: &[Benchmark] = &[
 
 /// The case `validation/snow-mpm/<name>/case.json` with some options of the method changed.
 fn changed(name: &str, options: &Value) -> Result<Case, String> {
-    let mut case = case(&format!("snow-mpm/{name}"))?;
+    let mut case = load_case(&format!("snow-mpm/{name}"))?;
     for (key, value) in options.as_object().into_iter().flatten() {
-        set_of(&mut case, "snow-mpm", key, value.clone());
+        set_method_option(&mut case, "snow-mpm", key, value.clone());
     }
     Ok(case)
 }
 
 /// Runs a case in memory, frames kept.
 fn solved(case: &Case) -> Result<RunReport, String> {
-    run_by("snow-mpm", case)
+    run_in_memory("snow-mpm", case)
 }

@@ -5,15 +5,15 @@ use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
 use super::{changed, solved};
-use crate::benchmarks::{Benchmark, Outcome, scalars, series, stresses};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars, stresses};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/oedometer",
     title: "Oedometer: a plate compacts a block of snow",
     source: "sheet: snow-mpm V17; path of V6 by an independent integration of the rates",
-    quick: Some(10),
-    full: 10,
+    short_seconds: Some(10),
+    full_seconds: 10,
     run: benchmark,
 };
 
@@ -37,8 +37,8 @@ fn at(points: &[(f64, f64)], x: f64) -> f64 {
     })
 }
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Axial stress".into(),
         x_label: "logarithmic strain".into(),
@@ -54,16 +54,16 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         for (strain, exact) in &PATH[2..] {
             let name = format!("V17, cells of {cell} m: mean axial stress at a strain of {strain} (Pa)");
             if cell < 0.03 {
-                outcome.near(name, *exact, 0.05, at(&path, *strain), "the sheet's criterion: 5 %");
+                outcome.assert_close(name, *exact, 0.05, at(&path, *strain), "the sheet's criterion: 5 %");
             } else {
                 let claim = format!("{exact}; the sheet's prototype has 3.6 % more at a strain of 0.19");
-                outcome.show(name, &claim, at(&path, *strain), "the sheet judges the finer grid");
+                outcome.info(name, &claim, at(&path, *strain), "the sheet judges the finer grid");
             }
         }
-        let last = |name: &str| series(&report, name).last().map_or(f64::NAN, |row| row.1);
+        let last = |name: &str| measure_series(&report, name).last().map_or(f64::NAN, |row| row.1);
         let taken = last("energy_numerical") / last("energy_plastic");
         let name = format!("V17, cells of {cell} m: what the numerics take over what the snow does");
-        outcome.within(
+        outcome.assert_within(
             name,
             "small and not negative",
             taken,

@@ -5,15 +5,15 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
 
 use super::{changed, solved};
-use crate::benchmarks::{Benchmark, Outcome, scalars, starts, vectors};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions, scalars, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/remote",
     title: "Remote triggering of a slab avalanche",
     source: "Gaume et al. 2020, section 4.2 and Fig. 6; sheet: snow-mpm A3, on 40° as amended",
-    quick: None,
-    full: 1500,
+    short_seconds: None,
+    full_seconds: 1500,
     run: benchmark,
 };
 
@@ -30,8 +30,8 @@ const RADIUS: f64 = 3.0;
 const WEAK: u32 = 0;
 const SLAB: u32 = 1;
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut case = changed("remote", &json!({}))?;
     let mut alone = case.clone();
     alone.bodies.retain(|body| body.name != "snowman");
@@ -39,7 +39,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let alone = solved(&alone)?;
     let failed = collapsed(&alone.snapshot).iter().filter(|(_, failed)| *failed).count();
     let reason = "the sheet's criterion (i)";
-    outcome.within(
+    outcome.assert_within(
         "A3: points of the weak layer that collapse without a snowman",
         "0",
         failed as f64,
@@ -52,7 +52,8 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     release(&mut outcome, &report);
     for time in [0.4, 0.8, 1.5, 3.2] {
         let frame = report.frames.iter().find(|frame| frame.time >= time - 1e-9);
-        if let Some(mut cloud) = frame.and_then(|frame| PointCloud::of(frame, "velocity", [0, 1])) {
+        if let Some(mut cloud) = frame.and_then(|frame| PointCloud::from_snapshot(frame, "velocity", [0, 1]))
+        {
             cloud.title = format!("after {time} s");
             outcome.png("A3: speed.", &cloud)?;
         }
@@ -62,12 +63,12 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 
 /// Place at the start along x (m) of the points of the weak layer, and whether they have collapsed.
 fn collapsed(frame: &Snapshot) -> Vec<(f64, bool)> {
-    let (flags, start) = (scalars(frame, "collapsed"), starts(frame));
+    let (flags, start) = (scalars(frame, "collapsed"), initial_positions(frame));
     let weak = (0..flags.len()).filter(|&i| frame.bodies[i] == WEAK);
     weak.map(|i| (start[i][0], flags[i] > 0.5)).collect()
 }
 
-fn crack(outcome: &mut Outcome, report: &RunReport) -> Result<(), String> {
+fn crack(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), String> {
     let fronts = |frame: &Snapshot| {
         let all = collapsed(frame).into_iter().filter(|(_, failed)| *failed).map(|(x, _)| x);
         all.fold(None, |ends: Option<[f64; 2]>, x| {
@@ -76,7 +77,7 @@ fn crack(outcome: &mut Outcome, report: &RunReport) -> Result<(), String> {
     };
     let first = report.frames.iter().find_map(fronts);
     let off = first.map_or(f64::NAN, |[low, high]| (0.5 * (low + high) - SNOWMAN).abs());
-    outcome.below(
+    outcome.assert_below(
         "A3: where the weak layer fails first, from the middle of the snowman (m)",
         "0.6",
         off,
@@ -93,7 +94,7 @@ fn crack(outcome: &mut Outcome, report: &RunReport) -> Result<(), String> {
         ("slope", share(&|x| x > CREST[0] + 2.5 && x < FOOT)),
     ] {
         let name = format!("A3: share of the weak layer on the {name} that has collapsed");
-        outcome.within(name, "above 0.9", value, (0.9, 1.0), "the sheet's criterion (iii)");
+        outcome.assert_within(name, "above 0.9", value, (0.9, 1.0), "the sheet's criterion (iii)");
     }
     let ends: Vec<(f64, [f64; 2])> =
         report.frames.iter().filter_map(|frame| Some((frame.time, fronts(frame)?))).collect();
@@ -111,9 +112,9 @@ fn crack(outcome: &mut Outcome, report: &RunReport) -> Result<(), String> {
     outcome.svg("A3: the crack runs both ways.", &chart)
 }
 
-fn release(outcome: &mut Outcome, report: &RunReport) {
+fn release(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     let last = &report.snapshot;
-    let (start, moved) = (starts(last), vectors(last, "displacement"));
+    let (start, moved) = (initial_positions(last), vectors(last, "displacement"));
     let strength = scalars(last, "compressive_strength");
     let slab: Vec<usize> = (0..start.len()).filter(|&i| last.bodies[i] == SLAB).collect();
     // Parts of the crest and the slope 0.2 m long, in which every fifth of the thickness has a point without strength.
@@ -124,7 +125,7 @@ fn release(outcome: &mut Outcome, report: &RunReport) {
         parts[part][(((across - 0.3) / 0.1).max(0.0) as usize).min(4)] = true;
     }
     let broken = parts.iter().filter(|part| part.iter().all(|fifth| *fifth)).count();
-    outcome.within(
+    outcome.assert_within(
         "A3: parts of 0.2 m of the slab on the slope that are broken through",
         "1 or more",
         broken as f64,
@@ -136,7 +137,7 @@ fn release(outcome: &mut Outcome, report: &RunReport) {
             slab.iter().filter(|&&i| on(start[i][0])).map(|&i| moved[i][0].hypot(moved[i][1])).collect();
         ways.iter().sum::<f64>() / ways.len() as f64
     };
-    outcome.within(
+    outcome.assert_within(
         "A3: mean way of the slab on the slope (m)",
         "above 1",
         mean(&|x| x > CREST[0] + 2.0 && x < FOOT),
@@ -145,8 +146,8 @@ fn release(outcome: &mut Outcome, report: &RunReport) {
     );
     let low = mean(&|x| x > 0.0 && x < FOOT);
     let reason = "the slab on the flat, which stays, bears it";
-    outcome.show("A3: mean way of the slab on its lowest 12 m (m)", "not given", low, reason);
-    outcome.below(
+    outcome.info("A3: mean way of the slab on its lowest 12 m (m)", "not given", low, reason);
+    outcome.assert_below(
         "A3: mean way of the slab on the flat beyond the snowman (m)",
         "0.3",
         mean(&|x| x > SNOWMAN + 1.5),
@@ -154,7 +155,7 @@ fn release(outcome: &mut Outcome, report: &RunReport) {
         "the sheet's criterion (v): it settles by less than the weak layer is thick, and stays",
     );
     let pieces = report.table.last("pieces.count").unwrap_or(f64::NAN);
-    outcome.show("A3: pieces of the slab", "not given", pieces, "the sheet judges the crack");
+    outcome.info("A3: pieces of the slab", "not given", pieces, "the sheet judges the crack");
 }
 
 /// Length along the ground from where the crest begins to fall, and height above it along its normal (m), down to the foot.

@@ -7,16 +7,19 @@ use colluvium::points::Shape;
 use serde_json::{Value, json};
 
 use super::{changed, solved};
-use crate::analysis::slope;
-use crate::benchmarks::{Benchmark, Outcome, reference, scalars, series, set_material, set_of, vectors};
+use crate::analysis::regression_slope;
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, measure_series, reference_table, scalars, set_material, set_method_option,
+    vectors,
+};
 
 /// Critical length and what it depends on.
 pub const CRITICAL: Benchmark = Benchmark {
     id: "snow-mpm/saw",
     title: "Propagation saw test: critical length of the cut",
     source: "Gaume et al. 2020, section 5.2 and Fig. 8; closed estimates of the sheet; weac 2.6; sheet: snow-mpm A5",
-    quick: Some(25),
-    full: 360,
+    short_seconds: Some(25),
+    full_seconds: 360,
     run: critical_lengths,
 };
 
@@ -25,8 +28,8 @@ pub const SPEED: Benchmark = Benchmark {
     id: "snow-mpm/crack-speed",
     title: "Propagation saw test: speed of the crack on flat terrain",
     source: "Gaume et al. 2020, section 5.2 and Fig. 8; sheet: snow-mpm A5",
-    quick: None,
-    full: 600,
+    short_seconds: None,
+    full_seconds: 600,
     run: speeds,
 };
 
@@ -40,7 +43,7 @@ const HEIGHT: f64 = 0.5;
 const ESTIMATE: f64 = 0.1795;
 
 /// What differs from the case.
-struct Test<'a> {
+struct SawTestSetup<'a> {
     /// Angle of the slope (degrees).
     slope: f64,
     /// Length of the column (m).
@@ -53,14 +56,15 @@ struct Test<'a> {
     weak: &'a [(&'a str, Value)],
 }
 
-const AS_IT_IS: Test<'_> = Test { slope: 0.0, length: LENGTH, cell: 0.025, sawing: 0.34, weak: &[] };
+const AS_IT_IS: SawTestSetup<'_> =
+    SawTestSetup { slope: 0.0, length: LENGTH, cell: 0.025, sawing: 0.34, weak: &[] };
 
-impl Test<'_> {
+impl SawTestSetup<'_> {
     fn case(&self) -> Result<Case, String> {
         let mut case = changed("saw", &json!({}))?;
         let angle = self.slope.to_radians();
         case.gravity = vec![9.81 * angle.sin(), -9.81 * angle.cos()];
-        set_of(&mut case, "snow-mpm", "cell_size", self.cell);
+        set_method_option(&mut case, "snow-mpm", "cell_size", self.cell);
         set_material(&mut case, "weak", self.weak)?;
         case.stages[1].duration = self.sawing;
         let longer = self.length - LENGTH;
@@ -70,7 +74,7 @@ impl Test<'_> {
                 max[0] += longer;
             }
         }
-        if let Shape::Box { min, max } = &mut case.cuts[0].shape {
+        if let Shape::Box { min, max } = &mut case.removal_shapes[0].shape {
             (min[0], max[0]) = (min[0] + longer, max[0] + longer);
         }
         if let Some(Measure::CrackTip(tip)) = case.measures.get_mut("crack") {
@@ -79,13 +83,13 @@ impl Test<'_> {
         Ok(case)
     }
 
-    fn run(&self) -> Result<Sawn, String> {
-        Ok(Sawn { report: solved(&self.case()?)? })
+    fn run(&self) -> Result<SawTestResult, String> {
+        Ok(SawTestResult { report: solved(&self.case()?)? })
     }
 }
 
 /// A test that has run.
-struct Sawn {
+struct SawTestResult {
     report: RunReport,
 }
 
@@ -96,10 +100,10 @@ const RUNS: f64 = 0.4;
 /// By how much the saw may have moved meanwhile (m).
 const MEANWHILE: f64 = 0.05;
 
-impl Sawn {
+impl SawTestResult {
     /// Times (s), lengths of the cut and of the crack (m).
     fn lengths(&self) -> Vec<[f64; 3]> {
-        let (saw, tip) = (series(&self.report, "saw.travel"), series(&self.report, "crack"));
+        let (saw, tip) = (measure_series(&self.report, "saw.travel"), measure_series(&self.report, "crack"));
         saw.into_iter().zip(tip).map(|((time, cut), (_, tip))| [time, cut, tip]).collect()
     }
 
@@ -116,7 +120,7 @@ impl Sawn {
         let within = |[_, _, tip]: &[f64; 3]| *tip >= from && *tip <= to;
         let tips: Vec<(f64, f64)> =
             self.lengths().into_iter().filter(within).map(|[t, _, tip]| (t, tip)).collect();
-        slope(&tips)
+        regression_slope(&tips)
     }
 
     /// Mean settlement of the slab's points within 0.1 m of the sawn end (m).
@@ -134,9 +138,9 @@ impl Sawn {
 
     /// Fastest point when the saw begins (m/s).
     fn unrest(&self) -> f64 {
-        let saw = series(&self.report, "saw.travel");
+        let saw = measure_series(&self.report, "saw.travel");
         let number = saw.iter().rposition(|(_, cut)| *cut == 0.0).unwrap_or(0);
-        series(&self.report, "largest_speed").get(number).map_or(f64::NAN, |(_, speed)| *speed)
+        measure_series(&self.report, "largest_speed").get(number).map_or(f64::NAN, |(_, speed)| *speed)
     }
 
     /// An entry of the balance of energy over what the law dissipated.
@@ -146,10 +150,10 @@ impl Sawn {
     }
 }
 
-fn critical_lengths(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn critical_lengths(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let flat = AS_IT_IS.run()?;
-    outcome.below(
+    outcome.assert_below(
         "A5: fastest point when the saw begins (m/s)",
         "1e-3",
         flat.unrest(),
@@ -158,21 +162,21 @@ fn critical_lengths(quick: bool) -> Result<Outcome, String> {
     );
     let length = flat.critical_length().unwrap_or(f64::NAN);
     let by_weac = by_weac(0.0, 3000.0)?;
-    outcome.near(
+    outcome.assert_close(
         "A5: critical length by estimate 4 of the sheet, against that by the package weac (m)",
         by_weac,
         0.01,
         ESTIMATE,
         "two computations of the same beam on springs; ours allows 1 %",
     );
-    outcome.within(
+    outcome.assert_within(
         "A5: critical length on flat terrain, 3 kPa (m)",
         &format!("0.1795 (estimate 4), {by_weac} (weac); the sheet's prototype 0.217, with APIC 0.219"),
         length,
         (0.6 * ESTIMATE, 1.5 * ESTIMATE),
         "the sheet's criterion (i); softening depends on the mesh",
     );
-    outcome.within(
+    outcome.assert_within(
         "A5: settlement of the sawn end (m)",
         "0.016 to 0.025 (sheet's prototype)",
         flat.collapse(),
@@ -181,12 +185,12 @@ fn critical_lengths(quick: bool) -> Result<Outcome, String> {
     );
     let name = "A5: speed of the tip between 0.8 and 1.6 m (m/s)";
     let reason = "the column is too short for the speed to become steady";
-    outcome.show(name, "36 to 41 over 2 to 4 m (sheet's prototype)", flat.speed(0.8, 1.6), reason);
+    outcome.info(name, "36 to 41 over 2 to 4 m (sheet's prototype)", flat.speed(0.8, 1.6), reason);
     let name = "A5: energy taken by the numerics over that dissipated by the layer";
-    outcome.below(name, "0.01", flat.share("energy_numerical"), 0.01, "sheet: snow-mpm §0");
+    outcome.assert_below(name, "0.01", flat.share("energy_numerical"), 0.01, "sheet: snow-mpm §0");
     let name = "A5: energy that the transfers filter over that dissipated by the layer";
     let reason = "part of what the numerics take: the slab drops, and its jumps of velocity pass the grid";
-    outcome.show(name, "not given", flat.share("energy_filtered"), reason);
+    outcome.info(name, "not given", flat.share("energy_filtered"), reason);
     outcome.svg("A5: the crack follows the saw, and runs away.", &space_time(&[("crack", &flat)]))?;
     outcome.png(
         "A5: settlement when the crack has run 0.1 m, half of the column and all of it, below each other; grey is what has collapsed.",
@@ -201,13 +205,13 @@ fn critical_lengths(quick: bool) -> Result<Outcome, String> {
 
 /// Critical length (m) that the package weac has for a slope (degrees) and a strength (Pa) of the weak layer.
 fn by_weac(slope: f64, strength: f64) -> Result<f64, String> {
-    let table = reference("snow-mpm/saw/weac.csv")?;
+    let table = reference_table("snow-mpm/saw/weac.csv")?;
     let row = table.rows.iter().find(|row| row[0] == slope && row[1] == strength);
     row.map(|row| row[2]).ok_or_else(|| format!("the reference data lack {strength} Pa on {slope}°"))
 }
 
 /// On what the critical length depends, and how.
-fn trends(outcome: &mut Outcome, flat: f64) -> Result<(), String> {
+fn trends(outcome: &mut BenchmarkOutcome, flat: f64) -> Result<(), String> {
     let strength = |value: f64| [("compressive_strength", json!(value))];
     let softening =
         |factor: f64| [("hardening", json!({ "kind": "weak-layer", "softening_factor": factor }))];
@@ -219,20 +223,24 @@ fn trends(outcome: &mut Outcome, flat: f64) -> Result<(), String> {
         ("3 kPa on 30°", 30.0, 3000.0, 0.115),
     ] {
         let (weak, by_weac) = (&strength(pascal), by_weac(slope, pascal)?);
-        let length =
-            Test { slope, weak, sawing: LONGER, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
+        let length = SawTestSetup { slope, weak, sawing: LONGER, ..AS_IT_IS }
+            .run()?
+            .critical_length()
+            .unwrap_or(f64::NAN);
         let (name, claim) =
             (format!("A5: critical length, {name} (m)"), format!("{claim} (estimate 4), {by_weac} (weac)"));
-        outcome.show(name, &claim, length, "the sheet judges the flat test of 3 kPa, and trends");
+        outcome.info(name, &claim, length, "the sheet judges the flat test of 3 kPa, and trends");
         found.push(length);
     }
     for (name, factor, claim) in [("10", 10.0, 0.333), ("200", 200.0, 0.132)] {
         let weak = softening(factor);
-        let length =
-            Test { weak: &weak, sawing: LONGER, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
+        let length = SawTestSetup { weak: &weak, sawing: LONGER, ..AS_IT_IS }
+            .run()?
+            .critical_length()
+            .unwrap_or(f64::NAN);
         let (name, claim) =
             (format!("A5: critical length, softening factor {name} (m)"), format!("{claim} (prototype)"));
-        outcome.show(name, &claim, length, "the sheet judges the trend");
+        outcome.info(name, &claim, length, "the sheet judges the trend");
         found.push(length);
     }
     let [weaker, stronger, gentle, steep, tough, brittle] = found[..] else {
@@ -247,12 +255,18 @@ fn trends(outcome: &mut Outcome, flat: f64) -> Result<(), String> {
         ("softening factor 50 over 200", flat, brittle),
     ] {
         let name = format!("A5: critical length, {name}");
-        outcome.within(name, "above 1", larger / smaller, (1.0, f64::INFINITY), "the sheet's criterion (ii)");
+        outcome.assert_within(
+            name,
+            "above 1",
+            larger / smaller,
+            (1.0, f64::INFINITY),
+            "the sheet's criterion (ii)",
+        );
     }
     let implicit = [("integration", json!("implicit"))];
-    let length = Test { weak: &implicit, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
+    let length = SawTestSetup { weak: &implicit, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
     let reason = "both are asked for; steps are too large for them to agree";
-    outcome.show(
+    outcome.info(
         "A5: critical length with the strength of the end of a step (m)",
         "not given",
         length,
@@ -262,21 +276,21 @@ fn trends(outcome: &mut Outcome, flat: f64) -> Result<(), String> {
 }
 
 /// Layers in which no crack runs by itself.
-fn arrest(outcome: &mut Outcome) -> Result<(), String> {
+fn arrest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let strong = [("compressive_strength", json!(6000))];
-    let runs = |sawn: &Sawn| f64::from(u8::from(sawn.critical_length().is_some()));
-    let sawn = Test { weak: &strong, ..AS_IT_IS }.run()?;
+    let runs = |sawn: &SawTestResult| f64::from(u8::from(sawn.critical_length().is_some()));
+    let sawn = SawTestSetup { weak: &strong, ..AS_IT_IS }.run()?;
     let reason = "the sheet's criterion (v) is of longer cuts than 0.34 m";
-    outcome.show("A5: whether a crack runs away in a layer of 6 kPa", "0", runs(&sawn), reason);
+    outcome.info("A5: whether a crack runs away in a layer of 6 kPa", "0", runs(&sawn), reason);
     // Sheet: snow-mpm A5 (vi): what the weak layer takes until it collapses, by the classical law.
     let classical = [("hardening", json!({ "kind": "slab" }))];
-    let mut case = Test { weak: &classical, ..AS_IT_IS }.case()?;
+    let mut case = SawTestSetup { weak: &classical, ..AS_IT_IS }.case()?;
     if let Some(Measure::CrackTip(tip)) = case.measures.get_mut("crack") {
         (tip.field, tip.threshold, tip.below) =
             ("plastic_volumetric_strain".to_owned(), CLASSICAL_START - CLASSICAL_STRAIN, true);
     }
-    let sawn = Sawn { report: solved(&case)? };
-    outcome.within(
+    let sawn = SawTestResult { report: solved(&case)? };
+    outcome.assert_within(
         "A5: whether a crack runs away with the classical law",
         "0",
         runs(&sawn),
@@ -292,39 +306,40 @@ const CLASSICAL_START: f64 = -0.179_999_611_2;
 const CLASSICAL_STRAIN: f64 = 0.0036;
 
 /// The critical length on half the cells, with the softening of the law and with that of the cells.
-fn meshes(outcome: &mut Outcome, coarse: f64) -> Result<(), String> {
+fn meshes(outcome: &mut BenchmarkOutcome, coarse: f64) -> Result<(), String> {
     let scaled = [("hardening", json!({ "kind": "weak-layer", "softening_factor": 25 }))];
     let reason = "what it takes to break the layer is per cell (sheet: snow-mpm P10)";
-    outcome.show("A5: critical length, cells of 25 mm, softening factor 50 (m)", "0.217", coarse, reason);
-    let fine = Test { cell: 0.0125, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
-    outcome.near(
+    outcome.info("A5: critical length, cells of 25 mm, softening factor 50 (m)", "0.217", coarse, reason);
+    let fine = SawTestSetup { cell: 0.0125, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
+    outcome.assert_close(
         "A5: critical length, cells of 12.5 mm, softening factor 50 (m)",
         ESTIMATE,
         0.15,
         fine,
         "the sheet's criterion (i)",
     );
-    let fine = Test { cell: 0.0125, weak: &scaled, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
-    outcome.show("A5: critical length, cells of 12.5 mm, softening factor 25 (m)", "not given", fine, reason);
+    let fine =
+        SawTestSetup { cell: 0.0125, weak: &scaled, ..AS_IT_IS }.run()?.critical_length().unwrap_or(f64::NAN);
+    outcome.info("A5: critical length, cells of 12.5 mm, softening factor 25 (m)", "not given", fine, reason);
     Ok(())
 }
 
-fn speeds(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let long = |weak| Test { length: 12.0, weak, ..AS_IT_IS };
+fn speeds(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let long = |weak| SawTestSetup { length: 12.0, weak, ..AS_IT_IS };
     let mut case = long(&[]).case()?;
     case.output.frames = None;
     case.stages[1].duration = 0.6;
-    let flat = Sawn { report: solved(&case)? };
+    let flat = SawTestResult { report: solved(&case)? };
     let windows: Vec<f64> = (2..11).map(|m| flat.speed(f64::from(m), f64::from(m + 1))).collect();
     for (number, speed) in windows.iter().enumerate() {
         let name = format!("A5: speed from {} to {} m (m/s)", number + 2, number + 3);
-        outcome.show(name, "36 to 41 (sheet's prototype)", *speed, "the sheet judges the last 5 m");
+        outcome.info(name, "36 to 41 (sheet's prototype)", *speed, "the sheet judges the last 5 m");
     }
     let last = &windows[windows.len() - 5..];
     let mean = last.iter().sum::<f64>() / last.len() as f64;
     let most = last.iter().map(|speed| (speed / mean - 1.0).abs()).fold(0.0, f64::max);
-    outcome.below(
+    outcome.assert_below(
         "A5: largest deviation from the mean speed over the last 5 m",
         "0.2",
         most,
@@ -333,7 +348,7 @@ fn speeds(_quick: bool) -> Result<Outcome, String> {
     );
     // √(G/ρ) of the slab.
     let shear = (3e6f64 / 2.6 / 250.0).sqrt();
-    outcome.within(
+    outcome.assert_within(
         "A5: speed over that of shear waves in the slab",
         "0.6 (sheet's prototype)",
         mean / shear,
@@ -341,8 +356,8 @@ fn speeds(_quick: bool) -> Result<Outcome, String> {
         "the sheet's criterion (iv)",
     );
     set_material(&mut case, "slab", &[("youngs_modulus", json!(4.5e6))])?;
-    let stiff = Sawn { report: solved(&case)? };
-    outcome.within(
+    let stiff = SawTestResult { report: solved(&case)? };
+    outcome.assert_within(
         "A5: speed from 6 to 11 m with a slab of 4.5 MPa (m/s)",
         "50 beyond 5 m (source)",
         stiff.speed(6.0, 11.0),
@@ -357,7 +372,7 @@ fn speeds(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// Lengths of cuts and cracks over time.
-fn space_time(tests: &[(&str, &Sawn)]) -> LineChart {
+fn space_time(tests: &[(&str, &SawTestResult)]) -> LineChart {
     let mut chart = LineChart {
         title: "Propagation saw test".into(),
         x_label: "time (s)".into(),
@@ -376,7 +391,7 @@ fn space_time(tests: &[(&str, &Sawn)]) -> LineChart {
 }
 
 /// Instants below each other: settlement (mm), where the weak layer has not collapsed.
-fn strip(test: &Sawn) -> Result<PointCloud, String> {
+fn strip(test: &SawTestResult) -> Result<PointCloud, String> {
     let lengths = test.lengths();
     let time_of = |length: f64| {
         lengths.iter().find(|row| row[2] >= length).or(lengths.last()).map_or(0.0, |row| row[0])
@@ -396,7 +411,7 @@ fn strip(test: &Sawn) -> Result<PointCloud, String> {
 
 /// A frame drawn lower by `lowered` (m), coloured by settlement (mm).
 fn settlement(frame: &Snapshot, lowered: f64) -> Result<PointCloud, String> {
-    let mut cloud = PointCloud::of(frame, "displacement", [0, 1]).ok_or("no displacement")?;
+    let mut cloud = PointCloud::from_snapshot(frame, "displacement", [0, 1]).ok_or("no displacement")?;
     let (moved, collapsed) = (vectors(frame, "displacement"), scalars(frame, "collapsed"));
     for (i, (place, _, value)) in cloud.points.iter_mut().enumerate() {
         place[1] -= lowered;

@@ -4,15 +4,15 @@ use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
 use super::{changed, solved};
-use crate::benchmarks::{Benchmark, Outcome, scalars, set_material};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_material};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/snowball",
     title: "Snowballs on a floor: strength, stiffness and brittleness of the snow",
     source: "Stomakhin et al. 2013 as in Gaume et al. 2020, Fig. 4; sheet: snow-mpm A1",
-    quick: None,
-    full: 60,
+    short_seconds: None,
+    full_seconds: 60,
     run: benchmark,
 };
 
@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const TIMES: usize = 20;
 
 /// What became of a ball.
-struct Fallen {
+struct ImpactResult {
     /// 90 % quantile of the distance from the axis (m).
     scatter: f64,
     /// Least plastic volume.
@@ -38,9 +38,9 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 }
 
 /// Keys of the material that differ.
-type Keys<'a> = &'a [(&'a str, Value)];
+type MaterialChanges<'a> = &'a [(&'a str, Value)];
 
-fn fallen(keys: Keys<'_>, chart: &mut LineChart, name: &str) -> Result<Fallen, String> {
+fn fallen(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Result<ImpactResult, String> {
     let mut case = changed("snowball", &json!({}))?;
     set_material(&mut case, "snow", keys)?;
     case.output.frames = Some(case.end_time() / TIMES as f64);
@@ -59,15 +59,15 @@ fn fallen(keys: Keys<'_>, chart: &mut LineChart, name: &str) -> Result<Fallen, S
         .zip(scalars(early, "plastic_volume"))
         .filter_map(|(x, volume)| (x[1] <= low).then_some(volume))
         .collect();
-    Ok(Fallen {
+    Ok(ImpactResult {
         scatter: scatter(&report.snapshot),
         least: scalars(&report.snapshot, "plastic_volume").into_iter().fold(f64::INFINITY, f64::min),
         contact: packed.iter().sum::<f64>() / packed.len() as f64,
     })
 }
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Scatter of the ball".into(),
         x_label: "time (s)".into(),
@@ -78,7 +78,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let modulus = ("youngs_modulus", json!(4.8e4));
     let compression = ("critical_compression", json!(0.019));
     let stretch = ("critical_stretch", json!(0.005));
-    let variants: [(&str, Keys<'_>, f64, f64); 5] = [
+    let variants: [(&str, MaterialChanges<'_>, f64, f64); 5] = [
         ("default", &[], 0.353, 0.575),
         ("hardening 5", &[hardening], 0.262, 0.422),
         ("E = 48 kPa", &[modulus], 0.257, 0.517),
@@ -89,13 +89,13 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     for (name, keys, scatter, least) in variants {
         let ball = fallen(keys, &mut chart, name)?;
         let reason = "fragments are chaotic: the sheet judges trends";
-        outcome.show(
+        outcome.info(
             format!("A1 {name}: scatter (m)"),
             &format!("{scatter} (sheet's prototype)"),
             ball.scatter,
             reason,
         );
-        outcome.show(
+        outcome.info(
             format!("A1 {name}: least plastic volume"),
             &format!("{least} (sheet's prototype)"),
             ball.least,
@@ -109,20 +109,26 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// What must hold between the balls.
-fn trends(outcome: &mut Outcome, found: &[Fallen]) -> Result<(), String> {
+fn trends(outcome: &mut BenchmarkOutcome, found: &[ImpactResult]) -> Result<(), String> {
     let [default, softer, weaker, brittle, tearing] = found else {
         return Err("five balls were to fall".to_owned());
     };
     let trend = "the sheet's criterion";
     let more = (1.0, f64::INFINITY);
     let ratio = tearing.scatter / default.scatter;
-    outcome.within("A1: scatter with a lower critical stretch over default", "above 1", ratio, more, trend);
+    outcome.assert_within(
+        "A1: scatter with a lower critical stretch over default",
+        "above 1",
+        ratio,
+        more,
+        trend,
+    );
     let others =
         [default, softer, weaker, tearing].map(|ball| ball.scatter).into_iter().fold(f64::INFINITY, f64::min);
     let name = "A1: least scatter of the others over that with a lower critical compression";
-    outcome.within(name, "above 1", others / brittle.scatter, more, trend);
+    outcome.assert_within(name, "above 1", others / brittle.scatter, more, trend);
     for (name, ball) in [("less hardening", softer), ("a lower modulus", weaker)] {
-        outcome.within(
+        outcome.assert_within(
             format!("A1: scatter, default over {name}"),
             "above 1",
             default.scatter / ball.scatter,
@@ -130,9 +136,9 @@ fn trends(outcome: &mut Outcome, found: &[Fallen]) -> Result<(), String> {
             trend,
         );
         let name = format!("A1: least plastic volume, default over {name}");
-        outcome.within(name, "above 1", default.least / ball.least, more, trend);
+        outcome.assert_within(name, "above 1", default.least / ball.least, more, trend);
     }
-    outcome.within(
+    outcome.assert_within(
         "A1: plastic volume of the lowest tenth after 0.04 s",
         "below 1",
         default.contact,

@@ -4,15 +4,15 @@ use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymT
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
-use crate::benchmarks::{Benchmark, Outcome};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/softening",
     title: "Compression of a weak layer: classical softening and that of the anticrack",
     source: "Gaume et al. 2020, section 4.2 and Fig. 5c, d; reference values: sheet: snow-mpm A2, V8",
-    quick: Some(1),
-    full: 1,
+    short_seconds: Some(1),
+    full_seconds: 1,
     run: benchmark,
 };
 
@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const STEP: f64 = 1e-6;
 
 /// A point in the course of a path: compression, `p`, `q` and axial stress (Pa, Kirchhoff, compression positive), and `p0` (Pa).
-struct Row {
+struct SofteningRow {
     strain: f64,
     pressure: f64,
     deviator: f64,
@@ -41,7 +41,7 @@ fn layer(keys: &Value) -> Value {
 }
 
 /// Path of a point in so many steps of uniaxial compression without strain across.
-fn compressed(keys: &Value, step: f64, steps: usize) -> Result<Vec<Row>, String> {
+fn compressed(keys: &Value, step: f64, steps: usize) -> Result<Vec<SofteningRow>, String> {
     let spec: MaterialSpec = serde_json::from_value(layer(keys)).map_err(|error| error.to_string())?;
     let law = spec.build().map_err(|error| error.to_string())?;
     let start = InitialCondition { stress: SymTensor::ZERO, density: 100.0 };
@@ -57,7 +57,7 @@ fn compressed(keys: &Value, step: f64, steps: usize) -> Result<Vec<Row>, String>
         law.outputs(&stress, &states.blocks()[0], &mut out);
         let strain = step * number_of_step as f64;
         let kirchhoff = stress[0] * (-strain).exp();
-        path.push(Row {
+        path.push(SofteningRow {
             strain,
             pressure: kirchhoff.pressure(),
             deviator: kirchhoff.q(),
@@ -69,24 +69,25 @@ fn compressed(keys: &Value, step: f64, steps: usize) -> Result<Vec<Row>, String>
 }
 
 /// The row at a compression.
-fn at(path: &[Row], strain: f64) -> &Row {
+fn at(path: &[SofteningRow], strain: f64) -> &SofteningRow {
     let number = path.partition_point(|row| row.strain < strain - 0.5 * STEP);
     &path[number.min(path.len() - 1)]
 }
 
-fn benchmark(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let brittle = json!({ "hardening": { "kind": "weak-layer", "softening_factor": 50 } });
     let anticrack = compressed(&brittle, STEP, 100_000)?;
     let classical = compressed(&json!({}), STEP, 100_000)?;
     sequence(&mut outcome, &anticrack);
     classic(&mut outcome, &classical)?;
     for (title, label, value) in [
-        ("Pressure", "p (Pa)", (|row: &Row| row.pressure) as fn(&Row) -> f64),
-        ("Deviatoric stress", "q (Pa)", |row: &Row| row.deviator),
+        ("Pressure", "p (Pa)", (|row: &SofteningRow| row.pressure) as fn(&SofteningRow) -> f64),
+        ("Deviatoric stress", "q (Pa)", |row: &SofteningRow| row.deviator),
     ] {
-        let curve =
-            |path: &[Row]| path[..20_000].iter().step_by(20).map(|row| (row.strain, value(row))).collect();
+        let curve = |path: &[SofteningRow]| {
+            path[..20_000].iter().step_by(20).map(|row| (row.strain, value(row))).collect()
+        };
         let chart = LineChart {
             title: title.into(),
             x_label: "compression (logarithmic)".into(),
@@ -103,31 +104,43 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// Elastic, failure, softening, collapse, jamming: the path of the anticrack.
-fn sequence(outcome: &mut Outcome, path: &[Row]) {
+fn sequence(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) {
     let yields = path.iter().position(|row| row.strength < 3000.0 - 1e-6).unwrap_or(0);
     let collapses = path.iter().position(|row| row.strength == 0.0).unwrap_or(path.len() - 1);
     let reason = "the sheet's tolerance with steps of 1e-6; first order in the step";
-    outcome.near("A2 failure: compression", 0.002_201_612_1, 1e-3, path[yields].strain, reason);
+    outcome.assert_close("A2 failure: compression", 0.002_201_612_1, 1e-3, path[yields].strain, reason);
     let peak = path[..=collapses].iter().map(|row| row.axial).fold(0.0, f64::max);
-    outcome.near("A2 failure: largest axial stress (Pa)", 2970.95, 5e-3, peak, reason);
+    outcome.assert_close("A2 failure: largest axial stress (Pa)", 2970.95, 5e-3, peak, reason);
     for (strain, exact) in
         [(0.0025, [1941.526, 1519.592]), (0.003, [1941.147, 1096.842]), (0.0035, [1291.412, 357.461])]
     {
         let row = at(path, strain);
         let reason = "the sheet's tolerance on the softening branch, 5 %";
-        outcome.near(format!("A2 softening: p at {strain} (Pa)"), exact[0], 0.05, row.pressure, reason);
-        outcome.near(format!("A2 softening: q at {strain} (Pa)"), exact[1], 0.05, row.deviator, reason);
+        outcome.assert_close(
+            format!("A2 softening: p at {strain} (Pa)"),
+            exact[0],
+            0.05,
+            row.pressure,
+            reason,
+        );
+        outcome.assert_close(
+            format!("A2 softening: q at {strain} (Pa)"),
+            exact[1],
+            0.05,
+            row.deviator,
+            reason,
+        );
     }
     let both = path[yields..collapses].windows(2).filter(|pair| pair[1].deviator > pair[0].deviator).count();
     let share = both as f64 / (collapses - yields).max(1) as f64;
     let reason = "the source: p and q fall together; p follows within the first steps";
-    outcome.below("A2 softening: share of steps in which q grows", "0", share, 1e-3, reason);
-    outcome.near("A2 collapse: compression", 0.0036, 0.02, path[collapses].strain, reason);
+    outcome.assert_below("A2 softening: share of steps in which q grows", "0", share, 1e-3, reason);
+    outcome.assert_close("A2 collapse: compression", 0.0036, 0.02, path[collapses].strain, reason);
     let area: f64 = path[..=collapses].iter().map(|row| row.axial * STEP).sum();
-    outcome.near("A2 collapse: work to it (J/m³)", 6.809, 0.02, area, "the sheet's tolerance");
+    outcome.assert_close("A2 collapse: work to it (J/m³)", 6.809, 0.02, area, "the sheet's tolerance");
     let after = path[collapses..].iter().find(|row| row.strain > path[collapses].strain + 1e-5);
     let left = after.map_or(f64::NAN, |row| row.axial / peak);
-    outcome.below(
+    outcome.assert_below(
         "A2 collapse: axial stress left over the largest",
         "0.01",
         left,
@@ -136,22 +149,22 @@ fn sequence(outcome: &mut Outcome, path: &[Row]) {
     );
     for (strain, exact) in [(0.01, 118.9), (0.02, 305.7), (0.05, 865.9), (0.1, 1799.5)] {
         let name = format!("A2 jamming: axial stress at {strain} (Pa)");
-        outcome.near(name, exact, 0.02, at(path, strain).axial, "the sheet's tolerance");
+        outcome.assert_close(name, exact, 0.02, at(path, strain).axial, "the sheet's tolerance");
     }
 }
 
 /// The classical law: pressure grows on after yield, the deviator falls first and then grows.
-fn classic(outcome: &mut Outcome, path: &[Row]) -> Result<(), String> {
+fn classic(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) -> Result<(), String> {
     let reason = "values of the sheet's own integration; first order in the step";
     for (strain, exact) in [(0.003, 3191.8), (0.005, 3375.8), (0.02, 3664.5), (0.1, 5130.0)] {
         let name = format!("A2 classical: axial stress at {strain} (Pa)");
-        outcome.near(name, exact, 5e-3, at(path, strain).axial, reason);
+        outcome.assert_close(name, exact, 5e-3, at(path, strain).axial, reason);
     }
     let largest = path.iter().take(5000).map(|row| row.deviator).fold(0.0, f64::max);
-    outcome.near("A2 classical: largest q before it falls (Pa)", 1693.0, 5e-3, largest, reason);
-    outcome.near("A2 classical: q at 0.01 (Pa)", 1041.0, 5e-3, at(path, 0.01).deviator, reason);
+    outcome.assert_close("A2 classical: largest q before it falls (Pa)", 1693.0, 5e-3, largest, reason);
+    outcome.assert_close("A2 classical: q at 0.01 (Pa)", 1041.0, 5e-3, at(path, 0.01).deviator, reason);
     let falls = path.windows(2).filter(|pair| pair[1].pressure < pair[0].pressure).count();
-    outcome.within(
+    outcome.assert_within(
         "A2 classical: steps in which p falls",
         "0",
         falls as f64,
@@ -162,7 +175,7 @@ fn classic(outcome: &mut Outcome, path: &[Row]) -> Result<(), String> {
     for (strain, exact) in [(0.01, 6857.0), (0.05, 26_971.0)] {
         let name = format!("A2 classical, ξ = 1: axial stress at {strain} (Pa)");
         let number = (strain / 1e-5_f64).round() as usize - 1;
-        outcome.near(name, exact, 5e-3, stiff[number].axial, reason);
+        outcome.assert_close(name, exact, 5e-3, stiff[number].axial, reason);
     }
     Ok(())
 }

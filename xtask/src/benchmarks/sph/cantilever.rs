@@ -4,16 +4,16 @@ use colluvium::case::{Budget, RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, set_of};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/cantilever",
     title: "Elastic cantilever, updated and total Lagrangian SPH",
     source: "Gray, Monaghan & Swift 2001; sheet: sph V-37",
-    quick: None,
-    full: 400,
+    short_seconds: None,
+    full_seconds: 400,
     run,
 };
 
@@ -25,7 +25,7 @@ const PERIOD: f64 = 72.4389 * LENGTH / SPEED;
 const AMPLITUDE: f64 = 0.02306;
 
 /// One way to run it.
-struct Way {
+struct CantileverVariant {
     name: &'static str,
     options: Vec<(&'static str, Value)>,
     /// Bounds of the period over that of the thin beam.
@@ -33,33 +33,33 @@ struct Way {
     claim: &'static str,
 }
 
-fn ways() -> Vec<Way> {
+fn ways() -> Vec<CantileverVariant> {
     vec![
-        Way {
+        CantileverVariant {
             name: "corrected",
             options: vec![],
             bounds: Some((1.0, 1.18)),
             claim: "1 to 1.18; the sheet's code 1.15",
         },
-        Way {
+        CantileverVariant {
             name: "corrected on both sides",
             options: vec![("momentum", json!("corrected"))],
             bounds: Some((1.0, 1.18)),
             claim: "1 to 1.18",
         },
-        Way {
+        CantileverVariant {
             name: "uncorrected",
             options: vec![("velocity_gradient", json!("compatible"))],
             bounds: None,
             claim: "the sheet's code 1.21",
         },
-        Way {
+        CantileverVariant {
             name: "corrected, no artificial stress",
             options: vec![("tensile", json!({ "kind": "none" }))],
             bounds: None,
             claim: "",
         },
-        Way {
+        CantileverVariant {
             name: "total Lagrangian",
             options: vec![("tensile", json!({ "kind": "none" })), ("formulation", json!("total-lagrangian"))],
             bounds: Some((1.0, 1.18)),
@@ -68,8 +68,8 @@ fn ways() -> Vec<Way> {
     ]
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Tip of the cantilever".into(),
         x_label: "time (s)".into(),
@@ -77,11 +77,11 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         ..LineChart::default()
     };
     for way in ways() {
-        let mut case = case("sph/cantilever")?;
+        let mut case = load_case("sph/cantilever")?;
         for (option, value) in &way.options {
-            set_of(&mut case, "sph", option, value.clone());
+            set_method_option(&mut case, "sph", option, value.clone());
         }
-        let report = run_by("sph", &case)?;
+        let report = run_in_memory("sph", &case)?;
         judge(&mut outcome, &way, &report);
         chart.series.push(Series::new(way.name, tip(&report), Style::Line));
     }
@@ -129,35 +129,41 @@ fn closest(snapshot: &Snapshot) -> f64 {
     least / spacing
 }
 
-fn judge(outcome: &mut Outcome, way: &Way, report: &RunReport) {
+fn judge(outcome: &mut BenchmarkOutcome, way: &CantileverVariant, report: &RunReport) {
     let tip = tip(report);
     let ratio = period(&tip) / PERIOD;
     let name = |what: &str| format!("{}: {what}", way.name);
     let reason = "V-37: up to 18 % above the thin beam at a tenth of the height, with correction";
     match way.bounds {
         Some(bounds) => {
-            outcome.within(name("period over that of the thin beam"), way.claim, ratio, bounds, reason);
+            outcome.assert_within(
+                name("period over that of the thin beam"),
+                way.claim,
+                ratio,
+                bounds,
+                reason,
+            );
         }
-        None => outcome.show(
+        None => outcome.info(
             name("period over that of the thin beam"),
             way.claim,
             ratio,
             "V-37 judges the corrected gradient",
         ),
     }
-    let amplitude = tip.iter().map(|(_, y)| *y).largest() / AMPLITUDE;
-    outcome.show(name("amplitude over that of the thin beam"), "1", amplitude, "the sheet gives no bound");
+    let amplitude = tip.iter().map(|(_, y)| *y).max_or_nan() / AMPLITUDE;
+    outcome.info(name("amplitude over that of the thin beam"), "1", amplitude, "the sheet gives no bound");
     let least = report.frames.last().map_or(f64::NAN, closest);
     let range = (0.5, 1.5);
     if way.name == "corrected, no artificial stress" {
-        outcome.show(
+        outcome.info(
             name("least distance over spacing"),
             "",
             least,
             "shown: what the artificial stress is for",
         );
     } else {
-        outcome.within(
+        outcome.assert_within(
             name("least distance over spacing"),
             "no clumping",
             least,
@@ -168,20 +174,20 @@ fn judge(outcome: &mut Outcome, way: &Way, report: &RunReport) {
 }
 
 /// Refinement, and the loss without viscosity.
-fn finer(outcome: &mut Outcome) -> Result<(), String> {
-    let mut case = case("sph/cantilever")?;
-    set_of(&mut case, "sph", "spacing", 0.001);
-    let fine = period(&tip(&run_by("sph", &case)?)) / PERIOD;
+fn finer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let mut case = load_case("sph/cantilever")?;
+    set_method_option(&mut case, "sph", "spacing", 0.001);
+    let fine = period(&tip(&run_in_memory("sph", &case)?)) / PERIOD;
     let reason = "V-37: decreasing with refinement";
     let coarse = outcome.checks[0].measured;
     let name = "corrected, twice as fine: period over that of the thin beam";
-    outcome.within(name, "below the coarse one", fine, (1.0, coarse), reason);
+    outcome.assert_within(name, "below the coarse one", fine, (1.0, coarse), reason);
     without_viscosity(outcome)
 }
 
 /// V-37 without viscosity. Artificial stress does work that no stress power balances, and so does the corrected gradient
 /// with a momentum equation that is not its partner.
-fn without_viscosity(outcome: &mut Outcome) -> Result<(), String> {
+fn without_viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let none = || ("tensile", json!({ "kind": "none" }));
     let both = || ("momentum", json!("corrected"));
     let compatible = || ("velocity_gradient", json!("compatible"));
@@ -199,35 +205,35 @@ fn without_viscosity(outcome: &mut Outcome) -> Result<(), String> {
         ),
     ];
     for (name, options, judged) in runs {
-        let mut case = case("sph/cantilever")?;
+        let mut case = load_case("sph/cantilever")?;
         for (option, value) in options {
-            set_of(&mut case, "sph", option, value);
+            set_method_option(&mut case, "sph", option, value);
         }
-        set_of(&mut case, "sph", "viscosity_linear", 0.0);
+        set_method_option(&mut case, "sph", "viscosity_linear", 0.0);
         case.stages[0].duration = 0.45;
         // A run that stops has lost what it had.
-        let report = run_by("sph", &case).ok();
+        let report = run_in_memory("sph", &case).ok();
         let loss = report.as_ref().map_or(f64::NAN, |report| loss(&tip(report)));
         let label = |what: &str| format!("{name}, no viscosity: {what}");
         if !judged {
             let reason = "not judged: no pair, or not without viscosity. NaN where the run stops";
-            outcome.show(label("loss of amplitude in a period"), "", loss, reason);
+            outcome.info(label("loss of amplitude in a period"), "", loss, reason);
             continue;
         }
         let reason = "V-37: less than 10 % per period without viscosity";
-        outcome.below(label("loss of amplitude in a period"), "< 0.1", loss, 0.1, reason);
+        outcome.assert_below(label("loss of amplitude in a period"), "< 0.1", loss, 0.1, reason);
         let least = report.as_ref().and_then(|report| report.frames.last()).map_or(f64::NAN, closest);
         let reason = "V-37: no clumping; half a spacing as in V-36";
-        outcome.within(label("least distance over spacing"), "no clumping", least, (0.5, 1.5), reason);
+        outcome.assert_within(label("least distance over spacing"), "no clumping", least, (0.5, 1.5), reason);
         let turn = report.as_ref().map_or(f64::NAN, |report| period(&tip(report)) / PERIOD);
         let reason = "not judged here: without artificial stress particles draw together in tension, and the beam is softer";
-        outcome.show(label("period over that of the thin beam"), "", turn, reason);
+        outcome.info(label("period over that of the thin beam"), "", turn, reason);
         let energy = report.as_ref().map_or(f64::NAN, |report| {
             let of = |budget: &Budget| budget.kinetic + budget.elastic;
             of(&report.end) / of(&report.start) - 1.0
         });
         let reason = "not judged: the sheet gives no bound; a pair keeps it to the order of the step";
-        outcome.show(label("change of energy in 0.45 s, nearly two periods"), "0", energy, reason);
+        outcome.info(label("change of energy in 0.45 s, nearly two periods"), "0", energy, reason);
     }
     Ok(())
 }
@@ -237,7 +243,7 @@ fn loss(tip: &[(f64, f64)]) -> f64 {
     let turn = period(tip);
     let peak = |from: f64, to: f64| {
         let within = tip.iter().filter(|(t, _)| (from * turn..to * turn).contains(t));
-        within.map(|(_, y)| *y).largest()
+        within.map(|(_, y)| *y).max_or_nan()
     };
     1.0 - peak(0.8, 1.6) / peak(0.0, 0.5)
 }

@@ -3,16 +3,19 @@
 use colluvium::case::{Case, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run_by, set_material, set_of, vectors};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, reference_curve, reference_table, run_in_memory, set_material,
+    set_method_option, vectors,
+};
 
 /// The lid-driven cavity.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/cavity",
     title: "Lid-driven cavity, SPH",
     source: "Ghia, Ghia & Shin 1982, Tables I and II",
-    quick: Some(30),
-    full: 1500,
+    short_seconds: Some(30),
+    full_seconds: 1500,
     run: cavities,
 };
 
@@ -23,8 +26,8 @@ const MISPRINT: f64 = 0.9063;
 const FLOWS: [(u32, f64); 2] = [(100, 15.0), (400, 40.0)];
 
 fn cavity(reynolds: u32, duration: f64, spacing: f64) -> Result<Case, String> {
-    let mut case = case("sph/cavity")?;
-    set_of(&mut case, "sph", "spacing", spacing);
+    let mut case = load_case("sph/cavity")?;
+    set_method_option(&mut case, "sph", "spacing", spacing);
     set_material(&mut case, "m", &[("viscosity", (1000.0 / f64::from(reynolds)).into())])?;
     case.stages[0].duration = duration;
     Ok(case)
@@ -56,13 +59,13 @@ fn velocity_at(snapshot: &Snapshot, place: [f64; 2], spacing: f64) -> [f64; 2] {
     })
 }
 
-fn cavities(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let table = reference("sph/cavity/reference.csv")?;
+fn cavities(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let table = reference_table("sph/cavity/reference.csv")?;
     // 100 particles are what the bound is for; the short form is to see that it works.
     let (spacing, flows, bound) = if quick { (0.025, &FLOWS[..1], 0.06) } else { (0.01, &FLOWS[..], 0.03) };
     for &(reynolds, duration) in flows {
-        let report = run_by("sph", &cavity(reynolds, duration, spacing)?)?;
+        let report = run_in_memory("sph", &cavity(reynolds, duration, spacing)?)?;
         let count = (1.0 / spacing).round();
         let mut chart = LineChart {
             title: format!("Cavity at a Reynolds number of {reynolds}"),
@@ -71,12 +74,12 @@ fn cavities(quick: bool) -> Result<Outcome, String> {
             ..LineChart::default()
         };
         for (component, place, name) in [(0, "place", "u"), (1, "across", "v")] {
-            let published = curve(&table, place, &format!("{name}_{reynolds}"))?;
+            let published = reference_curve(&table, place, &format!("{name}_{reynolds}"))?;
             let on_line = |s: f64| if component == 0 { [0.5, s] } else { [s, 0.5] };
             let found = |s: f64| velocity_at(&report.snapshot, on_line(s), spacing)[component];
             let judged = published.iter().filter(|(s, _)| (reynolds, name) != (400, "v") || *s != MISPRINT);
-            let worst = judged.map(|(s, exact)| (found(*s) - exact).abs()).largest();
-            outcome.below(
+            let worst = judged.map(|(s, exact)| (found(*s) - exact).abs()).max_or_nan();
+            outcome.assert_below(
                 format!("Re {reynolds}, {name}, largest difference over the speed of the lid"),
                 "0",
                 worst,
@@ -88,7 +91,7 @@ fn cavities(quick: bool) -> Result<Outcome, String> {
             chart.series.push(Series::new(format!("{name}, Ghia et al."), published, Style::Markers));
         }
         outcome.svg("Velocities on the lines through the middle.", &chart)?;
-        if let Some(cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1]) {
+        if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "velocity", [0, 1]) {
             outcome.png(&format!("Speed at a Reynolds number of {reynolds}."), &cloud)?;
         }
     }

@@ -3,16 +3,18 @@
 use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
-use crate::analysis::{Largest, held_front};
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, set_material, set_of, vectors};
+use crate::analysis::{MaxOrNan, connected_front};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/sensitive-clay",
     title: "Retrogressive slope of sensitive clay, SPH",
     source: "Bui & Nguyen 2021, Figs. 31–33; sheet: sph B-12 with its reference run",
-    quick: None,
-    full: 62,
+    short_seconds: None,
+    full_seconds: 62,
     run,
 };
 
@@ -20,8 +22,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
 pub const FINE: Benchmark = Benchmark {
     id: "sph/sensitive-clay-fine",
     title: "Retrogressive slope of sensitive clay at the source's resolutions, SPH",
-    quick: None,
-    full: 5200,
+    short_seconds: None,
+    full_seconds: 5200,
     run: |_| slopes(false),
     ..BENCHMARK
 };
@@ -36,7 +38,7 @@ const SHEET: [(f64, f64); 7] =
     [(2.0, 3.2), (4.0, 12.0), (6.0, 17.9), (9.0, 20.9), (13.0, 24.5), (18.0, 26.9), (20.0, 27.3)];
 
 fn advance(report: &RunReport, spacing: f64) -> Vec<(f64, f64)> {
-    report.frames.iter().map(|frame| (frame.time - RELEASE, held_front(frame, spacing) - TOE)).collect()
+    report.frames.iter().map(|frame| (frame.time - RELEASE, connected_front(frame, spacing) - TOE)).collect()
 }
 
 fn at(curve: &[(f64, f64)], time: f64) -> f64 {
@@ -51,7 +53,7 @@ fn scarp(snapshot: &Snapshot) -> f64 {
     let moved = vectors(snapshot, "displacement");
     let stands = |(x, u): &(&[f64; 3], &[f64; 3])| x[1] - u[1] > 4.7 && u[1] > -1.0;
     let standing = snapshot.positions.iter().zip(&moved).filter(stands);
-    standing.map(|(x, u)| x[0] - u[0]).largest()
+    standing.map(|(x, u)| x[0] - u[0]).max_or_nan()
 }
 
 /// Times at which the scarp moved back by more than `step` (m) within a frame.
@@ -66,36 +68,36 @@ fn slides(report: &RunReport, step: f64) -> usize {
     count
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = slopes(true)?;
-    let mut case = case("sph/clay")?;
+    let mut case = load_case("sph/clay")?;
     set_material(&mut case, "clay", &[("matching", "plane-strain".into())])?;
-    let curve = advance(&run_by("sph", &case)?, COARSE);
+    let curve = advance(&run_in_memory("sph", &case)?, COARSE);
     let reason = "not judged: B-12 judges the cone through triaxial compression and has this one reported";
     for (time, place) in [(2.0, "4.1"), (4.0, "13.9")] {
         let name = format!("coarse, cone of plane strain: advance of the front after {time} s (m)");
-        outcome.show(name, place, at(&curve, time), reason);
+        outcome.info(name, place, at(&curve, time), reason);
     }
     Ok(outcome)
 }
 
-fn slopes(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn slopes(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Front of the sliding clay".into(),
         x_label: "time after release (s)".into(),
         y_label: "advance beyond the toe (m)".into(),
         ..LineChart::default()
     };
-    let mut coarse = case("sph/clay")?;
+    let mut coarse = load_case("sph/clay")?;
     if !quick {
         coarse.stages[1].duration = 20.0;
     }
-    let report = run_by("sph", &coarse)?;
+    let report = run_in_memory("sph", &coarse)?;
     let curve = advance(&report, COARSE);
     let reason =
         "B-12, for continuous integration: 12.0 ± 2 m at 4 s, the sheet's reference run at the same spacing";
-    outcome.within(
+    outcome.assert_within(
         "coarse: advance of the front after 4 s (m)",
         "12.0 ± 2",
         at(&curve, 4.0),
@@ -106,9 +108,9 @@ fn slopes(quick: bool) -> Result<Outcome, String> {
         SHEET.into_iter().filter(|(time, _)| *time != 4.0 && *time <= curve[curve.len() - 1].0)
     {
         let name = format!("coarse: advance of the front after {time} s (m)");
-        outcome.show(name, &place.to_string(), at(&curve, time), "not judged: the sheet judges 4 s");
+        outcome.info(name, &place.to_string(), at(&curve, time), "not judged: the sheet judges 4 s");
     }
-    outcome.show(
+    outcome.info(
         "coarse: steps of the scarp",
         "at least 2 at the source's resolution",
         slides(&report, 0.5) as f64,
@@ -116,19 +118,19 @@ fn slopes(quick: bool) -> Result<Outcome, String> {
     );
     chart.series.push(Series::new("coarse", curve, Style::Line));
     chart.series.push(Series::new("sheet, coarse", SHEET.to_vec(), Style::Markers));
-    if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
+    if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1]) {
         outcome.png("Displacement at the end, coarse.", &cloud)?;
     }
     if !quick {
         let mut ends = Vec::new();
         for spacing in [0.12, 0.10, 0.08] {
             let mut fine = coarse.clone();
-            set_of(&mut fine, "sph", "spacing", spacing);
-            set_of(&mut fine, "sph", "smoothing", 0.144 / spacing);
-            let report = run_by("sph", &fine)?;
+            set_method_option(&mut fine, "sph", "spacing", spacing);
+            set_method_option(&mut fine, "sph", "smoothing", 0.144 / spacing);
+            let report = run_in_memory("sph", &fine)?;
             let curve = advance(&report, spacing);
             let reason = "B-12: 20 m -5/+9 m at 20 s with the source's smoothing length";
-            outcome.within(
+            outcome.assert_within(
                 format!("spacing {spacing} m: run-out after 20 s (m)"),
                 "20 -5/+9",
                 at(&curve, 20.0),
@@ -136,7 +138,7 @@ fn slopes(quick: bool) -> Result<Outcome, String> {
                 reason,
             );
             let stages = slides(&report, 0.5) as f64;
-            outcome.within(
+            outcome.assert_within(
                 format!("spacing {spacing} m: steps of the scarp"),
                 "at least 2",
                 stages,
@@ -146,7 +148,7 @@ fn slopes(quick: bool) -> Result<Outcome, String> {
             ends.push(at(&curve, 20.0));
             chart.series.push(Series::new(format!("spacing {spacing} m"), curve, Style::Line));
         }
-        outcome.within(
+        outcome.assert_within(
             "run-out with a spacing of 0.12 m over that with 0.1 m",
             "1 ± 0.15; the source: nearly identical",
             ends[0] / ends[1],

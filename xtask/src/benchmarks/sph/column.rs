@@ -3,25 +3,28 @@
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
 
+use crate::analysis::connected_front as front;
 use crate::analysis::crest;
-use crate::analysis::held_front as front;
-use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run_by, set_material, set_of};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, reference_curve, reference_table, run_in_memory, set_material,
+    set_method_option,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/aluminium-bars",
     title: "Aluminium-bar column, SPH",
     source: "Bui et al. 2008; Bui and Nguyen 2021, Fig. 16; sheet: sph §5.4 set S",
-    quick: None,
-    full: 290,
+    short_seconds: None,
+    full_seconds: 290,
     run,
 };
 
 const SPACING: f64 = 0.005;
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let sheet = curve(&reference("sph/aluminium-bars/reference.csv")?, "viscosity", "front")?;
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let sheet = reference_curve(&reference_table("sph/aluminium-bars/reference.csv")?, "viscosity", "front")?;
     let at = |viscosity: f64| sheet.iter().find(|(a, _)| *a == viscosity).map_or(f64::NAN, |(_, x)| *x);
     let mut chart = LineChart {
         title: "Front of the column".into(),
@@ -31,13 +34,13 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     };
     let mut fronts = Vec::new();
     for viscosity in [0.1, 0.0, 1.0] {
-        let mut case = case("sph/aluminium-bars")?;
-        set_of(&mut case, "sph", "viscosity_linear", viscosity);
-        let report = match run_by("sph", &case) {
+        let mut case = load_case("sph/aluminium-bars")?;
+        set_method_option(&mut case, "sph", "viscosity_linear", viscosity);
+        let report = match run_in_memory("sph", &case) {
             Ok(report) => report,
             Err(error) => {
                 let name = format!("viscosity {viscosity}: the run ends ({error})");
-                outcome.within(name, "yes", f64::NAN, (1.0, 1.0), "a run that stops has no front");
+                outcome.assert_within(name, "yes", f64::NAN, (1.0, 1.0), "a run that stops has no front");
                 fronts.push(f64::NAN);
                 continue;
             }
@@ -48,26 +51,26 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         chart.series.push(Series::new(format!("viscosity {viscosity}"), points, Style::Line));
         if viscosity == 0.1 {
             let reason = "set S, for continuous integration: 0.404 ± 0.02";
-            outcome.within("front (m)", "0.404 ± 0.02", end, (0.384, 0.424), reason);
+            outcome.assert_within("front (m)", "0.404 ± 0.02", end, (0.384, 0.424), reason);
             let reason = "set S: the corner at x = 0 stays undisturbed";
             let top = crest(&report.snapshot, 0.01);
-            outcome.within("height at the wall (m)", "0.100 ± 0.001", top, (0.099, 0.101), reason);
+            outcome.assert_within("height at the wall (m)", "0.100 ± 0.001", top, (0.099, 0.101), reason);
             let reason = "set S: below 1e-6 J at 0.8 s";
-            outcome.below("kinetic energy at 0.8 s (J)", "< 1e-6", report.end.kinetic, 1e-6, reason);
-            if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
+            outcome.assert_below("kinetic energy at 0.8 s (J)", "< 1e-6", report.end.kinetic, 1e-6, reason);
+            if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1]) {
                 outcome.png("The deposit at 0.8 s, displacement.", &cloud)?;
             }
         } else {
             let reason = "not judged: set S judges the order only";
             let claim = format!("{}{}", if viscosity == 0.0 { "at least " } else { "" }, at(viscosity));
-            outcome.show(format!("viscosity {viscosity}: front (m)"), &claim, end, reason);
+            outcome.info(format!("viscosity {viscosity}: front (m)"), &claim, end, reason);
         }
     }
     forward(&mut outcome)?;
     let [usual, none, strong] = fronts[..] else { return Err("three runs".to_owned()) };
     let ordered = f64::from(u8::from(none > usual && usual > strong));
     let reason = "set S: fronts for viscosities 0 > 0.1 > 1 strictly";
-    outcome.within("fronts fall with viscosity (1 is yes)", "yes", ordered, (1.0, 1.0), reason);
+    outcome.assert_within("fronts fall with viscosity (1 is yes)", "yes", ordered, (1.0, 1.0), reason);
     damped(&mut outcome)?;
     variants(&mut outcome, usual)?;
     outcome.svg("Advance of the front.", &chart)?;
@@ -75,22 +78,22 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// Without viscosity the front depends on how the law is integrated.
-fn forward(outcome: &mut Outcome) -> Result<(), String> {
-    let mut case = case("sph/aluminium-bars")?;
-    set_of(&mut case, "sph", "viscosity_linear", 0.0);
+fn forward(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    let mut case = load_case("sph/aluminium-bars")?;
+    set_method_option(&mut case, "sph", "viscosity_linear", 0.0);
     set_material(&mut case, "bars", &[("integration", "explicit".into())])?;
     let reason = "not judged: set S judges the order only. Steps of the noise are longer than the strain at yield: the \
                   forward algorithm of the source takes energy out of it, as the return does";
-    match run_by("sph", &case) {
+    match run_in_memory("sph", &case) {
         Ok(report) => {
-            outcome.show(
+            outcome.info(
                 "viscosity 0, forward algorithm: front (m)",
                 "at least 0.485",
                 front(&report.snapshot, SPACING),
                 reason,
             );
             let claim = "does not vanish";
-            outcome.show(
+            outcome.info(
                 "viscosity 0, forward algorithm: kinetic energy (J)",
                 claim,
                 report.end.kinetic,
@@ -98,31 +101,31 @@ fn forward(outcome: &mut Outcome) -> Result<(), String> {
             );
         }
         Err(error) => {
-            outcome.show(format!("viscosity 0, forward algorithm: ends ({error})"), "", f64::NAN, reason);
+            outcome.info(format!("viscosity 0, forward algorithm: ends ({error})"), "", f64::NAN, reason);
         }
     }
     Ok(())
 }
 
 /// B-03, the fourth setting: viscous damping and regularisation in place of artificial viscosity.
-fn damped(outcome: &mut Outcome) -> Result<(), String> {
+fn damped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for damping in [1e-3, 1e-4] {
-        let mut case = case("sph/aluminium-bars")?;
-        set_of(&mut case, "sph", "viscosity_linear", 0.0);
-        set_of(&mut case, "sph", "regularisation", "mls");
-        set_of(&mut case, "sph", "damping", damping);
-        let report = run_by("sph", &case)?;
+        let mut case = load_case("sph/aluminium-bars")?;
+        set_method_option(&mut case, "sph", "viscosity_linear", 0.0);
+        set_method_option(&mut case, "sph", "regularisation", "mls");
+        set_method_option(&mut case, "sph", "damping", damping);
+        let report = run_in_memory("sph", &case)?;
         let name = |what: &str| format!("damping {damping}, mls, no viscosity: {what}");
         let reason = "not judged: B-03 has the kinematics of viscosity with MLS, without a number, and the sheet leaves the \
                       damping open up to 1e-3";
-        outcome.show(name("front (m)"), "0.383", front(&report.snapshot, SPACING), reason);
-        outcome.show(name("kinetic energy (J)"), "", report.end.kinetic, reason);
+        outcome.info(name("front (m)"), "0.383", front(&report.snapshot, SPACING), reason);
+        outcome.info(name("kinetic energy (J)"), "", report.end.kinetic, reason);
     }
     Ok(())
 }
 
 /// Walls and regularisation.
-fn variants(outcome: &mut Outcome, usual: f64) -> Result<(), String> {
+fn variants(outcome: &mut BenchmarkOutcome, usual: f64) -> Result<(), String> {
     for (option, value, sheet) in [
         ("regularisation", json!("mls"), "0.383 (wall b)"),
         ("stress_diffusion", json!(0.1), "0.380"),
@@ -131,15 +134,15 @@ fn variants(outcome: &mut Outcome, usual: f64) -> Result<(), String> {
         ("sound_speed", json!("youngs-modulus"), "not given"),
         ("velocity_gradient", json!("corotated"), "0.404"),
     ] {
-        let mut case = case("sph/aluminium-bars")?;
+        let mut case = load_case("sph/aluminium-bars")?;
         let name = format!("{option} {value}: front (m)").replace('"', "");
-        set_of(&mut case, "sph", option, value);
-        let end = run_by("sph", &case).map_or(f64::NAN, |report| front(&report.snapshot, SPACING));
+        set_method_option(&mut case, "sph", option, value);
+        let end = run_in_memory("sph", &case).map_or(f64::NAN, |report| front(&report.snapshot, SPACING));
         if matches!(option, "regularisation" | "stress_diffusion") {
             let reason = "set S: MLS and diffusion within -10 % of the run without";
-            outcome.within(name, sheet, end, (0.9 * usual, usual), reason);
+            outcome.assert_within(name, sheet, end, (0.9 * usual, usual), reason);
         } else {
-            outcome.show(
+            outcome.info(
                 name,
                 sheet,
                 end,

@@ -4,16 +4,18 @@ use colluvium::case::{Case, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 use colluvium::points::Shape;
 
-use crate::analysis::{Largest, held_front, slope};
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, set_material, set_of, stresses, vectors};
+use crate::analysis::{MaxOrNan, connected_front, regression_slope};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option, stresses, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/columns",
     title: "Columns of several aspect ratios, SPH",
     source: "Lube et al. 2005; Lajeunesse et al. 2005; Bui & Nguyen 2021, Figs. 16, 27, 28; sheet: sph B-03, B-09",
-    quick: None,
-    full: 120,
+    short_seconds: None,
+    full_seconds: 120,
     run,
 };
 
@@ -21,10 +23,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
 pub const SWEEP: Benchmark = Benchmark {
     id: "sph/columns-sweep",
     title: "Columns of all aspect ratios of the sheet, SPH",
-    quick: None,
-    full: 3600,
+    short_seconds: None,
+    full_seconds: 3600,
     run: |_| {
-        sweep(&[(SAND, &ALL), (BARS, &ALL), (Set { name: "S1, 2.5 mm", spacing: 0.0025, ..BARS }, TALL)])
+        sweep(&[
+            (SAND, &ALL),
+            (BARS, &ALL),
+            (ColumnSetting { name: "S1, 2.5 mm", spacing: 0.0025, ..BARS }, TALL),
+        ])
     },
     ..BENCHMARK
 };
@@ -34,7 +40,7 @@ const ALL: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0];
 const TALL: &[f64] = ALL.split_at(4).1;
 
 #[derive(Clone, Copy)]
-struct Set {
+struct ColumnSetting {
     name: &'static str,
     /// Friction angle (degrees).
     friction: f64,
@@ -43,8 +49,10 @@ struct Set {
     spacing: f64,
 }
 
-const SAND: Set = Set { name: "31 degrees, MLS", friction: 31.0, regularisation: "mls", spacing: SPACING };
-const BARS: Set = Set { name: "S1", friction: 21.9, regularisation: "none", spacing: SPACING };
+const SAND: ColumnSetting =
+    ColumnSetting { name: "31 degrees, MLS", friction: 31.0, regularisation: "mls", spacing: SPACING };
+const BARS: ColumnSetting =
+    ColumnSetting { name: "S1", friction: 21.9, regularisation: "none", spacing: SPACING };
 
 const SPACING: f64 = 0.005;
 
@@ -64,7 +72,7 @@ fn lajeunesse(a: f64) -> f64 {
 
 /// The column of set S with another aspect ratio: at least twenty particles wide and high.
 fn column(a: f64) -> Result<(Case, f64), String> {
-    let mut case = case("sph/aluminium-bars")?;
+    let mut case = load_case("sph/aluminium-bars")?;
     let (width, height) = if a < 1.0 { (0.1 / a, 0.1) } else { (0.1, 0.1 * a) };
     case.bodies[0].shape = Shape::Box { min: vec![0.0, 0.0], max: vec![width, height] };
     case.domain.max = vec![width * (2.0 + 3.0 * lube(a)), 1.1 * height + 0.05];
@@ -72,14 +80,14 @@ fn column(a: f64) -> Result<(Case, f64), String> {
     Ok((case, width))
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = sweep(&[(SAND, &[0.5, 1.0, 2.0])])?;
     regularised(&mut outcome)?;
     Ok(outcome)
 }
 
-fn sweep(sets: &[(Set, &[f64])]) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn sweep(sets: &[(ColumnSetting, &[f64])]) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Run-out of columns".into(),
         x_label: "aspect ratio".into(),
@@ -92,14 +100,14 @@ fn sweep(sets: &[(Set, &[f64])]) -> Result<Outcome, String> {
     {
         chart.series.push(Series::new(name, fine.iter().map(|&a| (a, law(a))).collect(), Style::Dashed));
     }
-    for &(Set { name, friction, regularisation, spacing }, ratios) in sets {
+    for &(ColumnSetting { name, friction, regularisation, spacing }, ratios) in sets {
         let mut found = Vec::new();
         for &a in ratios {
             let (mut case, width) = column(a)?;
             set_material(&mut case, "bars", &[("friction_angle", friction.into())])?;
-            set_of(&mut case, "sph", "regularisation", regularisation);
-            set_of(&mut case, "sph", "spacing", spacing);
-            let end = held_front(&run_by("sph", &case)?.snapshot, spacing);
+            set_method_option(&mut case, "sph", "regularisation", regularisation);
+            set_method_option(&mut case, "sph", "spacing", spacing);
+            let end = connected_front(&run_in_memory("sph", &case)?.snapshot, spacing);
             found.push((a, (end + 0.5 * spacing - width) / width));
         }
         judge(&mut outcome, name, friction, &found);
@@ -110,19 +118,19 @@ fn sweep(sets: &[(Set, &[f64])]) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-fn judge(outcome: &mut Outcome, name: &str, friction: f64, found: &[(f64, f64)]) {
+fn judge(outcome: &mut BenchmarkOutcome, name: &str, friction: f64, found: &[(f64, f64)]) {
     for &(a, length) in found {
         let claim = format!("Lajeunesse {:.3}, Lube {:.3}", lajeunesse(a), lube(a));
         let label = format!("{name}, a = {a}: run-out over initial width");
         if friction == 31.0 {
             let reason = "B-09: between 0.9 times Lajeunesse's law and 1.35 times Lube's";
-            outcome.within(label, &claim, length, (0.9 * lajeunesse(a), 1.35 * lube(a)), reason);
+            outcome.assert_within(label, &claim, length, (0.9 * lajeunesse(a), 1.35 * lube(a)), reason);
         } else {
-            outcome.show(label, &claim, length, "not judged: the laws are of sands");
+            outcome.info(label, &claim, length, "not judged: the laws are of sands");
         }
     }
     let rising = f64::from(u8::from(found.windows(2).all(|pair| pair[1].1 > pair[0].1)));
-    outcome.within(
+    outcome.assert_within(
         format!("{name}: run-out rises with the aspect ratio (1 is yes)"),
         "yes",
         rising,
@@ -135,14 +143,14 @@ fn judge(outcome: &mut Outcome, name: &str, friction: f64, found: &[(f64, f64)])
     let low = logarithms(&|a| a <= 2.0);
     let label = format!("{name}: slope of the logarithms, a ≤ 2");
     if found.iter().any(|(a, _)| *a < 0.5) {
-        outcome.within(label, "1.0 ± 0.15", slope(&low), (0.85, 1.15), "B-09");
+        outcome.assert_within(label, "1.0 ± 0.15", regression_slope(&low), (0.85, 1.15), "B-09");
     } else if !low.is_empty() {
         let reason = "judged with all aspect ratios only: at 0.5, 1 and 2 alone Lube's law itself has 1.21";
-        outcome.show(label, "1.0 ± 0.15", slope(&low), reason);
+        outcome.info(label, "1.0 ± 0.15", regression_slope(&low), reason);
     }
     if found.iter().any(|(a, _)| *a >= 6.0) {
-        let high = slope(&logarithms(&|a| a >= 4.0));
-        outcome.within(
+        let high = regression_slope(&logarithms(&|a| a >= 4.0));
+        outcome.assert_within(
             format!("{name}: slope of the logarithms, a ≥ 4"),
             "0.67 ± 0.12",
             high,
@@ -154,15 +162,15 @@ fn judge(outcome: &mut Outcome, name: &str, friction: f64, found: &[(f64, f64)])
 
 /// B-03: noise of the vertical stress in the flowing zone without regularisation, with it after every step and, as the
 /// sheet proposes, after every ten; the source has "each or several" and gives no number.
-fn regularised(outcome: &mut Outcome) -> Result<(), String> {
+fn regularised(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let column = |steps: Option<u64>, duration: f64| -> Result<Snapshot, String> {
-        let mut case = case("sph/aluminium-bars")?;
+        let mut case = load_case("sph/aluminium-bars")?;
         case.stages[0].duration = duration;
         if let Some(steps) = steps {
-            set_of(&mut case, "sph", "regularisation", "mls");
-            set_of(&mut case, "sph", "regularisation_steps", steps);
+            set_method_option(&mut case, "sph", "regularisation", "mls");
+            set_method_option(&mut case, "sph", "regularisation_steps", steps);
         }
-        Ok(run_by("sph", &case)?.snapshot)
+        Ok(run_in_memory("sph", &case)?.snapshot)
     };
     let noise = |steps: Option<u64>| -> Result<[f64; 2], String> {
         let snapshot = column(steps, 0.2)?;
@@ -170,23 +178,23 @@ fn regularised(outcome: &mut Outcome) -> Result<(), String> {
     };
     let raw = noise(None)?;
     let reason = "judged by its ratio";
-    outcome.show("B-03, no regularisation: rms of the noise of σ_yy at 0.2 s (Pa)", "", raw[0], reason);
+    outcome.info("B-03, no regularisation: rms of the noise of σ_yy at 0.2 s (Pa)", "", raw[0], reason);
     for (steps, name) in [(1, "every step"), (10, "every ten steps")] {
         let found = noise(Some(steps))?;
         let name = format!("B-03, {name}: noise without regularisation over noise with it");
         let ratio = raw[0] / found[0];
         if steps == 1 {
             let reason = "B-03: the rms fluctuation drops at least threefold with regularisation";
-            outcome.within(name.clone(), "at least 3", ratio, (3.0, f64::INFINITY), reason);
+            outcome.assert_within(name.clone(), "at least 3", ratio, (3.0, f64::INFINITY), reason);
         } else {
             let reason = "not judged: from 1.8 to 3.6 with the steps since the last time, 2.3 in the mean";
-            outcome.show(name.clone(), "at least 3", ratio, reason);
+            outcome.info(name.clone(), "at least 3", ratio, reason);
         }
         let reason = "not judged: without the particles at the surface, whose mean is one-sided";
-        outcome.show(format!("{name}, full support"), "at least 3", raw[1] / found[1], reason);
+        outcome.info(format!("{name}, full support"), "at least 3", raw[1] / found[1], reason);
     }
-    let front = |steps: Option<u64>| Ok::<f64, String>(held_front(&column(steps, 0.8)?, SPACING));
-    outcome.within(
+    let front = |steps: Option<u64>| Ok::<f64, String>(connected_front(&column(steps, 0.8)?, SPACING));
+    outcome.assert_within(
         "B-03, every step: front at 0.8 s over that without regularisation",
         "comparable",
         front(Some(1))? / front(None)?,
@@ -204,7 +212,7 @@ const FULL: usize = 18;
 fn fluctuation(snapshot: &Snapshot, least: usize) -> f64 {
     let (stress, velocity) = (stresses(snapshot), vectors(snapshot, "velocity"));
     let h = 1.2 * SPACING;
-    let fastest = velocity.iter().map(|v| v[0].hypot(v[1])).largest();
+    let fastest = velocity.iter().map(|v| v[0].hypot(v[1])).max_or_nan();
     let mut squares = Vec::new();
     for (i, x) in snapshot.positions.iter().enumerate() {
         if velocity[i][0].hypot(velocity[i][1]) < 0.1 * fastest {

@@ -8,9 +8,11 @@ use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymT
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
 
-use super::shear::{Path, Row, law_in_frame};
-use crate::analysis::{Largest, held_front, reach_of};
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, scalars, set_of, starts};
+use super::shear::{ShearPath, ShearRow, law_in_frame};
+use crate::analysis::{MaxOrNan, connected_front, mass_quantile_position};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, initial_positions, load_case, run_in_memory, scalars, set_method_option,
+};
 
 /// Half the spacing of the sheet's set S (m): what the bands of the dense sand need.
 const FINE: f64 = 0.0025;
@@ -20,8 +22,8 @@ pub const SHEAR: Benchmark = Benchmark {
     id: "sph/critical-shear",
     title: "Simple shear of critical-state sand at three densities, SPH",
     source: "Bui & Nguyen 2021, Fig. 15 and Table 1 as the sheet corrects it (K44); sheet: sph B-02",
-    quick: Some(2),
-    full: 80,
+    short_seconds: Some(2),
+    full_seconds: 80,
     run: shear,
 };
 
@@ -30,8 +32,8 @@ pub const COLUMNS: Benchmark = Benchmark {
     id: "sph/critical-columns",
     title: "Columns of loose and dense critical-state sand, SPH",
     source: "Bui & Nguyen 2021, Fig. 29; sheet: sph B-10",
-    quick: None,
-    full: 16,
+    short_seconds: None,
+    full_seconds: 16,
     run: |_| columns(&[0.01]),
 };
 
@@ -39,8 +41,8 @@ pub const COLUMNS: Benchmark = Benchmark {
 pub const COLUMNS_FINE: Benchmark = Benchmark {
     id: "sph/critical-columns-fine",
     title: "Columns of loose and dense critical-state sand at 5 and 2.5 mm, SPH",
-    quick: None,
-    full: 1200,
+    short_seconds: None,
+    full_seconds: 1200,
     run: |_| columns(&[2.0 * FINE, FINE]),
     ..COLUMNS
 };
@@ -59,7 +61,7 @@ fn sand(void_ratio: f64, density: f64) -> Result<MaterialSpec, String> {
 const DENSITIES: [(&str, f64); 3] = [("loose", 0.91), ("medium", 0.81), ("dense", 0.77)];
 
 /// Name and component of a stress.
-type Measure = (&'static str, fn(&SymTensor) -> f64);
+type StressComponent = (&'static str, fn(&SymTensor) -> f64);
 
 /// The shear at which the law alone, on its path in simple shear, first has a negative acoustic tensor in the plane, and
 /// the speed `√(-q/ρ)` (m/s) at a shear of 0.2: waves of number `k` along the worst normal grow by it times `k`.
@@ -105,8 +107,8 @@ const HOURGLASS: f64 = 1.0;
 
 /// B-02: the sheet's 100 kPa to a shear of 0.2 at its 0.01/s and ten times as fast: the strain is that of the frame, and
 /// the law knows no rate.
-fn shear(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn shear(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let axes = |title: &str, x_label: &str| LineChart {
         title: title.into(),
         x_label: x_label.into(),
@@ -119,16 +121,17 @@ fn shear(quick: bool) -> Result<Outcome, String> {
     let settings = DENSITIES.iter().flat_map(|density| rates.iter().map(move |rate| (*density, *rate)));
     for ((name, void_ratio), rate) in settings {
         let spec = sand(void_ratio, 1500.0)?;
-        let path = Path { rate, pressure: 100e3, shear: 0.2, rows: 40, hourglass: HOURGLASS };
+        let path = ShearPath { rate, pressure: 100e3, shear: 0.2, rows: 40, hourglass: HOURGLASS };
         let found = law_in_frame(&spec, path)?;
         let label = |what: &str| format!("B-02, {name} (e = {void_ratio}), {rate}/s: {what}");
-        let measures: [Measure; 2] = [("shear stress", |s| s.0[3]), ("pressure", SymTensor::pressure)];
+        let measures: [StressComponent; 2] =
+            [("shear stress", |s| s.0[3]), ("pressure", SymTensor::pressure)];
         for (what, of) in measures {
-            let largest = found.iter().map(|(_, _, law)| of(law).abs()).largest();
-            let apart = found.iter().map(|(_, ours, law)| (of(ours) - of(law)).abs()).largest();
+            let largest = found.iter().map(|(_, _, law)| of(law).abs()).max_or_nan();
+            let apart = found.iter().map(|(_, ours, law)| (of(ours) - of(law)).abs()).max_or_nan();
             let reason =
                 "B-02: mean of the block within 3 % of the law alone; of the largest value on the path";
-            outcome.below(
+            outcome.assert_below(
                 label(&format!("{what}, difference from the law")),
                 "0",
                 apart / largest,
@@ -143,27 +146,39 @@ fn shear(quick: bool) -> Result<Outcome, String> {
             // e_c(p) = e: what the critical state line leaves of the pressure at constant volume.
             let left: f64 = 1e5 * ((0.964 - void_ratio) / 0.118_f64).powf(1.0 / 0.205);
             let reason = "B-02: liquefies; the critical state line leaves 2.2 kPa at this void ratio, twice that is allowed";
-            outcome.below(label("pressure at the end (Pa)"), &format!("{left:.0}"), end, 2.0 * left, reason);
+            outcome.assert_below(
+                label("pressure at the end (Pa)"),
+                &format!("{left:.0}"),
+                end,
+                2.0 * left,
+                reason,
+            );
         } else {
             let reason = "B-02: contracts first, then dilates towards the critical state line";
-            outcome.within(
+            outcome.assert_within(
                 label("pressure at the end over the least on the way"),
                 "above 1",
                 end / least,
                 (1.02, f64::INFINITY),
                 reason,
             );
-            outcome.below(label("least pressure over the initial"), "below 1", least / 100e3, 0.99, reason);
+            outcome.assert_below(
+                label("least pressure over the initial"),
+                "below 1",
+                least / 100e3,
+                0.99,
+                reason,
+            );
         }
         if rate < rates[0] {
             continue;
         }
         let (lost, speed) = ellipticity(&spec)?;
         let reason = "not judged: beyond it the law alone is ill-posed, and every deviation from simple shear grows with time";
-        outcome.show(label("shear at which the law loses ellipticity"), "", lost, reason);
+        outcome.info(label("shear at which the law loses ellipticity"), "", lost, reason);
         let reason = "not judged: deviations grow by this times their wave number, less what viscosity takes";
-        outcome.show(label("their speed of growth at the end (m/s)"), "", speed, reason);
-        let curve = |of: fn(&Row) -> (f64, f64)| found.iter().map(of).collect::<Vec<_>>();
+        outcome.info(label("their speed of growth at the end (m/s)"), "", speed, reason);
+        let curve = |of: fn(&ShearRow) -> (f64, f64)| found.iter().map(of).collect::<Vec<_>>();
         strains.series.push(Series::new(name, curve(|r| (r.0, r.1.0[3] / 1e3)), Style::Markers));
         strains.series.push(Series::new("law", curve(|r| (r.0, r.2.0[3] / 1e3)), Style::Dashed));
         paths.series.push(Series::new(
@@ -185,20 +200,20 @@ fn shear(quick: bool) -> Result<Outcome, String> {
 /// The column of set S of sand with grains of 2650 kg/m³; from its weight with half of it to the sides, for the law has no
 /// stiffness without pressure.
 fn column(void_ratio: f64, spacing: f64) -> Result<Case, String> {
-    let mut case = case("sph/aluminium-bars")?;
+    let mut case = load_case("sph/aluminium-bars")?;
     let density = 2650.0 / (1.0 + void_ratio);
     case.materials.insert("bars".into(), sand(void_ratio, density)?);
     let weight = json!({ "kind": "k0", "surface": 0.1, "coefficient": 0.5 });
     case.bodies[0].stress = serde_json::from_value(weight).map_err(|error| error.to_string())?;
     case.output.frames = Some(0.02);
-    set_of(&mut case, "sph", "spacing", spacing);
+    set_method_option(&mut case, "sph", "spacing", spacing);
     Ok(case)
 }
 
 /// Where 99 % of the particles end (m). The outermost one of a column scatters by a tenth of its way with the steps
 /// taken, which go by the times of output too.
 fn end(snapshot: &Snapshot) -> f64 {
-    reach_of(snapshot, 0.99, |x| x[0])
+    mass_quantile_position(snapshot, 0.99, |x| x[0])
 }
 
 /// Time at which what 99 % of the particles end at has run half of its way (s), and the way (m).
@@ -235,7 +250,7 @@ fn sheared(report: &RunReport) -> f64 {
 /// value the mean over two smoothing lengths around it, for it alternates from particle to particle.
 fn strain_rows(snapshot: &Snapshot, spacing: f64) -> Vec<Vec<f64>> {
     let index = |x: f64| (x / spacing).floor() as i64;
-    let strains: BTreeMap<[i64; 2], f64> = starts(snapshot)
+    let strains: BTreeMap<[i64; 2], f64> = initial_positions(snapshot)
         .iter()
         .map(|x| [index(x[1]), index(x[0])])
         .zip(scalars(snapshot, "plastic_strain"))
@@ -276,8 +291,8 @@ fn spread(row: &[f64]) -> f64 {
     row.iter().sum::<f64>().powi(2) / row.iter().map(|strain| strain * strain).sum::<f64>()
 }
 
-fn columns(spacings: &[f64]) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn columns(spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     for &spacing in spacings {
         pair(&mut outcome, spacing)?;
     }
@@ -285,20 +300,21 @@ fn columns(spacings: &[f64]) -> Result<Outcome, String> {
 }
 
 /// The loose column and the dense one at a spacing, and what the sheet asks of the two.
-fn pair(outcome: &mut Outcome, spacing: f64) -> Result<(), String> {
+fn pair(outcome: &mut BenchmarkOutcome, spacing: f64) -> Result<(), String> {
     let label = |what: &str| format!("B-10, {} mm, {what}", 1e3 * spacing);
     let (mut found, mut widths) = (Vec::new(), Vec::new());
     for (name, void_ratio) in [DENSITIES[0], DENSITIES[2]] {
-        let report = run_by("sph", &column(void_ratio, spacing)?)?;
+        let report = run_in_memory("sph", &column(void_ratio, spacing)?)?;
         let ((time, way), share) = (run_out(&report), sheared(&report));
-        let outermost = held_front(&report.snapshot, spacing) - held_front(&report.frames[0], spacing);
+        let outermost =
+            connected_front(&report.snapshot, spacing) - connected_front(&report.frames[0], spacing);
         let reason = "judged against the other";
-        outcome.show(label(&format!("{name}: half of the run-out after (s)")), "", time, reason);
-        outcome.show(label(&format!("{name}: run-out of 99 % of the mass (m)")), "", way, reason);
+        outcome.info(label(&format!("{name}: half of the run-out after (s)")), "", time, reason);
+        outcome.info(label(&format!("{name}: run-out of 99 % of the mass (m)")), "", way, reason);
         let stray = "not judged: scatters by a tenth with the steps taken";
-        outcome.show(label(&format!("{name}: run-out of the outermost particle (m)")), "", outermost, stray);
-        outcome.show(label(&format!("{name}: share sheared by more than a tenth")), "", share, reason);
-        if let Some(cloud) = PointCloud::of(&report.snapshot, "plastic_strain", [0, 1]) {
+        outcome.info(label(&format!("{name}: run-out of the outermost particle (m)")), "", outermost, stray);
+        outcome.info(label(&format!("{name}: share sheared by more than a tenth")), "", share, reason);
+        if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "plastic_strain", [0, 1]) {
             let caption =
                 format!("Plastic shear strain of the {name} column at its end, {} mm.", 1e3 * spacing);
             outcome.png(&caption, &cloud)?;
@@ -311,9 +327,9 @@ fn pair(outcome: &mut Outcome, spacing: f64) -> Result<(), String> {
             let reason =
                 "not judged: the sheet gives no number, and it is one in both; their widths tell them apart";
             let (count, width) = (mean(|row| bands(row) as f64), spacing * mean(spread));
-            outcome.show(label(&format!("{name}: shear bands across a row, {when}")), "", count, reason);
+            outcome.info(label(&format!("{name}: shear bands across a row, {when}")), "", count, reason);
             let reason = "judged against the other";
-            outcome.show(label(&format!("{name}: width of what shears, {when} (m)")), "", width, reason);
+            outcome.info(label(&format!("{name}: width of what shears, {when} (m)")), "", width, reason);
             widths.push(width);
         }
         found.push((time, way, share));
@@ -324,20 +340,20 @@ fn pair(outcome: &mut Outcome, spacing: f64) -> Result<(), String> {
         for courant in REPEATED {
             for (ways, (_, void_ratio)) in ways.iter_mut().zip([DENSITIES[0], DENSITIES[2]]) {
                 let mut case = column(void_ratio, spacing)?;
-                set_of(&mut case, "sph", "courant", courant);
-                ways.push(run_out(&run_by("sph", &case)?).1);
+                set_method_option(&mut case, "sph", "courant", courant);
+                ways.push(run_out(&run_in_memory("sph", &case)?).1);
             }
         }
         for (ways, name) in ways.iter().zip(["loose", "dense"]) {
             for (way, courant) in ways[1..].iter().zip(REPEATED) {
                 let name = format!("{name}, Courant number {courant}: run-out of 99 % of the mass (m)");
-                outcome.show(label(&name), "", *way, "judged in the mean");
+                outcome.info(label(&name), "", *way, "judged in the mean");
             }
         }
     }
     for (number, when) in ["half-way", "at the end"].into_iter().enumerate() {
         let reason = "B-10: loose it shears diffusely, dense in bands; the mean over rows of (Σ ε)²/Σ ε²";
-        outcome.within(
+        outcome.assert_within(
             label(&format!("width of what shears, loose over dense, {when}")),
             "above 1",
             widths[number] / widths[2 + number],
@@ -346,7 +362,7 @@ fn pair(outcome: &mut Outcome, spacing: f64) -> Result<(), String> {
         );
     }
     let reason = "B-10: the loose column is the faster one";
-    outcome.below(
+    outcome.assert_below(
         label("time of half the run-out, loose over dense"),
         "below 1",
         loose.0 / dense.0,
@@ -355,16 +371,22 @@ fn pair(outcome: &mut Outcome, spacing: f64) -> Result<(), String> {
     );
     let reason = "B-10: loose it fails deeper and more diffusely, dense in bands";
     let deeper = (1.0, f64::INFINITY);
-    outcome.within(label("share sheared, loose over dense"), "above 1", loose.2 / dense.2, deeper, reason);
+    outcome.assert_within(
+        label("share sheared, loose over dense"),
+        "above 1",
+        loose.2 / dense.2,
+        deeper,
+        reason,
+    );
     let [all_loose, all_dense] = ways.map(|ways| ways.iter().sum::<f64>());
     let (name, ratio) = (label("run-out of 99 % of the mass, loose over dense"), all_loose / all_dense);
     if spacing > FINE {
         let reason =
             "not judged: too few layers for the bands in which the dense sand softens; judged at 2.5 mm";
-        outcome.show(name, "0.9 to 1.1", ratio, reason);
+        outcome.info(name, "0.9 to 1.1", ratio, reason);
     } else {
         let reason = "B-10: 0.9 to 1.1; the mean of runs with three Courant numbers, each of which scatters by 2 to 3 %";
-        outcome.within(name, "0.9 to 1.1", ratio, (0.9, 1.1), reason);
+        outcome.assert_within(name, "0.9 to 1.1", ratio, (0.9, 1.1), reason);
     }
     Ok(())
 }

@@ -4,16 +4,19 @@ use colluvium::case::RunReport;
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
 
-use crate::analysis::{Largest, slope};
-use crate::benchmarks::{Benchmark, Outcome, case, changed, curve, reference, run_by, series};
+use crate::analysis::{MaxOrNan, regression_slope};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, measure_series, patched_case, reference_curve, reference_table,
+    run_in_memory,
+};
 
 /// The dam break.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/dam-pressure",
     title: "Pressure of a dam break on the far wall, SPH",
     source: "Lobovský et al. 2014, H = 300 mm: front, quantiles over the repeated tests of the pressure on the wall and of its peaks",
-    quick: Some(25),
-    full: 240,
+    short_seconds: Some(25),
+    full_seconds: 240,
     run: pressures,
 };
 
@@ -29,21 +32,21 @@ const WINDOW: f64 = 0.1;
 /// `scripts/probe_acsphDambreakLobovsky.py` of github.com/wi-re/warpSPH has it: 75.06, 91.44, 130.98; 53.26, 57.49, 63.31; 39.79, 43.76, 49.62 mbar).
 const PEAKS: [[f64; 3]; 3] = [[2.558, 3.116, 4.464], [1.815, 1.959, 2.158], [1.356, 1.491, 1.691]];
 
-type Curve = Vec<(f64, f64)>;
+type PressureCurve = Vec<(f64, f64)>;
 
 /// What is known of one floor.
-struct Course {
+struct FloorRecord {
     /// Place of the front from the gate over the depth, in time.
-    front: Curve,
+    front: PressureCurve,
     /// Pressures at the sensors over the unit, in time.
-    sensors: [Curve; 4],
+    sensors: [PressureCurve; 4],
 }
 
-impl Course {
+impl FloorRecord {
     fn of(report: &RunReport) -> Self {
         let time = (DEPTH / 9.81f64).sqrt();
-        let scaled = |name: &str, zero: f64, unit: f64| -> Curve {
-            series(report, name).iter().map(|(t, y)| (t / time, (y - zero) / unit)).collect()
+        let scaled = |name: &str, zero: f64, unit: f64| -> PressureCurve {
+            measure_series(report, name).iter().map(|(t, y)| (t / time, (y - zero) / unit)).collect()
         };
         let sensor = |k: usize| {
             // Without water at the sensor there is no value, and no pressure.
@@ -68,17 +71,17 @@ impl Course {
         let curve = &self.sensors[sensor];
         let last = curve.last().map_or(0.0, |row| row.0) - WINDOW;
         let begins = curve.iter().map(|(t, _)| *t).filter(|t| *t < last);
-        begins.map(|t| mean(curve, t, t + WINDOW)).largest()
+        begins.map(|t| mean(curve, t, t + WINDOW)).max_or_nan()
     }
 }
 
-fn speed(front: &Curve) -> f64 {
-    let part: Curve = front.iter().copied().filter(|(_, x)| *x > 1.0 && *x < 3.0).collect();
-    slope(&part)
+fn speed(front: &PressureCurve) -> f64 {
+    let part: PressureCurve = front.iter().copied().filter(|(_, x)| *x > 1.0 && *x < 3.0).collect();
+    regression_slope(&part)
 }
 
 /// Mean of a curve between two times.
-fn mean(curve: &Curve, from: f64, to: f64) -> f64 {
+fn mean(curve: &PressureCurve, from: f64, to: f64) -> f64 {
     let (sum, count) = curve
         .iter()
         .filter(|(t, _)| *t >= from && *t < to)
@@ -87,16 +90,16 @@ fn mean(curve: &Curve, from: f64, to: f64) -> f64 {
 }
 
 /// The experiment: its front, and the quantiles at sensor 2.
-struct Experiment {
-    front: Curve,
-    quantiles: [Curve; 3],
+struct DamExperiment {
+    front: PressureCurve,
+    quantiles: [PressureCurve; 3],
 }
 
-impl Experiment {
+impl DamExperiment {
     fn read() -> Result<Self, String> {
-        let front = curve(&reference("sph/dam-pressure/front.csv")?, "time", "place")?;
-        let table = reference("sph/dam-pressure/sensor2.csv")?;
-        let of = |name: &str| curve(&table, "time", name);
+        let front = reference_curve(&reference_table("sph/dam-pressure/front.csv")?, "time", "place")?;
+        let table = reference_table("sph/dam-pressure/sensor2.csv")?;
+        let of = |name: &str| reference_curve(&table, "time", name);
         Ok(Self { front, quantiles: [of("low")?, of("median")?, of("high")?] })
     }
 
@@ -112,9 +115,9 @@ impl Experiment {
     }
 }
 
-fn pressures(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let experiment = Experiment::read()?;
+fn pressures(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let experiment = DamExperiment::read()?;
     let spacing = if quick { 0.01 } else { 0.005 };
     let mut changes = vec![("/methods/sph/spacing".to_owned(), json!(spacing))];
     changes.extend((1..=4).map(|k| (format!("/measures/sensor{k}/radius"), json!(1.5 * spacing))));
@@ -123,11 +126,11 @@ fn pressures(quick: bool) -> Result<Outcome, String> {
         let wall = ("/boundaries/0/wall/kind".to_owned(), json!(floor));
         let changes: Vec<_> =
             changes.iter().chain([&wall]).map(|(at, value)| (&**at, value.clone())).collect();
-        let report = run_by("sph", &changed(&case("sph/dam-pressure")?, &changes)?)?;
-        let course = Course::of(&report);
+        let report = run_in_memory("sph", &patched_case(&load_case("sph/dam-pressure")?, &changes)?)?;
+        let course = FloorRecord::of(&report);
         judge(&mut outcome, floor, &course, &experiment);
         judge_blow(&mut outcome, (floor, quick), &course, &experiment);
-        if let Some(cloud) = PointCloud::of(&report.snapshot, "pressure", [0, 1]) {
+        if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "pressure", [0, 1]) {
             outcome.png(&format!("Pressure at the end, {floor} floor."), &cloud)?;
         }
         courses.push((floor, course));
@@ -136,16 +139,16 @@ fn pressures(quick: bool) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-fn judge(outcome: &mut Outcome, floor: &str, course: &Course, experiment: &Experiment) {
+fn judge(outcome: &mut BenchmarkOutcome, floor: &str, course: &FloorRecord, experiment: &DamExperiment) {
     let [last, median, first] = experiment.arrivals();
-    outcome.near(
+    outcome.assert_close(
         format!("{floor} floor: arrival at sensor 2, over √(H/g)"),
         median,
         0.08,
         course.arrival(),
         &format!("8 %, half of the 0.4 that lifting the gate takes: the computation has none; 95 % of the tests are in {first:.2} to {last:.2}"),
     );
-    outcome.near(
+    outcome.assert_close(
         format!("{floor} floor: speed of the front from 1 to 3 depths before the gate, over √(gH)"),
         speed(&experiment.front),
         0.15,
@@ -155,7 +158,7 @@ fn judge(outcome: &mut Outcome, floor: &str, course: &Course, experiment: &Exper
     for (part, from, to) in [("first unit of time", 0.0, 1.0), ("plateau", 1.0, 1.5)] {
         let [low, median, high] = experiment.means(from, to);
         let begun = course.arrival();
-        outcome.within(
+        outcome.assert_within(
             format!("{floor} floor: sensor 2, {part}: mean from {from} to {to} after the arrival, over ρgH"),
             &format!("{median:.3}, the median"),
             mean(&course.sensors[1], begun + from, begun + to),
@@ -163,7 +166,7 @@ fn judge(outcome: &mut Outcome, floor: &str, course: &Course, experiment: &Exper
             "between the quantiles of 2.5 and 97.5 % over the tests",
         );
     }
-    outcome.show(
+    outcome.info(
         format!("{floor} floor: peak at sensor 4 before the second impact, over ρgH"),
         "1.03, at the second impact",
         course.peak(3),
@@ -172,7 +175,12 @@ fn judge(outcome: &mut Outcome, floor: &str, course: &Course, experiment: &Exper
 }
 
 /// The blow and the peaks, which the short form shows only: its layer is three particles thick.
-fn judge_blow(outcome: &mut Outcome, (floor, quick): (&str, bool), course: &Course, experiment: &Experiment) {
+fn judge_blow(
+    outcome: &mut BenchmarkOutcome,
+    (floor, quick): (&str, bool),
+    course: &FloorRecord,
+    experiment: &DamExperiment,
+) {
     let begun = course.arrival();
     let mut found = vec![(
         format!("{floor} floor: sensor 2, blow: mean from 0 to 0.2 after the arrival, over ρgH"),
@@ -186,14 +194,14 @@ fn judge_blow(outcome: &mut Outcome, (floor, quick): (&str, bool), course: &Cour
     for (name, [low, median, high], measured) in found {
         let claim = format!("{median:.3}, the median");
         if quick {
-            outcome.show(
+            outcome.info(
                 name,
                 &claim,
                 measured,
                 "particles of a third of the layer are too coarse for it; the full form judges",
             );
         } else {
-            outcome.within(
+            outcome.assert_within(
                 name,
                 &claim,
                 measured,
@@ -205,7 +213,11 @@ fn judge_blow(outcome: &mut Outcome, (floor, quick): (&str, bool), course: &Cour
     }
 }
 
-fn draw(outcome: &mut Outcome, courses: &[(&str, Course)], experiment: &Experiment) -> Result<(), String> {
+fn draw(
+    outcome: &mut BenchmarkOutcome,
+    courses: &[(&str, FloorRecord)],
+    experiment: &DamExperiment,
+) -> Result<(), String> {
     let time = "t √(g/H)";
     let mut fronts = LineChart {
         title: "Front".into(),

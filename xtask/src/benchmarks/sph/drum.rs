@@ -3,16 +3,16 @@
 use colluvium::case::Snapshot;
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
-use crate::analysis::slope;
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, set_of};
+use crate::analysis::regression_slope;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/drum",
     title: "Half-full drum that turns, SPH",
     source: "Bui & Nguyen 2021, Fig. 9; sheet: sph B-01",
-    quick: None,
-    full: 45,
+    short_seconds: None,
+    full_seconds: 45,
     run: |_| turn(0.004),
 };
 
@@ -20,8 +20,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
 pub const FINE: Benchmark = Benchmark {
     id: "sph/drum-fine",
     title: "Half-full drum that turns, 2 mm, SPH",
-    quick: None,
-    full: 110,
+    short_seconds: None,
+    full_seconds: 110,
     run: |_| turn(0.002),
     ..BENCHMARK
 };
@@ -43,20 +43,20 @@ fn angle(snapshot: &Snapshot) -> f64 {
         }
     }
     let points: Vec<(f64, f64)> = top.into_iter().filter(|(x, _)| x.is_finite()).collect();
-    slope(&points).atan().to_degrees()
+    regression_slope(&points).atan().to_degrees()
 }
 
-fn turn(spacing: f64) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let mut case = case("sph/drum")?;
-    set_of(&mut case, "sph", "spacing", spacing);
-    let report = run_by("sph", &case)?;
+fn turn(spacing: f64) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let mut case = load_case("sph/drum")?;
+    set_method_option(&mut case, "sph", "spacing", spacing);
+    let report = run_in_memory("sph", &case)?;
     let angles: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, angle(frame))).collect();
     let steady: Vec<f64> = angles.iter().filter(|(t, _)| *t >= STEADY).map(|(_, a)| *a).collect();
     let mean = steady.iter().sum::<f64>() / steady.len() as f64;
     let reason = "B-01: dynamic angle of repose within 5° of the friction angle; a weak check, for another choice of what the sheet leaves \
                   open (20 rpm, 0.5 MPa, 5 mm) gave 39°";
-    outcome.within(
+    outcome.assert_within(
         "mean angle of the surface (degrees)",
         "30 ± 5",
         mean,
@@ -65,7 +65,7 @@ fn turn(spacing: f64) -> Result<Outcome, String> {
     );
     let rms = (steady.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / steady.len() as f64).sqrt();
     let reason = "not judged: steady, says B-01, and gives no bound";
-    outcome.show("rms deviation of the angle in time (degrees)", "steady", rms, reason);
+    outcome.info("rms deviation of the angle in time (degrees)", "steady", rms, reason);
     let mut chart = LineChart {
         title: "Angle of the surface".into(),
         x_label: "time (s)".into(),
@@ -75,7 +75,7 @@ fn turn(spacing: f64) -> Result<Outcome, String> {
     chart.series.push(Series::new("surface", angles, Style::Line));
     chart.series.push(Series::new("friction angle", vec![(0.0, FRICTION), (3.0, FRICTION)], Style::Dashed));
     outcome.svg("The soil is lifted, slips, and flows at a steady angle.", &chart)?;
-    if let Some(cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1]) {
+    if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "velocity", [0, 1]) {
         outcome.png("Speed after 3 s, half a turn.", &cloud)?;
     }
     Ok(outcome)

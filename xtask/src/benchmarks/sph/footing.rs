@@ -7,16 +7,19 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use colluvium::points::Shape;
 use serde_json::Value;
 
-use crate::analysis::{lower_boundary, slope};
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, set_material, set_of, starts, stresses};
+use crate::analysis::{base_of_moving_mass, regression_slope};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, initial_positions, load_case, run_in_memory, set_material,
+    set_method_option, stresses,
+};
 
 /// Clay, by the cone of plane strain.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/footing",
     title: "Strip footing: Prandtl's bearing capacity, SPH",
     source: "Prandtl 1921; Bui & Nguyen 2021, Fig. 24; sheet: sph V-39",
-    quick: Some(30),
-    full: 220,
+    short_seconds: Some(30),
+    full_seconds: 220,
     run: |quick| push(&[CLAY], if quick { &[0.1] } else { &[0.1, 0.05] }),
 };
 
@@ -24,8 +27,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
 pub const SMOOTH: Benchmark = Benchmark {
     id: "sph/footing-smooth",
     title: "Smooth strip footing: Prandtl's bearing capacity, SPH",
-    quick: Some(30),
-    full: 220,
+    short_seconds: Some(30),
+    full_seconds: 220,
     run: |quick| push(&[SLIPPERY], if quick { &[0.1] } else { &[0.1, 0.05] }),
     ..BENCHMARK
 };
@@ -34,8 +37,8 @@ pub const SMOOTH: Benchmark = Benchmark {
 pub const SOILS: Benchmark = Benchmark {
     id: "sph/footing-soils",
     title: "Strip footing on other soils, SPH",
-    quick: None,
-    full: 34,
+    short_seconds: None,
+    full_seconds: 34,
     run: |_| push(&[CONE, FRICTION], &[0.1]),
     ..BENCHMARK
 };
@@ -44,15 +47,15 @@ pub const SOILS: Benchmark = Benchmark {
 pub const SOILS_FINE: Benchmark = Benchmark {
     id: "sph/footing-soils-fine",
     title: "Strip footing on other soils, a twentieth of its width, SPH",
-    quick: None,
-    full: 320,
+    short_seconds: None,
+    full_seconds: 320,
     run: |_| push(&[CONE, FRICTION], &[0.05]),
     ..BENCHMARK
 };
 
 /// A soil under the footing.
 #[derive(Clone, Copy)]
-struct Soil {
+struct FootingSoil {
     name: &'static str,
     matching: &'static str,
     /// Angle of friction and of dilatancy (degrees).
@@ -65,7 +68,7 @@ struct Soil {
     duration: f64,
 }
 
-const CLAY: Soil = Soil {
+const CLAY: FootingSoil = FootingSoil {
     name: "von Mises",
     matching: "plane-strain",
     friction: 0.0,
@@ -73,14 +76,14 @@ const CLAY: Soil = Soil {
     reach: 4.0,
     duration: 6.0,
 };
-const SLIPPERY: Soil = Soil { name: "smooth footing", slips: true, ..CLAY };
-const CONE: Soil = Soil { name: "cone through compression", matching: "compression", ..CLAY };
+const SLIPPERY: FootingSoil = FootingSoil { name: "smooth footing", slips: true, ..CLAY };
+const CONE: FootingSoil = FootingSoil { name: "cone through compression", matching: "compression", ..CLAY };
 /// Prandtl's mechanism comes up 3.77 m from the middle, 4.14 m under the effective width. It takes three times the load, and
 /// so three times the way.
-const FRICTION: Soil =
-    Soil { name: "friction of 25 degrees", friction: 25.0, reach: 6.0, duration: 16.0, ..CLAY };
+const FRICTION: FootingSoil =
+    FootingSoil { name: "friction of 25 degrees", friction: 25.0, reach: 6.0, duration: 16.0, ..CLAY };
 
-impl Soil {
+impl FootingSoil {
     /// Prandtl's bearing capacity over cohesion.
     fn capacity(&self) -> f64 {
         let angle = self.friction.to_radians();
@@ -94,7 +97,7 @@ impl Soil {
     }
 
     fn case(&self, spacing: f64) -> Result<Case, String> {
-        let mut case = case("sph/footing")?;
+        let mut case = load_case("sph/footing")?;
         case.domain.max[0] = self.reach;
         case.bodies[0].shape = Shape::Box { min: vec![0.0, 0.0], max: vec![self.reach, SOIL] };
         case.stages[0].duration = self.duration;
@@ -102,9 +105,9 @@ impl Soil {
         let keys =
             [("matching", self.matching.into()), ("friction_angle", angle()), ("dilatancy_angle", angle())];
         set_material(&mut case, "clay", &keys)?;
-        set_of(&mut case, "sph", "spacing", spacing);
+        set_method_option(&mut case, "sph", "spacing", spacing);
         if self.slips {
-            set_of(&mut case, "sph", "smooth_bodies", serde_json::json!(["footing"]));
+            set_method_option(&mut case, "sph", "smooth_bodies", serde_json::json!(["footing"]));
         }
         Ok(case)
     }
@@ -139,18 +142,18 @@ fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
 fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
     let way = SPEED * (last.time - first.time);
     let sinks = |p: usize| (first.positions[p][1] - last.positions[p][1]) / way;
-    let under = starts(first)
+    let under = initial_positions(first)
         .into_iter()
         .enumerate()
         .filter(|(p, start)| first.bodies[*p] == 0 && start[0] < 0.4 * WIDTH)
         .map(|(p, start)| (start, sinks(p)));
     let side: Vec<(f64, f64)> =
-        lower_boundary(under, spacing, 0.75).into_iter().map(|[x, y]| (x, y)).collect();
-    slope(&side).atan().to_degrees()
+        base_of_moving_mass(under, spacing, 0.75).into_iter().map(|[x, y]| (x, y)).collect();
+    regression_slope(&side).atan().to_degrees()
 }
 
-fn push(soils: &[Soil], spacings: &[f64]) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn push(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     for soil in soils {
         let mut chart = LineChart {
             title: format!("Strip footing, {}", soil.name),
@@ -170,12 +173,16 @@ fn push(soils: &[Soil], spacings: &[f64]) -> Result<Outcome, String> {
 }
 
 /// Pushes the footing into a soil: the pressure over the cohesion against the settlement over the width.
-fn settle(outcome: &mut Outcome, soil: &Soil, spacing: f64) -> Result<Vec<(f64, f64)>, String> {
+fn settle(
+    outcome: &mut BenchmarkOutcome,
+    soil: &FootingSoil,
+    spacing: f64,
+) -> Result<Vec<(f64, f64)>, String> {
     let label = |what: &str| match soil.name {
         "von Mises" => format!("spacing {spacing} m: {what}"),
         name => format!("{name}, spacing {spacing} m: {what}"),
     };
-    let report = run_by("sph", &soil.case(spacing)?)?;
+    let report = run_in_memory("sph", &soil.case(spacing)?)?;
     // Over the effective width, which the sheet asks for.
     let width = WIDTH + spacing;
     let curve: Vec<(f64, f64)> =
@@ -183,13 +190,13 @@ fn settle(outcome: &mut Outcome, soil: &Soil, spacing: f64) -> Result<Vec<(f64, 
     let last = &curve[curve.len() * 4 / 5..];
     let plateau = last.iter().map(|(_, q)| q).sum::<f64>() / last.len() as f64;
     let reason = "V-39: ± 10 % over the effective width, one spacing wider than the footing";
-    outcome.near(label("plateau over cohesion"), soil.capacity(), 0.1, plateau, reason);
+    outcome.assert_close(label("plateau over cohesion"), soil.capacity(), 0.1, plateau, reason);
     let rise = last[last.len() - 1].1 / last[0].1 - 1.0;
     let unjudged = "not judged: how flat the plateau is";
-    outcome.show(label("rise over the last fifth"), "0", rise, unjudged);
+    outcome.info(label("rise over the last fifth"), "0", rise, unjudged);
     if soil.slips {
         let unjudged = "not judged: a smooth footing takes along nothing of the soil beside it";
-        outcome.show(
+        outcome.info(
             label("plateau over cohesion, over the width of the footing"),
             "5.14",
             plateau * width / WIDTH,
@@ -200,18 +207,24 @@ fn settle(outcome: &mut Outcome, soil: &Soil, spacing: f64) -> Result<Vec<(f64, 
     if !soil.slips {
         judge_wedge(outcome, label("angle of the wedge under the footing (degrees)"), soil, &report, spacing);
     }
-    if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
+    if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1]) {
         outcome.png(&format!("Displacement at the end, {}, spacing {spacing} m.", soil.name), &cloud)?;
     }
     Ok(curve)
 }
 
 /// Holds the wedge against Prandtl's.
-fn judge_wedge(outcome: &mut Outcome, name: String, soil: &Soil, report: &RunReport, spacing: f64) {
+fn judge_wedge(
+    outcome: &mut BenchmarkOutcome,
+    name: String,
+    soil: &FootingSoil,
+    report: &RunReport,
+    spacing: f64,
+) {
     let frames = &report.frames[report.frames.len() * 4 / 5..];
     let angle = wedge([&frames[0], &frames[frames.len() - 1]], spacing);
     let exact = 45.0 + 0.5 * soil.friction;
     let room = (spacing / (0.5 * WIDTH)).atan().to_degrees();
     let reason = "V-39: 45°, Prandtl's 45° + φ/2; it names no tolerance: one spacing over half the width";
-    outcome.within(name, &exact.to_string(), angle, (exact - room, exact + room), reason);
+    outcome.assert_within(name, &exact.to_string(), angle, (exact - room, exact + room), reason);
 }

@@ -3,15 +3,17 @@
 use colluvium::case::Snapshot;
 use colluvium::plots::{LineChart, Series, Style};
 
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, set_of, stresses, vectors};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option, stresses, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/geostatic",
     title: "Geostatic column, SPH",
     source: "sheet: sph §5.3, V-32",
-    quick: Some(24),
-    full: 72,
+    short_seconds: Some(24),
+    full_seconds: 72,
     run,
 };
 
@@ -22,8 +24,8 @@ const K0: f64 = 0.3 / 0.7;
 /// Modulus of uniaxial strain (Pa).
 const MODULUS: f64 = 5.84e6 * 0.7 / (1.3 * 0.4);
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Vertical stress of a column under its weight".into(),
         x_label: "height (m)".into(),
@@ -38,9 +40,9 @@ fn run(quick: bool) -> Result<Outcome, String> {
         ("pairwise", 0.04, "V-32: 4 % without; the sheet gives no value for this wall"),
     ];
     for &(wall, bound, reason) in if quick { &walls[..1] } else { &walls[..] } {
-        let mut case = case("sph/geostatic")?;
-        set_of(&mut case, "sph", "wall_stress", wall);
-        let snapshot = run_by("sph", &case)?.snapshot;
+        let mut case = load_case("sph/geostatic")?;
+        set_method_option(&mut case, "sph", "wall_stress", wall);
+        let snapshot = run_in_memory("sph", &case)?.snapshot;
         judge(&mut outcome, wall, bound, reason, &snapshot);
         let column =
             snapshot.positions.iter().zip(stresses(&snapshot)).filter(|(x, _)| (x[0] - 0.1).abs() < 0.005);
@@ -51,7 +53,7 @@ fn run(quick: bool) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-fn judge(outcome: &mut Outcome, wall: &str, bound: f64, reason: &str, snapshot: &Snapshot) {
+fn judge(outcome: &mut BenchmarkOutcome, wall: &str, bound: f64, reason: &str, snapshot: &Snapshot) {
     let errors = snapshot.positions.iter().zip(stresses(snapshot)).map(|(x, s)| {
         let vertical = -WEIGHT * (HEIGHT - x[1]);
         [s.at(1, 1) - vertical, s.at(0, 0) - K0 * vertical, s.at(2, 2) - K0 * vertical]
@@ -62,14 +64,20 @@ fn judge(outcome: &mut Outcome, wall: &str, bound: f64, reason: &str, snapshot: 
         (sum / errors.len() as f64).sqrt() / (WEIGHT * HEIGHT)
     };
     let name = format!("{wall} wall: rms error of σ_yy over ρgH");
-    outcome.below(name, "0", rms(0), bound, reason);
+    outcome.assert_below(name, "0", rms(0), bound, reason);
     let lateral = rms(1).max(rms(2));
     let unjudged = "not judged: the sheet bounds σ_yy only";
-    outcome.show(format!("{wall} wall: rms error of σ_xx, σ_zz over ρgH"), "0", lateral, unjudged);
+    outcome.info(format!("{wall} wall: rms error of σ_xx, σ_zz over ρgH"), "0", lateral, unjudged);
     let top = snapshot.positions.iter().zip(vectors(snapshot, "displacement"));
     let top: Vec<f64> = top.filter(|(x, _)| x[1] > HEIGHT - 0.005).map(|(_, u)| -u[1]).collect();
     let settlement = top.iter().sum::<f64>() / top.len() as f64;
     let exact = WEIGHT * HEIGHT * HEIGHT / (2.0 * MODULUS);
     let reason = "the tolerance of V-32's stresses; the sheet's code has 1.3e-5";
-    outcome.near(format!("{wall} wall: settlement of the surface (m)"), exact, bound, settlement, reason);
+    outcome.assert_close(
+        format!("{wall} wall: settlement of the surface (m)"),
+        exact,
+        bound,
+        settlement,
+        reason,
+    );
 }

@@ -5,18 +5,18 @@ use std::f64::consts::PI;
 use colluvium::plots::{LineChart, Series, Style};
 use colluvium::points::NeighbourList;
 use colluvium::sph::kernel::{Kernel, Smoothing};
-use colluvium::sph::operators::{Cloud, Gradient, Laplacian, test_lattice};
+use colluvium::sph::operators::{Gradient, Laplacian, ParticleCloud, test_lattice};
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, curve, reference};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, reference_curve, reference_table};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/operators",
     title: "SPH operators on regular and disordered particles",
     source: "Bui and Nguyen 2021, Figs. 2, 4 and 5; sheet: sph §5.2, V-01 to V-04",
-    quick: Some(2),
-    full: 2,
+    short_seconds: Some(2),
+    full_seconds: 2,
     run,
 };
 
@@ -24,7 +24,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const DISORDER: f64 = 0.2;
 const COUNTS: [usize; 3] = [20, 40, 80];
 
-type Field = fn(&[f64; 2]) -> f64;
+type ScalarFunction = fn(&[f64; 2]) -> f64;
 
 fn linear(x: &[f64; 2]) -> f64 {
     x[0] + x[1]
@@ -43,23 +43,23 @@ fn wave_laplacian(x: &[f64; 2]) -> f64 {
 fn worst(
     n: usize,
     disorder: f64,
-    field: Field,
-    error: impl Fn(&Cloud<2>, &[f64], usize, &[f64; 2]) -> f64,
+    field: ScalarFunction,
+    error: impl Fn(&ParticleCloud<2>, &[f64], usize, &[f64; 2]) -> f64,
 ) -> Result<f64, String> {
     let lattice = test_lattice::<2>(n, 3, disorder);
     let smoothing = Smoothing::new(Kernel::CubicSpline, 1.3 * lattice.spacing).map_err(|e| e.to_string())?;
     let mut neighbours = NeighbourList::new();
     neighbours.build(&lattice.positions, smoothing.radius()).map_err(|e| e.to_string())?;
     let volume = vec![lattice.spacing.powi(2); lattice.positions.len()];
-    let cloud = Cloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
+    let cloud = ParticleCloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
     let values: Vec<f64> = lattice.positions.iter().map(field).collect();
     let errors = lattice.inner.iter().map(|&i| error(&cloud, &values, i, &lattice.positions[i]).abs());
-    Ok(errors.largest())
+    Ok(errors.max_or_nan())
 }
 
 fn gradient(operator: Gradient, n: usize, disorder: f64) -> Result<f64, String> {
     worst(n, disorder, linear, |cloud, f, i, _| {
-        cloud.gradient(operator, f, i).iter().map(|g| (g - 1.0).abs()).largest()
+        cloud.gradient(operator, f, i).iter().map(|g| (g - 1.0).abs()).max_or_nan()
     })
 }
 
@@ -67,14 +67,14 @@ fn laplacian(
     operator: Laplacian,
     n: usize,
     disorder: f64,
-    field: Field,
-    exact: Field,
+    field: ScalarFunction,
+    exact: ScalarFunction,
 ) -> Result<f64, String> {
     worst(n, disorder, field, |cloud, f, i, x| cloud.laplacian(operator, f, i) - exact(x))
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     gradients(&mut outcome)?;
     let name = "Laplacian of x + y";
     laplacians(
@@ -101,9 +101,9 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 const DIGITS: &str = "the sheet's value to the three digits that it asks for: half a unit of the third";
 
 /// Against a value of the sheet, to three digits.
-fn digits(outcome: &mut Outcome, name: String, sheet: f64, measured: f64) {
+fn digits(outcome: &mut BenchmarkOutcome, name: String, sheet: f64, measured: f64) {
     let half = 0.51 * 10f64.powi(sheet.log10().floor() as i32 - 2);
-    outcome.within(name, &format!("{sheet}"), measured, (sheet - half, sheet + half), DIGITS);
+    outcome.assert_within(name, &format!("{sheet}"), measured, (sheet - half, sheet + half), DIGITS);
 }
 
 fn chart(title: &str) -> LineChart {
@@ -116,9 +116,10 @@ fn chart(title: &str) -> LineChart {
     }
 }
 
-fn gradients(outcome: &mut Outcome) -> Result<(), String> {
+fn gradients(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut picture = chart("Gradient of x + y, disordered particles");
-    let sheet = curve(&reference("sph/operators/reference.csv")?, "n", "difference gradient")?;
+    let sheet =
+        reference_curve(&reference_table("sph/operators/reference.csv")?, "n", "difference gradient")?;
     for (operator, label) in
         [(Gradient::Difference, "difference (20)"), (Gradient::Corrected, "corrected (21)")]
     {
@@ -130,7 +131,7 @@ fn gradients(outcome: &mut Outcome) -> Result<(), String> {
             if operator == Gradient::Difference {
                 digits(outcome, name, *value, error);
             } else {
-                outcome.below(name, "round-off", error, 1e-12, "V-01: below 1e-12 everywhere");
+                outcome.assert_below(name, "round-off", error, 1e-12, "V-01: below 1e-12 everywhere");
             }
         }
         picture.series.push(Series::new(label, points, Style::Line));
@@ -142,14 +143,14 @@ fn gradients(outcome: &mut Outcome) -> Result<(), String> {
 /// All Laplacians of one field; `columns` name the sheet's values, empty where the result is round-off or not
 /// given.
 fn laplacians(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     title: &str,
     disorder: f64,
-    field: Field,
-    exact: Field,
+    field: ScalarFunction,
+    exact: ScalarFunction,
     columns: &[&str; 4],
 ) -> Result<(), String> {
-    let table = reference("sph/operators/reference.csv")?;
+    let table = reference_table("sph/operators/reference.csv")?;
     let operators = [
         (Laplacian::SecondDerivative, "second derivative (25)"),
         (Laplacian::Brookshaw, "Brookshaw (31)"),
@@ -159,7 +160,7 @@ fn laplacians(
     let mut picture = chart(title);
     for ((operator, label), column) in operators.into_iter().zip(columns) {
         let mut points = Vec::new();
-        let sheet = if column.is_empty() { Vec::new() } else { curve(&table, "n", column)? };
+        let sheet = if column.is_empty() { Vec::new() } else { reference_curve(&table, "n", column)? };
         for (k, &n) in COUNTS.iter().enumerate() {
             let error = laplacian(operator, n, disorder, field, exact)?;
             points.push((n as f64, error));
@@ -167,9 +168,15 @@ fn laplacians(
             match sheet.get(k) {
                 Some((_, value)) => digits(outcome, name, *value, error),
                 None if matches!(operator, Laplacian::BuiNguyen | Laplacian::Csph2) => {
-                    outcome.below(name, "round-off", error, 1e-10, "V-02, V-03: exact for such a field");
+                    outcome.assert_below(
+                        name,
+                        "round-off",
+                        error,
+                        1e-10,
+                        "V-02, V-03: exact for such a field",
+                    );
                 }
-                None => outcome.show(name, "no value in the sheet", error, "not judged: no value given"),
+                None => outcome.info(name, "no value in the sheet", error, "not judged: no value given"),
             }
         }
         picture.series.push(Series::new(label, points, Style::Line));
@@ -180,18 +187,18 @@ fn laplacians(
     outcome.svg("Largest error over the unit square; markers are the sheet's values.", &picture)
 }
 
-fn orders(outcome: &mut Outcome) -> Result<(), String> {
+fn orders(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut order = |operator, label: &str, disorder: f64, least: f64| -> Result<(), String> {
         let error = |n| laplacian(operator, n, disorder, wave, wave_laplacian);
         let slope = (error(20)? / error(80)?).log2() / 2.0;
         let name = format!("order of {label} for sin πx sin πy, disorder {disorder}");
-        outcome.within(name, &format!("at least {least}"), slope, (least, f64::INFINITY), "V-04");
+        outcome.assert_within(name, &format!("at least {least}"), slope, (least, f64::INFINITY), "V-04");
         Ok(())
     };
     order(Laplacian::BuiNguyen, "the new operator", 0.0, 1.9)?;
     order(Laplacian::Csph2, "csph2", DISORDER, 0.9)?;
     let padded = |n| laplacian(Laplacian::BuiNguyen, n, 0.1, bowl, |_| 4.0);
-    outcome.show(
+    outcome.info(
         "new operator on x² + y², disorder 0.1, N = 20",
         "0.02152",
         padded(20)?,

@@ -3,27 +3,27 @@
 use colluvium::case::{Case, Solver};
 use colluvium::constitutive::SymTensor;
 use colluvium::plots::{LineChart, Series, Style};
-use colluvium::sph::semi_discrete::{Given, prepared, rates};
+use colluvium::sph::semi_discrete::{PrescribedParticle, prepared_solver, rates};
 use serde_json::json;
 
 use super::shear::closest;
 use super::waves::{advance, load, start};
-use crate::benchmarks::{Benchmark, Outcome, set_of, vectors};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/pairing",
     title: "Pairing instability and non-conservative momentum, SPH",
     source: "Bui and Nguyen 2021, Figs. 7 and 8; sheet: sph §5.3, V-34, V-35",
-    quick: Some(12),
-    full: 52,
+    short_seconds: Some(12),
+    full_seconds: 52,
     run,
 };
 
 const SPACING: f64 = 0.5;
 
 /// What a run shows.
-struct Course {
+struct PairingRecord {
     /// Kinetic energy (J) at whole seconds.
     kinetic: Vec<(f64, f64)>,
     /// Largest speed at any time (m/s).
@@ -32,7 +32,7 @@ struct Course {
     closest: f64,
 }
 
-impl Course {
+impl PairingRecord {
     fn at(&self, second: usize) -> f64 {
         self.kinetic.get(second).map_or(f64::NAN, |(_, k)| *k)
     }
@@ -45,8 +45,8 @@ impl Course {
 
 fn setting(kernel: &str, smoothing: f64) -> Result<Case, String> {
     let mut case = load("pairing/case.json")?;
-    set_of(&mut case, "sph", "kernel", kernel);
-    set_of(&mut case, "sph", "smoothing", smoothing);
+    set_method_option(&mut case, "sph", "kernel", kernel);
+    set_method_option(&mut case, "sph", "smoothing", smoothing);
     // Six fixed layers, or as many as the support reaches over.
     let reach: f64 = if kernel == "gaussian" { 3.0 } else { 2.0 } * smoothing;
     let edge = 5.25 + SPACING * reach.ceil().max(6.0);
@@ -58,8 +58,8 @@ fn setting(kernel: &str, smoothing: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-fn follow(solver: &mut dyn Solver, seconds: f64) -> Result<Course, String> {
-    let mut course = Course { kinetic: Vec::new(), fastest: 0.0, closest: f64::NAN };
+fn follow(solver: &mut dyn Solver, seconds: f64) -> Result<PairingRecord, String> {
+    let mut course = PairingRecord { kinetic: Vec::new(), fastest: 0.0, closest: f64::NAN };
     while solver.time() < seconds {
         let due = solver.time() >= course.kinetic.len() as f64;
         if due {
@@ -90,14 +90,14 @@ fn energies(solver: &mut dyn Solver, seconds: usize) -> Vec<(f64, f64)> {
     found
 }
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     pairing(&mut outcome, quick)?;
     unbalanced(&mut outcome, if quick { 10.0 } else { 20.0 })?;
     Ok(outcome)
 }
 
-fn pairing(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
+fn pairing(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Kinetic energy of a block under pressure".into(),
         x_label: "time (s)".into(),
@@ -123,7 +123,7 @@ fn pairing(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
         match (kernel, smoothing) {
             ("wendland-c2", _) => {
                 let reason = "V-34: never above the initial speed";
-                outcome.below(
+                outcome.assert_below(
                     name("largest speed (m/s)"),
                     "at most 1.4142e-5",
                     course.fastest,
@@ -133,8 +133,14 @@ fn pairing(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
             }
             ("cubic-spline", 1.8) => {
                 let rate = course.growth(12, 20);
-                outcome.within(name("growth of the speed (1/s)"), "0.65 ± 0.15", rate, (0.5, 0.8), "V-34");
-                outcome.below(
+                outcome.assert_within(
+                    name("growth of the speed (1/s)"),
+                    "0.65 ± 0.15",
+                    rate,
+                    (0.5, 0.8),
+                    "V-34",
+                );
+                outcome.assert_below(
                     name("closest particles over Δx"),
                     "0.8052, below 0.9",
                     course.closest,
@@ -144,11 +150,17 @@ fn pairing(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
             }
             ("cubic-spline", 2.4) => {
                 let rate = course.growth(12, 20);
-                outcome.within(name("growth of the speed (1/s)"), "0.34 ± 0.1", rate, (0.24, 0.44), "V-34");
+                outcome.assert_within(
+                    name("growth of the speed (1/s)"),
+                    "0.34 ± 0.1",
+                    rate,
+                    (0.24, 0.44),
+                    "V-34",
+                );
             }
             ("gaussian", 2.4) => {
                 let reason = "V-34: larger at 20 s than at 12 s";
-                outcome.within(
+                outcome.assert_within(
                     name("kinetic energy at 20 s over that at 12 s"),
                     "2.7",
                     ratio,
@@ -158,7 +170,7 @@ fn pairing(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
             }
             (_, 1.2) => {
                 let reason = "V-34: stable";
-                outcome.below(
+                outcome.assert_below(
                     name("kinetic energy at 20 s over that at 12 s"),
                     "no growth",
                     ratio,
@@ -166,11 +178,11 @@ fn pairing(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
                     reason,
                 );
                 let reason = "judged by its growth";
-                outcome.show(name("kinetic energy at 20 s (J/m)"), "3e-8 to 4e-8", course.at(20), reason);
+                outcome.info(name("kinetic energy at 20 s (J/m)"), "3e-8 to 4e-8", course.at(20), reason);
             }
             _ => {
                 let reason = "not judged: stable for the source, and the sheet's code drifts";
-                outcome.show(name("kinetic energy at 20 s over that at 12 s"), "1.55", ratio, reason);
+                outcome.info(name("kinetic energy at 20 s over that at 12 s"), "1.55", ratio, reason);
             }
         }
         chart.series.push(Series::new(format!("{kernel}, {smoothing}"), course.kinetic, Style::Line));
@@ -181,13 +193,18 @@ fn pairing(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
 /// V-35: disorder of 5 % and stresses that differ by 10 %. The form (57) does not see the uniform part of the stress, which
 /// moves the disordered particles with (54) at once; its own errors feed on themselves, until particles are thrown
 /// through the frame and the run stops.
-fn unbalanced(outcome: &mut Outcome, seconds: f64) -> Result<(), String> {
+fn unbalanced(outcome: &mut BenchmarkOutcome, seconds: f64) -> Result<(), String> {
     let given = |id: u32, _: &[f64; 2]| {
         let scattered = |step: f64| 2.0 * (f64::from(id + 1) * step).fract() - 1.0;
         let (u, w) = (scattered(0.618_033_988_749_894_9), scattered(0.754_877_666_246_692_7));
         let shift = [u, w].map(|c| 0.05 * SPACING * c);
         let pressure = 5e3 * (1.0 + 0.1 * scattered(0.569_840_290_998_053_3));
-        Given { shift, velocity: [0.0; 2], compression: 1.0, stress: SymTensor::isotropic(-pressure) }
+        PrescribedParticle {
+            displacement: shift,
+            velocity: [0.0; 2],
+            compression: 1.0,
+            stress: SymTensor::isotropic(-pressure),
+        }
     };
     let mut chart = LineChart {
         title: "Kinetic energy of disordered particles at rest".into(),
@@ -199,7 +216,7 @@ fn unbalanced(outcome: &mut Outcome, seconds: f64) -> Result<(), String> {
     let mut courses = Vec::new();
     for (momentum, label) in [("rho2", "(54)"), ("difference", "(57)")] {
         let mut case = setting("cubic-spline", 1.2)?;
-        set_of(&mut case, "sph", "momentum", momentum);
+        set_method_option(&mut case, "sph", "momentum", momentum);
         let particles = rates::<2>(&case, given).map_err(|error| error.to_string())?;
         let sum = |c: usize| particles.iter().map(|p| p.mass * p.acceleration[c]).sum::<f64>().abs();
         let size: f64 = particles.iter().map(|p| p.mass * p.acceleration[0].hypot(p.acceleration[1])).sum();
@@ -207,11 +224,11 @@ fn unbalanced(outcome: &mut Outcome, seconds: f64) -> Result<(), String> {
         let name = format!("V-35, {label}: sum of all forces, the frame's included, over their sizes");
         if momentum == "rho2" {
             let reason = "V-35: no drift with the frame's reaction accounted for";
-            outcome.below(name, "below 1e-6", drift, 1e-6, reason);
+            outcome.assert_below(name, "below 1e-6", drift, 1e-6, reason);
         } else {
-            outcome.within(name, "above 1e-6", drift, (1e-6, f64::INFINITY), "V-35: momentum drifts");
+            outcome.assert_within(name, "above 1e-6", drift, (1e-6, f64::INFINITY), "V-35: momentum drifts");
         }
-        let mut solver = prepared::<2>(&case, given).map_err(|error| error.to_string())?;
+        let mut solver = prepared_solver::<2>(&case, given).map_err(|error| error.to_string())?;
         let course = energies(&mut *solver, seconds as usize);
         chart.series.push(Series::new(label, course[1..].to_vec(), Style::Line));
         courses.push(course);
@@ -220,11 +237,11 @@ fn unbalanced(outcome: &mut Outcome, seconds: f64) -> Result<(), String> {
     for (course, label) in courses.iter().zip(["(54)", "(57)"]) {
         for second in [2, last] {
             let name = format!("V-35, {label}: kinetic energy after {second} s (J/m)");
-            outcome.show(name, "", course[second].1, "not judged: V-35 compares the two");
+            outcome.info(name, "", course[second].1, "not judged: V-35 compares the two");
         }
     }
     let reason = "V-35: the kinetic energy with (57) exceeds that with (54); at the last whole second that both reach, for the sheet gives no time";
-    outcome.within(
+    outcome.assert_within(
         format!("V-35, kinetic energy with (57) over that with (54) after {last} s"),
         "above 1",
         courses[1][last].1 / courses[0][last].1,
@@ -233,7 +250,7 @@ fn unbalanced(outcome: &mut Outcome, seconds: f64) -> Result<(), String> {
     );
     let reason = "not judged: the source shows particles that clump and pass the frame, and gives no time";
     let end = courses[1][courses[1].len() - 1].0;
-    outcome.show(
+    outcome.info(
         "V-35, (57): last whole second before particles are thrown off, or the end (s)",
         "",
         end,

@@ -4,16 +4,16 @@ use colluvium::case::{Case, Snapshot, Solver};
 use serde_json::json;
 
 use super::waves::{advance, start};
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, set_of};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/ranks",
     title: "A collapsing column in 1, 2, 3 and 8 ranks, SPH",
     source: "Bui & Nguyen 2021, §3.7; sheet: sph §3.9, V-26",
-    quick: Some(4),
-    full: 4,
+    short_seconds: Some(4),
+    full_seconds: 4,
     run,
 };
 
@@ -27,13 +27,13 @@ const FALLEN: f64 = 0.1;
 
 /// The column of set S in ranks, at the start; a tenth as stiff, so that in 200 steps it gets somewhere.
 fn column(ranks: u32) -> Result<Case, String> {
-    let mut case = case("sph/aluminium-bars")?;
+    let mut case = load_case("sph/aluminium-bars")?;
     let soft = json!({ "model": "drucker-prager", "density": 2040, "youngs_modulus": 5.84e5, "poissons_ratio": 0.3,
                        "friction_angle": 21.9, "matching": "plane-strain-associated" });
     case.materials.insert("bars".into(), serde_json::from_value(soft).map_err(|error| error.to_string())?);
-    set_of(&mut case, "sph", "courant", 0.4);
+    set_method_option(&mut case, "sph", "courant", 0.4);
     if ranks > 1 {
-        set_of(&mut case, "sph", "ranks", ranks);
+        set_method_option(&mut case, "sph", "ranks", ranks);
     }
     Ok(case)
 }
@@ -54,11 +54,11 @@ fn owners(snapshot: &Snapshot) -> Vec<f64> {
 /// Largest distance of a particle in one snapshot from the same in the other (m).
 fn apart(a: &Snapshot, b: &Snapshot) -> f64 {
     let distance = |(x, y): (&[f64; 3], &[f64; 3])| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>().sqrt();
-    a.positions.iter().zip(&b.positions).map(distance).largest()
+    a.positions.iter().zip(&b.positions).map(distance).max_or_nan()
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut alone = start(&column(1)?)?;
     while alone.time() < FALLEN {
         advance(&mut *alone)?;
@@ -69,7 +69,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     }
     let expected = alone.snapshot();
     let begun = from(&checkpoint, 1)?.snapshot();
-    outcome.show(
+    outcome.info(
         format!("farthest way of a particle in the {STEPS} steps from {FALLEN} s (m)"),
         "",
         apart(&begun, &expected),
@@ -89,7 +89,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         let found = solver.snapshot();
         let name = |what: &str| format!("V-26, {ranks} ranks: {what}");
         let reason = "V-26: 1e-12; sums run in the order of the solver without ranks, so that it is nothing";
-        outcome.below(
+        outcome.assert_below(
             name("largest distance from the run without ranks (m)"),
             "0",
             apart(&found, &expected),
@@ -98,7 +98,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         );
         if ranks > 1 {
             let reason = "V-26 tests nothing where nobody moves house; counted every 20 steps";
-            outcome.within(
+            outcome.assert_within(
                 name("particles that migrated"),
                 "some",
                 migrated as f64,
@@ -107,10 +107,10 @@ fn run(_quick: bool) -> Result<Outcome, String> {
             );
             let mut held = vec![0.0f64; ranks as usize];
             owners(&found).iter().for_each(|rank| held[*rank as usize] += 1.0);
-            let most = held.iter().copied().largest();
+            let most = held.iter().copied().max_or_nan();
             let mean = held.iter().sum::<f64>() / f64::from(ranks);
             let reason = "not judged: ranks are balanced by neighbours, within 1.1 (sheet: sph §3.9)";
-            outcome.show(name("most particles in a rank over the mean"), "about 1", most / mean, reason);
+            outcome.info(name("most particles in a rank over the mean"), "about 1", most / mean, reason);
         }
     }
     Ok(outcome)

@@ -4,15 +4,15 @@ use colluvium::case::Snapshot;
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use colluvium::points::Sampling;
 
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, stresses};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, stresses};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/ring",
     title: "Rows fitted to round edges: thick ring under pressure, plate with a hole, total-Lagrangian SPH",
     source: "Lamé 1852; Kirsch 1898; finite width after Heywood 1952",
-    quick: Some(10),
-    full: 300,
+    short_seconds: Some(10),
+    full_seconds: 300,
     run,
 };
 
@@ -21,10 +21,10 @@ const SPACING: f64 = 0.1;
 const WAYS: [(&str, Sampling); 2] = [("fitted rows", Sampling::Fitted), ("lattice", Sampling::Lattice)];
 
 /// A particle: place (m), distance from the centre (m), hoop stress (Pa).
-type Hoop = ([f64; 2], f64, f64);
+type HoopStressPoint = ([f64; 2], f64, f64);
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     ring(&mut outcome)?;
     if !quick {
         plate(&mut outcome)?;
@@ -42,7 +42,7 @@ fn kirsch(r: f64) -> f64 {
     0.5 * (2.0 + r.powi(-2) + 3.0 * r.powi(-4))
 }
 
-fn hoops(snapshot: &Snapshot) -> Vec<Hoop> {
+fn hoops(snapshot: &Snapshot) -> Vec<HoopStressPoint> {
     let hoop = |(x, s): (&[f64; 3], &colluvium::constitutive::SymTensor)| {
         let r = x[0].hypot(x[1]);
         let (c, n) = (x[0] / r, x[1] / r);
@@ -58,7 +58,7 @@ fn spread(values: &[f64]) -> [f64; 3] {
     [least, values.iter().sum::<f64>() / values.len() as f64, most]
 }
 
-fn ring(outcome: &mut Outcome) -> Result<(), String> {
+fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Thick ring under a pressure within".into(),
         x_label: "distance from the centre (m)".into(),
@@ -66,9 +66,9 @@ fn ring(outcome: &mut Outcome) -> Result<(), String> {
         ..LineChart::default()
     };
     for (name, sampling) in WAYS {
-        let mut case = case("sph/ring")?;
+        let mut case = load_case("sph/ring")?;
         case.bodies[0].sampling = sampling;
-        let all = hoops(&run_by("sph", &case)?.snapshot);
+        let all = hoops(&run_in_memory("sph", &case)?.snapshot);
         let first: Vec<f64> =
             all.iter().filter(|(_, r, _)| *r < 1.0 + SPACING).map(|(_, r, s)| s / lame(*r)).collect();
         let [least, mean, most] = spread(&first);
@@ -77,15 +77,15 @@ fn ring(outcome: &mut Outcome) -> Result<(), String> {
             let reason = "issue: 5 % at ten particles to the inner radius; the load acts half a spacing within the edge, which \
                           makes it 5 % larger";
             for (what, found) in [("least", least), ("mean", mean), ("largest", most)] {
-                outcome.near(label(what), 1.0, 0.05, found, reason);
+                outcome.assert_close(label(what), 1.0, 0.05, found, reason);
             }
             let off = all.iter().map(|(_, r, s)| (s / lame(*r) - 1.0).abs()).fold(0.0, f64::max);
             let name = "ring, fitted rows: largest error of the hoop stress anywhere";
-            outcome.below(name, "0", off, 0.05, "as in the first row");
+            outcome.assert_below(name, "0", off, 0.05, "as in the first row");
         } else {
             let reason = "not judged: round edges are stepped on a lattice; for comparison";
             for (what, found) in [("least", least), ("mean", mean), ("largest", most)] {
-                outcome.show(label(what), "1", found, reason);
+                outcome.info(label(what), "1", found, reason);
             }
         }
         let points = all.iter().map(|(_, r, s)| (*r, s / 1e3)).collect();
@@ -104,7 +104,7 @@ fn ring(outcome: &mut Outcome) -> Result<(), String> {
     outcome.svg("Hoop stress of all particles against the closed form.", &chart)
 }
 
-fn plate(outcome: &mut Outcome) -> Result<(), String> {
+fn plate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Plate with a hole".into(),
         x_label: "distance from the centre of the hole (m)".into(),
@@ -112,9 +112,9 @@ fn plate(outcome: &mut Outcome) -> Result<(), String> {
         ..LineChart::default()
     };
     for (name, sampling) in WAYS {
-        let mut case = case("sph/plate-with-hole")?;
+        let mut case = load_case("sph/plate-with-hole")?;
         case.bodies[0].sampling = sampling;
-        let snapshot = run_by("sph", &case)?.snapshot;
+        let snapshot = run_in_memory("sph", &case)?.snapshot;
         let all: Vec<([f64; 2], f64)> = (snapshot.positions.iter().zip(&stresses(&snapshot)))
             .map(|(x, s)| ([x[0], x[1]], s.at(0, 0)))
             .collect();
@@ -137,7 +137,7 @@ fn plate(outcome: &mut Outcome) -> Result<(), String> {
             let [_, mean, _] = spread(&of_row);
             let label = format!("plate, {name}: stress of row {} beside the hole over Kirsch", row + 1);
             if sampling == Sampling::Fitted && row == 1 {
-                outcome.near(
+                outcome.assert_close(
                     label,
                     1.0,
                     0.05,
@@ -147,9 +147,9 @@ fn plate(outcome: &mut Outcome) -> Result<(), String> {
             } else if sampling == Sampling::Fitted {
                 let reason = "not judged: the first row sees one side only and stress there falls by a tenth over half a spacing; \
                               3.10 at the edge itself with the width of the plate";
-                outcome.show(label, "1", mean, reason);
+                outcome.info(label, "1", mean, reason);
             } else {
-                outcome.show(label, "1", mean, "not judged: stepped edges; for comparison");
+                outcome.info(label, "1", mean, "not judged: stepped edges; for comparison");
             }
         }
         chart.series.push(Series::new(name, beside, Style::Markers));

@@ -1,28 +1,28 @@
 //! Blocks in a frame that moves as prescribed (sheet: sph §5.3, V-14, V-30, V-31; B-02).
 
 use colluvium::case::{Case, Snapshot};
-use colluvium::constitutive::{InitialCondition, Kind, Mat3, MaterialSpec, Motion, SymTensor};
+use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, ModelFamily, Motion, SymTensor};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
 use super::waves::{advance, load, start};
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, set_of, stresses};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, stresses};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/shear",
     title: "Simple shear in a frame and rigid rotation, SPH",
     source: "Bui and Nguyen 2021, Fig. 14 and §3.2.4; sheet: sph §5.3, V-14, V-30, V-31",
-    quick: Some(6),
-    full: 8,
+    short_seconds: Some(6),
+    full_seconds: 8,
     run,
 };
 
 const SHEAR_MODULUS: f64 = 1e7 / 2.6;
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     rotation(&mut outcome)?;
     elastic(&mut outcome)?;
     slow(&mut outcome, quick)?;
@@ -73,7 +73,7 @@ pub(super) fn closest(snapshot: &Snapshot, spacing: f64) -> f64 {
 }
 
 /// V-14: ten turns in chords, which is how a turning body moves in steps.
-fn rotation(outcome: &mut Outcome) -> Result<(), String> {
+fn rotation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (steps, dt) = (6400, 1e-4);
     let angle = 20.0 * std::f64::consts::PI / f64::from(steps);
     let (sin, cos) = angle.sin_cos();
@@ -85,7 +85,7 @@ fn rotation(outcome: &mut Outcome) -> Result<(), String> {
     case.bodies[1].velocity =
         parse(json!({ "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": turn }))?;
     case.bodies[1].stress = parse(json!({ "kind": "uniform", "value": first.0 }))?;
-    set_of(&mut case, "sph", "time_step", dt);
+    set_method_option(&mut case, "sph", "time_step", dt);
     let mut solver = start(&case)?;
     let (mut worst_invariant, mut worst_stress) = (0.0f64, 0.0f64);
     for step in 1..=steps {
@@ -106,14 +106,14 @@ fn rotation(outcome: &mut Outcome) -> Result<(), String> {
         }
     }
     let reason = "V-14: 1e-6 over ten turns";
-    outcome.below("V-14, change of the invariants", "0", worst_invariant, 1e-6, reason);
+    outcome.assert_below("V-14, change of the invariants", "0", worst_invariant, 1e-6, reason);
     let reason = "V-14: 1e-6; every eighth of a turn";
-    outcome.below("V-14, difference of the stress from R σ Rᵀ", "0", worst_stress, 1e-6, reason);
+    outcome.assert_below("V-14, difference of the stress from R σ Rᵀ", "0", worst_stress, 1e-6, reason);
     Ok(())
 }
 
 /// V-30: the Jaumann rate's own oscillation.
-fn elastic(outcome: &mut Outcome) -> Result<(), String> {
+fn elastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart {
         title: "Simple shear of an elastic block".into(),
         x_label: "shear strain".into(),
@@ -125,7 +125,7 @@ fn elastic(outcome: &mut Outcome) -> Result<(), String> {
     chart.series.push(Series::new("1 - cos γ", closed(|g| 1.0 - g.cos()), Style::Dashed));
     for operator in ["corrected", "difference", "compatible"] {
         let mut case = frame(1.0, 0.0)?;
-        set_of(&mut case, "sph", "velocity_gradient", operator);
+        set_method_option(&mut case, "sph", "velocity_gradient", operator);
         let found = shear_elastic(&case, 1.0)?;
         judge_elastic(outcome, &format!("V-30, {operator}"), &found, 0.0, operator == "corrected");
         if operator == "corrected" {
@@ -160,7 +160,7 @@ fn shear_elastic(case: &Case, rate: f64) -> Result<Vec<(f64, SymTensor)>, String
 
 /// `pressure` is the initial one over the shear modulus; with a `corrected` gradient linear fields are exact.
 fn judge_elastic(
-    outcome: &mut Outcome,
+    outcome: &mut BenchmarkOutcome,
     name: &str,
     found: &[(f64, SymTensor)],
     pressure: f64,
@@ -171,30 +171,30 @@ fn judge_elastic(
     let of_shear = format!("V-30: none, within {} % of σ_xy", tolerance * 100.0);
     for (gamma, stress) in found {
         let label = |what: &str| format!("{name}: {what} at γ = {gamma:.3}");
-        outcome.near(label("σ_xy/G"), gamma.sin(), tolerance, stress.0[3], &reason);
+        outcome.assert_close(label("σ_xy/G"), gamma.sin(), tolerance, stress.0[3], &reason);
         let exact = 1.0 - gamma.cos();
         let normal = [("σ_xx/G", stress.0[0] + pressure), ("-σ_yy/G", -stress.0[1] - pressure)];
         if corrected {
             for (what, found) in normal {
-                outcome.near(label(what), exact, tolerance, found, &reason);
+                outcome.assert_close(label(what), exact, tolerance, found, &reason);
             }
         } else {
             let mean = 0.5 * (normal[0].1 + normal[1].1);
-            outcome.near(label("(σ_xx - σ_yy)/2G"), exact, tolerance, mean, &reason);
+            outcome.assert_close(label("(σ_xx - σ_yy)/2G"), exact, tolerance, mean, &reason);
             let reason = "not judged: of the uncorrected gradient the sheet tells σ_xy and a spurious σ_zz; what is spurious \
                           is in all normal stresses";
             for (what, found) in normal {
-                outcome.show(label(what), &format!("{exact:.5}"), found, reason);
+                outcome.info(label(what), &format!("{exact:.5}"), found, reason);
             }
         }
         let out_of_plane = (stress.0[2] + pressure).abs() / gamma.sin();
-        outcome.below(label("|σ_zz/σ_xy|"), "0", out_of_plane, tolerance, &of_shear);
+        outcome.assert_below(label("|σ_zz/σ_xy|"), "0", out_of_plane, tolerance, &of_shear);
     }
 }
 
 /// The tensile instability grows with time, not with strain: a slow block in tension clumps before the strain at which
 /// it is judged. Under a pressure above its tensions it has none.
-fn slow(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
+fn slow(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let rates: &[f64] = if quick { &[0.1] } else { &[0.1, 0.03] };
     for &rate in rates {
         let found = shear_elastic(&frame(rate, 0.5 * SHEAR_MODULUS)?, rate)?;
@@ -209,7 +209,7 @@ fn slow(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
     let reason = "not judged: the sheet gives no rate. The growth of the instability in tension is a matter of time: at \
                   0.1/s the unconfined block clumps where it does not at 1/s";
     let least = closest(&solver.snapshot(), 0.5);
-    outcome.show(
+    outcome.info(
         "V-30, 0.1/s without pressure: closest particles over the spacing at γ = 0.3",
         "1",
         least,
@@ -219,7 +219,7 @@ fn slow(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
 }
 
 /// V-31: Drucker–Prager without dilatancy keeps its pressure.
-fn plastic(outcome: &mut Outcome) -> Result<(), String> {
+fn plastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     // Slow, for the steady state of small steps: a step of the strain at yield would leave s_xx a tenth too large.
     let mut case = frame(0.1, 50e3)?;
     case.materials.insert(
@@ -238,13 +238,13 @@ fn plastic(outcome: &mut Outcome) -> Result<(), String> {
     let strength = 25e3;
     let ratio = strength / SHEAR_MODULUS;
     let reason = "V-31: 2 %";
-    outcome.near("V-31, pressure (Pa)", 50e3, 0.02, stress.pressure(), reason);
-    outcome.near("V-31, √J2 (Pa)", strength, 0.02, stress.j2().sqrt(), reason);
+    outcome.assert_close("V-31, pressure (Pa)", 50e3, 0.02, stress.pressure(), reason);
+    outcome.assert_close("V-31, √J2 (Pa)", strength, 0.02, stress.j2().sqrt(), reason);
     let shear = strength * (1.0 - ratio * ratio).sqrt();
-    outcome.near("V-31, s_xy (Pa)", shear, 0.02, stress.0[3], reason);
+    outcome.assert_close("V-31, s_xy (Pa)", shear, 0.02, stress.0[3], reason);
     let deviator = stress.deviator();
     let found = 0.5 * (deviator.0[0] - deviator.0[1]);
-    outcome.near("V-31, s_xx (Pa)", strength * ratio, 0.02, found, reason);
+    outcome.assert_close("V-31, s_xx (Pa)", strength * ratio, 0.02, found, reason);
     let central: Vec<f64> = snapshot
         .positions
         .iter()
@@ -255,7 +255,7 @@ fn plastic(outcome: &mut Outcome) -> Result<(), String> {
     let middle = central.iter().sum::<f64>() / central.len() as f64;
     let spread =
         (central.iter().map(|s| (s - middle).powi(2)).sum::<f64>() / central.len() as f64).sqrt() / middle;
-    outcome.below(
+    outcome.assert_below(
         "V-31, standard deviation of σ_xy in the middle",
         "homogeneous",
         spread,
@@ -266,7 +266,7 @@ fn plastic(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// The frame against the law alone, for every law in rate form.
-fn every_law(outcome: &mut Outcome) -> Result<(), String> {
+fn every_law(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut seen: Vec<&str> = Vec::new();
     for mut spec in MaterialSpec::examples() {
         // A band has the same length in the frame and in the law alone: that of a particle, below which the example does not snap back.
@@ -274,7 +274,7 @@ fn every_law(outcome: &mut Outcome) -> Result<(), String> {
             law.size = Some(0.5);
         }
         let facts = spec.facts();
-        if facts.kind != Kind::Solid || !facts.strain.contains("rate") {
+        if facts.kind != ModelFamily::Solid || !facts.strain.contains("rate") {
             continue;
         }
         let number = seen.iter().filter(|name| **name == spec.name()).count() + 1;
@@ -284,7 +284,13 @@ fn every_law(outcome: &mut Outcome) -> Result<(), String> {
             spec.name()
         );
         let found = compare(&spec).map_err(|error| format!("{}: {error}", spec.name()))?;
-        outcome.below(name, "0", found, 0.03, "B-02: mean of the block within 3 % of the element driver");
+        outcome.assert_below(
+            name,
+            "0",
+            found,
+            0.03,
+            "B-02: mean of the block within 3 % of the element driver",
+        );
     }
     Ok(())
 }
@@ -296,10 +302,10 @@ fn compare(spec: &MaterialSpec) -> Result<f64, String> {
     let mut case = small(spec, 0.0, pressure)?;
     let dt = start(&case)?.limit().dt;
     let rate = shear / (steps * dt);
-    set_of(&mut case, "sph", "time_step", dt);
-    let path = beside_law(&mut case, spec, Path { rate, pressure, shear, rows: 10, hourglass: 0.0 })?;
+    set_method_option(&mut case, "sph", "time_step", dt);
+    let path = beside_law(&mut case, spec, ShearPath { rate, pressure, shear, rows: 10, hourglass: 0.0 })?;
     let apart = path.iter().map(|(_, ours, law)| (*ours - *law).norm() / law.norm().max(1e-3 * pressure));
-    Ok(apart.largest())
+    Ok(apart.max_or_nan())
 }
 
 /// The frame's case with 10 × 10 free particles of a material.
@@ -315,11 +321,11 @@ fn small(spec: &MaterialSpec, rate: f64, pressure: f64) -> Result<Case, String> 
 }
 
 /// Shear, mean stress of the block (Pa), stress of a single point of the law (Pa).
-pub(super) type Row = (f64, SymTensor, SymTensor);
+pub(super) type ShearRow = (f64, SymTensor, SymTensor);
 
 /// Simple shear from an isotropic pressure.
 #[derive(Clone, Copy)]
-pub(super) struct Path {
+pub(super) struct ShearPath {
     /// Rate of shear (1/s).
     pub rate: f64,
     /// Initial pressure (Pa).
@@ -333,13 +339,13 @@ pub(super) struct Path {
 }
 
 /// A block of 10 × 10 particles beside the law, along the path.
-pub(super) fn law_in_frame(spec: &MaterialSpec, path: Path) -> Result<Vec<Row>, String> {
+pub(super) fn law_in_frame(spec: &MaterialSpec, path: ShearPath) -> Result<Vec<ShearRow>, String> {
     beside_law(&mut small(spec, path.rate, path.pressure)?, spec, path)
 }
 
-fn beside_law(case: &mut Case, spec: &MaterialSpec, path: Path) -> Result<Vec<Row>, String> {
-    let Path { rate, pressure, shear, rows, hourglass } = path;
-    set_of(case, "sph", "hourglass_viscosity", hourglass);
+fn beside_law(case: &mut Case, spec: &MaterialSpec, path: ShearPath) -> Result<Vec<ShearRow>, String> {
+    let ShearPath { rate, pressure, shear, rows, hourglass } = path;
+    set_method_option(case, "sph", "hourglass_viscosity", hourglass);
     for body in &mut case.bodies {
         body.velocity = parse(json!({
             "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, rate], [0, 0]]

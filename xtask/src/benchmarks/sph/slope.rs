@@ -1,73 +1,98 @@
 //! Factor of safety of a slope and its run-out once it has failed (sheet: sph V-40, V-41).
 
 use colluvium::case::description::Measure;
-use colluvium::case::{Case, RunReport, Safety, Snapshot};
+use colluvium::case::{Case, RunReport, SafetyResult, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 
 use serde_json::{Value, json};
 
-use crate::analysis::bishop::{Circle, Slope};
-use crate::analysis::{Largest, held_front, lower_boundary};
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, series, set_material, set_of, starts, vectors};
+use crate::analysis::bishop::{HomogeneousSlope, SlipCircle};
+use crate::analysis::{MaxOrNan, base_of_moving_mass, connected_front};
+use crate::benchmarks::{
+    Benchmark, BenchmarkOutcome, initial_positions, load_case, measure_series, run_in_memory, set_material,
+    set_method_option, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/slope-safety",
     title: "Slope: factor of safety by strength reduction, SPH",
     source: "Bui & Nguyen 2021, Fig. 25 by way of `sheet: sph V-40`; Griffiths & Lane 1999, example 1",
-    quick: None,
-    full: 310,
+    short_seconds: None,
+    full_seconds: 310,
     run,
 };
 
 const SPACING: f64 = 0.02;
-const SLOPE: Slope =
-    Slope { height: 0.6, cotangent: 1.0, unit_weight: 2000.0 * 9.81, cohesion: 550.0, friction_angle: 31.2 };
+const SLOPE: HomogeneousSlope = HomogeneousSlope {
+    height: 0.6,
+    cotangent: 1.0,
+    unit_weight: 2000.0 * 9.81,
+    cohesion: 550.0,
+    friction_angle: 31.2,
+};
 /// Where the toe of the case is (m); it rises towards smaller x.
 const TOE: f64 = 1.1;
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
-    let example =
-        Slope { height: 10.0, cotangent: 2.0, unit_weight: 20e3, cohesion: 10e3, friction_angle: 20.0 };
-    let known = example.critical().ok_or("no circle")?;
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
+    let example = HomogeneousSlope {
+        height: 10.0,
+        cotangent: 2.0,
+        unit_weight: 20e3,
+        cohesion: 10e3,
+        friction_angle: 20.0,
+    };
+    let known = example.critical_circle().ok_or("no circle")?;
     let reason = "V-40: the check of our own limit equilibrium, to the digits the sheet gives";
-    outcome.near(
+    outcome.assert_close(
         "Bishop's simplified method: Griffiths & Lane, example 1",
         1.379,
         1e-3,
-        known.factor,
+        known.safety_factor,
         reason,
     );
-    let circle = SLOPE.critical().ok_or("no circle")?;
+    let circle = SLOPE.critical_circle().ok_or("no circle")?;
     let bound = SLOPE.log_spiral().ok_or("no spiral")?;
     let reason = "derived: no associated soil has a factor above the bound by rotation on a logarithmic spiral (Chen 1975); \
                   Bishop's method, which is not rigorous, comes within 1 % of it";
-    let band = (0.99 * bound.factor, 1.01 * bound.factor);
-    let claim = format!("{:.4}: least upper bound by logarithmic spirals", bound.factor);
-    outcome.within("Bishop's simplified method: this slope", &claim, circle.factor, band, reason);
+    let band = (0.99 * bound.safety_factor, 1.01 * bound.safety_factor);
+    let claim = format!("{:.4}: least upper bound by logarithmic spirals", bound.safety_factor);
+    outcome.assert_within(
+        "Bishop's simplified method: this slope",
+        &claim,
+        circle.safety_factor,
+        band,
+        reason,
+    );
     let reason = "not judged: its 1.232 lies above the upper bound, so that it is not the least of its method (docs/validation.md)";
-    outcome.show(
+    outcome.info(
         "least upper bound: this slope",
         "1.232 (the sheet's own search by Bishop's method)",
-        bound.factor,
+        bound.safety_factor,
         reason,
     );
     let reason = "V-40: within two spacings of where the sheet's circle meets the crest";
-    outcome.near(
+    outcome.assert_close(
         "least upper bound: crest, distance from the toe (m)",
         0.70,
         2.0 * SPACING,
-        bound.entry,
+        bound.crest_entry,
         reason,
     );
 
     associated(&mut outcome)?;
-    proposed(&mut outcome, circle.factor)?;
+    proposed(&mut outcome, circle.safety_factor)?;
     let cone = safety(&search(&[("matching", "compression".into())], [1.0, 3.0])?)?;
     let reason =
         "V-40: with the compression cone the friction angle of plane strain is 46.3 degrees: clearly larger";
-    outcome.within("compression cone: stable at", "clearly above 1.23", cone.stable, (1.29, 3.0), reason);
+    outcome.assert_within(
+        "compression cone: stable at",
+        "clearly above 1.23",
+        cone.stable,
+        (1.29, 3.0),
+        reason,
+    );
     let reason = "V-40: within two spacings of Bishop's circle, which meets the crest at about 0.70 m; with associated flow, on which \
                   Bishop's method rests, as for the factor";
     surface(&mut outcome, &circle, ("associated flow", SLOPE.friction_angle, 1.25), reason)?;
@@ -82,7 +107,7 @@ const BAND: (f64, f64) = (1.17, 1.29);
 
 /// The case with other parameters of the soil.
 fn search(soil: &[(&str, Value)], range: [f64; 2]) -> Result<Case, String> {
-    let mut case = case("sph/slope")?;
+    let mut case = load_case("sph/slope")?;
     if let Some(Measure::FactorOfSafety(search)) = case.measures.get_mut("safety") {
         (search.range, search.tolerance) = (range, 0.01);
     }
@@ -90,23 +115,23 @@ fn search(soil: &[(&str, Value)], range: [f64; 2]) -> Result<Case, String> {
     Ok(case)
 }
 
-fn safety(case: &Case) -> Result<Safety, String> {
-    run_by("sph", case)?.safety.remove("safety").ok_or_else(|| "no factor of safety".to_owned())
+fn safety(case: &Case) -> Result<SafetyResult, String> {
+    run_in_memory("sph", case)?.safety.remove("safety").ok_or_else(|| "no factor of safety".to_owned())
 }
 
 /// Associated flow, with which strength is what limit equilibrium takes it to be.
-fn associated(outcome: &mut Outcome) -> Result<(), String> {
+fn associated(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let dilatancy = SLOPE.friction_angle.into();
     let found = safety(&search(&[("dilatancy_angle", dilatancy)], [1.0, 2.0])?)?;
     let reason = "V-40: 1.23 ± 0.06; with associated flow, on which Bishop's method rests";
-    outcome.within(
+    outcome.assert_within(
         "associated flow: largest factor at which the slope is stable",
         "1.23 ± 0.06",
         found.stable,
         BAND,
         reason,
     );
-    outcome.within(
+    outcome.assert_within(
         "associated flow: least factor at which it fails",
         "1.23 ± 0.06",
         found.failed,
@@ -119,12 +144,12 @@ fn associated(outcome: &mut Outcome) -> Result<(), String> {
 
 /// No dilatancy, as the sheet proposes. Slip lines then mobilise `sin φ` and `c cos φ` only (Davis 1968), which
 /// divides Bishop's factor `B` by `1 / cos φ_r`: `F² = B² - tan² φ` is the least to expect, `B` the most.
-fn proposed(outcome: &mut Outcome, bishop: f64) -> Result<(), String> {
+fn proposed(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(), String> {
     let found = safety(&search(&[], [1.0, 2.0])?)?;
     let davis = (bishop * bishop - SLOPE.friction_angle.to_radians().tan().powi(2)).sqrt();
     let reason = "derived: between Davis's reduced strength and Bishop's factor";
     let claim = format!("{davis:.3} to {bishop:.3}");
-    outcome.within(
+    outcome.assert_within(
         "no dilatancy: least factor at which it fails",
         &claim,
         found.failed,
@@ -132,7 +157,7 @@ fn proposed(outcome: &mut Outcome, bishop: f64) -> Result<(), String> {
         reason,
     );
     let reason = "V-40 proposes no dilatancy with Bishop's 1.23 ± 0.06, which do not go together (docs/theory/sph-applications.md)";
-    outcome.within(
+    outcome.assert_within(
         "no dilatancy: least factor at which it fails, as proposed",
         "1.23 ± 0.06",
         found.failed,
@@ -143,40 +168,40 @@ fn proposed(outcome: &mut Outcome, bishop: f64) -> Result<(), String> {
     Ok(())
 }
 
-fn trials(outcome: &mut Outcome, name: &str, found: &Safety) {
+fn trials(outcome: &mut BenchmarkOutcome, name: &str, found: &SafetyResult) {
     for trial in &found.trials {
         let name =
             format!("{name}: trial at {:.4}, {}: displacement (m)", trial.factor, trial.verdict.name());
-        outcome.show(name, "", trial.displacement, "how the search went");
+        outcome.info(name, "", trial.displacement, "how the search went");
     }
 }
 
 /// The slip surface of the slope beside Bishop's, 0.05 beyond the factor of safety of the flow rule; with name, dilatancy
 /// angle (degrees) and factor.
 fn surface(
-    outcome: &mut Outcome,
-    circle: &Circle,
+    outcome: &mut BenchmarkOutcome,
+    circle: &SlipCircle,
     (flow, dilatancy, factor): (&str, f64, f64),
     reason: &str,
 ) -> Result<(), String> {
-    let mut case = case("sph/slope-failure")?;
+    let mut case = load_case("sph/slope-failure")?;
     set_material(&mut case, "soil", &[("dilatancy_angle", dilatancy.into())])?;
     if let Some(weakening) = &mut case.stages[1].weakening {
         weakening.factor = factor;
     }
-    let snapshot = run_by("sph", &case)?.snapshot;
+    let snapshot = run_in_memory("sph", &case)?.snapshot;
     let entry = TOE - scarp(&snapshot);
-    let range = (circle.entry - 2.0 * SPACING, circle.entry + 2.0 * SPACING);
-    outcome.within(
+    let range = (circle.crest_entry - 2.0 * SPACING, circle.crest_entry + 2.0 * SPACING);
+    outcome.assert_within(
         format!("{flow}: slip surface at the crest, distance from the toe (m)"),
-        &format!("{:.3} (Bishop)", circle.entry),
+        &format!("{:.3} (Bishop)", circle.crest_entry),
         entry,
         range,
         reason,
     );
     let [sliding, bottom] = slip(&snapshot);
     let exit = sliding.iter().map(|(x, _)| *x).fold(f64::INFINITY, f64::min);
-    outcome.below(
+    outcome.assert_below(
         format!("{flow}: slip surface at the face, distance from the toe (m)"),
         "through the toe",
         exit,
@@ -185,15 +210,15 @@ fn surface(
     );
     let apart: Vec<f64> = bottom.iter().map(|(x, y)| circle.distance([*x, *y]).abs() / SPACING).collect();
     let reason = "V-40: failure surface within two spacings of Bishop's circle, along all of its length";
-    outcome.below(
+    outcome.assert_below(
         format!("{flow}: slip surface, largest distance from Bishop's circle over spacing"),
         "0",
-        apart.iter().copied().largest(),
+        apart.iter().copied().max_or_nan(),
         2.0,
         reason,
     );
     let mean = apart.iter().sum::<f64>() / apart.len() as f64;
-    outcome.show(
+    outcome.info(
         format!("{flow}: slip surface, mean distance from Bishop's circle over spacing"),
         "0",
         mean,
@@ -204,10 +229,10 @@ fn surface(
 
 /// The slip beside the circle.
 fn draw(
-    outcome: &mut Outcome,
-    circle: &Circle,
+    outcome: &mut BenchmarkOutcome,
+    circle: &SlipCircle,
     flow: &str,
-    [sliding, bottom]: [Places; 2],
+    [sliding, bottom]: [PointPositions; 2],
 ) -> Result<(), String> {
     let mut chart = LineChart {
         title: format!("Slope at its slip, {flow}"),
@@ -221,10 +246,11 @@ fn draw(
         Style::Markers,
     ));
     chart.series.push(Series::new("where they end", bottom, Style::Line));
-    let arc = (0..=60).map(|k| circle.exit + (circle.entry - circle.exit) * f64::from(k) / 60.0);
+    let arc =
+        (0..=60).map(|k| circle.toe_exit + (circle.crest_entry - circle.toe_exit) * f64::from(k) / 60.0);
     chart.series.push(Series::new(
         "Bishop's circle",
-        arc.map(|x| (x, circle.bottom(x))).collect(),
+        arc.map(|x| (x, circle.elevation(x))).collect(),
         Style::Line,
     ));
     let face = vec![(0.0, 0.0), (0.6, 0.6), (1.1, 0.6)];
@@ -236,70 +262,78 @@ fn draw(
 }
 
 /// Points (m).
-type Places = Vec<(f64, f64)>;
+type PointPositions = Vec<(f64, f64)>;
 
 /// The particles that have moved by a quarter of the most, and where they end in each column; on the initial shape, by
 /// distance from the toe and height. The base, to which the soil sticks, is at rest.
-fn slip(snapshot: &Snapshot) -> [Places; 2] {
+fn slip(snapshot: &Snapshot) -> [PointPositions; 2] {
     let moved: Vec<f64> = vectors(snapshot, "displacement").iter().map(|u| u[0].hypot(u[1])).collect();
-    let level = 0.25 * moved.iter().copied().largest();
-    let places: Vec<[f64; 2]> = starts(snapshot).into_iter().map(|[x, y]| [TOE - x, y]).collect();
+    let level = 0.25 * moved.iter().copied().max_or_nan();
+    let places: Vec<[f64; 2]> = initial_positions(snapshot).into_iter().map(|[x, y]| [TOE - x, y]).collect();
     let base = places.iter().filter(|x| x[1] < SPACING).map(|x| ([x[0], 0.0], 0.0));
     let particles = || places.iter().copied().zip(moved.iter().copied());
     let sliding = particles().filter(|(_, u)| *u > level).map(|([x, y], _)| (x, y)).collect();
-    let bottom = lower_boundary(particles().chain(base), SPACING, level);
+    let bottom = base_of_moving_mass(particles().chain(base), SPACING, level);
     [sliding, bottom.into_iter().map(|[x, y]| (x, y)).collect()]
 }
 
 /// V-41: the same slope softens and flows; how far its front advances (m).
 fn flow(spacing: f64) -> Result<(RunReport, f64), String> {
-    let mut case = case("sph/slope-failure")?;
-    set_of(&mut case, "sph", "spacing", spacing);
+    let mut case = load_case("sph/slope-failure")?;
+    set_method_option(&mut case, "sph", "spacing", spacing);
     // The smoothing length stays what it is.
-    set_of(&mut case, "sph", "smoothing", 1.2 * SPACING / spacing);
-    set_of(&mut case, "sph", "allow_pairing", spacing < SPACING);
+    set_method_option(&mut case, "sph", "smoothing", 1.2 * SPACING / spacing);
+    set_method_option(&mut case, "sph", "allow_pairing", spacing < SPACING);
     let softening = json!({ "residual_friction_angle": 15, "residual_cohesion": 100, "friction_rate": 3, "cohesion_rate": 3 });
     set_material(&mut case, "soil", &[("softening", softening)])?;
     case.stages[1].duration = 3.0;
     if let Some(weakening) = &mut case.stages[1].weakening {
         weakening.scope = colluvium::constitutive::laws::ReductionScope::Peak;
     }
-    let report = run_by("sph", &case)?;
-    let advance = held_front(&report.snapshot, spacing) - held_front(&report.frames[0], spacing);
+    let report = run_in_memory("sph", &case)?;
+    let advance = connected_front(&report.snapshot, spacing) - connected_front(&report.frames[0], spacing);
     Ok((report, advance))
 }
 
 /// V-41: where its front ends, on half the spacing too, and that no energy is made.
-fn run_out(outcome: &mut Outcome) -> Result<(), String> {
+fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (report, advance) = flow(SPACING)?;
     let (_, finer) = flow(0.5 * SPACING)?;
     let reason = "V-41: less than 15 % with half the spacing and the same smoothing length";
-    outcome.near(
+    outcome.assert_close(
         "softening slope: advance of the front on half the spacing over that",
         1.0,
         0.15,
         finer / advance,
         reason,
     );
-    outcome.within("softening slope: advance of the front (m)", "0.1 to 0.6", advance, (0.1, 0.6), "V-41");
+    outcome.assert_within(
+        "softening slope: advance of the front (m)",
+        "0.1 to 0.6",
+        advance,
+        (0.1, 0.6),
+        "V-41",
+    );
     let reason = "derived: where a straight slope of the same area stands at residual strength by Bishop's method; the sheet's bound is \
                   a proposal";
     let rest = standing(100.0, 15.0).ok_or("no circle")?;
-    outcome.show("softening slope: toe of the slope that stands at residual strength (m)", "", rest, reason);
-    let (kinetic, potential) = (series(&report, "kinetic_energy"), series(&report, "potential_energy"));
+    outcome.info("softening slope: toe of the slope that stands at residual strength (m)", "", rest, reason);
+    let (kinetic, potential) =
+        (measure_series(&report, "kinetic_energy"), measure_series(&report, "potential_energy"));
     let energy: Vec<f64> =
         kinetic.iter().zip(&potential).filter(|(k, _)| k.0 > 1.0).map(|(k, p)| k.1 + p.1).collect();
     let released = energy[0] - energy[energy.len() - 1];
-    let rise = energy.windows(2).map(|pair| pair[1] - pair[0]).largest() / released;
+    let rise = energy.windows(2).map(|pair| pair[1] - pair[0]).max_or_nan() / released;
     let reason = "V-41: total energy does not increase; a thousandth of what is released, for the elastic part is not counted";
-    outcome.below(
+    outcome.assert_below(
         "softening slope: largest rise of energy between two rows over what is released",
         "0",
         rise,
         1e-3,
         reason,
     );
-    if let Some(cloud) = colluvium::plots::PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
+    if let Some(cloud) = colluvium::plots::PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1])
+    {
         outcome.png(
             "The softening slope 3 s after it has lost a part of its peak strength: displacement.",
             &cloud,
@@ -314,8 +348,8 @@ fn standing(cohesion: f64, friction_angle: f64) -> Option<f64> {
     let (mut steep, mut flat) = (SLOPE.cotangent, 6.0);
     for _ in 0..12 {
         let cotangent = 0.5 * (steep + flat);
-        let slope = Slope { cotangent, cohesion, friction_angle, ..SLOPE };
-        if slope.critical()?.factor < 1.0 {
+        let slope = HomogeneousSlope { cotangent, cohesion, friction_angle, ..SLOPE };
+        if slope.critical_circle()?.safety_factor < 1.0 {
             steep = cotangent;
         } else {
             flat = cotangent;

@@ -4,16 +4,16 @@ use colluvium::case::Snapshot;
 use colluvium::plots::PointCloud;
 use serde_json::json;
 
-use crate::analysis::{Largest, held_front};
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, set_of};
+use crate::analysis::{MaxOrNan, connected_front};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/tensile",
     title: "Tensile instability: artificial stress and pressure, SPH",
     source: "Bui & Nguyen 2021, Fig. 17; sheet: sph V-36 with its reference run",
-    quick: Some(10),
-    full: 10,
+    short_seconds: Some(10),
+    full_seconds: 10,
     run,
 };
 
@@ -31,8 +31,8 @@ fn clumped(snapshot: &Snapshot, limit: f64) -> (f64, f64) {
     (close as f64 / all.len() as f64, all.into_iter().fold(f64::INFINITY, f64::min))
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let cures = [
         ("none", json!({ "kind": "none" }), 0.123, 4.96),
         (
@@ -56,18 +56,19 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     ];
     let (mut shares, mut fronts) = (Vec::new(), Vec::new());
     for (name, tensile, sheet, sheet_front) in cures {
-        let mut case = case("sph/tensile")?;
-        set_of(&mut case, "sph", "tensile", tensile);
-        let snapshot = run_by("sph", &case)?.snapshot;
+        let mut case = load_case("sph/tensile")?;
+        set_method_option(&mut case, "sph", "tensile", tensile);
+        let snapshot = run_in_memory("sph", &case)?.snapshot;
         let (share, least) = clumped(&snapshot, 0.7 * SPACING);
-        let front = held_front(&snapshot, SPACING);
+        let front = connected_front(&snapshot, SPACING);
         let reason = "the sheet's reference run; judged below";
-        outcome.show(format!("{name}: share closer than 0.7 spacings"), &sheet.to_string(), share, reason);
-        outcome.show(format!("{name}: least distance over spacing"), "", least / SPACING, reason);
-        outcome.show(format!("{name}: front (m)"), &sheet_front.to_string(), front, reason);
-        if let (true, Some(cloud)) =
-            (name == "none" || name == "stress 0.5", PointCloud::of(&snapshot, "displacement", [0, 1]))
-        {
+        outcome.info(format!("{name}: share closer than 0.7 spacings"), &sheet.to_string(), share, reason);
+        outcome.info(format!("{name}: least distance over spacing"), "", least / SPACING, reason);
+        outcome.info(format!("{name}: front (m)"), &sheet_front.to_string(), front, reason);
+        if let (true, Some(cloud)) = (
+            name == "none" || name == "stress 0.5",
+            PointCloud::from_snapshot(&snapshot, "displacement", [0, 1]),
+        ) {
             outcome.png(&format!("The block after 2 s, artificial {name}: displacement."), &cloud)?;
         }
         shares.push(share);
@@ -75,8 +76,8 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     }
     let [none, stress, half, strong] = shares[..] else { return Err("four runs".to_owned()) };
     let reason = "V-36: without a cure more than 8 %";
-    outcome.within("none: share closer than 0.7 spacings", "> 0.08", none, (0.08, 1.0), reason);
-    outcome.below(
+    outcome.assert_within("none: share closer than 0.7 spacings", "> 0.08", none, (0.08, 1.0), reason);
+    outcome.assert_below(
         "stress 0.5: share closer than 0.7 spacings",
         "< 0.01",
         stress,
@@ -85,10 +86,16 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     );
     let ordered = f64::from(u8::from(none > half && half > strong && strong > stress));
     let reason = "V-36: none > pressure 0.5 > pressure 0.9 > stress 0.5, the source's ranking";
-    outcome.within("the shares are ranked as the source's (1 is yes)", "yes", ordered, (1.0, 1.0), reason);
+    outcome.assert_within(
+        "the shares are ranked as the source's (1 is yes)",
+        "yes",
+        ordered,
+        (1.0, 1.0),
+        reason,
+    );
     let low = fronts.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = fronts.iter().copied().largest();
-    outcome.below(
+    let high = fronts.iter().copied().max_or_nan();
+    outcome.assert_below(
         "largest front over least - 1",
         "< 0.05",
         high / low - 1.0,

@@ -4,15 +4,15 @@ use std::time::Instant;
 
 use colluvium::case::Solver;
 
-use crate::benchmarks::{Benchmark, Outcome, case, set_of};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/threads",
     title: "One and two threads: the same bits in less time, SPH",
     source: "Bui & Nguyen 2021, Fig. 23; sheet: sph B-06",
-    quick: Some(2),
-    full: 8,
+    short_seconds: Some(2),
+    full_seconds: 8,
     run,
 };
 
@@ -28,13 +28,13 @@ fn timed(pool: &rayon::ThreadPool, solver: &mut dyn Solver, steps: usize) -> Res
     })
 }
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let batches = if quick { 2 } else { 6 };
-    let mut case = case("sph/threads")?;
+    let mut case = load_case("sph/threads")?;
     if !quick {
         // 50,176 particles.
-        set_of(&mut case, "sph", "spacing", 1.0 / 224.0);
+        set_method_option(&mut case, "sph", "spacing", 1.0 / 224.0);
     }
     let method = colluvium::method("sph").ok_or("no method sph")?;
     let pool = |threads: usize| {
@@ -56,7 +56,7 @@ fn run(quick: bool) -> Result<Outcome, String> {
     }
     let same = solvers[0].snapshot().hash() == solvers[1].snapshot().hash();
     let reason = "B-06: identical results";
-    outcome.within(
+    outcome.assert_within(
         "the same bits on one and two threads (1 is yes)",
         "yes",
         f64::from(u8::from(same)),
@@ -67,8 +67,8 @@ fn run(quick: bool) -> Result<Outcome, String> {
     let name = "time on one thread over time on two, best of batches of 20 steps";
     let reason = "not judged: benchmarks run side by side here. `cargo xtask bench --sph` measures it alone; docs/performance.md \
                   keeps the numbers";
-    outcome.show(name, "at least 1.7", gain, reason);
-    outcome.show(
+    outcome.info(name, "at least 1.7", gain, reason);
+    outcome.info(
         "million particle-updates per second on one thread",
         "3 (aim)",
         solvers[0].points() as f64 * 20.0 / best[0] / 1e6,

@@ -10,15 +10,15 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
 use super::shear::closest;
 use super::waves::load;
-use crate::benchmarks::{Benchmark, Outcome, run_by, set_of, vectors};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, set_method_option, vectors};
 
 /// Decay of a wave and of vortices.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/vortices",
     title: "Decay of a shear wave and of vortices, SPH",
     source: "Taylor & Green 1937",
-    quick: Some(4),
-    full: 250,
+    short_seconds: Some(4),
+    full_seconds: 250,
     run: decay,
 };
 
@@ -29,7 +29,7 @@ const VISCOSITY: f64 = 0.01;
 const TURNED: [i64; 2] = [87, 50];
 
 /// The velocity of a mode at a place, of amplitude one.
-type Mode = fn(&[f64; 3]) -> [f64; 2];
+type FlowMode = fn(&[f64; 3]) -> [f64; 2];
 
 fn wave(x: &[f64; 3]) -> [f64; 2] {
     [(TAU * x[1]).sin(), 0.0]
@@ -41,7 +41,7 @@ fn array(x: &[f64; 3]) -> [f64; 2] {
 }
 
 /// Amplitude of a mode in the velocities, and the share of the kinetic energy that is not in it.
-fn amplitude(snapshot: &Snapshot, mode: Mode) -> (f64, f64) {
+fn amplitude(snapshot: &Snapshot, mode: FlowMode) -> (f64, f64) {
     let (mut own, mut all, mut both) = (0.0, 0.0, 0.0);
     for (x, v) in snapshot.positions.iter().zip(vectors(snapshot, "velocity")) {
         let m = mode(x);
@@ -52,25 +52,25 @@ fn amplitude(snapshot: &Snapshot, mode: Mode) -> (f64, f64) {
     (both / own, 1.0 - both * both / (own * all))
 }
 
-fn decay(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn decay(quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         title: "Decay of vortices".into(),
         x_label: "time (s)".into(),
         y_label: "kinetic energy over that at the start".into(),
         ..LineChart::default()
     };
-    let shear = run_by("sph", &load("vortices/shear.json")?)?;
+    let shear = run_in_memory("sph", &load("vortices/shear.json")?)?;
     let (found, off) = amplitude(&shear.snapshot, wave);
     let exact = (-VISCOSITY * TAU * TAU).exp();
-    outcome.near(
+    outcome.assert_close(
         "shear wave, amplitude after 1 s",
         exact,
         0.01,
         found,
         "1 % with 100 particles along the wave",
     );
-    outcome.show(
+    outcome.info(
         "shear wave, share of the energy off the mode",
         "0",
         off,
@@ -85,15 +85,21 @@ fn decay(quick: bool) -> Result<Outcome, String> {
     let runs = [("along the lattice", case), ("turned by 29.9° against the lattice", turned)];
     let exact = (-2.0 * VISCOSITY * TAU * TAU).exp();
     for (name, case) in runs {
-        let report = run_by("sph", &case)?;
+        let report = run_in_memory("sph", &case)?;
         let (found, off) = amplitude(&report.snapshot, array);
         let close = closest(&report.snapshot, spacing(&case));
         let reason = "3 % with 100 particles along the box";
-        outcome.near(format!("vortices {name}, amplitude after 1 s"), exact, 0.03, found, reason);
+        outcome.assert_close(format!("vortices {name}, amplitude after 1 s"), exact, 0.03, found, reason);
         let reason = "2 %: the lattice breaks up, and vortices with it, unless particles are kept even";
-        outcome.below(format!("vortices {name}, share of the energy off the mode"), "0", off, 0.02, reason);
+        outcome.assert_below(
+            format!("vortices {name}, share of the energy off the mode"),
+            "0",
+            off,
+            0.02,
+            reason,
+        );
         let reason = "three quarters of the spacing: particles that come closer clump";
-        outcome.within(
+        outcome.assert_within(
             format!("vortices {name}, closest particles over the spacing"),
             "≥ 0.75",
             close,
@@ -101,7 +107,7 @@ fn decay(quick: bool) -> Result<Outcome, String> {
             reason,
         );
         chart.series.push(Series::new(name, energies(&report), Style::Line));
-        if let Some(cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1]) {
+        if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "velocity", [0, 1]) {
             outcome.png(&format!("Speed after 1 s, {name}."), &cloud)?;
         }
     }
@@ -112,18 +118,18 @@ fn decay(quick: bool) -> Result<Outcome, String> {
 }
 
 /// The vortices with the defaults of liquids, by both methods that have them.
-fn without_options(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String> {
+fn without_options(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let exact = (-4.0 * VISCOSITY * TAU * TAU).exp();
     for (method, options) in
         [("sph", serde_json::json!({ "spacing": 0.01 })), ("mpm", serde_json::json!({ "cell_size": 0.01 }))]
     {
         let mut case = load("vortices/array.json")?;
         case.methods = [(method.to_owned(), options)].into();
-        let energies = energies(&run_by(method, &case)?);
+        let energies = energies(&run_in_memory(method, &case)?);
         let found = energies.last().map_or(f64::NAN, |row| row.1);
         let name =
             format!("vortices by {method} without options, kinetic energy after 1 s over that at the start");
-        outcome.near(name, exact, 0.1, found, "10 % with 100 points or cells along the box");
+        outcome.assert_close(name, exact, 0.1, found, "10 % with 100 points or cells along the box");
         chart.series.push(Series::new(format!("{method} without options"), energies, Style::Line));
     }
     Ok(())
@@ -167,6 +173,6 @@ fn turned(mut case: Case, folder: &Path) -> Result<Case, String> {
     std::fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))?;
     let spacing = 1.0 / (count as f64).sqrt();
     case.bodies[0].points = Some(PointFile { file: file.display().to_string(), spacing: Some(spacing) });
-    set_of(&mut case, "sph", "spacing", spacing);
+    set_method_option(&mut case, "sph", "spacing", spacing);
     Ok(case)
 }

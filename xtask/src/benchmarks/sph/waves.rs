@@ -6,25 +6,25 @@ use std::path::Path;
 
 use colluvium::case::{Case, Solver};
 use colluvium::plots::{LineChart, Series, Style};
-use colluvium::sph::semi_discrete::unchecked_course;
+use colluvium::sph::semi_discrete::unchecked_energy_history;
 
-use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, set_of, vectors};
+use crate::analysis::MaxOrNan;
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/waves",
     title: "Waves in bars and strips, stability limit, SPH",
     source: "sheet: sph §5.3, V-15, V-16, V-18, V-19; §3.4",
-    quick: Some(1),
-    full: 1,
+    short_seconds: Some(1),
+    full_seconds: 1,
     run,
 };
 
 /// `validation/sph/<file>`.
 pub(super) fn load(file: &str) -> Result<Case, String> {
     let path = crate::root().join(Path::new("validation/sph")).join(file);
-    crate::benchmarks::recorder::reads(&path);
+    crate::benchmarks::recorder::record_file(&path);
     Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 
@@ -43,8 +43,8 @@ pub(super) fn advance(solver: &mut dyn Solver) -> Result<f64, String> {
     Ok(dt)
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
+    let mut outcome = BenchmarkOutcome::default();
     bar(&mut outcome)?;
     strip(&mut outcome)?;
     damping(&mut outcome)?;
@@ -54,7 +54,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 
 /// V-15: d'Alembert. Half a sine of amplitude 0.1 on 0.2 m splits in two; one half reaches 0.6 m from its middle at
 /// 0.1 m after 5 ms and the free end after 9 ms, the other follows from the mirror with the opposite sign.
-fn bar(outcome: &mut Outcome) -> Result<(), String> {
+fn bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let case = load("waves/case.json")?;
     let mut solver = start(&case)?;
     let (mut passing, mut end) = (Vec::new(), Vec::new());
@@ -73,10 +73,16 @@ fn bar(outcome: &mut Outcome) -> Result<(), String> {
     let positive = passing.iter().filter(|(t, v)| *v > 0.02 && *t < 6.5e-3);
     let (weight, sum) = positive.fold((0.0, 0.0), |(w, s), (t, v)| (w + v, s + v * t));
     let reason = "V-15: 2 % with 100 particles";
-    outcome.near("V-15, speed of the wave (m/s)", 100.0, 0.02, 0.5 / (sum / weight), reason);
-    let most = end.iter().map(|(_, v)| *v).largest();
+    outcome.assert_close("V-15, speed of the wave (m/s)", 100.0, 0.02, 0.5 / (sum / weight), reason);
+    let most = end.iter().map(|(_, v)| *v).max_or_nan();
     let reason = "V-15: the 2 % of its speed; the outermost particle stands half a spacing inside";
-    outcome.near("V-15, velocity of the free end over that of the wave", 2.0, 0.02, most / 0.05, reason);
+    outcome.assert_close(
+        "V-15, velocity of the free end over that of the wave",
+        2.0,
+        0.02,
+        most / 0.05,
+        reason,
+    );
     let mut chart = LineChart {
         title: "Velocity in an elastic bar".into(),
         x_label: "time (s)".into(),
@@ -91,7 +97,7 @@ fn bar(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// V-16: frequency of the first mode.
-fn strip(outcome: &mut Outcome) -> Result<(), String> {
+fn strip(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut solver = start(&load("waves/strip.json")?)?;
     let exact = PI * (1.2e6f64 / 1000.0).sqrt();
     let amplitude = |solver: &dyn Solver| {
@@ -109,15 +115,21 @@ fn strip(outcome: &mut Outcome) -> Result<(), String> {
         before = now;
     }
     let found = 2.0 * PI / (zeros[2] - zeros[0]);
-    outcome.near("V-16, circular frequency (1/s)", exact, 0.015, found, "V-16: 1.5 % with 50 particles");
+    outcome.assert_close(
+        "V-16, circular frequency (1/s)",
+        exact,
+        0.015,
+        found,
+        "V-16: 1.5 % with 50 particles",
+    );
     Ok(())
 }
 
 /// V-18: `v = v₀ e^(-c_d t)`.
-fn damping(outcome: &mut Outcome) -> Result<(), String> {
+fn damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load("waves/lattice.json")?;
-    set_of(&mut case, "sph", "damping", 0.05);
-    set_of(&mut case, "sph", "integration", "position-verlet");
+    set_method_option(&mut case, "sph", "damping", 0.05);
+    set_method_option(&mut case, "sph", "integration", "position-verlet");
     let body = serde_json::json!({ "kind": "uniform", "value": [0.5, 0.0] });
     case.bodies[0].velocity = serde_json::from_value(body).map_err(|error| error.to_string())?;
     let mut solver = start(&case)?;
@@ -126,23 +138,29 @@ fn damping(outcome: &mut Outcome) -> Result<(), String> {
     }
     let rate = 0.05 * (1.2e6f64 / 1000.0).sqrt() / 0.12;
     let found = vectors(&solver.snapshot(), "velocity")[0][0] / (0.5 * (-rate * solver.time()).exp());
-    outcome.near("V-18, velocity under damping over the closed form", 1.0, 1e-12, found, "V-18: 1e-12");
+    outcome.assert_close(
+        "V-18, velocity under damping over the closed form",
+        1.0,
+        1e-12,
+        found,
+        "V-18: 1e-12",
+    );
     Ok(())
 }
 
 /// V-19: no growth at 1.7, growth at 2.0; the limit is 1.867.
-fn limit(outcome: &mut Outcome) -> Result<(), String> {
+fn limit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let growth = |courant: f64| -> Result<f64, String> {
         let case = load("waves/lattice.json")?;
         let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
         // Exactly this step: what a run takes is never longer than is stable.
-        let course = unchecked_course(&case, dt, 2000).map_err(|error| error.to_string())?;
+        let course = unchecked_energy_history(&case, dt, 2000).map_err(|error| error.to_string())?;
         let most = |steps: Range<usize>| steps.map(|step| course[step]).fold(0.0, f64::max);
         Ok(if course.len() == 2001 { most(1001..2001) / most(1..1001) } else { f64::INFINITY })
     };
     let reason = "V-19: no growth over 2000 steps; the largest kinetic energy of the second thousand over that of the first";
-    outcome.below("V-19, c dt / h = 1.7", "no growth", growth(1.7)?, 1.05, reason);
+    outcome.assert_below("V-19, c dt / h = 1.7", "no growth", growth(1.7)?, 1.05, reason);
     let reason = "V-19: growth; the closed limit is 1.867";
-    outcome.within("V-19, c dt / h = 2.0", "growth", growth(2.0)?, (1e3, f64::INFINITY), reason);
+    outcome.assert_within("V-19, c dt / h = 2.0", "growth", growth(2.0)?, (1e3, f64::INFINITY), reason);
     Ok(())
 }

@@ -6,7 +6,7 @@ use colluvium_points::surface::cross;
 use serde_json::Value;
 
 use crate::description::Domain;
-use crate::{Case, Role, Snapshot, measure};
+use crate::{Case, FieldRole, Snapshot, measure};
 
 /// Share of the points that must have moved so far: single loose points are no failure.
 const MOVED_SHARE: f64 = 0.01;
@@ -15,7 +15,7 @@ const LEVEL: f64 = 0.05;
 
 /// Bodies at rest, by which displacements are judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Scale {
+pub(super) struct SlopeScale {
     /// Height of the slope `H` (m).
     pub height: f64,
     /// `γ H² / E` (m), by which displacements are made dimensionless; not-a-number where a material has no Young's modulus or the
@@ -23,16 +23,17 @@ pub(super) struct Scale {
     pub settlement: f64,
 }
 
-impl Scale {
+impl SlopeScale {
     /// That of the bodies of a case as they are in `rest`; with the height (m) that the case gives, if it does.
-    pub fn of(case: &Case, rest: &Snapshot, height: Option<f64>) -> Self {
-        let gravity = case.gravity_size();
+    pub fn of_case(case: &Case, rest: &Snapshot, height: Option<f64>) -> Self {
+        let gravity = case.gravity_magnitude();
         let height = height.unwrap_or_else(|| relief(case, rest));
-        let moduli: Vec<Option<f64>> = case.bodies.iter().map(|body| young(case, &body.material)).collect();
+        let moduli: Vec<Option<f64>> =
+            case.bodies.iter().map(|body| youngs_modulus(case, &body.material)).collect();
         let (mut weight, mut volume, mut stiffness) = (0.0, 0.0, 0.0);
         let none: &[f64] = &[];
         let (masses, volumes) =
-            (rest.amounts(Role::Mass).unwrap_or(none), rest.amounts(Role::Volume).unwrap_or(none));
+            (rest.amounts(FieldRole::Mass).unwrap_or(none), rest.amounts(FieldRole::Volume).unwrap_or(none));
         for ((body, mass), own) in rest.bodies.iter().zip(masses).zip(volumes) {
             let body = *body as usize;
             if case.bodies.get(body).is_some_and(|body| body.rigid) {
@@ -49,7 +50,7 @@ impl Scale {
 }
 
 /// Young's modulus of a material (Pa), or of the one it is wrapped around.
-pub(super) fn young(case: &Case, material: &str) -> Option<f64> {
+pub(super) fn youngs_modulus(case: &Case, material: &str) -> Option<f64> {
     fn find(value: &Value) -> Option<f64> {
         let keys = value.as_object()?;
         keys.get("youngs_modulus").and_then(Value::as_f64).or_else(|| keys.values().find_map(find))
@@ -60,8 +61,8 @@ pub(super) fn young(case: &Case, material: &str) -> Option<f64> {
 /// From the lowest to the highest place of the free surface, upwards being against gravity; from the lowest to the highest point
 /// where the surface is level or nothing weighs (m).
 fn relief(case: &Case, rest: &Snapshot) -> f64 {
-    let counted = measure::counted(case, rest, None);
-    let size = case.gravity_size();
+    let counted = measure::counted_points(case, rest, None);
+    let size = case.gravity_magnitude();
     let mut up = [0.0, 1.0, 0.0];
     if size > 0.0 {
         up = [0.0; 3];
@@ -114,7 +115,7 @@ pub(super) fn displacements(now: &Snapshot, before: &Snapshot, domain: &Domain) 
 }
 
 /// The displacement that a hundredth of the points exceed (m).
-pub(super) fn moved(now: &Snapshot, before: &Snapshot, domain: &Domain) -> f64 {
+pub(super) fn exceeded_displacement(now: &Snapshot, before: &Snapshot, domain: &Domain) -> f64 {
     let length = |u: [f64; 3]| u.iter().map(|c| c * c).sum::<f64>().sqrt();
     let mut all: Vec<f64> = displacements(now, before, domain).into_iter().flatten().map(length).collect();
     let rank = (MOVED_SHARE * all.len() as f64) as usize;

@@ -2,14 +2,14 @@
 
 use colluvium_constitutive::MaterialSpec;
 
-use super::bodies::young;
+use super::bodies::youngs_modulus;
 use super::trial::BLOCKS;
 use crate::description::FactorOfSafety;
 use crate::{Case, Plan};
 
 /// Time in which bodies that do not yield come to rest under strong local damping, over that of a wave of the speed `√(E/ρ)` through
 /// their height: 11 for a slope by SPH, 28 for one on a foundation by MPM (`compare/slope-cut`, `compare/slope-layers`).
-const SETTLING: f64 = 20.0;
+const SETTLING_TIME_RATIO: f64 = 20.0;
 /// Blocks of a trial in the mean: stable bodies rest after two to four, failing ones are known after two to seven.
 const LIKELY_BLOCKS: f64 = 4.0;
 
@@ -38,7 +38,7 @@ impl FactorOfSafety {
 
 /// Height of all bodies along gravity over the speed of waves in the softest of them (s).
 fn passage(case: &Case) -> f64 {
-    let size = case.gravity_size();
+    let size = case.gravity_magnitude();
     let (mut low, mut high, mut slowest) = (f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY);
     for body in case.bodies.iter().filter(|body| !body.rigid) {
         let (from, to) = body.shape.bounds(case.dimension());
@@ -49,7 +49,9 @@ fn passage(case: &Case) -> f64 {
         };
         (low, high) = (low.min(ends(false)), high.max(ends(true)));
         let density = case.materials.get(&body.material).map(MaterialSpec::density);
-        let Some((modulus, density)) = young(case, &body.material).zip(density) else { return f64::NAN };
+        let Some((modulus, density)) = youngs_modulus(case, &body.material).zip(density) else {
+            return f64::NAN;
+        };
         slowest = slowest.min((modulus / density).sqrt());
     }
     // Gravity whose size is lost in rounding has no direction.
@@ -59,10 +61,11 @@ fn passage(case: &Case) -> f64 {
 
 impl SearchCost {
     /// That of `search` in a case with this plan.
-    pub fn of(case: &Case, plan: &Plan, search: &FactorOfSafety) -> Self {
+    pub fn of_case(case: &Case, plan: &Plan, search: &FactorOfSafety) -> Self {
         let trials = search.trials();
-        let block =
-            search.duration.map_or_else(|| SETTLING * passage(case), |duration| duration / BLOCKS as f64);
+        let block = search
+            .duration
+            .map_or_else(|| SETTLING_TIME_RATIO * passage(case), |duration| duration / BLOCKS as f64);
         let each = plan.points as f64 * (block / plan.time_step.dt) / plan.updates_per_second;
         // One more block brings bodies that do not yield to rest.
         let seconds = |trials: u32, blocks: f64| each * (1.0 + f64::from(trials) * blocks);
@@ -74,11 +77,11 @@ impl SearchCost {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::safety::{Safety, Trial, Verdict};
+    use crate::run::safety::{SafetyResult, StrengthTrial, TrialVerdict};
 
     /// Trials of a search in which bodies stand below the first factor, fall above the second, and do neither between.
     fn made(search: &FactorOfSafety, stands: f64, falls: f64) -> u32 {
-        let mut safety = Safety {
+        let mut safety = SafetyResult {
             stable: 0.0,
             failed: f64::INFINITY,
             tolerance: search.tolerance,
@@ -88,12 +91,12 @@ mod tests {
         };
         while let Some(factor) = safety.next(search.range) {
             let verdict = match factor {
-                f if f <= stands => Verdict::Stable,
-                f if f >= falls => Verdict::Failed,
-                _ => Verdict::Undecided,
+                f if f <= stands => TrialVerdict::Stable,
+                f if f >= falls => TrialVerdict::Failed,
+                _ => TrialVerdict::Undecided,
             };
             let [time, displacement, dimensionless_displacement, unbalanced_force] = [0.0; 4];
-            safety.add(Trial {
+            safety.add(StrengthTrial {
                 factor,
                 verdict,
                 time,

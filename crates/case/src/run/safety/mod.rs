@@ -13,21 +13,21 @@ use serde_json::{Value, json};
 use super::folder::{failing, trials};
 use super::{RunError, RunOptions};
 use crate::description::FactorOfSafety;
-use crate::output::{Table, Written, read_frame, write_frame};
+use crate::output::{Table, WriteOptions, read_frame, write_frame};
 use crate::{Case, CaseErrors, Method, Snapshot};
-use bodies::Scale;
-use settling::Settling;
-use trial::{BLOCKS, Rule, Running, run_trial};
+use bodies::SlopeScale;
+use settling::ElasticSettling;
+use trial::{BLOCKS, FailureCriterion, RunningTrial, run_trial};
 
 pub use cost::SearchCost;
-pub use trial::{Trial, Verdict};
+pub use trial::{StrengthTrial, TrialVerdict};
 
 /// Unbalanced-force ratio below which bodies rest.
-const REST: f64 = 1e-3;
+const REST_RATIO: f64 = 1e-3;
 
 /// A factor of safety and how it was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Safety {
+pub struct SafetyResult {
     /// The largest factor with which the bodies came to rest, zero where none did.
     pub stable: f64,
     /// The least with which they failed, infinite where none did.
@@ -39,12 +39,12 @@ pub struct Safety {
     /// Duration of a block of the trials (s).
     pub block: f64,
     /// The trials, in their order.
-    pub trials: Vec<Trial>,
+    pub trials: Vec<StrengthTrial>,
 }
 
 /// What came of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum SearchOutcome {
     /// The factor is known to within the tolerance.
     Found,
     /// Trials between the largest stable factor and the least failing one did neither.
@@ -55,7 +55,7 @@ pub enum Outcome {
     AboveRange,
 }
 
-impl Outcome {
+impl SearchOutcome {
     /// Its name in summaries.
     pub fn name(self) -> &'static str {
         match self {
@@ -67,31 +67,31 @@ impl Outcome {
     }
 }
 
-impl Safety {
+impl SafetyResult {
     /// What came of the search.
-    pub fn outcome(&self) -> Outcome {
-        let open = self.trials.iter().any(|trial| trial.verdict == Verdict::Undecided);
-        if self.stable > 0.0 && self.failed - self.stable <= self.most_apart() {
-            Outcome::Found
+    pub fn outcome(&self) -> SearchOutcome {
+        let open = self.trials.iter().any(|trial| trial.verdict == TrialVerdict::Undecided);
+        if self.stable > 0.0 && self.failed - self.stable <= self.tolerance_reached() {
+            SearchOutcome::Found
         } else if open {
-            Outcome::Undecided
+            SearchOutcome::Undecided
         } else if self.failed.is_infinite() {
-            Outcome::AboveRange
+            SearchOutcome::AboveRange
         } else {
-            Outcome::BelowRange
+            SearchOutcome::BelowRange
         }
     }
 
     /// The factor of safety, the middle of what is left; `None` where the range does not hold it or the search is undecided.
     pub fn factor(&self) -> Option<f64> {
-        (self.outcome() == Outcome::Found).then_some(0.5 * (self.stable + self.failed))
+        (self.outcome() == SearchOutcome::Found).then_some(0.5 * (self.stable + self.failed))
     }
 
     /// In words.
-    pub fn told(&self) -> String {
+    pub fn message(&self) -> String {
         let Self { stable, failed, block, .. } = self;
         match (self.outcome(), self.factor()) {
-            (Outcome::Undecided, _) => {
+            (SearchOutcome::Undecided, _) => {
                 let open: Vec<String> = self.undecided().map(|factor| format!("{factor:.3}")).collect();
                 let from = if *stable > 0.0 {
                     format!("stable at {stable:.3}")
@@ -110,25 +110,25 @@ impl Safety {
                     BLOCKS as f64 * block
                 )
             }
-            (Outcome::BelowRange, _) => {
+            (SearchOutcome::BelowRange, _) => {
                 format!("less than {failed:.3}: the bodies fail with the least factor of the range")
             }
-            (Outcome::AboveRange, _) => {
+            (SearchOutcome::AboveRange, _) => {
                 format!("more than {stable:.3}: the bodies come to rest with the largest factor of the range")
             }
-            (Outcome::Found, factor) => {
+            (SearchOutcome::Found, factor) => {
                 let factor = factor.unwrap_or(f64::NAN);
                 format!("factor of safety {factor:.3} (stable at {stable:.3}, failed at {failed:.3})")
             }
         }
     }
 
-    fn most_apart(&self) -> f64 {
+    fn tolerance_reached(&self) -> f64 {
         self.tolerance * (1.0 + 1e-9)
     }
 
     fn undecided(&self) -> impl Iterator<Item = f64> {
-        let open = self.trials.iter().filter(|trial| trial.verdict == Verdict::Undecided);
+        let open = self.trials.iter().filter(|trial| trial.verdict == TrialVerdict::Undecided);
         // What a later trial has decided is open no more.
         open.map(|trial| trial.factor).filter(|factor| self.stable < *factor && *factor < self.failed)
     }
@@ -152,16 +152,16 @@ impl Safety {
             (true, false) => vec![[self.stable, first]],
             (true, true) => vec![[self.stable, first], [last, self.failed]],
         };
-        let open = gaps.into_iter().filter(|[a, b]| b - a > self.most_apart());
+        let open = gaps.into_iter().filter(|[a, b]| b - a > self.tolerance_reached());
         let widest = open.max_by(|[a, b], [c, d]| (b - a).total_cmp(&(d - c)));
         widest.map(|[a, b]| 0.5 * (a + b))
     }
 
-    fn add(&mut self, trial: Trial) {
+    fn add(&mut self, trial: StrengthTrial) {
         match trial.verdict {
-            Verdict::Stable => self.stable = self.stable.max(trial.factor),
-            Verdict::Failed => self.failed = self.failed.min(trial.factor),
-            Verdict::Undecided => {}
+            TrialVerdict::Stable => self.stable = self.stable.max(trial.factor),
+            TrialVerdict::Failed => self.failed = self.failed.min(trial.factor),
+            TrialVerdict::Undecided => {}
         }
         self.trials.push(trial);
     }
@@ -177,9 +177,9 @@ impl Safety {
             ("dimensionless_displacement", ""),
             ("unbalanced_force", ""),
         ];
-        let row = |t: &Trial| {
-            let is = |verdict: Verdict| f64::from(t.verdict == verdict);
-            let [failed, undecided] = [Verdict::Failed, Verdict::Undecided].map(is);
+        let row = |t: &StrengthTrial| {
+            let is = |verdict: TrialVerdict| f64::from(t.verdict == verdict);
+            let [failed, undecided] = [TrialVerdict::Failed, TrialVerdict::Undecided].map(is);
             let scaled = t.dimensionless_displacement;
             vec![t.factor, failed, undecided, t.time, t.displacement, scaled, t.unbalanced_force]
         };
@@ -193,7 +193,7 @@ impl Safety {
     pub(super) fn to_json(&self) -> Value {
         json!({
             "outcome": self.outcome().name(),
-            "told": self.told(),
+            "told": self.message(),
             "factor": self.factor(),
             "stable": (self.stable > 0.0).then_some(self.stable),
             "failed": self.failed.is_finite().then_some(self.failed),
@@ -205,7 +205,7 @@ impl Safety {
 }
 
 /// What a search works with.
-pub(super) struct Context<'a> {
+pub(super) struct SearchContext<'a> {
     pub method: &'a dyn Method,
     pub case: &'a Case,
     /// Name of the measure.
@@ -215,24 +215,24 @@ pub(super) struct Context<'a> {
     pub rest: &'a [u8],
     pub options: &'a RunOptions,
     /// Takes what is worth a word while the search goes on.
-    pub tell: &'a dyn Fn(&str),
+    pub report: &'a dyn Fn(&str),
 }
 
-impl Context<'_> {
+impl SearchContext<'_> {
     fn is_to_stop(&self) -> bool {
-        super::asked_to_stop(self.options)
+        super::stop_requested(self.options)
     }
 
     /// A solver at rest in the last stage of the case of a trial.
-    fn begin<'b>(&self, case: &'b Case) -> Result<Running<'b>, RunError> {
+    fn begin<'b>(&self, case: &'b Case) -> Result<RunningTrial<'b>, RunError> {
         let stage = case.stages.len() - 1;
-        let weak = case.weakened(stage).map_err(CaseErrors::one)?;
+        let weak = case.with_weakening(stage).map_err(CaseErrors::one)?;
         let mut solver = self.method.build(&weak).map_err(CaseErrors::one)?;
         solver.restore(&mut &*self.rest)?;
         let since = solver.time();
         solver.begin_stage(stage, since)?;
         let start = solver.snapshot();
-        Ok(Running { solver, start, stage: &case.stages[stage], since })
+        Ok(RunningTrial { solver, start, stage: &case.stages[stage], since })
     }
 
     fn file(&self, name: fn(&str) -> String) -> Option<PathBuf> {
@@ -240,7 +240,7 @@ impl Context<'_> {
     }
 
     /// The trials of a search that was interrupted: those in its table.
-    fn done(&self) -> Result<Vec<Trial>, RunError> {
+    fn done(&self) -> Result<Vec<StrengthTrial>, RunError> {
         let Some(table) = self.file(trials) else { return Ok(Vec::new()) };
         if !self.options.resume || !table.exists() {
             return Ok(Vec::new());
@@ -248,12 +248,12 @@ impl Context<'_> {
         let trial = |row: &Vec<f64>| match row[..] {
             [factor, failed, undecided, time, displacement, scaled, unbalanced_force] => {
                 let verdict = match (failed != 0.0, undecided != 0.0) {
-                    (true, _) => Verdict::Failed,
-                    (false, true) => Verdict::Undecided,
-                    (false, false) => Verdict::Stable,
+                    (true, _) => TrialVerdict::Failed,
+                    (false, true) => TrialVerdict::Undecided,
+                    (false, false) => TrialVerdict::Stable,
                 };
                 let dimensionless_displacement = scaled;
-                Some(Trial {
+                Some(StrengthTrial {
                     factor,
                     verdict,
                     time,
@@ -267,28 +267,28 @@ impl Context<'_> {
         Ok(Table::read(&table)?.rows.iter().filter_map(trial).collect())
     }
 
-    fn of_trial(&self, factor: f64, error: RunError) -> RunError {
+    fn trial_error(&self, factor: f64, error: RunError) -> RunError {
         RunError::Trial { measure: self.name.to_owned(), factor, source: Box::new(error) }
     }
 }
 
 /// A search that is over, and the points at the end of its last failing trial: that with the least factor.
-pub(super) type Found = (Safety, Option<Snapshot>);
+pub(super) type SearchResult = (SafetyResult, Option<Snapshot>);
 
 /// Searches for the factor of safety; `None` when it is asked to stop. Trials that a resumed search has done are not run again.
 ///
 /// # Errors
 /// When a trial cannot be built or its solver cannot go on, or bodies that do not yield do not come to rest.
-pub(super) fn search(context: &Context<'_>) -> Result<Option<Found>, RunError> {
-    let Context { case, search, name, .. } = context;
+pub(super) fn search(context: &SearchContext<'_>) -> Result<Option<SearchResult>, RunError> {
+    let SearchContext { case, search, name, .. } = context;
     let done = context.done()?;
     let loose = search.unloading(case, name, case.end_time());
     let strong = context.begin(&loose)?;
-    let scale = Scale::of(case, &strong.start, search.height);
-    let Some(settling) = Settling::find(context, strong)? else { return Ok(None) };
+    let scale = SlopeScale::of_case(case, &strong.start, search.height);
+    let Some(settling) = ElasticSettling::find(context, strong)? else { return Ok(None) };
     let block = search.duration.map_or(settling.time, |duration| duration / BLOCKS as f64);
-    let rule = Rule::new(&scale, &settling);
-    let mut safety = Safety {
+    let rule = FailureCriterion::new(&scale, &settling);
+    let mut safety = SafetyResult {
         stable: 0.0,
         failed: f64::INFINITY,
         tolerance: search.tolerance,
@@ -296,7 +296,7 @@ pub(super) fn search(context: &Context<'_>) -> Result<Option<Found>, RunError> {
         block,
         trials: Vec::new(),
     };
-    (context.tell)(&format!(
+    (context.report)(&format!(
         "{name}: height {:.4} m, blocks of {block:.4} s, elastic settlement {:.3e} m",
         scale.height, settling.displacement
     ));
@@ -306,16 +306,16 @@ pub(super) fn search(context: &Context<'_>) -> Result<Option<Found>, RunError> {
             Some(trial) => *trial,
             None => {
                 let found = run_trial(context, factor, (&scale, &rule, block));
-                let found = found.map_err(|error| context.of_trial(factor, error))?;
+                let found = found.map_err(|error| context.trial_error(factor, error))?;
                 let Some((trial, points)) = found else { return Ok(None) };
                 if trial.failed() && factor < safety.failed {
-                    keep(context, &points)?;
+                    write_failed_points(context, &points)?;
                     failing = Some(points);
                 }
                 trial
             }
         };
-        (context.tell)(&told(name, &trial));
+        (context.report)(&trial_message(name, &trial));
         safety.add(trial);
         if let Some(table) = context.file(trials) {
             let about = "trials of a search for a factor of safety; failed and undecided are 1 or 0; the displacement is the one that \
@@ -329,18 +329,19 @@ pub(super) fn search(context: &Context<'_>) -> Result<Option<Found>, RunError> {
     Ok(Some((safety, failing)))
 }
 
-fn told(name: &str, trial: &Trial) -> String {
+fn trial_message(name: &str, trial: &StrengthTrial) -> String {
     let what = trial.verdict.name();
-    let Trial { factor, time, displacement, unbalanced_force, .. } = trial;
+    let StrengthTrial { factor, time, displacement, unbalanced_force, .. } = trial;
     format!(
         "{name}: trial at {factor:.4}: {what} after {time:.4} s, moved {displacement:.3e} m, unbalanced force {unbalanced_force:.1e}"
     )
 }
 
 /// Writes the points at the end of a failing trial, in place of those of one with a larger factor.
-fn keep(context: &Context<'_>, points: &Snapshot) -> Result<(), RunError> {
+fn write_failed_points(context: &SearchContext<'_>, points: &Snapshot) -> Result<(), RunError> {
     if let Some(file) = context.file(failing) {
-        let written = Written { compression: context.case.output.compression, ..Written::default() };
+        let written =
+            WriteOptions { compression: context.case.output.compression, ..WriteOptions::default() };
         write_frame(&file, points, context.case.origin(), written)?;
     }
     Ok(())

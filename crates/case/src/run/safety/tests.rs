@@ -7,11 +7,11 @@ use schemars::{JsonSchema, schema_for};
 
 use super::*;
 use crate::description::{Axis, Stage};
-use crate::run::Ending;
+use crate::run::RunEnd;
 use crate::solver::{restore_value, save_value};
 use crate::{
-    Advance, Budget, CaseError, Equilibrium, Field, Frame, Honours, Plan, Solver, SolverError, StepLimit,
-    TimeStep, Wanted, run_method,
+    Advance, Budget, Capabilities, CaseError, Equilibrium, Field, Frame, FrameRequest, Plan, Solver,
+    SolverError, StepLimit, TimeStep, run_method,
 };
 
 /// Force per mass on the block of [`Slider`] (m/s²), and its cohesion per mass in the case.
@@ -56,13 +56,13 @@ impl Method for Sliding {
     fn options_schema(&self) -> schemars::Schema {
         schema_for!(Nothing)
     }
-    fn honours(&self, _: &Case) -> Result<Honours, CaseError> {
-        Ok(Honours::of_points("sliding").takes(&["boundaries*", "stages.damping"]))
+    fn capabilities(&self, _: &Case) -> Result<Capabilities, CaseError> {
+        Ok(Capabilities::for_point_methods("sliding").supports(&["boundaries*", "stages.damping"]))
     }
-    fn plan_honoured(&self, _: &Case) -> Result<Plan, CaseError> {
+    fn plan_supported_case(&self, _: &Case) -> Result<Plan, CaseError> {
         Err(CaseError::new("", "no plan"))
     }
-    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    fn build_supported_case(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         let built = Some(self.built.fetch_add(1, Ordering::Relaxed));
         if built == self.refuses_at {
             return Err(CaseError::new("materials.clay", "refused"));
@@ -89,7 +89,7 @@ impl Solver for Slider {
     }
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.limit();
-        let dt = limit.towards(at_most);
+        let dt = limit.limited_to(at_most);
         let before = self.v;
         self.v = (self.v + dt * (PULL - self.strength)).max(0.0);
         self.rate = (self.v - before) / dt;
@@ -111,7 +111,7 @@ impl Solver for Slider {
             kinetic: 0.5 * self.v * self.v,
         })
     }
-    fn frame(&self, _: Wanted) -> Frame {
+    fn frame(&self, _: FrameRequest) -> Frame {
         let scalar = |name: &str, unit, value| Field {
             name: name.into(),
             unit,
@@ -208,14 +208,14 @@ fn an_interrupted_search_is_taken_up_where_it_was() {
     let cut = Sliding { stops_at: Some(5), ..Sliding::default() };
     let report =
         run_method(&cut, &case, &RunOptions { stop: Some(cut.stop.clone()), ..options("cut") }).unwrap();
-    assert_eq!((report.ending, report.safety.len()), (Ending::Interrupted, 0));
+    assert_eq!((report.ending, report.safety.len()), (RunEnd::Interrupted, 0));
     let out = folder.path().join("cut");
     let summary = status(&out);
     assert_eq!(summary["status"], "interrupted");
     assert!(summary["factors_of_safety"].is_null(), "{summary}");
     let again = Sliding::default();
     let report = run_method(&again, &case, &RunOptions { resume: true, ..options("cut") }).unwrap();
-    assert_eq!((report.ending, &report.safety), (Ending::Completed, &whole.safety));
+    assert_eq!((report.ending, &report.safety), (RunEnd::Completed, &whole.safety));
     // The first build is that of the run, the second that of the bodies that do not yield.
     let open = whole.safety["safety"].trials.len() - 3;
     assert_eq!(again.built.into_inner(), 2 + open, "trials that are done are not run again");
@@ -318,12 +318,12 @@ fn displacement_is_of_the_points_that_are_there_both_times() {
     let mut domain = searching("[1, 2]").domain;
     // Two have left, one has come, and what is left has moved by 0.5 and 0.25.
     let now = at(&[1, 5, 7], &[1.5, 50.0, 7.25]);
-    assert_eq!(bodies::moved(&now, &before, &domain), 0.5);
+    assert_eq!(bodies::exceeded_displacement(&now, &before, &domain), 0.5);
     assert_eq!(bodies::displacements(&now, &before, &domain)[1], None);
-    assert_eq!(bodies::moved(&at(&[9], &[1.0]), &before, &domain), 0.0);
+    assert_eq!(bodies::exceeded_displacement(&at(&[9], &[1.0]), &before, &domain), 0.0);
     // One has gone out at the end and come in at the beginning.
     domain.periodic = vec![Axis::X];
-    assert_eq!(bodies::moved(&at(&[7], &[0.5]), &at(&[7], &[9.75]), &domain), 0.75);
+    assert_eq!(bodies::exceeded_displacement(&at(&[7], &[0.5]), &at(&[7], &[9.75]), &domain), 0.75);
 }
 
 fn slope(extra: &[([f64; 2], f64)]) -> Snapshot {
@@ -361,18 +361,18 @@ fn slope(extra: &[([f64; 2], f64)]) -> Snapshot {
 #[test]
 fn the_height_of_a_slope_is_that_of_its_surface_and_not_of_what_it_stands_on() {
     let case = searching("[1, 2]");
-    let scale = Scale::of(&case, &slope(&[]), None);
+    let scale = SlopeScale::of_case(&case, &slope(&[]), None);
     assert!((scale.height - 6.0).abs() < 1e-9, "{scale:?}");
     // γ H² / E of 2000 kg/m³ and 1 MPa.
     assert!((scale.settlement / (2000.0 * 9.81 * 36.0 / 1e6) - 1.0).abs() < 1e-9, "{scale:?}");
-    assert_eq!(Scale::of(&case, &slope(&[]), Some(3.0)).height, 3.0);
+    assert_eq!(SlopeScale::of_case(&case, &slope(&[]), Some(3.0)).height, 3.0);
 }
 
 #[test]
 fn the_height_of_a_level_body_is_its_own() {
     let mut level = slope(&[]);
     level.positions.iter_mut().for_each(|place| place[0] = place[0].max(12.0));
-    assert!((Scale::of(&searching("[1, 2]"), &level, None).height - 8.0).abs() < 1e-9);
+    assert!((SlopeScale::of_case(&searching("[1, 2]"), &level, None).height - 8.0).abs() < 1e-9);
 }
 
 #[test]
@@ -382,10 +382,10 @@ fn a_search_of_which_only_the_stage_is_given_finds_the_rest() {
     let case = Case::from_json(&value.to_string()).unwrap();
     let report = run_method(&Sliding::default(), &case, &RunOptions::default()).unwrap();
     let safety = &report.safety["safety"];
-    assert_eq!((safety.outcome(), safety.tolerance), (Outcome::Found, 0.01));
+    assert_eq!((safety.outcome(), safety.tolerance), (SearchOutcome::Found, 0.01));
     assert!((safety.factor().unwrap() - STRENGTH).abs() <= 0.005, "{safety:?}");
     assert!(safety.block > 0.0 && safety.height > 0.0);
-    let failing = &report.failing["safety"];
+    let failing = &report.failed_trials["safety"];
     let moved = failing.vectors("trial_displacement").unwrap()[0][0];
     let last =
         safety.trials.iter().filter(|trial| trial.failed()).map(|trial| (trial.factor, trial.displacement));
@@ -396,8 +396,8 @@ fn a_search_of_which_only_the_stage_is_given_finds_the_rest() {
     assert!(error.contains("measures.safety.duration: there is no gravity"), "{error}");
 }
 
-fn safety_of(trials: &[(f64, Verdict)]) -> Safety {
-    let mut safety = Safety {
+fn safety_of(trials: &[(f64, TrialVerdict)]) -> SafetyResult {
+    let mut safety = SafetyResult {
         stable: 0.0,
         failed: f64::INFINITY,
         tolerance: 0.1,
@@ -406,7 +406,7 @@ fn safety_of(trials: &[(f64, Verdict)]) -> Safety {
         trials: Vec::new(),
     };
     for &(factor, verdict) in trials {
-        safety.add(Trial {
+        safety.add(StrengthTrial {
             factor,
             verdict,
             time: 1.0,
@@ -420,7 +420,7 @@ fn safety_of(trials: &[(f64, Verdict)]) -> Safety {
 
 #[test]
 fn an_undecided_trial_is_closed_in_from_both_sides_and_never_makes_a_number() {
-    use Verdict::{Failed, Stable, Undecided};
+    use TrialVerdict::{Failed, Stable, Undecided};
     let mut trials = vec![(1.0, Stable), (2.0, Failed), (1.5, Undecided)];
     assert_eq!(safety_of(&trials).next([1.0, 2.0]), Some(1.75));
     trials.push((1.75, Failed));
@@ -429,22 +429,22 @@ fn an_undecided_trial_is_closed_in_from_both_sides_and_never_makes_a_number() {
     let safety = safety_of(&trials);
     assert_eq!(
         (safety.next([1.0, 2.0]), safety.factor(), safety.outcome()),
-        (None, None, Outcome::Undecided)
+        (None, None, SearchOutcome::Undecided)
     );
-    let told = safety.told();
+    let told = safety.message();
     assert!(told.starts_with("undecided: stable at 1.438, failed at 1.562; at 1.500 the bodies"), "{told}");
     assert!(safety.to_json()["factor"].is_null());
 }
 
 #[test]
 fn a_search_whose_ends_are_undecided_is_undecided() {
-    use Verdict::{Failed, Stable, Undecided};
+    use TrialVerdict::{Failed, Stable, Undecided};
     let safety = safety_of(&[(1.0, Undecided)]);
-    assert_eq!((safety.next([1.0, 2.0]), safety.outcome()), (None, Outcome::Undecided));
-    assert!(safety.told().contains("stable at none, failed at none"), "{}", safety.told());
+    assert_eq!((safety.next([1.0, 2.0]), safety.outcome()), (None, SearchOutcome::Undecided));
+    assert!(safety.message().contains("stable at none, failed at none"), "{}", safety.message());
     let mut trials = vec![(1.0, Stable), (1.1, Undecided)];
     assert_eq!(safety_of(&trials).next([1.0, 1.1]), None);
     trials.push((1.05, Failed));
     let found = safety_of(&trials);
-    assert_eq!((found.next([1.0, 1.1]), found.outcome()), (None, Outcome::Found));
+    assert_eq!((found.next([1.0, 1.1]), found.outcome()), (None, SearchOutcome::Found));
 }

@@ -1,15 +1,15 @@
 //! A trial: weakened bodies that are let go from rest, in blocks of the time that strong ones need to come to rest again.
 
-use super::bodies::{Scale, displacements, moved};
-use super::settling::Settling;
-use super::{Context, REST};
+use super::bodies::{SlopeScale, displacements, exceeded_displacement};
+use super::settling::ElasticSettling;
+use super::{REST_RATIO, SearchContext};
 use crate::description::Stage;
 use crate::run::RunError;
-use crate::run::steps::{is_there, stable_step};
+use crate::run::steps::{is_negligible, stable_step};
 use crate::{Field, FieldData, Snapshot, Solver};
 
 /// Steps between two looks at a trial.
-const STEPS_PER_LOOK: u64 = 50;
+const STEPS_PER_CHECK: u64 = 50;
 /// Blocks of a round of a trial.
 const ROUND: usize = 6;
 /// Blocks of a trial: a round, and one more while it is undecided.
@@ -23,16 +23,16 @@ const MOST_MOVED: f64 = 0.02;
 /// Share of what it was in the block before above which the unbalanced force, or the velocity, does not fall.
 const DOES_NOT_FALL: f64 = 0.9;
 /// Blocks in a row that must not fall against the one before them.
-const HOLD: usize = 2;
+const BLOCKS_WITHOUT_DECREASE: usize = 2;
 /// Elastic settlements by which bodies may have moved before they come to rest: those that have moved farther have slid and failed. What
 /// stopped them is another, flatter slope, or a mesh that locks.
-const SLID: f64 = 5.0;
+const MAX_SETTLEMENTS: f64 = 5.0;
 /// How far beyond the noise of the method the unbalanced force is no noise.
 const BEYOND_NOISE: f64 = 1.5;
 
 /// How a trial ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum TrialVerdict {
     /// The bodies came to rest again.
     Stable,
     /// They moved too far, or did not slow down.
@@ -41,7 +41,7 @@ pub enum Verdict {
     Undecided,
 }
 
-impl Verdict {
+impl TrialVerdict {
     /// Its name in messages.
     pub fn name(self) -> &'static str {
         match self {
@@ -54,11 +54,11 @@ impl Verdict {
 
 /// What a trial found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trial {
+pub struct StrengthTrial {
     /// The factor by which strength was divided.
     pub factor: f64,
     /// How it ended.
-    pub verdict: Verdict,
+    pub verdict: TrialVerdict,
     /// Duration until that was clear (s).
     pub time: f64,
     /// Displacement that a hundredth of the points exceed (m).
@@ -69,15 +69,15 @@ pub struct Trial {
     pub unbalanced_force: f64,
 }
 
-impl Trial {
+impl StrengthTrial {
     /// Whether the bodies failed.
     pub fn failed(&self) -> bool {
-        self.verdict == Verdict::Failed
+        self.verdict == TrialVerdict::Failed
     }
 }
 
 /// A solver in the stage of a trial.
-pub(super) struct Running<'a> {
+pub(super) struct RunningTrial<'a> {
     pub solver: Box<dyn Solver>,
     /// The points at its start.
     pub start: Snapshot,
@@ -86,14 +86,14 @@ pub(super) struct Running<'a> {
     pub since: f64,
 }
 
-impl Running<'_> {
+impl RunningTrial<'_> {
     /// Some steps, at most until `end` of the trial (s from its start); whether it is reached.
     pub fn advance(&mut self, steps: u64, end: f64) -> Result<bool, RunError> {
         let until = if end.is_finite() { end } else { self.elapsed() + self.stage.duration };
         for _ in 0..steps {
             let limit = stable_step(&mut *self.solver, self.stage, self.since + until)?;
             let left = self.since + until - self.solver.time();
-            if is_there(left, limit.dt.min(until)) {
+            if is_negligible(left, limit.dt.min(until)) {
                 return Ok(true);
             }
             self.solver.step(if end.is_finite() { left } else { limit.dt })?;
@@ -114,71 +114,73 @@ impl Running<'_> {
 
 /// Unbalanced-force ratio of a block, and displacement at its end (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Block {
+struct TrialBlock {
     unbalanced: f64,
     displacement: f64,
 }
 
 /// By what a trial is judged.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rule {
+pub(super) struct FailureCriterion {
     /// Unbalanced-force ratio below which the bodies rest.
     rest: f64,
     /// What the weight settles the bodies elastically (m).
     elastic: f64,
     /// Displacement (m) from which on they have failed.
-    most: f64,
+    max_displacement: f64,
 }
 
-impl Rule {
-    pub fn new(scale: &Scale, settling: &Settling) -> Self {
+impl FailureCriterion {
+    pub fn new(scale: &SlopeScale, settling: &ElasticSettling) -> Self {
         Self {
-            rest: REST.max(BEYOND_NOISE * settling.floor),
+            rest: REST_RATIO.max(BEYOND_NOISE * settling.floor),
             elastic: settling.displacement,
-            most: settling.displacement + MOST_MOVED * scale.height,
+            max_displacement: settling.displacement + MOST_MOVED * scale.height,
         }
     }
 
     /// What the blocks so far say.
-    fn judge(&self, blocks: &[Block]) -> Option<Verdict> {
+    fn judge(&self, blocks: &[TrialBlock]) -> Option<TrialVerdict> {
         let last = blocks.len().checked_sub(1)?;
-        let Block { unbalanced, displacement } = blocks[last];
+        let TrialBlock { unbalanced, displacement } = blocks[last];
         let before = |k: usize| if k > 0 { blocks[k - 1].displacement } else { 0.0 };
         let added: Vec<f64> = (0..=last).map(|k| blocks[k].displacement - before(k)).collect();
         let little = NOTHING_MORE * displacement.max(NO_DISPLACEMENT * self.elastic);
-        let course = Course::of(&added);
+        let course = DisplacementSeries::from_increments(&added);
         // One that has failed is to go farther than it would elastically.
-        let comes_to_rest = course.is_some_and(|course| displacement + course.yet_to_come() <= self.elastic);
+        let comes_to_rest = course.is_some_and(|course| displacement + course.remaining() <= self.elastic);
         if unbalanced < self.rest && (added[last] <= little || comes_to_rest) {
-            let slid = self.elastic > 0.0 && displacement > SLID * self.elastic;
-            return Some(if slid { Verdict::Failed } else { Verdict::Stable });
+            let slid = self.elastic > 0.0 && displacement > MAX_SETTLEMENTS * self.elastic;
+            return Some(if slid { TrialVerdict::Failed } else { TrialVerdict::Stable });
         }
         let goes_on = |k: usize| {
             let force = blocks[k].unbalanced;
             let held = force < self.rest || force > DOES_NOT_FALL * blocks[k - 1].unbalanced;
             held && added[k] > DOES_NOT_FALL * added[k - 1]
         };
-        let soon = last > HOLD && (last + 1 - HOLD..=last).all(goes_on) && added[last] > little;
+        let soon = last > BLOCKS_WITHOUT_DECREASE
+            && (last + 1 - BLOCKS_WITHOUT_DECREASE..=last).all(goes_on)
+            && added[last] > little;
         // In so long a time elastic bodies would have come to rest again and again: whatever the force does, these yield.
         let slides = course.is_some_and(|course| course.sum > self.elastic && course.ratio > DOES_NOT_FALL);
-        ((soon || slides) && displacement > self.elastic).then_some(Verdict::Failed)
+        ((soon || slides) && displacement > self.elastic).then_some(TrialVerdict::Failed)
     }
 }
 
 /// How the blocks of the last round went on, as a geometric series. What single blocks add is too uneven near failure to tell: cells are
 /// crossed, and what yields does so by fits and starts.
 #[derive(Clone, Copy, Debug)]
-struct Course {
+struct DisplacementSeries {
     /// What they added in all (m).
     sum: f64,
     /// What a block adds over what the one before it does, in the mean.
     ratio: f64,
 }
 
-impl Course {
+impl DisplacementSeries {
     /// Of blocks that added so much each (m); `None` of less than a round beside the first one, which holds what the bodies settle
     /// elastically, or where one has added nothing.
-    fn of(added: &[f64]) -> Option<Self> {
+    fn from_increments(added: &[f64]) -> Option<Self> {
         let round = added.get(1..)?.last_chunk::<ROUND>()?;
         // By least squares of the logarithms.
         let middle = 0.5 * (ROUND as f64 - 1.0);
@@ -193,7 +195,7 @@ impl Course {
     }
 
     /// What all later blocks of the series add (m).
-    fn yet_to_come(&self) -> f64 {
+    fn remaining(&self) -> f64 {
         let over_a_round = self.ratio.powi(ROUND as i32);
         if over_a_round < 1.0 { self.sum * over_a_round / (1.0 - over_a_round) } else { f64::INFINITY }
     }
@@ -202,14 +204,14 @@ impl Course {
 /// Runs a trial with blocks of `block` seconds; what it found, and the points at its end with their `trial_displacement`. `None`
 /// when it is asked to stop.
 pub(super) fn run_trial(
-    context: &Context<'_>,
+    context: &SearchContext<'_>,
     factor: f64,
-    (scale, rule, block): (&Scale, &Rule, f64),
-) -> Result<Option<(Trial, Snapshot)>, RunError> {
+    (scale, rule, block): (&SlopeScale, &FailureCriterion, f64),
+) -> Result<Option<(StrengthTrial, Snapshot)>, RunError> {
     let case = context.search.trial(context.case, context.name, factor, BLOCKS as f64 * block);
     let domain = &context.case.domain;
     let mut running = context.begin(&case)?;
-    let mut blocks: Vec<Block> = Vec::with_capacity(BLOCKS);
+    let mut blocks: Vec<TrialBlock> = Vec::with_capacity(BLOCKS);
     let mut displacement = 0.0;
     let verdict = loop {
         let (begin, end) = (running.elapsed(), (blocks.len() + 1) as f64 * block);
@@ -218,9 +220,9 @@ pub(super) fn run_trial(
             if context.is_to_stop() {
                 return Ok(None);
             }
-            let over = running.advance(STEPS_PER_LOOK, end)?;
-            let now = moved(&running.solver.snapshot(), &running.start, domain);
-            let failed = now > rule.most && now > displacement;
+            let over = running.advance(STEPS_PER_CHECK, end)?;
+            let now = exceeded_displacement(&running.solver.snapshot(), &running.start, domain);
+            let failed = now > rule.max_displacement && now > displacement;
             displacement = now;
             // What the block began with is not what it comes to.
             if over || running.elapsed() - begin > 0.5 * block {
@@ -230,21 +232,21 @@ pub(super) fn run_trial(
                 break failed;
             }
         };
-        blocks.push(Block {
+        blocks.push(TrialBlock {
             unbalanced: if count > 0.0 { sum / count } else { running.unbalanced() },
             displacement,
         });
         if failed {
-            break Verdict::Failed;
+            break TrialVerdict::Failed;
         }
         if let Some(verdict) = rule.judge(&blocks) {
             break verdict;
         }
         if blocks.len() == BLOCKS {
-            break Verdict::Undecided;
+            break TrialVerdict::Undecided;
         }
     };
-    let trial = Trial {
+    let trial = StrengthTrial {
         factor,
         verdict,
         time: running.elapsed(),
@@ -263,30 +265,30 @@ pub(super) fn run_trial(
 mod tests {
     use super::*;
 
-    const RULE: Rule = Rule { rest: 1e-3, elastic: 0.05, most: 1.0 };
+    const RULE: FailureCriterion = FailureCriterion { rest: 1e-3, elastic: 0.05, max_displacement: 1.0 };
 
-    fn blocks(unbalanced: &[f64], displacement: &[f64]) -> Vec<Block> {
+    fn blocks(unbalanced: &[f64], displacement: &[f64]) -> Vec<TrialBlock> {
         let both = unbalanced.iter().zip(displacement);
-        both.map(|(&unbalanced, &displacement)| Block { unbalanced, displacement }).collect()
+        both.map(|(&unbalanced, &displacement)| TrialBlock { unbalanced, displacement }).collect()
     }
 
     #[test]
     fn bodies_at_rest_are_stable_however_little_they_have_moved() {
-        assert_eq!(RULE.judge(&blocks(&[1e-4], &[1e-6])), Some(Verdict::Stable));
-        assert_eq!(RULE.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.1005])), Some(Verdict::Stable));
+        assert_eq!(RULE.judge(&blocks(&[1e-4], &[1e-6])), Some(TrialVerdict::Stable));
+        assert_eq!(RULE.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.1005])), Some(TrialVerdict::Stable));
     }
 
     #[test]
     fn bodies_that_move_on_without_force_are_not_at_rest() {
         assert_eq!(RULE.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.105])), None);
-        assert_eq!(RULE.judge(&blocks(&[1e-4; 4], &[0.1, 0.12, 0.14, 0.16])), Some(Verdict::Failed));
+        assert_eq!(RULE.judge(&blocks(&[1e-4; 4], &[0.1, 0.12, 0.14, 0.16])), Some(TrialVerdict::Failed));
     }
 
     #[test]
     fn bodies_that_do_not_slow_down_have_failed_after_three_blocks() {
         let moving = blocks(&[0.02, 0.02, 0.02, 0.02], &[0.01, 0.03, 0.06, 0.10]);
         assert_eq!(RULE.judge(&moving[..3]), None);
-        assert_eq!(RULE.judge(&moving), Some(Verdict::Failed));
+        assert_eq!(RULE.judge(&moving), Some(TrialVerdict::Failed));
     }
 
     #[test]
@@ -297,7 +299,7 @@ mod tests {
 
     #[test]
     fn bodies_that_come_to_rest_after_a_slide_have_failed() {
-        assert_eq!(RULE.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(Verdict::Failed));
+        assert_eq!(RULE.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(TrialVerdict::Failed));
     }
 
     /// Displacements of blocks that add `added`.
@@ -310,14 +312,14 @@ mod tests {
     fn a_geometric_series_is_summed_to_its_end() {
         for ratio in [0.3, 0.7, 0.95f64] {
             let added: Vec<f64> = (0..9).map(|k| 0.01 * ratio.powi(k)).collect();
-            let course = Course::of(&added).unwrap();
+            let course = DisplacementSeries::from_increments(&added).unwrap();
             let left = 0.01 * ratio.powi(9) / (1.0 - ratio);
             assert!((course.ratio - ratio).abs() < 1e-12);
-            assert!((course.yet_to_come() / left - 1.0).abs() < 1e-9, "{ratio}");
+            assert!((course.remaining() / left - 1.0).abs() < 1e-9, "{ratio}");
         }
-        assert!(Course::of(&[0.01; 6]).is_none(), "the first block does not count");
-        assert_eq!(Course::of(&[0.01; 7]).unwrap().yet_to_come(), f64::INFINITY);
-        assert!(Course::of(&[0.01, 0.01, 0.01, 0.0, 0.01, 0.01, 0.01]).is_none());
+        assert!(DisplacementSeries::from_increments(&[0.01; 6]).is_none(), "the first block does not count");
+        assert_eq!(DisplacementSeries::from_increments(&[0.01; 7]).unwrap().remaining(), f64::INFINITY);
+        assert!(DisplacementSeries::from_increments(&[0.01, 0.01, 0.01, 0.0, 0.01, 0.01, 0.01]).is_none());
     }
 
     /// The elastic settlement is 0.05 m. Blocks of 4 mm that fall by 0.89, each other one uneven, add 36 mm at the end.
@@ -331,7 +333,7 @@ mod tests {
         };
         let judge = |moved: &[f64], force: f64| RULE.judge(&blocks(&vec![force; moved.len()], moved));
         assert_eq!(judge(&moved(0.01, 0.89)[..6], 9e-4), None);
-        assert_eq!(judge(&moved(0.01, 0.89)[..7], 9e-4), Some(Verdict::Stable));
+        assert_eq!(judge(&moved(0.01, 0.89)[..7], 9e-4), Some(TrialVerdict::Stable));
         assert_eq!(judge(&moved(0.01, 0.89)[..7], 2e-3), None, "out of balance");
         assert_eq!(judge(&moved(0.03, 0.89)[..7], 9e-4), None, "the end is farther off");
         for count in 7..=12 {
@@ -348,7 +350,7 @@ mod tests {
         };
         let slides = uneven(0.014, 1.0);
         assert_eq!(RULE.judge(&blocks(&force[..6], &slides[..6])), None);
-        assert_eq!(RULE.judge(&blocks(&force, &slides)), Some(Verdict::Failed));
+        assert_eq!(RULE.judge(&blocks(&force, &slides)), Some(TrialVerdict::Failed));
         assert_eq!(RULE.judge(&blocks(&force, &uneven(0.03, 0.8))), None, "they slow down");
         let creep = summed(std::iter::once(0.06).chain([0.006; 6]));
         assert_eq!(RULE.judge(&blocks(&force, &creep)), None, "less than the weight settles them");

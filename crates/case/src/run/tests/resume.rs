@@ -196,7 +196,7 @@ fn a_complete_run_verifies_until_one_of_its_files_changes() {
     run(&case, Oscillators::boxed(0.1, None), &again).unwrap();
     let whole = verify(folder.path()).unwrap();
     // All that is there but the summary itself.
-    assert_eq!(whole, Verified { files: left(folder.path()).len(), problems: Vec::new() });
+    assert_eq!(whole, VerificationResult { files: left(folder.path()).len(), problems: Vec::new() });
     std::fs::write(folder.path().join("frames.pvd"), "").unwrap();
     let table = folder.path().join("measures.csv");
     let edited = std::fs::read_to_string(&table).unwrap().replacen("# SI", "# si", 1);

@@ -84,9 +84,9 @@ fn a_stage_that_need_not_settle_goes_on_and_says_so() {
     let report = run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap();
     assert!((report.snapshot.time - 3.0).abs() < 1e-9);
     assert!(
-        report.remarks[0].starts_with("stages[0]: no equilibrium within its duration of 2 s"),
+        report.warnings_at_end[0].starts_with("stages[0]: no equilibrium within its duration of 2 s"),
         "{:?}",
-        report.remarks
+        report.warnings_at_end
     );
     let text = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -98,5 +98,9 @@ fn a_stage_that_need_not_settle_goes_on_and_says_so() {
     let case =
         self::case(r#"[ { "name": "settle", "duration": 100, "equilibrium": { "required": false } } ]"#);
     let report = run(&case, Oscillators::boxed(2.0, None), &RunOptions::default()).unwrap();
-    assert!(report.remarks.is_empty() && report.snapshot.time < 100.0, "{:?}", report.remarks);
+    assert!(
+        report.warnings_at_end.is_empty() && report.snapshot.time < 100.0,
+        "{:?}",
+        report.warnings_at_end
+    );
 }

@@ -6,13 +6,13 @@
 
 mod steps;
 
-use super::{DriverError, ElementPath, ElementTest, Problem, TestStage};
+use super::{DriverError, ElementPath, ElementTest, TestProblem, TestStage};
 use crate::MaterialSpec;
 use crate::laws::UmatSpec;
 
 /// The texts of the three files and what does not stand in them.
 #[derive(Clone, Debug)]
-pub struct Input<'t> {
+pub struct IncrementalInput<'t> {
     /// Text of `parameters.inp`, where there is one.
     pub parameters: Option<&'t str>,
     /// Text of `initialconditions.inp`.
@@ -27,7 +27,7 @@ pub struct Input<'t> {
 
 /// Properties of a user material, as `parameters.inp` gives them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Parameters {
+pub struct UmatProperties {
     /// Name of the material.
     pub name: String,
     /// Its properties.
@@ -40,17 +40,17 @@ pub struct IncrementalTest {
     /// The test.
     pub test: ElementTest,
     /// Of each stage, only every n-th row is wanted.
-    pub every: Vec<usize>,
+    pub output_interval: Vec<usize>,
     /// State variables of `initialconditions.inp`, for laws that take them.
     pub state: Vec<f64>,
     /// Properties of `parameters.inp`, for laws that take them.
-    pub parameters: Parameters,
+    pub parameters: UmatProperties,
     /// Whether the law takes the properties and the state variables of the files: a user material does that has none of its own.
-    pub takes: [bool; 2],
+    pub uses_file_values: [bool; 2],
 }
 
 /// State variables: no user material has more.
-const MOST_STATE: usize = 100_000;
+const MAX_STATE_VARIABLES: usize = 100_000;
 
 /// Name of the file of properties.
 pub const PARAMETERS: &str = "parameters.inp";
@@ -64,17 +64,17 @@ impl IncrementalTest {
     ///
     /// # Errors
     /// What is wrong, each with file and line as its path.
-    pub fn read(input: &Input<'_>) -> Result<Self, Vec<Problem>> {
-        let parameters = input.parameters.map_or(Ok(Parameters::default()), parameters);
+    pub fn read(input: &IncrementalInput<'_>) -> Result<Self, Vec<TestProblem>> {
+        let parameters = input.parameters.map_or(Ok(UmatProperties::default()), parameters);
         let initial = initial(input.initial, input.stress_unit);
-        let steps = steps::read(input.test, input.stress_unit);
+        let steps = steps::read_steps(input.test, input.stress_unit);
         let (parameters, (initial_stress, state), steps) = match (parameters, initial, steps) {
             (Ok(parameters), Ok(initial), Ok(steps)) => (parameters, initial, steps),
             (a, b, c) => return Err([a.err(), b.err(), c.err()].into_iter().flatten().collect()),
         };
         let mut material = input.material.clone();
         let takes = match &mut material {
-            MaterialSpec::Umat(umat) => fill(umat, &parameters, &state, input.stress_unit),
+            MaterialSpec::Umat(umat) => fill_from_files(umat, &parameters, &state, input.stress_unit),
             _ => [false; 2],
         };
         let test = ElementTest {
@@ -87,14 +87,14 @@ impl IncrementalTest {
             let lines: Vec<usize> = steps.steps.iter().map(|step| step.line).collect();
             return Err(problems.into_iter().map(|problem| in_file(problem, &lines)).collect());
         }
-        let every = steps.steps.iter().map(|step| step.every).collect();
-        Ok(Self { test, every, state, parameters, takes })
+        let every = steps.steps.iter().map(|step| step.output_interval).collect();
+        Ok(Self { test, output_interval: every, state, parameters, uses_file_values: takes })
     }
 
     /// Leaves out the rows that are not wanted. The last one of every stage stays.
-    pub fn thin(&self, path: &mut ElementPath) {
+    pub fn remove_unwanted_rows(&self, path: &mut ElementPath) {
         let mut wanted = vec![true];
-        for (TestStage { steps, .. }, every) in self.test.stages.iter().zip(&self.every) {
+        for (TestStage { steps, .. }, every) in self.test.stages.iter().zip(&self.output_interval) {
             wanted.extend((0..*steps).map(|step| step % every == 0 || step + 1 == *steps));
         }
         let last = path.rows.len().wrapping_sub(1);
@@ -108,7 +108,12 @@ impl IncrementalTest {
 
 /// Gives a user material what the files hold for it and its own description leaves open; whether it takes their properties and state
 /// variables.
-fn fill(umat: &mut UmatSpec, parameters: &Parameters, state: &[f64], stress_unit: f64) -> [bool; 2] {
+fn fill_from_files(
+    umat: &mut UmatSpec,
+    parameters: &UmatProperties,
+    state: &[f64],
+    stress_unit: f64,
+) -> [bool; 2] {
     let takes = [umat.props.is_empty(), umat.state_variables.is_empty()];
     if takes[0] {
         umat.props.clone_from(&parameters.values);
@@ -124,8 +129,8 @@ fn fill(umat: &mut UmatSpec, parameters: &Parameters, state: &[f64], stress_unit
 }
 
 /// A problem of the test at the line of the file that it comes from.
-fn in_file(problem: Problem, lines: &[usize]) -> Problem {
-    let Problem { path, problem } = problem;
+fn in_file(problem: TestProblem, lines: &[usize]) -> TestProblem {
+    let TestProblem { path, problem } = problem;
     let stage = path.strip_prefix("stages[").and_then(|rest| rest.split(']').next());
     let line = stage.and_then(|number| number.parse().ok()).and_then(|number: usize| lines.get(number));
     let path = match line {
@@ -134,18 +139,18 @@ fn in_file(problem: Problem, lines: &[usize]) -> Problem {
         None if path.starts_with("initial_stress") => INITIAL.to_owned(),
         None => path,
     };
-    Problem { path, problem }
+    TestProblem { path, problem }
 }
 
 /// The lines of a file that hold something, numbered from 1.
-struct Lines<'t> {
+struct NumberedLines<'t> {
     file: &'static str,
     lines: std::iter::Enumerate<std::str::Lines<'t>>,
     /// Number of the line read last.
     number: usize,
 }
 
-impl<'t> Lines<'t> {
+impl<'t> NumberedLines<'t> {
     fn new(file: &'static str, text: &'t str) -> Self {
         Self { file, lines: text.lines().enumerate(), number: 0 }
     }
@@ -161,53 +166,53 @@ impl<'t> Lines<'t> {
         None
     }
 
-    fn wrong(&self, problem: impl Into<String>) -> Problem {
-        Problem { path: format!("{}:{}", self.file, self.number), problem: problem.into() }
+    fn problem(&self, problem: impl Into<String>) -> TestProblem {
+        TestProblem { path: format!("{}:{}", self.file, self.number), problem: problem.into() }
     }
 
-    fn expect(&mut self, what: &str) -> Result<&'t str, Problem> {
+    fn expect(&mut self, what: &str) -> Result<&'t str, TestProblem> {
         match self.next() {
             Some(line) => Ok(line),
-            None => Err(self.wrong(format!("the file ends where {what} should stand"))),
+            None => Err(self.problem(format!("the file ends where {what} should stand"))),
         }
     }
 
     /// The first `N` numbers of the next line; what follows them is a comment.
-    fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f64; N], Problem> {
+    fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f64; N], TestProblem> {
         let line = self.expect(what)?;
         self.numbers_of(line, what)
     }
 
-    fn numbers_of<const N: usize>(&self, line: &str, what: &str) -> Result<[f64; N], Problem> {
+    fn numbers_of<const N: usize>(&self, line: &str, what: &str) -> Result<[f64; N], TestProblem> {
         let mut words =
             line.split_whitespace().map(|word| word.trim_matches(',')).filter(|word| !word.is_empty());
         let mut values = [0.0; N];
         for value in &mut values {
             let word = words.next().unwrap_or_default();
             if has_comma(word) {
-                return Err(self.wrong(format!(
+                return Err(self.problem(format!(
                     "{word:?} has a comma: write decimals with a point, and blanks between numbers"
                 )));
             }
             let word = word.split(',').next().unwrap_or_default();
-            *value = number(word).ok_or_else(|| self.wrong(format!("{line:?} is not {what}")))?;
+            *value = number(word).ok_or_else(|| self.problem(format!("{line:?} is not {what}")))?;
         }
         if words.next().is_some_and(|word| word.starts_with('?')) {
-            return Err(self.wrong(format!("{line:?}: conditions after ? are not supported")));
+            return Err(self.problem(format!("{line:?}: conditions after ? are not supported")));
         }
         Ok(values)
     }
 
-    fn count(&mut self, what: &str) -> Result<usize, Problem> {
+    fn count(&mut self, what: &str) -> Result<usize, TestProblem> {
         let [value] = self.numbers(what)?;
         self.whole(value, what)
     }
 
-    fn whole(&self, value: f64, what: &str) -> Result<usize, Problem> {
+    fn whole(&self, value: f64, what: &str) -> Result<usize, TestProblem> {
         if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
             Ok(value as usize)
         } else {
-            Err(self.wrong(format!("{value} is not a count in {what}")))
+            Err(self.problem(format!("{value} is not a count in {what}")))
         }
     }
 }
@@ -224,21 +229,21 @@ fn number(word: &str) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-fn parameters(text: &str) -> Result<Parameters, Problem> {
-    let mut lines = Lines::new(PARAMETERS, text);
+fn parameters(text: &str) -> Result<UmatProperties, TestProblem> {
+    let mut lines = NumberedLines::new(PARAMETERS, text);
     let name = lines.expect("the material's name")?;
     let name = name.split('#').next().unwrap_or_default().trim().to_owned();
     let count = lines.count("the number of properties")?;
     let value = |_| lines.numbers("a property").map(|[value]| value);
-    Ok(Parameters { name, values: (0..count).map(value).collect::<Result<_, _>>()? })
+    Ok(UmatProperties { name, values: (0..count).map(value).collect::<Result<_, _>>()? })
 }
 
 /// Initial stress in the order of this crate (Pa), and state variables.
-fn initial(text: &str, unit: f64) -> Result<([f64; 6], Vec<f64>), Problem> {
-    let mut lines = Lines::new(INITIAL, text);
+fn initial(text: &str, unit: f64) -> Result<([f64; 6], Vec<f64>), TestProblem> {
+    let mut lines = NumberedLines::new(INITIAL, text);
     let count = lines.count("the number of stress components")?;
     if count > 6 {
-        return Err(lines.wrong(format!("{count} stress components: there are at most 6")));
+        return Err(lines.problem(format!("{count} stress components: there are at most 6")));
     }
     let mut stress = [0.0; 6];
     for component in stress.iter_mut().take(count) {
@@ -248,8 +253,8 @@ fn initial(text: &str, unit: f64) -> Result<([f64; 6], Vec<f64>), Problem> {
     let [t11, t22, t33, t12, t13, t23] = stress;
     let stress = [t11, t22, t33, t12, t23, t13];
     let count = lines.count("the number of state variables")?;
-    if count > MOST_STATE {
-        return Err(lines.wrong(format!("{count} state variables are more than {MOST_STATE}")));
+    if count > MAX_STATE_VARIABLES {
+        return Err(lines.problem(format!("{count} state variables are more than {MAX_STATE_VARIABLES}")));
     }
     let mut state = Vec::new();
     // The file may end early: the rest is zero.

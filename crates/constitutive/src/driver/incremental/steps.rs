@@ -2,8 +2,8 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-use super::{Lines, Problem, TEST};
-use crate::driver::{Path, TestStage};
+use super::{NumberedLines, TEST, TestProblem};
+use crate::driver::{LoadingPath, TestStage};
 
 /// The keywords of steps that are read.
 const KEYWORDS: [&str; 14] = [
@@ -24,27 +24,27 @@ const KEYWORDS: [&str; 14] = [
 ];
 
 /// Steps after repetitions: more is a slip of the pen.
-const MOST_STEPS: usize = 100_000;
+const MAX_STEPS: usize = 100_000;
 
 /// Everything in `test.inp`.
-pub(super) struct Steps {
+pub(super) struct TestSteps {
     pub(super) title: String,
-    pub(super) steps: Vec<Step>,
+    pub(super) steps: Vec<TestStep>,
 }
 
 /// A step: the stage, which rows of it are wanted, and the line of its keyword.
 #[derive(Clone)]
-pub(super) struct Step {
+pub(super) struct TestStep {
     pub(super) stage: TestStage,
-    pub(super) every: usize,
+    pub(super) output_interval: usize,
     pub(super) line: usize,
 }
 
-pub(super) fn read(text: &str, unit: f64) -> Result<Steps, Problem> {
-    let mut lines = Lines::new(TEST, text);
+pub(super) fn read_steps(text: &str, unit: f64) -> Result<TestSteps, TestProblem> {
+    let mut lines = NumberedLines::new(TEST, text);
     let first = lines.expect("the name of the output file")?;
     if first.starts_with('*') {
-        return Err(lines.wrong("the first line names the output file; the steps come after it"));
+        return Err(lines.problem("the first line names the output file; the steps come after it"));
     }
     let (output, heading) = first.split_once('#').unwrap_or((first, ""));
     let title = if heading.trim().is_empty() { output } else { heading }.trim().to_owned();
@@ -56,7 +56,7 @@ pub(super) fn read(text: &str, unit: f64) -> Result<Steps, Problem> {
             keyword => steps.push(step(keyword, &mut lines, unit)?),
         }
     }
-    Ok(Steps { title, steps })
+    Ok(TestSteps { title, steps })
 }
 
 /// The keyword of a line as it stands among those that are read, whatever its capitals and without what follows it as a remark; the line
@@ -67,18 +67,22 @@ fn keyword(line: &str) -> &str {
     known.filter(|_| !line.contains('?')).copied().unwrap_or(line)
 }
 
-fn repetition(lines: &mut Lines<'_>, unit: f64, steps: &mut Vec<Step>) -> Result<(), Problem> {
+fn repetition(
+    lines: &mut NumberedLines<'_>,
+    unit: f64,
+    steps: &mut Vec<TestStep>,
+) -> Result<(), TestProblem> {
     let what = "the numbers of steps and of repetitions";
     let [count, times] = lines.numbers(what)?;
     let (count, times) = (lines.whole(count, what)?, lines.whole(times, what)?);
-    if count.saturating_mul(times).saturating_add(steps.len()) > MOST_STEPS {
-        return Err(lines.wrong(format!("{count} steps {times} times are more than {MOST_STEPS}")));
+    if count.saturating_mul(times).saturating_add(steps.len()) > MAX_STEPS {
+        return Err(lines.problem(format!("{count} steps {times} times are more than {MAX_STEPS}")));
     }
     let mut repeated = Vec::new();
     for _ in 0..count {
         let keyword = keyword(lines.expect("a step of the repetition")?);
         if matches!(keyword, "*Repetition" | "*End") {
-            return Err(lines.wrong(format!("{keyword} cannot stand inside of *Repetition")));
+            return Err(lines.problem(format!("{keyword} cannot stand inside of *Repetition")));
         }
         repeated.push(step(keyword, lines, unit)?);
     }
@@ -86,22 +90,22 @@ fn repetition(lines: &mut Lines<'_>, unit: f64, steps: &mut Vec<Step>) -> Result
     Ok(())
 }
 
-fn step(keyword: &str, lines: &mut Lines<'_>, unit: f64) -> Result<Step, Problem> {
+fn step(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<TestStep, TestProblem> {
     let line = lines.number;
     if keyword.contains('?') {
-        return Err(lines.wrong(format!("{keyword:?}: conditions after ? are not supported")));
+        return Err(lines.problem(format!("{keyword:?}: conditions after ? are not supported")));
     }
     if !KEYWORDS.contains(&keyword) {
         let known = KEYWORDS.join(" ");
-        return Err(lines.wrong(format!("{keyword:?} is not a keyword that is read; there are: {known}")));
+        return Err(lines.problem(format!("{keyword:?} is not a keyword that is read; there are: {known}")));
     }
-    let (steps, duration, every) = commons(lines)?;
+    let (steps, duration, every) = increment_header(lines)?;
     let path = path(keyword, lines, unit)?;
-    Ok(Step { stage: TestStage { path, steps, duration }, every, line })
+    Ok(TestStep { stage: TestStage { path, steps, duration }, output_interval: every, line })
 }
 
 /// `ninc maxiter deltaTime`, and after a colon which rows are wanted.
-fn commons(lines: &mut Lines<'_>) -> Result<(usize, f64, usize), Problem> {
+fn increment_header(lines: &mut NumberedLines<'_>) -> Result<(usize, f64, usize), TestProblem> {
     let what = "ninc maxiter deltaTime";
     let text = lines.expect(what)?;
     let (text, every) = text.split_once(':').unwrap_or((text, "1"));
@@ -111,16 +115,16 @@ fn commons(lines: &mut Lines<'_>) -> Result<(usize, f64, usize), Problem> {
     let [every] = lines.numbers_of(every, what)?;
     let every = lines.whole(every, what)?.clamp(1, increments.max(1));
     if increments == 0 {
-        return Err(lines.wrong("ninc: 0 is not positive"));
+        return Err(lines.problem("ninc: 0 is not positive"));
     }
     if !(time > 0.0) {
-        return Err(lines.wrong(format!("deltaTime: {time} is not positive")));
+        return Err(lines.problem(format!("deltaTime: {time} is not positive")));
     }
     Ok((increments, time, every))
 }
 
-fn path(keyword: &str, lines: &mut Lines<'_>, unit: f64) -> Result<Path, Problem> {
-    let mut load = Load::still(Variables::Cartesian);
+fn path(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<LoadingPath, TestProblem> {
+    let mut load = LoadRows::zero_strain(StressVariables::Cartesian);
     match keyword {
         "*LinearLoad" => {
             load.variables = variables(lines)?;
@@ -151,48 +155,48 @@ fn path(keyword: &str, lines: &mut Lines<'_>, unit: f64) -> Result<Path, Problem
             load.stress[..3].fill(true);
         }
         "*TriaxialUEq" => {
-            load.variables = Variables::Roscoe;
+            load.variables = StressVariables::Roscoe;
             load.amount[1] = amount(lines)?;
         }
         "*TriaxialUq" => {
-            load.variables = Variables::Roscoe;
+            load.variables = StressVariables::Roscoe;
             (load.stress[1], load.amount[1]) = (true, amount(lines)?);
         }
         "*UndrainedCreep" => {
-            load.variables = Variables::Roscoe;
+            load.variables = StressVariables::Roscoe;
             load.stress[1..].fill(true);
         }
-        "*PureCreep" => return Ok(Path::Creep {}),
-        _ => return Ok(Path::Relaxation {}),
+        "*PureCreep" => return Ok(LoadingPath::Creep {}),
+        _ => return Ok(LoadingPath::Relaxation {}),
     }
     Ok(load.path(unit))
 }
 
-fn amount(lines: &mut Lines<'_>) -> Result<f64, Problem> {
+fn amount(lines: &mut NumberedLines<'_>) -> Result<f64, TestProblem> {
     lines.numbers("an amount").map(|[value]| value)
 }
 
-fn flag(lines: &Lines<'_>, value: f64) -> Result<bool, Problem> {
+fn flag(lines: &NumberedLines<'_>, value: f64) -> Result<bool, TestProblem> {
     if value == 0.0 || value == 1.0 {
         Ok(value == 1.0)
     } else {
-        Err(lines.wrong(format!("ifstress: {value} is neither 0 (strain) nor 1 (stress)")))
+        Err(lines.problem(format!("ifstress: {value} is neither 0 (strain) nor 1 (stress)")))
     }
 }
 
-fn deformation(lines: &mut Lines<'_>) -> Result<Path, Problem> {
+fn deformation(lines: &mut NumberedLines<'_>) -> Result<LoadingPath, TestProblem> {
     let mut f = [[0.0; 3]; 3];
     // The order of Abaqus: 11 22 33 12 21 13 31 23 32.
     for (i, j) in [(0, 0), (1, 1), (2, 2), (0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)] {
         let [value] = lines.numbers("a component of the deformation gradient")?;
         f[i][j] = value;
     }
-    Ok(Path::DeformationGradient { deformation: f })
+    Ok(LoadingPath::DeformationGradient { deformation: f })
 }
 
 /// The quantities that the rows of a load speak of.
 #[derive(Clone, Copy)]
-enum Variables {
+enum StressVariables {
     /// The components themselves.
     Cartesian,
     /// `p = -tr T/3`, `q = -T11 + (T22 + T33)/2`, `z = T33 - T22`, and the strains that work on them.
@@ -203,21 +207,21 @@ enum Variables {
     Rendulic,
 }
 
-fn variables(lines: &mut Lines<'_>) -> Result<Variables, Problem> {
+fn variables(lines: &mut NumberedLines<'_>) -> Result<StressVariables, TestProblem> {
     let word = lines.expect("*Cartesian, *Roscoe, *RoscoeIsomorph or *Rendulic")?;
     match word.split_whitespace().next().unwrap_or_default().to_lowercase().as_str() {
-        "*cartesian" => Ok(Variables::Cartesian),
-        "*roscoe" => Ok(Variables::Roscoe),
-        "*roscoeisomorph" => Ok(Variables::RoscoeIsomorph),
-        "*rendulic" => Ok(Variables::Rendulic),
+        "*cartesian" => Ok(StressVariables::Cartesian),
+        "*roscoe" => Ok(StressVariables::Roscoe),
+        "*roscoeisomorph" => Ok(StressVariables::RoscoeIsomorph),
+        "*rendulic" => Ok(StressVariables::Rendulic),
         _ => {
             Err(lines
-                .wrong(format!("{word:?} is not one of *Cartesian, *Roscoe, *RoscoeIsomorph, *Rendulic")))
+                .problem(format!("{word:?} is not one of *Cartesian, *Roscoe, *RoscoeIsomorph, *Rendulic")))
         }
     }
 }
 
-impl Variables {
+impl StressVariables {
     /// Rows that give the stress variables from T11 T22 T33, and the strain variables from ε11 ε22 ε33.
     fn rows(self) -> ([[f64; 3]; 3], [[f64; 3]; 3]) {
         let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -241,21 +245,21 @@ impl Variables {
 }
 
 /// Six rows of a load, each of stress or of strain.
-struct Load {
-    variables: Variables,
+struct LoadRows {
+    variables: StressVariables,
     stress: [bool; 6],
     amount: [f64; 6],
     amplitude: [f64; 6],
     phase: [f64; 6],
 }
 
-impl Load {
+impl LoadRows {
     /// All strains kept.
-    fn still(variables: Variables) -> Self {
+    fn zero_strain(variables: StressVariables) -> Self {
         Self { variables, stress: [false; 6], amount: [0.0; 6], amplitude: [0.0; 6], phase: [0.0; 6] }
     }
 
-    fn path(&self, unit: f64) -> Path {
+    fn path(&self, unit: f64) -> LoadingPath {
         let (of_stress, of_strain) = self.variables.rows();
         let (mut stress, mut strain) = ([[0.0; 6]; 6], [[0.0; 6]; 6]);
         for row in 0..3 {
@@ -274,7 +278,7 @@ impl Load {
         let scaled = |values: [f64; 6]| {
             std::array::from_fn(|row| if self.stress[row] { values[row] * unit } else { values[row] })
         };
-        Path::General {
+        LoadingPath::General {
             stress,
             strain,
             total: scaled(self.amount),

@@ -11,9 +11,7 @@ mod parameters;
 mod return_map;
 mod shared;
 
-use crate::{
-    InitialCondition, Law, MaterialError, Motion, Point, Pointwise, SmallStrain, SymTensor, Tangent,
-};
+use crate::{InitialCondition, Law, MaterialError, Motion, Point, PointLaw, SmallStrain, SymTensor, Tangent};
 
 pub use parameters::CamClaySpec;
 pub use return_map::CamClayReturn;
@@ -38,7 +36,7 @@ impl Law for CamClay {
     }
 }
 
-impl Pointwise for CamClay {
+impl PointLaw for CamClay {
     type State = CamClayState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<CamClayState>, MaterialError> {

@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::CamClay;
-use super::shared::{CamClayConstants, Shear, Size};
-use crate::laws::linear_elastic::stiff_warnings;
+use super::shared::{CamClayConstants, InitialSurfaceSize, ShearStiffness};
+use crate::laws::linear_elastic::incompressibility_warnings;
 use crate::laws::pressure_elastic::{check_poissons_ratio, shear_ratio};
-use crate::model::{Facts, Kind, Model, check, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, check, positive};
 use crate::{Corotational, Material, MaterialError};
 
 /// Parameters of `modified-cam-clay` and `original-cam-clay`.
@@ -42,7 +42,8 @@ pub struct CamClaySpec {
     /// Start on the yield surface where the initial stress lies outside it: pressure at most `p_c`, and then as
     /// much of the deviator as there is room for; refused when false.
     #[serde(default)]
-    pub project: bool,
+    #[serde(rename = "project")]
+    pub return_initial_stress_to_yield: bool,
 }
 
 impl CamClaySpec {
@@ -64,27 +65,31 @@ impl CamClaySpec {
         let shear = match (self.poissons_ratio, self.shear_modulus) {
             (Some(ratio), None) => {
                 check_poissons_ratio(ratio)?;
-                Shear::Ratio(shear_ratio(ratio))
+                ShearStiffness::Ratio(shear_ratio(ratio))
             }
             (None, Some(modulus)) => {
                 positive("shear_modulus", modulus, "Pa")?;
-                Shear::Modulus(modulus)
+                ShearStiffness::Modulus(modulus)
             }
-            (ratio, _) => return Err(one_of("poissons_ratio", ratio, "shear_modulus")),
+            (ratio, _) => return Err(exclusive_options_error("poissons_ratio", ratio, "shear_modulus")),
         };
         positive("void_ratio", self.void_ratio, "")?;
         let size = match (self.preconsolidation_pressure, self.overconsolidation_ratio) {
             (Some(pressure), None) => {
                 positive("preconsolidation_pressure", pressure, "Pa")?;
-                Size::Pressure(pressure)
+                InitialSurfaceSize::Pressure(pressure)
             }
             (None, Some(ratio)) => {
                 let rule = "must be at least 1";
                 check("overconsolidation_ratio", ratio, ratio.is_finite() && ratio >= 1.0, rule)?;
-                Size::Ratio(ratio)
+                InitialSurfaceSize::Ratio(ratio)
             }
             (pressure, _) => {
-                return Err(one_of("preconsolidation_pressure", pressure, "overconsolidation_ratio"));
+                return Err(exclusive_options_error(
+                    "preconsolidation_pressure",
+                    pressure,
+                    "overconsolidation_ratio",
+                ));
             }
         };
         Ok(CamClayConstants {
@@ -94,13 +99,13 @@ impl CamClaySpec {
             shear,
             void_ratio: self.void_ratio,
             size,
-            project: self.project,
+            return_initial_stress_to_yield: self.return_initial_stress_to_yield,
         })
     }
 
     /// Warnings on the shear stiffness.
     pub(in crate::laws) fn stiffness_warnings(&self) -> Vec<String> {
-        self.poissons_ratio.map(stiff_warnings).unwrap_or_default()
+        self.poissons_ratio.map(incompressibility_warnings).unwrap_or_default()
     }
 
     /// Samples: over-consolidated, normally consolidated, and with constant shear modulus.
@@ -115,7 +120,7 @@ impl CamClaySpec {
             void_ratio: 1.0,
             preconsolidation_pressure: None,
             overconsolidation_ratio: Some(1.5),
-            project: false,
+            return_initial_stress_to_yield: false,
         };
         let normal = Self { overconsolidation_ratio: Some(1.0), critical_state_slope: 1.2, ..soft.clone() };
         let stiff = Self {
@@ -129,7 +134,7 @@ impl CamClaySpec {
     }
 }
 
-fn one_of(field: &'static str, given: Option<f64>, other: &str) -> MaterialError {
+fn exclusive_options_error(field: &'static str, given: Option<f64>, other: &str) -> MaterialError {
     let rule = match given {
         Some(_) => format!("and {other} exclude each other: give one"),
         None => format!("or {other} must be given"),
@@ -141,9 +146,9 @@ fn one_of(field: &'static str, given: Option<f64>, other: &str) -> MaterialError
 }
 
 impl Model for CamClaySpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Roscoe & Burland 1968; implicit return",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate",
         tangent: "analytic",
     };

@@ -2,8 +2,8 @@
 
 use super::shared::CamClayTrial;
 use super::{CamClay, CamClayState, NAME};
-use crate::laws::root::{falling_root, less_round_off};
-use crate::laws::substep::Advance;
+use crate::laws::root::{drop_round_off, falling_root};
+use crate::laws::substep::SubstepResult;
 use crate::{Mat3, MaterialError, Point, SymTensor, Tangent};
 
 /// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.
@@ -31,7 +31,7 @@ impl CamClay {
 
     /// The plastic volume compression that goes with a multiplier: root of
     /// `x = Δλ (2p - p_c)`, `p = p_tr exp(-θ x)`, `p_c = p_cn exp(χ x)`. Returns it with `p` and `p_c`.
-    fn volume_part(trial: &CamClayTrial, size: f64, multiplier: f64, start: f64) -> Option<[f64; 3]> {
+    fn plastic_compression(trial: &CamClayTrial, size: f64, multiplier: f64, start: f64) -> Option<[f64; 3]> {
         let at = |x: f64| (trial.pressure * (-trial.theta * x).exp(), size * (trial.chi * x).exp());
         let end = multiplier * (2.0 * trial.pressure - size);
         let (low, high) = (end.min(0.0), end.max(0.0));
@@ -41,7 +41,7 @@ impl CamClay {
             falling_root(low, high, start, |x| {
                 let (p, p_c) = at(x);
                 (
-                    less_round_off(multiplier * (2.0 * p - p_c) - x, multiplier * (2.0 * p + p_c)),
+                    drop_round_off(multiplier * (2.0 * p - p_c) - x, multiplier * (2.0 * p + p_c)),
                     -multiplier * (2.0 * trial.theta * p + trial.chi * p_c) - 1.0,
                 )
             })?
@@ -68,7 +68,7 @@ impl CamClay {
         let mut start = 0.0;
         let mut at = |a: f64| {
             let multiplier = a * unit;
-            let Some([x, p, p_c]) = Self::volume_part(trial, size, multiplier, start) else {
+            let Some([x, p, p_c]) = Self::plastic_compression(trial, size, multiplier, start) else {
                 return (f64::NAN, f64::NAN, [f64::NAN; 4]);
             };
             start = x;
@@ -76,7 +76,7 @@ impl CamClay {
             let flow = 2.0 * p - p_c;
             let dx = unit * flow / (1.0 + multiplier * (2.0 * trial.theta * p + trial.chi * p_c));
             let slope = -2.0 * q * q / (m2 * (1.0 + a)) - p * (trial.theta * flow + trial.chi * p_c) * dx;
-            let value = less_round_off(self.yield_function(p, q, p_c), q * q / m2 + p * (p + p_c));
+            let value = drop_round_off(self.yield_function(p, q, p_c), q * q / m2 + p * (p + p_c));
             (value, slope, [p, q, p_c, multiplier])
         };
         // A multiplier that is large enough: the return ends inside as it grows.
@@ -103,13 +103,13 @@ impl CamClay {
         &self,
         strain: &SymTensor,
         old: &Point<CamClayState>,
-    ) -> Result<Advance<CamClayState>, MaterialError> {
+    ) -> Result<SubstepResult<CamClayState>, MaterialError> {
         let trial = self.constants.trial(strain, old);
         let mut advance = self.constants.elastic(&trial, strain, old);
         if let Some(end) = self.return_map(&trial, old.state.preconsolidation_pressure)? {
             let m2 = self.constants.critical.powi(2);
             let CamClayReturn { pressure: p, q, preconsolidation_pressure: p_c, multiplier } = end;
-            advance.point.stress = trial.radial.stress(p, keep(m2, &trial, multiplier));
+            advance.point.stress = trial.radial.stress(p, deviator_scale(m2, &trial, multiplier));
             advance.point.state.preconsolidation_pressure = p_c;
             advance.point.state.plastic_strain += multiplier * 2.0 * q / m2;
             advance.dissipated = multiplier * (p * (2.0 * p - p_c) + 2.0 * q * q / m2);
@@ -121,7 +121,7 @@ impl CamClay {
     ///
     /// # Errors
     /// When the local solve fails.
-    pub fn undivided_return(
+    pub fn single_step_return(
         &self,
         strain: &SymTensor,
         old: &Point<CamClayState>,
@@ -139,7 +139,7 @@ impl CamClay {
         };
         let m2 = self.constants.critical.powi(2);
         let CamClayReturn { pressure: p, q, preconsolidation_pressure: p_c, multiplier } = end;
-        let keep = keep(m2, &trial, multiplier);
+        let keep = deviator_scale(m2, &trial, multiplier);
         let flow = 2.0 * p - p_c;
         let (theta, chi) = (trial.theta, trial.chi);
         // Unknowns ln p, ln p_c and a = 6 G Δλ/M²; Δλ also falls with G at constant a.
@@ -163,6 +163,6 @@ impl CamClay {
 }
 
 /// `q/q_tr = 1/(1 + 6 G Δλ/M²)`.
-fn keep(m2: f64, trial: &CamClayTrial, multiplier: f64) -> f64 {
+fn deviator_scale(m2: f64, trial: &CamClayTrial, multiplier: f64) -> f64 {
     1.0 / (1.0 + 6.0 * trial.shear * multiplier / m2)
 }

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::laws::pressure_elastic::{LEAST_PRESSURE, VolumeStep, void_ratio_after};
+use crate::laws::pressure_elastic::{MIN_PRESSURE, VolumeStep, void_ratio_after};
 use crate::laws::radial::RadialTrial;
-use crate::laws::substep::Advance;
+use crate::laws::substep::SubstepResult;
 use crate::laws::{check_compressive, check_initial};
 use crate::{MaterialError, Point, SymTensor};
 
@@ -18,17 +18,17 @@ pub(in crate::laws) struct CamClayConstants {
     /// Slope `κ` of unloading.
     pub swelling: f64,
     /// Shear stiffness.
-    pub shear: Shear,
+    pub shear: ShearStiffness,
     /// Initial void ratio.
     pub void_ratio: f64,
     /// Size of the initial surface.
-    pub size: Size,
+    pub size: InitialSurfaceSize,
     /// Whether an initial stress outside is moved to the surface.
-    pub project: bool,
+    pub return_initial_stress_to_yield: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::laws) enum Shear {
+pub(in crate::laws) enum ShearStiffness {
     /// `G/K`.
     Ratio(f64),
     /// `G` (Pa).
@@ -36,7 +36,7 @@ pub(in crate::laws) enum Shear {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::laws) enum Size {
+pub(in crate::laws) enum InitialSurfaceSize {
     /// `p_c` (Pa).
     Pressure(f64),
     /// `p_c` over that of the surface through the initial stress.
@@ -86,13 +86,13 @@ impl CamClayConstants {
         check_compressive(model, stress)?;
         let through = size(stress.pressure(), stress.q());
         let preconsolidation_pressure = match self.size {
-            Size::Pressure(pressure) => pressure,
-            Size::Ratio(ratio) => ratio * through,
+            InitialSurfaceSize::Pressure(pressure) => pressure,
+            InitialSurfaceSize::Ratio(ratio) => ratio * through,
         };
         let state =
             CamClayState { preconsolidation_pressure, void_ratio: self.void_ratio, plastic_strain: 0.0 };
         let excess = through - preconsolidation_pressure;
-        if self.project && excess > 0.0 {
+        if self.return_initial_stress_to_yield && excess > 0.0 {
             let pressure = stress.pressure().min(preconsolidation_pressure);
             let (q, deviator) = (stress.q(), stress.deviator());
             let (mut inside, mut outside) = (0.0, 1.0);
@@ -115,7 +115,7 @@ impl CamClayConstants {
         let compression = -strain.trace();
         let modulus = theta * p;
         let growth = (theta * compression).exp_m1();
-        let floor = p.min(LEAST_PRESSURE);
+        let floor = p.min(MIN_PRESSURE);
         let mut volume =
             VolumeStep::new(p, compression, growth, modulus, modulus * (1.0 + growth), theta * modulus);
         if volume.pressure < floor {
@@ -124,11 +124,11 @@ impl CamClayConstants {
                 VolumeStep { pressure: floor, tangent: 0.0, secant, secant_slope: -secant / compression };
         }
         // The shear modulus keeps the value of the least pressure below it.
-        let least = theta * LEAST_PRESSURE;
+        let least = theta * MIN_PRESSURE;
         let (shear, shear_slope) = match self.shear {
-            Shear::Modulus(modulus) => (modulus, 0.0),
-            Shear::Ratio(ratio) if volume.secant < least => (ratio * least, 0.0),
-            Shear::Ratio(ratio) => (ratio * volume.secant, ratio * volume.secant_slope),
+            ShearStiffness::Modulus(modulus) => (modulus, 0.0),
+            ShearStiffness::Ratio(ratio) if volume.secant < least => (ratio * least, 0.0),
+            ShearStiffness::Ratio(ratio) => (ratio * volume.secant, ratio * volume.secant_slope),
         };
         let radial = RadialTrial::new(&old.stress, strain, shear, shear_slope);
         let (pressure, pressure_slope) = (volume.pressure, volume.tangent);
@@ -141,19 +141,22 @@ impl CamClayConstants {
         trial: &CamClayTrial,
         strain: &SymTensor,
         old: &Point<CamClayState>,
-    ) -> Advance<CamClayState> {
+    ) -> SubstepResult<CamClayState> {
         let state =
             CamClayState { void_ratio: void_ratio_after(old.state.void_ratio, strain.trace()), ..old.state };
-        Advance { point: Point { stress: trial.radial.stress(trial.pressure, 1.0), state }, dissipated: 0.0 }
+        SubstepResult {
+            point: Point { stress: trial.radial.stress(trial.pressure, 1.0), state },
+            dissipated: 0.0,
+        }
     }
 
     /// See [`SmallStrain::wave_modulus`].
     pub(in crate::laws) fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
-        let p = point.stress.pressure().max(LEAST_PRESSURE);
+        let p = point.stress.pressure().max(MIN_PRESSURE);
         let bulk = (1.0 + point.state.void_ratio) * p / self.swelling;
         let shear = match self.shear {
-            Shear::Ratio(ratio) => ratio * bulk,
-            Shear::Modulus(modulus) => modulus,
+            ShearStiffness::Ratio(ratio) => ratio * bulk,
+            ShearStiffness::Modulus(modulus) => modulus,
         };
         1.1 * (bulk + 4.0 / 3.0 * shear)
     }

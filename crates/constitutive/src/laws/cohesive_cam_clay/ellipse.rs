@@ -4,7 +4,7 @@ use super::super::Elasticity;
 
 /// The yield surface at some compressive strength.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ellipse {
+pub struct YieldEllipse {
     /// Slope `M`.
     pub slope: f64,
     /// Cohesion ratio `β`.
@@ -13,9 +13,9 @@ pub struct Ellipse {
     pub strength: f64,
 }
 
-/// Where a projection onto an [`Ellipse`] ends.
+/// Where a projection onto an [`YieldEllipse`] ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Projection {
+pub struct EllipseReturn {
     /// Mean pressure (Pa).
     pub pressure: f64,
     /// Deviatoric stress `q` (Pa).
@@ -26,7 +26,7 @@ pub struct Projection {
     pub volumetric: f64,
 }
 
-impl Ellipse {
+impl YieldEllipse {
     fn centre(&self) -> f64 {
         0.5 * (1.0 - self.cohesion_ratio) * self.strength
     }
@@ -57,15 +57,15 @@ impl Ellipse {
     }
 
     /// Associated return of a trial at fixed size (sheet: constitutive §3.7.6); a trial inside stays.
-    pub fn return_map(&self, elasticity: &Elasticity, pressure: f64, q: f64) -> Projection {
+    pub fn return_map(&self, elasticity: &Elasticity, pressure: f64, q: f64) -> EllipseReturn {
         // Also where the strength is beyond all numbers.
         if !(self.yield_value(pressure, q) > 0.0) {
-            return Projection { pressure, q, multiplier: 0.0, volumetric: 0.0 };
+            return EllipseReturn { pressure, q, multiplier: 0.0, volumetric: 0.0 };
         }
         let radius = self.radius();
         if radius == 0.0 {
             let volumetric = -pressure / elasticity.bulk_modulus;
-            return Projection { pressure: 0.0, q: 0.0, multiplier: f64::INFINITY, volumetric };
+            return EllipseReturn { pressure: 0.0, q: 0.0, multiplier: f64::INFINITY, volumetric };
         }
         let (a, b) = self.rates(elasticity);
         let (x, y) = (self.slope * (pressure - self.centre()), self.flattening().sqrt() * q);
@@ -87,7 +87,7 @@ impl Ellipse {
         }
         let u = 1.0 + a * gamma;
         let change = -(pressure - self.centre()) * (a * gamma / u);
-        Projection {
+        EllipseReturn {
             pressure: self.centre() + x / (self.slope * u),
             q: q / (1.0 + b * gamma),
             multiplier: gamma,
@@ -97,24 +97,24 @@ impl Ellipse {
 }
 
 /// A return to the surface of the end of the step.
-pub(super) struct Surface {
-    pub(super) ellipse: Ellipse,
+pub(super) struct HardeningReturn {
+    pub(super) ellipse: YieldEllipse,
     /// `dp0/dx` with the plastic volumetric strain `x` of the step (Pa).
     pub(super) hardening: f64,
     /// Trial pressure and deviatoric stress (Pa).
     pub(super) trial: (f64, f64),
-    pub(super) projection: Projection,
+    pub(super) projection: EllipseReturn,
 }
 
 /// Derivatives of the two conditions of a return, on flow and on yield, with respect to the plastic
 /// volumetric strain `x`, the multiplier `γ`, and the trial's `p` and `q`.
-pub(super) struct Conditions {
+pub(super) struct ReturnConditions {
     pub(super) flow: [f64; 4],
     pub(super) yielding: [f64; 4],
 }
 
-impl Surface {
-    pub(super) fn conditions(&self, elasticity: &Elasticity) -> Conditions {
+impl HardeningReturn {
+    pub(super) fn conditions(&self, elasticity: &Elasticity) -> ReturnConditions {
         let (slope, k) = (self.ellipse.slope, elasticity.bulk_modulus);
         let beta = self.ellipse.cohesion_ratio;
         let (a, b) = self.ellipse.rates(elasticity);
@@ -125,7 +125,7 @@ impl Surface {
         let (x, y) = (slope * distance / u, root * self.trial.1 / v);
         let centre = 0.5 * (1.0 - beta) * self.hardening;
         let radius = 0.5 * slope * (1.0 + beta) * self.hardening;
-        Conditions {
+        ReturnConditions {
             flow: [1.0 - centre * taken / k, distance * a / (k * u * u), taken / k, 0.0],
             yielding: [
                 -x * slope * centre / u - self.ellipse.radius() * radius,
@@ -138,7 +138,7 @@ impl Surface {
 
     /// `∂(p, q)/∂(p, q)` of the trial, by the implicit-function theorem.
     pub(super) fn slopes(&self, elasticity: &Elasticity) -> [[f64; 2]; 2] {
-        let Conditions { flow, yielding } = self.conditions(elasticity);
+        let ReturnConditions { flow, yielding } = self.conditions(elasticity);
         let (_, b) = self.ellipse.rates(elasticity);
         let v = 1.0 + b * self.projection.multiplier;
         let determinant = flow[0] * yielding[1] - flow[1] * yielding[0];

@@ -24,15 +24,15 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use crate::hencky::{Few, InvariantReturn, Landed, any, chosen};
+use crate::hencky::{InvariantReturn, ReturnResult, SimdBatch, any, select};
 use crate::{
-    InitialCondition, Law, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain, SymTensor,
+    InitialCondition, Law, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain, SymTensor,
 };
 
-use ellipse::{Conditions, Surface};
-use newton::Returns;
+use ellipse::{HardeningReturn, ReturnConditions};
+use newton::InvariantBatch;
 
-pub use ellipse::{Ellipse, Projection};
+pub use ellipse::{EllipseReturn, YieldEllipse};
 pub use parameters::{CamClayHardening, CamClayIntegration, CohesiveCamClaySpec};
 
 /// Iterations of the bracketed return before it only halves; up to a dozen are usual.
@@ -63,11 +63,11 @@ pub struct CohesiveCamClayState {
 }
 
 /// Where a step ends.
-enum Landing {
+enum ReturnEnd {
     Elastic,
     /// Without stress.
-    Free,
-    Surface(Surface),
+    StressFree,
+    Surface(HardeningReturn),
 }
 
 impl CohesiveCamClay {
@@ -82,7 +82,7 @@ impl CohesiveCamClay {
         if strain < 0.0 {
             let (k, xi) = (self.elasticity.bulk_modulus, self.spec.hardening_factor);
             let argument = -xi * strain;
-            let (sinh, cosh) = if argument < newton::LARGEST {
+            let (sinh, cosh) = if argument < newton::MAX_HYPERBOLIC_ARGUMENT {
                 newton::hyperbolic(argument)
             } else {
                 (argument.sinh(), argument.cosh())
@@ -94,8 +94,8 @@ impl CohesiveCamClay {
     }
 
     /// The yield surface of a state.
-    pub fn ellipse(&self, state: &CohesiveCamClayState) -> Ellipse {
-        Ellipse {
+    pub fn ellipse(&self, state: &CohesiveCamClayState) -> YieldEllipse {
+        YieldEllipse {
             slope: self.spec.critical_state_slope,
             cohesion_ratio: if state.collapsed { 0.0 } else { self.spec.cohesion_ratio },
             strength: self.strength(state.hardening_strain).0,
@@ -110,79 +110,88 @@ impl CohesiveCamClay {
         }
     }
 
-    fn hardened(&self, state: &CohesiveCamClayState, volumetric: f64) -> f64 {
+    fn hardening_strain_after(&self, state: &CohesiveCamClayState, volumetric: f64) -> f64 {
         let grown = self.softening(state).map_or(volumetric, |factor| factor * volumetric.abs());
         state.hardening_strain + grown
     }
 
     /// The return at a guess of the plastic volumetric strain.
-    fn surface(&self, trial: (f64, f64), state: &CohesiveCamClayState, volumetric: f64) -> Surface {
+    fn surface(&self, trial: (f64, f64), state: &CohesiveCamClayState, volumetric: f64) -> HardeningReturn {
         let surface = self.surface_at(trial, state, volumetric);
         let projection = surface.ellipse.return_map(&self.elasticity, trial.0, trial.1);
-        Surface { projection, ..surface }
+        HardeningReturn { projection, ..surface }
     }
 
     /// The surface after the plastic volumetric strain `volumetric`, nothing returned to it yet.
-    fn surface_at(&self, trial: (f64, f64), state: &CohesiveCamClayState, volumetric: f64) -> Surface {
-        let (strength, slope) = self.strength(self.hardened(state, volumetric));
+    fn surface_at(
+        &self,
+        trial: (f64, f64),
+        state: &CohesiveCamClayState,
+        volumetric: f64,
+    ) -> HardeningReturn {
+        let (strength, slope) = self.strength(self.hardening_strain_after(state, volumetric));
         let rate = self.softening(state).map_or(1.0, |factor| factor * volumetric.signum());
-        let ellipse = Ellipse { strength, ..self.ellipse(state) };
-        let projection = Projection { pressure: trial.0, q: trial.1, multiplier: 0.0, volumetric: 0.0 };
-        Surface { ellipse, hardening: slope * rate, trial, projection }
+        let ellipse = YieldEllipse { strength, ..self.ellipse(state) };
+        let projection = EllipseReturn { pressure: trial.0, q: trial.1, multiplier: 0.0, volumetric: 0.0 };
+        HardeningReturn { ellipse, hardening: slope * rate, trial, projection }
     }
 
     /// Return of a trial `(p, q)` (Pa): where it ends, and the state there.
-    fn land(
+    fn return_map(
         &self,
         trial: (f64, f64),
         state: &CohesiveCamClayState,
-    ) -> Result<(Landing, CohesiveCamClayState), MaterialError> {
-        let (mut returns, mut new) = (Returns::of([trial.0], [trial.1]), [*state]);
-        self.return_several(&mut returns, &mut new);
-        let Returns {
-            pressure: [pressure], q: [q], volumetric: [volumetric], multiplier: [multiplier], ..
+    ) -> Result<(ReturnEnd, CohesiveCamClayState), MaterialError> {
+        let (mut returns, mut new) = (InvariantBatch::from_trials([trial.0], [trial.1]), [*state]);
+        self.return_invariant_batch(&mut returns, &mut new);
+        let InvariantBatch {
+            pressure: [pressure],
+            q: [q],
+            volumetric: [volumetric],
+            multiplier: [multiplier],
+            ..
         } = returns;
-        if returns.left[0] != 0.0 {
-            return self.land_bracketed(trial, state);
+        if returns.fallback[0] != 0.0 {
+            return self.return_map_bracketed(trial, state);
         }
         if returns.yields[0] == 0.0 {
-            return Ok((Landing::Elastic, *state));
+            return Ok((ReturnEnd::Elastic, *state));
         }
         if multiplier == f64::INFINITY {
-            return Ok((Landing::Free, new[0]));
+            return Ok((ReturnEnd::StressFree, new[0]));
         }
-        let projection = Projection { pressure, q, multiplier, volumetric };
+        let projection = EllipseReturn { pressure, q, multiplier, volumetric };
         let surface = match self.spec.integration {
             CamClayIntegration::Implicit => {
-                Surface { projection, ..self.surface_at(trial, state, volumetric) }
+                HardeningReturn { projection, ..self.surface_at(trial, state, volumetric) }
             }
             CamClayIntegration::Explicit => {
-                Surface { ellipse: self.ellipse(state), hardening: 0.0, trial, projection }
+                HardeningReturn { ellipse: self.ellipse(state), hardening: 0.0, trial, projection }
             }
         };
-        Ok((Landing::Surface(surface), new[0]))
+        Ok((ReturnEnd::Surface(surface), new[0]))
     }
 
-    /// As [`CohesiveCamClay::land`], by one bracketed unknown: the plastic volumetric strain of the step, around the
+    /// As [`CohesiveCamClay::return_map`], by one bracketed unknown: the plastic volumetric strain of the step, around the
     /// projection onto an ellipse of given size. Also for trials that take all of the strength.
-    fn land_bracketed(
+    fn return_map_bracketed(
         &self,
         trial: (f64, f64),
         state: &CohesiveCamClayState,
-    ) -> Result<(Landing, CohesiveCamClayState), MaterialError> {
+    ) -> Result<(ReturnEnd, CohesiveCamClayState), MaterialError> {
         let frozen = self.ellipse(state);
         // Round-off of a strain is not flow: a weak layer may snap at any overshoot.
         let fuzz = 1e-14 * frozen.slope * self.elasticity.bulk_modulus;
         let excess = frozen.yield_value(trial.0, trial.1);
         if excess <= fuzz {
-            return Ok((Landing::Elastic, *state));
+            return Ok((ReturnEnd::Elastic, *state));
         }
         if !excess.is_finite() {
             return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
         }
         let offered = -trial.0 / self.elasticity.bulk_modulus;
         if self.spec.integration == CamClayIntegration::Explicit {
-            return Ok(self.land_on_frozen(&frozen, trial, state, offered));
+            return Ok(self.return_map_fixed_strength(&frozen, trial, state, offered));
         }
         let first = frozen.return_map(&self.elasticity, trial.0, trial.1).volumetric;
         // Plastic volumetric strain at which nothing of p0 is left.
@@ -191,7 +200,7 @@ impl CohesiveCamClay {
             None if first >= 0.0 => Some((-state.hardening_strain).max(0.0)),
             // The gap of an earlier dilation must close first.
             None if frozen.strength == 0.0 && offered + state.hardening_strain >= 0.0 => {
-                return Ok(self.freed(trial, state, offered));
+                return Ok(self.stress_free_state(trial, state, offered));
             }
             None => None,
         };
@@ -200,48 +209,48 @@ impl CohesiveCamClay {
         {
             return match self.softening(state) {
                 Some(_) => self.collapsed(trial, state, offered, end),
-                None => Ok(self.freed(trial, state, offered)),
+                None => Ok(self.stress_free_state(trial, state, offered)),
             };
         }
-        let bound = end.unwrap_or_else(|| self.enough_packing(trial, state, first));
+        let bound = end.unwrap_or_else(|| self.sufficient_compaction(trial, state, first));
         let volumetric = self.solve(trial, state, first, bound)?;
         let surface = self.surface(trial, state, volumetric);
         let mut new = *state;
         self.advance(&mut new, volumetric, trial.1 - surface.projection.q);
-        Ok((Landing::Surface(surface), new))
+        Ok((ReturnEnd::Surface(surface), new))
     }
 
     /// The return to the surface of the start of the step; without strength no stress is left.
-    fn land_on_frozen(
+    fn return_map_fixed_strength(
         &self,
-        frozen: &Ellipse,
+        frozen: &YieldEllipse,
         trial: (f64, f64),
         state: &CohesiveCamClayState,
         offered: f64,
-    ) -> (Landing, CohesiveCamClayState) {
+    ) -> (ReturnEnd, CohesiveCamClayState) {
         if frozen.strength == 0.0 {
-            return self.freed(trial, state, offered);
+            return self.stress_free_state(trial, state, offered);
         }
         let projection = frozen.return_map(&self.elasticity, trial.0, trial.1);
         let mut new = *state;
         self.advance(&mut new, projection.volumetric, trial.1 - projection.q);
-        (Landing::Surface(Surface { ellipse: *frozen, hardening: 0.0, trial, projection }), new)
+        (ReturnEnd::Surface(HardeningReturn { ellipse: *frozen, hardening: 0.0, trial, projection }), new)
     }
 
     /// All of the trial strain, `offered` of it volumetric, is plastic; no stress is left.
-    fn freed(
+    fn stress_free_state(
         &self,
         trial: (f64, f64),
         state: &CohesiveCamClayState,
         offered: f64,
-    ) -> (Landing, CohesiveCamClayState) {
+    ) -> (ReturnEnd, CohesiveCamClayState) {
         let new = CohesiveCamClayState {
             hardening_strain: state.hardening_strain + offered,
             volumetric: state.volumetric + offered,
             deviatoric: state.deviatoric + trial.1 / (3.0 * self.elasticity.shear_modulus),
             ..*state
         };
-        (Landing::Free, new)
+        (ReturnEnd::StressFree, new)
     }
 
     /// The layer collapses after the plastic volumetric strain `end` (eq. 2.18): no stress, no cohesion;
@@ -252,24 +261,24 @@ impl CohesiveCamClay {
         state: &CohesiveCamClayState,
         offered: f64,
         end: f64,
-    ) -> Result<(Landing, CohesiveCamClayState), MaterialError> {
-        let (_, debris) = self.freed(trial, state, end);
+    ) -> Result<(ReturnEnd, CohesiveCamClayState), MaterialError> {
+        let (_, debris) = self.stress_free_state(trial, state, end);
         let debris = CohesiveCamClayState { hardening_strain: 0.0, collapsed: true, ..debris };
         let left = offered - end;
         let pressure = -self.elasticity.bulk_modulus * left;
         if left >= 0.0 {
-            return Ok(self.freed((pressure, 0.0), &debris, left));
+            return Ok(self.stress_free_state((pressure, 0.0), &debris, left));
         }
-        match self.land((pressure, 0.0), &debris)? {
+        match self.return_map((pressure, 0.0), &debris)? {
             // Too little to tell from nothing.
-            (Landing::Elastic, _) => Ok(self.freed((pressure, 0.0), &debris, left)),
+            (ReturnEnd::Elastic, _) => Ok(self.stress_free_state((pressure, 0.0), &debris, left)),
             landed => Ok(landed),
         }
     }
 
     /// A compaction that hardens more than the return asks for, from that at frozen strength: enough by
     /// itself unless the centre of the surface moves into tension as it grows, that is for `β > 1`.
-    fn enough_packing(&self, trial: (f64, f64), state: &CohesiveCamClayState, first: f64) -> f64 {
+    fn sufficient_compaction(&self, trial: (f64, f64), state: &CohesiveCamClayState, first: f64) -> f64 {
         let mut bound = first;
         for _ in 0..60 {
             if bound <= self.surface(trial, state, bound).projection.volumetric {
@@ -308,7 +317,7 @@ impl CohesiveCamClay {
             }
             let gamma = surface.projection.multiplier;
             let slope = if gamma > 0.0 && gamma.is_finite() {
-                let Conditions { flow, yielding } = surface.conditions(&self.elasticity);
+                let ReturnConditions { flow, yielding } = surface.conditions(&self.elasticity);
                 flow[0] - flow[1] * yielding[0] / yielding[1]
             } else {
                 1.0
@@ -336,7 +345,7 @@ impl Law for CohesiveCamClay {
     }
 }
 
-impl Pointwise for CohesiveCamClay {
+impl PointLaw for CohesiveCamClay {
     type State = CohesiveCamClayState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<CohesiveCamClayState>, MaterialError> {
@@ -349,8 +358,8 @@ impl Pointwise for CohesiveCamClay {
         };
         let ellipse = self.ellipse(&state);
         let (pressure, q) = (stress.pressure(), stress.q());
-        if self.spec.project && stress.is_finite() {
-            let Projection { pressure, q: kept, .. } = ellipse.return_map(&self.elasticity, pressure, q);
+        if self.spec.return_initial_stress_to_yield && stress.is_finite() {
+            let EllipseReturn { pressure, q: kept, .. } = ellipse.return_map(&self.elasticity, pressure, q);
             let share = if q > 0.0 { kept / q } else { 0.0 };
             return Ok(Point { stress: stress.deviator() * share - SymTensor::isotropic(pressure), state });
         }
@@ -389,11 +398,11 @@ impl SmallStrain for CohesiveCamClay {
     ) -> Result<Point<CohesiveCamClayState>, MaterialError> {
         let trial = old.stress + self.elasticity.stress(strain);
         let (pressure, q) = (trial.pressure(), trial.q());
-        let (landing, state) = self.land((pressure, q), &old.state)?;
+        let (landing, state) = self.return_map((pressure, q), &old.state)?;
         let stress = match landing {
-            Landing::Elastic => trial,
-            Landing::Free => SymTensor::ZERO,
-            Landing::Surface(Surface { projection, .. }) => {
+            ReturnEnd::Elastic => trial,
+            ReturnEnd::StressFree => SymTensor::ZERO,
+            ReturnEnd::Surface(HardeningReturn { projection, .. }) => {
                 let shrink = if q > 0.0 { projection.q / q } else { 0.0 };
                 trial.deviator() * shrink - SymTensor::isotropic(projection.pressure)
             }
@@ -407,20 +416,20 @@ impl PrincipalReturn for CohesiveCamClay {
         &self.elasticity
     }
 
-    fn takes_few(&self) -> bool {
+    fn supports_batch(&self) -> bool {
         true
     }
 
     #[inline]
-    fn return_few<const N: usize>(&self, few: &mut Few<N>, states: &mut [CohesiveCamClayState; N]) {
-        let mut returns = Returns::of([0.0; N], [0.0; N]);
+    fn return_batch<const N: usize>(&self, few: &mut SimdBatch<N>, states: &mut [CohesiveCamClayState; N]) {
+        let mut returns = InvariantBatch::from_trials([0.0; N], [0.0; N]);
         for i in 0..N {
             let stress = few.stress_of(i);
             (returns.pressure[i], returns.q[i]) = (stress.pressure(), stress.q());
         }
         let trial = returns.q;
-        self.return_several(&mut returns, states);
-        few.yields = returns.yields;
+        self.return_invariant_batch(&mut returns, states);
+        few.is_yielding = returns.yields;
         if !any(&returns.yields) {
             return;
         }
@@ -429,8 +438,8 @@ impl PrincipalReturn for CohesiveCamClay {
             let share = if trial[i] > 0.0 { returns.q[i] / trial[i] } else { 0.0 };
             let returned = stress.deviator() * share - SymTensor::isotropic(returns.pressure[i]);
             let yields = returns.yields[i] != 0.0;
-            few.set_stress(i, &chosen(yields, &returned, &stress));
-            few.left[i] = few.left[i].max(returns.left[i]);
+            few.set_stress(i, &select(yields, &returned, &stress));
+            few.fallback[i] = few.fallback[i].max(returns.fallback[i]);
         }
     }
 
@@ -441,7 +450,7 @@ impl PrincipalReturn for CohesiveCamClay {
     ) -> Result<([f64; 3], CohesiveCamClayState), MaterialError> {
         let [a, b, c] = trial;
         let old = Point { stress: SymTensor::diagonal(a, b, c), state: *state };
-        let new = self.update(&SymTensor::ZERO, &Motion::STILL, &old)?;
+        let new = self.update(&SymTensor::ZERO, &Motion::AT_REST, &old)?;
         Ok(([new.stress[0], new.stress[1], new.stress[2]], new.state))
     }
 
@@ -449,10 +458,10 @@ impl PrincipalReturn for CohesiveCamClay {
         let [a, b, c] = trial;
         let stress = SymTensor::diagonal(a, b, c);
         let (pressure, q) = (stress.pressure(), stress.q());
-        let surface = match self.land((pressure, q), state).ok()?.0 {
-            Landing::Elastic => return Some(self.elasticity.principal()),
-            Landing::Free => return Some([[0.0; 3]; 3]),
-            Landing::Surface(surface) => surface,
+        let surface = match self.return_map((pressure, q), state).ok()?.0 {
+            ReturnEnd::Elastic => return Some(self.elasticity.principal()),
+            ReturnEnd::StressFree => return Some([[0.0; 3]; 3]),
+            ReturnEnd::Surface(surface) => surface,
         };
         let (k, mu) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let [[pp, pq], [qp, qq]] = surface.slopes(&self.elasticity);
@@ -480,12 +489,14 @@ impl InvariantReturn for CohesiveCamClay {
         &self,
         trial: (f64, f64),
         state: &CohesiveCamClayState,
-    ) -> Landed<CohesiveCamClayState> {
-        let (landing, new) = self.land(trial, state)?;
+    ) -> ReturnResult<CohesiveCamClayState> {
+        let (landing, new) = self.return_map(trial, state)?;
         let end = match landing {
-            Landing::Elastic => None,
-            Landing::Free => Some((0.0, 0.0)),
-            Landing::Surface(Surface { projection, .. }) => Some((projection.pressure, projection.q)),
+            ReturnEnd::Elastic => None,
+            ReturnEnd::StressFree => Some((0.0, 0.0)),
+            ReturnEnd::Surface(HardeningReturn { projection, .. }) => {
+                Some((projection.pressure, projection.q))
+            }
         };
         Ok((end, new))
     }

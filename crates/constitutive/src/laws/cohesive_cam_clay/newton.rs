@@ -10,10 +10,10 @@ const ITERATIONS: usize = 14;
 
 /// Change of stress in an iteration, over the size of the surface, after which the next one is beyond round-off:
 /// convergence is quadratic.
-const CLOSE: f64 = 3e-8;
+const CONVERGENCE_TOLERANCE: f64 = 3e-8;
 
 /// Largest `ξ max(-ε, 0)` of the series of the hyperbolic functions.
-pub(super) const LARGEST: f64 = 4.0;
+pub(super) const MAX_HYPERBOLIC_ARGUMENT: f64 = 4.0;
 
 /// Quotients of neighbouring terms of the series of `sinh x / x` and of `cosh x`, the last ones first.
 const SERIES: [[f64; 2]; 7] = {
@@ -45,7 +45,7 @@ pub(super) fn hyperbolic(x: f64) -> (f64, f64) {
 }
 
 /// Trials in invariants, and where they end.
-pub(super) struct Returns<const N: usize> {
+pub(super) struct InvariantBatch<const N: usize> {
     /// Mean pressure (Pa), trial at first.
     pub(super) pressure: [f64; N],
     /// Deviatoric stress `q` (Pa), trial at first.
@@ -57,24 +57,24 @@ pub(super) struct Returns<const N: usize> {
     /// One where the trial yields, else zero.
     pub(super) yields: [f64; N],
     /// One where the return is left to the bracketed solve, else zero.
-    pub(super) left: [f64; N],
+    pub(super) fallback: [f64; N],
 }
 
-impl<const N: usize> Returns<N> {
-    pub(super) fn of(pressure: [f64; N], q: [f64; N]) -> Self {
+impl<const N: usize> InvariantBatch<N> {
+    pub(super) fn from_trials(pressure: [f64; N], q: [f64; N]) -> Self {
         let zero = [0.0; N];
-        Self { pressure, q, volumetric: zero, multiplier: zero, yields: zero, left: zero }
+        Self { pressure, q, volumetric: zero, multiplier: zero, yields: zero, fallback: zero }
     }
 }
 
 /// What is the same for all points of a material.
 #[derive(Clone, Copy)]
-struct Constants {
+struct NewtonConstants {
     slope: f64,
     cohesion_ratio: f64,
     bulk: f64,
     factor: f64,
-    fuzz: f64,
+    yield_tolerance: f64,
     /// `2 K M²` and `6 μ`.
     rates: (f64, f64),
     implicit: f64,
@@ -82,11 +82,11 @@ struct Constants {
 
 /// A point during the iteration.
 #[derive(Clone, Copy)]
-struct Point {
+struct NewtonPoint {
     /// The trial.
     pressure: f64,
     /// `√(1 + 2β)` times that of the trial.
-    weighed_q: f64,
+    scaled_q: f64,
     /// `-ε` or what takes its place, at the start.
     strain: f64,
     /// Cohesion ratio of the point.
@@ -97,7 +97,7 @@ struct Point {
 }
 
 /// Several points, number by number.
-struct Points<const N: usize> {
+struct NewtonPoints<const N: usize> {
     pressure: [f64; N],
     q: [f64; N],
     strain: [f64; N],
@@ -108,12 +108,12 @@ struct Points<const N: usize> {
     by_size: [f64; N],
 }
 
-impl<const N: usize> Points<N> {
+impl<const N: usize> NewtonPoints<N> {
     #[inline(always)]
-    fn at(&self, i: usize) -> Point {
-        Point {
+    fn at(&self, i: usize) -> NewtonPoint {
+        NewtonPoint {
             pressure: self.pressure[i],
-            weighed_q: self.root[i] * self.q[i],
+            scaled_q: self.root[i] * self.q[i],
             strain: self.strain[i],
             cohesion: self.cohesion[i],
             by_volume: self.by_volume[i],
@@ -123,7 +123,7 @@ impl<const N: usize> Points<N> {
 }
 
 /// Centre, radius and place of a trial against the surface of the start of the step.
-struct Outside {
+struct TrialDistance {
     centre: f64,
     radius: f64,
     x: f64,
@@ -131,7 +131,7 @@ struct Outside {
 }
 
 /// The conditions at a guess.
-struct At {
+struct ConditionValues {
     centre: f64,
     radius: f64,
     x: f64,
@@ -143,27 +143,27 @@ struct At {
     yielding: [f64; 3],
 }
 
-impl Constants {
+impl NewtonConstants {
     /// `p0` and its slope with the hardening strain.
     #[inline(always)]
     fn strength(&self, strain: f64) -> (f64, f64) {
-        let (s, c) = hyperbolic(self.factor * (-strain).max(0.0).min(LARGEST / self.factor));
+        let (s, c) = hyperbolic(self.factor * (-strain).max(0.0).min(MAX_HYPERBOLIC_ARGUMENT / self.factor));
         (self.bulk * s, if strain < 0.0 { -self.bulk * self.factor * c } else { 0.0 })
     }
 
     /// A trial against the surface of the start of the step.
     #[inline(always)]
-    fn outside(&self, point: &Point) -> Outside {
+    fn trial_distance(&self, point: &NewtonPoint) -> TrialDistance {
         let (p0, _) = self.strength(point.strain);
         let centre = 0.5 * (1.0 - point.cohesion) * p0;
         let radius = 0.5 * self.slope * (1.0 + point.cohesion) * p0;
-        let (x, y) = (self.slope * (point.pressure - centre), point.weighed_q);
-        Outside { centre, radius, x, norm: (x * x + y * y).sqrt() }
+        let (x, y) = (self.slope * (point.pressure - centre), point.scaled_q);
+        TrialDistance { centre, radius, x, norm: (x * x + y * y).sqrt() }
     }
 
     /// Value and derivatives (by volumetric strain and multiplier) of the flow rule and of the yield condition.
     #[inline(always)]
-    fn at(&self, point: &Point, volumetric: f64, gamma: f64) -> At {
+    fn condition_values(&self, point: &NewtonPoint, volumetric: f64, gamma: f64) -> ConditionValues {
         let beta = point.cohesion;
         let rate = self.implicit * (point.by_volume + point.by_size * volumetric.signum());
         let (p0, slope) = self.strength(point.strain + rate * volumetric);
@@ -176,12 +176,12 @@ impl Constants {
         let (a, b) = (self.rates.0, self.rates.1 * flattening);
         let (u, v) = (1.0 / (1.0 + a * gamma), 1.0 / (1.0 + b * gamma));
         let distance = point.pressure - centre;
-        let (x, y) = (self.slope * distance * u, point.weighed_q * v);
+        let (x, y) = (self.slope * distance * u, point.scaled_q * v);
         let norm = (x * x + y * y).sqrt();
         let inverse = 1.0 / norm;
         let ratio = radius * inverse;
         let taken = a * gamma * u;
-        At {
+        ConditionValues {
             centre,
             radius,
             x,
@@ -203,14 +203,14 @@ impl Constants {
 }
 
 impl CohesiveCamClay {
-    fn constants(&self) -> Constants {
+    fn constants(&self) -> NewtonConstants {
         let (slope, bulk) = (self.spec.critical_state_slope, self.elasticity.bulk_modulus);
-        Constants {
+        NewtonConstants {
             slope,
             cohesion_ratio: self.spec.cohesion_ratio,
             bulk,
             factor: self.spec.hardening_factor,
-            fuzz: 1e-14 * slope * bulk,
+            yield_tolerance: 1e-14 * slope * bulk,
             rates: (2.0 * bulk * slope * slope, 6.0 * self.elasticity.shear_modulus),
             implicit: match self.spec.integration {
                 CamClayIntegration::Implicit => 1.0,
@@ -221,24 +221,24 @@ impl CohesiveCamClay {
 
     /// Returns trials in invariants and steps the states of those that yield. Points that are left are untouched.
     #[inline(always)]
-    pub(super) fn return_several<const N: usize>(
+    pub(super) fn return_invariant_batch<const N: usize>(
         &self,
-        returns: &mut Returns<N>,
+        returns: &mut InvariantBatch<N>,
         states: &mut [CohesiveCamClayState; N],
     ) {
         let constants = self.constants();
         let points = self.start(returns, states);
-        Self::judge(&constants, &points, returns);
+        Self::find_yielding(&constants, &points, returns);
         if !any(&returns.yields) {
             return;
         }
-        let active = Self::guess(&constants, &points, returns);
+        let active = Self::initial_guess(&constants, &points, returns);
         if any(&active) {
             Self::iterate(&constants, &points, returns, active);
         }
         Self::finish(&constants, &points, returns);
         for i in 0..N {
-            if returns.yields[i] != 0.0 && returns.left[i] == 0.0 {
+            if returns.yields[i] != 0.0 && returns.fallback[i] == 0.0 {
                 self.advance(&mut states[i], returns.volumetric[i], points.q[i] - returns.q[i]);
             }
         }
@@ -246,7 +246,7 @@ impl CohesiveCamClay {
 
     /// State after a return that takes `volumetric` and, of the deviatoric stress, `lost` (Pa).
     pub(super) fn advance(&self, state: &mut CohesiveCamClayState, volumetric: f64, lost: f64) {
-        state.hardening_strain = self.hardened(state, volumetric);
+        state.hardening_strain = self.hardening_strain_after(state, volumetric);
         state.volumetric += volumetric;
         state.deviatoric += lost / (3.0 * self.elasticity.shear_modulus);
         // Only with explicit integration: a return with hardening ends before.
@@ -257,9 +257,13 @@ impl CohesiveCamClay {
     }
 
     #[inline(always)]
-    fn start<const N: usize>(&self, returns: &Returns<N>, states: &[CohesiveCamClayState; N]) -> Points<N> {
+    fn start<const N: usize>(
+        &self,
+        returns: &InvariantBatch<N>,
+        states: &[CohesiveCamClayState; N],
+    ) -> NewtonPoints<N> {
         let zero = [0.0; N];
-        let mut points = Points {
+        let mut points = NewtonPoints {
             pressure: returns.pressure,
             q: returns.q,
             strain: zero,
@@ -283,11 +287,15 @@ impl CohesiveCamClay {
 
     /// Which points yield.
     #[inline(never)]
-    fn judge<const N: usize>(constants: &Constants, points: &Points<N>, returns: &mut Returns<N>) {
+    fn find_yielding<const N: usize>(
+        constants: &NewtonConstants,
+        points: &NewtonPoints<N>,
+        returns: &mut InvariantBatch<N>,
+    ) {
         for i in 0..N {
-            let Outside { radius, norm, .. } = constants.outside(&points.at(i));
+            let TrialDistance { radius, norm, .. } = constants.trial_distance(&points.at(i));
             // Written so that NaN yields.
-            let yields = (norm - radius > constants.fuzz) | !(norm < f64::MAX);
+            let yields = (norm - radius > constants.yield_tolerance) | !(norm < f64::MAX);
             returns.yields[i] = if yields { 1.0 } else { 0.0 };
         }
     }
@@ -295,21 +303,21 @@ impl CohesiveCamClay {
     /// Which of the points that yield lose all stress and which are left; where the others, which it tells, start: at the return
     /// with frozen strength.
     #[inline(never)]
-    fn guess<const N: usize>(
-        constants: &Constants,
-        points: &Points<N>,
-        returns: &mut Returns<N>,
+    fn initial_guess<const N: usize>(
+        constants: &NewtonConstants,
+        points: &NewtonPoints<N>,
+        returns: &mut InvariantBatch<N>,
     ) -> [f64; N] {
         let mut active = [0.0; N];
         for i in 0..N {
             let point = points.at(i);
-            let Outside { centre, radius, x, norm } = constants.outside(&point);
+            let TrialDistance { centre, radius, x, norm } = constants.trial_distance(&point);
             let distance = point.pressure - centre;
             let (a, b) = (constants.rates.0, constants.rates.1 * (1.0 + 2.0 * point.cohesion));
             let inverse = 1.0 / radius;
             // From below the root of 1/‖v(γ)‖ = 1/radius, which is nearly linear and concave in γ.
             let gamma = ((x.abs() * inverse - 1.0) / a)
-                .max((point.weighed_q * inverse - 1.0) / b)
+                .max((point.scaled_q * inverse - 1.0) / b)
                 .max((norm * inverse - 1.0) / a.max(b));
             let taken = a * gamma / (1.0 + a * gamma);
             // Without softening: the strain takes all of p0, or there is none and no gap to close.
@@ -333,10 +341,10 @@ impl CohesiveCamClay {
             let fine = (norm < f64::MAX)
                 & (radius > 0.0)
                 & (distance != 0.0)
-                & (constants.factor * -point.strain < LARGEST)
+                & (constants.factor * -point.strain < MAX_HYPERBOLIC_ARGUMENT)
                 & !reaches
                 & !moving;
-            returns.left[i] = if fine | freed { 0.0 } else { returns.yields[i] };
+            returns.fallback[i] = if fine | freed { 0.0 } else { returns.yields[i] };
             active[i] = if fine & !freed { returns.yields[i] } else { 0.0 };
         }
         active
@@ -345,9 +353,9 @@ impl CohesiveCamClay {
     /// Newton's method; points that do not settle are left.
     #[inline(never)]
     fn iterate<const N: usize>(
-        constants: &Constants,
-        points: &Points<N>,
-        returns: &mut Returns<N>,
+        constants: &NewtonConstants,
+        points: &NewtonPoints<N>,
+        returns: &mut InvariantBatch<N>,
         mut active: [f64; N],
     ) {
         let mut wrong = [0.0; N];
@@ -355,8 +363,8 @@ impl CohesiveCamClay {
             for i in 0..N {
                 let point = points.at(i);
                 let (volumetric, gamma) = (returns.volumetric[i], returns.multiplier[i]);
-                let At { radius, x, y, decay: [u, v], flow, yielding, .. } =
-                    constants.at(&point, volumetric, gamma);
+                let ConditionValues { radius, x, y, decay: [u, v], flow, yielding, .. } =
+                    constants.condition_values(&point, volumetric, gamma);
                 let determinant = flow[1] * yielding[2] - flow[2] * yielding[1];
                 let inverse = 1.0 / determinant;
                 let dx = (yielding[0] * flow[2] - flow[0] * yielding[2]) * inverse;
@@ -376,7 +384,7 @@ impl CohesiveCamClay {
                 returns.multiplier[i] = if going { multiplier } else { gamma };
                 // A slope of the other sign: the return may have several ends.
                 wrong[i] += if going & !(determinant < 0.0) { 1.0 } else { 0.0 };
-                active[i] = if going & !(change <= CLOSE * radius) { 1.0 } else { 0.0 };
+                active[i] = if going & !(change <= CONVERGENCE_TOLERANCE * radius) { 1.0 } else { 0.0 };
             }
             if !any(&active) {
                 break;
@@ -384,20 +392,25 @@ impl CohesiveCamClay {
         }
         for i in 0..N {
             let failed = (active[i] > 0.0) | (wrong[i] > 0.0);
-            returns.left[i] = if failed { 1.0 } else { returns.left[i] };
+            returns.fallback[i] = if failed { 1.0 } else { returns.fallback[i] };
         }
     }
 
     /// The stresses where the returns end.
     #[inline(never)]
-    fn finish<const N: usize>(constants: &Constants, points: &Points<N>, returns: &mut Returns<N>) {
+    fn finish<const N: usize>(
+        constants: &NewtonConstants,
+        points: &NewtonPoints<N>,
+        returns: &mut InvariantBatch<N>,
+    ) {
         for i in 0..N {
             let point = points.at(i);
             let (volumetric, gamma) = (returns.volumetric[i], returns.multiplier[i]);
-            let At { centre, radius, x, y, norm, .. } = constants.at(&point, volumetric, gamma);
+            let ConditionValues { centre, radius, x, y, norm, .. } =
+                constants.condition_values(&point, volumetric, gamma);
             let ratio = radius / norm;
             let (p, q) = (centre + x * ratio / constants.slope, y * ratio / points.root[i]);
-            let done = (returns.yields[i] > 0.0) & (returns.left[i] == 0.0);
+            let done = (returns.yields[i] > 0.0) & (returns.fallback[i] == 0.0);
             let freed = gamma == f64::INFINITY;
             let (p, q) = (if freed { 0.0 } else { p }, if freed { 0.0 } else { q });
             let failed = !(gamma > 0.0) | !(q.abs() < f64::MAX) | !(p.abs() < f64::MAX);
@@ -405,7 +418,7 @@ impl CohesiveCamClay {
             returns.pressure[i] = if done & !failed { p } else { point.pressure };
             returns.q[i] = if done & !failed { q } else { points.q[i] };
             returns.volumetric[i] = if done & !failed { strain } else { 0.0 };
-            returns.left[i] = if done & failed { 1.0 } else { returns.left[i] };
+            returns.fallback[i] = if done & failed { 1.0 } else { returns.fallback[i] };
         }
     }
 }

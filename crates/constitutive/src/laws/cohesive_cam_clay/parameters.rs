@@ -9,7 +9,7 @@ use super::super::Elasticity;
 use super::super::linear_elastic::{snow_ratio_warnings, warn_above};
 use super::CohesiveCamClay;
 use crate::hencky::StressInvariants;
-use crate::model::{Facts, Kind, Model, check, not_negative, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
 use crate::{Material, MaterialError};
 
 /// Parameters of `cohesive-cam-clay`.
@@ -43,7 +43,8 @@ pub struct CohesiveCamClaySpec {
     /// Start on the yield surface where the initial stress lies outside it, at the point of the return; refused
     /// when false.
     #[serde(default)]
-    pub project: bool,
+    #[serde(rename = "project")]
+    pub return_initial_stress_to_yield: bool,
 }
 
 /// Whose `p0` a step of `cohesive-cam-clay` returns to.
@@ -119,9 +120,9 @@ impl CohesiveCamClaySpec {
 }
 
 impl Model for CohesiveCamClaySpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Gaume et al. 2020, eqs. 54–58",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "Hencky",
         tangent: "analytic",
     };
@@ -166,7 +167,7 @@ impl Model for CohesiveCamClaySpec {
             hardening,
             invariants: StressInvariants::Space,
             integration: CamClayIntegration::Implicit,
-            project: false,
+            return_initial_stress_to_yield: false,
         };
         vec![
             with(10.0, CamClayHardening::Slab),

@@ -2,9 +2,10 @@
 
 use proptest::prelude::*;
 
-use super::newton::{LARGEST, Returns, hyperbolic};
+use super::newton::{InvariantBatch, MAX_HYPERBOLIC_ARGUMENT, hyperbolic};
 use super::{
-    CamClayHardening, CamClayIntegration, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState, Landing,
+    CamClayHardening, CamClayIntegration, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState,
+    ReturnEnd,
 };
 use crate::Model;
 
@@ -57,7 +58,7 @@ fn hyperbolic_functions_by_series() {
             "{x}"
         );
     }
-    assert!(hyperbolic(LARGEST).0.is_finite());
+    assert!(hyperbolic(MAX_HYPERBOLIC_ARGUMENT).0.is_finite());
 }
 
 proptest! {
@@ -83,11 +84,11 @@ proptest! {
             if ellipse.yield_value(middle * p, middle * q) > 0.0 { (low, middle) } else { (middle, high) }
         }).1;
         let trial = ((edge + 10f64.powf(size)) * p, (edge + 10f64.powf(size)) * q);
-        let (quick, new) = law.land(trial, &state).unwrap();
-        let (slow, old) = law.land_bracketed(trial, &state).unwrap();
+        let (quick, new) = law.return_map(trial, &state).unwrap();
+        let (slow, old) = law.return_map_bracketed(trial, &state).unwrap();
         match (quick, slow) {
-            (Landing::Elastic, Landing::Elastic) | (Landing::Free, Landing::Free) => prop_assert_eq!(new, old),
-            (Landing::Surface(quick), Landing::Surface(slow)) => {
+            (ReturnEnd::Elastic, ReturnEnd::Elastic) | (ReturnEnd::StressFree, ReturnEnd::StressFree) => prop_assert_eq!(new, old),
+            (ReturnEnd::Surface(quick), ReturnEnd::Surface(slow)) => {
                 let (a, b) = (quick.projection, slow.projection);
                 let size = slow.ellipse.strength.max(b.pressure.abs() + b.q);
                 let apart = (a.pressure - b.pressure).abs() + (a.q - b.q).abs();
@@ -112,16 +113,16 @@ proptest! {
         let law = &laws()[which];
         let p0 = law.spec.compressive_strength;
         let states = trials.map(|(_, _, strength)| state(law, strength, strength > 1.0));
-        let mut together = Returns::of(trials.map(|t| t.0 * p0), trials.map(|t| t.1 * p0));
+        let mut together = InvariantBatch::from_trials(trials.map(|t| t.0 * p0), trials.map(|t| t.1 * p0));
         let mut after = states;
-        law.return_several(&mut together, &mut after);
+        law.return_invariant_batch(&mut together, &mut after);
         for i in 0..8 {
-            let mut alone = Returns::of([trials[i].0 * p0], [trials[i].1 * p0]);
+            let mut alone = InvariantBatch::from_trials([trials[i].0 * p0], [trials[i].1 * p0]);
             let mut state = [states[i]];
-            law.return_several(&mut alone, &mut state);
+            law.return_invariant_batch(&mut alone, &mut state);
             prop_assert_eq!(alone.pressure[0].to_bits(), together.pressure[i].to_bits());
             prop_assert_eq!(alone.q[0].to_bits(), together.q[i].to_bits());
-            prop_assert_eq!(alone.left[0], together.left[i]);
+            prop_assert_eq!(alone.fallback[0], together.fallback[i]);
             prop_assert_eq!(state[0], after[i]);
         }
     }

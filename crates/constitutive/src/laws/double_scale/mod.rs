@@ -22,7 +22,7 @@ use super::cohesive_band::CohesiveBand;
 use super::linear_elastic::{Elasticity, LinearElastic};
 use crate::localisation::least_isotropic_ellipticity;
 use crate::{
-    InitialCondition, InterfaceLaw, InterfacePoint, Law, Mat3, MaterialError, Motion, Point, Pointwise,
+    InitialCondition, InterfaceLaw, InterfacePoint, Law, Mat3, MaterialError, Motion, Point, PointLaw,
     PrincipalReturn, SmallStrain, Spectrum, SymTensor, Tangent,
 };
 
@@ -31,15 +31,15 @@ pub use parameters::{BandSpec, DoubleScaleSpec, LocalSolve, Onset, OutsideStreng
 const NAME: &str = "double-scale";
 
 /// Damage at which the intact-reset hypothesis drops a band.
-const BROKEN: f64 = 0.999;
+const FULL_DAMAGE: f64 = 0.999;
 
 /// Newton iterations of the local solve (sheet: constitutive §3.7.11).
 const ITERATIONS: usize = 30;
 
 /// Laws that may surround a band.
-pub trait Outside: PrincipalReturn<State: Copy> {}
+pub trait BandSurroundings: PrincipalReturn<State: Copy> {}
 
-impl<M: PrincipalReturn<State: Copy>> Outside for M {}
+impl<M: PrincipalReturn<State: Copy>> BandSurroundings for M {}
 
 /// The law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +51,7 @@ pub struct DoubleScale<B = CohesiveBand, M = LinearElastic> {
     newton: bool,
     size: Option<f64>,
     /// Size from which a point is refused (m).
-    largest: f64,
+    snap_back_size: f64,
     intact_reset: bool,
 }
 
@@ -73,12 +73,13 @@ pub struct BandedState<S, T = ()> {
 }
 
 /// Jump increment (m), band and point outside after a step.
-type Solved<B, M> = ([f64; 3], InterfacePoint<<B as InterfaceLaw>::State>, Point<<M as Pointwise>::State>);
+type BandSolution<B, M> =
+    ([f64; 3], InterfacePoint<<B as InterfaceLaw>::State>, Point<<M as PointLaw>::State>);
 
-type State<B, M> = BandedState<<B as InterfaceLaw>::State, <M as Pointwise>::State>;
+type DoubleScaleState<B, M> = BandedState<<B as InterfaceLaw>::State, <M as PointLaw>::State>;
 
 /// A step of a banded point: the strain increment outside is `strain - n ⊗ Δu / H`.
-struct Step<'s, B: InterfaceLaw, M: SmallStrain> {
+struct BandedStep<'s, B: InterfaceLaw, M: SmallStrain> {
     strain: &'s SymTensor,
     motion: &'s Motion,
     /// The point outside before the step.
@@ -89,7 +90,7 @@ struct Step<'s, B: InterfaceLaw, M: SmallStrain> {
     band: InterfacePoint<B::State>,
 }
 
-impl<B: InterfaceLaw, M: SmallStrain> Step<'_, B, M> {
+impl<B: InterfaceLaw, M: SmallStrain> BandedStep<'_, B, M> {
     /// Strain increment outside for the jump increment `jump` (m, in the frame of the band).
     fn reduced(&self, jump: [f64; 3]) -> SymTensor {
         if jump == [0.0; 3] {
@@ -102,7 +103,7 @@ impl<B: InterfaceLaw, M: SmallStrain> Step<'_, B, M> {
 
 /// Traction of `stress` on the band, in its frame.
 #[inline]
-fn traction(frame: &Mat3, stress: &SymTensor) -> [f64; 3] {
+fn band_traction(frame: &Mat3, stress: &SymTensor) -> [f64; 3] {
     frame.apply(stress.apply(frame.0[0]))
 }
 
@@ -113,7 +114,7 @@ fn frame_between(first: [f64; 3], third: [f64; 3], second: [f64; 3], along: f64,
     Mat3([normal, tangent, second])
 }
 
-impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
+impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
     fn elasticity(&self) -> &Elasticity {
         self.outside.elasticity()
     }
@@ -143,12 +144,12 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
         if self.onset == Onset::Ellipticity {
             return self.bifurcation(old, trial, strain, motion);
         }
-        self.exceeded(&old.stress, &trial.stress, strain, motion)
+        self.first_yield_plane(&old.stress, &trial.stress, strain, motion)
     }
 
     /// The plane on which the intact band is first exceeded on the way from `old` to `trial`: it does not
     /// depend on the length of the step.
-    fn exceeded(
+    fn first_yield_plane(
         &self,
         old: &SymTensor,
         trial: &SymTensor,
@@ -171,7 +172,7 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
         let spectrum = on_the_way(above).spectrum();
         let [highest, _, lowest] = spectrum.values;
         let (_, cosine) = self.plane(highest, lowest);
-        Some(conjugate(&spectrum, cosine, strain, motion))
+        Some(conjugate_plane_frame(&spectrum, cosine, strain, motion))
     }
 
     /// The plane on which the surroundings, yielding, have lost ellipticity.
@@ -199,22 +200,22 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
             return None;
         }
         let cosine = (along * along - aside * aside) / (length * length);
-        Some(conjugate(&spectrum, cosine, strain, motion))
+        Some(conjugate_plane_frame(&spectrum, cosine, strain, motion))
     }
 
     /// The band as it stands under `stress`.
-    fn interface(state: &State<B, M>, stress: &SymTensor) -> InterfacePoint<B::State> {
-        InterfacePoint { traction: traction(&state.frame, stress), state: state.band }
+    fn interface(state: &DoubleScaleState<B, M>, stress: &SymTensor) -> InterfacePoint<B::State> {
+        InterfacePoint { traction: band_traction(&state.frame, stress), state: state.band }
     }
 
     /// `n·D·n / H` (Pa/m), opening and sliding: a diagonal in the frame of the band for isotropic elasticity.
-    fn resistance(&self, size: f64) -> [f64; 2] {
+    fn surrounding_stiffness(&self, size: f64) -> [f64; 2] {
         [self.elasticity().p_wave_modulus() / size, self.elasticity().shear_modulus / size]
     }
 
     /// What `stress = D : (Δε - n ⊗ e_k Δu_k / H)` loses to each component of the jump, and what each component of
     /// the traction gains from strain: `D : n ⊗ e_k`, `n ⊗ e_k : D`.
-    fn pulls(frame: &Mat3, stiffness: &Tangent) -> ([SymTensor; 3], [SymTensor; 3]) {
+    fn jump_couplings(frame: &Mat3, stiffness: &Tangent) -> ([SymTensor; 3], [SymTensor; 3]) {
         let dyads = frame.0.map(|a| SymTensor::symmetric_dyad(frame.0[0], a));
         (dyads.map(|dyad| stiffness.apply(&dyad)), dyads.map(|dyad| stiffness.apply_left(&dyad)))
     }
@@ -222,14 +223,14 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
     /// `(K + n·D·n/H)⁻¹` at the jump increment `jump`, with the stiffness outside there.
     fn compliance(
         &self,
-        step: &Step<'_, B, M>,
+        step: &BandedStep<'_, B, M>,
         jump: [f64; 3],
         stiffness: &Tangent,
     ) -> Result<Mat3, MaterialError> {
         let mut jacobian = Mat3(self.band.stiffness(jump, &step.band)?);
-        let (pulls, _) = Self::pulls(&step.frame, stiffness);
+        let (pulls, _) = Self::jump_couplings(&step.frame, stiffness);
         for (column, pull) in pulls.iter().enumerate() {
-            for (row, value) in traction(&step.frame, pull).into_iter().enumerate() {
+            for (row, value) in band_traction(&step.frame, pull).into_iter().enumerate() {
                 jacobian.0[row][column] += value / step.size;
             }
         }
@@ -237,18 +238,22 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
         jacobian.inverse().ok_or(singular)
     }
 
-    fn stiffness_outside(&self, step: &Step<'_, B, M>, jump: [f64; 3]) -> Tangent {
+    fn stiffness_outside(&self, step: &BandedStep<'_, B, M>, jump: [f64; 3]) -> Tangent {
         let reduced = step.reduced(jump);
         let tangent = self.outside.tangent(&reduced, step.motion, &step.old);
         tangent.unwrap_or_else(|| self.elasticity().tangent())
     }
 
     /// Newton's method on the jump, with backtracking (sheet: constitutive §3.7.11): jump increment, band and point outside.
-    fn newton(&self, step: &Step<'_, B, M>, start: [f64; 3]) -> Result<Solved<B, M>, MaterialError> {
+    fn newton(
+        &self,
+        step: &BandedStep<'_, B, M>,
+        start: [f64; 3],
+    ) -> Result<BandSolution<B, M>, MaterialError> {
         let at = |jump: [f64; 3]| -> Result<_, MaterialError> {
             let outside = self.outside.update(&step.reduced(jump), step.motion, &step.old)?;
             let band = self.band.update(jump, &step.band)?;
-            let pull = traction(&step.frame, &outside.stress);
+            let pull = band_traction(&step.frame, &outside.stress);
             let residual: [f64; 3] = std::array::from_fn(|k| pull[k] - band.traction[k]);
             Ok((residual, band, outside))
         };
@@ -285,7 +290,7 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
     }
 
     /// Jump increment, band and point outside after the step.
-    fn solved(&self, step: &Step<'_, B, M>) -> Result<Solved<B, M>, MaterialError> {
+    fn solve_jump(&self, step: &BandedStep<'_, B, M>) -> Result<BandSolution<B, M>, MaterialError> {
         if self.newton {
             match self.newton(step, [0.0; 3]) {
                 Err(MaterialError::NotConverged { .. }) => {}
@@ -293,8 +298,9 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
             }
         }
         let trial = step.old.stress + self.elasticity().stress(step.strain);
-        let resistance = self.resistance(step.size);
-        let (jump, band) = self.band.relaxed(traction(&step.frame, &trial), resistance, &step.band)?;
+        let resistance = self.surrounding_stiffness(step.size);
+        let (jump, band) =
+            self.band.relax_with_surroundings(band_traction(&step.frame, &trial), resistance, &step.band)?;
         if self.newton {
             // Where the band softens faster than the surroundings yield, these unload.
             return self.newton(step, jump);
@@ -310,7 +316,7 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
         if !(size > 0.0 && size.is_finite()) {
             return invalid("the size of the point must be positive");
         }
-        if begins && size >= self.largest {
+        if begins && size >= self.snap_back_size {
             return invalid("the point is so large that its band snaps back (see allow_snapback)");
         }
         Ok(size)
@@ -320,8 +326,8 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
         &self,
         strain: &SymTensor,
         motion: &Motion,
-        old: &Point<State<B, M>>,
-    ) -> Result<Point<State<B, M>>, MaterialError> {
+        old: &Point<DoubleScaleState<B, M>>,
+    ) -> Result<Point<DoubleScaleState<B, M>>, MaterialError> {
         let before = Point { stress: old.stress, state: old.state.outside };
         let mut state = old.state;
         if !state.localised {
@@ -330,18 +336,19 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
                 let state = BandedState { outside: intact.state, ..state };
                 return Ok(Point { stress: intact.stress, state });
             };
-            let band = self.band.initial(traction(&frame, &old.stress));
+            let band = self.band.initial(band_traction(&frame, &old.stress));
             state = BandedState { localised: true, frame, jump: [0.0; 3], band, ..state };
         }
         state.size = self.size(motion, !old.state.localised)?;
         let band = Self::interface(&state, &old.stress);
-        let step = Step { strain, motion, old: before, frame: state.frame, size: state.size, band };
-        let (jump, band, outside) = self.solved(&step)?;
+        let step = BandedStep { strain, motion, old: before, frame: state.frame, size: state.size, band };
+        let (jump, band, outside) = self.solve_jump(&step)?;
         state.band = band.state;
         state.outside = outside.state;
         state.jump = std::array::from_fn(|k| state.jump[k] + jump[k]);
         let stress = outside.stress;
-        if self.intact_reset && self.band.damage(&state.band) >= BROKEN && self.intact(&stress).0 <= 0.0 {
+        if self.intact_reset && self.band.damage(&state.band) >= FULL_DAMAGE && self.intact(&stress).0 <= 0.0
+        {
             let (frame, band, outside) = (Mat3::ZERO, B::State::default(), state.outside);
             state = BandedState { localised: false, frame, jump: [0.0; 3], size: 0.0, band, outside };
         }
@@ -351,11 +358,11 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
 
 /// The frame of the plane with `cos 2α = cosine` between the extreme principal directions; of the two, the one
 /// that the strain shears most, or opens most; where it does not tell, the spin.
-fn conjugate(spectrum: &Spectrum, cosine: f64, strain: &SymTensor, motion: &Motion) -> Mat3 {
+fn conjugate_plane_frame(spectrum: &Spectrum, cosine: f64, strain: &SymTensor, motion: &Motion) -> Mat3 {
     let [first, second, third] = spectrum.directions;
     let across = |v: [f64; 3]| (0..3).map(|i| first[i] * v[i]).sum::<f64>();
     let strained = across(strain.apply(third));
-    let spin = across(motion.gradient.skew().apply(third));
+    let spin = across(motion.velocity_gradient_dt.skew().apply(third));
     // Planes at 45° are sheared alike; one of them opens more.
     let sign = if (cosine * strained).abs() > 1e-6 * strain.norm() {
         -cosine * strained
@@ -369,7 +376,7 @@ fn conjugate(spectrum: &Spectrum, cosine: f64, strain: &SymTensor, motion: &Moti
     frame_between(first, third, second, along, aside)
 }
 
-impl<B: InterfaceLaw, M: Outside> Law for DoubleScale<B, M> {
+impl<B: InterfaceLaw, M: BandSurroundings> Law for DoubleScale<B, M> {
     fn name(&self) -> &'static str {
         NAME
     }
@@ -379,8 +386,8 @@ impl<B: InterfaceLaw, M: Outside> Law for DoubleScale<B, M> {
     }
 }
 
-impl<B: InterfaceLaw, M: Outside> Pointwise for DoubleScale<B, M> {
-    type State = State<B, M>;
+impl<B: InterfaceLaw, M: BandSurroundings> PointLaw for DoubleScale<B, M> {
+    type State = DoubleScaleState<B, M>;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
         let Point { stress, state: outside } = self.outside.initial(initial)?;
@@ -419,7 +426,7 @@ impl<B: InterfaceLaw, M: Outside> Pointwise for DoubleScale<B, M> {
     }
 }
 
-impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
+impl<B: InterfaceLaw, M: BandSurroundings> SmallStrain for DoubleScale<B, M> {
     fn update(
         &self,
         strain: &SymTensor,
@@ -433,7 +440,7 @@ impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
     }
 
     /// The local solve is implicit: only one that fails asks for smaller steps.
-    fn largest_step(&self) -> f64 {
+    fn max_strain_increment(&self) -> f64 {
         f64::INFINITY
     }
 
@@ -455,14 +462,14 @@ impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
         }
         let (size, frame) = (self.size(motion, false).ok()?, old.state.frame);
         let band = Self::interface(&old.state, &old.stress);
-        let step = Step { strain, motion, old: before, frame, size, band };
-        let (jump, band, _) = self.solved(&step).ok()?;
-        if self.intact_reset && self.band.damage(&band.state) >= BROKEN {
+        let step = BandedStep { strain, motion, old: before, frame, size, band };
+        let (jump, band, _) = self.solve_jump(&step).ok()?;
+        if self.intact_reset && self.band.damage(&band.state) >= FULL_DAMAGE {
             return None;
         }
         let mut tangent = self.stiffness_outside(&step, jump);
         let compliance = self.compliance(&step, jump, &tangent).ok()?;
-        let (pulls, gains) = Self::pulls(&frame, &tangent);
+        let (pulls, gains) = Self::jump_couplings(&frame, &tangent);
         for (row, a) in compliance.0.iter().zip(&pulls) {
             for (value, b) in row.iter().zip(&gains) {
                 tangent.add_dyad(-value / size, a, b);
@@ -488,11 +495,11 @@ impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
         let (band, start) = if old.state.localised {
             (old.state.band, old.state.jump)
         } else {
-            (self.band.initial(traction(&frame, &old.stress)), [0.0; 3])
+            (self.band.initial(band_traction(&frame, &old.stress)), [0.0; 3])
         };
-        let before = InterfacePoint { traction: traction(&frame, &old.stress), state: band };
+        let before = InterfacePoint { traction: band_traction(&frame, &old.stress), state: band };
         let after = Self::interface(&new.state, &new.stress);
-        let step = Step::<B, M> { strain, motion, old: outside(old), frame, size, band: before };
+        let step = BandedStep::<B, M> { strain, motion, old: outside(old), frame, size, band: before };
         let jump = std::array::from_fn(|k| new.state.jump[k] - start[k]);
         let lost = self.outside.dissipation(&step.reduced(jump), motion, &step.old, &outside(new))?;
         Some(lost + self.band.dissipation(&before, &after) / size)

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::super::cohesive_band::CohesiveBandSpec;
 use super::super::cohesive_damage::CohesiveDamageSpec;
 use super::super::drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, Softening};
-use super::super::linear_elastic::{Elasticity, LinearElastic, stiff_warnings};
-use super::{DoubleScale, Outside};
-use crate::model::{Facts, Kind, Model, StrainMeasure, positive};
+use super::super::linear_elastic::{Elasticity, LinearElastic, incompressibility_warnings};
+use super::{BandSurroundings, DoubleScale};
+use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, positive};
 use crate::{Corotational, InterfaceLaw, Material, MaterialError};
 
 /// Parameters of `double-scale`.
@@ -136,20 +136,20 @@ impl DoubleScaleSpec {
             dilatancy_decay: 0.0,
             integration: Default::default(),
             strain_measure: StrainMeasure::Rate,
-            project: false,
+            return_initial_stress_to_yield: false,
         };
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
-        let outside = spec.law().map_err(|error| error.under("outside"))?;
-        self.around(outside.named(super::NAME), elasticity, band)
+        let outside = spec.law().map_err(|error| error.under_key("outside"))?;
+        self.around(outside.with_name(super::NAME), elasticity, band)
     }
 
-    fn around<B: InterfaceLaw, M: Outside>(
+    fn around<B: InterfaceLaw, M: BandSurroundings>(
         &self,
         outside: M,
         elasticity: Elasticity,
         band: B,
     ) -> Result<DoubleScale<B, M>, MaterialError> {
-        let largest = band.largest_size(self.youngs_modulus, elasticity.shear_modulus);
+        let largest = band.snap_back_size(self.youngs_modulus, elasticity.shear_modulus);
         if let Some(size) = self.size {
             positive("size", size, "m")?;
             if size >= largest && !self.allow_snapback {
@@ -163,7 +163,7 @@ impl DoubleScaleSpec {
             band,
             onset: self.onset,
             size: self.size,
-            largest: if self.allow_snapback { f64::INFINITY } else { largest },
+            snap_back_size: if self.allow_snapback { f64::INFINITY } else { largest },
             intact_reset: self.intact_reset,
         })
     }
@@ -186,17 +186,19 @@ impl DoubleScaleSpec {
         let shear = Elasticity::new(self.youngs_modulus, self.poissons_ratio).ok()?.shear_modulus;
         match &self.band {
             BandSpec::CohesiveFriction(band) => {
-                Some(band.law().ok()?.largest_size(self.youngs_modulus, shear))
+                Some(band.law().ok()?.snap_back_size(self.youngs_modulus, shear))
             }
-            BandSpec::CohesiveDamage(band) => Some(band.law().ok()?.largest_size(self.youngs_modulus, shear)),
+            BandSpec::CohesiveDamage(band) => {
+                Some(band.law().ok()?.snap_back_size(self.youngs_modulus, shear))
+            }
         }
     }
 }
 
 impl Model for DoubleScaleSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Bui & Nguyen 2021, eqs. 88–109; Wang et al. 2020 (band)",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate",
         tangent: "analytic",
     };
@@ -209,7 +211,7 @@ impl Model for DoubleScaleSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = stiff_warnings(self.poissons_ratio);
+        let mut warnings = incompressibility_warnings(self.poissons_ratio);
         if let (Some(size), Some(largest)) = (self.size, self.largest_size())
             && size >= largest
         {

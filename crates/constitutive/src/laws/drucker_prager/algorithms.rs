@@ -5,30 +5,31 @@
 //! with that slope, and past all of it the multiplier would be negative: such a step is returned (§3.7.1), and so is
 //! one that would gain work.
 
-use super::{Cone, DruckerPrager, Integration, PlasticStrain};
+use super::{Cone, DruckerPrager, PlasticIntegration, PlasticStrain};
 use crate::laws::Elasticity;
 use crate::{MaterialError, Point, SymTensor};
 
 /// Where a step meets the cone.
-struct Meeting {
+struct YieldIntersection {
     stress: SymTensor,
     /// Strain increment that is left.
-    rest: SymTensor,
+    remaining_strain: SymTensor,
 }
 
-impl Meeting {
+impl YieldIntersection {
     /// Whether what is left of the step may turn the deviator around: the slope at its start then says nothing
     /// about its end, and next to the apex has no direction.
-    fn turns(&self, elasticity: &Elasticity) -> bool {
-        2.0 * elasticity.shear_modulus * self.rest.deviator().norm() > self.stress.deviator().norm()
+    fn may_reverse_deviator(&self, elasticity: &Elasticity) -> bool {
+        2.0 * elasticity.shear_modulus * self.remaining_strain.deviator().norm()
+            > self.stress.deviator().norm()
     }
 }
 
 /// Least share of the elastic resistance to flow that softening may leave to a step of the source.
-const LEAST_SHARE: f64 = 0.5;
+const MIN_PLASTIC_MODULUS_RATIO: f64 = 0.5;
 
 /// Of a point with some `I1`: flow by a multiplier brings `f` down by `elastic - softening` of it.
-struct Resistance {
+struct PlasticModulus {
     cone: Cone,
     /// `G + 9 K α α_ψ` (Pa).
     elastic: f64,
@@ -36,22 +37,22 @@ struct Resistance {
     softening: f64,
 }
 
-impl Resistance {
+impl PlasticModulus {
     fn modulus(&self) -> f64 {
         self.elastic - self.softening
     }
 
     /// Whether a single slope says too little about the step. Written so that NaN does.
-    fn is_lost(&self) -> bool {
-        !(self.elastic > 0.0 && self.modulus() > LEAST_SHARE * self.elastic)
+    fn is_unreliable(&self) -> bool {
+        !(self.elastic > 0.0 && self.modulus() > MIN_PLASTIC_MODULUS_RATIO * self.elastic)
     }
 }
 
 impl DruckerPrager {
-    fn resistance(&self, i1: f64, kappa: f64) -> Resistance {
+    fn plastic_modulus(&self, i1: f64, kappa: f64) -> PlasticModulus {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
-        Resistance {
+        PlasticModulus {
             cone,
             elastic: g + 9.0 * k * cone.friction * cone.dilatancy,
             softening: (rate.friction * i1 - rate.strength) / 3f64.sqrt(),
@@ -61,11 +62,11 @@ impl DruckerPrager {
     /// Algorithm 2 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift is taken back: the stress after one
     /// corrector with the slopes at the trial, and the multiplier. It means nothing where softening takes half of the
     /// elastic resistance to flow or more; [`SmallStrain::update`](crate::SmallStrain::update) returns such a step.
-    pub fn corrected(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
-        self.corrector(trial, &self.resistance(trial.trace(), kappa))
+    pub fn semi_implicit_step(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
+        self.corrector(trial, &self.plastic_modulus(trial.trace(), kappa))
     }
 
-    fn corrector(&self, trial: &SymTensor, resistance: &Resistance) -> (SymTensor, f64) {
+    fn corrector(&self, trial: &SymTensor, resistance: &PlasticModulus) -> (SymTensor, f64) {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let cone = &resistance.cone;
         let (deviator, i1) = (trial.deviator(), trial.trace());
@@ -78,19 +79,24 @@ impl DruckerPrager {
 
     /// Algorithm 1 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift is taken back: from `stress` inside
     /// or on the cone by the strain increment `strain`, elastic up to the cone, then with the continuum
-    /// elastoplastic stiffness (eq. 2.4) there. Returns the stress and the multiplier. As for [`Self::corrected`]
+    /// elastoplastic stiffness (eq. 2.4) there. Returns the stress and the multiplier. As for [`Self::semi_implicit_step`]
     /// softening must leave most of the resistance.
-    pub fn forward(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> (SymTensor, f64) {
+    pub fn explicit_step(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> (SymTensor, f64) {
         let trial = *stress + self.elasticity.stress(strain);
-        let flown = self.meeting(stress, strain, kappa).and_then(|meeting| {
-            let resistance = self.resistance(meeting.stress.trace(), kappa);
-            self.flown(&meeting, &trial, &resistance)
+        let flown = self.yield_intersection(stress, strain, kappa).and_then(|meeting| {
+            let resistance = self.plastic_modulus(meeting.stress.trace(), kappa);
+            self.plastic_step(&meeting, &trial, &resistance)
         });
         flown.unwrap_or((trial, 0.0))
     }
 
     /// Where the elastic stress of a step meets the cone for good; `None` where it stays inside.
-    fn meeting(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> Option<Meeting> {
+    fn yield_intersection(
+        &self,
+        stress: &SymTensor,
+        strain: &SymTensor,
+        kappa: f64,
+    ) -> Option<YieldIntersection> {
         let cone = self.cone_at(kappa);
         let value = |s: &SymTensor| cone.yield_value(s.j2().sqrt(), s.trace());
         let elastic = self.elasticity.stress(strain);
@@ -106,17 +112,22 @@ impl DruckerPrager {
                 if value(&(*stress + elastic * middle)) <= 0.0 { low = middle } else { high = middle }
             }
         }
-        Some(Meeting { stress: *stress + elastic * low, rest: *strain * (1.0 - low) })
+        Some(YieldIntersection { stress: *stress + elastic * low, remaining_strain: *strain * (1.0 - low) })
     }
 
     /// The forward step from where the cone is met to the trial's plastic counterpart, and its multiplier; `None`
     /// where it starts by unloading.
-    fn flown(&self, from: &Meeting, trial: &SymTensor, resistance: &Resistance) -> Option<(SymTensor, f64)> {
+    fn plastic_step(
+        &self,
+        from: &YieldIntersection,
+        trial: &SymTensor,
+        resistance: &PlasticModulus,
+    ) -> Option<(SymTensor, f64)> {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let cone = &resistance.cone;
         let (deviator, root_j2) = (from.stress.deviator(), from.stress.j2().sqrt());
-        let shear = if root_j2 > 0.0 { g / root_j2 * deviator.dot(&from.rest) } else { 0.0 };
-        let loading = shear + 3.0 * k * cone.friction * from.rest.trace();
+        let shear = if root_j2 > 0.0 { g / root_j2 * deviator.dot(&from.remaining_strain) } else { 0.0 };
+        let loading = shear + 3.0 * k * cone.friction * from.remaining_strain.trace();
         if loading <= 0.0 {
             return None;
         }
@@ -141,7 +152,7 @@ impl DruckerPrager {
 
     /// One step by an algorithm of the source. Plastic strain follows the multiplier, at most what the
     /// trial has to give.
-    pub(super) fn step_of_source(
+    pub(super) fn bui_nguyen_step(
         &self,
         strain: &SymTensor,
         trial: &SymTensor,
@@ -153,17 +164,17 @@ impl DruckerPrager {
             return Err(MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" });
         }
         let source = match self.spec.integration {
-            Integration::Explicit => {
-                let Some(meeting) = self.meeting(&old.stress, strain, kappa) else {
+            PlasticIntegration::Explicit => {
+                let Some(meeting) = self.yield_intersection(&old.stress, strain, kappa) else {
                     return Ok(Point { stress: *trial, state: old.state });
                 };
-                let resistance = self.resistance(meeting.stress.trace(), kappa);
-                let slope = !resistance.is_lost() && !meeting.turns(&self.elasticity);
-                slope.then(|| self.flown(&meeting, trial, &resistance)).flatten()
+                let resistance = self.plastic_modulus(meeting.stress.trace(), kappa);
+                let slope = !resistance.is_unreliable() && !meeting.may_reverse_deviator(&self.elasticity);
+                slope.then(|| self.plastic_step(&meeting, trial, &resistance)).flatten()
             }
             _ => {
-                let resistance = self.resistance(trial.trace(), kappa);
-                (!resistance.is_lost()).then(|| self.corrector(trial, &resistance))
+                let resistance = self.plastic_modulus(trial.trace(), kappa);
+                (!resistance.is_unreliable()).then(|| self.corrector(trial, &resistance))
             }
         };
         let Some((stress, multiplier)) = source else { return self.closest_point(trial, old.state) };

@@ -1,6 +1,6 @@
 //! The cone and how it is matched to Mohr–Coulomb.
 
-use super::return_map::Invariants;
+use super::return_map::StressInvariantValues;
 use super::{DruckerPrager, Matching};
 
 /// The cone at some plastic strain: `√J2 + α I1 - k`, potential slope `α_ψ`.
@@ -102,7 +102,7 @@ impl Cone {
 
     /// Round-off of an earlier return, which is not flow (Pa).
     #[inline]
-    pub(super) fn fuzz(&self, trial: &Invariants) -> f64 {
+    pub(super) fn yield_tolerance(&self, trial: &StressInvariantValues) -> f64 {
         8.0 * f64::EPSILON * (trial.root_j2 + self.friction * trial.i1.abs() + self.strength)
     }
 
@@ -117,7 +117,7 @@ impl DruckerPrager {
     /// The cone at plastic strain `kappa`.
     #[inline]
     pub fn cone_at(&self, kappa: f64) -> Cone {
-        if self.constant { self.peak } else { self.softened_cone(kappa) }
+        if self.has_constant_cone { self.peak } else { self.softened_cone(kappa) }
     }
 
     pub(super) fn softened_cone(&self, kappa: f64) -> Cone {
@@ -130,7 +130,7 @@ impl DruckerPrager {
 
     /// Rate of change of the cone with plastic strain.
     pub(super) fn cone_rate(&self, kappa: f64) -> Cone {
-        if self.constant {
+        if self.has_constant_cone {
             return Cone::default();
         }
         let spec = &self.spec;

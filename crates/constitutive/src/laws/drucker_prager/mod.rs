@@ -16,17 +16,17 @@ mod tangent;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use crate::hencky::Few;
-use crate::lanes::Lanes;
+use crate::hencky::SimdBatch;
+use crate::lanes::ComponentArrays;
 use crate::{
-    BLOCK, InitialCondition, Law, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain,
+    BLOCK_SIZE, InitialCondition, Law, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain,
     SymTensor, Tangent,
 };
 
-use return_map::{Invariants, Return};
+use return_map::{ConeReturn, StressInvariantValues};
 
 pub use cone::Cone;
-pub use parameters::{DruckerPragerSpec, Integration, Matching};
+pub use parameters::{DruckerPragerSpec, Matching, PlasticIntegration};
 pub use softening::Softening;
 
 const NAME: &str = "drucker-prager";
@@ -37,10 +37,10 @@ pub struct DruckerPrager {
     name: &'static str,
     elasticity: Elasticity,
     spec: DruckerPragerSpec,
-    constant: bool,
+    has_constant_cone: bool,
     peak: Cone,
     /// `1/(G + 9 K α α_ψ)` of the peak (1/Pa).
-    per_excess: f64,
+    inverse_plastic_modulus: f64,
 }
 
 /// Internal variable: accumulated deviatoric plastic strain `κ`.
@@ -61,7 +61,7 @@ impl PlasticStrain {
 
 impl DruckerPrager {
     /// The same law under another name, for models that are a special case of it.
-    pub(in crate::laws) fn named(self, name: &'static str) -> Self {
+    pub(in crate::laws) fn with_name(self, name: &'static str) -> Self {
         Self { name, ..self }
     }
 
@@ -76,14 +76,14 @@ impl DruckerPrager {
 
     /// The step of a law whose cone changes, or by an algorithm of the source.
     #[inline(never)]
-    fn changing(
+    fn step_with_changing_cone(
         &self,
         strain: &SymTensor,
         trial: &SymTensor,
         old: &Point<PlasticStrain>,
     ) -> Result<Point<PlasticStrain>, MaterialError> {
-        if self.spec.integration != Integration::ClosestPoint {
-            return self.step_of_source(strain, trial, old);
+        if self.spec.integration != PlasticIntegration::ClosestPoint {
+            return self.bui_nguyen_step(strain, trial, old);
         }
         self.closest_point(trial, old.state)
     }
@@ -99,15 +99,15 @@ impl Law for DruckerPrager {
     }
 }
 
-impl Pointwise for DruckerPrager {
+impl PointLaw for DruckerPrager {
     type State = PlasticStrain;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
         let stress = initial.stress;
-        if self.spec.project && stress.is_finite() {
-            let invariants = Invariants::of(&stress);
+        if self.spec.return_initial_stress_to_yield && stress.is_finite() {
+            let invariants = StressInvariantValues::of(&stress);
             let end = self.peak_return(&invariants)?;
-            let stress = self.returned(&stress, &invariants, &end, PlasticStrain::default()).stress;
+            let stress = self.state_after_return(&stress, &invariants, &end, PlasticStrain::default()).stress;
             return Ok(Point { stress, state: PlasticStrain::default() });
         }
         let excess = self.peak.yield_value(stress.j2().sqrt(), stress.trace());
@@ -142,19 +142,19 @@ impl SmallStrain for DruckerPrager {
         _motion: &Motion,
         old: &Point<PlasticStrain>,
     ) -> Result<Point<PlasticStrain>, MaterialError> {
-        if self.constant && self.spec.integration == Integration::ClosestPoint {
+        if self.has_constant_cone && self.spec.integration == PlasticIntegration::ClosestPoint {
             let (stress, plastic) = self.peak_step(strain, &old.stress);
             return Ok(Point { stress, state: PlasticStrain { deviatoric: old.state.deviatoric + plastic } });
         }
-        self.changing(strain, &(old.stress + self.elasticity.stress(strain)), old)
+        self.step_with_changing_cone(strain, &(old.stress + self.elasticity.stress(strain)), old)
     }
 
     #[inline]
-    fn update_lanes(&self, lanes: &mut Lanes, states: &mut [PlasticStrain]) -> bool {
-        if !self.constant || self.spec.integration != Integration::ClosestPoint {
+    fn update_component_arrays(&self, lanes: &mut ComponentArrays, states: &mut [PlasticStrain]) -> bool {
+        if !self.has_constant_cone || self.spec.integration != PlasticIntegration::ClosestPoint {
             return false;
         }
-        let mut plastic = [0.0; BLOCK];
+        let mut plastic = [0.0; BLOCK_SIZE];
         lanes.for_each(&mut plastic, |strain, stress| self.peak_step(strain, stress));
         for (state, increment) in states.iter_mut().zip(plastic) {
             state.deviatoric += increment;
@@ -163,9 +163,9 @@ impl SmallStrain for DruckerPrager {
     }
 
     /// Forward steps are held within a share of the yield strain.
-    fn largest_step(&self) -> f64 {
+    fn max_strain_increment(&self) -> f64 {
         match self.spec.integration {
-            Integration::Explicit => {
+            PlasticIntegration::Explicit => {
                 (0.5 * self.peak.strength / self.elasticity.shear_modulus).clamp(1e-4, 1e-2)
             }
             _ => 1e-2,
@@ -174,17 +174,17 @@ impl SmallStrain for DruckerPrager {
 
     /// Consistent tangent (sheet: constitutive §3.10).
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
-        if self.spec.integration != Integration::ClosestPoint {
+        if self.spec.integration != PlasticIntegration::ClosestPoint {
             return None;
         }
         let kappa = old.state.deviatoric;
         let trial = old.stress + self.elasticity.stress(strain);
-        let trial = Invariants::of(&trial);
-        let Invariants { deviator, root_j2, i1 } = trial;
+        let trial = StressInvariantValues::of(&trial);
+        let StressInvariantValues { deviator, root_j2, i1 } = trial;
         match self.return_map(&trial, kappa).ok()? {
-            Return::Elastic => Some(self.elasticity.tangent()),
-            Return::Apex { plastic, .. } => Some(self.apex_tangent(&deviator, root_j2, kappa + plastic)),
-            Return::Cone { multiplier, .. } => {
+            ConeReturn::Elastic => Some(self.elasticity.tangent()),
+            ConeReturn::Apex { plastic, .. } => Some(self.apex_tangent(&deviator, root_j2, kappa + plastic)),
+            ConeReturn::Cone { multiplier, .. } => {
                 Some(self.cone_tangent(&deviator, root_j2, i1, multiplier, kappa))
             }
         }
@@ -196,18 +196,18 @@ impl PrincipalReturn for DruckerPrager {
         &self.elasticity
     }
 
-    fn takes_few(&self) -> bool {
-        self.constant && self.spec.integration == Integration::ClosestPoint
+    fn supports_batch(&self) -> bool {
+        self.has_constant_cone && self.spec.integration == PlasticIntegration::ClosestPoint
     }
 
     #[inline]
-    fn return_few<const N: usize>(&self, few: &mut Few<N>, states: &mut [PlasticStrain; N]) {
+    fn return_batch<const N: usize>(&self, few: &mut SimdBatch<N>, states: &mut [PlasticStrain; N]) {
         for i in 0..N {
             let trial = few.stress_of(i);
             let (stress, plastic) = self.peak_step(&SymTensor::ZERO, &trial);
             few.set_stress(i, &stress);
             // An isotropic trial beyond the apex yields without plastic shear.
-            few.yields[i] = if (plastic != 0.0) | (stress[0] != trial[0]) { 1.0 } else { 0.0 };
+            few.is_yielding[i] = if (plastic != 0.0) | (stress[0] != trial[0]) { 1.0 } else { 0.0 };
             states[i].deviatoric += plastic;
         }
     }
@@ -219,13 +219,13 @@ impl PrincipalReturn for DruckerPrager {
     ) -> Result<([f64; 3], PlasticStrain), MaterialError> {
         let [a, b, c] = trial;
         let old = Point { stress: SymTensor::diagonal(a, b, c), state: *state };
-        let new = self.update(&SymTensor::ZERO, &Motion::STILL, &old)?;
+        let new = self.update(&SymTensor::ZERO, &Motion::AT_REST, &old)?;
         Ok(([new.stress[0], new.stress[1], new.stress[2]], new.state))
     }
     fn principal_tangent(&self, trial: [f64; 3], state: &PlasticStrain) -> Option<[[f64; 3]; 3]> {
         let [a, b, c] = trial;
         let old = Point { stress: SymTensor::diagonal(a, b, c), state: *state };
-        let Tangent(full) = self.tangent(&SymTensor::ZERO, &Motion::STILL, &old)?;
+        let Tangent(full) = self.tangent(&SymTensor::ZERO, &Motion::AT_REST, &old)?;
         Some(std::array::from_fn(|a| std::array::from_fn(|b| full[a][b])))
     }
 }

@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Cone, DruckerPrager, NAME, Softening};
-use crate::laws::linear_elastic::stiff_warnings;
+use crate::laws::linear_elastic::incompressibility_warnings;
 use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
-use crate::model::{Facts, Kind, Model, StrainMeasure, check};
+use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
 use crate::{Material, MaterialError};
 
 /// How the cone is fitted to the Mohr–Coulomb pyramid.
@@ -56,20 +56,21 @@ pub struct DruckerPragerSpec {
     pub dilatancy_decay: f64,
     /// How the step is integrated.
     #[serde(default)]
-    pub integration: Integration,
+    pub integration: PlasticIntegration,
     /// Small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
     /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
     /// refused when false.
     #[serde(default)]
-    pub project: bool,
+    #[serde(rename = "project")]
+    pub return_initial_stress_to_yield: bool,
 }
 
 /// How a plastic step is integrated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Integration {
+pub enum PlasticIntegration {
     /// Fully implicit return to the cone or its apex.
     #[default]
     ClosestPoint,
@@ -95,7 +96,9 @@ impl DruckerPragerSpec {
         check_angles(self.friction_angle, self.dilatancy_angle)?;
         let (cohesion, decay) = (self.cohesion, self.dilatancy_decay);
         Softening::check(self.softening, self.friction_angle, cohesion, decay)?;
-        if self.integration != Integration::ClosestPoint && self.strain_measure == StrainMeasure::Hencky {
+        if self.integration != PlasticIntegration::ClosestPoint
+            && self.strain_measure == StrainMeasure::Hencky
+        {
             let rule = "only closest-point goes with strain_measure hencky";
             return Err(MaterialError::choice("integration", rule));
         }
@@ -104,16 +107,16 @@ impl DruckerPragerSpec {
             name: NAME,
             elasticity,
             spec: self.clone(),
-            constant,
+            has_constant_cone: constant,
             peak: Cone::default(),
-            per_excess: 0.0,
+            inverse_plastic_modulus: 0.0,
         };
         let peak = law.softened_cone(0.0);
         let modulus =
             elasticity.shear_modulus + 9.0 * elasticity.bulk_modulus * peak.friction * peak.dilatancy;
         let rule = "contracts faster than this stiffness can follow (G + 9 K α α_ψ must be positive)";
         check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
-        Ok(DruckerPrager { peak, per_excess: 1.0 / modulus, ..law })
+        Ok(DruckerPrager { peak, inverse_plastic_modulus: 1.0 / modulus, ..law })
     }
 
     /// What the samples have in common.
@@ -128,17 +131,17 @@ impl DruckerPragerSpec {
             matching,
             softening: None,
             dilatancy_decay: 0.0,
-            integration: Integration::default(),
+            integration: PlasticIntegration::default(),
             strain_measure: StrainMeasure::Rate,
-            project: false,
+            return_initial_stress_to_yield: false,
         }
     }
 }
 
 impl Model for DruckerPragerSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Bui & Nguyen 2021, eqs. 74–80",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate or Hencky",
         tangent: "analytic",
     };
@@ -148,7 +151,7 @@ impl Model for DruckerPragerSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = stiff_warnings(self.poissons_ratio);
+        let mut warnings = incompressibility_warnings(self.poissons_ratio);
         warnings.extend(angle_warnings(self.friction_angle, self.dilatancy_angle));
         if self.matching == Matching::Compression && self.friction_angle >= 36.87 {
             warnings.push(
@@ -188,7 +191,7 @@ impl Model for DruckerPragerSpec {
         for strain_measure in [StrainMeasure::Rate, StrainMeasure::Hencky] {
             for softening in [None, Some(Softening::EXAMPLE)] {
                 if strain_measure == StrainMeasure::Rate {
-                    let sources = [Integration::SemiImplicit, Integration::Explicit];
+                    let sources = [PlasticIntegration::SemiImplicit, PlasticIntegration::Explicit];
                     all.extend(sources.map(|integration| Self {
                         integration,
                         softening,

@@ -6,13 +6,13 @@ use crate::{MaterialError, Point, SymTensor};
 const ROOT_3: f64 = 1.732_050_807_568_877_2;
 
 /// Deviator, `√J2` (Pa) and `I1` (Pa) of a stress.
-pub(super) struct Invariants {
+pub(super) struct StressInvariantValues {
     pub deviator: SymTensor,
     pub root_j2: f64,
     pub i1: f64,
 }
 
-impl Invariants {
+impl StressInvariantValues {
     #[inline]
     pub(super) fn of(stress: &SymTensor) -> Self {
         let deviator = stress.deviator();
@@ -21,7 +21,7 @@ impl Invariants {
 }
 
 /// Where the return of a trial ends.
-pub(super) enum Return {
+pub(super) enum ConeReturn {
     Elastic,
     /// Multiplier and the cone at the end of the step.
     Cone {
@@ -41,26 +41,30 @@ impl DruckerPrager {
         trial: &SymTensor,
         state: PlasticStrain,
     ) -> Result<Point<PlasticStrain>, MaterialError> {
-        let invariants = Invariants::of(trial);
+        let invariants = StressInvariantValues::of(trial);
         let end = self.return_map(&invariants, state.deviatoric)?;
-        Ok(self.returned(trial, &invariants, &end, state))
+        Ok(self.state_after_return(trial, &invariants, &end, state))
     }
 
     /// Return map in invariants (sheet: constitutive §3.7.1) of a trial, from plastic strain `kappa`.
     #[inline]
-    pub(super) fn return_map(&self, trial: &Invariants, kappa: f64) -> Result<Return, MaterialError> {
-        if self.constant { self.peak_return(trial) } else { self.softening_return(trial, kappa) }
+    pub(super) fn return_map(
+        &self,
+        trial: &StressInvariantValues,
+        kappa: f64,
+    ) -> Result<ConeReturn, MaterialError> {
+        if self.has_constant_cone { self.peak_return(trial) } else { self.softening_return(trial, kappa) }
     }
 
     /// Step to a cone that stays, without branches: new stress and increment of plastic strain.
     #[inline(always)]
     pub(super) fn peak_step(&self, strain: &SymTensor, stress: &SymTensor) -> (SymTensor, f64) {
         let trial = *stress + self.elasticity.stress(strain);
-        let at = Invariants::of(&trial);
+        let at = StressInvariantValues::of(&trial);
         let (cone, g) = (&self.peak, self.elasticity.shear_modulus);
         let excess = cone.yield_value(at.root_j2, at.i1);
-        let flows = excess > cone.fuzz(&at);
-        let multiplier = excess * self.per_excess;
+        let flows = excess > cone.yield_tolerance(&at);
+        let multiplier = excess * self.inverse_plastic_modulus;
         // Not at zero, where both may have vanished in rounding: that is the apex.
         let on_cone = at.root_j2 - g * multiplier > 0.0;
         let mean = at.i1 / 3.0 - 3.0 * self.elasticity.bulk_modulus * cone.dilatancy * multiplier;
@@ -79,29 +83,33 @@ impl DruckerPrager {
 
     /// The return to a cone that stays.
     #[inline]
-    pub(super) fn peak_return(&self, trial: &Invariants) -> Result<Return, MaterialError> {
+    pub(super) fn peak_return(&self, trial: &StressInvariantValues) -> Result<ConeReturn, MaterialError> {
         let cone = &self.peak;
         let excess = cone.yield_value(trial.root_j2, trial.i1);
-        if excess <= cone.fuzz(trial) {
-            return Ok(Return::Elastic);
+        if excess <= cone.yield_tolerance(trial) {
+            return Ok(ConeReturn::Elastic);
         }
         if !excess.is_finite() {
             return Err(self.not_finite());
         }
-        let multiplier = excess * self.per_excess;
+        let multiplier = excess * self.inverse_plastic_modulus;
         if trial.root_j2 - self.elasticity.shear_modulus * multiplier >= 0.0 {
-            return Ok(Return::Cone { multiplier, cone: *cone });
+            return Ok(ConeReturn::Cone { multiplier, cone: *cone });
         }
         let plastic = trial.root_j2 / (self.elasticity.shear_modulus * ROOT_3);
-        Ok(Return::Apex { mean: cone.strength / (3.0 * cone.friction), plastic })
+        Ok(ConeReturn::Apex { mean: cone.strength / (3.0 * cone.friction), plastic })
     }
 
-    fn softening_return(&self, trial: &Invariants, kappa: f64) -> Result<Return, MaterialError> {
-        let Invariants { root_j2, i1, .. } = *trial;
+    fn softening_return(
+        &self,
+        trial: &StressInvariantValues,
+        kappa: f64,
+    ) -> Result<ConeReturn, MaterialError> {
+        let StressInvariantValues { root_j2, i1, .. } = *trial;
         let cone = self.cone_at(kappa);
         let excess = cone.yield_value(root_j2, i1);
-        if excess <= cone.fuzz(trial) {
-            return Ok(Return::Elastic);
+        if excess <= cone.yield_tolerance(trial) {
+            return Ok(ConeReturn::Elastic);
         }
         if !excess.is_finite() {
             return Err(self.not_finite());
@@ -114,12 +122,12 @@ impl DruckerPrager {
         };
         let (multiplier, cone) = solve_softening(at, start, excess, root_j2 / g, root_j2)?;
         if root_j2 - g * multiplier >= 0.0 {
-            return Ok(Return::Cone { multiplier, cone });
+            return Ok(ConeReturn::Cone { multiplier, cone });
         }
         // The deviatoric strain of the trial becomes plastic.
         let plastic = root_j2 / (g * ROOT_3);
         let cone = self.cone_at(kappa + plastic);
-        Ok(Return::Apex { mean: cone.strength / (3.0 * cone.friction), plastic })
+        Ok(ConeReturn::Apex { mean: cone.strength / (3.0 * cone.friction), plastic })
     }
 
     #[cold]
@@ -129,16 +137,16 @@ impl DruckerPrager {
 
     /// The point at the end of a return.
     #[inline]
-    pub(super) fn returned(
+    pub(super) fn state_after_return(
         &self,
         trial: &SymTensor,
-        invariants: &Invariants,
-        end: &Return,
+        invariants: &StressInvariantValues,
+        end: &ConeReturn,
         state: PlasticStrain,
     ) -> Point<PlasticStrain> {
         match *end {
-            Return::Elastic => Point { stress: *trial, state },
-            Return::Cone { multiplier, cone } => {
+            ConeReturn::Elastic => Point { stress: *trial, state },
+            ConeReturn::Cone { multiplier, cone } => {
                 let mean =
                     invariants.i1 / 3.0 - 3.0 * self.elasticity.bulk_modulus * cone.dilatancy * multiplier;
                 // `r - G Δλ`, from the yield condition: it then holds to the last digit of the result.
@@ -147,7 +155,7 @@ impl DruckerPrager {
                 let state = PlasticStrain { deviatoric: state.deviatoric + multiplier / ROOT_3 };
                 Point { stress: invariants.deviator * keep + SymTensor::isotropic(mean), state }
             }
-            Return::Apex { mean, plastic } => {
+            ConeReturn::Apex { mean, plastic } => {
                 let state = PlasticStrain { deviatoric: state.deviatoric + plastic };
                 Point { stress: SymTensor::isotropic(mean), state }
             }

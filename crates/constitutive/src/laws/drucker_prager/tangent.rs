@@ -35,7 +35,7 @@ impl DruckerPrager {
     /// At the apex only softening moves the stress.
     pub(super) fn apex_tangent(&self, deviator: &SymTensor, root_j2: f64, kappa: f64) -> Tangent {
         let mut tangent = Tangent::ZERO;
-        if !self.constant && root_j2 > 0.0 {
+        if !self.has_constant_cone && root_j2 > 0.0 {
             let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
             let slope =
                 (rate.strength - cone.strength / cone.friction * rate.friction) / (3.0 * cone.friction);

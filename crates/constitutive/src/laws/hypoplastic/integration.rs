@@ -5,12 +5,12 @@
 //! that keeps the local error. The update is therefore smooth but for the few strains at which a number changes.
 
 use super::super::pressure_elastic::VoidRatio;
-use super::super::substep::{self, Advance, substepped};
+use super::super::substep::{self, SubstepResult, substepped};
 use super::{Hypoplastic, NAME};
 use crate::{MaterialError, Point, SymTensor, Tangent};
 
 /// Largest strain increment that is integrated in one piece (sheet: constitutive §3.8).
-const PIECE: f64 = 1e-2;
+const MAX_PIECE_STRAIN: f64 = 1e-2;
 /// Local error of a substep, relative to the stress (sheet: constitutive §3.7.10).
 const TOLERANCE: f64 = 1e-4;
 /// Doublings of the number of substeps of a piece, to 1024 (1000 in the sheet).
@@ -18,7 +18,7 @@ const DOUBLINGS: u32 = 10;
 
 /// Derivatives of stress and void ratio by one component of the strain increment of the step.
 #[derive(Clone, Copy)]
-struct Slope {
+struct StateDerivative {
     stress: SymTensor,
     void_ratio: f64,
 }
@@ -43,30 +43,30 @@ impl Substep {
 
 impl Hypoplastic {
     /// The point after the strain increment `strain`.
-    pub(super) fn integrated(
+    pub(super) fn integrate(
         &self,
         strain: &SymTensor,
         old: &Point<VoidRatio>,
-    ) -> Result<Advance<VoidRatio>, MaterialError> {
-        substepped(NAME, strain, PIECE, old, |part, from| {
-            let (_, point) = self.piece(part, from)?;
-            Ok(Advance { point, dissipated: 0.0 })
+    ) -> Result<SubstepResult<VoidRatio>, MaterialError> {
+        substepped(NAME, strain, MAX_PIECE_STRAIN, old, |part, from| {
+            let (_, point) = self.integrate_piece(part, from)?;
+            Ok(SubstepResult { point, dissipated: 0.0 })
         })
     }
 
     /// A piece of strain in the least number of substeps that keeps the local error: that number and the point.
-    fn piece(
+    fn integrate_piece(
         &self,
         strain: &SymTensor,
         old: &Point<VoidRatio>,
     ) -> Result<(u32, Point<VoidRatio>), MaterialError> {
         (0..=DOUBLINGS)
-            .find_map(|k| self.in_substeps(1 << k, strain, old).map(|point| (1 << k, point)))
+            .find_map(|k| self.integrate_substeps(1 << k, strain, old).map(|point| (1 << k, point)))
             .ok_or(MaterialError::NotConverged { model: NAME, reason: "too many substeps" })
     }
 
     /// `None` where the local error of one of the `count` substeps is too large.
-    fn in_substeps(
+    fn integrate_substeps(
         &self,
         count: u32,
         strain: &SymTensor,
@@ -75,8 +75,8 @@ impl Hypoplastic {
         let part = Substep::new(*strain * (1.0 / f64::from(count)));
         let Point { mut stress, state: VoidRatio { mut void_ratio } } = *old;
         for _ in 0..count {
-            stress = self.held_up(stress);
-            if self.feels(&stress, &part) {
+            stress = self.limit_to_min_pressure(stress);
+            if self.is_strained(&stress, &part) {
                 let [first, second] = self.slopes(&stress, void_ratio, &part);
                 let error = 0.5 * (second - first).norm() / stress.norm();
                 // A substep that loses half the pressure is too long whatever the error says.
@@ -88,11 +88,11 @@ impl Hypoplastic {
             }
             void_ratio = part.void_ratio_after(void_ratio);
         }
-        Some(Point { stress: self.held_up(stress), state: VoidRatio { void_ratio } })
+        Some(Point { stress: self.limit_to_min_pressure(stress), state: VoidRatio { void_ratio } })
     }
 
     /// The stress, or that of the skeleton free of stress.
-    fn held_up(&self, stress: SymTensor) -> SymTensor {
+    fn limit_to_min_pressure(&self, stress: SymTensor) -> SymTensor {
         if stress.pressure() <= self.minimum_pressure {
             SymTensor::isotropic(-self.minimum_pressure)
         } else {
@@ -101,7 +101,7 @@ impl Hypoplastic {
     }
 
     /// A skeleton free of stress stays so as long as it opens.
-    fn feels(&self, stress: &SymTensor, part: &Substep) -> bool {
+    fn is_strained(&self, stress: &SymTensor, part: &Substep) -> bool {
         stress.pressure() > self.minimum_pressure || part.strain.trace() < 0.0
     }
 
@@ -112,23 +112,23 @@ impl Hypoplastic {
     }
 
     /// Derivative of the update by the strain increment, along the substeps it takes.
-    pub(super) fn carried_tangent(&self, strain: &SymTensor, old: &Point<VoidRatio>) -> Option<Tangent> {
-        let pieces = substep::count(strain, PIECE);
+    pub(super) fn substepped_tangent(&self, strain: &SymTensor, old: &Point<VoidRatio>) -> Option<Tangent> {
+        let pieces = substep::substep_count(strain, MAX_PIECE_STRAIN);
         let piece = *strain * (1.0 / f64::from(pieces));
         if piece.norm() == 0.0 {
             return None;
         }
-        let mut slopes = [Slope { stress: SymTensor::ZERO, void_ratio: 0.0 }; 6];
+        let mut slopes = [StateDerivative { stress: SymTensor::ZERO, void_ratio: 0.0 }; 6];
         let mut point = *old;
         for _ in 0..pieces {
-            let (count, next) = self.piece(&piece, &point).ok()?;
+            let (count, next) = self.integrate_piece(&piece, &point).ok()?;
             let part = Substep::new(piece * (1.0 / f64::from(count)));
             let share = 1.0 / f64::from(count * pieces);
             for (component, slope) in slopes.iter_mut().enumerate() {
                 // Engineering shear: half in each of the two entries.
                 let mut direction = SymTensor::ZERO;
                 direction[component] = if component < 3 { share } else { 0.5 * share };
-                *slope = self.carried(*slope, count, &part, &direction, &point);
+                *slope = self.propagate_derivative(*slope, count, &part, &direction, &point);
             }
             point = next;
         }
@@ -136,26 +136,26 @@ impl Hypoplastic {
     }
 
     /// `slope` through `count` substeps `part` from `old`, `direction` the derivative of the strain of each.
-    fn carried(
+    fn propagate_derivative(
         &self,
-        mut slope: Slope,
+        mut slope: StateDerivative,
         count: u32,
         part: &Substep,
         direction: &SymTensor,
         old: &Point<VoidRatio>,
-    ) -> Slope {
+    ) -> StateDerivative {
         let Point { mut stress, state: VoidRatio { mut void_ratio } } = *old;
         let floored = |stress: &SymTensor| stress.pressure() <= self.minimum_pressure;
         for _ in 0..count {
             if floored(&stress) {
-                (stress, slope.stress) = (self.held_up(stress), SymTensor::ZERO);
+                (stress, slope.stress) = (self.limit_to_min_pressure(stress), SymTensor::ZERO);
             }
             let next = part.void_ratio_after(void_ratio);
             let by_next = slope.void_ratio * part.growth + (1.0 + next) * direction.trace();
-            if self.feels(&stress, part) {
+            if self.is_strained(&stress, part) {
                 let [first, second] = self.slopes(&stress, void_ratio, part);
                 let by_first = self.slope_change((&stress, void_ratio), part, slope, direction);
-                let predicted = Slope { stress: slope.stress + by_first, void_ratio: by_next };
+                let predicted = StateDerivative { stress: slope.stress + by_first, void_ratio: by_next };
                 let by_second = self.slope_change((&(stress + first), next), part, predicted, direction);
                 stress += (first + second) * 0.5;
                 slope.stress += (by_first + by_second) * 0.5;
@@ -172,7 +172,7 @@ impl Hypoplastic {
         &self,
         (stress, void_ratio): (&SymTensor, f64),
         part: &Substep,
-        by: Slope,
+        by: StateDerivative,
         direction: &SymTensor,
     ) -> SymTensor {
         let trace = stress.trace();

@@ -23,9 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pressure_elastic::VoidRatio;
 use crate::model::{check, not_negative};
-use crate::{
-    InitialCondition, Law, MaterialError, Motion, Point, Pointwise, SmallStrain, SymTensor, Tangent,
-};
+use crate::{InitialCondition, Law, MaterialError, Motion, Point, PointLaw, SmallStrain, SymTensor, Tangent};
 
 pub use parameters::{Calibration, HypoplasticParameters, HypoplasticSpec};
 
@@ -34,7 +32,7 @@ const NAME: &str = "hypoplastic";
 /// The dimensionless constants of the rate equation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Constants {
+pub struct HypoplasticConstants {
     /// `C1`, < 0: stiffness.
     pub c1: f64,
     /// `C2`.
@@ -151,7 +149,7 @@ fn anticommutator(a: &SymTensor, b: &SymTensor) -> SymTensor {
     (a.to_matrix() * b.to_matrix()).sym() * 2.0
 }
 
-impl Constants {
+impl HypoplasticConstants {
     /// Table 1 of Wu, Wang & Alipour 2020 as printed. The calibration behind it (φ = 15°) is degenerate:
     /// it has three stationary states and stalls at the first.
     pub const TABLE_1: Self = Self { c1: -1.70, c2: -283.4, c3: -283.4, c4: 2419.3 };
@@ -205,7 +203,7 @@ impl Constants {
         squared(stress) * (self.c3 * factor) + squared(&stress.deviator()) * (self.c4 * factor)
     }
 
-    /// Change of [`Constants::rate`] with changes of stress, stretching and density function.
+    /// Change of [`HypoplasticConstants::rate`] with changes of stress, stretching and density function.
     fn rate_change(
         &self,
         (stress, d, density_function): (&SymTensor, &SymTensor, f64),
@@ -240,7 +238,7 @@ impl Constants {
 /// The frictional law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hypoplastic {
-    constants: Constants,
+    constants: HypoplasticConstants,
     critical_state: Option<CriticalState>,
     void_ratio: f64,
     minimum_pressure: f64,
@@ -248,7 +246,7 @@ pub struct Hypoplastic {
 
 impl Hypoplastic {
     /// The constants, calibrated or given.
-    pub fn constants(&self) -> &Constants {
+    pub fn constants(&self) -> &HypoplasticConstants {
         &self.constants
     }
 
@@ -274,7 +272,7 @@ impl Law for Hypoplastic {
     }
 }
 
-impl Pointwise for Hypoplastic {
+impl PointLaw for Hypoplastic {
     type State = VoidRatio;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<VoidRatio>, MaterialError> {
@@ -292,7 +290,7 @@ impl Pointwise for Hypoplastic {
     fn wave_modulus(&self, point: &Point<VoidRatio>) -> f64 {
         // Norm inequality on the rate equation.
         let stress = &point.stress;
-        let Constants { c1, c2, c3, c4 } = self.constants;
+        let HypoplasticConstants { c1, c2, c3, c4 } = self.constants;
         let density = self.density_function(stress, point.state.void_ratio).abs();
         let trace = stress.trace().abs().max(3.0 * self.minimum_pressure);
         let deviator = stress.deviator();
@@ -322,16 +320,16 @@ impl SmallStrain for Hypoplastic {
         if strain.norm() == 0.0 {
             return Ok(*old);
         }
-        Ok(self.integrated(strain, old)?.point)
+        Ok(self.integrate(strain, old)?.point)
     }
 
     /// That of the substeps the update takes, their number held: exact between the strains at which that
     /// number changes.
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<VoidRatio>) -> Option<Tangent> {
-        self.carried_tangent(strain, old)
+        self.substepped_tangent(strain, old)
     }
 
-    fn largest_step(&self) -> f64 {
+    fn max_strain_increment(&self) -> f64 {
         f64::INFINITY
     }
 }

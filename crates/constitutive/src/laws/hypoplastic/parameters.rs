@@ -5,9 +5,9 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::super::acceleration_viscous::{AccelerationViscosity, Viscous, ViscousMode};
-use super::{Constants, CriticalState, Hypoplastic};
-use crate::model::{Facts, Kind, Model, check, positive};
+use super::super::acceleration_viscous::{AccelerationViscosity, AccelerationViscous, ViscousMode};
+use super::{CriticalState, Hypoplastic, HypoplasticConstants};
+use crate::model::{Model, ModelFamily, ModelInfo, check, positive};
 use crate::{Corotational, Material, MaterialError};
 
 /// Parameters of `hypoplastic`, angles in degrees.
@@ -40,7 +40,7 @@ fn minimum_pressure() -> f64 {
 #[serde(rename_all = "kebab-case")]
 pub enum HypoplasticParameters {
     /// Given directly; a set with spurious stationary states raises a warning only.
-    Constants(Constants),
+    Constants(HypoplasticConstants),
     /// By calibration; a set with spurious stationary states is refused.
     Calibration(Calibration),
 }
@@ -64,7 +64,7 @@ pub struct Calibration {
     pub dilatancy_angle: f64,
 }
 
-impl Constants {
+impl HypoplasticConstants {
     /// The constants of an isotropic state (initial stiffness, no change of lateral stress at the given
     /// Poisson's ratio) and of a stationary state in triaxial compression (eqs. 16–18).
     ///
@@ -140,7 +140,7 @@ impl HypoplasticSpec {
         positive("void_ratio", self.void_ratio, "")?;
         positive("minimum_pressure", self.minimum_pressure, "Pa")?;
         let constants = match &self.parameters {
-            HypoplasticParameters::Calibration(calibration) => Constants::calibrate(calibration)?,
+            HypoplasticParameters::Calibration(calibration) => HypoplasticConstants::calibrate(calibration)?,
             HypoplasticParameters::Constants(constants) => {
                 let c1 = constants.c1;
                 check("parameters.constants.c1", c1, c1.is_finite() && c1 < 0.0, "must be negative")?;
@@ -167,9 +167,9 @@ impl HypoplasticSpec {
 }
 
 impl Model for HypoplasticSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Wu, Wang & Alipour 2020, eqs. 8–32",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate",
         tangent: "analytic (viscous mode rate-material: numerical)",
     };
@@ -178,7 +178,7 @@ impl Model for HypoplasticSpec {
         let frictional = Corotational(self.law()?);
         Ok(match self.viscous {
             None => Arc::new(frictional),
-            Some(viscosity) => Arc::new(Viscous::new(frictional, viscosity)?),
+            Some(viscosity) => Arc::new(AccelerationViscous::new(frictional, viscosity)?),
         })
     }
 

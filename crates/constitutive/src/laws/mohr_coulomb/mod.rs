@@ -14,22 +14,22 @@ mod softening;
 use super::Elasticity;
 use super::drucker_prager::{OUTPUTS, PlasticStrain, Softening};
 use crate::hencky::small_strain_tangent;
-use crate::lanes::{Lanes, Spectra};
+use crate::lanes::{ComponentArrays, Spectra};
 use crate::{
-    BLOCK, InitialCondition, Law, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain,
+    BLOCK_SIZE, InitialCondition, Law, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain,
     SymTensor, Tangent,
 };
 
 use pyramid::dot;
-use return_map::Returns;
+use return_map::PyramidReturn;
 
 pub use parameters::MohrCoulombSpec;
-pub use pyramid::{Pyramid, Region};
+pub use pyramid::{Pyramid, YieldRegion};
 
 const NAME: &str = "mohr-coulomb";
 
 /// Points of a batch near yield from which on the spectra of all are found at once.
-const WORTH_A_BATCH: usize = 8;
+const MIN_BATCH_POINTS: usize = 8;
 
 /// The law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,13 +37,13 @@ pub struct MohrCoulomb {
     name: &'static str,
     elasticity: Elasticity,
     spec: MohrCoulombSpec,
-    constant: bool,
-    peak: Returns,
+    has_constant_pyramid: bool,
+    peak_return: PyramidReturn,
 }
 
 impl MohrCoulomb {
     /// The same law under another name, for models that are a special case of it.
-    pub(super) fn named(self, name: &'static str) -> Self {
+    pub(super) fn with_name(self, name: &'static str) -> Self {
         Self { name, ..self }
     }
 
@@ -52,21 +52,21 @@ impl MohrCoulomb {
         let mut law = self.clone();
         law.spec.cohesion *= share;
         law.spec.softening = law.spec.softening.map(|s| s.scaled_cohesion(share));
-        let strength = law.peak.pyramid.strength * share;
-        law.peak = Pyramid { strength, ..law.peak.pyramid }.returns(&law.elasticity);
+        let strength = law.peak_return.pyramid.strength * share;
+        law.peak_return = Pyramid { strength, ..law.peak_return.pyramid }.pyramid_return(&law.elasticity);
         law
     }
 
     /// The pyramid at plastic strain `kappa`.
     pub fn pyramid_at(&self, kappa: f64) -> Pyramid {
-        if self.constant {
-            return self.peak.pyramid;
+        if self.has_constant_pyramid {
+            return self.peak_return.pyramid;
         }
-        self.softened(kappa)
+        self.softened_pyramid(kappa)
     }
 
     #[inline(never)]
-    fn softened(&self, kappa: f64) -> Pyramid {
+    fn softened_pyramid(&self, kappa: f64) -> Pyramid {
         let spec = &self.spec;
         let peak = (spec.friction_angle.to_radians(), spec.cohesion);
         let (friction, cohesion) = spec.softening.map_or(peak, |s| s.strength(peak, kappa));
@@ -84,7 +84,7 @@ impl MohrCoulomb {
 
     /// True where no principal stress can violate yield, from invariants alone.
     #[inline(always)]
-    fn surely_elastic(&self, trial: &SymTensor, pyramid: &Pyramid) -> bool {
+    fn is_certainly_elastic(&self, trial: &SymTensor, pyramid: &Pyramid) -> bool {
         let mean = trial.trace() / 3.0;
         let s = trial.deviator();
         // |σ_i - mean| ≤ 2 √(J2/3)
@@ -104,18 +104,19 @@ impl Law for MohrCoulomb {
     }
 }
 
-impl Pointwise for MohrCoulomb {
+impl PointLaw for MohrCoulomb {
     type State = PlasticStrain;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
-        if self.spec.project && initial.stress.is_finite() {
+        if self.spec.return_initial_stress_to_yield && initial.stress.is_finite() {
             let spectrum = initial.stress.spectrum();
-            let (principal, region) = self.peak.map(spectrum.values);
-            let stress = if region == Region::Elastic { initial.stress } else { spectrum.compose(principal) };
+            let (principal, region) = self.peak_return.return_map(spectrum.values);
+            let stress =
+                if region == YieldRegion::Elastic { initial.stress } else { spectrum.compose(principal) };
             return Ok(Point { stress, state: PlasticStrain::default() });
         }
         let principal = initial.stress.principal_values();
-        let peak = &self.peak.pyramid;
+        let peak = &self.peak_return.pyramid;
         let scale = peak.strength + peak.friction * principal[0].abs() + principal[2].abs();
         super::check_initial(self.name, &initial.stress, peak.yield_value(principal), scale)?;
         Ok(Point { stress: initial.stress, state: PlasticStrain::default() })
@@ -148,7 +149,7 @@ impl SmallStrain for MohrCoulomb {
     ) -> Result<Point<PlasticStrain>, MaterialError> {
         let trial = old.stress + self.elasticity.stress(strain);
         let pyramid = self.pyramid_at(old.state.deviatoric);
-        if self.surely_elastic(&trial, &pyramid) {
+        if self.is_certainly_elastic(&trial, &pyramid) {
             return Ok(Point { stress: trial, state: old.state });
         }
         if !trial.is_finite() {
@@ -163,29 +164,32 @@ impl SmallStrain for MohrCoulomb {
     }
 
     #[inline]
-    fn update_lanes(&self, lanes: &mut Lanes, states: &mut [PlasticStrain]) -> bool {
-        if !self.constant {
+    fn update_component_arrays(&self, lanes: &mut ComponentArrays, states: &mut [PlasticStrain]) -> bool {
+        if !self.has_constant_pyramid {
             return false;
         }
-        let mut inside = [0.0; BLOCK];
+        let mut inside = [0.0; BLOCK_SIZE];
         lanes.for_each(&mut inside, |strain, stress| {
             let trial = *stress + self.elasticity.stress(strain);
-            let elastic = self.surely_elastic(&trial, &self.peak.pyramid);
+            let elastic = self.is_certainly_elastic(&trial, &self.peak_return.pyramid);
             (trial, if elastic { 1.0 } else { 0.0 })
         });
         let outside = inside.iter().take(states.len()).filter(|inside| **inside == 0.0).count();
         let mut spectra = Spectra::EMPTY;
-        if outside >= WORTH_A_BATCH {
+        if outside >= MIN_BATCH_POINTS {
             lanes.spectra(&mut spectra);
         }
         for (index, state) in states.iter_mut().enumerate() {
             if inside[index] == 1.0 {
                 continue;
             }
-            let spectrum =
-                if outside >= WORTH_A_BATCH { spectra.of(index) } else { lanes.stress_of(index).spectrum() };
-            let (principal, region) = self.peak.map(spectrum.values);
-            if region != Region::Elastic {
+            let spectrum = if outside >= MIN_BATCH_POINTS {
+                spectra.spectrum(index)
+            } else {
+                lanes.stress_of(index).spectrum()
+            };
+            let (principal, region) = self.peak_return.return_map(spectrum.values);
+            if region != YieldRegion::Elastic {
                 state.deviatoric += self.plastic_increment(spectrum.values, principal);
                 lanes.set_stress(index, &spectrum.compose(principal));
             }
@@ -210,16 +214,16 @@ impl PrincipalReturn for MohrCoulomb {
         state: &PlasticStrain,
     ) -> Result<([f64; 3], PlasticStrain), MaterialError> {
         let kappa = state.deviatoric;
-        let (mut stress, region) = if self.constant {
-            self.peak.map(trial)
+        let (mut stress, region) = if self.has_constant_pyramid {
+            self.peak_return.return_map(trial)
         } else {
-            self.softened(kappa).return_map(&self.elasticity, trial)
+            self.softened_pyramid(kappa).return_map(&self.elasticity, trial)
         };
-        if region == Region::Elastic {
+        if region == YieldRegion::Elastic {
             return Ok((trial, *state));
         }
         let mut increment = self.plastic_increment(trial, stress);
-        if !self.constant {
+        if !self.has_constant_pyramid {
             (stress, increment) = self.softening_return(trial, kappa, increment)?;
         }
         Ok((stress, PlasticStrain { deviatoric: kappa + increment }))
@@ -228,7 +232,7 @@ impl PrincipalReturn for MohrCoulomb {
     fn principal_tangent(&self, trial: [f64; 3], state: &PlasticStrain) -> Option<[[f64; 3]; 3]> {
         let pyramid = self.pyramid_at(state.deviatoric);
         let (_, region) = pyramid.return_map(&self.elasticity, trial);
-        if region == Region::Elastic || self.constant {
+        if region == YieldRegion::Elastic || self.has_constant_pyramid {
             return Some(pyramid.tangent(&self.elasticity, region));
         }
         self.softening_tangent(trial, state)

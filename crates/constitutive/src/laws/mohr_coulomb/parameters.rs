@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{MohrCoulomb, NAME, Pyramid};
 use crate::laws::drucker_prager::Softening;
-use crate::laws::linear_elastic::stiff_warnings;
+use crate::laws::linear_elastic::incompressibility_warnings;
 use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
-use crate::model::{Facts, Kind, Model, StrainMeasure, check};
+use crate::model::{Model, ModelFamily, ModelInfo, StrainMeasure, check};
 use crate::{Material, MaterialError};
 
 /// Parameters of `mohr-coulomb`, angles in degrees.
@@ -46,7 +46,8 @@ pub struct MohrCoulombSpec {
     /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
     /// refused when false.
     #[serde(default)]
-    pub project: bool,
+    #[serde(rename = "project")]
+    pub return_initial_stress_to_yield: bool,
 }
 
 impl MohrCoulombSpec {
@@ -80,15 +81,21 @@ impl MohrCoulombSpec {
             elasticity.lame() * (k - 1.0) * (m - 1.0) + 2.0 * elasticity.shear_modulus * (k * m + 1.0);
         let rule = "contracts faster than this stiffness can follow (aᵀ D b must be positive)";
         check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
-        let peak = peak.returns(&elasticity);
-        Ok(MohrCoulomb { name: NAME, elasticity, spec: self.clone(), constant, peak })
+        let peak = peak.pyramid_return(&elasticity);
+        Ok(MohrCoulomb {
+            name: NAME,
+            elasticity,
+            spec: self.clone(),
+            has_constant_pyramid: constant,
+            peak_return: peak,
+        })
     }
 }
 
 impl Model for MohrCoulombSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Anura3D manual 2021, eqs. 7.25–7.28; Clausen et al. 2006 (return)",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate or Hencky",
         tangent: "analytic",
     };
@@ -98,7 +105,7 @@ impl Model for MohrCoulombSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = stiff_warnings(self.poissons_ratio);
+        let mut warnings = incompressibility_warnings(self.poissons_ratio);
         warnings.extend(angle_warnings(self.friction_angle, self.dilatancy_angle));
         warnings
     }
@@ -137,7 +144,7 @@ impl Model for MohrCoulombSpec {
                 dilatancy_decay: if softening.is_some() { 2.0 } else { 0.0 },
                 tensile_strength,
                 strain_measure,
-                project: false,
+                return_initial_stress_to_yield: false,
             }));
         }
         all

@@ -1,8 +1,8 @@
 //! The pyramid, its cut-off and its tangents.
 
-use super::return_map::{Edge, Returns, elastic_strain, stiffness};
+use super::return_map::{PyramidEdge, PyramidReturn, elastic_strain, stiffness};
 use crate::laws::Elasticity;
-use crate::laws::multi_surface::{self, ActiveSet, Plane};
+use crate::laws::multi_surface::{self, ActiveSet, YieldPlane};
 
 /// The pyramid at some plastic strain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub struct Pyramid {
 
 /// The part of the surface a return ends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Region {
+pub enum YieldRegion {
     /// Inside: no return.
     Elastic,
     /// The plane `σ1 > σ2 > σ3`.
@@ -70,10 +70,10 @@ impl Pyramid {
 
     /// The planes that sorted stresses can meet: shear across 1–3, 1–2 and 2–3, then the cut-offs of the
     /// three principal stresses.
-    pub fn planes(&self) -> [Plane; 6] {
+    pub fn planes(&self) -> [YieldPlane; 6] {
         let (k, m) = (self.friction, self.dilatancy);
-        let shear = |normal, flow| Plane { normal, offset: self.strength, flow };
-        let tension = |normal| Plane { normal, offset: self.cut_off, flow: normal };
+        let shear = |normal, flow| YieldPlane { normal, offset: self.strength, flow };
+        let tension = |normal| YieldPlane { normal, offset: self.cut_off, flow: normal };
         [
             shear([k, 0.0, -1.0], [m, 0.0, -1.0]),
             shear([k, -1.0, 0.0], [m, -1.0, 0.0]),
@@ -85,22 +85,22 @@ impl Pyramid {
     }
 
     /// Return map in principal stresses (sheet: constitutive §3.7.2, steps 1–5).
-    pub fn return_map(&self, elasticity: &Elasticity, trial: [f64; 3]) -> ([f64; 3], Region) {
-        self.returns(elasticity).map(trial)
+    pub fn return_map(&self, elasticity: &Elasticity, trial: [f64; 3]) -> ([f64; 3], YieldRegion) {
+        self.pyramid_return(elasticity).return_map(trial)
     }
 
     /// The part of the surface that the return of `trial` ends on.
-    pub fn region(&self, elasticity: &Elasticity, trial: [f64; 3]) -> Region {
-        self.returns(elasticity).map(trial).1
+    pub fn region(&self, elasticity: &Elasticity, trial: [f64; 3]) -> YieldRegion {
+        self.pyramid_return(elasticity).return_map(trial).1
     }
 
     /// Principal stresses of the return of `trial` to the given part of the surface.
-    pub fn return_to(&self, region: Region, elasticity: &Elasticity, trial: [f64; 3]) -> [f64; 3] {
-        self.returns(elasticity).to(region, trial)
+    pub fn return_to(&self, region: YieldRegion, elasticity: &Elasticity, trial: [f64; 3]) -> [f64; 3] {
+        self.pyramid_return(elasticity).return_to(region, trial)
     }
 
     /// What all returns to the pyramid have in common.
-    pub(super) fn returns(&self, elasticity: &Elasticity) -> Returns {
+    pub(super) fn pyramid_return(&self, elasticity: &Elasticity) -> PyramidReturn {
         let (k, m) = (self.friction, self.dilatancy);
         let db = stiffness(elasticity, [m, 0.0, -1.0]);
         let scale = 1.0 / (k * db[0] - db[2]);
@@ -110,32 +110,42 @@ impl Pyramid {
             // Elastic strain along the edge of the potential is not relaxed by the flow.
             let held = elastic_strain(elasticity, flow);
             let scale = 1.0 / dot(held, edge);
-            Edge { direction: edge, position: held.map(|c| c * scale), beside: cross(direction, edge) }
+            PyramidEdge {
+                direction: edge,
+                position: held.map(|c| c * scale),
+                plane_normal: cross(direction, edge),
+            }
         });
-        Returns { pyramid: *self, elasticity: *elasticity, direction, edges, apex: self.strength / (k - 1.0) }
+        PyramidReturn {
+            pyramid: *self,
+            elasticity: *elasticity,
+            direction,
+            edges,
+            apex: self.strength / (k - 1.0),
+        }
     }
 
     /// `∂σ_A/∂ε_B` of a return that ends in `region` (sheet: constitutive §3.10), of constant strength.
-    pub fn tangent(&self, elasticity: &Elasticity, region: Region) -> [[f64; 3]; 3] {
+    pub fn tangent(&self, elasticity: &Elasticity, region: YieldRegion) -> [[f64; 3]; 3] {
         let (k, m) = (self.friction, self.dilatancy);
         let d = elasticity.principal();
         let apply = |v: [f64; 3]| d.map(|row| dot(row, v));
         match region {
-            Region::Elastic => d,
-            Region::Plane => {
+            YieldRegion::Elastic => d,
+            YieldRegion::Plane => {
                 let (da, db) = (apply([k, 0.0, -1.0]), apply([m, 0.0, -1.0]));
                 let scale = 1.0 / dot([k, 0.0, -1.0], db);
                 std::array::from_fn(|a| std::array::from_fn(|b| d[a][b] - scale * db[a] * da[b]))
             }
-            Region::CompressionEdge | Region::ExtensionEdge => {
-                let compression = region == Region::CompressionEdge;
+            YieldRegion::CompressionEdge | YieldRegion::ExtensionEdge => {
+                let compression = region == YieldRegion::CompressionEdge;
                 let along = |x: f64| if compression { [1.0, 1.0, x] } else { [1.0, x, x] };
                 let (r, g) = (along(k), along(m));
                 let scale = 1.0 / dot(g, elastic_strain(elasticity, r));
                 r.map(|r| g.map(|g| scale * r * g))
             }
-            Region::Apex => [[0.0; 3]; 3],
-            Region::CutOff(set) => multi_surface::tangent(&self.planes(), set, elasticity),
+            YieldRegion::Apex => [[0.0; 3]; 3],
+            YieldRegion::CutOff(set) => multi_surface::tangent(&self.planes(), set, elasticity),
         }
     }
 }

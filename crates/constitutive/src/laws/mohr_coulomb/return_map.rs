@@ -1,87 +1,87 @@
 //! The return in principal stresses, region by region (sheet: constitutive §3.7.2; §3.7.3 with a cut-off).
 
-use super::pyramid::{Pyramid, Region, dot};
+use super::pyramid::{Pyramid, YieldRegion, dot};
 use crate::laws::Elasticity;
 use crate::laws::multi_surface::{self, active_set};
 
 /// A pyramid with what its returns have in common.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Returns {
+pub(super) struct PyramidReturn {
     pub pyramid: Pyramid,
     pub elasticity: Elasticity,
     /// `D b / (aᵀ D b)`: change of stress of a return to the plane, per unit of the yield function.
     pub direction: [f64; 3],
     /// Of triaxial compression and of triaxial extension.
-    pub edges: [Edge; 2],
+    pub edges: [PyramidEdge; 2],
     /// Principal stress at the apex (Pa); infinite without friction.
     pub apex: f64,
 }
 
 /// An edge of the pyramid; positions are measured from the apex.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Edge {
+pub(super) struct PyramidEdge {
     pub direction: [f64; 3],
     /// Of a trial, the position along the edge that its return ends at.
     pub position: [f64; 3],
     /// Normal of the plane through the edge and the direction of return.
-    pub beside: [f64; 3],
+    pub plane_normal: [f64; 3],
 }
 
-impl Returns {
+impl PyramidReturn {
     /// Return of `trial` and the part of the surface it ends on.
     #[inline]
-    pub(super) fn map(&self, trial: [f64; 3]) -> ([f64; 3], Region) {
+    pub(super) fn return_map(&self, trial: [f64; 3]) -> ([f64; 3], YieldRegion) {
         let region = self.shear_region(trial);
-        let stress = self.to(region, trial);
+        let stress = self.return_to(region, trial);
         let slack = 8.0 * f64::EPSILON * (trial[0].abs() + self.pyramid.strength);
         if stress[0] <= self.pyramid.cut_off + slack {
             return (stress, region);
         }
         let set = active_set(&self.pyramid.planes(), &self.elasticity, trial);
-        let region = set.map_or(Region::Apex, Region::CutOff);
-        (self.to(region, trial), region)
+        let region = set.map_or(YieldRegion::Apex, YieldRegion::CutOff);
+        (self.return_to(region, trial), region)
     }
 
     /// The part of the surface without its cut-off.
     #[inline]
-    fn shear_region(&self, trial: [f64; 3]) -> Region {
+    fn shear_region(&self, trial: [f64; 3]) -> YieldRegion {
         let pyramid = &self.pyramid;
         // Round-off of an earlier return is not flow.
         let scale = pyramid.friction * trial[0].abs() + trial[2].abs() + pyramid.strength;
         if pyramid.shear_excess(trial) <= 8.0 * f64::EPSILON * scale {
-            return Region::Elastic;
+            return YieldRegion::Elastic;
         }
         if pyramid.friction == 1.0 {
             // Without friction there is no apex: the prism of Tresca (sheet: constitutive §3.7.4).
-            let plane = self.to(Region::Plane, trial);
+            let plane = self.return_to(YieldRegion::Plane, trial);
             return if trial[1] > plane[0] {
-                Region::CompressionEdge
+                YieldRegion::CompressionEdge
             } else if trial[1] < plane[2] {
-                Region::ExtensionEdge
+                YieldRegion::ExtensionEdge
             } else {
-                Region::Plane
+                YieldRegion::Plane
             };
         }
         let from_apex = trial.map(|s| s - self.apex);
         let [first, second] = &self.edges;
         if dot(first.position, from_apex) > 0.0 && dot(second.position, from_apex) > 0.0 {
-            Region::Apex
-        } else if dot(first.beside, from_apex) < 0.0 {
-            Region::CompressionEdge
-        } else if dot(second.beside, from_apex) > 0.0 {
-            Region::ExtensionEdge
+            YieldRegion::Apex
+        } else if dot(first.plane_normal, from_apex) < 0.0 {
+            YieldRegion::CompressionEdge
+        } else if dot(second.plane_normal, from_apex) > 0.0 {
+            YieldRegion::ExtensionEdge
         } else {
-            Region::Plane
+            YieldRegion::Plane
         }
     }
 
     /// Principal stresses of the return of `trial` to the given part of the surface.
     #[inline]
-    pub(super) fn to(&self, region: Region, trial: [f64; 3]) -> [f64; 3] {
+    pub(super) fn return_to(&self, region: YieldRegion, trial: [f64; 3]) -> [f64; 3] {
         let pyramid = &self.pyramid;
         match region {
-            Region::Elastic => trial,
-            Region::Plane => {
+            YieldRegion::Elastic => trial,
+            YieldRegion::Plane => {
                 let onto = |s: [f64; 3]| {
                     let excess = pyramid.shear_excess(s);
                     std::array::from_fn(|i| s[i] - excess * self.direction[i])
@@ -89,22 +89,22 @@ impl Returns {
                 // Twice: round-off is then that of the result, not of the trial.
                 onto(onto(trial))
             }
-            Region::Apex => [pyramid.cut_off.min(self.apex); 3],
-            Region::CutOff(set) => {
+            YieldRegion::Apex => [pyramid.cut_off.min(self.apex); 3],
+            YieldRegion::CutOff(set) => {
                 let onto = |s| multi_surface::return_to(&pyramid.planes(), set, &self.elasticity, s);
                 onto(onto(trial))
             }
             _ if pyramid.friction == 1.0 => {
                 let mean = (trial[0] + trial[1] + trial[2]) / 3.0;
                 let third = pyramid.strength / 3.0;
-                if region == Region::CompressionEdge {
+                if region == YieldRegion::CompressionEdge {
                     [mean + third, mean + third, mean - 2.0 * third]
                 } else {
                     [mean + 2.0 * third, mean - third, mean - third]
                 }
             }
-            Region::CompressionEdge | Region::ExtensionEdge => {
-                let edge = &self.edges[usize::from(region == Region::ExtensionEdge)];
+            YieldRegion::CompressionEdge | YieldRegion::ExtensionEdge => {
+                let edge = &self.edges[usize::from(region == YieldRegion::ExtensionEdge)];
                 let position = dot(edge.position, trial.map(|s| s - self.apex));
                 edge.direction.map(|r| self.apex + position * r)
             }
@@ -132,7 +132,7 @@ mod tests {
         let elasticity = Elasticity::new(20_000.0, 0.3).unwrap();
         let pyramid = Pyramid::new(30f64.to_radians(), 10.0, 10f64.to_radians());
         let trial = [-50.0, -120.0, -400.0];
-        let returns = pyramid.returns(&elasticity);
+        let returns = pyramid.pyramid_return(&elasticity);
         let near = |found: f64, exact: f64| assert!((found - exact).abs() < 1e-6, "{found} for {exact}");
         near(pyramid.shear_excess(trial), 215.358_984);
         for (found, exact) in returns.direction.into_iter().zip([0.294_587, 0.053_504, -0.116_239]) {
@@ -140,8 +140,8 @@ mod tests {
         }
         let from_apex = trial.map(|s| s - returns.apex);
         let [first, second] = &returns.edges;
-        near(dot(first.beside, from_apex), 18.080_696);
-        near(dot(second.beside, from_apex), -243.444_231);
+        near(dot(first.plane_normal, from_apex), 18.080_696);
+        near(dot(second.plane_normal, from_apex), -243.444_231);
         assert!((dot(first.position, from_apex) + 132.408_58).abs() < 1e-5);
         near(dot(second.position, from_apex), -91.579_157);
     }

@@ -46,7 +46,7 @@ impl MohrCoulomb {
         let small = 1e-13 * self.plastic_increment(trial, [mean; 3]).max(start);
         let mut stress = trial;
         let increment = first_fixed_point(start, small, |increment| {
-            stress = self.softened(kappa + increment).return_map(&self.elasticity, trial).0;
+            stress = self.softened_pyramid(kappa + increment).return_map(&self.elasticity, trial).0;
             self.plastic_increment(trial, stress)
         });
         let failed = MaterialError::NotConverged { model: self.name, reason: "softening return" };

@@ -2,14 +2,14 @@
 
 use super::{Simsand, VOID_RANGE};
 use crate::SymTensor;
-use crate::laws::pressure_elastic::LEAST_PRESSURE;
+use crate::laws::pressure_elastic::MIN_PRESSURE;
 
 /// Void ratio at which the stiffness of the formula vanishes.
-const LOOSEST: f64 = 2.97;
+const ZERO_STIFFNESS_VOID_RATIO: f64 = 2.97;
 
 /// A stress ratio `M_x` with its derivatives by pressure (1/Pa), void ratio and Lode's cosine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Slope {
+pub struct StressRatio {
     /// `M_x`.
     pub value: f64,
     pub(super) by_pressure: f64,
@@ -39,9 +39,9 @@ impl Simsand {
     /// Bulk modulus (Pa) at a pressure (Pa) and void ratio.
     pub fn bulk_modulus(&self, pressure: f64, void_ratio: f64) -> f64 {
         let spec = &self.spec;
-        let p = pressure.max(LEAST_PRESSURE) / spec.atmospheric_pressure;
+        let p = pressure.max(MIN_PRESSURE) / spec.atmospheric_pressure;
         let e = void_ratio.clamp(VOID_RANGE.0, VOID_RANGE.1);
-        let density = (LOOSEST - e).powi(2) / (1.0 + e);
+        let density = (ZERO_STIFFNESS_VOID_RATIO - e).powi(2) / (1.0 + e);
         spec.stiffness_constant * spec.atmospheric_pressure * density * p.powf(spec.stiffness_exponent)
     }
 
@@ -66,7 +66,7 @@ impl Simsand {
     }
 
     /// `M_p` and `M_pt` at a pressure (Pa), void ratio and Lode cosine (1 extension, -1 compression).
-    pub fn slopes(&self, pressure: f64, void_ratio: f64, lode: f64) -> [Slope; 2] {
+    pub fn slopes(&self, pressure: f64, void_ratio: f64, lode: f64) -> [StressRatio; 2] {
         let spec = &self.spec;
         let power = (pressure / spec.atmospheric_pressure).powf(spec.critical_state_exponent);
         let free = spec.reference_void_ratio - spec.critical_state_factor * power;
@@ -100,7 +100,7 @@ impl Simsand {
                 value *= factor;
             }
             let by_log = by_sin * sin_slope * exponent;
-            Slope {
+            StressRatio {
                 value,
                 by_pressure: by_log * log_by_pressure,
                 by_void_ratio: by_log * log_by_void,

@@ -17,23 +17,21 @@ mod return_map;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    InitialCondition, Law, MaterialError, Motion, Point, Pointwise, SmallStrain, SymTensor, Tangent,
-};
+use crate::{InitialCondition, Law, MaterialError, Motion, Point, PointLaw, SmallStrain, SymTensor, Tangent};
 
 use critical_state::lode_cosine;
 
-pub use critical_state::Slope;
+pub use critical_state::StressRatio;
 pub use parameters::SimsandSpec;
 
 const NAME: &str = "simsand";
 
 /// Plastic shear every point starts with, so that the surface has a slope at zero stress ratio.
-const FIRST_SHEAR: f64 = 1e-9;
+const INITIAL_PLASTIC_SHEAR: f64 = 1e-9;
 
 /// Plastic shear at which a sand has mobilised its strength, for initial stresses beyond it: the strength itself is
 /// reached by no plastic shear.
-const FULLY_SHEARED: f64 = 1.0;
+const FULL_MOBILISATION_SHEAR: f64 = 1.0;
 
 /// Void ratios and critical void ratios are taken between these in stiffness and friction.
 const VOID_RANGE: (f64, f64) = (0.01, 2.9);
@@ -74,7 +72,7 @@ impl Law for Simsand {
     }
 }
 
-impl Pointwise for Simsand {
+impl PointLaw for Simsand {
     type State = SimsandState;
 
     /// The plastic shear at the start is what puts the yield surface through the initial stress.
@@ -84,10 +82,10 @@ impl Pointwise for Simsand {
         let (p, q) = (stress.pressure(), stress.q());
         let lode = lode_cosine(&stress.deviator());
         let [peak, _] = self.slopes(p, self.spec.void_ratio, lode);
-        let largest = p * peak.value * self.mobilised(FULLY_SHEARED).0;
-        if self.spec.project && q > largest {
+        let largest = p * peak.value * self.mobilised(FULL_MOBILISATION_SHEAR).0;
+        if self.spec.return_initial_stress_to_yield && q > largest {
             let stress = stress.deviator() * (largest / q) - SymTensor::isotropic(p);
-            return Ok(Point { stress, state: self.start(FULLY_SHEARED) });
+            return Ok(Point { stress, state: self.start(FULL_MOBILISATION_SHEAR) });
         }
         if q >= p * peak.value {
             let reason = format!(
@@ -99,7 +97,7 @@ impl Pointwise for Simsand {
             return Err(MaterialError::Initial { model: NAME, reason });
         }
         let through = self.spec.hardening_constant * q / (p * peak.value - q);
-        Ok(Point { stress, state: self.start(through.max(FIRST_SHEAR)) })
+        Ok(Point { stress, state: self.start(through.max(INITIAL_PLASTIC_SHEAR)) })
     }
 
     fn wave_modulus(&self, point: &Point<SimsandState>) -> f64 {

@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Simsand, VOID_RANGE};
-use crate::laws::linear_elastic::stiff_warnings;
+use crate::laws::linear_elastic::incompressibility_warnings;
 use crate::laws::pressure_elastic::{check_poissons_ratio, shear_ratio};
-use crate::model::{Facts, Kind, Model, check, not_negative, positive};
+use crate::model::{Model, ModelFamily, ModelInfo, check, not_negative, positive};
 use crate::{Corotational, Material, MaterialError};
 
 /// Parameters of `simsand`, angles in degrees.
@@ -50,7 +50,8 @@ pub struct SimsandSpec {
     /// Start with as much of the deviator as the sand carries at the initial pressure after a plastic shear of 1,
     /// where the initial stress has more; refused when false.
     #[serde(default)]
-    pub project: bool,
+    #[serde(rename = "project")]
+    pub return_initial_stress_to_yield: bool,
 }
 
 fn atmospheric_pressure() -> f64 {
@@ -77,7 +78,7 @@ impl SimsandSpec {
             hardening_constant: 0.0017,
             atmospheric_pressure: atmospheric_pressure(),
             lode_dependence: false,
-            project: false,
+            return_initial_stress_to_yield: false,
         }
     }
 
@@ -109,9 +110,9 @@ impl SimsandSpec {
 }
 
 impl Model for SimsandSpec {
-    const FACTS: Facts = Facts {
+    const INFO: ModelInfo = ModelInfo {
         source: "Bui & Nguyen 2021, section 3.2.4; Jin et al. 2017",
-        kind: Kind::Solid,
+        kind: ModelFamily::Solid,
         strain: "rate",
         tangent: "analytic",
     };
@@ -121,7 +122,7 @@ impl Model for SimsandSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = stiff_warnings(self.poissons_ratio);
+        let mut warnings = incompressibility_warnings(self.poissons_ratio);
         let (e, reference) = (self.void_ratio, self.reference_void_ratio);
         if e >= reference {
             warnings.push(format!("void_ratio: {e} is looser than any critical state (below {reference})"));

@@ -2,10 +2,10 @@
 
 use super::critical_state::{lode_cosine, lode_gradient};
 use super::{NAME, Simsand, SimsandState};
-use crate::laws::pressure_elastic::{LEAST_PRESSURE, void_ratio_after};
+use crate::laws::pressure_elastic::{MIN_PRESSURE, void_ratio_after};
 use crate::laws::radial::RadialTrial;
-use crate::laws::root::{falling_root, less_round_off};
-use crate::laws::substep::Advance;
+use crate::laws::root::{drop_round_off, falling_root};
+use crate::laws::substep::SubstepResult;
 use crate::{MaterialError, Point, SymTensor, Tangent};
 
 /// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.
@@ -13,7 +13,7 @@ const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
 /// Elastic trial of a substep.
 #[derive(Clone, Copy, Debug)]
-struct Trial {
+struct SimsandTrial {
     bulk: f64,
     shear: f64,
     pressure: f64,
@@ -27,7 +27,7 @@ struct Trial {
 
 /// Where the return of a substep ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Return {
+enum SimsandReturn {
     Elastic,
     /// Pressure (Pa) and plastic shear of the substep.
     Flow {
@@ -38,12 +38,12 @@ enum Return {
 }
 
 impl Simsand {
-    fn trial(&self, strain: &SymTensor, old: &Point<SimsandState>) -> Trial {
+    fn trial(&self, strain: &SymTensor, old: &Point<SimsandState>) -> SimsandTrial {
         let p = old.stress.pressure();
         let bulk = self.bulk_modulus(p, old.state.void_ratio);
         let shear = self.shear_ratio * bulk;
         let radial = RadialTrial::new(&old.stress, strain, shear, 0.0);
-        Trial {
+        SimsandTrial {
             bulk,
             shear,
             pressure: p - bulk * strain.trace(),
@@ -57,7 +57,7 @@ impl Simsand {
 
     /// Pressure that goes with the plastic shear `shear`, and its slope: root of
     /// `p - p_tr + K Δ A_d (M_pt - q/p)`, which rises with `p`. Not below the least pressure.
-    fn pressure_part(&self, trial: &Trial, shear: f64, start: f64) -> Option<(f64, f64)> {
+    fn pressure_at_plastic_shear(&self, trial: &SimsandTrial, shear: f64, start: f64) -> Option<(f64, f64)> {
         let q = (trial.q - 3.0 * trial.shear * shear).max(0.0);
         let rate = trial.bulk * self.spec.dilatancy_constant;
         let dilatant = rate * shear;
@@ -65,18 +65,18 @@ impl Simsand {
             let [_, transformation] = self.slopes(p, trial.void_ratio, trial.lode);
             let value = p - trial.pressure + dilatant * (transformation.value - q / p);
             let terms = p + trial.pressure.abs() + dilatant * (transformation.value + q / p);
-            let value = less_round_off(value, terms);
+            let value = drop_round_off(value, terms);
             (value, 1.0 + dilatant * (transformation.by_pressure + q / (p * p)), transformation.value)
         };
-        if !(excess(LEAST_PRESSURE).0 < 0.0) {
-            return Some((LEAST_PRESSURE, 0.0));
+        if !(excess(MIN_PRESSURE).0 < 0.0) {
+            return Some((MIN_PRESSURE, 0.0));
         }
         // Without the contraction M_pt the pressure would be higher.
         let half = 0.5 * trial.pressure;
         let root = (half * half + dilatant * q).sqrt();
         let high = if half > 0.0 { half + root } else { dilatant * q / (root - half) };
-        let high = (high * (1.0 + 1e-9)).max(LEAST_PRESSURE * 2.0);
-        let p = falling_root(LEAST_PRESSURE, high, start, |p| {
+        let high = (high * (1.0 + 1e-9)).max(MIN_PRESSURE * 2.0);
+        let p = falling_root(MIN_PRESSURE, high, start, |p| {
             let (value, slope, _) = excess(p);
             (-value, -slope)
         })?;
@@ -85,25 +85,26 @@ impl Simsand {
         Some((p, -by_shear / slope))
     }
 
-    fn return_map(&self, trial: &Trial) -> Result<Return, MaterialError> {
+    fn return_map(&self, trial: &SimsandTrial) -> Result<SimsandReturn, MaterialError> {
         let q_tr = trial.q;
         if !(q_tr.is_finite() && trial.pressure.is_finite()) {
             return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
         }
-        if trial.pressure >= LEAST_PRESSURE {
+        if trial.pressure >= MIN_PRESSURE {
             let [peak, _] = self.slopes(trial.pressure, trial.void_ratio, trial.lode);
             let strength = trial.pressure * peak.value * self.mobilised(trial.plastic_strain).0;
             if q_tr - strength <= ON_SURFACE * (q_tr + strength) {
-                return Ok(Return::Elastic);
+                return Ok(SimsandReturn::Elastic);
             }
         } else if q_tr == 0.0 {
-            return Ok(Return::Liquefied);
+            return Ok(SimsandReturn::Liquefied);
         }
         let most = q_tr / (3.0 * trial.shear);
-        let mut last = (trial.pressure.max(LEAST_PRESSURE), 0.0, 0.0);
+        let mut last = (trial.pressure.max(MIN_PRESSURE), 0.0, 0.0);
         let mut at = |shear: f64| {
             let (p, p_slope, at) = last;
-            let Some((p, slope)) = self.pressure_part(trial, shear, p + p_slope * (shear - at)) else {
+            let Some((p, slope)) = self.pressure_at_plastic_shear(trial, shear, p + p_slope * (shear - at))
+            else {
                 return (f64::NAN, f64::NAN);
             };
             last = (p, slope, shear);
@@ -113,33 +114,33 @@ impl Simsand {
             let by_pressure = -(peak.value + p * peak.by_pressure) * share;
             let strength = p * peak.value * share;
             (
-                less_round_off(q - strength, q_tr + strength),
+                drop_round_off(q - strength, q_tr + strength),
                 -3.0 * trial.shear + by_pressure * slope - p * peak.value * share_slope,
             )
         };
         let failed = MaterialError::NotConverged { model: NAME, reason: "yield condition" };
         let shear = falling_root(0.0, most, 0.0, &mut at).ok_or(failed.clone())?;
-        let (pressure, _) = self.pressure_part(trial, shear, last.0).ok_or(failed)?;
-        if pressure <= LEAST_PRESSURE {
-            return Ok(Return::Liquefied);
+        let (pressure, _) = self.pressure_at_plastic_shear(trial, shear, last.0).ok_or(failed)?;
+        if pressure <= MIN_PRESSURE {
+            return Ok(SimsandReturn::Liquefied);
         }
-        Ok(Return::Flow { pressure, shear })
+        Ok(SimsandReturn::Flow { pressure, shear })
     }
 
     pub(super) fn step(
         &self,
         strain: &SymTensor,
         old: &Point<SimsandState>,
-    ) -> Result<Advance<SimsandState>, MaterialError> {
+    ) -> Result<SubstepResult<SimsandState>, MaterialError> {
         let trial = self.trial(strain, old);
         let mut state = SimsandState { void_ratio: trial.void_ratio, liquefied: false, ..old.state };
         let (stress, dissipated) = match self.return_map(&trial)? {
-            Return::Elastic => (trial.radial.stress(trial.pressure, 1.0), 0.0),
-            Return::Liquefied => {
+            SimsandReturn::Elastic => (trial.radial.stress(trial.pressure, 1.0), 0.0),
+            SimsandReturn::Liquefied => {
                 state.liquefied = true;
                 (SymTensor::ZERO, 0.0)
             }
-            Return::Flow { pressure, shear } => {
+            SimsandReturn::Flow { pressure, shear } => {
                 // From the yield condition, which then holds to the last digit.
                 state.plastic_strain += shear;
                 let [peak, transformation] = self.slopes(pressure, trial.void_ratio, trial.lode);
@@ -148,7 +149,7 @@ impl Simsand {
                 (trial.radial.stress(pressure, q / trial.q), shear * (q + pressure * dilatancy))
             }
         };
-        Ok(Advance { point: Point { stress, state }, dissipated })
+        Ok(SubstepResult { point: Point { stress, state }, dissipated })
     }
 
     /// Consistent tangent, by the implicit-function theorem on the pressure and yield
@@ -157,11 +158,11 @@ impl Simsand {
         let trial = self.trial(strain, old);
         let unit = SymTensor::IDENTITY;
         let (p, shear) = match self.return_map(&trial).ok()? {
-            Return::Elastic => {
+            SimsandReturn::Elastic => {
                 return Some(trial.radial.tangent(1.0, &(unit * -trial.bulk), &SymTensor::ZERO));
             }
-            Return::Liquefied => return Some(Tangent::ZERO),
-            Return::Flow { pressure, shear } => (pressure, shear),
+            SimsandReturn::Liquefied => return Some(Tangent::ZERO),
+            SimsandReturn::Flow { pressure, shear } => (pressure, shear),
         };
         let [peak, transformation] = self.slopes(p, trial.void_ratio, trial.lode);
         let (share, share_slope) = self.mobilised(trial.plastic_strain + shear);

@@ -6,7 +6,7 @@ mod materials;
 mod output;
 mod refusal;
 
-use colluvium_testkit::close;
+use colluvium_testkit::assert_close;
 
 use crate::common;
 
@@ -49,9 +49,9 @@ fn fluid() -> MaterialSpec {
     })
 }
 
-fn test(material: MaterialSpec, pressure: f64, paths: &[(Path, usize)]) -> ElementTest {
+fn test(material: MaterialSpec, pressure: f64, paths: &[(LoadingPath, usize)]) -> ElementTest {
     let stage =
-        |(path, steps): &(Path, usize)| TestStage { path: path.clone(), steps: *steps, duration: 1.0 };
+        |(path, steps): &(LoadingPath, usize)| TestStage { path: path.clone(), steps: *steps, duration: 1.0 };
     ElementTest {
         title: "test".into(),
         material,
@@ -60,8 +60,8 @@ fn test(material: MaterialSpec, pressure: f64, paths: &[(Path, usize)]) -> Eleme
     }
 }
 
-fn general(stress: [[f64; 6]; 6], strain: [[f64; 6]; 6], total: [f64; 6]) -> Path {
-    Path::General {
+fn general(stress: [[f64; 6]; 6], strain: [[f64; 6]; 6], total: [f64; 6]) -> LoadingPath {
+    LoadingPath::General {
         stress,
         strain,
         total,

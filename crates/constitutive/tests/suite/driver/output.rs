@@ -7,7 +7,7 @@ const FLUID: f64 = 2.15e9 / 0.4;
 
 #[test]
 fn stress_control_stops_at_the_limit_load() {
-    let push = Path::Stress { increment: [0.0, 0.0, -300e3, 0.0, 0.0, 0.0] };
+    let push = LoadingPath::Stress { increment: [0.0, 0.0, -300e3, 0.0, 0.0, 0.0] };
     let error = test(MaterialSpec::MohrCoulomb(mohr_coulomb(0.0)), 100e3, &[(push, 300)]).run().unwrap_err();
     // q = 234.6 kPa is reached in step 234.
     assert!(matches!(error, DriverError::LimitLoad { stage: 0, step: 233..=235, .. }), "{error}");
@@ -15,13 +15,13 @@ fn stress_control_stops_at_the_limit_load() {
 
 #[test]
 fn what_came_before_a_limit_load_is_kept() {
-    let push = Path::Stress { increment: [0.0, 0.0, -300e3, 0.0, 0.0, 0.0] };
+    let push = LoadingPath::Stress { increment: [0.0, 0.0, -300e3, 0.0, 0.0, 0.0] };
     let trace = test(MaterialSpec::MohrCoulomb(mohr_coulomb(0.0)), 100e3, &[(push, 300)]).trace().unwrap();
     let stopped = trace.stopped.unwrap().to_string();
     assert!(stopped.starts_with("stages[0].path: limit load reached in step"), "{stopped}");
     assert!((234..=237).contains(&trace.path.rows.len()), "{}", trace.path.rows.len());
     // The last row stands within a thousandth of a step of the strength.
-    close(trace.path.last("q"), 234_641.016, 1e-5);
+    assert_close(trace.path.last("q"), 234_641.016, 1e-5);
 }
 
 #[test]
@@ -32,35 +32,36 @@ fn work_is_stored_by_elasticity_and_lost_by_plasticity() {
         poissons_ratio: 0.3,
         volumetric_law: Default::default(),
     });
-    let shear = Path::SimpleShearConstantVolume { shear: 0.5 };
+    let shear = LoadingPath::SimpleShearConstantVolume { shear: 0.5 };
     let run = test(neo, 0.0, &[(shear, 400)]).run().unwrap();
     // ½ G γ².
-    close(run.last("stored_energy"), 0.5 * SHEAR * 0.25, 1e-9);
-    close(run.last("dissipated_work") / run.last("stored_energy"), 0.0, 1e-5);
-    let path = Path::TriaxialDrained { axial_compression: 0.05 };
+    assert_close(run.last("stored_energy"), 0.5 * SHEAR * 0.25, 1e-9);
+    assert_close(run.last("dissipated_work") / run.last("stored_energy"), 0.0, 1e-5);
+    let path = LoadingPath::TriaxialDrained { axial_compression: 0.05 };
     let run = test(MaterialSpec::MohrCoulomb(mohr_coulomb(0.0)), 100e3, &[(path, 200)]).run().unwrap();
     let lost = run.column("dissipated_work").unwrap();
     assert!(lost.windows(2).all(|pair| pair[1] >= pair[0] - 1.0), "{lost:?}");
     // ψ = 0: q times plastic shear strain, 5 % less the elastic part.
-    close(run.last("dissipated_work"), 234_641.0 * (0.05 - 234_641.0 / YOUNG), 1e-2);
+    assert_close(run.last("dissipated_work"), 234_641.0 * (0.05 - 234_641.0 / YOUNG), 1e-2);
 }
 
 #[test]
 fn the_pore_pressure_of_an_undrained_test_is_minus_the_change_of_effective_pressure() {
-    let path = Path::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: None };
+    let path = LoadingPath::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: None };
     let run = test(elastic(), 100e3, &[(path, 20)]).run().unwrap();
     // Constant total lateral stress: u = q/3 where p' stays.
-    close(run.last("excess_pore_pressure"), run.last("q") / 3.0, 1e-9);
+    assert_close(run.last("excess_pore_pressure"), run.last("q") / 3.0, 1e-9);
     assert_eq!(run.standard_plots()[1].name, "pore-pressure-strain");
-    let drained = Path::TriaxialDrained { axial_compression: 0.01 };
+    let drained = LoadingPath::TriaxialDrained { axial_compression: 0.01 };
     let run = test(elastic(), 100e3, &[(drained, 20)]).run().unwrap();
-    close(run.last("excess_pore_pressure"), 0.0, 1e-12);
+    assert_close(run.last("excess_pore_pressure"), 0.0, 1e-12);
     assert_eq!(run.standard_plots().map(|p| p.name), ["q-strain", "volume-strain", "q-p", "volume-ln-p"]);
 }
 
 #[test]
 fn a_void_ratio_is_drawn_where_the_law_has_one() {
-    let mut run = test(elastic(), 100e3, &[(Path::Oedometer { axial_compression: 0.01 }, 2)]).run().unwrap();
+    let mut run =
+        test(elastic(), 100e3, &[(LoadingPath::Oedometer { axial_compression: 0.01 }, 2)]).run().unwrap();
     run.columns.push(("void_ratio", ""));
     run.rows.iter_mut().for_each(|row| row.push(0.7));
     let plot = run.standard_plots()[3];
@@ -69,14 +70,14 @@ fn a_void_ratio_is_drawn_where_the_law_has_one() {
 
 #[test]
 fn the_yield_line_is_the_strength_in_triaxial_compression() {
-    let path = Path::TriaxialDrained { axial_compression: 0.05 };
+    let path = LoadingPath::TriaxialDrained { axial_compression: 0.05 };
     let spec = MaterialSpec::MohrCoulomb(mohr_coulomb(0.0));
     let trace = test(spec, 100e3, &[(path.clone(), 100)]).trace().unwrap();
     let lines = trace.yield_lines();
     assert_eq!(lines.len(), 1);
     // q = M p + 6 c cos φ / (3 - sin φ), M = 6 sin φ / (3 - sin φ).
     for (p, q) in &lines[0].points {
-        close(*q, 1.2 * p + 2.4 * 10e3 * 3f64.sqrt() / 2.0, 1e-9);
+        assert_close(*q, 1.2 * p + 2.4 * 10e3 * 3f64.sqrt() / 2.0, 1e-9);
     }
     assert!(lines[0].points.len() > 40);
     let softening = Softening {
@@ -94,7 +95,7 @@ fn the_yield_line_is_the_strength_in_triaxial_compression() {
 
 #[test]
 fn the_table_reads_as_csv() {
-    let run = test(elastic(), 0.0, &[(Path::Oedometer { axial_compression: 0.01 }, 3)]).run().unwrap();
+    let run = test(elastic(), 0.0, &[(LoadingPath::Oedometer { axial_compression: 0.01 }, 3)]).run().unwrap();
     let mut text = Vec::new();
     run.write_csv(&mut text).unwrap();
     let text = String::from_utf8(text).unwrap();
@@ -108,22 +109,22 @@ fn a_compressible_pore_fluid_adds_its_stiffness() {
     let undrained = BULK + FLUID;
     let poisson = (3.0 * undrained - 2.0 * SHEAR) / (2.0 * (3.0 * undrained + SHEAR));
     // The figures of `sheet: constitutive §5.3`.
-    close(undrained, 5.391_667e9, 1e-7);
-    close(poisson, 0.499_287, 1e-6);
-    let path = Path::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: Some(FLUID) };
+    assert_close(undrained, 5.391_667e9, 1e-7);
+    assert_close(poisson, 0.499_287, 1e-6);
+    let path = LoadingPath::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: Some(FLUID) };
     let run = test(elastic(), 100e3, &[(path, 20)]).run().unwrap();
-    close(run.last("q"), 2.0 * SHEAR * (1.0 + poisson) * 0.01, 1e-9);
-    close(run.last("volumetric_strain"), -(1.0 - 2.0 * poisson) * 0.01, 1e-7);
-    close(run.last("excess_pore_pressure"), FLUID * (1.0 - 2.0 * poisson) * 0.01, 1e-7);
+    assert_close(run.last("q"), 2.0 * SHEAR * (1.0 + poisson) * 0.01, 1e-9);
+    assert_close(run.last("volumetric_strain"), -(1.0 - 2.0 * poisson) * 0.01, 1e-7);
+    assert_close(run.last("excess_pore_pressure"), FLUID * (1.0 - 2.0 * poisson) * 0.01, 1e-7);
     // The total lateral stress stays.
-    close(run.last("stress_xx") - run.last("excess_pore_pressure"), -100e3, 1e-9);
+    assert_close(run.last("stress_xx") - run.last("excess_pore_pressure"), -100e3, 1e-9);
 }
 
 #[test]
 fn a_total_pressure_is_shared_by_skeleton_and_pore_fluid() {
     let mut total = [0.0; 6];
     total[..3].fill(-50e3);
-    let path = Path::General {
+    let path = LoadingPath::General {
         stress: unit(1.0),
         strain: unit(0.0),
         total,
@@ -133,14 +134,14 @@ fn a_total_pressure_is_shared_by_skeleton_and_pore_fluid() {
         fluid_stiffness: Some(FLUID),
     };
     let run = test(elastic(), 100e3, &[(path, 5)]).run().unwrap();
-    close(run.last("excess_pore_pressure"), 50e3 * FLUID / (BULK + FLUID), 1e-9);
-    close(run.last("p"), 100e3 + 50e3 * BULK / (BULK + FLUID), 1e-9);
+    assert_close(run.last("excess_pore_pressure"), 50e3 * FLUID / (BULK + FLUID), 1e-9);
+    assert_close(run.last("p"), 100e3 + 50e3 * BULK / (BULK + FLUID), 1e-9);
 }
 
 #[test]
 fn the_pore_fluid_and_the_undrained_wrapper_agree() {
     let skeleton = MaterialSpec::MohrCoulomb(mohr_coulomb(10.0));
-    let path = Path::TriaxialUndrained { axial_compression: 0.02, fluid_stiffness: Some(5e7) };
+    let path = LoadingPath::TriaxialUndrained { axial_compression: 0.02, fluid_stiffness: Some(5e7) };
     let driven = test(skeleton.clone(), 100e3, &[(path, 200)]).run().unwrap();
     let wrapped = MaterialSpec::Undrained(UndrainedSpec {
         fluid_bulk_modulus: 2e7,
@@ -149,8 +150,8 @@ fn the_pore_fluid_and_the_undrained_wrapper_agree() {
         cavitation_strength: None,
         skeleton: Box::new(skeleton),
     });
-    let path = Path::TriaxialDrained { axial_compression: 0.02 };
+    let path = LoadingPath::TriaxialDrained { axial_compression: 0.02 };
     let whole = test(wrapped, 100e3, &[(path, 200)]).run().unwrap();
-    close(driven.last("q"), whole.last("q"), 1e-8);
-    close(driven.last("excess_pore_pressure"), whole.last("pore_pressure"), 1e-8);
+    assert_close(driven.last("q"), whole.last("q"), 1e-8);
+    assert_close(driven.last("excess_pore_pressure"), whole.last("pore_pressure"), 1e-8);
 }

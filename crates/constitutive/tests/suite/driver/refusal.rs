@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::*;
 use colluvium_constitutive::laws::Elasticity;
 use colluvium_constitutive::{
-    Corotational, InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, Pointwise,
-    SmallStrain, SymTensor, Tangent, offer_material,
+    Corotational, InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, PointLaw,
+    SmallStrain, SymTensor, Tangent, register_material,
 };
 use serde_json::{Map, Value, json};
 
@@ -19,7 +19,7 @@ impl Law for Stubborn {
     }
 }
 
-impl Pointwise for Stubborn {
+impl PointLaw for Stubborn {
     type State = f64;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<f64>, MaterialError> {
@@ -63,8 +63,8 @@ impl MaterialFactory for StubbornLaw {
 }
 
 /// Why the path stops, and the stretch in y it reaches.
-fn stopped(path: Path, steps: usize) -> (DriverError, f64) {
-    offer_material(&StubbornLaw);
+fn stopped(path: LoadingPath, steps: usize) -> (DriverError, f64) {
+    register_material(&StubbornLaw);
     let law = json!({ "model": "other", "law": "stubborn", "density": 2000, "parameters": {} });
     let trace = test(serde_json::from_value(law).unwrap(), 0.0, &[(path, steps)]).trace().unwrap();
     (trace.stopped.unwrap(), trace.path.last("strain_yy"))
@@ -72,8 +72,8 @@ fn stopped(path: Path, steps: usize) -> (DriverError, f64) {
 
 #[test]
 fn a_law_that_fails_on_prescribed_strains_is_no_limit_load() {
-    let strain = Path::Strain { increment: [-0.02, 0.04, 0.0, 0.0, 0.0, 0.0] };
-    let shear = Path::General {
+    let strain = LoadingPath::Strain { increment: [-0.02, 0.04, 0.0, 0.0, 0.0, 0.0] };
+    let shear = LoadingPath::General {
         stress: [[0.0; 6]; 6],
         strain: std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 })),
         total: [0.0, 0.02, 0.0, 0.01, 0.0, 0.0],
@@ -83,14 +83,14 @@ fn a_law_that_fails_on_prescribed_strains_is_no_limit_load() {
         fluid_stiffness: None,
     };
     // Stress is prescribed as well; beyond the last step that the law takes it takes no shorter one.
-    let stretched = Path::Direct {
+    let stretched = LoadingPath::Direct {
         control: [
-            Controlled::Stress,
-            Controlled::Strain,
-            Controlled::Stress,
-            Controlled::Strain,
-            Controlled::Strain,
-            Controlled::Strain,
+            ControlledQuantity::Stress,
+            ControlledQuantity::Strain,
+            ControlledQuantity::Stress,
+            ControlledQuantity::Strain,
+            ControlledQuantity::Strain,
+            ControlledQuantity::Strain,
         ],
         increments: vec![[0.0, 0.02, 0.0, 0.0, 0.0, 0.0]],
         spins: vec![],
@@ -99,7 +99,7 @@ fn a_law_that_fails_on_prescribed_strains_is_no_limit_load() {
         for steps in [3, 7, 10] {
             let said = format!("{path:?} in {steps}");
             let (error, reached) = stopped(path.clone(), steps);
-            let DriverError::Law { source: MaterialError::Unsolved(unsolved), .. } = &error else {
+            let DriverError::Law { source: MaterialError::UnconvergedStep(unsolved), .. } = &error else {
                 panic!("{said}: {error}");
             };
             assert_eq!((unsolved.model, unsolved.reason), ("stubborn", "too long"), "{said}");

@@ -4,26 +4,27 @@
 //! depth lack neighbours, and would load columns by depths that are none: there they are those of the last nodes before, in shares of
 //! their depths, and so are those of new nodes. The material out there thus drains as that at the side does.
 
-use super::super::{Flow, Heads};
-use super::side::{OpenEnd, Part};
-use super::{SUPPORTS, part_of};
-use crate::nodes::{Nodes, Plan};
+use super::super::{Flow, PorePressureColumns};
+use super::side::{OpenBoundary, SideRegion};
+use super::{FAR_FIELD_SUPPORTS, region_of};
+use crate::nodes::{PhaseNodes, PlanVector};
 
-impl<const D: usize> OpenEnd<D> {
+impl<const D: usize> OpenBoundary<D> {
     /// The node of each strip that stands farthest out, `limit` (m) beyond the side at most; of a strip without one that of the nearest which
     /// has one.
     fn last_before(
         &self,
-        nodes: &Nodes<D>,
-        heads: &Heads,
+        nodes: &PhaseNodes<D>,
+        heads: &PorePressureColumns,
         limit: f64,
-        part: &dyn Fn(&Plan<D>) -> Part,
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
     ) -> Vec<Option<usize>> {
         let mut last: Vec<Option<(f64, usize)>> = vec![None; self.strips.len()];
         for (i, x) in nodes.position.iter().enumerate() {
-            let beyond = self.beyond(x);
+            let beyond = self.distance_beyond(x);
             let has_column = heads.depth[i] > 0.0;
-            if !has_column || beyond > limit || beyond < -self.reach() || part(x) == Part::Elsewhere {
+            if !has_column || beyond > limit || beyond < -self.reach() || part(x) == SideRegion::OutsideOther
+            {
                 continue;
             }
             let entry = &mut last[self.strip(x)];
@@ -47,12 +48,12 @@ impl<const D: usize> OpenEnd<D> {
     }
 }
 
-impl Heads {
+impl PorePressureColumns {
     /// Gives node `i`, so deep (m), the column of node `from` in shares of its depth (m).
-    fn take_after(&mut self, i: usize, depth: f64, from: usize) {
+    fn copy_column(&mut self, i: usize, depth: f64, from: usize) {
         let (before, width) = (self.depth[from], self.width);
         for k in 0..width {
-            self.values[i * width + k] = self.values[from * width + k] / before * depth;
+            self.heads[i * width + k] = self.heads[from * width + k] / before * depth;
         }
         self.depth[i] = depth;
     }
@@ -60,33 +61,33 @@ impl Heads {
 
 impl<const D: usize> Flow<D> {
     /// Columns of nodes so near to the end of what stands beyond open sides that sums lack neighbours there.
-    pub(super) fn follow_columns(&mut self) {
-        self.copy_columns(1.0 - 1.0 / SUPPORTS);
+    pub(super) fn update_far_field_columns(&mut self) {
+        self.copy_columns(1.0 - 1.0 / FAR_FIELD_SUPPORTS);
     }
 
     /// Columns of all nodes beyond open sides when the flow begins.
-    pub(in super::super) fn begin_columns(&mut self) {
+    pub(in super::super) fn initialise_far_field_columns(&mut self) {
         self.copy_columns(0.0);
     }
 
     /// Gives nodes that stand farther beyond sides than this share of the reach of what stands there the columns of the last ones before.
     fn copy_columns(&mut self, share: f64) {
-        if self.heads.is_empty() || self.opens.iter().all(OpenEnd::is_fed) {
+        if self.pore_columns.is_empty() || self.open_boundaries.iter().all(OpenBoundary::has_inlet) {
             return;
         }
-        let sides = self.sides();
-        let Self { sets, heads, opens, .. } = self;
+        let sides = self.open_side_list();
+        let Self { sets, pore_columns: heads, open_boundaries: opens, .. } = self;
         let nodes = &sets[0].nodes;
-        for (number, end) in opens.iter().enumerate().filter(|(_, end)| !end.is_fed() && end.is_of(0)) {
-            let part = |x: &Plan<D>| part_of(&sides, number, x);
+        for (number, end) in opens.iter().enumerate().filter(|(_, end)| !end.has_inlet() && end.is_of(0)) {
+            let part = |x: &PlanVector<D>| region_of(&sides, number, x);
             let limit = share * end.reach();
             let last = end.last_before(nodes, heads, limit, &part);
             for (i, x) in nodes.position.iter().enumerate() {
-                if (end.beyond(x) > limit || heads.depth[i].is_nan())
-                    && part(x) == Part::Beyond
+                if (end.distance_beyond(x) > limit || heads.depth[i].is_nan())
+                    && part(x) == SideRegion::Outside
                     && let Some(from) = last[end.strip(x)]
                 {
-                    heads.take_after(i, nodes.depth[i], from);
+                    heads.copy_column(i, nodes.depth[i], from);
                 }
             }
         }

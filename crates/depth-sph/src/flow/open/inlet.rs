@@ -1,11 +1,11 @@
 //! What flows in through an end of a profile (sheet: depth-sph §3.9; §0 for dry beds).
 
-use super::stand::Stand;
-use crate::inflow::{self, Arriving};
+use super::stand::BoundaryState;
+use crate::inflow::{self, ArrivingFlow};
 
 /// What flows in through an end.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Feed {
+pub struct Inlet {
     /// Times (s) and discharges per width (m²/s), linear between them; none before the first and after the last.
     pub hydrograph: Vec<[f64; 2]>,
     /// Froude number `u/√(g h)` at the end where nothing stands before it, or where what flows in is faster than its waves.
@@ -16,26 +16,26 @@ pub struct Feed {
     pub layer: Option<usize>,
 }
 
-impl Feed {
+impl Inlet {
     /// Discharge per width at a time (m²/s).
     pub fn discharge(&self, time: f64) -> f64 {
         inflow::at_time(&self.hydrograph, time)
     }
 
     /// Depth (m) and speed (m/s) by the Froude number, at a discharge (m²/s) under gravity `pull` (m/s²).
-    pub fn section(&self, discharge: f64, pull: f64) -> (f64, f64) {
-        inflow::section(discharge, self.froude, pull)
+    pub fn section_by_froude(&self, discharge: f64, pull: f64) -> (f64, f64) {
+        inflow::section_by_froude(discharge, self.froude, pull)
     }
 
     /// Its largest speed (m/s) by the Froude number, under gravity `pull` (m/s²).
-    pub(super) fn fastest(&self, pull: f64) -> f64 {
-        self.hydrograph.iter().map(|pair| self.section(pair[1], pull).1).fold(0.0, f64::max)
+    pub(super) fn max_speed(&self, pull: f64) -> f64 {
+        self.hydrograph.iter().map(|pair| self.section_by_froude(pair[1], pull).1).fold(0.0, f64::max)
     }
 
     /// What stands at an end to which this arrives from within, and nothing where it is dry, under gravity `pull` (m/s²).
-    pub(super) fn state(&self, time: f64, arriving: Option<Arriving>, pull: f64) -> Stand {
-        let (depth, speed) = inflow::meeting(self.discharge(time), arriving, self.froude, pull);
-        Stand { depth, speed: -speed, along: 0.0, porosity: self.porosity }
+    pub(super) fn state(&self, time: f64, arriving: Option<ArrivingFlow>, pull: f64) -> BoundaryState {
+        let (depth, speed) = inflow::inflow_section(self.discharge(time), arriving, self.froude, pull);
+        BoundaryState { depth, speed: -speed, along: 0.0, porosity: self.porosity }
     }
 }
 
@@ -46,10 +46,10 @@ mod tests {
     #[test]
     fn what_flows_in_meets_what_stands_there() {
         let feed =
-            Feed { hydrograph: vec![[0.0, 0.5], [10.0, 0.5]], froude: 2.0, porosity: 0.4, layer: None };
+            Inlet { hydrograph: vec![[0.0, 0.5], [10.0, 0.5]], froude: 2.0, porosity: 0.4, layer: None };
         let state = |time: f64, outgoing: Option<f64>| {
-            let arriving = outgoing.map(|outgoing| Arriving { outgoing, pull: 9.81 });
-            let Stand { depth, speed, porosity, .. } = feed.state(time, arriving, 9.81);
+            let arriving = outgoing.map(|outgoing| ArrivingFlow { outgoing, effective_gravity: 9.81 });
+            let BoundaryState { depth, speed, porosity, .. } = feed.state(time, arriving, 9.81);
             assert_eq!(porosity, 0.4);
             (depth, speed)
         };

@@ -6,10 +6,10 @@
 //! that of the surface: waves of the surface and of the interface then stay what they are, and those of the interface die away sooner.
 
 use super::super::Flow;
-use super::super::set::Set;
-use super::part_of;
-use super::side::{OpenEnd, Part};
-use crate::nodes::Plan;
+use super::super::set::PhaseSet;
+use super::region_of;
+use super::side::{OpenBoundary, SideRegion};
+use crate::nodes::PlanVector;
 
 /// Logarithm of what a layer leaves of a wave along the normal that has gone through it once.
 const DECAY: f64 = 2.0;
@@ -18,16 +18,16 @@ const POWER: i32 = 2;
 
 /// What stood in a layer when the flow began: cells of one spacing along and across the side.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Layer {
+pub(super) struct AbsorbingLayer {
     /// How long it is (m).
     length: f64,
     /// Cells of a set from the side inward, strip by strip; none where nothing stood.
-    calm: [Vec<Option<Calm>>; 2],
+    undisturbed: [Vec<Option<UndisturbedState>>; 2],
 }
 
 /// What stood in a cell when the flow began.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Calm {
+struct UndisturbedState {
     /// Depth, of both phases or of the layer (m).
     depth: f64,
     /// Depth of both layers (m).
@@ -36,21 +36,21 @@ struct Calm {
     speed: f64,
 }
 
-impl Layer {
+impl AbsorbingLayer {
     pub(super) fn new(length: f64) -> Self {
         Self { length, ..Self::default() }
     }
 }
 
-impl<const D: usize> OpenEnd<D> {
+impl<const D: usize> OpenBoundary<D> {
     /// Number of cells of its layer along the normal.
     fn cells(&self) -> usize {
         (self.layer.length / self.spacing).ceil() as usize
     }
 
     /// The cell of its layer that a place is in.
-    fn cell(&self, x: &Plan<D>) -> Option<usize> {
-        let inside = -self.beyond(x);
+    fn cell(&self, x: &PlanVector<D>) -> Option<usize> {
+        let inside = -self.distance_beyond(x);
         if !(0.0..self.layer.length).contains(&inside) {
             return None;
         }
@@ -59,37 +59,48 @@ impl<const D: usize> OpenEnd<D> {
     }
 
     /// Takes what stands in the layer.
-    pub(super) fn calm(&mut self, sets: &[Set<D>], part: &dyn Fn(&Plan<D>) -> Part) {
+    pub(super) fn store_undisturbed(
+        &mut self,
+        sets: &[PhaseSet<D>],
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+    ) {
         let cells = self.cells();
-        for (number, set) in self.own(sets) {
+        for (number, set) in self.own_sets(sets) {
             let mut sums = vec![[0.0; 4]; cells * self.strips.len()];
             let nodes = &set.nodes;
             let depths = self.depths(nodes);
             for (i, x) in nodes.position.iter().enumerate() {
-                let Some(cell) = self.cell(x).filter(|_| part(x) == Part::Within) else { continue };
+                let Some(cell) = self.cell(x).filter(|_| part(x) == SideRegion::Interior) else { continue };
                 let one = [1.0, depths[i], nodes.depth[i], self.outward * nodes.velocity[i][self.axis]];
                 (0..4).for_each(|k| sums[cell][k] += one[k]);
             }
             let mean = |[count, depth, whole, speed]: &[f64; 4]| {
-                let calm = || Calm { depth: depth / count, whole: whole / count, speed: speed / count };
+                let calm =
+                    || UndisturbedState { depth: depth / count, whole: whole / count, speed: speed / count };
                 (*count > 0.0).then(calm)
             };
-            self.layer.calm[number] = sums.iter().map(mean).collect();
+            self.layer.undisturbed[number] = sums.iter().map(mean).collect();
         }
     }
 
     /// Lets waves die away over `dt` (s).
-    fn damp(&mut self, number: usize, set: &mut Set<D>, dt: f64, part: &dyn Fn(&Plan<D>) -> Part) {
+    fn relax_layer(
+        &mut self,
+        number: usize,
+        set: &mut PhaseSet<D>,
+        dt: f64,
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+    ) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {
             let x = nodes.position[i];
-            let Some(cell) = self.cell(&x).filter(|_| part(&x) == Part::Within) else { continue };
-            let Some(calm) = self.layer.calm[number][cell] else { continue };
-            let celerity = (nodes.pull[i] * calm.whole).sqrt();
+            let Some(cell) = self.cell(&x).filter(|_| part(&x) == SideRegion::Interior) else { continue };
+            let Some(calm) = self.layer.undisturbed[number][cell] else { continue };
+            let celerity = (nodes.effective_gravity[i] * calm.whole).sqrt();
             // Layers that have speeds of their own have one rate.
-            let stream = if self.stratum.is_some() { 0.0 } else { calm.speed };
+            let stream = if self.flow_layer.is_some() { 0.0 } else { calm.speed };
             let wave = (stream + celerity).max(0.5 * celerity);
-            let within = 1.0 + self.beyond(&x) / self.layer.length;
+            let within = 1.0 + self.distance_beyond(&x) / self.layer.length;
             let rate = f64::from(1 + POWER) * DECAY * wave / self.layer.length * within.powi(POWER);
             let stays = (-rate * dt).exp();
             let still = self.outward * calm.speed;
@@ -106,17 +117,17 @@ impl<const D: usize> OpenEnd<D> {
 
 impl<const D: usize> Flow<D> {
     /// Waves die away in the layers before open sides over `dt` (s).
-    pub(in super::super) fn damp_layers(&mut self, dt: f64) {
-        if self.opens.iter().all(|end| end.layer.length == 0.0) {
+    pub(in super::super) fn relax_absorbing_layers(&mut self, dt: f64) {
+        if self.open_boundaries.iter().all(|end| end.layer.length == 0.0) {
             return;
         }
-        let sides = self.sides();
-        let Self { sets, opens, .. } = self;
+        let sides = self.open_side_list();
+        let Self { sets, open_boundaries: opens, .. } = self;
         for (number, end) in opens.iter_mut().enumerate() {
-            let part = |x: &Plan<D>| part_of(&sides, number, x);
+            let part = |x: &PlanVector<D>| region_of(&sides, number, x);
             for (role, set) in sets.iter_mut().enumerate() {
                 if end.is_of(role) {
-                    end.damp(role, set, dt, &part);
+                    end.relax_layer(role, set, dt, &part);
                 }
             }
         }

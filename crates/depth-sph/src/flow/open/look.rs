@@ -1,33 +1,33 @@
 //! What a side sees of the flow before it.
 
-use super::super::set::Set;
-use super::side::{OpenEnd, Part};
-use super::stand::{Moments, Stand, Within, turned};
+use super::super::set::PhaseSet;
+use super::side::{OpenBoundary, SideRegion};
+use super::stand::{BoundaryState, InteriorFit, LineFitSums, outward_and_tangential};
 use crate::kernel::Kernel;
-use crate::nodes::Plan;
+use crate::nodes::PlanVector;
 
-impl<const D: usize> OpenEnd<D> {
+impl<const D: usize> OpenBoundary<D> {
     /// What a kernel reaches `inside` each strip (m).
-    pub(super) fn within(
+    pub(super) fn fit_interior(
         &self,
         kernel: Kernel,
-        sets: &[Set<D>],
-        part: &dyn Fn(&Plan<D>) -> Part,
+        sets: &[PhaseSet<D>],
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
         inside: f64,
-    ) -> Vec<Option<Within>> {
-        let mut moments = vec![Moments::default(); self.strips.len()];
-        for (number, set) in self.own(sets) {
+    ) -> Vec<Option<InteriorFit>> {
+        let mut moments = vec![LineFitSums::default(); self.strips.len()];
+        for (number, set) in self.own_sets(sets) {
             let nodes = &set.nodes;
             let depths = self.depths(nodes);
             for i in 0..nodes.len() {
                 let (x, length) = (&nodes.position[i], nodes.length[i]);
-                let beyond = self.beyond(x);
+                let beyond = self.distance_beyond(x);
                 let far = (beyond + inside).abs() / length;
-                if beyond > 0.0 || far >= kernel.support() || part(x) != Part::Within {
+                if beyond > 0.0 || far >= kernel.support() || part(x) != SideRegion::Interior {
                     continue;
                 }
-                let pull = self.pull(nodes, i);
-                let velocity = turned(&nodes.velocity[i], self.axis, self.outward);
+                let pull = self.wave_gravity(nodes, i);
+                let velocity = outward_and_tangential(&nodes.velocity[i], self.axis, self.outward);
                 let around =
                     if D == 1 { 0 } else { (kernel.support() * length / self.spacing).ceil() as isize };
                 let own = self.strip(x);
@@ -36,7 +36,7 @@ impl<const D: usize> OpenEnd<D> {
                     let Some(strip) = self.neighbour(own, step) else { continue };
                     let apart = (off - step as f64 * self.spacing) / length;
                     let distance = if D == 1 { far } else { far.hypot(apart) };
-                    let weight = nodes.volume[i] / depths[i] * kernel.shape::<D>(distance);
+                    let weight = nodes.volume[i] / depths[i] * kernel.profile::<D>(distance);
                     if weight > 0.0 {
                         let place = beyond + inside;
                         moments[strip].add(
@@ -54,7 +54,7 @@ impl<const D: usize> OpenEnd<D> {
                 }
             }
         }
-        moments.iter().map(Moments::within).collect()
+        moments.iter().map(LineFitSums::interior_fit).collect()
     }
 
     /// The strip this many steps from another; `None` where the side has ended.
@@ -64,7 +64,7 @@ impl<const D: usize> OpenEnd<D> {
         if self.periodic {
             return Some(strip.rem_euclid(count) as usize);
         }
-        let regular = self.beside[0] as isize..count - self.beside[1] as isize;
+        let regular = self.corner_strips[0] as isize..count - self.corner_strips[1] as isize;
         regular.contains(&strip).then_some(strip as usize)
     }
 
@@ -74,16 +74,21 @@ impl<const D: usize> OpenEnd<D> {
     }
 
     /// Sums over a lattice are not quite its depth: what is still is what they have.
-    pub(super) fn measure(&mut self, kernel: Kernel, sets: &[Set<D>], part: &dyn Fn(&Plan<D>) -> Part) {
-        let found = self.within(kernel, sets, part, 0.0);
+    pub(super) fn calibrate_lattice_sum(
+        &mut self,
+        kernel: Kernel,
+        sets: &[PhaseSet<D>],
+        part: &dyn Fn(&PlanVector<D>) -> SideRegion,
+    ) {
+        let found = self.fit_interior(kernel, sets, part, 0.0);
         for (strip, within) in self.strips.iter_mut().zip(found) {
-            let whole: f64 = strip.like.iter().flatten().map(|node| node.volume).sum();
-            if let (Some(still), Some(within)) = (&mut strip.still, within)
+            let whole: f64 = strip.template_nodes.iter().flatten().map(|node| node.volume).sum();
+            if let (Some(still), Some(within)) = (&mut strip.far_state, within)
                 && whole > 0.0
                 && within.depth[0] > 0.0
             {
-                let Within { depth, speed, along, porosity, .. } = within;
-                *still = Stand { depth: depth[0], speed: speed[0], along, porosity };
+                let InteriorFit { depth, speed, along, porosity, .. } = within;
+                *still = BoundaryState { depth: depth[0], speed: speed[0], along, porosity };
                 strip.width = whole / depth[0];
             }
         }

@@ -22,20 +22,20 @@ mod stand;
 mod two_layers;
 
 use super::Flow;
-use super::grow::keep;
+use super::grow::keep_nodes;
 use crate::choices::Phases;
-use crate::nodes::{Nodes, Plan};
-use side::Part;
-pub(super) use two_layers::Stratum;
+use crate::nodes::{PhaseNodes, PlanVector};
+use side::SideRegion;
+pub(super) use two_layers::LayerOfSide;
 
-pub use beyond::{Beyond, Known};
-pub use inlet::Feed;
-pub use side::OpenEnd;
-pub(super) use stand::Moments;
-pub use stand::{Past, Stand, Within};
+pub use beyond::{FarField, StripState};
+pub use inlet::Inlet;
+pub use side::OpenBoundary;
+pub(super) use stand::LineFitSums;
+pub use stand::{ArrivalHistory, BoundaryState, InteriorFit};
 
 /// Nodes stand beyond a side as far as this many supports of a kernel: the last ones, which lack neighbours, are not felt within.
-const SUPPORTS: f64 = 3.0;
+const FAR_FIELD_SUPPORTS: f64 = 3.0;
 
 /// Where a side is to be opened.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,21 +53,21 @@ pub struct Opening {
     /// Whether the other axis repeats itself there.
     pub periodic: bool,
     /// What flows in through it, in place of what is out there: one, or one for each of two layers. In a profile.
-    pub feeds: Vec<Feed>,
+    pub inlets: Vec<Inlet>,
     /// How far before it waves begin to die away (m); 0 for none.
-    pub layer: f64,
+    pub absorbing_length: f64,
 }
 
 /// Axis, place and direction of the sides of all layers.
-type Sides = Vec<(usize, f64, f64)>;
+type OpenSides = Vec<(usize, f64, f64)>;
 
 /// Where a place is to side `number` of all: a corner belongs to the first of its sides. Sides of two layers stand at one place.
-fn part_of<const D: usize>(sides: &Sides, number: usize, x: &Plan<D>) -> Part {
+fn region_of<const D: usize>(sides: &OpenSides, number: usize, x: &PlanVector<D>) -> SideRegion {
     let is_beyond = |(axis, place, outward): &(usize, f64, f64)| outward * (x[*axis] - place) > 0.0;
     match sides.iter().position(is_beyond) {
-        None => Part::Within,
-        Some(own) if sides[own] == sides[number] => Part::Beyond,
-        Some(_) => Part::Elsewhere,
+        None => SideRegion::Interior,
+        Some(own) if sides[own] == sides[number] => SideRegion::Outside,
+        Some(_) => SideRegion::OutsideOther,
     }
 }
 
@@ -76,16 +76,16 @@ impl<const D: usize> Flow<D> {
     ///
     /// # Errors
     /// As [`Flow::new`].
-    pub fn open(&mut self, place: f64, outward: f64, spacing: f64) -> Result<(), super::Failure> {
-        self.open_all(&[Opening {
+    pub fn open_end(&mut self, place: f64, outward: f64, spacing: f64) -> Result<(), super::FlowFailure> {
+        self.open_sides(&[Opening {
             axis: 0,
             place,
             outward,
             spacing,
             span: (0.0, 0.0),
             periodic: false,
-            feeds: Vec::new(),
-            layer: 0.0,
+            inlets: Vec::new(),
+            absorbing_length: 0.0,
         }])
     }
 
@@ -93,42 +93,42 @@ impl<const D: usize> Flow<D> {
     ///
     /// # Errors
     /// As [`Flow::new`].
-    pub fn open_all(&mut self, openings: &[Opening]) -> Result<(), super::Failure> {
+    pub fn open_sides(&mut self, openings: &[Opening]) -> Result<(), super::FlowFailure> {
         let longest = self.sets.iter().flat_map(|set| &set.nodes.first_length).copied().fold(0.0, f64::max);
         let reach = self.reach_beyond(longest);
         let (gravity, time) = (self.settings.gravity, self.time);
-        let known = self.opens.len();
+        let known = self.open_boundaries.len();
         // Of two layers each has its sides.
-        let strata = self.strata();
-        let mut sides = self.sides();
+        let strata = self.layers_of_sides();
+        let mut sides = self.open_side_list();
         for opening in openings {
             sides.extend(strata.iter().map(|_| (opening.axis, opening.place, opening.outward)));
         }
         let all = openings.iter().flat_map(|opening| strata.iter().map(move |stratum| (opening, *stratum)));
         let mut later = Vec::new();
         for (number, (opening, stratum)) in (known..).zip(all) {
-            let mut end = OpenEnd::new(opening, reach, openings, stratum);
+            let mut end = OpenBoundary::new(opening, reach, openings, stratum);
             let set = stratum.map(|stratum| stratum.set);
-            let feed = opening.feeds.iter().find(|feed| feed.layer == set).cloned();
-            end.begin(&self.sets, &|x| part_of(&sides, number, x), gravity, time, feed.as_ref());
-            let most = feed.as_ref().map_or(0.0, |feed| feed.fastest(gravity));
+            let feed = opening.inlets.iter().find(|feed| feed.layer == set).cloned();
+            end.initialise(&self.sets, &|x| region_of(&sides, number, x), gravity, time, feed.as_ref());
+            let most = feed.as_ref().map_or(0.0, |feed| feed.max_speed(gravity));
             self.fastest_start = self.fastest_start.max(most);
             // What flows in begins after the sums of what stands there are known.
-            let stands = end.strips.iter().any(|strip| strip.still.is_some());
+            let stands = end.strips.iter().any(|strip| strip.far_state.is_some());
             let (now, then) = if stands { (None, feed) } else { (feed, None) };
-            end.feed = now;
+            end.inlet = now;
             later.push(then);
-            self.opens.push(end);
+            self.open_boundaries.push(end);
         }
-        self.pass_ends(0.0);
-        self.settle_again()?;
+        self.update_open_boundaries(0.0);
+        self.reinitialise_thickness()?;
         let kernel = self.settings.numerics.kernel;
-        let Self { opens, sets, .. } = self;
+        let Self { open_boundaries: opens, sets, .. } = self;
         for (number, (end, feed)) in (known..).zip(opens[known..].iter_mut().zip(later)) {
-            end.measure(kernel, sets, &|x| part_of(&sides, number, x));
-            end.calm(sets, &|x| part_of(&sides, number, x));
+            end.calibrate_lattice_sum(kernel, sets, &|x| region_of(&sides, number, x));
+            end.store_undisturbed(sets, &|x| region_of(&sides, number, x));
             if feed.is_some() {
-                end.feed = feed;
+                end.inlet = feed;
             }
         }
         Ok(())
@@ -136,71 +136,73 @@ impl<const D: usize> Flow<D> {
 
     /// How far nodes with this smoothing length (m) stand beyond an open side (m).
     pub fn reach_beyond(&self, length: f64) -> f64 {
-        SUPPORTS * self.settings.numerics.kernel.support() * length
+        FAR_FIELD_SUPPORTS * self.settings.numerics.kernel.support() * length
     }
 
     /// Axis, place and direction of each open side.
-    fn sides(&self) -> Sides {
-        self.opens.iter().map(|side| (side.axis, side.place, side.outward)).collect()
+    fn open_side_list(&self) -> OpenSides {
+        self.open_boundaries.iter().map(|side| (side.axis, side.place, side.outward)).collect()
     }
 
     /// Which layers have sides of their own; none of one phase, or of grains and fluid.
-    fn strata(&self) -> Vec<Option<Stratum>> {
+    fn layers_of_sides(&self) -> Vec<Option<LayerOfSide>> {
         if self.settings.phases != Phases::Layers {
             return vec![None];
         }
         let densities = &self.settings.material.densities;
         let ratio = densities.fluid / densities.grain;
-        (0..2).map(|set| Some(Stratum { set, ratio })).collect()
+        (0..2).map(|set| Some(LayerOfSide { set, ratio })).collect()
     }
 
     /// What has passed the open sides stands beyond them, in the state of the side, with its columns of pore pressure.
-    pub(super) fn pass_ends(&mut self, dt: f64) {
+    pub(super) fn update_open_boundaries(&mut self, dt: f64) {
         self.pass_nodes(dt);
-        self.follow_columns();
+        self.update_far_field_columns();
     }
 
     fn pass_nodes(&mut self, dt: f64) {
-        let sides = self.sides();
-        for number in 0..self.opens.len() {
-            let Self { settings, sets, opens, time, step, .. } = self;
-            let (end, part) = (&mut opens[number], |x: &Plan<D>| part_of(&sides, number, x));
-            let entered = end.count(sets, &part);
-            end.meter(sets, &entered, (*time, settings.gravity));
+        let sides = self.open_side_list();
+        for number in 0..self.open_boundaries.len() {
+            let Self { settings, sets, open_boundaries: opens, time, step, .. } = self;
+            let (end, part) = (&mut opens[number], |x: &PlanVector<D>| region_of(&sides, number, x));
+            let entered = end.count_crossings(sets, &part);
+            end.set_inlet_volumes(sets, &entered, (*time, settings.gravity));
             end.find_state(settings, sets, &part, (*time, dt, *step == 0));
-            if end.stratum.is_none() {
-                self.stand_beyond(number, &sides);
+            if end.flow_layer.is_none() {
+                self.update_far_field_nodes(number, &sides);
             }
         }
-        self.look_at_layers(&sides, dt);
-        for number in 0..self.opens.len() {
-            if self.opens[number].stratum.is_some() {
-                self.stand_beyond(number, &sides);
+        self.exchange_layer_states(&sides, dt);
+        for number in 0..self.open_boundaries.len() {
+            if self.open_boundaries[number].flow_layer.is_some() {
+                self.update_far_field_nodes(number, &sides);
             }
         }
     }
 
     /// Each of two layers knows of the other at its side.
-    fn look_at_layers(&mut self, sides: &Sides, dt: f64) {
-        let Self { settings, sets, opens, time, .. } = self;
+    fn exchange_layer_states(&mut self, sides: &OpenSides, dt: f64) {
+        let Self { settings, sets, open_boundaries: opens, time, .. } = self;
         for (pair, ends) in opens.chunks_mut(2).enumerate() {
             let [lower, upper] = ends else { return };
-            if lower.stratum.is_none() {
+            if lower.flow_layer.is_none() {
                 return;
             }
-            let part = |x: &Plan<D>| part_of(sides, 2 * pair, x);
-            let look = |end: &OpenEnd<D>| end.within(settings.numerics.kernel, sets, &part, end.inside());
+            let part = |x: &PlanVector<D>| region_of(sides, 2 * pair, x);
+            let look = |end: &OpenBoundary<D>| {
+                end.fit_interior(settings.numerics.kernel, sets, &part, end.search_distance())
+            };
             // In plan waves may come at an angle, which delays along the normal know nothing of.
             let arriving = (D == 1).then(|| [look(lower), look(upper)]);
-            let (inside, reach) = (lower.inside(), lower.reach());
+            let (inside, reach) = (lower.search_distance(), lower.reach());
             for strip in 0..lower.strips.len() {
-                let still = [lower.strips[strip].still, upper.strips[strip].still];
-                let within = [lower.state.strips[strip].within, upper.state.strips[strip].within];
+                let still = [lower.strips[strip].far_state, upper.strips[strip].far_state];
+                let within = [lower.state.strips[strip].interior_fit, upper.state.strips[strip].interior_fit];
                 for end in [&mut *lower, &mut *upper] {
-                    let both = end.state.strips[strip].both.get_or_insert_default();
-                    both.take(still, within);
+                    let both = end.state.strips[strip].layers.get_or_insert_default();
+                    both.set(still, within);
                     if let Some([of_lower, of_upper]) = &arriving {
-                        both.remember((*time, dt), [of_lower[strip], of_upper[strip]], inside, reach);
+                        both.record((*time, dt), [of_lower[strip], of_upper[strip]], inside, reach);
                     }
                 }
             }
@@ -208,23 +210,23 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Brings the nodes beyond side `number` into its state.
-    fn stand_beyond(&mut self, number: usize, sides: &Sides) {
-        let Self { sets, heads, opens, spare, next_id, .. } = self;
+    fn update_far_field_nodes(&mut self, number: usize, sides: &OpenSides) {
+        let Self { sets, pore_columns: heads, open_boundaries: opens, scratch: spare, next_id, .. } = self;
         let (end, count) = (&mut opens[number], sets.len());
-        let part = |x: &Plan<D>| part_of(sides, number, x);
+        let part = |x: &PlanVector<D>| region_of(sides, number, x);
         for (role, set) in sets.iter_mut().enumerate() {
             if !end.is_of(role) {
                 continue;
             }
-            let (farthest, gone) = end.place(&mut set.nodes, (count, role), &part);
+            let (farthest, gone) = end.set_far_field_nodes(&mut set.nodes, (count, role), &part);
             if !gone.is_empty() {
                 let nodes = &set.nodes;
                 let stays = |i: &usize| gone.binary_search(&nodes.id[*i]).is_err();
                 let order: Vec<u32> = (0..nodes.len()).filter(stays).map(|i| i as u32).collect();
-                keep(set, (role == 0).then_some(&mut *heads), &order, spare);
+                keep_nodes(set, (role == 0).then_some(&mut *heads), &order, spare);
             }
             let before = set.len();
-            end.add(set, (count, role), &farthest, next_id);
+            end.add_far_field_nodes(set, (count, role), &farthest, next_id);
             if role == 0 {
                 (before..set.len()).for_each(|_| heads.push());
             }
@@ -232,15 +234,15 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Nodes beyond open sides keep their velocity, whatever acts on them.
-    pub(super) fn hold_beyond(&mut self) {
-        let Self { opens, sets, .. } = self;
+    pub(super) fn hold_far_field_velocities(&mut self) {
+        let Self { open_boundaries: opens, sets, .. } = self;
         for end in opens {
             for set in sets.iter_mut() {
                 let nodes = &mut set.nodes;
                 for i in 0..nodes.len() {
                     if end.state.ids.binary_search(&nodes.id[i]).is_ok() {
                         let x = nodes.position[i];
-                        let stand = end.at(end.strip(&x), end.beyond(&x).max(0.0));
+                        let stand = end.at(end.strip(&x), end.distance_beyond(&x).max(0.0));
                         nodes.velocity[i] = end.velocity(&stand);
                     }
                 }
@@ -249,21 +251,21 @@ impl<const D: usize> Flow<D> {
     }
 
     /// Volume of the nodes beyond open sides (m³; m² in profiles).
-    pub fn beyond(&self) -> f64 {
-        let beyond = |nodes: &Nodes<D>| -> f64 {
-            let own = nodes.id.iter().zip(&nodes.volume).filter(|(id, _)| self.is_beyond(**id));
+    pub fn far_field_volume(&self) -> f64 {
+        let beyond = |nodes: &PhaseNodes<D>| -> f64 {
+            let own = nodes.id.iter().zip(&nodes.volume).filter(|(id, _)| self.is_far_field_node(**id));
             own.map(|(_, volume)| volume).sum()
         };
         self.sets.iter().map(|set| beyond(&set.nodes)).sum()
     }
 
     /// Whether node number `id` stands beyond an open side.
-    pub(super) fn is_beyond(&self, id: u64) -> bool {
-        self.opens.iter().any(|end| end.state.ids.binary_search(&id).is_ok())
+    pub(super) fn is_far_field_node(&self, id: u64) -> bool {
+        self.open_boundaries.iter().any(|end| end.state.ids.binary_search(&id).is_ok())
     }
 
     /// Whether node number `id` stands beyond a side that something flows in through.
-    pub(super) fn is_fed(&self, id: u64) -> bool {
-        self.opens.iter().any(|end| end.is_fed() && end.state.ids.binary_search(&id).is_ok())
+    pub(super) fn is_inlet_node(&self, id: u64) -> bool {
+        self.open_boundaries.iter().any(|end| end.has_inlet() && end.state.ids.binary_search(&id).is_ok())
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::nodes::Plan;
+use crate::nodes::PlanVector;
 
 /// Least ratio of the variance of the distances of nodes from a side to their mean square for which depth and speed are extrapolated by a line.
 /// A single row has less; the slope through it is arbitrary.
@@ -13,7 +13,7 @@ pub(super) const INTERVALS: f64 = 16.0;
 
 /// Material as it stands at a place of a side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Stand {
+pub struct BoundaryState {
     /// Depth (m).
     pub depth: f64,
     /// Outward speed (m/s).
@@ -24,7 +24,7 @@ pub struct Stand {
     pub porosity: f64,
 }
 
-impl Stand {
+impl BoundaryState {
     /// Share of a set in the depth: that of all of a single phase, of grains or of fluid.
     pub fn share(&self, sets: usize, number: usize) -> f64 {
         match (sets, number) {
@@ -37,7 +37,7 @@ impl Stand {
 
 /// What a kernel at a side reaches within, and how it changes outward.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Within {
+pub struct InteriorFit {
     /// Depth at the side (m) and its slope.
     pub depth: [f64; 2],
     /// Outward speed at the side (m/s) and its slope (1/s).
@@ -47,14 +47,14 @@ pub struct Within {
     /// Porosity, of two phases.
     pub porosity: f64,
     /// Effective gravity (m/s²).
-    pub pull: f64,
+    pub effective_gravity: f64,
     /// As far as slopes are followed (m).
     pub reach: f64,
 }
 
-impl Within {
+impl InteriorFit {
     /// Depth (m) and outward speed (m/s) as what arrives from within goes on, so far beyond the side (m).
-    pub(super) fn ahead(&self, far: f64) -> [f64; 2] {
+    pub(super) fn extrapolated(&self, far: f64) -> [f64; 2] {
         let [depth, slope] = self.depth;
         let arriving = (depth + slope * far).clamp(0.5 * depth, 1.5 * depth);
         [arriving, self.speed[0] + self.speed[1] * far]
@@ -62,68 +62,69 @@ impl Within {
 
     /// What stands `beyond` the side (m), before what was out there when the flow began: depths as what arrives from within goes on,
     /// speeds those at the side, so that the nodes beyond it move as one and keep their distances.
-    pub fn at(&self, still: Option<&Stand>, beyond: f64) -> Stand {
-        let met = |[depth, speed]: [f64; 2]| met(still, depth, speed, self.pull);
-        let (at_side, there) = (met([self.depth[0], self.speed[0]]), met(self.ahead(beyond.min(self.reach))));
+    pub fn at(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
+        let met = |[depth, speed]: [f64; 2]| riemann_state(still, depth, speed, self.effective_gravity);
+        let (at_side, there) =
+            (met([self.depth[0], self.speed[0]]), met(self.extrapolated(beyond.min(self.reach))));
         // Along the side nodes keep their distances as well, or their depths would have that compression on top.
         let along = still.map_or(self.along, |still| still.along);
-        Stand { depth: there.0, speed: at_side.1, along, porosity: self.porosity }
+        BoundaryState { depth: there.0, speed: at_side.1, along, porosity: self.porosity }
     }
 }
 
 /// What has passed a place before the side, and when: from there waves bring it to the side and beyond.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Past {
+pub struct ArrivalHistory {
     /// Times (s), ascending, and what stood there.
-    seen: Vec<(f64, Stand)>,
+    records: Vec<(f64, BoundaryState)>,
     /// Effective gravity there (m/s²).
-    pull: f64,
+    effective_gravity: f64,
     /// How far before the side the place is (m).
     distance: f64,
     /// The middle of the step (s).
     now: f64,
 }
 
-impl Past {
+impl ArrivalHistory {
     /// Takes what stands `distance` (m) before the side at `time` (s), at the beginning of a step of `dt` (s). It is asked for as far as
     /// `reach` (m) beyond the side.
-    pub fn take(&mut self, (time, dt): (f64, f64), found: &Within, distance: f64, reach: f64) {
-        let Within { depth, speed, along, porosity, pull, .. } = *found;
-        let stand = Stand { depth: depth[0], speed: speed[0], along, porosity };
-        (self.pull, self.distance, self.now) = (pull, distance, time + 0.5 * dt);
+    pub fn record(&mut self, (time, dt): (f64, f64), found: &InteriorFit, distance: f64, reach: f64) {
+        let InteriorFit { depth, speed, along, porosity, effective_gravity: pull, .. } = *found;
+        let stand = BoundaryState { depth: depth[0], speed: speed[0], along, porosity };
+        (self.effective_gravity, self.distance, self.now) = (pull, distance, time + 0.5 * dt);
         let wave = self.wave(&stand);
         let interval = distance / (INTERVALS * wave);
-        if self.seen.last().is_none_or(|(last, _)| time - last >= interval) {
-            self.seen.push((time, stand));
+        if self.records.last().is_none_or(|(last, _)| time - last >= interval) {
+            self.records.push((time, stand));
         }
         // Twice as long as waves need, which may become slower.
         let old = self.now - 2.0 * (distance + reach) / wave;
-        let first = self.seen.partition_point(|(time, _)| *time < old).saturating_sub(1);
-        self.seen.drain(..first);
+        let first = self.records.partition_point(|(time, _)| *time < old).saturating_sub(1);
+        self.records.drain(..first);
     }
 
     /// What stands `beyond` the side (m), before what was out there when the flow began: depths as waves bring them there, speeds those
     /// at the side, so that the nodes beyond it move as one and keep their distances.
-    pub fn at(&self, still: Option<&Stand>, beyond: f64) -> Stand {
-        let Some((_, last)) = self.seen.last() else { return still.copied().unwrap_or_default() };
+    pub fn at(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
+        let Some((_, last)) = self.records.last() else { return still.copied().unwrap_or_default() };
         let met = |beyond: f64| {
-            let Stand { depth, speed, .. } = self.arriving(beyond, last);
-            met(still, depth, speed, self.pull)
+            let BoundaryState { depth, speed, .. } = self.arriving(beyond, last);
+            riemann_state(still, depth, speed, self.effective_gravity)
         };
         // Along the side nodes keep their distances as well, or their depths would have that compression on top.
         let along = still.map_or(last.along, |still| still.along);
-        Stand { depth: met(beyond).0, speed: met(0.0).1, along, porosity: last.porosity }
+        BoundaryState { depth: met(beyond).0, speed: met(0.0).1, along, porosity: last.porosity }
     }
 
     /// What has left the place for where it is `beyond` the side (m) now.
-    fn arriving(&self, beyond: f64, last: &Stand) -> Stand {
+    fn arriving(&self, beyond: f64, last: &BoundaryState) -> BoundaryState {
         let time = self.now - (self.distance + beyond) / self.wave(last);
-        let after = self.seen.partition_point(|(own, _)| *own < time).max(1);
-        let (first, before) = self.seen[after - 1];
-        let Some((second, later)) = self.seen.get(after).filter(|_| time > first) else { return before };
+        let after = self.records.partition_point(|(own, _)| *own < time).max(1);
+        let (first, before) = self.records[after - 1];
+        let Some((second, later)) = self.records.get(after).filter(|_| time > first) else { return before };
         let share = (time - first) / (second - first);
         let between = |a: f64, b: f64| a + share * (b - a);
-        Stand {
+        BoundaryState {
             depth: between(before.depth, later.depth),
             speed: between(before.speed, later.speed),
             ..before
@@ -131,15 +132,15 @@ impl Past {
     }
 
     /// Speed of waves outward (m/s). Against a stream that comes in nearly as fast they would take too long.
-    fn wave(&self, stand: &Stand) -> f64 {
-        let celerity = (self.pull * stand.depth).sqrt();
+    fn wave(&self, stand: &BoundaryState) -> f64 {
+        let celerity = (self.effective_gravity * stand.depth).sqrt();
         (stand.speed + celerity).max(0.5 * celerity)
     }
 }
 
 /// Depth (m) and outward speed (m/s) at a side to which these arrive from within, where gravity is `pull` (m/s²): of waves along the
 /// normal. Of a wave at an angle `θ` to it `(1 - cos θ)/(1 + cos θ)` comes back.
-pub fn met(still: Option<&Stand>, depth: f64, speed: f64, pull: f64) -> (f64, f64) {
+pub fn riemann_state(still: Option<&BoundaryState>, depth: f64, speed: f64, pull: f64) -> (f64, f64) {
     let celerity = (pull * depth).sqrt();
     let Some(still) = still.filter(|_| speed < celerity) else {
         // Nothing comes back against a flow that is faster than its waves.
@@ -153,7 +154,7 @@ pub fn met(still: Option<&Stand>, depth: f64, speed: f64, pull: f64) -> (f64, f6
 
 /// Sums over what a kernel at a side reaches within, for lines by least squares.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Moments {
+pub struct LineFitSums {
     powers: [f64; 3],
     depth: [f64; 2],
     speed: [f64; 2],
@@ -163,7 +164,7 @@ pub struct Moments {
     reach: f64,
 }
 
-impl Moments {
+impl LineFitSums {
     /// Adds a node `beyond` (m, negative within) the side with its weight, a depth (m), of all or of a layer, its effective gravity (m/s²) and
     /// how far its kernel reaches (m); `velocity` is outward and along the side.
     pub fn add(&mut self, weight: f64, beyond: f64, velocity: [f64; 2], depth: f64, pull: f64, reach: f64) {
@@ -184,7 +185,7 @@ impl Moments {
     }
 
     /// Lines through depths and speeds; `None` where there is nothing.
-    pub fn within(&self) -> Option<Within> {
+    pub fn interior_fit(&self) -> Option<InteriorFit> {
         let [weight, first, second] = self.powers;
         if !(weight > 0.0) {
             return None;
@@ -197,19 +198,23 @@ impl Moments {
         };
         // A line through a front may fall below the bed before it is at the side.
         let [depth, slope] = line(self.depth);
-        Some(Within {
+        Some(InteriorFit {
             depth: [depth.max(0.0), slope],
             speed: line(self.speed),
             along: self.along / weight,
             porosity: self.fluid / weight,
-            pull: self.pull / weight,
+            effective_gravity: self.pull / weight,
             reach: self.reach,
         })
     }
 }
 
 /// Outward and along speeds of a velocity in plan at a side across `axis`.
-pub fn turned<const D: usize>(velocity: &Plan<D>, axis: usize, outward: f64) -> [f64; 2] {
+pub fn outward_and_tangential<const D: usize>(
+    velocity: &PlanVector<D>,
+    axis: usize,
+    outward: f64,
+) -> [f64; 2] {
     let along = if D == 1 { 0.0 } else { velocity[1 - axis] };
     [outward * velocity[axis], along]
 }
@@ -221,27 +226,27 @@ mod tests {
     #[test]
     fn a_simple_wave_passes_as_it_is_and_a_rapid_flow_too() {
         let celerity = |depth: f64| (9.81 * depth).sqrt();
-        let still = Stand { depth: 1.0, ..Stand::default() };
+        let still = BoundaryState { depth: 1.0, ..BoundaryState::default() };
         for depth in [0.8, 1.0, 1.3] {
             let speed = 2.0 * (celerity(depth) - celerity(1.0));
-            let (h, u) = met(Some(&still), depth, speed, 9.81);
+            let (h, u) = riemann_state(Some(&still), depth, speed, 9.81);
             assert!((h - depth).abs() < 1e-12 && (u - speed).abs() < 1e-12);
         }
         // A wave that comes in from the end itself is not let in: the material out there rests.
-        let (h, u) = met(Some(&still), 1.1, -2.0 * (celerity(1.1) - celerity(1.0)), 9.81);
+        let (h, u) = riemann_state(Some(&still), 1.1, -2.0 * (celerity(1.1) - celerity(1.0)), 9.81);
         assert!((h - 1.0).abs() < 1e-12 && u.abs() < 1e-12);
-        assert_eq!(met(Some(&still), 0.2, 3.0, 9.81), (0.2, 3.0));
-        assert_eq!(met(None, 0.2, 0.1, 9.81), (0.2, 0.1));
+        assert_eq!(riemann_state(Some(&still), 0.2, 3.0, 9.81), (0.2, 3.0));
+        assert_eq!(riemann_state(None, 0.2, 0.1, 9.81), (0.2, 0.1));
     }
 
     /// A front that is thinner the nearer it is to the side, so that a line through it is below the bed there.
     #[test]
     fn a_front_before_the_side_has_no_depth_beyond_it() {
-        let mut moments = Moments::default();
+        let mut moments = LineFitSums::default();
         for (beyond, depth) in [(-1.0, 0.9), (-0.6, 0.1)] {
             moments.add(1.0, beyond, [1.0, 0.0], depth, 9.81, 2.0);
         }
-        let within = moments.within().unwrap();
+        let within = moments.interior_fit().unwrap();
         assert_eq!(within.depth[0], 0.0);
         assert_eq!(within.at(None, 0.5).depth, 0.0);
     }
@@ -249,38 +254,38 @@ mod tests {
     /// Depth and speed of a single row of grains and fluid are its means, without a slope.
     #[test]
     fn a_row_of_grains_and_fluid_has_no_slope() {
-        let mut moments = Moments::default();
+        let mut moments = LineFitSums::default();
         for (beyond, speed) in [(-0.0394, 0.0), (-0.0397, -3.7)] {
             moments.add(1.0, beyond, [speed, 0.0], 0.3, 9.81, 2.0);
         }
-        let within = moments.within().unwrap();
+        let within = moments.interior_fit().unwrap();
         assert!((within.speed[0] + 1.85).abs() < 1e-12 && within.speed[1] == 0.0, "{within:?}");
     }
 
     #[test]
     fn a_wave_is_beyond_the_side_when_it_has_had_the_time() {
         let celerity = (9.81f64).sqrt();
-        let still = Stand { depth: 1.0, ..Stand::default() };
+        let still = BoundaryState { depth: 1.0, ..BoundaryState::default() };
         let hump = |time: f64| 1e-4 * (-(4.0 * (time - 1.0)).powi(2)).exp();
         let (distance, dt) = (0.3, 0.004);
-        let mut past = Past::default();
+        let mut past = ArrivalHistory::default();
         for step in 0..400 {
             let time = dt * f64::from(step);
             let height = hump(time);
-            let found = Within {
+            let found = InteriorFit {
                 depth: [1.0 + height, 0.0],
                 speed: [height * celerity, 0.0],
                 along: 0.0,
                 porosity: 0.0,
-                pull: 9.81,
+                effective_gravity: 9.81,
                 reach: 0.15,
             };
-            past.take((time, dt), &found, distance, 0.45);
-            let Stand { depth, speed, .. } = past.at(Some(&still), 0.15);
+            past.record((time, dt), &found, distance, 0.45);
+            let BoundaryState { depth, speed, .. } = past.at(Some(&still), 0.15);
             let there = |beyond: f64| hump(time + 0.5 * dt - (distance + beyond) / celerity);
             assert!((depth - 1.0 - there(0.15)).abs() < 2e-7, "{time} s: {depth}");
             assert!((speed - celerity * there(0.0)).abs() < 6e-7, "{time} s: {speed}");
         }
-        assert!(past.seen.len() < 120, "{} are kept", past.seen.len());
+        assert!(past.records.len() < 120, "{} are kept", past.records.len());
     }
 }

@@ -6,15 +6,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stand::{INTERVALS, Stand, Within, met};
-use crate::nodes::Nodes;
+use super::stand::{BoundaryState, INTERVALS, InteriorFit, riemann_state};
+use crate::nodes::PhaseNodes;
 
 /// Depths of a layer out there below this share of the other's have no waves of their own.
-const THIN: f64 = 1e-3;
+const MIN_DEPTH_RATIO: f64 = 1e-3;
 
 /// Which layer a side is of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in super::super) struct Stratum {
+pub(in super::super) struct LayerOfSide {
     /// Set of its nodes: 0 of the lower, 1 of the upper layer.
     pub(in super::super) set: usize,
     /// Density of the upper over that of the lower layer, `γ`.
@@ -23,13 +23,13 @@ pub(in super::super) struct Stratum {
 
 /// Both layers at a strip, the lower one first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Both {
+pub struct LayerPair {
     /// What is out there.
-    still: [Option<Stand>; 2],
+    still: [Option<BoundaryState>; 2],
     /// What arrives from within at the side.
-    within: [Option<Within>; 2],
+    within: [Option<InteriorFit>; 2],
     /// At the end of a profile what has passed a place before it, and when (s), ascending.
-    seen: Vec<(f64, [Layer; 2])>,
+    seen: Vec<(f64, [ArrivingLayer; 2])>,
     /// How far before the end that place is (m).
     distance: f64,
     /// The middle of the step (s).
@@ -37,35 +37,40 @@ pub struct Both {
 }
 
 /// A layer as it arrives at a place: depth (m) and outward speed (m/s).
-type Layer = [f64; 2];
+type ArrivingLayer = [f64; 2];
 
-impl Stratum {
+impl LayerOfSide {
     /// Effective gravity (m/s²) on waves of its own depth at node `i`: the surface of what stands on the lower layer stays level (sheet:
     /// depth-sph §2.11, `c_i²` of a thin layer).
-    pub(in super::super) fn pull<const D: usize>(&self, nodes: &Nodes<D>, i: usize) -> f64 {
-        let is_covered = self.set == 0 && nodes.depth[i] > nodes.height[i];
-        nodes.pull[i] * if is_covered { 1.0 - self.ratio } else { 1.0 }
+    pub(in super::super) fn wave_gravity<const D: usize>(&self, nodes: &PhaseNodes<D>, i: usize) -> f64 {
+        let is_covered = self.set == 0 && nodes.depth[i] > nodes.partial_thickness[i];
+        nodes.effective_gravity[i] * if is_covered { 1.0 - self.ratio } else { 1.0 }
     }
 
     /// Depth (m) and outward speed (m/s) of its layer, where both arrive from within and meet what is out there; the lower one first. What
     /// arrives is asked for by the speed of the wave that brings it (m/s).
-    fn met(&self, still: [Option<Stand>; 2], arriving: impl Fn(f64) -> [Layer; 2], pull: f64) -> (f64, f64) {
+    fn riemann_state(
+        &self,
+        still: [Option<BoundaryState>; 2],
+        arriving: impl Fn(f64) -> [ArrivingLayer; 2],
+        pull: f64,
+    ) -> (f64, f64) {
         let deepest = still.iter().flatten().map(|stand| stand.depth).fold(0.0, f64::max);
-        let there = |layer: usize| still[layer].filter(|stand| stand.depth > THIN * deepest);
+        let there = |layer: usize| still[layer].filter(|stand| stand.depth > MIN_DEPTH_RATIO * deepest);
         if let (Some(lower), Some(upper)) = (there(0), there(1)) {
-            return self.met_both([lower, upper], arriving, pull);
+            return self.riemann_state_of_both([lower, upper], arriving, pull);
         }
         // What is not out there leaves as it is; the surface of the other, over it, has the waves.
-        let one = |still: Stand| arriving((pull * still.depth).sqrt() + still.speed);
+        let one = |still: BoundaryState| arriving((pull * still.depth).sqrt() + still.speed);
         match (there(0), there(1)) {
             (None, Some(upper)) if self.set == 1 => {
                 let [below, own] = one(upper);
-                let (surface, speed) = met(Some(&upper), below[0] + own[0], own[1], pull);
+                let (surface, speed) = riemann_state(Some(&upper), below[0] + own[0], own[1], pull);
                 ((surface - below[0]).max(0.0), speed)
             }
             (Some(lower), None) if self.set == 0 => {
                 let own = one(lower)[0];
-                met(Some(&lower), own[0], own[1], pull)
+                riemann_state(Some(&lower), own[0], own[1], pull)
             }
             (out, other) => {
                 let [depth, speed] = out.or(other).map_or_else(|| arriving(f64::INFINITY), one)[self.set];
@@ -74,7 +79,12 @@ impl Stratum {
         }
     }
 
-    fn met_both(&self, still: [Stand; 2], arriving: impl Fn(f64) -> [Layer; 2], pull: f64) -> (f64, f64) {
+    fn riemann_state_of_both(
+        &self,
+        still: [BoundaryState; 2],
+        arriving: impl Fn(f64) -> [ArrivingLayer; 2],
+        pull: f64,
+    ) -> (f64, f64) {
         let depths = still.map(|stand| stand.depth);
         let [lower, upper] = depths;
         let mean = still.iter().map(|stand| stand.depth * stand.speed).sum::<f64>() / (lower + upper);
@@ -112,33 +122,35 @@ impl Stratum {
 
     /// What stands of its layer `beyond` the side (m): depths as waves bring them there, speeds those at the side, so that the nodes there keep
     /// their distances.
-    pub(super) fn at(&self, both: &Both, beyond: f64) -> Stand {
+    pub(super) fn at(&self, both: &LayerPair, beyond: f64) -> BoundaryState {
         let own = both.still[self.set];
         let Some(seen) = both.within[self.set].or(both.within[1 - self.set]) else {
             return own.unwrap_or_default();
         };
-        let at = |far: f64| self.met(both.still, |wave| both.arriving(far, wave), seen.pull);
+        let at = |far: f64| {
+            self.riemann_state(both.still, |wave| both.arriving(far, wave), seen.effective_gravity)
+        };
         let along = own.map_or(both.within[self.set].map_or(0.0, |within| within.along), |still| still.along);
-        Stand { depth: at(beyond).0, speed: at(0.0).1, along, porosity: 0.0 }
+        BoundaryState { depth: at(beyond).0, speed: at(0.0).1, along, porosity: 0.0 }
     }
 }
 
-impl Both {
+impl LayerPair {
     /// Takes what is out there and what arrives at the side.
-    pub(super) fn take(&mut self, still: [Option<Stand>; 2], within: [Option<Within>; 2]) {
+    pub(super) fn set(&mut self, still: [Option<BoundaryState>; 2], within: [Option<InteriorFit>; 2]) {
         (self.still, self.within) = (still, within);
     }
 
     /// Takes what stands `distance` (m) before the end of a profile at `time` (s), at the beginning of a step of `dt` (s). It is asked for as
     /// far as `reach` (m) beyond the end.
-    pub(super) fn remember(
+    pub(super) fn record(
         &mut self,
         (time, dt): (f64, f64),
-        found: [Option<Within>; 2],
+        found: [Option<InteriorFit>; 2],
         distance: f64,
         reach: f64,
     ) {
-        let Some(pull) = found.iter().flatten().map(|within| within.pull).next() else {
+        let Some(pull) = found.iter().flatten().map(|within| within.effective_gravity).next() else {
             return self.seen.clear();
         };
         (self.now, self.distance) = (time + 0.5 * dt, distance);
@@ -146,19 +158,20 @@ impl Both {
         let least = found.iter().flatten().map(|within| within.depth[0]).fold(whole, f64::min);
         let interval = distance / (INTERVALS * (pull * whole).sqrt());
         if self.seen.last().is_none_or(|(last, _)| time - last >= interval) {
-            self.seen.push((time, found.map(|within| within.map_or([0.0; 2], |within| within.ahead(0.0)))));
+            self.seen
+                .push((time, found.map(|within| within.map_or([0.0; 2], |within| within.extrapolated(0.0)))));
         }
         // Waves of the interface are the slowest.
-        let slowest = 0.25 * (pull * least.max(THIN * whole)).sqrt();
+        let slowest = 0.25 * (pull * least.max(MIN_DEPTH_RATIO * whole)).sqrt();
         let old = self.now - (distance + reach) / slowest;
         let first = self.seen.partition_point(|(time, _)| *time < old).saturating_sub(1);
         self.seen.drain(..first);
     }
 
     /// What a wave of that speed (m/s) brings to a place so far beyond the side (m).
-    fn arriving(&self, beyond: f64, wave: f64) -> [Layer; 2] {
+    fn arriving(&self, beyond: f64, wave: f64) -> [ArrivingLayer; 2] {
         let Some((_, last)) = self.seen.last() else {
-            let far = |within: Within| within.ahead(beyond.min(within.reach));
+            let far = |within: InteriorFit| within.extrapolated(beyond.min(within.reach));
             return self.within.map(|within| within.map_or([0.0; 2], far));
         };
         let time = self.now - (self.distance + beyond) / wave;
@@ -181,7 +194,7 @@ mod tests {
     #[test]
     fn waves_of_both_kinds_leave_and_none_comes_in() {
         let (depths, pull, ratio) = ([0.6, 0.4], 9.81, 0.5);
-        let still = depths.map(|depth| Some(Stand { depth, ..Stand::default() }));
+        let still = depths.map(|depth| Some(BoundaryState { depth, ..BoundaryState::default() }));
         let spread =
             ((depths[0] - depths[1]) * (depths[0] - depths[1]) + 4.0 * ratio * depths[0] * depths[1]).sqrt();
         for sign in [1.0, -1.0] {
@@ -195,7 +208,7 @@ mod tests {
                     [depths[k] + height, way * celerity * height / depths[k]]
                 });
                 for set in 0..2 {
-                    let (depth, speed) = Stratum { set, ratio }.met(still, |_| arriving, pull);
+                    let (depth, speed) = LayerOfSide { set, ratio }.riemann_state(still, |_| arriving, pull);
                     let exact = if way > 0.0 { arriving[set] } else { [depths[set], 0.0] };
                     assert!(
                         (depth - exact[0]).abs() < 1e-12 && (speed - exact[1]).abs() < 1e-12,
@@ -208,11 +221,11 @@ mod tests {
 
     #[test]
     fn a_layer_that_is_not_out_there_leaves_as_it_is() {
-        let upper = Stand { depth: 2.0, ..Stand::default() };
+        let upper = BoundaryState { depth: 2.0, ..BoundaryState::default() };
         let still = [None, Some(upper)];
         let arriving = [[0.3, 1.5], [1.7, 0.0]];
-        assert_eq!(Stratum { set: 0, ratio: 0.5 }.met(still, |_| arriving, 9.81), (0.3, 1.5));
-        let (depth, speed) = Stratum { set: 1, ratio: 0.5 }.met(still, |_| arriving, 9.81);
+        assert_eq!(LayerOfSide { set: 0, ratio: 0.5 }.riemann_state(still, |_| arriving, 9.81), (0.3, 1.5));
+        let (depth, speed) = LayerOfSide { set: 1, ratio: 0.5 }.riemann_state(still, |_| arriving, 9.81);
         assert!((depth - 1.7).abs() < 1e-12 && speed.abs() < 1e-12, "its surface is level: {depth} {speed}");
     }
 }

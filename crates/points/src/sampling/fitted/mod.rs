@@ -3,44 +3,44 @@
 mod patches;
 mod rows;
 
-use patches::Patches;
+use patches::VoronoiPatches;
 
-use super::{Cells, Sample, SamplingError};
+use super::{CandidateCells, Sample, SamplingError};
 use crate::Shape;
 use crate::neighbours::CellList;
-use crate::shape::{Place, Side};
+use crate::shape::{BoundaryEdge, PlanePoint};
 
 /// Share of a spacing within which points of the lattice that fill what rows leave keep away from others.
-const LATTICE_APART: f64 = 0.8;
+const LATTICE_CLEARANCE: f64 = 0.8;
 
 /// The same of single points, where even so a place would be too far from all.
-const SINGLE_APART: f64 = 0.9;
+const FILL_CLEARANCE: f64 = 0.9;
 
 /// Share by which the area of a patch may differ from the square of the spacing before its point and those around it are moved.
-const UNEVEN: f64 = 0.15;
+const MAX_AREA_DEVIATION: f64 = 0.15;
 
 /// Moves of uneven points to the middle of their patches (Lloyd 1982).
-const MOVES: usize = 30;
+const MAX_RELAXATIONS: usize = 30;
 
 /// How far from an uneven point others are moved too, in spacings.
-const AROUND: f64 = 2.0;
+const RELAXATION_RADIUS: f64 = 2.0;
 
 /// Points next to a side, nearer than this (in spacings), stay where they are.
-const NEXT_TO_SIDE: f64 = 0.8;
+const FIXED_DISTANCE: f64 = 0.8;
 
 /// Share of the area that may be lost to round-off.
-const LOST: f64 = 1e-9;
+const MAX_LOST_AREA: f64 = 1e-9;
 
 /// A region with its sides.
-pub(super) struct Region<'a> {
+pub(super) struct PlanarRegion<'a> {
     pub(super) shape: &'a Shape,
-    pub(super) sides: Vec<Side>,
+    pub(super) sides: Vec<BoundaryEdge>,
     pub(super) spacing: f64,
 }
 
-impl Region<'_> {
+impl PlanarRegion<'_> {
     /// Distance of a place from the nearest side (m).
-    fn depth(&self, x: Place) -> f64 {
+    fn distance_to_boundary(&self, x: PlanePoint) -> f64 {
         self.sides.iter().map(|side| side.distance(x)).fold(f64::INFINITY, f64::min)
     }
 }
@@ -59,7 +59,7 @@ pub fn fitted<const D: usize>(
     spacing: f64,
 ) -> Result<Vec<Sample<D>>, SamplingError> {
     if D != 2 {
-        return Err(SamplingError::NoSides);
+        return Err(SamplingError::NoBoundaryEdges);
     }
     let samples = in_plane(shape, [origin[0], origin[1]], spacing)?;
     let in_space = |sample: Sample<2>| Sample {
@@ -69,16 +69,17 @@ pub fn fitted<const D: usize>(
     Ok(samples.into_iter().map(in_space).collect())
 }
 
-fn in_plane(shape: &Shape, origin: Place, spacing: f64) -> Result<Vec<Sample<2>>, SamplingError> {
-    let cells = Cells::around(shape, origin, spacing, 1.0)?;
-    let sides = shape.sides().ok_or(SamplingError::NoSides)?;
-    let region = Region { shape, sides, spacing };
-    let mut apart = rows::along_sides(&region);
+fn in_plane(shape: &Shape, origin: PlanePoint, spacing: f64) -> Result<Vec<Sample<2>>, SamplingError> {
+    let cells = CandidateCells::covering(shape, origin, spacing, 1.0)?;
+    let sides = shape.boundary_edges().ok_or(SamplingError::NoBoundaryEdges)?;
+    let region = PlanarRegion { shape, sides, spacing };
+    let mut apart = rows::rows_along_boundary(&region);
     fill(&region, cells.first, cells.count, origin, &mut apart);
     let mut points = apart.into_points();
-    even_out(&region, &mut points);
-    let patches = Patches::new(&region, &points);
-    let mut samples: Vec<(Place, f64)> = (0..points.len()).map(|i| patches.of(i)).collect();
+    relax_uneven_points(&region, &mut points);
+    let patches = VoronoiPatches::new(&region, &points);
+    let mut samples: Vec<(PlanePoint, f64)> =
+        (0..points.len()).map(|i| patches.centroid_and_area(i)).collect();
     for ((centre, _), point) in samples.iter_mut().zip(&points) {
         if !shape.contains(centre) {
             *centre = *point;
@@ -86,20 +87,26 @@ fn in_plane(shape: &Shape, origin: Place, spacing: f64) -> Result<Vec<Sample<2>>
     }
     let reference =
         [cells.first[0] as f64 * spacing + origin[0], cells.first[1] as f64 * spacing + origin[1]];
-    let exact: f64 = region.sides.iter().map(|side| side.fan(reference).area).sum();
+    let exact: f64 = region.sides.iter().map(|side| side.sector_moments(reference).area).sum();
     let found: f64 = samples.iter().map(|(_, area)| area).sum();
-    if (found - exact).abs() > LOST * exact {
-        return Err(SamplingError::Thin { spacing, lost: 1.0 - found / exact });
+    if (found - exact).abs() > MAX_LOST_AREA * exact {
+        return Err(SamplingError::TooThin { spacing, lost: 1.0 - found / exact });
     }
-    let column = |x: &Place| ((x[0] - origin[0]) / spacing).floor();
+    let column = |x: &PlanePoint| ((x[0] - origin[0]) / spacing).floor();
     samples.sort_by(|(a, _), (b, _)| column(a).total_cmp(&column(b)).then(a[1].total_cmp(&b[1])));
     Ok(samples.into_iter().map(|(position, volume)| Sample { position, volume }).collect())
 }
 
 /// Fills what the rows leave: first from the lattice, then by single points where there is room for one.
-fn fill(region: &Region<'_>, first: [i64; 2], count: [i64; 2], origin: Place, points: &mut rows::Apart) {
+fn fill(
+    region: &PlanarRegion<'_>,
+    first: [i64; 2],
+    count: [i64; 2],
+    origin: PlanePoint,
+    points: &mut rows::SpacedPoints,
+) {
     let spacing = region.spacing;
-    for (parts, apart) in [(1i64, LATTICE_APART), (4, SINGLE_APART)] {
+    for (parts, apart) in [(1i64, LATTICE_CLEARANCE), (4, FILL_CLEARANCE)] {
         let edge = spacing / parts as f64;
         for number in 0..count[0] * count[1] * parts * parts {
             let [column, row] = [number / (count[1] * parts), number % (count[1] * parts)];
@@ -108,7 +115,7 @@ fn fill(region: &Region<'_>, first: [i64; 2], count: [i64; 2], origin: Place, po
             // On a side a point would have half a patch.
             if points.is_free(x, apart * spacing)
                 && region.shape.contains(&x)
-                && (parts > 1 || region.depth(x) > 0.25 * spacing)
+                && (parts > 1 || region.distance_to_boundary(x) > 0.25 * spacing)
             {
                 points.add(x);
             }
@@ -117,29 +124,31 @@ fn fill(region: &Region<'_>, first: [i64; 2], count: [i64; 2], origin: Place, po
 }
 
 /// Moves points of uneven patches, and those around them but for the ones next to a side, to the middle of their patches.
-fn even_out(region: &Region<'_>, points: &mut [Place]) {
+fn relax_uneven_points(region: &PlanarRegion<'_>, points: &mut [PlanePoint]) {
     let (spacing, whole) = (region.spacing, region.spacing * region.spacing);
-    let uneven: Vec<Place> = {
-        let patches = Patches::new(region, points);
-        let off = |i: &usize| (patches.of(*i).1 / whole - 1.0).abs() > UNEVEN;
+    let uneven: Vec<PlanePoint> = {
+        let patches = VoronoiPatches::new(region, points);
+        let off = |i: &usize| (patches.centroid_and_area(*i).1 / whole - 1.0).abs() > MAX_AREA_DEVIATION;
         (0..points.len()).filter(off).map(|i| points[i]).collect()
     };
     let mut near = CellList::new();
-    if uneven.is_empty() || near.build(&uneven, AROUND * spacing).is_err() {
+    if uneven.is_empty() || near.build(&uneven, RELAXATION_RADIUS * spacing).is_err() {
         return;
     }
-    let moves = |x: &Place| {
+    let moves = |x: &PlanePoint| {
         let mut nearest = f64::INFINITY;
         near.visit(x, |j| {
             let other = uneven[j as usize];
             nearest = nearest.min((x[0] - other[0]).hypot(x[1] - other[1]));
         });
-        nearest < 1e-9 * spacing || (nearest < AROUND * spacing && region.depth(*x) > NEXT_TO_SIDE * spacing)
+        nearest < 1e-9 * spacing
+            || (nearest < RELAXATION_RADIUS * spacing
+                && region.distance_to_boundary(*x) > FIXED_DISTANCE * spacing)
     };
     let free: Vec<usize> = (0..points.len()).filter(|i| moves(&points[*i])).collect();
-    for _ in 0..MOVES {
-        let patches = Patches::new(region, points);
-        let moved: Vec<Place> = free.iter().map(|i| patches.of(*i).0).collect();
+    for _ in 0..MAX_RELAXATIONS {
+        let patches = VoronoiPatches::new(region, points);
+        let moved: Vec<PlanePoint> = free.iter().map(|i| patches.centroid_and_area(*i).0).collect();
         drop(patches);
         for (i, x) in free.iter().zip(moved) {
             if region.shape.contains(&x) {

@@ -1,46 +1,48 @@
 //! What of a region is nearer to a point than to the others.
 
-use super::Region;
+use super::PlanarRegion;
 use crate::neighbours::CellList;
-use crate::shape::{Moments, Place, Side};
+use crate::shape::{BoundaryEdge, PlanePoint, SectorMoments};
 
 /// Half the edge of the square around a point within which its patch is looked for, in spacings.
-const HALF: f64 = 1.2;
+const SEARCH_HALF_WIDTH: f64 = 1.2;
 
 /// Share of a spacing within which places are the same.
-const SAME: f64 = 1e-9;
+const COINCIDENCE_TOLERANCE: f64 = 1e-9;
 
 /// Patches of points.
-pub(super) struct Patches<'a> {
-    region: &'a Region<'a>,
-    points: &'a [Place],
+pub(super) struct VoronoiPatches<'a> {
+    region: &'a PlanarRegion<'a>,
+    points: &'a [PlanePoint],
     cells: CellList<2>,
 }
 
-impl<'a> Patches<'a> {
-    pub(super) fn new(region: &'a Region<'a>, points: &'a [Place]) -> Self {
+impl<'a> VoronoiPatches<'a> {
+    pub(super) fn new(region: &'a PlanarRegion<'a>, points: &'a [PlanePoint]) -> Self {
         let mut cells = CellList::new();
         // Of points of a shape that has been sampled: they are finite and not too many.
-        let _ = cells.build(points, 2.0 * std::f64::consts::SQRT_2 * HALF * region.spacing);
+        let _ = cells.build(points, 2.0 * std::f64::consts::SQRT_2 * SEARCH_HALF_WIDTH * region.spacing);
         Self { region, points, cells }
     }
 
     /// Centre (m) and area (m²) of the patch of a point.
-    pub(super) fn of(&self, i: usize) -> (Place, f64) {
+    pub(super) fn centroid_and_area(&self, i: usize) -> (PlanePoint, f64) {
         let point = self.points[i];
         let (ring, reach) = self.cell(i);
-        let near: Vec<&Side> = self.region.sides.iter().filter(|side| side.distance(point) < reach).collect();
+        let near: Vec<&BoundaryEdge> =
+            self.region.sides.iter().filter(|side| side.distance(point) < reach).collect();
         let next = ring.iter().cycle().skip(1);
-        let place = |[x, y]: &Place| [point[0] + x, point[1] + y];
-        let edges =
-            || ring.iter().zip(next.clone()).map(|(a, b)| Side::Line { from: place(a), to: place(b) });
+        let place = |[x, y]: &PlanePoint| [point[0] + x, point[1] + y];
+        let edges = || {
+            ring.iter().zip(next.clone()).map(|(a, b)| BoundaryEdge::Line { from: place(a), to: place(b) })
+        };
         let sum = if near.is_empty() {
-            edges().fold(Moments::default(), |mut sum, edge| {
-                sum.add(&edge.fan(point));
+            edges().fold(SectorMoments::default(), |mut sum, edge| {
+                sum.add(&edge.sector_moments(point));
                 sum
             })
         } else {
-            self.clipped(point, &edges().collect::<Vec<_>>(), &near)
+            self.clipped_moments(point, &edges().collect::<Vec<_>>(), &near)
         };
         if sum.area <= 0.0 {
             return (point, 0.0);
@@ -50,9 +52,9 @@ impl<'a> Patches<'a> {
 
     /// Corners of the part of the plane around a point that is nearer to it than to others, from the point (m), counter-clockwise, and
     /// the distance of the farthest.
-    fn cell(&self, i: usize) -> (Vec<Place>, f64) {
-        let (point, half) = (self.points[i], HALF * self.region.spacing);
-        let mut others: Vec<(f64, Place)> = Vec::new();
+    fn cell(&self, i: usize) -> (Vec<PlanePoint>, f64) {
+        let (point, half) = (self.points[i], SEARCH_HALF_WIDTH * self.region.spacing);
+        let mut others: Vec<(f64, PlanePoint)> = Vec::new();
         self.cells.visit(&point, |j| {
             let d = [0, 1].map(|c| self.points[j as usize][c] - point[c]);
             if j as usize != i {
@@ -62,14 +64,14 @@ impl<'a> Patches<'a> {
         others
             .sort_by(|(a, d), (b, e)| a.total_cmp(b).then(d[0].total_cmp(&e[0])).then(d[1].total_cmp(&e[1])));
         let mut ring = vec![[-half, -half], [half, -half], [half, half], [-half, half]];
-        let farthest = |ring: &[Place]| ring.iter().map(|[x, y]| x * x + y * y).fold(0.0, f64::max);
+        let farthest = |ring: &[PlanePoint]| ring.iter().map(|[x, y]| x * x + y * y).fold(0.0, f64::max);
         let mut square = farthest(&ring);
         for (distance, d) in others {
             // Bisectors lie half way.
             if distance > 4.0 * square {
                 break;
             }
-            let beyond = |x: &Place| d[0] * x[0] + d[1] * x[1] - 0.5 * distance;
+            let beyond = |x: &PlanePoint| d[0] * x[0] + d[1] * x[1] - 0.5 * distance;
             let mut cut = Vec::with_capacity(ring.len() + 1);
             for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
                 let (at_a, at_b) = (beyond(a), beyond(b));
@@ -89,28 +91,33 @@ impl<'a> Patches<'a> {
 
     /// Moments of what of a convex ring of edges lies in the region, by its boundary: pieces of the edges within the region, and of
     /// sides of the region within the ring.
-    fn clipped(&self, point: Place, edges: &[Side], near: &[&Side]) -> Moments {
-        let same = SAME * self.region.spacing;
-        let mut sum = Moments::default();
+    fn clipped_moments(
+        &self,
+        point: PlanePoint,
+        edges: &[BoundaryEdge],
+        near: &[&BoundaryEdge],
+    ) -> SectorMoments {
+        let same = COINCIDENCE_TOLERANCE * self.region.spacing;
+        let mut sum = SectorMoments::default();
         for edge in edges.iter().filter(|edge| edge.length() > same) {
-            let shares = near.iter().flat_map(|side| edge.meets(side, same)).collect();
-            for piece in edge.pieces(shares, 0.0) {
-                if self.region.shape.contains(&piece.at(0.5)) {
-                    sum.add(&piece.fan(point));
+            let shares = near.iter().flat_map(|side| edge.intersection_parameters(side, same)).collect();
+            for piece in edge.split_at(shares, 0.0) {
+                if self.region.shape.contains(&piece.point_at(0.5)) {
+                    sum.add(&piece.sector_moments(point));
                 }
             }
         }
-        let within = |x: Place| {
+        let within = |x: PlanePoint| {
             edges.iter().all(|edge| {
-                let (from, n) = (edge.at(0.0), edge.left(0.5));
+                let (from, n) = (edge.point_at(0.0), edge.left_normal(0.5));
                 !((x[0] - from[0]) * n[0] + (x[1] - from[1]) * n[1] < 0.0)
             })
         };
         for side in near {
-            let shares = edges.iter().flat_map(|edge| side.meets(edge, same)).collect();
-            for piece in side.pieces(shares, 0.0) {
-                if within(piece.at(0.5)) {
-                    sum.add(&piece.fan(point));
+            let shares = edges.iter().flat_map(|edge| side.intersection_parameters(edge, same)).collect();
+            for piece in side.split_at(shares, 0.0) {
+                if within(piece.point_at(0.5)) {
+                    sum.add(&piece.sector_moments(point));
                 }
             }
         }

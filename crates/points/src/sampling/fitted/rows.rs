@@ -3,48 +3,48 @@
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use super::Region;
-use crate::shape::{Place, Side};
+use super::PlanarRegion;
+use crate::shape::{BoundaryEdge, PlanePoint};
 
 /// Share of a spacing that points of rows keep away from others.
-const APART: f64 = 0.74;
+const ROW_CLEARANCE: f64 = 0.74;
 
 /// The same of points of one row.
-const IN_ROW: f64 = 0.6;
+const CLEARANCE_IN_ROW: f64 = 0.6;
 
 /// Cosine of the least angle between two sides at a corner that the rows of neither end at the other's.
-const UPRIGHT: f64 = 0.2;
+const MAX_CORNER_COSINE: f64 = 0.2;
 
 /// Share by which a side may be nearer than the one whose row a point is of.
-const TIE: f64 = 1e-6;
+const NEAREST_TOLERANCE: f64 = 1e-6;
 
 /// Points that keep away from each other, in bins a spacing wide.
-pub(super) struct Apart {
-    points: Vec<Place>,
+pub(super) struct SpacedPoints {
+    points: Vec<PlanePoint>,
     bins: HashMap<[i64; 2], Vec<u32>>,
     edge: f64,
 }
 
-impl Apart {
+impl SpacedPoints {
     fn new(edge: f64) -> Self {
         Self { points: Vec::new(), bins: HashMap::new(), edge }
     }
 
-    pub(super) fn into_points(self) -> Vec<Place> {
+    pub(super) fn into_points(self) -> Vec<PlanePoint> {
         self.points
     }
 
-    fn bin(&self, x: Place) -> [i64; 2] {
+    fn bin(&self, x: PlanePoint) -> [i64; 2] {
         x.map(|c| (c / self.edge).floor() as i64)
     }
 
     /// Whether no point is nearer than `apart` (m), at most the edge of a bin.
-    pub(super) fn is_free(&self, x: Place, apart: f64) -> bool {
-        self.is_free_but(x, apart, usize::MAX, 0.0)
+    pub(super) fn is_free(&self, x: PlanePoint, apart: f64) -> bool {
+        self.is_free_except_since(x, apart, usize::MAX, 0.0)
     }
 
     /// The same, but nearer than `others` (m) of points from number `since` on.
-    fn is_free_but(&self, x: Place, apart: f64, since: usize, others: f64) -> bool {
+    fn is_free_except_since(&self, x: PlanePoint, apart: f64, since: usize, others: f64) -> bool {
         let [column, row] = self.bin(x);
         let bins = (0..9).filter_map(|k| self.bins.get(&[column + k / 3 - 1, row + k % 3 - 1]));
         bins.flatten().all(|&j| {
@@ -53,7 +53,7 @@ impl Apart {
         })
     }
 
-    pub(super) fn add(&mut self, x: Place) {
+    pub(super) fn add(&mut self, x: PlanePoint) {
         let bin = self.bin(x);
         self.bins.entry(bin).or_default().push(self.points.len() as u32);
         self.points.push(x);
@@ -61,21 +61,21 @@ impl Apart {
 }
 
 /// Distance between the rows along a side (m), fitted to what lies between it and one that runs along with it.
-fn pitch(side: &Side, sides: &[Side], spacing: f64) -> f64 {
+fn row_spacing(side: &BoundaryEdge, sides: &[BoundaryEdge], spacing: f64) -> f64 {
     let near = |a: f64, b: f64| (a - b).abs() < 1e-6 * spacing;
-    let thickness = |other: &Side| -> Option<f64> {
+    let thickness = |other: &BoundaryEdge| -> Option<f64> {
         match (*side, *other) {
             (
-                Side::Arc { centre, radius, sweep, .. },
-                Side::Arc { centre: o, radius: other, sweep: turn, .. },
+                BoundaryEdge::Arc { centre, radius, sweep, .. },
+                BoundaryEdge::Arc { centre: o, radius: other, sweep: turn, .. },
             ) => {
                 let inwards = if sweep > 0.0 { radius - other } else { other - radius };
                 let same = near(centre[0], o[0]) && near(centre[1], o[1]);
                 (same && sweep * turn < 0.0 && inwards > 0.0).then_some(inwards)
             }
-            (Side::Line { .. }, Side::Line { from, to }) => {
-                let ([x, y], [nx, ny]) = (side.at(0.5), side.left(0.5));
-                let depth = |place: Place| (place[0] - x) * nx + (place[1] - y) * ny;
+            (BoundaryEdge::Line { .. }, BoundaryEdge::Line { from, to }) => {
+                let ([x, y], [nx, ny]) = (side.point_at(0.5), side.left_normal(0.5));
+                let depth = |place: PlanePoint| (place[0] - x) * nx + (place[1] - y) * ny;
                 let level = near(depth(from), depth(to)) && depth(from) > 1e-6 * spacing;
                 // Beside each other, and facing.
                 let ahead = [x + nx * depth(from), y + ny * depth(from)];
@@ -88,7 +88,7 @@ fn pitch(side: &Side, sides: &[Side], spacing: f64) -> f64 {
     if least.is_infinite() {
         // A disk is filled to its centre.
         match *side {
-            Side::Arc { radius, sweep, .. } if sweep > 0.0 => least = radius,
+            BoundaryEdge::Arc { radius, sweep, .. } if sweep > 0.0 => least = radius,
             _ => return spacing,
         }
     }
@@ -96,71 +96,78 @@ fn pitch(side: &Side, sides: &[Side], spacing: f64) -> f64 {
 }
 
 /// Places of a row along a side at a depth below it (m), about a spacing apart.
-fn row(side: &Side, depth: f64, spacing: f64) -> Vec<Place> {
+fn row_points(side: &BoundaryEdge, depth: f64, spacing: f64) -> Vec<PlanePoint> {
     let fitting = |length: f64| (length / spacing).round().max(1.0);
     let shares = |count: f64| (0..count as usize).map(move |k| (k as f64 + 0.5) / count);
     match *side {
-        Side::Line { .. } => {
+        BoundaryEdge::Line { .. } => {
             let below = |t: f64| {
-                let (x, n) = (side.at(t), side.left(t));
+                let (x, n) = (side.point_at(t), side.left_normal(t));
                 [x[0] + depth * n[0], x[1] + depth * n[1]]
             };
             shares(fitting(side.length())).map(below).collect()
         }
-        Side::Arc { centre, radius, start, sweep } => {
+        BoundaryEdge::Arc { centre, radius, start, sweep } => {
             let radius = radius - depth * sweep.signum();
             if radius <= 0.0 {
                 return Vec::new();
             }
-            let circle = Side::Arc { centre, radius, start, sweep };
-            shares(fitting(radius * sweep.abs().min(TAU))).map(|t| circle.at(t)).collect()
+            let circle = BoundaryEdge::Arc { centre, radius, start, sweep };
+            shares(fitting(radius * sweep.abs().min(TAU))).map(|t| circle.point_at(t)).collect()
         }
     }
 }
 
 /// Whether two sides meet upright at a corner of less than half a turn.
-fn upright(a: &Side, b: &Side, same: f64) -> bool {
+fn is_perpendicular_corner(a: &BoundaryEdge, b: &BoundaryEdge, same: f64) -> bool {
     [(a, b), (b, a)].into_iter().any(|(a, b)| {
-        let (x, y, n, m) = (a.at(1.0), b.at(0.0), a.left(1.0), b.left(0.0));
+        let (x, y, n, m) = (a.point_at(1.0), b.point_at(0.0), a.left_normal(1.0), b.left_normal(0.0));
         let touch = (x[0] - y[0]).hypot(x[1] - y[1]) < same;
-        touch && (n[0] * m[0] + n[1] * m[1]).abs() < UPRIGHT && n[0] * m[1] - n[1] * m[0] > 0.0
+        touch && (n[0] * m[0] + n[1] * m[1]).abs() < MAX_CORNER_COSINE && n[0] * m[1] - n[1] * m[0] > 0.0
     })
 }
 
 /// A side whose rows go on.
-struct Going<'a> {
-    side: &'a Side,
+struct ActiveEdge<'a> {
+    side: &'a BoundaryEdge,
     pitch: f64,
     /// The sides that its rows end at.
-    against: Vec<&'a Side>,
+    ends_at: Vec<&'a BoundaryEdge>,
 }
 
 /// Rows along the sides: of round ones first, as deep as these are the nearest, then of straight ones.
-pub(super) fn along_sides(region: &Region<'_>) -> Apart {
+pub(super) fn rows_along_boundary(region: &PlanarRegion<'_>) -> SpacedPoints {
     let spacing = region.spacing;
-    let mut points = Apart::new(spacing);
+    let mut points = SpacedPoints::new(spacing);
     for round in [true, false] {
-        let own = region.sides.iter().filter(|side| matches!(side, Side::Arc { .. }) == round);
-        let mut going: Vec<Going<'_>> = own
+        let own = region.sides.iter().filter(|side| matches!(side, BoundaryEdge::Arc { .. }) == round);
+        let mut going: Vec<ActiveEdge<'_>> = own
             .map(|side| {
-                let ends = |other: &&Side| *other != side && !upright(side, other, 1e-6 * spacing);
-                let pitch = pitch(side, &region.sides, spacing);
-                Going { side, pitch, against: region.sides.iter().filter(ends).collect() }
+                let ends = |other: &&BoundaryEdge| {
+                    *other != side && !is_perpendicular_corner(side, other, 1e-6 * spacing)
+                };
+                let pitch = row_spacing(side, &region.sides, spacing);
+                ActiveEdge { side, pitch, ends_at: region.sides.iter().filter(ends).collect() }
             })
             .collect();
         let mut number = 0.0;
         while !going.is_empty() {
             going.retain(|going| {
                 let depth = (number + 0.5) * going.pitch;
-                let nearest = |x: &Place| {
-                    going.against.iter().all(|other| other.distance(*x) > depth * (1.0 - TIE))
+                let nearest = |x: &PlanePoint| {
+                    going.ends_at.iter().all(|other| other.distance(*x) > depth * (1.0 - NEAREST_TOLERANCE))
                         && region.shape.contains(x)
                 };
                 let since = points.points.len();
                 let mut any = false;
-                for x in row(going.side, depth, spacing).into_iter().filter(nearest) {
+                for x in row_points(going.side, depth, spacing).into_iter().filter(nearest) {
                     any = true;
-                    if points.is_free_but(x, APART * spacing, since, IN_ROW * spacing) {
+                    if points.is_free_except_since(
+                        x,
+                        ROW_CLEARANCE * spacing,
+                        since,
+                        CLEARANCE_IN_ROW * spacing,
+                    ) {
                         points.add(x);
                     }
                 }

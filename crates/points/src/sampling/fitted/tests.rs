@@ -44,9 +44,9 @@ fn areas_and_their_moments_are_those_of_the_shape() {
     for shape in [ball(0.0, 0.0, 1.0), ring(), plate(), corner, askew, quarter, holes] {
         for spacing in [0.1, 0.137, 0.06] {
             let samples = fitted::<2>(&shape, [0.013, -0.02], spacing).unwrap();
-            let sides = shape.sides().unwrap();
-            let mut exact = crate::shape::Moments::default();
-            sides.iter().for_each(|side| exact.add(&side.fan([0.0; 2])));
+            let sides = shape.boundary_edges().unwrap();
+            let mut exact = crate::shape::SectorMoments::default();
+            sides.iter().for_each(|side| exact.add(&side.sector_moments([0.0; 2])));
             let sum = |of: &dyn Fn(&Sample<2>) -> f64| samples.iter().map(of).sum::<f64>();
             assert!((sum(&|s| s.volume) - exact.area).abs() < 1e-11, "{shape:?}");
             for c in 0..2 {
@@ -120,13 +120,13 @@ fn a_turned_box_has_rows_along_its_sides() {
 fn what_cannot_be_fitted_is_refused() {
     assert_eq!(
         fitted::<3>(&Shape::Ball { centre: vec![0.0; 3], radius: 1.0 }, [0.0; 3], 0.1),
-        Err(SamplingError::NoSides)
+        Err(SamplingError::NoBoundaryEdges)
     );
     assert!(matches!(fitted::<2>(&ball(0.0, 0.0, 1.0), [0.0; 2], 1e-6), Err(SamplingError::TooMany(_))));
     // A spike that no point is near to.
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.4995], [4.0, 0.5], [1.0, 0.5005], [1.0, 1.0], [0.0, 1.0]];
     let spike = Shape::Polygon { vertices: corners.to_vec().into() };
-    let Err(SamplingError::Thin { lost, .. }) = fitted::<2>(&spike, [0.0; 2], 0.1) else {
+    let Err(SamplingError::TooThin { lost, .. }) = fitted::<2>(&spike, [0.0; 2], 0.1) else {
         panic!("a point in a spike")
     };
     assert!((1e-3..1.5e-3).contains(&lost), "{lost}");

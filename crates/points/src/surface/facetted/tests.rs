@@ -3,8 +3,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::surface::BallSurface;
 
-fn cube() -> Facetted<3> {
-    Facetted::around_box([-1.0; 3], [1.0; 3]).unwrap()
+fn cube() -> FacettedSurface<3> {
+    FacettedSurface::around_box([-1.0; 3], [1.0; 3]).unwrap()
 }
 
 /// Distance from a cube of half edge one about the origin (m), negative inside.
@@ -20,7 +20,7 @@ proptest! {
         let gap = cube().gap(&x, f64::INFINITY).unwrap();
         prop_assert!((gap.distance - from_cube(&x)).abs() < 1e-12, "{gap:?}");
         prop_assert!((dot(&gap.normal, &gap.normal) - 1.0).abs() < 1e-12);
-        let back: [f64; 3] = std::array::from_fn(|c| gap.place[c] + gap.distance * gap.normal[c]);
+        let back: [f64; 3] = std::array::from_fn(|c| gap.position[c] + gap.distance * gap.normal[c]);
         prop_assert!((0..3).all(|c| (back[c] - x[c]).abs() < 1e-12), "{gap:?}");
         prop_assert_eq!(cube().contains(&x), from_cube(&x) <= 0.0);
     }
@@ -32,15 +32,15 @@ proptest! {
         let mut other_way = corners;
         other_way.reverse();
         for corners in [corners, other_way] {
-            let surface = Facetted::polygon(&corners).unwrap();
+            let surface = FacettedSurface::polygon(&corners).unwrap();
             prop_assert_eq!(surface.contains(&[x, y]), shape.contains(&[x, y]));
         }
     }
 }
 
-fn touched<const D: usize>(surface: &dyn Surface<D>, x: [f64; D], radius: f64) -> Vec<Nearest<D>> {
-    let mut found = Contacts::default();
-    surface.touch(&x, radius, &mut found);
+fn touched<const D: usize>(surface: &dyn Surface<D>, x: [f64; D], radius: f64) -> Vec<NearestPoint<D>> {
+    let mut found = ContactQuery::default();
+    surface.query_contacts(&x, radius, &mut found);
     found.all().to_vec()
 }
 
@@ -52,14 +52,14 @@ fn a_ball_over_two_facets_of_one_plane_touches_once() {
         let found = touched(&surface, [x, y, 1.05], 0.2);
         assert_eq!(found.len(), 1, "at {x}, {y}: {found:?}");
     }
-    let key = |x: [f64; 3]| touched(&surface, x, 0.2)[0].key;
+    let key = |x: [f64; 3]| touched(&surface, x, 0.2)[0].feature_id;
     assert_eq!(key([1.05, 1.05, 0.3]), key([1.1, 1.02, -0.7]), "along an edge the contact stays the same");
     assert_ne!(key([1.05, 1.05, 0.3]), key([1.05, -1.05, 0.3]));
 }
 
 #[test]
 fn a_ball_in_a_valley_touches_both_flanks() {
-    let ground = Facetted::ground_line(&[[-2.0, 2.0], [0.0, 0.0], [2.0, 2.0]]).unwrap();
+    let ground = FacettedSurface::ground_line(&[[-2.0, 2.0], [0.0, 0.0], [2.0, 2.0]]).unwrap();
     let found = touched(&ground, [0.0, 1.0], 0.8);
     assert_eq!(found.len(), 2);
     for place in &found {
@@ -67,7 +67,7 @@ fn a_ball_in_a_valley_touches_both_flanks() {
         assert!((place.normal[1] - 0.5f64.sqrt()).abs() < 1e-12);
     }
     // At the bottom of a ridge's flank there is one contact, at its crest one with the corner.
-    let ridge = Facetted::ground_line(&[[2.0, -2.0], [0.0, 0.0], [-2.0, -2.0]]).unwrap();
+    let ridge = FacettedSurface::ground_line(&[[2.0, -2.0], [0.0, 0.0], [-2.0, -2.0]]).unwrap();
     let crest = touched(&ridge, [0.1, 0.5], 0.8);
     assert_eq!(crest.len(), 1);
     assert!((crest[0].distance - 0.26f64.sqrt()).abs() < 1e-12);
@@ -77,40 +77,41 @@ fn a_ball_in_a_valley_touches_both_flanks() {
 #[test]
 fn a_hole_like_box_corner_touches_three_faces() {
     let corner: Vec<[f64; 2]> = vec![[0.0, 3.0], [0.0, 0.0], [3.0, 0.0]];
-    let ground = Facetted::ground_line(&corner).unwrap();
+    let ground = FacettedSurface::ground_line(&corner).unwrap();
     assert_eq!(touched(&ground, [0.4, 0.5], 0.6).len(), 2);
     assert_eq!(touched(&ground, [0.4, 0.7], 0.6).len(), 1);
 }
 
 #[test]
 fn ground_lines_know_their_length_and_refuse_to_cross() {
-    let ground = Facetted::ground_line(&[[0.0, 3.0], [4.0, 0.0], [6.0, 0.0]]).unwrap();
+    let ground = FacettedSurface::ground_line(&[[0.0, 3.0], [4.0, 0.0], [6.0, 0.0]]).unwrap();
     assert_eq!(ground.arc_length(&[5.0, 1.0]), Some(6.0));
     assert!(ground.contains(&[1.0, 1.0]) && !ground.contains(&[4.0, 0.1]));
-    let crossing = Facetted::ground_line(&[[0.0, 0.0], [4.0, 0.0], [2.0, 1.0], [2.0, -1.0], [5.0, -1.0]]);
+    let crossing =
+        FacettedSurface::ground_line(&[[0.0, 0.0], [4.0, 0.0], [2.0, 1.0], [2.0, -1.0], [5.0, -1.0]]);
     assert!(crossing.unwrap_err().problem.contains("crosses"));
-    assert!(Facetted::ground_line(&[[0.0, 0.0], [0.0, 1.0]]).is_err());
-    assert!(Facetted::ground_line(&[[0.0, 0.0], [0.0, 0.0]]).is_err());
-    let twice = Facetted::ground_line(&[[0.0, 3.0], [4.0, 0.0], [4.0, 0.0], [6.0, 0.0]]).unwrap();
+    assert!(FacettedSurface::ground_line(&[[0.0, 0.0], [0.0, 1.0]]).is_err());
+    assert!(FacettedSurface::ground_line(&[[0.0, 0.0], [0.0, 0.0]]).is_err());
+    let twice = FacettedSurface::ground_line(&[[0.0, 3.0], [4.0, 0.0], [4.0, 0.0], [6.0, 0.0]]).unwrap();
     assert_eq!((twice.facets().len(), twice.arc_length(&[5.0, 1.0])), (2, Some(6.0)));
-    assert!(Facetted::polygon(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 2.0]]).is_err());
+    assert!(FacettedSurface::polygon(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 2.0]]).is_err());
 }
 
 #[test]
 fn open_and_twisted_meshes_are_refused_with_the_place() {
     let cube = cube();
-    let open = Facetted::closed(cube.vertices().to_vec(), &cube.facets()[1..]).unwrap_err();
+    let open = FacettedSurface::closed(cube.vertices().to_vec(), &cube.facets()[1..]).unwrap_err();
     assert!(open.problem.contains("open"), "{open}");
     let mut twisted = cube.facets().to_vec();
     twisted[3].swap(0, 1);
-    assert!(Facetted::closed(cube.vertices().to_vec(), &twisted).is_err());
+    assert!(FacettedSurface::closed(cube.vertices().to_vec(), &twisted).is_err());
     let mut inside_out = cube.facets().to_vec();
     inside_out.iter_mut().for_each(|t| t.swap(0, 1));
-    let turned = Facetted::closed(cube.vertices().to_vec(), &inside_out).unwrap();
+    let turned = FacettedSurface::closed(cube.vertices().to_vec(), &inside_out).unwrap();
     assert!(turned.contains(&[0.0; 3]) && !turned.contains(&[2.0, 0.0, 0.0]));
     let loose: Vec<[[f64; 3]; 3]> =
         cube.facets().iter().map(|t| t.map(|v| cube.vertices()[v as usize])).collect();
-    assert_eq!(Facetted::from_triangles(&loose).unwrap().vertices().len(), 8);
+    assert_eq!(FacettedSurface::from_triangles(&loose).unwrap().vertices().len(), 8);
 }
 
 #[test]
@@ -131,8 +132,8 @@ fn a_mesh_that_passes_through_itself_is_refused_and_one_of_two_pieces_is_not() {
         };
         [all([0.0; 3]), all(shift)].concat()
     };
-    let error = Facetted::from_triangles(&boxes([0.7, 0.6, 0.5])).unwrap_err();
+    let error = FacettedSurface::from_triangles(&boxes([0.7, 0.6, 0.5])).unwrap_err();
     assert!(error.problem.contains("passes through the one from"), "{error}");
-    assert!(Facetted::from_triangles(&boxes([2.5, 0.3, 0.2])).is_ok(), "apart");
-    assert!(Facetted::from_triangles(&boxes([2.0, 0.3, 0.2])).is_ok(), "face on face");
+    assert!(FacettedSurface::from_triangles(&boxes([2.5, 0.3, 0.2])).is_ok(), "apart");
+    assert!(FacettedSurface::from_triangles(&boxes([2.0, 0.3, 0.2])).is_ok(), "face on face");
 }
